@@ -33,9 +33,9 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.command.console import say
     from autobalance.command.finish import balanced
 
-    asked = VERB.keywords(arguments)["job"]
-    folder = Path(arguments.output) if arguments.output else default_folder(asked.path)
-    done = balanced(asked, folder, arguments.json, chosen_pages(arguments), mode_of(arguments))
+    this_job = VERB.keywords(arguments)["job"]
+    folder = Path(arguments.output) if arguments.output else default_folder(this_job.path)
+    done = balanced(this_job, folder, arguments.json, chosen_pages(arguments), mode_of(arguments))
     from autobalance.report.balance.text import balance_text
     from autobalance.report.balance.values import dumps
     from autobalance.report.display_units import ON_SCREEN

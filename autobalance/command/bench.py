@@ -20,8 +20,8 @@ def _series(result: BenchResult | EngineBenchResult) -> bytes:
     return result.series()
 
 
-def _with_solids(given: Keywords, arguments: argparse.Namespace) -> None:
-    given["solids"] = arguments.output is not None
+def _with_solids(keywords: Keywords, arguments: argparse.Namespace) -> None:
+    keywords["solids"] = arguments.output is not None
 
 
 VERB = Verb(

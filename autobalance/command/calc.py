@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
         say("\n".join(f"{name:<{width}}  {summary_of(name)}" for name in names()))
         return 0
     if arguments.name is None:
-        raise UsageError("calc needs the name of a formula; --list tells all")
+        raise UsageError("calc needs the name of a formula; --list lists all")
     values = {}
     for text in arguments.values:
         key, equals, value = text.partition("=")

@@ -87,15 +87,15 @@ def called_as() -> str:
         return f"{_short(Path(sys.executable))} -m autobalance"
     if program.suffix == ".py":
         return f"{_short(Path(sys.executable))} {shlex.quote(sys.argv[0])}"
-    found = shutil.which("autobalance")
-    if not program.is_file() or (found is not None and Path(found).samefile(program)):
+    installed = shutil.which("autobalance")
+    if not program.is_file() or (installed is not None and Path(installed).samefile(program)):
         return "autobalance"
     return _short(program)
 
 
 def _short(program: Path) -> str:
-    found = shutil.which(program.name)
-    if found is not None and Path(found) == program:
+    installed = shutil.which(program.name)
+    if installed is not None and Path(installed) == program:
         return program.name
     here = Path.cwd()
     path = program.relative_to(here) if program.is_relative_to(here) else program

@@ -12,12 +12,16 @@ MOST_SPEEDS = 1000
 
 def _speeds(option: str, text: str) -> list[float]:
     """Return the speeds of ``LOW,HIGH,N``."""
-    given = numbers(option, text)
-    if len(given) != 3 or not 0.0 < given[0] < given[1] or given[2] not in range(2, MOST_SPEEDS + 1):
+    low_high_count = numbers(option, text)
+    if (
+        len(low_high_count) != 3
+        or not 0.0 < low_high_count[0] < low_high_count[1]
+        or low_high_count[2] not in range(2, MOST_SPEEDS + 1)
+    ):
         raise UsageError(
             f"{option} is {text!r}; must be a low speed, a higher one and how many (2 to {MOST_SPEEDS})"
         )
-    low, high, count = given[0], given[1], int(given[2])
+    low, high, count = low_high_count[0], low_high_count[1], int(low_high_count[2])
     return [low + (high - low) * place / (count - 1) for place in range(count)]
 
 

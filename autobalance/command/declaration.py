@@ -52,22 +52,22 @@ def parameters_of(function: str) -> Mapping[str, Parameter]:
     code = stub.__code__
     positional = code.co_varnames[: code.co_argcount]
     keyword = code.co_varnames[code.co_argcount : code.co_argcount + code.co_kwonlyargcount]
-    given = stub.__defaults__ or ()
+    stub_defaults = stub.__defaults__ or ()
     defaults = {
-        **dict(zip(positional[len(positional) - len(given) :], given, strict=True)),
+        **dict(zip(positional[len(positional) - len(stub_defaults) :], stub_defaults, strict=True)),
         **(stub.__kwdefaults__ or {}),
     }
-    found = {}
+    parameters = {}
     for name in (*positional, *keyword):
         kind, meaning = described.get(name) or COMMON.get(name, ("", ""))
-        found[name] = Parameter(
+        parameters[name] = Parameter(
             name,
             stub.__annotations__[name].removesuffix(" | None"),
             defaults.get(name, REQUIRED),
             tuple(re.findall(r'"([^"]+)"', kind)) if kind.startswith("{") else (),
             _first_sentence(meaning),
         )
-    return found
+    return parameters
 
 
 def _stub(function: str) -> Callable[..., object]:
@@ -80,21 +80,21 @@ def _stub(function: str) -> Callable[..., object]:
     scope: dict[str, Any] = dict(vars(units))  # a default may be one of its constants
     flags = __future__.annotations.compiler_flag
     exec(compile(text, function, "exec", flags=flags, dont_inherit=True), scope)  # the program's own source
-    found: Callable[..., object] = scope[name]
-    return found
+    stub: Callable[..., object] = scope[name]
+    return stub
 
 
 def _described(doc: str) -> Mapping[str, tuple[str, str]]:
     """Return type and description of each parameter in a numpy docstring."""
     _, _, rest = doc.partition("Parameters\n    ----------\n")
     section = re.split(r"\n\n", rest, maxsplit=1)[0].rstrip()
-    found: dict[str, tuple[str, str]] = {}
+    described: dict[str, tuple[str, str]] = {}
     for entry in re.split(r"\n(?=    \S)", f"\n{section}")[1:]:
         head, _, body = entry.strip().partition("\n")
         names, _, kind = head.partition(" : ")
         for name in names.split(", "):
-            found[name.strip("*")] = (kind, " ".join(body.split()))
-    return found
+            described[name.strip("*")] = (kind, " ".join(body.split()))
+    return described
 
 
 def _first_sentence(text: str) -> str:

@@ -56,8 +56,8 @@ def run(arguments: argparse.Namespace) -> int:
     jobs = bundled_folder() / "crf250r" / "drafted"
     done = []
     for case in CASES:
-        asked = job.load(jobs / f"{case.job}.toml")
-        done.append(balanced(asked, output / case.job, choice=choice))
+        demo_job = job.load(jobs / f"{case.job}.toml")
+        done.append(balanced(demo_job, output / case.job, choice=choice))
     say(demo_text([each.report for each in done], ON_SCREEN[arguments.units]))
     say(f"\nWritten: {', '.join(str(output / case.job) for case in CASES)}")
     say(f"Check:   {called_as()} verify {output / CASES[0].job / 'report.json'}")

@@ -101,24 +101,24 @@ def refuse_in_results(arguments: argparse.Namespace, names: Iterable[str]) -> No
 
 def _asked_for(arguments: argparse.Namespace, result: VerbResult) -> list[tuple[Path, bytes]]:
     """Return the files that the usual options ask for."""
-    found: list[tuple[Path, bytes]] = []
+    files: list[tuple[Path, bytes]] = []
     json_file, plots = getattr(arguments, "json", None), getattr(arguments, "plots", None)
     output = getattr(arguments, "output", None)
     if output is not None:
         folder = Path(output)
-        found.append((folder / f"{result.report['command']}.json", result.json().encode()))
-        found += [(folder / name, data) for name, data in result.files().items()]
+        files.append((folder / f"{result.report['command']}.json", result.json().encode()))
+        files += [(folder / name, data) for name, data in result.files().items()]
     if plots is not None:
         folder = Path(plots)
         drawn = result.plots()
-        found += [(folder / f"{name}.{end}", data) for name, by in drawn.items() for end, data in by.items()]
+        files += [(folder / f"{name}.{end}", data) for name, by in drawn.items() for end, data in by.items()]
     if json_file not in (None, "-"):
-        found.append((Path(str(json_file)), result.json().encode()))
-    return found
+        files.append((Path(str(json_file)), result.json().encode()))
+    return files
 
 
 def _refuse_collisions(targets: list[Path], sources: Mapping[Path, str]) -> None:
-    """Refuse two outputs in one place, and an output over an input; ``sources`` tells what these are."""
+    """Refuse two outputs in one place, and an output over an input; ``sources`` names these."""
     seen: set[Path] = set()
     for target in targets:
         place = target.resolve()
@@ -131,7 +131,7 @@ def _refuse_collisions(targets: list[Path], sources: Mapping[Path, str]) -> None
 
 
 def balanced(
-    asked: Job, folder: Path, json_file: str | None = None, choice: Choice | None = None, mode: Mode = "usual"
+    job: Job, folder: Path, json_file: str | None = None, choice: Choice | None = None, mode: Mode = "usual"
 ) -> BalancedFiles:
     """Run a job and put its files in place."""
     from autobalance.api.balance import balance_to_files
@@ -139,7 +139,7 @@ def balanced(
     from autobalance.command.progress import shown
 
     with shown(mode) as progress:
-        done = balance_to_files(asked, folder, json_file, telling(progress), choice)
+        done = balance_to_files(job, folder, json_file, telling(progress), choice)
     for text in done.warnings:
         warn(text)
     return done

@@ -125,18 +125,18 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
     from autobalance.api.inspect import inspect
     from autobalance.job.read import WORKBOOKS
 
-    given = VERB.keywords(arguments)
-    path, suggest, settings = Path(given.pop("crank")), given.pop("suggest"), given.pop("settings")
+    options = VERB.keywords(arguments)
+    path, suggest, settings = Path(options.pop("crank")), options.pop("suggest"), options.pop("settings")
     table = _table(arguments)
     if path.suffix.lower() not in (".toml", *WORKBOOKS):
         if settings:
             raise UsageError("--set goes with a job; a crank file has no keys")
         if arguments.datum is None and arguments.oil_density_kg_m3 is None:
             table = None  # the crank's own sections are enough
-        keywords = _of_a_file(path, given)
+        keywords = _of_a_file(path, options)
         with bodies_named("--body N", "--body all", "or --no-crankpin for a pressed-up crank in pieces"):
             return inspect(path, progress=progress, suggest=suggest, table=table, **keywords)
-    for name, value in given.items():
+    for name, value in options.items():
         if value is not None and name != "crankpin_in_file":
             option = VERB.flag(name)
             raise UsageError(f"{option} beside a job: it says its own; --set crankshaft.... changes it")
@@ -165,17 +165,17 @@ def _table(arguments: argparse.Namespace) -> TableOptions | None:
         raise UsageError(f"{error}; or one of {', '.join(DATUMS)}") from None
 
 
-def _of_a_file(path: Path, given: Keywords) -> Keywords:
+def _of_a_file(path: Path, keywords: Keywords) -> Keywords:
     """Return the options as ``read_crank`` takes them."""
     from autobalance.solid.formats.registry import names_bodies
 
-    density = STEEL_KG_M3 if given["density_kg_m3"] is None else given["density_kg_m3"]
+    density = STEEL_KG_M3 if keywords["density_kg_m3"] is None else keywords["density_kg_m3"]
     if not 0.0 < density < float("inf"):
         raise UsageError(f"--density-kg-m3 is {density:g}; must be > 0")
     return {
-        **given,
-        "unit": unit_or_mm(given["unit"], path),
+        **keywords,
+        "unit": unit_or_mm(keywords["unit"], path),
         "density_kg_m3": density,
-        "crankpin_in_file": CRANKPIN_IN_FILE.get(given["crankpin_in_file"]),
-        "body": body_of(given["body"], names_bodies(path)),
+        "crankpin_in_file": CRANKPIN_IN_FILE.get(keywords["crankpin_in_file"]),
+        "body": body_of(keywords["body"], names_bodies(path)),
     }

@@ -114,12 +114,12 @@ def full_parser() -> argparse.ArgumentParser:
     return _parser(VERBS, lambda _: True)
 
 
-def _parser(listed: Iterable[str], wanted: Callable[[str], bool]) -> argparse.ArgumentParser:
-    """Return the parser of some commands; only the ``wanted`` ones are loaded for their options."""
+def _parser(listed: Iterable[str], is_loaded: Callable[[str], bool]) -> argparse.ArgumentParser:
+    """Return the parser of some commands; only the ``is_loaded`` ones are loaded for their options."""
     parser = Parser(
         prog="autobalance",
         description="Balances crankshafts from their solid models: measures, cuts, measures again.",
-        epilog="autobalance COMMAND --help tells more about each.",
+        epilog="autobalance COMMAND --help explains each.",
     )
     parser.add_argument("--version", action="version", version=f"autobalance {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
@@ -130,7 +130,7 @@ def _parser(listed: Iterable[str], wanted: Callable[[str], bool]) -> argparse.Ar
             description=VERBS[name],
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        if wanted(name):
+        if is_loaded(name):
             add_arguments, run = _command(name)
             add_arguments(subparser)
             subparser.set_defaults(run=run)

@@ -10,15 +10,15 @@ from autobalance.command.verb import Keywords, Option, Verb
 from autobalance.errors import UsageError
 
 
-def _check(given: Keywords, _: argparse.Namespace) -> None:
+def _check(keywords: Keywords, _: argparse.Namespace) -> None:
     """Refuse options that do not go together."""
-    if given["speed_rpm"] is not None and given["tacho"] is not None:
-        raise UsageError("--speed-rpm and --tacho are both given; one of them tells the speed")
-    if given["settings"] and given["job"] is None:
+    if keywords["speed_rpm"] is not None and keywords["tacho"] is not None:
+        raise UsageError("--speed-rpm and --tacho are both given; expected one of them")
+    if keywords["settings"] and keywords["job"] is None:
         raise UsageError("--set goes with --job; a record has no keys")
-    if given["excitation"] is not None and not given["natural"]:
+    if keywords["excitation"] is not None and not keywords["natural"]:
         raise UsageError("--excitation is given without --natural")
-    if given["threshold"] is not None and given["tacho"] is None:
+    if keywords["threshold"] is not None and keywords["tacho"] is None:
         raise UsageError("--threshold is given without --tacho")
 
 

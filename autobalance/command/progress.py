@@ -55,7 +55,7 @@ class ProgressLine:
         self._share = 0.0
 
     def __call__(self, text: str, share: float | None = None) -> None:
-        """Show what runs now; the share done is looked up where it is not told."""
+        """Show what runs now; the share done is looked up where it is not passed."""
         spent = self._clock() - self._start
         self._share = max(self._share, _share(text, self._done_before) if share is None else share)
         if self._mode == "verbose":
@@ -93,7 +93,7 @@ def _share(text: str, done_before: Sequence[tuple[str, float]]) -> float:
 
 
 def _left(spent_s: float, share: float) -> str:
-    """Return about how long it still takes, once that can be told."""
+    """Return about how long it still takes, once that can be estimated."""
     if share < 0.2 or spent_s < 1.0:
         return ""
     left = spent_s * (1.0 - share) / share

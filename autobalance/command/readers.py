@@ -41,27 +41,27 @@ def _two(option: str, values: Sequence[Any]) -> Sequence[Any]:
 
 def number_table(option: str, text: str) -> dict[str, float]:
     """Return ``KEY=NUMBER,KEY=NUMBER`` as a mapping."""
-    found = {}
+    table = {}
     for item in text.split(","):
         key, sign, value = item.partition("=")
         try:
-            found[key.strip()] = float(value)
+            table[key.strip()] = float(value)
         except ValueError:
             sign = ""
         if not sign:
             raise UsageError(f"{option} has {item!r}; must be KEY=NUMBER,KEY=NUMBER")
-    return found
+    return table
 
 
 def factors_by_name(option: str, texts: Sequence[str]) -> dict[str, float | str]:
     """Return texts ``NAME=FACTOR`` as a mapping; a factor may be a sensitivity, as text."""
-    found: dict[str, float | str] = {}
+    factors: dict[str, float | str] = {}
     for item in texts:
         name, sign, factor = item.partition("=")
         if not sign or not name or not factor:
             raise UsageError(f"{option} is {item!r}; must be NAME=FACTOR")
-        found[name] = factor
-    return found
+        factors[name] = factor
+    return factors
 
 
 def settings(option: str, texts: Sequence[str]) -> list[str]:
@@ -77,30 +77,30 @@ def dimensions(option: str, texts: Sequence[str]) -> dict[str, Any]:
     """Return texts ``KEY=VALUE`` as a mapping, each value as TOML or, where it is none, as text."""
     import tomllib
 
-    found: dict[str, Any] = {}
+    sizes: dict[str, Any] = {}
     for text in texts:
         key, equals, value = (each.strip() for each in text.partition("="))
         if not (key and equals):
             raise UsageError(f"{option} {text!r} is no KEY=VALUE; expected for example stroke_mm=58")
         try:
-            found[key] = tomllib.loads(f"value = {value}")["value"]
+            sizes[key] = tomllib.loads(f"value = {value}")["value"]
         except (ValueError, RecursionError):  # TOMLDecodeError is a ValueError
-            found[key] = value
-    return found
+            sizes[key] = value
+    return sizes
 
 
 def wanted(option: str, texts: Sequence[str]) -> dict[str, float]:
     """Return texts ``KEY=NUMBER`` as a mapping, ``--suggest`` alone as an empty one."""
-    found = {}
+    targets = {}
     for text in filter(None, texts):
         key, equals, value = text.partition("=")
         try:
-            found[key.strip()] = float(value if equals else "none")
+            targets[key.strip()] = float(value if equals else "none")
         except ValueError:
             raise UsageError(
                 f"{option} {text!r}; must be balance_factor=NUMBER or inertia_kg_mm2=NUMBER"
             ) from None
-    return found
+    return targets
 
 
 def body_of(text: str | None, named: bool) -> Any:
@@ -139,10 +139,10 @@ def unbalance_unit(text: str) -> str:
     from autobalance.job.toml.typed_units import unbalance_unit as named
     from autobalance.units import G_MM_PER
 
-    found = named(text)
-    if found is None:
+    unit = named(text)
+    if unit is None:
         raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(G_MM_PER)} (oz-in, gmm, ...)")
-    return found
+    return unit
 
 
 def mass_unit(text: str) -> str:
@@ -158,7 +158,7 @@ def length_unit(text: str) -> str:
     """Return the name of a unit of length in any case; inches are ``inch``, ``in`` or a double quote."""
     from autobalance.units import MM_PER
 
-    found = {"in": "inch", '"': "inch"}.get(text.lower(), text.lower())
-    if found not in MM_PER:
+    unit = {"in": "inch", '"': "inch"}.get(text.lower(), text.lower())
+    if unit not in MM_PER:
         raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(MM_PER)}")
-    return found
+    return unit

@@ -42,8 +42,8 @@ def run(arguments: argparse.Namespace) -> int:
         if (folder / "report.json").resolve() == Path(arguments.report).resolve():
             raise UsageError(f"{folder} holds the report that is read; choose another folder with -o")
         with staging_for(folder, copy) as staging:
-            choice, tell = chosen_pages(arguments), telling(progress)
-            values, files = committed(result, folder, choice, tell, staging, copy)
+            choice, notify = chosen_pages(arguments), telling(progress)
+            values, files = committed(result, folder, choice, notify, staging, copy)
     for text in result.warnings:
         warn(text)
     if arguments.json == "-":

@@ -12,16 +12,16 @@ from autobalance.errors import UsageError
 from autobalance.solid.formats.table import endings
 
 
-def _adjust(given: Keywords, _: argparse.Namespace) -> None:
+def _adjust(keywords: Keywords, _: argparse.Namespace) -> None:
     """Refuse half a question; take millimetres where neither file nor option has a unit."""
     from autobalance.command.readers import unit_or_mm
     from autobalance.solid.formats.registry import names_bodies
 
-    path = Path(given["file"])
-    if (given["stroke_mm"] is None) != (given["speed_rpm"] is None):
+    path = Path(keywords["file"])
+    if (keywords["stroke_mm"] is None) != (keywords["speed_rpm"] is None):
         raise UsageError("--stroke-mm and --speed-rpm go together")
-    given["unit"] = unit_or_mm(given["unit"], path)
-    given["body"] = body_of(given["body"], names_bodies(path))
+    keywords["unit"] = unit_or_mm(keywords["unit"], path)
+    keywords["body"] = body_of(keywords["body"], names_bodies(path))
 
 
 VERB = Verb(

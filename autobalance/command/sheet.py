@@ -39,9 +39,9 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.api.sheet import sheet
     from autobalance.command.console import say
 
-    given = VERB.keywords(arguments)
-    given["only"] = given["only"] or (KINDS if find_spec("ezdxf") is not None else ("pdf",))
-    result = sheet(**given)
+    keywords = VERB.keywords(arguments)
+    keywords["only"] = keywords["only"] or (KINDS if find_spec("ezdxf") is not None else ("pdf",))
+    result = sheet(**keywords)
     folder = Path(arguments.output) if arguments.output else Path(arguments.report).parent
     written = result.write(folder)
     say(f"{result.text()}\n\nWritten: {', '.join(map(str, written))}")

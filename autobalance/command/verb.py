@@ -172,20 +172,20 @@ class Verb(NamedTuple):
 
     def keywords(self, arguments: argparse.Namespace) -> Keywords:
         """Return the function's keywords as they were typed."""
-        found: Keywords = {}
+        keywords: Keywords = {}
         for name, (parameter, option) in self._typed().items():
             value = getattr(arguments, name)
             read = option.read or READERS.get(parameter.type)
             if read is not None and option.nargs is None and isinstance(value, str | list):
                 value = read(flag_of(parameter, option), value)
-            found[name] = value
+            keywords[name] = value
         if self.adjust is not None:
-            self.adjust(found, arguments)
+            self.adjust(keywords, arguments)
         if self._reads_a_job():
             from autobalance.api.job import read_job
 
-            found["job"] = read_job(found["job"], found.pop("settings"))
-        return found
+            keywords["job"] = read_job(keywords["job"], keywords.pop("settings"))
+        return keywords
 
     def flag(self, name: str) -> str:
         """Return how a parameter is typed."""
@@ -195,8 +195,8 @@ class Verb(NamedTuple):
         """Return the paths that are read."""
         typed = {name: parameter for name, (parameter, _) in self._typed().items()}
         paths = [name for name, each in typed.items() if "Path" in each.type or each.type == "JobSource"]
-        given = [getattr(arguments, name) for name in paths if name not in self.outputs]
-        return tuple(path for path in given if path is not None)
+        paths_given = [getattr(arguments, name) for name in paths if name not in self.outputs]
+        return tuple(path for path in paths_given if path is not None)
 
     def _typed(self) -> dict[str, tuple[Parameter, Option]]:
         """Return the parameters that can be typed, with how."""
@@ -213,8 +213,8 @@ class Verb(NamedTuple):
         }
 
     def _reads_a_job(self) -> bool:
-        found = parameters_of(self.function).get("job")
-        return found is not None and found.type == "JobSource"
+        declared = parameters_of(self.function).get("job")
+        return declared is not None and declared.type == "JobSource"
 
 
 def _settings() -> Parameter:

@@ -21,9 +21,9 @@ def choice_of(only: Collection[str] | None, paper: str, units: str, date: str | 
     FormatError
         If a kind, the paper or the units are not known, or a kind's extra is not installed.
     """
-    asked = [("only names", kind, choices()) for kind in only or ()]
-    asked += [("paper is", paper, PAPERS), ("units is", units, UNIT_SYSTEMS)]
-    for words, value, known in asked:
+    choices_made = [("only names", kind, choices()) for kind in only or ()]
+    choices_made += [("paper is", paper, PAPERS), ("units is", units, UNIT_SYSTEMS)]
+    for words, value, known in choices_made:
         if value not in known:
             raise FormatError(f"{words} {value!r}; expected one of {', '.join(known)}")
     kinds = tuple(kind for kind in KINDS if kind in (usual() if only is None else only))
@@ -34,9 +34,9 @@ def choice_of(only: Collection[str] | None, paper: str, units: str, date: str | 
 
 def bundle(material: Material) -> dict[str, tuple[str, bytes]]:
     """Return the chosen files: key in ``outputs`` → name and bytes."""
-    made: dict[str, tuple[str, bytes]] = {}
+    files: dict[str, tuple[str, bytes]] = {}
     for name, kind in KINDS.items():
         if name in material.choice.kinds:
             data = kind.make(material)
-            made |= {key: (file, data[key]) for key, file in kind.files.items() if key in data}
-    return made
+            files |= {key: (file, data[key]) for key, file in kind.files.items() if key in data}
+    return files

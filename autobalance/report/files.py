@@ -83,13 +83,13 @@ class Staging:
             raise FileError(f"{path} is asked for twice; each file needs a place of its own")
         waiting = _temporary(path)
         try:
-            taken = path.is_dir()
-            if not taken:
+            is_folder = path.is_dir()
+            if not is_folder:
                 self._waiting.append((waiting, path))
                 _write_new(waiting, data)
         except OSError as error:
             raise FileError(f"cannot write {path}: {system_reason(error)}") from None
-        if taken:
+        if is_folder:
             raise FileError(f"cannot write {path}: a folder has this name")
 
     def commit(self) -> None:
@@ -165,7 +165,7 @@ def _sweep(folder: Path) -> None:
 
 
 def _lives(process: int) -> bool:
-    """Return whether a process is there; where that cannot be told, that it is."""
+    """Return whether a process is there; where that is not known, that it is."""
     if os.name == "nt":  # there, signal 0 would end it
         return True
     try:

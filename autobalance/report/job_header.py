@@ -27,10 +27,10 @@ class Logo(NamedTuple):
 def work(report: Report) -> dict[str, str]:
     """Return what a job says of itself by its keys, only what it says; the serial of a reading goes first."""
     own = at(report, "job.job") or {}
-    said = {name: str(own[name]) for name in NAMED if own.get(name)}
+    entries = {name: str(own[name]) for name in NAMED if own.get(name)}
     if report.get("serial"):
-        said["serial"] = str(report["serial"])
-    return {name: said[name] for name in NAMED if name in said}
+        entries["serial"] = str(report["serial"])
+    return {name: entries[name] for name in NAMED if name in entries}
 
 
 def work_words(report: Report) -> str:
@@ -71,5 +71,5 @@ def html_header(report: Report) -> str:
         data = base64.b64encode(picture.data).decode()
         image = f'<img class="logo" alt="" src="data:{picture.media_type};base64,{data}">'
     shop = f'<p class="shop">{image}<b>{escape(name)}</b></p>' if name or image else ""
-    said = "".join(f"<div><dt>{key}</dt><dd>{escape(value)}</dd></div>" for key, value in words.items())
-    return shop + (f'<dl class="work">{said}</dl>' if said else "")
+    cells = "".join(f"<div><dt>{key}</dt><dd>{escape(value)}</dd></div>" for key, value in words.items())
+    return shop + (f'<dl class="work">{cells}</dl>' if cells else "")

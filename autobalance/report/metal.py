@@ -32,10 +32,10 @@ class Piece:
     def of(cls, metal: Shared, correction: int, adds: bool) -> Piece:
         """Return the metal that a correction shares with the crank, or that it adds to it."""
         mesh, by_tool = metal.surfaces
-        made = mesh.triangles[by_tool]
+        triangles = mesh.triangles[by_tool]
         if adds:
-            return cls(mesh, made, made, correction, metal)
-        return cls(mesh, mesh.triangles[~by_tool], made[:, ::-1], correction, metal)
+            return cls(mesh, triangles, triangles, correction, metal)
+        return cls(mesh, mesh.triangles[~by_tool], triangles[:, ::-1], correction, metal)
 
     def simplified(self, by_mm: float, adds: bool) -> Piece:
         """Return it with edges merged that are shorter than ``by_mm``."""

@@ -27,9 +27,9 @@ def register(kind: OutputKind) -> None:
     ValueError
         If its name, or the name or key of one of its files, is taken.
     """
-    taken = {*page_names(), *(key for each in _KINDS.values() for key in each.files)}
+    names = {*page_names(), *(key for each in _KINDS.values() for key in each.files)}
     for name in (*kind.files, *kind.files.values()):
-        if name in taken:
+        if name in names:
             raise ValueError(f"an output of the name {name!r} is there already")
     if kind.name in _KINDS:
         raise ValueError(f"the output kind {kind.name!r} is there already")
@@ -51,31 +51,31 @@ def page_names() -> tuple[str, ...]:
     return tuple(name for kind in _KINDS.values() for name in kind.files.values())
 
 
-def _page(made: Material) -> dict[str, bytes]:
+def _page(material: Material) -> dict[str, bytes]:
     from autobalance.report.page.html import page
 
-    picture = made.pictures[0]
-    made.notify("writing the page")
-    shown = made.shown
-    return {"html": page(made.report, shown.body, shown.pieces, picture, shown.note).encode()}
+    picture = material.pictures[0]
+    material.notify("writing the page")
+    shown = material.shown
+    return {"html": page(material.report, shown.body, shown.pieces, picture, shown.note).encode()}
 
 
-def _sheet(made: Material) -> dict[str, bytes]:
+def _sheet(material: Material) -> dict[str, bytes]:
     from autobalance.report.sheet.sheet import pdf
 
-    choice = made.choice
-    return {"pdf": pdf(made.report, made.drawings, choice.paper, choice.units, choice.date)}
+    choice = material.choice
+    return {"pdf": pdf(material.report, material.drawings, choice.paper, choice.units, choice.date)}
 
 
-def _workbook(made: Material) -> dict[str, bytes]:
+def _workbook(material: Material) -> dict[str, bytes]:
     from autobalance.report.balance.workbook import xlsx
 
-    made.notify("writing the workbook")
-    return {"xlsx": xlsx(made.report)}
+    material.notify("writing the workbook")
+    return {"xlsx": xlsx(material.report)}
 
 
-def _pictures(made: Material) -> dict[str, bytes]:
-    before, after = made.pictures
+def _pictures(material: Material) -> dict[str, bytes]:
+    before, after = material.pictures
     return {"png_before": before, "png_after": after}
 
 
@@ -85,16 +85,16 @@ def _require_ezdxf() -> None:
     require_ezdxf()
 
 
-def _drawing(made: Material) -> dict[str, bytes]:
+def _drawing(material: Material) -> dict[str, bytes]:
     from autobalance.report.sheet.dxf import dxf
 
-    return {"dxf": dxf(made.report, made.drawings)}
+    return {"dxf": dxf(material.report, material.drawings)}
 
 
-def _tools(made: Material) -> dict[str, bytes]:
+def _tools(material: Material) -> dict[str, bytes]:
     from autobalance.report.tool_bodies import tool_bodies
 
-    return {"tools": tool_bodies(made, TOOLS.endswith("step"))} if made.report["corrections"] else {}
+    return {"tools": tool_bodies(material, TOOLS.endswith("step"))} if material.report["corrections"] else {}
 
 
 register(OutputKind("html", {"html": "report.html"}, _page))

@@ -1,4 +1,4 @@
-"""Plots of forces and loads: SVG and PNG, axes with units, told apart by colour and by dashes for grey print.
+"""Plots of forces and loads: SVG and PNG, axes with units; colours, and dashes for grey print.
 
 matplotlib draws them; it comes with the extra ``plots`` and is imported only where a plot is asked for.
 """
@@ -25,7 +25,7 @@ STYLES = (
     {"color": "#009e73", "linestyle": "-."},
     {"color": "#cc79a7", "linestyle": (0, (5, 1, 1, 1, 1, 1))},
 )
-"""Colours of Okabe and Ito, told apart by the colour-blind too, and dashes, for grey print; more than five
+"""Colours of Okabe and Ito, safe for the colour-blind, and dashes, for grey print; more than five
 curves begin again with a wider line."""
 FILLS = ("#004b76", "#f0e442", "#0072b2", "#e69f00")
 """Dark and light in turn, so that they differ in grey."""

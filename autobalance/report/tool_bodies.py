@@ -5,16 +5,16 @@ from __future__ import annotations
 from autobalance.report.material import Material
 
 
-def tool_bodies(made: Material, is_exact: bool) -> bytes:
+def tool_bodies(material: Material, is_exact: bool) -> bytes:
     """Return a file with a named solid for each correction, file coordinates, in mm."""
     import numpy as np
 
-    entries = made.report["corrections"]
-    made.notify("drawing the tools")
+    entries = material.report["corrections"]
+    material.notify("drawing the tools")
     if not is_exact:
         from autobalance.solid.formats.threemf_archive import write_objects
 
-        meshes = [tool.mesh for tool in made.tools]
+        meshes = [tool.mesh for tool in material.tools]
         named = [
             (entry["label"], mesh.vertices, mesh.triangles)
             for entry, mesh in zip(entries, meshes, strict=True)
@@ -24,6 +24,6 @@ def tool_bodies(made: Material, is_exact: bool) -> bytes:
     from autobalance.solid.cad.shapes import shape_of
     from autobalance.solid.cad.step_file import write_parts
 
-    back = np.linalg.inv(np.array(made.report["frame"]["file_to_rotor"]))
+    back = np.linalg.inv(np.array(material.report["frame"]["file_to_rotor"]))
     drawn = [(entry["label"], KINDS[entry["kind"]].drawn(entry)) for entry in entries]
     return write_parts([(label, shape_of(shape, back)) for label, shape in drawn if shape is not None], "mm")

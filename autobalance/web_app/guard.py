@@ -34,7 +34,7 @@ class Keys:
     cookie: str = field(default_factory=lambda: secrets.token_urlsafe(24))
 
     def is_token(self, text: str | None) -> bool:
-        """Return whether a text is the token, in a time that tells nothing."""
+        """Return whether a text is the token, in a time that gives nothing away."""
         return text is not None and secrets.compare_digest(text.encode(), self.token.encode())
 
     def is_cookie(self, text: str | None) -> bool:

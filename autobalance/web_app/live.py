@@ -46,11 +46,11 @@ class Live:
         ]
 
     async def kinds(self, _: Request) -> Response:
-        """Tell the kinds of correction and the keys of their tables."""
+        """Return the kinds of correction and the keys of their tables."""
         return JSONResponse({"kinds": await run_in_threadpool(kinds)})
 
     async def asked(self, request: Request) -> Response:
-        """Tell what a run was asked."""
+        """Return what a run was asked for."""
         found = self._runs.asked(request.path_params["run"])
         return refused("there is no such run", 404) if found is None else JSONResponse(found)
 
@@ -84,7 +84,7 @@ class Live:
             return refused(str(error), 400)
 
     async def preview(self, request: Request) -> Response:
-        """Tell what a job's weights do to the crank of an inspection, or why that is not known yet."""
+        """Return what a job's weights do to the crank of an inspection, or why that is not known yet."""
         path, values = self._project.result(request.path_params["run"], REPORT), await body_of(request)
         if path is None:
             return file_of(None)
@@ -100,7 +100,7 @@ class Live:
 
     def _own(self, run: str, name: str) -> Response:
         """Give one of the page's own files; nothing where a result came from elsewhere without it."""
-        if self._runs.told(run) is None:
+        if self._runs.state_of(run) is None:
             return refused("there is no such run", 404)
         path = self._project.own(run, name)
         return Response(status_code=204) if path is None else file_of(path)

@@ -90,24 +90,24 @@ class _Marks:
         self.part[mine] = len(self.parts)
 
     def add_cylinder(self, part: Part, pin: Pin, frame: Array) -> None:
-        """Mark a cylinder along z, told in file coordinates too: what an override of the job needs."""
+        """Mark a cylinder along z, in file coordinates too, as an override of the job needs it."""
         back = frame[:3, :3].T @ (pin.centre_mm - frame[:3, 3])
-        told = {
+        fields = {
             "file_centre_mm": [float(value) for value in back],
             "diameter_mm": float(pin.diameter_mm),
             "width_mm": float(pin.width_mm),
         }
         axis = np.array([0.0, 0.0, 1.0])
-        self.add({**part, **told}, self._on(pin.centre_mm, axis, pin.diameter_mm, pin.width_mm))
+        self.add({**part, **fields}, self._on(pin.centre_mm, axis, pin.diameter_mm, pin.width_mm))
 
     def add_on(self, part: Part, other: Candidate) -> None:
-        told = {
+        fields = {
             "file_centre_mm": [float(value) for value in other.centre_mm],
             "diameter_mm": other.diameter_mm,
             "width_mm": other.width_mm,
         }
         rows = self._on(other.centre_mm, other.direction, other.diameter_mm, other.width_mm)
-        self.add({**part, **told}, rows)
+        self.add({**part, **fields}, rows)
 
     def _on(self, centre: Array, axis: Array, diameter: float, width: float) -> Indices:
         """Return the triangles whose corners lie on a cylinder."""

@@ -79,10 +79,10 @@ def open_job(path: Path, project: Project) -> None:
     from autobalance.job.read import tables_of
 
     def here(name: str) -> str:
-        found = path.parent / name
-        if found.parent.resolve() == project.folder and project.file(found.name) is not None:
-            return found.name
-        return project.copied(found) if found.is_file() else Path(name).name
+        file = path.parent / name
+        if file.parent.resolve() == project.folder and project.file(file.name) is not None:
+            return file.name
+        return project.copied(file) if file.is_file() else Path(name).name
 
     project.write_job(toml_text(_named(tables_of(path), here)))
 
@@ -134,15 +134,15 @@ def _named(values: Any, name: Callable[[str], str]) -> Any:
 
 def named_files(values: Any, path: str) -> list[tuple[str, Any]]:
     """Return every file that a job names, with its key."""
-    found: list[tuple[str, Any]] = []
+    files: list[tuple[str, Any]] = []
     if isinstance(values, dict):
         for key, value in values.items():
             where = f"{path}.{key}" if path else str(key)
-            found += [(where, value)] if key in FILE_KEYS else named_files(value, where)
+            files += [(where, value)] if key in FILE_KEYS else named_files(value, where)
     elif isinstance(values, list):
         for place, item in enumerate(values, 1):
-            found += named_files(item, f"{path}[{place}]")
-    return found
+            files += named_files(item, f"{path}[{place}]")
+    return files
 
 
 def open_report(path: Path, project: Project, anywhere: bool = True) -> str:

@@ -22,7 +22,7 @@ TURNS_DEG = 60.0
 def linear_model(result: BalanceResult) -> Values:
     """Return what `predicted` needs of a result: every cut's effect and its slope with the depth.
 
-    Effects are those of the kinds of correction themselves; ``may_turn`` tells which cuts have a place of
+    Effects are those of the kinds of correction themselves; ``may_turn`` is which cuts have a place of
     their own on the rim, so that they may stand at another angle.
     """
     record = result.record.balanced
@@ -92,8 +92,8 @@ def _grip(listed: Mapping[str, Any], depth_mm: float) -> Values:
 
 def _moments(moments: Moments) -> Values:
     first, second = moments.first_g_mm, moments.second_g_mm2
-    told = {"mass_g": float(moments.mass_g), "inertia_kg_mm2": _inertia(moments)}
-    return {**told, **_values(first[:2], second[:2, 2])}
+    figures = {"mass_g": float(moments.mass_g), "inertia_kg_mm2": _inertia(moments)}
+    return {**figures, **_values(first[:2], second[:2, 2])}
 
 
 def _values(unbalance: Any, moment: Any) -> Values:
@@ -196,13 +196,13 @@ def checked_cuts(
     return depths, turns
 
 
-def _checked(name: str, given: Sequence[Any], count: int) -> list[float]:
-    if not isinstance(given, list | tuple) or len(given) != count:
+def _checked(name: str, entries: Sequence[Any], count: int) -> list[float]:
+    if not isinstance(entries, list | tuple) or len(entries) != count:
         raise JobError(f"{name} must be a list of {count} numbers, one a cut")
-    for each in given:
+    for each in entries:
         if isinstance(each, bool) or not isinstance(each, int | float) or not np.isfinite(each):
             raise JobError(f"{name} holds {each!r}; expected numbers")
-    return [float(each) for each in given]
+    return [float(each) for each in entries]
 
 
 def _refuse(cut: Mapping[str, Any], depth: float, turn: float, number: int) -> None:

@@ -75,5 +75,5 @@ def crank_moments(crank: Mapping[str, Any], density_g_mm3: float) -> Moments:
     mass = float(crank["mass_g"])
     inertia = 1000.0 * np.array(crank["inertia_kg_mm2"], dtype=np.float64)
     second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
-    found = Moments(mass, mass * np.array(crank["centre_of_mass_mm"], dtype=np.float64), second)
-    return found.scaled(density_g_mm3 * float(crank["volume_mm3"]) / mass)
+    moments = Moments(mass, mass * np.array(crank["centre_of_mass_mm"], dtype=np.float64), second)
+    return moments.scaled(density_g_mm3 * float(crank["volume_mm3"]) / mass)

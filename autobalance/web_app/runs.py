@@ -66,9 +66,9 @@ class Runs:
             if RUN_ID.fullmatch(folder.name) and folder.name not in self._runs:
                 project.forget(folder.name)
 
-    def start(self, verb: str, asked: dict[str, Any]) -> str:
+    def start(self, verb: str, request: dict[str, Any]) -> str:
         """Begin a run; return its id."""
-        run = Run(secrets.token_hex(6), verb, asked)
+        run = Run(secrets.token_hex(6), verb, request)
         with self._lock:
             self._runs[run.id] = run
         thread = threading.Thread(target=self._go, args=(run,), daemon=True)
@@ -82,7 +82,7 @@ class Runs:
             runs = sorted(self._runs.values(), key=lambda run: run.started)
         return [self._told(run) for run in runs]
 
-    def told(self, run_id: str) -> dict[str, Any] | None:
+    def state_of(self, run_id: str) -> dict[str, Any] | None:
         """Return one run; None where there is none."""
         run = self._runs.get(run_id)
         return None if run is None else self._told(run)
@@ -189,7 +189,7 @@ class Runs:
             self._finish(run)
 
     def _listen(self, run: Run, pipe: Connection) -> None:
-        """Take in what the process tells until it ends."""
+        """Take in what the process sends until it ends."""
         while True:
             try:
                 kind, *rest = pipe.recv()

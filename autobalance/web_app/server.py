@@ -119,10 +119,10 @@ class Pages:
 
     async def static(self, request: Request) -> Response:
         """Give a file of the page's own."""
-        found = STATIC.get(request.path_params["name"])
-        if found is None:
+        static = STATIC.get(request.path_params["name"])
+        if static is None:
             return refused("there is no such file", 404)
-        room, path, kind = found
+        room, path, kind = static
         return Response(asset(room, path), media_type=kind)
 
     async def health(self, _: Request) -> Response:
@@ -132,7 +132,7 @@ class Pages:
     # --- the project ----------------------------------------------------------------------------------------
 
     async def project(self, _: Request) -> Response:
-        """Tell what the project holds: files, the job as text and as tables."""
+        """Return what the project holds: files, the job as text and as tables."""
         path = self._project.file(JOB)
         text = "" if path is None else path.read_text(encoding="utf-8", errors="replace")
         return JSONResponse(
@@ -156,7 +156,7 @@ class Pages:
         name, apart = request.query_params.get("name", ""), request.query_params.get("apart")
         if not is_plain(name):
             return refused("name must be a plain file name: no folder, no leading dot", 400)
-        if apart is not None and (not RUN_ID.fullmatch(apart) or self._runs.told(apart) is not None):
+        if apart is not None and (not RUN_ID.fullmatch(apart) or self._runs.state_of(apart) is not None):
             return refused("apart must be 12 digits 0 to f that no run has", 400)
         length = request.headers.get("content-length", "")
         body = request.stream()
@@ -206,7 +206,7 @@ class Pages:
     # --- runs -----------------------------------------------------------------------------------------------
 
     async def all_runs(self, _: Request) -> Response:
-        """Tell all runs."""
+        """Return all runs."""
         return JSONResponse({"runs": self._runs.all()})
 
     async def start(self, request: Request) -> Response:
@@ -251,36 +251,36 @@ class Pages:
         return self._wrong_result(values)
 
     def _wrong_result(self, values: dict[str, Any]) -> str:
-        told = self._runs.told(str(values.get("run")))
-        if told is None or told["state"] != "done" or told["verb"] not in ("balance", "recut"):
+        run = self._runs.state_of(str(values.get("run")))
+        if run is None or run["state"] != "done" or run["verb"] not in ("balance", "recut"):
             return "run must be a run of balance or recut that is done"
         return ""
 
     def _dragged(self, values: dict[str, Any]) -> tuple[dict[str, Any], str]:
         """Return cuts that were dragged with the job that made them, and what is wrong, if anything is."""
-        told = self._runs.told(str(values.get("run")))
+        run = self._runs.state_of(str(values.get("run")))
         if set(values) - {"run", "depths_mm", "turns_deg"}:
             return (
                 values,
                 'the body must be {"verb": "cut", "run": ..., "depths_mm": [...], "turns_deg": [...]}',
             )
-        if told is None or told["state"] != "done" or told["verb"] != "balance":
+        if run is None or run["state"] != "done" or run["verb"] != "balance":
             return values, "run must be a run of balance that is done"
-        asked = self._runs.asked(told["id"]) or {}
-        if self._project.own(told["id"], MODEL) is None:
+        request = self._runs.asked(run["id"]) or {}
+        if self._project.own(run["id"], MODEL) is None:
             return values, "the run was made elsewhere: balance here, then drag"
-        return {**values, "job": asked["job"]}, self._wrong_job({"job": asked["job"]})
+        return {**values, "job": request["job"]}, self._wrong_job({"job": request["job"]})
 
     async def one_run(self, request: Request) -> Response:
-        """Tell one run."""
-        found = self._runs.told(request.path_params["run"])
-        return refused("there is no such run", 404) if found is None else JSONResponse(found)
+        """Return one run."""
+        run = self._runs.state_of(request.path_params["run"])
+        return refused("there is no such run", 404) if run is None else JSONResponse(run)
 
     async def cancel(self, request: Request) -> Response:
         """End a run."""
         if not await run_in_threadpool(self._runs.cancel, request.path_params["run"]):
             return refused("there is no such run", 404)
-        return JSONResponse(self._runs.told(request.path_params["run"]), 202)
+        return JSONResponse(self._runs.state_of(request.path_params["run"]), 202)
 
     async def report(self, request: Request) -> Response:
         """Give a run's report."""
@@ -293,8 +293,8 @@ class Pages:
         return file_of(self._of_run(request.path_params["run"], name), name)
 
     def _of_run(self, run: str, name: str) -> Path | None:
-        told = self._runs.told(run)
-        return self._project.result(run, name) if told is not None and name in told["files"] else None
+        record = self._runs.state_of(run)
+        return self._project.result(run, name) if record is not None and name in record["files"] else None
 
 
 def _jsonable(values: Any) -> Any:
@@ -321,12 +321,12 @@ def application(project: Project, runs: Runs, keys: Keys, port: int, max_upload_
 
 def listening_socket(port: int) -> socket.socket:
     """Return a socket on 127.0.0.1; port 0: any that is free."""
-    found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
-        found.bind(("127.0.0.1", port))
-        found.listen(128)  # now: who reads the address may ask before the server has started
+        listener.bind(("127.0.0.1", port))
+        listener.listen(128)  # now: who reads the address may ask before the server has started
     except BaseException:
-        found.close()
+        listener.close()
         raise
-    return found
+    return listener

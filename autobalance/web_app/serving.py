@@ -44,7 +44,7 @@ def app(
     memory_mb: int = 4096,
     told: Callable[[str], None] | None = None,
 ) -> Any:
-    """Serve the app on 127.0.0.1 until it is interrupted; its address, with a token, is told first.
+    """Serve the app on 127.0.0.1 until it is interrupted; ``told`` gets its address, with a token, first.
 
     A crank or a result as an object is shown inline in a notebook instead, and nothing is served.
 

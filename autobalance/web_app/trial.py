@@ -65,7 +65,7 @@ def tried(
     model: Mapping[str, Any],
     depths_mm: Sequence[Any],
     turns_deg: Sequence[Any],
-    tell: Notify,
+    notify: Notify,
 ) -> Trial:
     """Cut a job's crank to these depths and turns, and measure what its file holds.
 
@@ -77,8 +77,8 @@ def tried(
         The result's `linear_model`.
     depths_mm, turns_deg : sequence of float
         One a cut.
-    tell : callable
-        Told in a few words what runs.
+    notify : callable
+        Called with what runs, in a few words.
 
     Returns
     -------
@@ -97,13 +97,14 @@ def tried(
     from autobalance.studies.plan import planned
 
     depths, turns = checked_cuts(model, depths_mm, turns_deg)
-    plan = planned(job, tell)
-    made = plan.result.made
-    if [cut.label for cut, _ in made] != [each["label"] for each in model["cuts"]]:
+    plan = planned(job, notify)
+    planned_cuts = plan.result.made
+    if [cut.label for cut, _ in planned_cuts] != [each["label"] for each in model["cuts"]]:
         raise JobError("the job makes other cuts by now: balance again, then drag")
-    tell("cutting what was dragged")
+    notify("cutting what was dragged")
     cuts = [
-        cast("Cut", TurnedCut(cut, _about_axis(turn))) for (cut, _), turn in zip(made, turns, strict=True)
+        cast("Cut", TurnedCut(cut, _about_axis(turn)))
+        for (cut, _), turn in zip(planned_cuts, turns, strict=True)
     ]
     done = cut_and_measure(plan.rotor, plan.tolerance, cuts, np.array(depths), measure_of(plan.crank.source))
     change = done.moments - plan.result.initial_moments

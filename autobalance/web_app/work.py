@@ -1,4 +1,4 @@
-"""What runs in a process of its own: one verb on one job, its progress told through a pipe."""
+"""What runs in a process of its own: one verb on one job, its progress sent through a pipe."""
 
 from __future__ import annotations
 
@@ -48,19 +48,19 @@ class Place:
         (self.own / f"{name}.part").replace(self.own / name)
 
 
-def work(verb: str, asked: Asked, folders: tuple[str, ...], memory_mb: int, pipe: Connection) -> None:
-    """Run a verb and write its results; tell words, share and the end through ``pipe``."""
+def work(verb: str, request: Asked, folders: tuple[str, ...], memory_mb: int, pipe: Connection) -> None:
+    """Run a verb and write its results; send words, share and the end through ``pipe``."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's to deal with
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("MPLBACKEND", "agg")
     limit_memory(memory_mb)
     from autobalance.errors import AutobalanceError
 
-    def tell(words: str, share: float) -> None:
+    def notify(words: str, share: float) -> None:
         pipe.send(("progress", words, share))
 
     try:
-        code = VERBS[verb](asked, Place(*(Path(each) for each in folders)), tell)
+        code = VERBS[verb](request, Place(*(Path(each) for each in folders)), notify)
         pipe.send(("done", code))
     except AutobalanceError as error:
         pipe.send(("failed", error.exit_code, str(error)))
@@ -88,20 +88,20 @@ def limit_memory(memory_mb: int) -> None:
 # --- verbs --------------------------------------------------------------------------------------------------
 
 
-def _inspect(asked: Asked, place: Place, tell: Progress) -> int:
+def _inspect(request: Asked, place: Place, notify: Progress) -> int:
     import autobalance as ab
     from autobalance.web_app.meshes import recognised_mesh
 
-    tell("reading", 0.0)
-    result = ab.inspect(_read(asked["job"].get("crankshaft", {}), place, tell), progress=tell)
-    tell("drawing", 0.9)
+    notify("reading", 0.0)
+    result = ab.inspect(_read(request["job"].get("crankshaft", {}), place, notify), progress=notify)
+    notify("drawing", 0.9)
     place.keep(MESH, recognised_mesh(result))
     place.keep(MODEL, json.dumps({"crankpin_in_file": result.crank.measured.holds_crankpins}).encode())
     _report(place, result)
     return 0
 
 
-def _read(table: Asked, place: Place, tell: Progress) -> Crank:
+def _read(table: Asked, place: Place, notify: Progress) -> Crank:
     """Read and measure the crank of a job; its solid is there to be looked at before it is recognised."""
     from autobalance.api.crank import Crank
     from autobalance.balancing.measured_crank import read_crank, recognise_and_measure
@@ -117,7 +117,7 @@ def _read(table: Asked, place: Place, tell: Progress) -> Crank:
     source = read_crank(crankshaft)
     mesh = source.solid.mesh
     place.keep(MESH, bare_mesh(mesh, ()))
-    tell("recognising", SEEN)
+    notify("recognising", SEEN)
     try:
         return Crank(recognise_and_measure(crankshaft, source), crankshaft)
     except RecognitionError:  # for a user to say what is what
@@ -127,40 +127,42 @@ def _read(table: Asked, place: Place, tell: Progress) -> Crank:
         raise
 
 
-def _balance(asked: Asked, place: Place, tell: Progress) -> int:
+def _balance(request: Asked, place: Place, notify: Progress) -> int:
     import autobalance as ab
 
-    result = ab.balance(ab.Job.from_dict(asked["job"], folder=place.project), progress=tell)
-    return _written(result, place, tell)
+    result = ab.balance(ab.Job.from_dict(request["job"], folder=place.project), progress=notify)
+    return _written(result, place, notify)
 
 
-def _recut(asked: Asked, place: Place, tell: Progress) -> int:
+def _recut(request: Asked, place: Place, notify: Progress) -> int:
     import autobalance as ab
 
-    report = place.results.parent / asked["run"] / REPORT
-    trusted = bool(asked.get("trust_reading"))
-    result = ab.recut(report, asked["reading"], folder=place.results, trust_reading=trusted, progress=tell)
-    return _written(result, place, tell)
+    report = place.results.parent / request["run"] / REPORT
+    trusted = bool(request.get("trust_reading"))
+    result = ab.recut(
+        report, request["reading"], folder=place.results, trust_reading=trusted, progress=notify
+    )
+    return _written(result, place, notify)
 
 
-def _nc(asked: Asked, place: Place, tell: Progress) -> int:
+def _nc(request: Asked, place: Place, notify: Progress) -> int:
     """Write the NC programs of a result on a machine whose file was pasted into the page."""
     import autobalance as ab
     from autobalance.job.toml.document import toml_of
 
-    report = place.results.parent / asked["run"] / REPORT
-    result = ab.nc(report, toml_of(asked["machine"], "machine file"), progress=tell)
+    report = place.results.parent / request["run"] / REPORT
+    result = ab.nc(report, toml_of(request["machine"], "machine file"), progress=notify)
     result.write(place.results)
     _report(place, result)
     return result.exit_code
 
 
-def _written(result: BalanceResult, place: Place, tell: Progress) -> int:
+def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
     """Write what the command writes, and what the page shows of it."""
     from autobalance.web_app.meshes import result_view
     from autobalance.web_app.prediction import linear_model
 
-    result.write(place.results, progress=tell)
+    result.write(place.results, progress=notify)
     drawing = _drawing(result)
     if drawing is not None:
         place.keep(DRAWING, drawing)
@@ -180,43 +182,43 @@ def _drawing(result: BalanceResult) -> bytes | None:
         return None
 
 
-def _cut(asked: Asked, place: Place, tell: Progress) -> int:
+def _cut(request: Asked, place: Place, notify: Progress) -> int:
     """Make the cuts of a result as they were dragged on the page, and measure them."""
     import autobalance as ab
     from autobalance.web_app.trial import tried
 
-    model = json.loads((place.own.parent / asked["run"] / MODEL).read_text(encoding="utf-8"))
-    job = ab.Job.from_dict(asked["job"], folder=place.project)
-    dragged = {key: asked.get(key, []) for key in ("depths_mm", "turns_deg")}
-    done = tried(job, model, dragged["depths_mm"], dragged["turns_deg"], lambda words: tell(words, 0.2))
+    model = json.loads((place.own.parent / request["run"] / MODEL).read_text(encoding="utf-8"))
+    job = ab.Job.from_dict(request["job"], folder=place.project)
+    dragged = {key: request.get(key, []) for key in ("depths_mm", "turns_deg")}
+    done = tried(job, model, dragged["depths_mm"], dragged["turns_deg"], lambda words: notify(words, 0.2))
     place.results.mkdir(parents=True, exist_ok=True)
     if done.data is not None:
-        ending = Path(str(asked["job"]["crankshaft"]["file"])).suffix
+        ending = Path(str(request["job"]["crankshaft"]["file"])).suffix
         (place.results / f"tried{ending}").write_bytes(done.data)
-    values = {"command": "cut", "run": asked["run"], **dragged, "trial": done.values}
+    values = {"command": "cut", "run": request["run"], **dragged, "trial": done.values}
     (place.results / REPORT).write_text(json.dumps(values, allow_nan=False), encoding="utf-8")
     return 0
 
 
-def _compare(asked: Asked, place: Place, tell: Progress) -> int:
+def _compare(request: Asked, place: Place, notify: Progress) -> int:
     """Compare the kinds; those that come within tolerance are drawn."""
     import autobalance as ab
     from autobalance.api.crank import Crank
     from autobalance.balancing.measured_crank import measure_crank
     from autobalance.runtime import Stopwatch
 
-    job = ab.Job.from_dict(asked["job"], folder=place.project)
-    tell("reading the crank", 0.0)
+    job = ab.Job.from_dict(request["job"], folder=place.project)
+    notify("reading the crank", 0.0)
     crank = Crank(measure_crank(job.crankshaft, Stopwatch(), job.balance, with_faces=True), job.crankshaft)
-    compared = ab.compare(job, crank, progress=lambda words, _: tell(words, 0.1))
+    compared = ab.compare(job, crank, progress=lambda words, _: notify(words, 0.1))
     rows = [row for row in compared.report["rows"] if row["outcome"] == "within_tolerance"]
     place.results.mkdir(parents=True, exist_ok=True)
     for done, row in enumerate(rows):
         name = "+".join(row["method"])
-        tell(f"drawing {name}", 0.4 + 0.6 * done / len(rows))
+        notify(f"drawing {name}", 0.4 + 0.6 * done / len(rows))
         tables = {
-            **asked["job"],
-            "correction": {**asked["job"].get("correction", {}), "method": row["method"]},
+            **request["job"],
+            "correction": {**request["job"].get("correction", {}), "method": row["method"]},
         }
         picture = _picture(ab.balance(ab.Job.from_dict(tables, folder=place.project), crank))
         (place.results / f"{name}.png").write_bytes(picture)
@@ -250,16 +252,16 @@ def _bundled(result: BalanceResult, kind: str) -> dict[str, tuple[str, bytes]]:
     return bundle(Material(report, Choice((kind,)), before, ended.solid, ended.tools, lambda _: None))
 
 
-def _forces(asked: Asked, place: Place, tell: Progress) -> int:
+def _forces(request: Asked, place: Place, notify: Progress) -> int:
     import autobalance as ab
 
-    return _plotted(ab.forces(ab.Job.from_dict(asked["job"], folder=place.project), progress=tell), place)
+    return _plotted(ab.forces(ab.Job.from_dict(request["job"], folder=place.project), progress=notify), place)
 
 
-def _cycle(asked: Asked, place: Place, tell: Progress) -> int:
+def _cycle(request: Asked, place: Place, notify: Progress) -> int:
     import autobalance as ab
 
-    return _plotted(ab.cycle(ab.Job.from_dict(asked["job"], folder=place.project), progress=tell), place)
+    return _plotted(ab.cycle(ab.Job.from_dict(request["job"], folder=place.project), progress=notify), place)
 
 
 def _plotted(result: VerbResult, place: Place) -> int:

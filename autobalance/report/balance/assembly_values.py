@@ -22,7 +22,7 @@ Places = tuple[float, float] | None
 def assembly_values(
     stages: Sequence[AssemblyStage], places: Places, shown: Callable[[Unbalance, Places, None], Values]
 ) -> list[Values]:
-    """Return the stages as JSON values; ``shown`` tells an unbalance as the report does."""
+    """Return the stages as JSON values; ``shown`` makes an unbalance's values."""
     return [_stage(number, each, places, shown) for number, each in enumerate(stages, 1)]
 
 

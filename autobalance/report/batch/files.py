@@ -72,9 +72,9 @@ def grouped_reasons(values: Values) -> list[tuple[str, int, str]]:
     counts: Counter[str] = Counter()
     for row in values["results"]:
         if row["exit_code"] != 0:
-            said = row["message"] or row["outcome"]
-            reason = OWN_WORDS.sub("…", said)
-            first.setdefault(reason, said)
+            why = row["message"] or row["outcome"]
+            reason = OWN_WORDS.sub("…", why)
+            first.setdefault(reason, why)
             counts[reason] += 1
     return sorted(((text, count, first[text]) for text, count in counts.items()), key=lambda x: (-x[1], x[0]))
 

@@ -46,24 +46,24 @@ def summary_page(values: Values) -> bytes:
 
 def _pareto(values: Values) -> str:
     """Return the reasons with bars, and how much of all they make together so far."""
-    found = grouped_reasons(values)
-    total = sum(count for _, count, _ in found)
+    reasons = grouped_reasons(values)
+    total = sum(count for _, count, _ in reasons)
     if not total:
         return "<p>None: every row is within tolerance.</p>"
     rows, so_far = [], 0
-    for text, count, example in found[:MOST_REASONS]:
+    for text, count, example in reasons[:MOST_REASONS]:
         so_far += count
-        bar = f'<span class="bar" style="width:{12.0 * count / found[0][1]:.2f}em"></span>'
-        said = (
+        bar = f'<span class="bar" style="width:{12.0 * count / reasons[0][1]:.2f}em"></span>'
+        shares = (
             html.escape(example)
             if count == 1
             else f"{html.escape(text)}<br><small>{html.escape(example)}</small>"
         )
         rows.append(
             f'<tr><td class="n">{count}</td><td>{bar}</td><td class="n">{100.0 * so_far / total:.0f} %</td>'
-            f"<td>{said}</td></tr>"
+            f"<td>{shares}</td></tr>"
         )
-    left = len(found) - MOST_REASONS
+    left = len(reasons) - MOST_REASONS
     more = f"<p>{left} reasons more, each with fewer rows.</p>" if left > 0 else ""
     head = "<tr><th>rows</th><th></th><th>together</th><th>reason</th></tr>"
     return f"<table>{head}{''.join(rows)}</table>{more}"

@@ -34,17 +34,17 @@ def rotor_bearing(speeds_rpm: Sequence[float], analysis: Analysis, z_mm: float, 
     JobError
         If there is no film at one of the speeds.
     """
-    found = {}
+    states = {}
     for speed_rpm, state in sorted(zip(speeds_rpm, analysis.states, strict=True), key=lambda pair: pair[0]):
         if state.film is None:
-            raise JobError(f"no film carries the journal at {speed_rpm:g} 1/min; its stiffness is needed")
-        found[speed_rpm] = state.film.turned(math.radians(load_deg))
-    values: Values = {"z_mm": z_mm, "speeds_rpm": list(found)} if len(found) > 1 else {"z_mm": z_mm}
+            raise JobError(f"no film carries the journal at {speed_rpm:g} 1/min; its stiffness needs one")
+        states[speed_rpm] = state.film.turned(math.radians(load_deg))
+    values: Values = {"z_mm": z_mm, "speeds_rpm": list(states)} if len(states) > 1 else {"z_mm": z_mm}
     for number, (letter, unit) in enumerate((("k", "n_m"), ("c", "n_s_m"))):
         for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            column = [float(pair[number][i, j]) for pair in found.values()]
+            column = [float(pair[number][i, j]) for pair in states.values()]
             name = f"{letter}{'xy'[i]}{'xy'[j]}_{unit}"
-            values[name] = column if len(found) > 1 else column[0]
+            values[name] = column if len(states) > 1 else column[0]
             if number == 0 and i == j and min(column) < 0.0:
                 values["allow_negative"] = True
     return values

@@ -31,10 +31,10 @@ def design_text(values: Values) -> str:
     if search["finite_elements"] is not None:
         lines[-1:] = [_finite_elements_text(search["finite_elements"]), ""]
     for design in values["designs"]:
-        told = ", ".join(f"{name} {value:.6g}" for name, value in design["objectives"].items())
+        objectives = ", ".join(f"{name} {value:.6g}" for name, value in design["objectives"].items())
         residual = design["residual"]
         lines.append(
-            f"{design['id']}: {told}; residual {residual['magnitude_g_mm']:.3g} g·mm "
+            f"{design['id']}: {objectives}; residual {residual['magnitude_g_mm']:.3g} g·mm "
             f"({100 * residual['worst_share']:.2g} % of what is permitted)"
         )
     if values["reason"]:
@@ -44,13 +44,13 @@ def design_text(values: Values) -> str:
     return "\n".join(lines)
 
 
-def _finite_elements_text(found: Values) -> str:
-    """Return how many designs were analysed, and how far the others were told wrong."""
-    count = found["analysed_in_search"] + found["analysed_when_written"]
-    off = found["errors_when_written"] or {}
+def _finite_elements_text(analysed: Values) -> str:
+    """Return how many designs were analysed, and how far the others' predictions were off."""
+    count = analysed["analysed_in_search"] + analysed["analysed_when_written"]
+    off = analysed["errors_when_written"] or {}
     errors = ", ".join(f"{name} {100 * share:.2g} %" for name, share in off.items())
-    said = f"; predictions of the written ones were off by at most: {errors}" if errors else ""
-    return f"finite elements of {count} designs, the others told from these{said}"
+    off_by = f"; predictions of the written ones were off by at most: {errors}" if errors else ""
+    return f"finite elements of {count} designs, the others predicted from these{off_by}"
 
 
 def design_picture(mesh: Mesh) -> bytes:

@@ -30,9 +30,9 @@ def front_of(problem: Problem, designs: Sequence[DesignFigures]) -> tuple[list[s
     return kept, best
 
 
-def infeasible_reason(made: WrittenDesign) -> str:
+def infeasible_reason(design: WrittenDesign) -> str:
     """Say what the least violated design breaks, and which limit to release."""
-    worst = min(made.constraints, key=lambda each: each.margin / each.scale)
+    worst = min(design.constraints, key=lambda each: each.margin / each.scale)
     by = -worst.margin
     if worst.name == "residual":
         return (

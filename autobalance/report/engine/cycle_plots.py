@@ -22,7 +22,7 @@ AXES = ("load along x [N]", "load along y [N]")
 
 
 def cycle_plots(
-    found: CycleAnalysis,
+    cycle: CycleAnalysis,
     factors: Sequence[float],
     films: CycleFilms | None = None,
     sweep: Sequence[Mapping[str, Any]] | None = None,
@@ -30,42 +30,42 @@ def cycle_plots(
     """Return every plot of a cycle, by its name; the indicator diagrams are cylinder 1's."""
     from autobalance.report import plots
 
-    at = f"at {found.speed_rad_s / RAD_S_PER_RPM:g} rpm"
-    angle, span = found.grid.even_rad, 180 * found.firing.strokes
-    made: Plots = {**_indicator(found), **_polar(found, at)}
-    torques = {"gas": found.gas_n_m, "inertia": found.inertia_n_m, "total": found.total_n_m}
-    curves = {name: found.grid.even(values) for name, values in torques.items()}
-    made["torque-over-angle"] = plots.over_angle(f"Torque {at}", "torque [N·m]", angle, curves, span)
-    drawn = [each for each in found.orders if each.order <= HIGHEST_DRAWN]
+    at = f"at {cycle.speed_rad_s / RAD_S_PER_RPM:g} rpm"
+    angle, span = cycle.grid.even_rad, 180 * cycle.firing.strokes
+    all_plots: Plots = {**_indicator(cycle), **_polar(cycle, at)}
+    torques = {"gas": cycle.gas_n_m, "inertia": cycle.inertia_n_m, "total": cycle.total_n_m}
+    curves = {name: cycle.grid.even(values) for name, values in torques.items()}
+    all_plots["torque-over-angle"] = plots.over_angle(f"Torque {at}", "torque [N·m]", angle, curves, span)
+    drawn = [each for each in cycle.orders if each.order <= HIGHEST_DRAWN]
     heights = {
         "gas": [each.gas_n_m for each in drawn],
         "inertia": [each.inertia_n_m for each in drawn],
         "total": [each.total_n_m for each in drawn],
     }
     orders = [each.order for each in drawn]
-    made["torque-orders"] = plots.bars(f"Torque by order {at}", "amplitude [N·m]", orders, heights)
-    if found.uneven_speed is not None:
-        speed = {"speed": found.uneven_speed.speed_rad_s / RAD_S_PER_RPM}
-        made["speed-over-angle"] = plots.over_angle(f"Speed {at}", "speed [1/min]", angle, speed, span)
-    made |= _factors(found, factors, at)
+    all_plots["torque-orders"] = plots.bars(f"Torque by order {at}", "amplitude [N·m]", orders, heights)
+    if cycle.uneven_speed is not None:
+        speed = {"speed": cycle.uneven_speed.speed_rad_s / RAD_S_PER_RPM}
+        all_plots["speed-over-angle"] = plots.over_angle(f"Speed {at}", "speed [1/min]", angle, speed, span)
+    all_plots |= _factors(cycle, factors, at)
     if sweep:
-        made |= _sweep(sweep)
+        all_plots |= _sweep(sweep)
     if films is not None:
-        made |= _films(films, at)
-    return made
+        all_plots |= _films(films, at)
+    return all_plots
 
 
-def _indicator(found: CycleAnalysis) -> Plots:
+def _indicator(cycle: CycleAnalysis) -> Plots:
     """Pressure over angle and volume."""
     from autobalance.report import plots
 
-    state, grid = found.firing.parts.gas_state, found.grid
+    state, grid = cycle.firing.parts.gas_state, cycle.grid
     pressures = {
         f"cylinder {number}": grid.even(each) * BAR_PER_MPA
         for number, each in enumerate(state.pressure_mpa, 1)
     }
-    span = 180 * found.firing.strokes
-    made: Plots = {
+    span = 180 * cycle.firing.strokes
+    drawn: Plots = {
         "pressure-over-angle": plots.over_angle(
             "Pressure in the cylinders", "pressure [bar]", grid.even_rad, pressures, span
         )
@@ -74,69 +74,69 @@ def _indicator(found: CycleAnalysis) -> Plots:
     volume = grid.even(state.volume_mm3[0]) * 1e-3
     curve = plots.Curve("cylinder 1", np.append(volume, volume[0]), np.append(first, first[0]))
     labels = ("volume [cm³]", "pressure [bar]")
-    made["pressure-over-volume"] = plots.lines("Indicator diagram", labels, [curve])
-    if found.firing.cycles[0].chamber.clearance_mm3 > 0.0 and first.min() > 0.0:
-        made["log-pressure-over-log-volume"] = plots.lines(
+    drawn["pressure-over-volume"] = plots.lines("Indicator diagram", labels, [curve])
+    if cycle.firing.cycles[0].chamber.clearance_mm3 > 0.0 and first.min() > 0.0:
+        drawn["log-pressure-over-log-volume"] = plots.lines(
             "Indicator diagram, logarithmic", labels, [curve], logarithmic=True
         )
-    return made
+    return drawn
 
 
-def _polar(found: CycleAnalysis, at: str) -> Plots:
+def _polar(cycle: CycleAnalysis, at: str) -> Plots:
     """Draw the paths of the loads: mains and wrist pins in the engine's frame, crankpins in the crank's."""
     from autobalance.report import plots
 
-    turned = np.exp(-1j * found.grid.even_rad)
+    turned = np.exp(-1j * cycle.grid.even_rad)
 
     def paths(name: str, loads_n: Array, *, in_crank: bool = False) -> list[plots.Curve]:
         curves = []
         for number, load in enumerate(loads_n, 1):
-            both = found.grid.even(load[:, 0]) + 1j * found.grid.even(load[:, 1])
+            both = cycle.grid.even(load[:, 0]) + 1j * cycle.grid.even(load[:, 1])
             both = both * turned if in_crank else both
-            both = both.conj() if found.firing.engine.clockwise else both
+            both = both.conj() if cycle.firing.engine.clockwise else both
             curves.append(plots.Curve(f"{name} {number}", both.real, both.imag))
         return curves
 
     return {
         "main-bearings-polar": plots.polar(
-            f"Main bearings, engine's frame, {at}", AXES, paths("main", found.loads.main_n)
+            f"Main bearings, engine's frame, {at}", AXES, paths("main", cycle.loads.main_n)
         ),
         "crankpins-polar": plots.polar(
-            f"Crankpins, crank's frame, {at}", AXES, paths("crankpin", found.crankpins_n, in_crank=True)
+            f"Crankpins, crank's frame, {at}", AXES, paths("crankpin", cycle.crankpins_n, in_crank=True)
         ),
         "wrist-pins-polar": plots.polar(
-            f"Wrist pins, engine's frame, {at}", AXES, paths("cylinder", found.loads.wrist_pin_n)
+            f"Wrist pins, engine's frame, {at}", AXES, paths("cylinder", cycle.loads.wrist_pin_n)
         ),
     }
 
 
-def _factors(found: CycleAnalysis, factors: Sequence[float], at: str) -> Plots:
+def _factors(cycle: CycleAnalysis, factors: Sequence[float], at: str) -> Plots:
     """Draw what each factor does to the most loaded main over the angle, and to the key figures."""
     from autobalance.report import plots
 
-    mains, speed = MainLoads.of(found.firing), found.speed_rad_s
+    mains, speed = MainLoads.of(cycle.firing), cycle.speed_rad_s
     names = [f"{100.0 * factor:g} %" for factor in factors]
-    sizes = [found.grid.even(mains.sizes_n(factor, speed).max(axis=0)) for factor in factors]
-    figures = [key_figures(found.firing, speed, factor) for factor in factors]
+    sizes = [cycle.grid.even(mains.sizes_n(factor, speed).max(axis=0)) for factor in factors]
+    figures = [key_figures(cycle.firing, speed, factor) for factor in factors]
     figure = {"throttle response": [each.acceleration_rad_s2 for each in figures]}
     over = plots.over_angle(
         f"Greatest load of a main by balance factor {at}",
         "load [N]",
-        found.grid.even_rad,
+        cycle.grid.even_rad,
         dict(zip(names, sizes, strict=True)),
-        180 * found.firing.strokes,
+        180 * cycle.firing.strokes,
     )
     labels = ("balance factor", "throttle response [rad/s²]")
-    lever = found.firing.friction.main_lever_mm(found.firing.main_diameters_mm)
-    frictions = [N_M_PER_N_MM * lever @ found.grid.even(mains.sizes_n(factor, speed)) for factor in factors]
+    lever = cycle.firing.friction.main_lever_mm(cycle.firing.main_diameters_mm)
+    frictions = [N_M_PER_N_MM * lever @ cycle.grid.even(mains.sizes_n(factor, speed)) for factor in factors]
     return {
         "main-load-by-factor": over,
         "main-friction-by-factor": plots.over_angle(
             f"Friction of the mains by balance factor {at}",
             "torque [N·m]",
-            found.grid.even_rad,
+            cycle.grid.even_rad,
             dict(zip(names, frictions, strict=True)),
-            180 * found.firing.strokes,
+            180 * cycle.firing.strokes,
         ),
         "throttle-response-by-factor": plots.named_bars(f"Throttle response {at}", labels, names, figure),
     }
@@ -155,7 +155,7 @@ def _sweep(rows: Sequence[Mapping[str, Any]]) -> Plots:
     """Draw loads, friction and film over the speed, a curve for each factor."""
     from autobalance.report import plots
 
-    made: Plots = {}
+    drawn: Plots = {}
     for key, (name, title, label) in SWEPT.items():
         curves = []
         for factor in dict.fromkeys(row["factor"] for row in rows):
@@ -163,8 +163,8 @@ def _sweep(rows: Sequence[Mapping[str, Any]]) -> Plots:
             x, y = ([row[axis] for row in known] for axis in ("speed_rpm", key))
             curves.append(plots.Curve(f"{100.0 * factor:g} %", np.array(x), np.array(y)))
         if any(curve.x.size for curve in curves):
-            made[name] = plots.lines(f"{title} by balance factor", ("speed [1/min]", label), curves)
-    return made
+            drawn[name] = plots.lines(f"{title} by balance factor", ("speed [1/min]", label), curves)
+    return drawn
 
 
 def _films(films: CycleFilms, at: str) -> Plots:
@@ -179,11 +179,11 @@ def _films(films: CycleFilms, at: str) -> Plots:
             for number, path in enumerate(np.moveaxis(orbits.eccentricity, 1, 0), 1)
         ]
 
-    made: Plots = {
+    drawn: Plots = {
         "main-film-orbits": plots.polar(f"Films of the mains {at}", axes, paths("main", films.mains))
     }
     if films.big_ends is not None:
-        made["big-end-film-orbits"] = plots.polar(
+        drawn["big-end-film-orbits"] = plots.polar(
             f"Films of the big ends {at}", axes, paths("cylinder", films.big_ends)
         )
-    return made
+    return drawn

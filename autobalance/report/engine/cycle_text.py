@@ -55,8 +55,10 @@ def _cylinders(report: Values) -> str:
             )
         )
     scatter = report["cylinder"]["imep_scatter_bar"]
-    told = "" if scatter is None else f"\n  imep of the trace's cycles: standard deviation {scatter:.3f} bar"
-    return table(rows) + told
+    spread = (
+        "" if scatter is None else f"\n  imep of the trace's cycles: standard deviation {scatter:.3f} bar"
+    )
+    return table(rows) + spread
 
 
 def _torque(report: Values) -> str:
@@ -132,10 +134,10 @@ def _factors(factors: Sequence[Values]) -> str:
     return table(rows)
 
 
-def _sweep(found: Sequence[Values]) -> str:
+def _sweep(points: Sequence[Values]) -> str:
     head = ("Speed", "factor", "greatest main", "mean main", "friction", "torque", "least film")
     rows: list[Sequence[str]] = [head]
-    for row in found:
+    for row in points:
         rows.append(
             (
                 f"  {row['speed_rpm']:.0f} rpm",
@@ -150,10 +152,10 @@ def _sweep(found: Sequence[Values]) -> str:
     return table(rows)
 
 
-def _counterweights(found: Sequence[Values]) -> str:
+def _counterweights(proposals: Sequence[Values]) -> str:
     head = ("Counterweight of least reaction", "anywhere", "at", "leaves", "opposite", "leaves", "factor")
     rows: list[Sequence[str]] = [head]
-    for row in found:
+    for row in proposals:
         rows.append(
             (
                 f"  throw {row['throw']}",
@@ -168,14 +170,14 @@ def _counterweights(found: Sequence[Values]) -> str:
     return table(rows)
 
 
-def _key_figures(found: Values) -> str:
+def _key_figures(figures: Values) -> str:
     rows: list[Sequence[str]] = [("Key figures", "throttle response", "greatest speed", "greatest torque")]
     for key, name in (
         ("factor", "factor"),
         ("inertia", "inertia ×"),
         ("reciprocating_mass", "reciprocating ×"),
     ):
-        for row in found[key]:
+        for row in figures[key]:
             rows.append(
                 (
                     f"  {name} {row['factor' if key == 'factor' else 'share']:g}",
@@ -209,11 +211,11 @@ def _micrometres(film_mm: float | None) -> str:
     return number(None if film_mm is None else 1e3 * film_mm, ".2f", " µm")
 
 
-def _pendulum(found: Values) -> str:
-    mass = number(found["mass_g"], ".1f", " g")
+def _pendulum(figures: Values) -> str:
+    mass = number(figures["mass_g"], ".1f", " g")
     return (
-        f"Pendulum for order {found['order']:g}, {found['path']} path: {found['length_mm']:.3f} mm long on"
-        f" {found['distance_mm']:g} mm, {mass} for {100.0 * found['reduction']:g} % of"
-        f" {number(found['torque_N_m'], '.2f')} N·m at {found['swing_deg']:g}°; its order there is"
-        f" {found['order_at_swing']:.4f}"
+        f"Pendulum for order {figures['order']:g}, {figures['path']} path: {figures['length_mm']:.3f} mm long"
+        f" on {figures['distance_mm']:g} mm, {mass} for {100.0 * figures['reduction']:g} % of"
+        f" {number(figures['torque_N_m'], '.2f')} N·m at {figures['swing_deg']:g}°; its order there is"
+        f" {figures['order_at_swing']:.4f}"
     )

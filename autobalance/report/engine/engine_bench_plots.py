@@ -25,7 +25,7 @@ def engine_bench_plots(
 ) -> dict[str, dict[str, bytes]]:
     """Return the plots by name; those over the speed where there are several speeds."""
     torque = [plots.Curve(each.name, each.angle_deg, each.torque_N_m) for each in curves]
-    made = {"engine-torque": plots.lines("Output torque", ("crank angle [°]", "torque [N·m]"), torque)}
+    drawn = {"engine-torque": plots.lines("Output torque", ("crank angle [°]", "torque [N·m]"), torque)}
     if len(report["variants"][0]["points"]) > 1:
         for name, (title, key, axis) in FIGURES.items():
             lines = [
@@ -36,12 +36,12 @@ def engine_bench_plots(
                 )
                 for each in report["variants"]
             ]
-            made[name] = plots.lines(title, ("speed [1/min]", axis), lines)
+            drawn[name] = plots.lines(title, ("speed [1/min]", axis), lines)
     runs = [
         plots.Curve(each.name, 1e3 * each.run.time_s, each.run.speed_rad_s / RAD_S_PER_RPM)
         for each in curves
         if each.run is not None
     ]
     if runs:
-        made["engine-run-up"] = plots.lines("Run-up without load", ("time [ms]", "speed [1/min]"), runs)
-    return made
+        drawn["engine-run-up"] = plots.lines("Run-up without load", ("time [ms]", "speed [1/min]"), runs)
+    return drawn

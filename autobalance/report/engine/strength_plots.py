@@ -14,7 +14,7 @@ from autobalance.units import RAD_S_PER_RPM
 Plots = dict[str, Mapping[str, bytes]]
 
 
-def strength_plots(found: CycleAnalysis, fillets: Sequence[Fillet], report: Mapping[str, Any]) -> Plots:
+def strength_plots(cycle: CycleAnalysis, fillets: Sequence[Fillet], report: Mapping[str, Any]) -> Plots:
     """Return the stress of the least safe fillet over the cycle, and the safety of all."""
     from autobalance.report import plots
 
@@ -25,15 +25,15 @@ def strength_plots(found: CycleAnalysis, fillets: Sequence[Fillet], report: Mapp
     bending = least.cost * (least.factors.bending * least.bending_MPa - least.factors.shear * least.shear_MPa)
     torsion = least.cost * least.factors.torsion * least.torsion_MPa
     curves = {
-        "bending": found.grid.even(bending),
-        "torsion": found.grid.even(torsion),
-        "von Mises": found.grid.even(np.sqrt(bending**2 + 3.0 * torsion**2)),
+        "bending": cycle.grid.even(bending),
+        "torsion": cycle.grid.even(torsion),
+        "von Mises": cycle.grid.even(np.sqrt(bending**2 + 3.0 * torsion**2)),
     }
-    at = f"at {found.speed_rad_s / RAD_S_PER_RPM:g} rpm"
+    at = f"at {cycle.speed_rad_s / RAD_S_PER_RPM:g} rpm"
     title = f"Stress in the {least.place} fillet of web {least.web} {at}"
-    span = 180 * found.firing.strokes
-    made: Plots = {
-        "fillet-stress": plots.over_angle(title, "local stress [MPa]", found.grid.even_rad, curves, span)
+    span = 180 * cycle.firing.strokes
+    drawn: Plots = {
+        "fillet-stress": plots.over_angle(title, "local stress [MPa]", cycle.grid.even_rad, curves, span)
     }
     for place in ("crankpin", "journal"):
         rows = [row for row in report["fillets"] if row["place"] == place]
@@ -44,7 +44,7 @@ def strength_plots(found: CycleAnalysis, fillets: Sequence[Fillet], report: Mapp
                 "Goodman": [row["safety"]["goodman"] or 0.0 for row in rows],
             }
             labels = (f"{place} fillet", "safety")
-            made[f"{place}-safety"] = plots.named_bars(
+            drawn[f"{place}-safety"] = plots.named_bars(
                 f"Safety of the {place} fillets {at}", labels, names, heights
             )
-    return made
+    return drawn

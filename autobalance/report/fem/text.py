@@ -20,9 +20,10 @@ def fem_text(values: Values) -> str:
         + ("frequencies [Hz]" if values["modes"] is not None else "principal [MPa]"),
     ]
     for level in values["convergence"]:
-        found = level.get("frequencies_hz") or [level["greatest_principal_MPa"]]
+        results = level.get("frequencies_hz") or [level["greatest_principal_MPa"]]
         lines.append(
-            f"{level['size_mm']:14.4g} {level['nodes']:7d}   " + "  ".join(f"{value:.2f}" for value in found)
+            f"{level['size_mm']:14.4g} {level['nodes']:7d}   "
+            + "  ".join(f"{value:.2f}" for value in results)
         )
     return "\n".join(lines)
 

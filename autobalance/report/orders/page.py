@@ -26,16 +26,16 @@ SPECTRUM_SAMPLES = 1 << 21
 SIZES = "<style>.curve canvas{width:100%;height:320px;display:block;touch-action:none;cursor:grab}.curve output{color:var(--soft);font-size:13px}</style>"  # noqa: E501
 
 
-def orders_page(found: Analysis, values: Values) -> str:
+def orders_page(analysis: Analysis, values: Values) -> str:
     """Return the whole page; it needs no other file and asks for none."""
     name = escape(values["record"]["file"])
     data = json.dumps(
-        {"record": _record_curve(found), "spectrum": _spectrum_curve(found, values)}, allow_nan=False
+        {"record": _record_curve(analysis), "spectrum": _spectrum_curve(analysis, values)}, allow_nan=False
     )
     data = data.replace("<", "\\u003c")  # no text can end the script element
     script = _asset("orders.js").replace("</script", r"<\/script")
     sections = (
-        _curve("record", f"The record: {found.channel.name}"),
+        _curve("record", f"The record: {analysis.channel.name}"),
         _curve("spectrum", "Its amplitude spectrum"),
         _peaks(values),
         _orders(values),
@@ -96,8 +96,8 @@ def _encoded(values: Array) -> str:
     return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode()
 
 
-def _record_curve(found: Analysis) -> Values:
-    channel = found.channel
+def _record_curve(analysis: Analysis) -> Values:
+    channel = analysis.channel
     few = max(1, -(-len(channel) // MOST_POINTS))
     low, high = _extremes(channel, few)
     unit = f" [{channel.unit}]" if channel.unit else ""
@@ -119,10 +119,10 @@ def _extremes(channel: Channel, few: int) -> tuple[Array, Array]:
     return np.concatenate(low), np.concatenate(high)
 
 
-def _spectrum_curve(found: Analysis, values: Values) -> Values:
-    channel = found.channel
+def _spectrum_curve(analysis: Analysis, values: Values) -> Values:
+    channel = analysis.channel
     f, size = amplitude_spectrum(
-        channel.values(0, SPECTRUM_SAMPLES), channel.sample_rate_hz, found.question.window
+        channel.values(0, SPECTRUM_SAMPLES), channel.sample_rate_hz, analysis.question.window
     )
     few = max(1, -(-len(f) // MOST_POINTS))
     rows = np.pad(size, (0, -len(size) % few), "edge").reshape(-1, few)

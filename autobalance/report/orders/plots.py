@@ -31,31 +31,31 @@ DOTTED: dict[str, Any] = {"color": "0.5", "linestyle": ":", "linewidth": 1.0}
 
 
 def orders_plots(
-    found: Analysis, values: Values, predicted: Sequence[tuple[float | None, float]] = ()
+    analysis: Analysis, values: Values, predicted: Sequence[tuple[float | None, float]] = ()
 ) -> Files:
     """Return every plot that the record allows; ``predicted`` (speed, frequency) on the waterfall."""
-    unit = f" [{found.channel.unit}]" if found.channel.unit else ""
-    label = f"{found.channel.name}{unit}"
-    made: Files = {"spectrum": _spectrum(found, values, label)}
-    made["psd"] = _psd(found)
-    turning = found.speed.turning
-    top = _top_hz(found)
-    fall = waterfall(found.channel, found.question.window, top, turning)
-    made["waterfall"] = _waterfall(fall, label, found, values, predicted)
-    if turning is not None and found.lines is not None:
-        made["orders"] = _orders(values, label)
-        mapped = order_map(found.channel, turning, _max_order(found))
+    unit = f" [{analysis.channel.unit}]" if analysis.channel.unit else ""
+    label = f"{analysis.channel.name}{unit}"
+    drawn: Files = {"spectrum": _spectrum(analysis, values, label)}
+    drawn["psd"] = _psd(analysis)
+    turning = analysis.speed.turning
+    top = _top_hz(analysis)
+    fall = waterfall(analysis.channel, analysis.question.window, top, turning)
+    drawn["waterfall"] = _waterfall(fall, label, analysis, values, predicted)
+    if turning is not None and analysis.lines is not None:
+        drawn["orders"] = _orders(values, label)
+        mapped = order_map(analysis.channel, turning, _max_order(analysis))
         if mapped is not None:
-            made["order-map"] = _order_map(mapped, label)
-        cuts = order_cuts(found.channel, turning, _max_order(found))
+            drawn["order-map"] = _order_map(mapped, label)
+        cuts = order_cuts(analysis.channel, turning, _max_order(analysis))
         strongest = _strongest(cuts)
         if len(cuts) and len(cuts[0].times_s) > 3:
-            made |= _cuts(strongest, label, steady=found.speed.is_steady)
-    if found.envelope is not None:
-        made["envelope"] = _envelope(found, values, label)
+            drawn |= _cuts(strongest, label, steady=analysis.speed.is_steady)
+    if analysis.envelope is not None:
+        drawn["envelope"] = _envelope(analysis, values, label)
     if values["axes"] is not None:
-        made["full-spectrum"] = _full_spectrum(found, values)
-    return made
+        drawn["full-spectrum"] = _full_spectrum(analysis, values)
+    return drawn
 
 
 def _strongest(cuts: list[OrderCut]) -> list[OrderCut]:
@@ -65,29 +65,31 @@ def _strongest(cuts: list[OrderCut]) -> list[OrderCut]:
     return [cut for cut in falling if sizes[cut.order] > SHOWN_SHARE * sizes[falling[0].order]]
 
 
-def _max_order(found: Analysis) -> float:
-    return found.question.max_order if found.lines is None else float(found.lines.orders[-1])
+def _max_order(analysis: Analysis) -> float:
+    return analysis.question.max_order if analysis.lines is None else float(analysis.lines.orders[-1])
 
 
-def _top_hz(found: Analysis) -> float:
+def _top_hz(analysis: Analysis) -> float:
     """Return the highest frequency of the waterfall: that of the highest order, else of what there is."""
-    half = 0.5 * found.channel.sample_rate_hz
-    if found.speed.turning is None:
+    half = 0.5 * analysis.channel.sample_rate_hz
+    if analysis.speed.turning is None:
         highest = max(
-            [sine.frequency_hz for sine in found.sines] + [mode.frequency_hz for mode in found.modes] + [0.0]
+            [sine.frequency_hz for sine in analysis.sines]
+            + [mode.frequency_hz for mode in analysis.modes]
+            + [0.0]
         )
         return min(half, 3.0 * highest) if highest > 0.0 else half
-    fastest = float(found.speed.turning.speeds_rpm().max()) / 60.0
-    highest = max([mode.frequency_hz for mode in found.modes], default=0.0)
-    return min(half, max(1.05 * found.question.max_order * fastest, 1.5 * highest))
+    fastest = float(analysis.speed.turning.speeds_rpm().max()) / 60.0
+    highest = max([mode.frequency_hz for mode in analysis.modes], default=0.0)
+    return min(half, max(1.05 * analysis.question.max_order * fastest, 1.5 * highest))
 
 
-def _spectrum(found: Analysis, values: Values, label: str) -> dict[str, bytes]:
-    channel = found.channel
+def _spectrum(analysis: Analysis, values: Values, label: str) -> dict[str, bytes]:
+    channel = analysis.channel
     f, size = amplitude_spectrum(
-        channel.values(0, SHOWN_SAMPLES), channel.sample_rate_hz, found.question.window
+        channel.values(0, SHOWN_SAMPLES), channel.sample_rate_hz, analysis.question.window
     )
-    top = max([peak["frequency_hz"] for peak in values["spectrum"]["peaks"]] + [_top_hz(found)])
+    top = max([peak["frequency_hz"] for peak in values["spectrum"]["peaks"]] + [_top_hz(analysis)])
     shown = f <= min(1.1 * top, 0.5 * channel.sample_rate_hz)
 
     def draw(axes: Axes) -> None:
@@ -103,10 +105,10 @@ def _spectrum(found: Analysis, values: Values, label: str) -> dict[str, bytes]:
     return drawn("Amplitude spectrum", label, draw)
 
 
-def _psd(found: Analysis) -> dict[str, bytes]:
+def _psd(analysis: Analysis) -> dict[str, bytes]:
     """Draw the power spectral density with its standard error."""
-    made = welch(found.channel, found.question.window)
-    f, mean, off = made.frequencies_hz[1:], made.density[1:], made.scatter[1:]
+    density = welch(analysis.channel, analysis.question.window)
+    f, mean, off = density.frequencies_hz[1:], density.density[1:], density.scatter[1:]
     floor = 1e-12 * float(mean.max(initial=0.0)) + 1e-300
 
     def draw(axes: Axes) -> None:
@@ -115,9 +117,9 @@ def _psd(found: Analysis) -> dict[str, bytes]:
         axes.loglog(f, np.maximum(mean, floor), color="black", linewidth=0.8)
         axes.set_xlabel("frequency [Hz]")
 
-    unit = found.channel.unit or "1"
-    title = f"Power spectral density, {made.segments} segments"
-    return drawn(title, f"{found.channel.name} [({unit})²/Hz]", draw)
+    unit = analysis.channel.unit or "1"
+    title = f"Power spectral density, {density.segments} segments"
+    return drawn(title, f"{analysis.channel.name} [({unit})²/Hz]", draw)
 
 
 def _envelope_of(x: Array, y: Array, points: int = 4000) -> tuple[Array, Array]:
@@ -162,23 +164,23 @@ def _colours(axes: Axes, x: Array, y: Array, sizes: Array, label: str) -> None:
 
 
 def _waterfall(
-    found: Map,
+    fall: Map,
     label: str,
     analysis: Analysis,
     values: Values,
     predicted: Sequence[tuple[float | None, float]],
 ) -> dict[str, bytes]:
-    rising = found.speeds_rpm is not None and not analysis.speed.is_steady
-    speeds = found.speeds_rpm
+    rising = fall.speeds_rpm is not None and not analysis.speed.is_steady
+    speeds = fall.speeds_rpm
 
     def draw(axes: Axes) -> None:
-        over = speeds if rising and speeds is not None else found.times_s
+        over = speeds if rising and speeds is not None else fall.times_s
         place = np.argsort(over, kind="stable")
-        _colours(axes, found.columns, over[place], found.amplitudes[place], label)
+        _colours(axes, fall.columns, over[place], fall.amplitudes[place], label)
         axes.set_xlabel("frequency [Hz]")
         for mode in values["natural_modes"]:
             axes.axvline(mode["frequency_hz"], **DOTTED, label=f"natural {mode['frequency_hz']:.4g} Hz")
-        _predictions(axes, predicted, found, rising=rising)
+        _predictions(axes, predicted, fall, rising=rising)
         if rising:
             strong = sorted(
                 (r for r in values["orders"] if r["amplitude"]), key=lambda row: -row["amplitude"]
@@ -188,35 +190,35 @@ def _waterfall(
             for row in strong:
                 axes.plot(row["order"] * ends / 60.0, ends, color="0.4", linestyle="--", linewidth=0.8)
                 axes.annotate(f"{row['order']:g}", (row["order"] * ends[1] / 60.0, ends[1]), fontsize="small")
-        axes.set_xlim(0.0, float(found.columns[-1]))
+        axes.set_xlim(0.0, float(fall.columns[-1]))
 
     return drawn("Waterfall" + (f" of {label}"), "speed [1/min]" if rising else "time [s]", draw)
 
 
 def _predictions(
-    axes: Axes, predicted: Sequence[tuple[float | None, float]], found: Map, *, rising: bool
+    axes: Axes, predicted: Sequence[tuple[float | None, float]], fall: Map, *, rising: bool
 ) -> None:
     """Draw natural frequencies that were computed: by speed as points, or at any speed as lines."""
-    top = float(found.columns[-1])
+    top = float(fall.columns[-1])
     for f in sorted({f for speed, f in predicted if (speed is None or not rising) and f <= top}):
         axes.axvline(f, color="0.3", linestyle="-.", linewidth=0.9)
-    if rising and found.speeds_rpm is not None:
-        low, high = float(found.speeds_rpm.min()), float(found.speeds_rpm.max())
+    if rising and fall.speeds_rpm is not None:
+        low, high = float(fall.speeds_rpm.min()), float(fall.speeds_rpm.max())
         points = [(f, n) for n, f in predicted if n is not None and low <= n <= high and f <= top]
         if points:
             axes.plot(*zip(*points, strict=True), ".", color="0.3", markersize=3.0, label="computed")
 
 
-def _order_map(found: Map, label: str) -> dict[str, bytes]:
-    speeds = found.speeds_rpm
+def _order_map(order_map: Map, label: str) -> dict[str, bytes]:
+    speeds = order_map.speeds_rpm
     if speeds is None:
         raise ValueError("an order map has speeds")
     steady = float(np.ptp(speeds)) < 0.02 * float(speeds.mean())
 
     def draw(axes: Axes) -> None:
-        over = found.times_s if steady else speeds
+        over = order_map.times_s if steady else speeds
         place = np.argsort(over, kind="stable")
-        _colours(axes, found.columns, over[place], found.amplitudes[place], label)
+        _colours(axes, order_map.columns, over[place], order_map.amplitudes[place], label)
         axes.set_xlabel("order of the crank speed [-]")
 
     return drawn("Order map" + f" of {label}", "time [s]" if steady else "speed [1/min]", draw)
@@ -261,11 +263,11 @@ def _cuts(cuts: list[OrderCut], label: str, *, steady: bool) -> Files:
     }
 
 
-def _envelope(found: Analysis, values: Values, label: str) -> dict[str, bytes]:
-    envelope = found.envelope
+def _envelope(analysis: Analysis, values: Values, label: str) -> dict[str, bytes]:
+    envelope = analysis.envelope
     if envelope is None:
         raise ValueError("there is no envelope")
-    channel = Channel("envelope", found.channel.unit, envelope.sample_rate_hz, envelope.values)
+    channel = Channel("envelope", analysis.channel.unit, envelope.sample_rate_hz, envelope.values)
     f, size = amplitude_spectrum(channel.values() - channel.values().mean(), channel.sample_rate_hz)
     marks = [] if values["bearing"] is None else values["bearing"]["envelope"]
     top = 3.0 * max([mark["frequency_hz"] for mark in marks], default=channel.sample_rate_hz / 20.0)
@@ -287,14 +289,14 @@ def _envelope(found: Analysis, values: Values, label: str) -> dict[str, bytes]:
     return drawn(f"Envelope of {low:g} to {high:g} Hz", label, draw)
 
 
-def _full_spectrum(found: Analysis, values: Values) -> dict[str, bytes]:
+def _full_spectrum(analysis: Analysis, values: Values) -> dict[str, bytes]:
     """Return the orders of X + iY with and against the shaft, and what they say."""
     from autobalance.signal.order_lines import order_lines
 
-    turning, names = found.speed.turning, found.question.axes
+    turning, names = analysis.speed.turning, analysis.question.axes
     if turning is None or names is None:
         raise ValueError("there are no axes")
-    x, y = (order_lines(found.record.channel(name), turning, _max_order(found)) for name in names)
+    x, y = (order_lines(analysis.record.channel(name), turning, _max_order(analysis)) for name in names)
     if x is None or y is None:
         raise ValueError("too few turns")
     forward = np.abs(x.amplitudes + 1j * y.amplitudes) / 2.0
@@ -305,7 +307,7 @@ def _full_spectrum(found: Analysis, values: Values) -> dict[str, bytes]:
         axes.bar(-x.orders, backward, 0.35, color="0.7", edgecolor="black", label="backward")
         axes.set_xlabel("order of the crank speed [-]")
 
-    unit = f" [{found.channel.unit}]" if found.channel.unit else ""
+    unit = f" [{analysis.channel.unit}]" if analysis.channel.unit else ""
     return drawn(
         f"Full spectrum: order 1 is {values['axes']['verdict']}", f"radius of the circle{unit}", draw
     )

@@ -7,7 +7,7 @@ from typing import Any
 Values = dict[str, Any]
 SHOWN_PEAKS = 10
 SHOWN_SHARE = 0.01
-"""Orders below this share of the greatest are left out of the summary; the JSON tells every one."""
+"""Orders below this share of the greatest are left out of the summary; the JSON lists every one."""
 
 
 def orders_text(values: Values) -> str:
@@ -23,9 +23,9 @@ def _record(values: Values) -> list[str]:
     lines = [f"{record['file']} ({record['format']}), {record['duration_s']:.6g} s"]
     for each in record["channels"]:
         unit = f" [{each['unit']}]" if each["unit"] else ""
-        told = "  <- this one" if each["name"] == values["channel"] else ""
+        mark = "  <- this one" if each["name"] == values["channel"] else ""
         lines.append(
-            f"  {each['name']}{unit}, {each['samples']} samples at {each['sample_rate_hz']:.8g} Hz{told}"
+            f"  {each['name']}{unit}, {each['samples']} samples at {each['sample_rate_hz']:.8g} Hz{mark}"
         )
     return lines
 
@@ -91,10 +91,10 @@ def _crossings(values: Values) -> list[str]:
     lines = ["crossings: frequency [Hz] at order: speed [1/min]"]
     frequencies = sorted({each["frequency_hz"] for each in values["crossings"]})
     for f in frequencies:
-        told = [
+        causes = [
             f"{c['order']:g}: {c['speed_rpm']:.0f}" for c in values["crossings"] if c["frequency_hz"] == f
         ]
-        lines.append(f"{f:10.4g}  " + ", ".join(told))
+        lines.append(f"{f:10.4g}  " + ", ".join(causes))
     return lines
 
 

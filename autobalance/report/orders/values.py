@@ -50,30 +50,30 @@ def degrees(radians: float) -> float:
     return 180.0 if wrapped <= -180.0 else wrapped
 
 
-def orders_values(found: Analysis, sources: Sequence[Source], other: Analysis | None) -> RecordAnalysis:
+def orders_values(analysis: Analysis, sources: Sequence[Source], other: Analysis | None) -> RecordAnalysis:
     """Return everything but the head and the input."""
     return RecordAnalysis(
-        record=record_values(found),
-        channel=found.channel.name,
-        speed=_speed(found),
-        spectrum=_spectrum(found, sources),
-        orders=_orders(found, sources),
-        natural_frequencies_hz=[mode.frequency_hz for mode in found.modes],
-        natural_modes=found.modes,
-        crossings=found.crossings,
-        bearing=_bearing(found),
-        axes=_axes(found),
-        bands=_bands(found),
-        comparison=None if other is None else _comparison(found, other),
+        record=record_values(analysis),
+        channel=analysis.channel.name,
+        speed=_speed(analysis),
+        spectrum=_spectrum(analysis, sources),
+        orders=_orders(analysis, sources),
+        natural_frequencies_hz=[mode.frequency_hz for mode in analysis.modes],
+        natural_modes=analysis.modes,
+        crossings=analysis.crossings,
+        bearing=_bearing(analysis),
+        axes=_axes(analysis),
+        bands=_bands(analysis),
+        comparison=None if other is None else _comparison(analysis, other),
         record_b=None if other is None else record_values(other),
-        warnings=found.warnings
+        warnings=analysis.warnings
         + [f"second record: {each}" for each in ([] if other is None else other.warnings)],
     )
 
 
-def record_values(found: Analysis) -> RecordFigures:
+def record_values(analysis: Analysis) -> RecordFigures:
     """Return what a record holds."""
-    record = found.record
+    record = analysis.record
     return RecordFigures(
         file=record.file,
         format=record.format,
@@ -84,19 +84,19 @@ def record_values(found: Analysis) -> RecordFigures:
                 unit=each.unit,
                 sample_rate_hz=each.sample_rate_hz,
                 samples=len(each),
-                clipped=found.clipped[each.name],
+                clipped=analysis.clipped[each.name],
             )
             for each in record.channels
         ],
     )
 
 
-def _speed(found: Analysis) -> TurningSpeed:
-    speed, turning = found.speed, found.speed.turning
+def _speed(analysis: Analysis) -> TurningSpeed:
+    speed, turning = analysis.speed, analysis.speed.turning
     speeds = None if turning is None else turning.speeds_rpm()
     mean = None if turning is None else turning.mean_rpm
-    if found.question.speed_rpm is not None:  # as it was told, without the rounding of an angle
-        mean, speeds = found.question.speed_rpm, np.array([found.question.speed_rpm])
+    if analysis.question.speed_rpm is not None:  # as it was given, without the rounding of an angle
+        mean, speeds = analysis.question.speed_rpm, np.array([analysis.question.speed_rpm])
     pulses = speed.pulses
     return TurningSpeed(
         source=speed.source,
@@ -116,14 +116,14 @@ def _speed(found: Analysis) -> TurningSpeed:
     )
 
 
-def _spectrum(found: Analysis, sources: Sequence[Source]) -> Spectrum:
-    channel, name = found.channel, found.question.window
-    turning = found.speed.turning
-    mean_hz = None if turning is None or not found.speed.is_steady else turning.mean_rpm / 60.0
+def _spectrum(analysis: Analysis, sources: Sequence[Source]) -> Spectrum:
+    channel, name = analysis.channel, analysis.question.window
+    turning = analysis.speed.turning
+    mean_hz = None if turning is None or not analysis.speed.is_steady else turning.mean_rpm / 60.0
     resolution = channel.sample_rate_hz / len(channel)
-    natural = [mode.frequency_hz for mode in found.modes]
+    natural = [mode.frequency_hz for mode in analysis.modes]
     peaks = []
-    for sine in found.sines:
+    for sine in analysis.sines:
         order = None if mean_hz is None else sine.frequency_hz / mean_hz
         texts = None
         if order is not None and mean_hz is not None:
@@ -147,9 +147,9 @@ def _spectrum(found: Analysis, sources: Sequence[Source]) -> Spectrum:
     )
 
 
-def _orders(found: Analysis, sources: Sequence[Source]) -> list[OrderFigures]:
-    count = round(2 * found.question.max_order)
-    lines = found.lines
+def _orders(analysis: Analysis, sources: Sequence[Source]) -> list[OrderFigures]:
+    count = round(2 * analysis.question.max_order)
+    lines = analysis.lines
     known: Complex = np.zeros(0, dtype=complex) if lines is None else lines.amplitudes
     errors = np.zeros(0) if lines is None else lines.standard_errors()
     rows = []
@@ -168,27 +168,27 @@ def _orders(found: Analysis, sources: Sequence[Source]) -> list[OrderFigures]:
     return rows
 
 
-def _bearing(found: Analysis) -> BearingFigures | None:
-    bearing = found.question.bearing
+def _bearing(analysis: Analysis) -> BearingFigures | None:
+    bearing = analysis.question.bearing
     if bearing is None:
         return None
     return BearingFigures(
         **bearing.orders(),
-        band_hz=None if found.envelope is None else list(found.envelope.band_hz),
-        envelope=found.defects or (),
+        band_hz=None if analysis.envelope is None else list(analysis.envelope.band_hz),
+        envelope=analysis.defects or (),
     )
 
 
-def _axes(found: Analysis) -> CircleFigures | None:
-    if found.circles is None:
+def _axes(analysis: Analysis) -> CircleFigures | None:
+    if analysis.circles is None:
         return None
-    each = found.circles
+    each = analysis.circles
     return CircleFigures(order=each.order, forward=each.forward, backward=each.backward, verdict=each.verdict)
 
 
-def _bands(found: Analysis) -> list[Band]:
+def _bands(analysis: Analysis) -> list[Band]:
     """Return RMS of acceleration, velocity and displacement in the usual bands, where the unit is known."""
-    channel = found.channel
+    channel = analysis.channel
     known = quantity(spelled(channel.unit))
     if known is None:
         return []
@@ -198,9 +198,9 @@ def _bands(found: Analysis) -> list[Band]:
         if high > 0.5 * channel.sample_rate_hz or low * channel.duration_s < 4.0:
             continue
         spectrum = welch(channel, least_hz=low)
-        for wanted, name in enumerate(QUANTITIES):
+        for derivative, name in enumerate(QUANTITIES):
             unit, scale = UNITS[name]
-            rms = band_rms(spectrum, low, high, wanted - times) * size * scale
+            rms = band_rms(spectrum, low, high, derivative - times) * size * scale
             rows.append(Band(quantity=name, unit=unit, low_hz=low, high_hz=high, rms=rms))
     return rows
 
@@ -237,11 +237,11 @@ def _absent(amplitude: float, standard_error: float) -> bool:
     return bool(np.isfinite(standard_error)) and amplitude < ABSENT * standard_error
 
 
-def psd_csv(found: Analysis) -> bytes:
+def psd_csv(analysis: Analysis) -> bytes:
     """Return the power spectral density of the record by Welch's mean, with its standard error, as CSV."""
-    unit = found.channel.unit or "1"
-    made = welch(found.channel, found.question.window)
+    unit = analysis.channel.unit or "1"
+    spectrum = welch(analysis.channel, analysis.question.window)
     lines = [f"frequency_hz,density [{unit}^2/Hz],standard_error [{unit}^2/Hz]"]
-    rows = zip(made.frequencies_hz, made.density, made.scatter, strict=True)
+    rows = zip(spectrum.frequencies_hz, spectrum.density, spectrum.scatter, strict=True)
     lines += [f"{f:.6g},{density:.6g},{error:.3g}" for f, density, error in rows]
     return ("\n".join(lines) + "\n").encode()

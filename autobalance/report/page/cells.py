@@ -11,14 +11,14 @@ Report = Mapping[str, Any]
 
 
 def cell(report: Report, path: str, digits: int = 2, scale: float = 1.0, tag: str = "td") -> str:
-    """Return a cell that tells which number of the JSON it shows."""
+    """Return a cell that names the number of the JSON that it shows."""
     value = at(report, path)
     text = number(None if value is None else scale * value, digits)
     return f'<{tag} data-path="{path}" data-digits="{digits}">{text}</{tag}>'
 
 
 def span(report: Report, path: str, digits: int = 2, sign: bool = False) -> str:
-    """Return a number that tells where in the JSON it stands."""
+    """Return a number that names its place in the JSON."""
     value = at(report, path)
     text = signed(value, digits) if sign else number(value, digits)
     return f'<span data-path="{path}" data-digits="{digits}">{text}</span>'

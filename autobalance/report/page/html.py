@@ -137,8 +137,8 @@ def _stage(report: Report) -> str:
 
 def _notes(report: Report) -> str:
     """Return kinds without a place, drills that were not used, and the like; nothing where all is said."""
-    said = "".join(f"<li>{escape(note)}</li>" for note in report.get("notes") or ())
-    return f'<ul class="notes">{said}</ul>' if said else ""
+    items = "".join(f"<li>{escape(note)}</li>" for note in report.get("notes") or ())
+    return f'<ul class="notes">{items}</ul>' if items else ""
 
 
 def _reason(report: Report) -> str:
@@ -225,8 +225,8 @@ def _uncertainty(report: Report) -> str:
 
 def _uncertainty_shares(report: Report) -> list[tuple[str, float]]:
     """Return name and amount of each share of the uncertainty, the largest first."""
-    found = at(report, "residual.uncertainty_shares_g_mm") or {}
-    return sorted(((str(k), float(v)) for k, v in found.items() if v > 0.0), key=lambda pair: -pair[1])
+    shares = at(report, "residual.uncertainty_shares_g_mm") or {}
+    return sorted(((str(k), float(v)) for k, v in shares.items() if v > 0.0), key=lambda pair: -pair[1])
 
 
 # --- what was cut ------------------------------------------------------------------------------------------
@@ -357,14 +357,14 @@ def _passes(report: Report) -> str:
 
 
 def _footer(report: Report) -> str:
-    made = report["autobalance"]
+    versions = report["autobalance"]
     solid = at(report, "outputs.solid")
     written = (
         f"<p>Written: {escape(solid['file'])}, sha256 <code>{escape(solid['sha256'])}</code></p>"
         if solid
         else ""
     )
-    others = ", ".join(f"{escape(k)} {escape(v)}" for k, v in made.items() if k != "version" and v)
+    others = ", ".join(f"{escape(k)} {escape(v)}" for k, v in versions.items() if k != "version" and v)
     return f"""<footer><p>Read: {escape(file_name(report))}, sha256 <code>{escape(report["input"]["sha256"])}</code></p>
-{written}<p>autobalance {escape(made["version"])} with {others}. This page holds everything it shows and asks the network
+{written}<p>autobalance {escape(versions["version"])} with {others}. This page holds everything it shows and asks the network
 for nothing. The 3D view is drawn by three.js (MIT licence, © its authors).</p></footer>"""

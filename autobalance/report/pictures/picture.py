@@ -57,11 +57,11 @@ def pictures(
     drawn = render_each(steel, laid, sight, *size)
     drawn = drawn if pieces else [*drawn, *drawn]
     numbers = [items[piece.correction]["number"] for piece in pieces]
-    made = [
+    pictures_drawn = [
         _labelled(each, title, _marks(each, len(body.triangles), coat, numbers), depths)
         for each, title, coat in zip(drawn, ("before", "after"), coats, strict=True)
     ]
-    return made[0], made[1]
+    return pictures_drawn[0], pictures_drawn[1]
 
 
 def _colour(depth: float, depths: Sequence[float]) -> Array:

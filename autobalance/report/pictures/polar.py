@@ -36,11 +36,11 @@ def _plot(
     cx = cy = SIZE / 2.0
     tip_x, tip_y = cx - per * y, cy - per * x  # rotor x is up, y is left
     size, angle = unbalance["magnitude_g_mm"], angle_deg((x, y))
-    said = f"{when}: {number(size)} g·mm at {number(angle, 1)} degrees"
+    caption = f"{when}: {number(size)} g·mm at {number(angle, 1)} degrees"
     uncertain = (
         f'<circle class=doubt cx="{tip_x:.2f}" cy="{tip_y:.2f}" r="{per * doubt:.2f}"/>' if doubt else ""
     )
-    return f"""<svg viewBox="0 0 {SIZE:g} {SIZE + 8:g}" role="img" aria-label="{said}"><title>{said}</title>
+    return f"""<svg viewBox="0 0 {SIZE:g} {SIZE + 8:g}" role="img" aria-label="{caption}"><title>{caption}</title>
 <circle class=grid cx="{cx}" cy="{cy}" r="{RADIUS}"/><path class=grid d="M{cx} {cy - RADIUS}V{cy + RADIUS}M{cx - RADIUS} {cy}H{cx + RADIUS}"/>
 <circle class=zone cx="{cx}" cy="{cy}" r="{max(per * limit, 0.8):.2f}"/>{_degrees(cx, cy)}
 <path class="vector {style}" d="M{cx} {cy}L{tip_x:.2f} {tip_y:.2f}"/>{uncertain}<circle class="tip {style}" cx="{tip_x:.2f}" cy="{tip_y:.2f}" r="3.6"/>

@@ -254,7 +254,7 @@ def _draw(surface: Surface, to_fine: Array, buffer: NDArray[np.uint64], width: i
 def _fill(
     corners: Array, names: Indices, number: Indices, row: Indices, buffer: NDArray[np.uint64], width: int
 ) -> None:
-    """Put the rows of some triangles into the buffer; ``number`` tells the triangle of each row."""
+    """Put the rows of some triangles into the buffer; ``number`` is the triangle of each row."""
     left, right = _spans(corners, number, row.astype(np.float64) + 0.5, width)
     meets = right >= left  # most rows of a sliver hold no sample
     number, row, left, right = number[meets], row[meets], left[meets], right[meets]

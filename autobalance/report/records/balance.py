@@ -98,7 +98,7 @@ class Unbalance(TypedDict):
 
 @open_keys
 class Correction(TypedDict):
-    """A cut, or metal that was added; a kind adds what is needed to make it."""
+    """A cut, or metal that was added; a kind adds what it takes to make it."""
 
     kind: str
     number: Ordinal

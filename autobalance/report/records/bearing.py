@@ -86,7 +86,7 @@ class OilFilm:
 
     @classmethod
     def of(cls, film: Film | PetroffFilm | None) -> Self:
-        """Return a film, or what Petroff's formula tells of one."""
+        """Return a film, or what Petroff's formula gives of one."""
         if film is None:
             return cls()
         known = cls(

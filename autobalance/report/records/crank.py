@@ -168,14 +168,14 @@ class Flange(TypedDict):
 
 
 class DatumAngle(TypedDict):
-    """What angles are told from besides crankpin 1, and where it stands."""
+    """What angles are measured from besides crankpin 1, and where it stands."""
 
     of: Literal["keyway", "flange_hole"]
     angle_deg: Angle
 
 
 class DatumFace(TypedDict):
-    """A plane face square to the axis, from which z is told."""
+    """A plane face square to the axis, from which z is measured."""
 
     of: Literal["flange", "web", "end"]
     name: str

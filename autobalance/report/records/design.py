@@ -74,7 +74,7 @@ class StartFigures:
 
 @record
 class FiniteElements:
-    """How many designs were analysed, and how well that told of the others."""
+    """How many designs were analysed, and how well that predicted the others."""
 
     analysed_in_search: Count
     analysed_when_written: Count

@@ -77,7 +77,7 @@ class ShakingForce:
 
     @classmethod
     def of(cls, force: EngineForce, *, all_orders: bool = True) -> Self:
-        """Return a force; without ``all_orders`` (no rod length) only what the first order tells."""
+        """Return a force; without ``all_orders`` (no rod length) only the first order."""
         return cls(
             greatest_n=force.greatest_n if all_orders else None,
             greatest_inline_n=force.greatest_inline_n if all_orders else None,

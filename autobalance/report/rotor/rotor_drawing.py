@@ -60,7 +60,7 @@ def _hidden(hole: DrilledHole, face: float, y: float, thickness: float) -> str:
 
 def _end(rotor: DiscOnShaft, holes: Sequence[DrilledHole], x: float, y: float) -> list[str]:
     disc = 0.5 * rotor.disc_mm
-    found = [
+    shapes = [
         _circle("m", x, y, disc),
         _circle("m", x, y, 0.5 * rotor.shaft_mm),
         f'<line class="a" x1="{x - disc - 6:.2f}" y1="{y:.2f}" x2="{x + disc + 6:.2f}" y2="{y:.2f}"/>',
@@ -71,9 +71,9 @@ def _end(rotor: DiscOnShaft, holes: Sequence[DrilledHole], x: float, y: float) -
         at_y = y - hole.radius_mm * math.sin(hole.angle_rad)
         words = f"Ø{hole.diameter_mm:g} × {hole.depth_mm:g} at R {hole.radius_mm:g}"
         words += f", {math.degrees(hole.angle_rad):g}°"
-        found.append(_circle("h", at_x, at_y, 0.5 * hole.diameter_mm))
-        found.append(f'<text x="{x:.2f}" y="{y + disc + 12.0 + 7.0 * number:.2f}">{escape(words)}</text>')
-    return found
+        shapes.append(_circle("h", at_x, at_y, 0.5 * hole.diameter_mm))
+        shapes.append(f'<text x="{x:.2f}" y="{y + disc + 12.0 + 7.0 * number:.2f}">{escape(words)}</text>')
+    return shapes
 
 
 def _title(rotor: DiscOnShaft, height: float) -> str:

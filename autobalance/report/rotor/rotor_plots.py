@@ -17,19 +17,21 @@ TURN = np.linspace(0.0, 2.0 * np.pi, 73)
 
 def rotor_plots(report: Values) -> Files:
     """Return the plots of a rotor by name."""
-    made = {"rotor-shapes": _shapes(report)} if report["modes"] else {}
+    plots_drawn = {"rotor-shapes": _shapes(report)} if report["modes"] else {}
     if len(report["campbell"]) > 1:
-        made["rotor-campbell"] = _campbell(report["campbell"])
+        plots_drawn["rotor-campbell"] = _campbell(report["campbell"])
         if report["response"]:
-            made["rotor-response"] = _response(report["response"], "major_um", "half the major axis [µm]")
-            made["rotor-phase"] = _response(report["response"], "x_phase_deg", "phase along x [°]")
+            plots_drawn["rotor-response"] = _response(
+                report["response"], "major_um", "half the major axis [µm]"
+            )
+            plots_drawn["rotor-phase"] = _response(report["response"], "x_phase_deg", "phase along x [°]")
     if report["response"]:
-        made["rotor-orbits"] = _orbits(report["response"])
+        plots_drawn["rotor-orbits"] = _orbits(report["response"])
     if report["stiffness_map"]:
-        made["rotor-stiffness-map"] = _stiffness_map(report["stiffness_map"])
+        plots_drawn["rotor-stiffness-map"] = _stiffness_map(report["stiffness_map"])
     if report["run_up"]:
-        made["rotor-run-up"] = _run_up(report["run_up"])
-    return made
+        plots_drawn["rotor-run-up"] = _run_up(report["run_up"])
+    return plots_drawn
 
 
 def _campbell(rows: list[Values]) -> dict[str, bytes]:

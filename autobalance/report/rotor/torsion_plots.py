@@ -20,7 +20,7 @@ MARKED = 30
 
 def torsion_plots(report: Values) -> dict[str, dict[str, bytes]]:
     """Return the plots of a chain by name."""
-    made = {}
+    plots_drawn = {}
     stations = np.arange(1, len(report["model"]["stations"]) + 1, dtype=float)
     curves = [
         Curve(f"{mode['frequency_hz']:.1f} Hz", stations, np.array(mode["shape"]))
@@ -28,14 +28,14 @@ def torsion_plots(report: Values) -> dict[str, dict[str, bytes]]:
     ]
     if curves:
         labels = ("station [-]", "angle, greatest 1 [-]")
-        made["torsion-modes"] = lines("Torsional modes", labels, curves)
+        plots_drawn["torsion-modes"] = lines("Torsional modes", labels, curves)
     if report["response"]:
-        made["torsion-torque"] = _torques(report["response"], report["damping"])
+        plots_drawn["torsion-torque"] = _torques(report["response"], report["damping"])
     if any(each["heat_W"] for each in report["dampers"]) and len(report["dampers"][0]["heat_W"]) > 1:
-        made["torsion-damper-heat"] = _heat(report["dampers"])
+        plots_drawn["torsion-damper-heat"] = _heat(report["dampers"])
     if report["critical"]:
-        made["torsion-critical"] = _critical_map(report)
-    return made
+        plots_drawn["torsion-critical"] = _critical_map(report)
+    return plots_drawn
 
 
 def _heat(dampers: list[Values]) -> dict[str, bytes]:

@@ -76,9 +76,9 @@ def _train(model: Values) -> str:
 def _damping(damping: Values) -> str:
     if damping["ratio"] == 0.0 and not damping["dampers"]:
         return "Damping: none; peaks of the response have no limit and are not results"
-    given = "the dampers given" if damping["dampers"] else ""
+    dampers = "the dampers given" if damping["dampers"] else ""
     modal = f"{100.0 * damping['ratio']:g} % of critical in every mode" if damping["ratio"] else ""
-    return "Damping: " + ", ".join(each for each in (given, modal) if each)
+    return "Damping: " + ", ".join(each for each in (dampers, modal) if each)
 
 
 def _throws(throws: Sequence[Values]) -> str:
@@ -173,9 +173,8 @@ def _dampers(dampers: Sequence[Values]) -> str:
     return table(rows) if len(rows) > 1 else ""
 
 
-def _pendulum(found: Values | None) -> str:
-    if found is None:
+def _pendulum(pendulum: Values | None) -> str:
+    if pendulum is None:
         return ""
-    return (
-        f"Pendulum of {found['length_mm']:.3f} mm, {found['inertia_kg_mm2']:.4g} kg·mm² about the crank axis"
-    )
+    length, inertia = pendulum["length_mm"], pendulum["inertia_kg_mm2"]
+    return f"Pendulum of {length:.3f} mm, {inertia:.4g} kg·mm² about the crank axis"

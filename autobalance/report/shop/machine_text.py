@@ -28,11 +28,11 @@ UNBALANCE_KINDS = {
 
 def machine_text(report: Values, units: DisplayUnits) -> str:
     """Return rotor, sensors, reading and corrections."""
-    rotor, asked = report["rotor"], report["input"]
-    speed = "" if asked["speed_rpm"] is None else f" at {asked['speed_rpm']:g} rpm"
+    rotor, settings = report["rotor"], report["input"]
+    speed = "" if settings["speed_rpm"] is None else f" at {settings['speed_rpm']:g} rpm"
     tilt = rotor["principal_axis_deg"]
     parts = [
-        f"{KINDS[asked['kind']]}{speed}: {units.of_mass(rotor['mass_g'])}, centre of mass at z "
+        f"{KINDS[settings['kind']]}{speed}: {units.of_mass(rotor['mass_g'])}, centre of mass at z "
         f"{units.of_length(rotor['centre_of_mass_mm'][2])}, {UNBALANCE_KINDS[rotor['kind']]} of "
         f"{units.of_unbalance(rotor['magnitude_g_mm'])}"
         + ("" if tilt is None else f", principal axis tilted by {tilt:.4f}°"),

@@ -13,22 +13,22 @@ Values = Mapping[str, Any]
 
 def rod_text(report: Values, units: DisplayUnits) -> str:
     """Return the summary of ``rod``."""
-    found, off, cut = report["rod"], report["uncertainty"], report["cut_at_centre"]
+    rod, off, cut = report["rod"], report["uncertainty"], report["cut_at_centre"]
     rows: list[Sequence[str]] = [
-        ("Centre distance", units.of_length(found["length_mm"])),
-        ("Big end: bore, width", _eye(found["big_end"], units)),
-        ("Small end: bore, width", _eye(found["small_end"], units)),
+        ("Centre distance", units.of_length(rod["length_mm"])),
+        ("Big end: bore, width", _eye(rod["big_end"], units)),
+        ("Small end: bore, width", _eye(rod["small_end"], units)),
         *(
-            [("Small end stands aside by", units.of_length(found["offset_mm"]))]
-            * (abs(found["offset_mm"]) > 0.005)
+            [("Small end stands aside by", units.of_length(rod["offset_mm"]))]
+            * (abs(rod["offset_mm"]) > 0.005)
         ),
-        ("Mass", _weight(found["mass_g"], off["mass_g"], units)),
-        ("Centre of mass from the big end", units.of_length(found["centre_from_big_end_mm"])),
-        ("Big end weighs (turns with the crankpin)", _weight(found["big_end_g"], off["big_end_g"], units)),
-        ("Small end weighs (goes with the piston)", _weight(found["small_end_g"], off["small_end_g"], units)),
-        ("Inertia about the centre of mass", f"{found['inertia_kg_mm2']:.2f} kg·mm²"),
-        ("  of two masses at the eyes, m a b", f"{found['two_mass_inertia_kg_mm2']:.2f} kg·mm²"),
-        ("  what they miss, I − m a b", f"{found['couple_inertia_kg_mm2']:.2f} kg·mm²"),
+        ("Mass", _weight(rod["mass_g"], off["mass_g"], units)),
+        ("Centre of mass from the big end", units.of_length(rod["centre_from_big_end_mm"])),
+        ("Big end weighs (turns with the crankpin)", _weight(rod["big_end_g"], off["big_end_g"], units)),
+        ("Small end weighs (goes with the piston)", _weight(rod["small_end_g"], off["small_end_g"], units)),
+        ("Inertia about the centre of mass", f"{rod['inertia_kg_mm2']:.2f} kg·mm²"),
+        ("  of two masses at the eyes, m a b", f"{rod['two_mass_inertia_kg_mm2']:.2f} kg·mm²"),
+        ("  what they miss, I − m a b", f"{rod['couple_inertia_kg_mm2']:.2f} kg·mm²"),
     ]
     couple = report["couple"]
     if couple is not None:

@@ -78,9 +78,9 @@ def _setup(run: NcRun, program: Program) -> list[Any]:
     ]
     if run.machine.finish_mm:
         lines.append(f"{run.machine.finish_mm:g} mm are left on every depth.")
-    found: list[Any] = [Paragraph(f"Set-up {program.name}: {program.file}", head)]
-    found += [Paragraph(line, plain) for line in lines]
-    found.append(Paragraph("Tools", section))
+    story: list[Any] = [Paragraph(f"Set-up {program.name}: {program.file}", head)]
+    story += [Paragraph(line, plain) for line in lines]
+    story.append(Paragraph("Tools", section))
     tools = [
         [
             f"T{tool.number}",
@@ -90,14 +90,14 @@ def _setup(run: NcRun, program: Program) -> list[Any]:
         ]
         for tool in setup.tools
     ]
-    found.append(_table([["tool", "what", "flutes mm", "holder mm"], *tools], (14, 84, 22, 58)))
-    found.append(Paragraph("Cuts, in this order", section))
+    story.append(_table([["tool", "what", "flutes mm", "holder mm"], *tools], (14, 84, 22, 58)))
+    story.append(Paragraph("Cuts, in this order", section))
     rows = [_cut_row(run, cut, tool.number) for cut, tool in setup.cuts]
     what = ["cut", "tool", "what", "at °", "z mm", "depth mm", "takes g"]
     columns = [*what, "0.05 mm", "0.05°", "2° point"]
-    found.append(_table([columns, *rows], (9, 10, 42, 15, 17, 17, 16, 17, 17, 18)))
+    story.append(_table([columns, *rows], (9, 10, 42, 15, 17, 17, 16, 17, 17, 18)))
     note = "Last three columns: what an error of depth, angle or point is worth, in g·mm."
-    found += [
+    story += [
         Paragraph(note, plain),
         Paragraph("Before the first part", section),
         Paragraph(
@@ -108,7 +108,7 @@ def _setup(run: NcRun, program: Program) -> list[Any]:
             plain,
         ),
     ]
-    return found
+    return story
 
 
 def _cut_row(run: NcRun, cut: Listed, tool: int) -> list[str]:
@@ -144,8 +144,8 @@ def _left_out(run: NcRun) -> list[Any]:
     from reportlab.platypus import Paragraph
 
     _, section, plain = _styles()
-    found: list[Any] = [Paragraph("Not programmed", section)]
-    return found + [Paragraph(f"Cut {cut.number}: {why}.", plain) for cut, why in run.plan.not_programmed]
+    story: list[Any] = [Paragraph("Not programmed", section)]
+    return story + [Paragraph(f"Cut {cut.number}: {why}.", plain) for cut, why in run.plan.not_programmed]
 
 
 def _table(rows: list[list[str]], widths: tuple[float, ...]) -> Any:

@@ -46,8 +46,8 @@ def _advice(advice: Values) -> list[str]:
     lines = [f"To reach {100 * advice['target']:g} %, one cause alone:"]
     for step in advice["steps"]:
         if step["pm_needed"] is None:
-            said = f"not even ±0 is enough ({100 * step['probability_within']:.2f} %)"
+            change = f"not even ±0 is enough ({100 * step['probability_within']:.2f} %)"
         else:
-            said = f"±{step['pm_needed']:.3g} instead of ±{step['pm_now']:g}"
-        lines.append(f"  {step['name']:38s} {said}")
+            change = f"±{step['pm_needed']:.3g} instead of ±{step['pm_now']:g}"
+        lines.append(f"  {step['name']:38s} {change}")
     return lines

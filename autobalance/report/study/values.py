@@ -51,12 +51,12 @@ def _reason(answer: StudyAnswer) -> str | None:
         return f"the plan itself is above tolerance: {answer.plan.result.reason}"
     if answer.probability >= answer.target:
         return None
-    share, wanted = 100.0 * answer.probability, 100.0 * answer.target
-    said = f"{share:.3g} % of the cranks are within tolerance, {wanted:g} % wanted"
+    share, target = 100.0 * answer.probability, 100.0 * answer.target
+    text = f"{share:.3g} % of the cranks are within tolerance, {target:g} % wanted"
     best = answer.steps[0]
     if best.pm_needed is None:
-        return f"{said}; no cause alone makes up for it, {best.name} matters most"
-    return f"{said}; {best.name} to ±{best.pm_needed:.3g} instead of ±{best.pm_now:g} would reach it"
+        return f"{text}; no cause alone makes up for it, {best.name} matters most"
+    return f"{text}; {best.name} to ±{best.pm_needed:.3g} instead of ±{best.pm_now:g} would reach it"
 
 
 def study_series(answer: StudyAnswer) -> bytes:
