@@ -191,6 +191,49 @@ def interruptible() -> Iterator[None]:
             signal.signal(number, before[number])
 
 
+LATEST_S = 1.5
+"""How long work in a library, which no signal stops, may go on after a command was ended."""
+to_clean: set[Callable[[], None]] = set()
+"""What takes away the files that a command has begun, should it end in the midst of a library's work."""
+
+
+@contextmanager
+def ended_in_time(last_words: Callable[[], int]) -> Iterator[None]:
+    """End the process soon after it is asked to, though a library holds on to the main thread.
+
+    Python hears a signal when a call into a library returns; a solver's search takes minutes. A thread of
+    its own hears it at once. ``last_words`` says that the command was stopped and returns its exit code.
+    """
+    if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    ears, mouth = os.pipe()
+    os.set_blocking(mouth, False)
+    over, process = threading.Event(), os.getpid()
+
+    def listen() -> None:
+        while heard := os.read(ears, 1):
+            if heard[0] in _numbers() and not over.wait(LATEST_S):
+                while _Interruptions.waits and not over.wait(0.05):
+                    pass
+                if not over.is_set() and os.getpid() == process:
+                    for clean in list(to_clean):
+                        clean()
+                    os._exit(last_words())
+
+    before = signal.set_wakeup_fd(mouth, warn_on_full_buffer=False)
+    thread = threading.Thread(target=listen, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        signal.set_wakeup_fd(before)
+        os.close(mouth)
+        thread.join()
+        os.close(ears)
+
+
 @contextmanager
 def starting_process() -> Iterator[None]:
     """Hold what would stop a command back while a process is started, here and in the process.

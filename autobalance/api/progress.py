@@ -22,6 +22,11 @@ INSPECTED_BEFORE = (("reading", 0.0), ("looking for faces", 0.50), ("weighing", 
 """The same of ``inspect``."""
 
 
+def share_before(words: str, done_before: Sequence[tuple[str, float]]) -> float:
+    """Return the share that lies behind when a step begins; 0 where that is not known."""
+    return next((share for start, share in done_before if words.startswith(start)), 0.0)
+
+
 def telling(progress: Progress | None, done_before: Sequence[tuple[str, float]] = BALANCED_BEFORE) -> Notify:
     """Return a function that takes the words of a step and tells them with a share that never falls."""
     told = 0.0
@@ -29,7 +34,7 @@ def telling(progress: Progress | None, done_before: Sequence[tuple[str, float]] 
     def tell(words: str) -> None:
         nonlocal told
         if progress is not None:
-            told = max(told, next((share for start, share in done_before if words.startswith(start)), 0.0))
+            told = max(told, share_before(words, done_before))
             progress(words, told)
 
     return tell

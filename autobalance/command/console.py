@@ -6,11 +6,14 @@ import os
 import shlex
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from autobalance.command import objects
 from autobalance.errors import FileError, one_line, system_reason
+
+WARNING = "autobalance: warning: "
 
 
 def open_closed_streams() -> None:
@@ -66,6 +69,10 @@ def written() -> Iterator[None]:
 
 def complain(text: str) -> None:
     """Print a line on standard error, or nowhere if that takes nothing."""
+    as_objects = objects.current()
+    if as_objects is not None:
+        as_objects.tell({"warning": text.removeprefix(WARNING)})
+        return
     try:
         print(text, file=sys.stderr, flush=True)  # noqa: T201
     except OSError:
@@ -74,7 +81,18 @@ def complain(text: str) -> None:
 
 def warn(text: str) -> None:
     """Print a warning."""
-    complain(f"autobalance: warning: {one_line(text)}")
+    complain(f"{WARNING}{one_line(text)}")
+
+
+def fail(lines: Sequence[str], exit_code: int) -> int:
+    """Print what went wrong, each on one line; return the exit code."""
+    as_objects = objects.current()
+    if as_objects is not None:
+        as_objects.fail(lines, exit_code)
+        return exit_code
+    for line in lines:
+        complain(f"autobalance: error: {line}")
+    return exit_code
 
 
 def called_as() -> str:

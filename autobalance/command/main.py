@@ -5,14 +5,17 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import nullcontext
 from importlib import import_module
 from importlib.util import find_spec
 from io import TextIOWrapper
-from typing import Any
+from typing import Any, NoReturn
 
-from autobalance.command.console import complain, open_closed_streams, written
+from autobalance.command import objects
+from autobalance.command.console import complain, fail, open_closed_streams, written
 from autobalance.errors import AutobalanceError, UsageError, system_reason
 from autobalance.runtime import (
+    ended_in_time,
     interruptible,
     keep_freed_memory,
     one_thread_of_linear_algebra,
@@ -32,6 +35,9 @@ autobalance: error: no command was given; expected one of these, or another of `
   autobalance demo                                   the bundled crank beside the published result
   autobalance app                                    all of it in a browser"""
 INTERRUPTED = 130
+STOPPED = "interrupted; nothing half-written was left"
+DONE = (0, 4)
+"""Exit codes of a command that did what it was asked: within tolerance, or above."""
 NO_MEMORY = ("failed to map segment", "can't start new thread", "pthread_create has failed")
 """What the loader of libraries and threads say when there is no memory for them."""
 
@@ -46,31 +52,46 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal that knows no "·" or "²" shows "?"
             stream.reconfigure(errors="replace")
+    if not objects.are_asked_for(arguments):
+        return _guarded(arguments, is_alone=argv is None)
+    with objects.written_as_objects() as told:
+        code = _guarded(arguments, is_alone=argv is None)
+        told.end(is_done=code in DONE)
+        return code
+
+
+def _guarded(arguments: list[str], is_alone: bool) -> int:
+    """Run a command; turn what may go wrong into a line and an exit code."""
     try:
         with interruptible():
-            return _run(arguments)
+            return _run(arguments, is_alone)
     except AutobalanceError as error:
-        for line in error.lines:
-            complain(f"autobalance: error: {line}")
-        return error.exit_code
+        return fail(error.lines, error.exit_code)
     except (MemoryError, ImportError, RuntimeError) as error:
         if not isinstance(error, MemoryError) and not any(words in str(error) for words in NO_MEMORY):
             raise
-        complain("autobalance: error: not enough memory for this file")
-        return AutobalanceError.exit_code
+        return fail(["not enough memory for this file"], AutobalanceError.exit_code)
     except OSError as error:
         if error.filename is None and not isinstance(error, FileNotFoundError):  # of no file that was named
             raise
         named = error.filename or "the folder that this runs in"  # which may be gone
         why = system_reason(error)
-        complain(f"autobalance: error: {named}: {why}")
-        return AutobalanceError.exit_code
+        return fail([f"{named}: {why}"], AutobalanceError.exit_code)
     except KeyboardInterrupt:
-        complain("autobalance: interrupted; nothing half-written was left")
-        return INTERRUPTED
+        return _last_words()
 
 
-def _run(arguments: list[str]) -> int:
+def _last_words() -> int:
+    """Say that the command was stopped; return its exit code."""
+    as_objects = objects.current()
+    if as_objects is None:
+        complain(f"autobalance: {STOPPED}")
+    else:
+        as_objects.fail([STOPPED], INTERRUPTED)
+    return INTERRUPTED
+
+
+def _run(arguments: list[str], is_alone: bool) -> int:
     if not arguments:
         complain(WAYS_IN)
         return UsageError.exit_code
@@ -94,12 +115,19 @@ def _run(arguments: list[str]) -> int:
 
     if called == "app":  # a server, not one run: what it has read it may write again
         return int(parsed.run(parsed))
-    with drawn_tables(), reading_noted():
+    in_time = ended_in_time(_last_words) if is_alone else nullcontext()
+    with drawn_tables(), reading_noted(), in_time:
         return int(parsed.run(parsed))
 
 
 class Parser(argparse.ArgumentParser):
     """A parser whose help and errors go where everything else that is printed goes."""
+
+    def error(self, message: str) -> NoReturn:
+        """Refuse what was typed."""
+        if objects.current() is None:
+            super().error(message)
+        raise SystemExit(fail([message], UsageError.exit_code))
 
     def _print_message(self, message: str, file: Any = None) -> None:
         if file is sys.stdout:

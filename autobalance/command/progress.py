@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Literal, TextIO
 
-from autobalance.api.progress import BALANCED_BEFORE
+from autobalance.api.progress import BALANCED_BEFORE, share_before
+from autobalance.command import objects
 from autobalance.runtime import Progress
 
 Mode = Literal["quiet", "usual", "verbose"]
@@ -26,6 +27,16 @@ def add_progress(parser: argparse.ArgumentParser) -> None:
         "--verbose",
         action="store_true",
         help="print each step on a line of its own, with the time since the start",
+    )
+
+
+def add_objects(parser: argparse.ArgumentParser) -> None:
+    """Add ``--progress json``; ``main`` looks for it before all else is read."""
+    parser.add_argument(
+        "--progress",
+        choices=("text", "json"),
+        default="text",
+        help="json: on standard error one JSON object a line, for programs (default: text)",
     )
 
 
@@ -57,7 +68,7 @@ class ProgressLine:
     def __call__(self, text: str, share: float | None = None) -> None:
         """Show what runs now; the share done is looked up where it is not passed."""
         spent = self._clock() - self._start
-        self._share = max(self._share, _share(text, self._done_before) if share is None else share)
+        self._share = max(self._share, share_before(text, self._done_before) if share is None else share)
         if self._mode == "verbose":
             self._print(f"{spent:7.2f} s  {text}\n")
         elif self._live:
@@ -81,15 +92,15 @@ class ProgressLine:
 @contextmanager
 def shown(mode: Mode = "usual") -> Iterator[Progress]:
     """Show progress while the block runs; yields what a public function takes as ``progress``."""
+    as_objects = objects.current()
+    if as_objects is not None:
+        yield as_objects
+        return
     line = ProgressLine(mode)
     try:
         yield line
     finally:
         line.done()
-
-
-def _share(text: str, done_before: Sequence[tuple[str, float]]) -> float:
-    return next((share for start, share in done_before if text.startswith(start)), 0.0)
 
 
 def _left(spent_s: float, share: float) -> str:

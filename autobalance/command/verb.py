@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from autobalance.command import readers
 from autobalance.command.declaration import REQUIRED, Parameter, parameters_of
 from autobalance.command.options import add_json
+from autobalance.command.progress import add_objects
 
 Keywords = dict[str, Any]
 
@@ -151,6 +152,8 @@ class Verb(NamedTuple):
             add_option(groups.get(parameter.name, parser), parameter, option)
         for add in self.writes:
             add(parser)
+        if "progress" in parameters_of(self.function):
+            add_objects(parser)
 
     def run(self, arguments: argparse.Namespace) -> int:
         """Call the function, write and print its result; return the exit code."""

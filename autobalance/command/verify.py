@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from autobalance.command.options import add_json, add_units
+from autobalance.command.progress import add_objects
 from autobalance.command.verb import Option, Verb
 
 VERB = Verb(
     "api.verify:verify",
     examples=("autobalance verify job-balanced/report.json --independent",),
     options={"report": Option(metavar="REPORT.json")},
-    writes=(add_json, add_units),
+    writes=(add_json, add_units, add_objects),
 )

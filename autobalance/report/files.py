@@ -17,7 +17,7 @@ from pathlib import Path
 from types import TracebackType
 
 from autobalance.errors import FileError, system_reason
-from autobalance.runtime import uninterrupted, was_read
+from autobalance.runtime import to_clean, uninterrupted, was_read
 
 SHOWN = 40
 """Letters of a file's name that stand in its temporary one."""
@@ -51,6 +51,7 @@ class Staging:
         FileError
             If one cannot.
         """
+        to_clean.add(self._clean)
         try:
             for folder in self._folders:
                 self._make(folder)
@@ -58,6 +59,7 @@ class Staging:
                 _sweep(folder)
         except BaseException:
             self._clean()
+            to_clean.discard(self._clean)
             raise
         return self
 
@@ -67,6 +69,7 @@ class Staging:
         """Take away what was not put in place."""
         with uninterrupted():
             self._clean()
+        to_clean.discard(self._clean)
 
     def add(self, path: Path, data: bytes) -> None:
         """Write a file under a temporary name; it gets its own with ``commit``.

@@ -1,0 +1,107 @@
+"""``--progress json``: all of standard error is JSON, one object a line; ending a command takes no 2 s."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests import jobs
+from tests.test_cli_warnings import shift_one_half
+
+JSON = ("--progress", "json")
+
+
+def objects(text: str) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def test_progress_is_objects_whose_share_ends_at_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = jobs.bundled_job(tmp_path)
+    assert jobs.run("balance", job, "-o", tmp_path / "out", "--only", "json", *JSON) == 0
+    found = objects(capsys.readouterr().err)
+    stages = [each for each in found if "stage" in each]
+    shares = [each["share"] for each in stages]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert all(set(each) == {"stage", "share", "elapsed_s"} for each in stages)
+    times = [each["elapsed_s"] for each in stages]
+    assert times == sorted(times)
+    assert any(each["stage"].startswith("cutting") for each in stages)
+
+
+def test_a_warning_is_an_object(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    jobs.bundled_job(tmp_path, "straight")
+    shift_one_half(tmp_path / "crank.stl", 0.02)
+    assert jobs.run("inspect", tmp_path / "crank.stl", "--no-crankpin", "--unit", "mm", *JSON) == 0
+    warnings = [each["warning"] for each in objects(capsys.readouterr().err) if "warning" in each]
+    assert any("not coaxial" in each for each in warnings)
+    assert not any(each.startswith("autobalance") for each in warnings)
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (("balance", "gone.toml"), 3),
+        (("balance", "gone.toml", "--nonsense"), 2),
+        (("inspect",), 2),
+        (("verify", "gone.json"), 3),
+    ],
+)
+def test_a_failure_is_an_object_with_its_exit_code(
+    words: tuple[str, ...], code: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert jobs.run(*words, "--progress=json") == code
+    found = objects(capsys.readouterr().err)
+    assert found[-1]["exit"] == code
+    assert found[-1]["error"]
+    assert not any(each.get("share") == 1.0 for each in found)
+
+
+HELD = """
+import hashlib, sys
+from autobalance.balancing import loop
+from autobalance.command import main
+
+def held(*arguments):
+    print("held", flush=True, file=sys.__stdout__)
+    hashlib.pbkdf2_hmac("sha256", b"a", b"b", 60_000_000)  # hears no signal for a minute
+
+loop.cut_and_measure = held
+sys.exit(main())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX")
+def test_a_command_that_a_library_holds_speaks_on_and_ends_in_time(tmp_path: Path) -> None:
+    job = jobs.bundled_job(tmp_path)
+    with subprocess.Popen(
+        [sys.executable, "-c", HELD, "balance", str(job), "-o", str(tmp_path / "out"), *JSON],
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])},
+    ) as process:
+        assert process.stderr is not None
+        lines: list[tuple[float, str]] = []
+        for line in process.stderr:
+            lines.append((time.monotonic(), line))
+            if "cutting" in line and sum("cutting" in each for _, each in lines) == 4:
+                break
+        process.send_signal(signal.SIGTERM)
+        sent = time.monotonic()
+        rest = process.stderr.read()
+        assert process.wait(timeout=30) == 130
+        assert time.monotonic() - sent < 2.0
+    assert max(b - a for (a, _), (b, _) in zip(lines[-4:], lines[-3:], strict=False)) < 1.5
+    assert objects(rest)[-1] == {"error": "interrupted; nothing half-written was left", "exit": 130}
+    assert not (tmp_path / "out").exists()
