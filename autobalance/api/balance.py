@@ -168,6 +168,7 @@ class BalanceResult(VerbResult):
         paper: str = "A4",
         units: str = "metric",
         date: str | None = None,
+        zero: str = "keyway",
         progress: Progress | None = None,
     ) -> tuple[Path, ...]:
         """Write the corrected solid, ``report.json`` and the pages to a folder: all files or none.
@@ -185,6 +186,8 @@ class BalanceResult(VerbResult):
             ``metric`` or ``inch``, for the pages.
         date : str or None
             Printed on the sheet; None: today.
+        zero : str
+            ``keyway`` or ``crankpin``: from where the sheet's angles count; without a keyway from crankpin 1.
         progress : callable or None
             Told words and the share done.
 
@@ -199,7 +202,7 @@ class BalanceResult(VerbResult):
         FileError
             If a file cannot be written; nothing is left behind then.
         """
-        folder, choice = Path(folder), choice_of(only, paper, units, date)
+        folder, choice = Path(folder), choice_of(only, paper, units, date, zero)
         with staging_for(folder) as staging:
             return committed(self, folder, choice, telling(progress), staging)[1]
 

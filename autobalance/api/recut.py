@@ -59,6 +59,7 @@ class RecutResult(BalanceResult):
         paper: str = "A4",
         units: str = "metric",
         date: str | None = None,
+        zero: str = "keyway",
         progress: Progress | None = None,
     ) -> tuple[Path, ...]:
         """Write the solid, ``report.json``, ``history.html`` and the pages: all files or none.
@@ -67,7 +68,7 @@ class RecutResult(BalanceResult):
         ``BalanceResult.write``.
         """
         target = self.folder if folder is None else folder
-        return super().write(target, only, paper=paper, units=units, date=date, progress=progress)
+        return super().write(target, only, paper=paper, units=units, date=date, zero=zero, progress=progress)
 
     def staged(self, folder: Path, choice: Choice, tell: Notify, staging: Staging) -> Staged:
         """Stage all files for a folder, the page of all stages too; other reports are named from there."""

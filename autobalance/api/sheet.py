@@ -54,6 +54,7 @@ def sheet(
     only: Sequence[str] = ("pdf",),
     paper: str = "A4",
     units: str = "metric",
+    zero: str = "keyway",
     date: str | None = None,
 ) -> SheetResult:
     """Draw the shop sheet of a report again, on other paper or in other units; nothing is measured.
@@ -70,6 +71,8 @@ def sheet(
         Paper of sheet.pdf.
     units : {"metric", "inch"}
         Units of sheet.pdf; the DXF is in mm.
+    zero : {"keyway", "crankpin"}
+        Zero of the angles of sheet.pdf; without a keyway it is crankpin 1.
     date : str or None
         Date printed on the sheet; None: today.
 
@@ -86,7 +89,7 @@ def sheet(
     from autobalance.verification.earlier_stage import earlier_stage
 
     path = Path(report)
-    choice = _choice(only, paper, units, date)
+    choice = _choice(only, paper, units, zero, date)
     left = earlier_stage(path)
     values: Values = dict(left.values)
     try:
@@ -104,13 +107,13 @@ def sheet(
     return SheetResult(report_made, made)
 
 
-def _choice(only: Sequence[str], paper: str, units: str, date: str | None) -> Choice:
+def _choice(only: Sequence[str], paper: str, units: str, zero: str, date: str | None) -> Choice:
     from autobalance.report.bundle import choice_of
 
     for kind in only:
         if kind not in SHEETS:
             raise FormatError(f"only is {kind!r}; expected one of {', '.join(SHEETS)}")
-    return choice_of(only, paper, units, date)
+    return choice_of(only, paper, units, date, zero)
 
 
 def _drawn(values: Values, solid: Solid, frame: Any, choice: Choice) -> dict[str, bytes]:

@@ -87,6 +87,17 @@ def add_pages(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--paper", choices=("A4", "Letter"), default="A4", help="paper of sheet.pdf (default: A4)"
     )
+    add_zero(parser)
+
+
+def add_zero(parser: argparse.ArgumentParser) -> None:
+    """Offer ``--zero``."""
+    parser.add_argument(
+        "--zero",
+        choices=("keyway", "crankpin"),
+        default="keyway",
+        help="zero of the angles on the sheet (default: the keyway, crankpin 1 where there is none)",
+    )
 
 
 def kinds_of(text: str) -> tuple[str, ...]:
@@ -104,4 +115,5 @@ def chosen_pages(arguments: argparse.Namespace) -> Choice:
     """Return which files the arguments ask for."""
     from autobalance.report.bundle import choice_of
 
-    return choice_of(() if arguments.no_report else arguments.only, arguments.paper, arguments.units)
+    only = () if arguments.no_report else arguments.only
+    return choice_of(only, arguments.paper, arguments.units, zero=arguments.zero)

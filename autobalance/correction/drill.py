@@ -31,7 +31,7 @@ from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid
-from autobalance.wording import degrees, number
+from autobalance.wording import number
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,18 +169,12 @@ class Drill(Kind[DrillLimits]):
         return f"drill {item['drill']}" if item.get("drill") else f"drill ⌀{item['diameter_mm']:g}"
 
     def instruction(self, item: Item, figures: Figures) -> str:
-        """Return what to drill, where."""
-        where = f"at {degrees(item['angle_deg'])} ({degrees(-item['angle_deg'])})"
-        height = (
-            f"z {figures.mm(item['position_mm'][2])}"
-            if item.get("direction") == "radial"
-            else f"radius {figures.mm(math.hypot(*item['position_mm'][:2]))}"
-        )
+        """Return what to drill; where stands in columns of its own."""
         diameter = figures.mm(item["diameter_mm"], figures.diameter_digits)
         if item.get("drill"):
             diameter += f" ({item['drill']})"
-        point = f"point {item.get('point_angle_deg', 0):g}°"
-        return f"Drill dia {diameter}, {item.get('direction', '')}, {where}, {height}, {point}"
+        depth, point = figures.mm(item["depth_mm"]), item.get("point_angle_deg", 0)
+        return f"Drill dia {diameter}, {item.get('direction', '')}, {depth} deep, point {point:g}°"
 
     def machining(self, item: Item) -> Operation | str | None:
         """Return the operation."""

@@ -11,25 +11,29 @@ from autobalance.report.output_kinds import KINDS, choices, usual
 
 PAPERS = ("A4", "Letter")
 UNIT_SYSTEMS = ("metric", "inch")
+ZEROS = ("keyway", "crankpin")
 
 
-def choice_of(only: Collection[str] | None, paper: str, units: str, date: str | None = None) -> Choice:
+def choice_of(
+    only: Collection[str] | None, paper: str, units: str, date: str | None = None, zero: str = "keyway"
+) -> Choice:
     """Return the choice that a caller names: None for the usual kinds, and for today.
 
     Raises
     ------
     FormatError
-        If a kind, the paper or the units are not known, or a kind's extra is not installed.
+        If a kind, the paper, the units or the zero are not known, or a kind's extra is not installed.
     """
     choices_made = [("only names", kind, choices()) for kind in only or ()]
-    choices_made += [("paper is", paper, PAPERS), ("units is", units, UNIT_SYSTEMS)]
+    choices_made += [("paper is", paper, PAPERS), ("units is", units, UNIT_SYSTEMS), ("zero is", zero, ZEROS)]
     for words, value, known in choices_made:
         if value not in known:
             raise FormatError(f"{words} {value!r}; expected one of {', '.join(known)}")
     kinds = tuple(kind for kind in KINDS if kind in (usual() if only is None else only))
     for kind in kinds:
         KINDS[kind].require()
-    return Choice(kinds, paper, units, datetime.date.today().isoformat() if date is None else date)
+    day = datetime.date.today().isoformat() if date is None else date
+    return Choice(kinds, paper, units, day, zero)
 
 
 def bundle(material: Material) -> dict[str, tuple[str, bytes]]:

@@ -17,12 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Choice:
-    """Which files, on what paper, in which units, with which date on them."""
+    """Which files, on what paper, in which units, with which date on them, and from where angles count."""
 
     kinds: Collection[str]
     paper: Any = "A4"
     units: Any = "metric"
     date: str = ""
+    zero: Any = "keyway"
 
 
 @dataclass(frozen=True, eq=False)

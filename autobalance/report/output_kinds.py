@@ -63,8 +63,8 @@ def _page(material: Material) -> dict[str, bytes]:
 def _sheet(material: Material) -> dict[str, bytes]:
     from autobalance.report.sheet.sheet import pdf
 
-    choice = material.choice
-    return {"pdf": pdf(material.report, material.drawings, choice.paper, choice.units, choice.date)}
+    choice, report = material.choice, material.report
+    return {"pdf": pdf(report, material.drawings, choice.paper, choice.units, choice.date, choice.zero)}
 
 
 def _workbook(material: Material) -> dict[str, bytes]:

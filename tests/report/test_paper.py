@@ -7,6 +7,7 @@ import math
 import re
 import shutil
 import subprocess
+from collections.abc import Mapping
 from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
@@ -17,11 +18,18 @@ import pytest
 from pypdf import PdfReader
 
 from autobalance.report.balance import kinds
+from autobalance.report.display_units import ON_PAPER
+from autobalance.report.sheet.cheeks import cheeks
+from autobalance.report.sheet.drawing import Drawings, WebDrawing
 from autobalance.report.sheet.labels import spread, spread_between, spread_on_circle
-from autobalance.report.sheet.rim_strips import LAP_MM, strips, tile_range, tiles_of
+from autobalance.report.sheet.plates import Plate, plates
+from autobalance.report.sheet.rim_strips import LAP_MM, Strip, strips, templates, tile_range, tiles_of
 from autobalance.report.sheet.scales import SCALES, scale_for
 from autobalance.report.sheet.sheet import pdf
 from autobalance.report.sheet.tolerances import SHARE, USUAL, press_fit, tolerances
+from autobalance.report.sheet.web_view import WebView
+from autobalance.report.sheet.zero import FROM_CRANKPIN, Zero
+from autobalance.wording import degrees
 from tests import plans, worst_cuts
 
 needs_poppler = pytest.mark.skipif(
@@ -122,6 +130,7 @@ def test_one_line_a_cut_holds_every_number(case: tuple[Any, ...]) -> None:
 
 def test_what_a_kind_needs_stands_on_the_sheet_too(case: tuple[Any, ...]) -> None:
     report, _, units, pages = case
+    zero = Zero.of(report)
     text = " ".join(" ".join(pages).split())
     for item in report["corrections"]:
         for key in ("wall_left_mm", "depth_left_mm", "length_mm", "inner_radius_mm", "outer_radius_mm",
@@ -130,7 +139,7 @@ def test_what_a_kind_needs_stands_on_the_sheet_too(case: tuple[Any, ...]) -> Non
                 assert written(item[key], units, "length") in text, (key, item)
         for key in ("start_deg", "end_deg"):
             if key in item:
-                assert f"{item[key] % 360.0:.1f}°" in text
+                assert degrees(zero.ccw(item[key])) in text
         if item["kind"] == "slug":
             assert written(item["slug_mass_g"], units, "mass") in text
             assert f"{item['centrifugal_load_N']:.0f} N" in text
@@ -186,22 +195,178 @@ def test_no_ink_within_5_mm_of_the_edge(case: tuple[Any, ...], tmp_path: Path) -
 # --- what can be touched ---------------------------------------------------------------------------------
 
 
-def test_angles_from_the_keyway_and_z_from_a_face_that_no_cut_moves() -> None:
+def pages_of(report: dict[str, Any], **options: Any) -> list[str]:
+    data = pdf(report, plans.drawings_of(report), **options)
+    return [page.extract_text() for page in PdfReader(io.BytesIO(data)).pages]
+
+
+def beside(pages: list[str], number: int) -> str:
+    """Return what stands beside the drawing of a cut, until the next one."""
+    text = "\n".join(pages[1:])
+    found = re.search(rf"^cut {number}\b(.*?)(?=^cuts? |\Z)", text, re.MULTILINE | re.DOTALL)
+    assert found is not None
+    return found.group(1)
+
+
+def test_all_angles_count_from_the_keyway_and_z_from_a_cheek_that_no_cut_moves() -> None:
     report = plans.plan(7, seed=3)
     lowered = next(item for item in report["corrections"] if item["kind"] == "shoulder")
-    first, second = lowered["face_height_mm"], 90.0
-    report["crank"]["datums"] = datums(first, second)
-    pages = PdfReader(io.BytesIO(pdf(report, plans.drawings_of(report)))).pages
-    text = "\n".join(page.extract_text() for page in pages)
-    words = " ".join(text.split())
-    assert "Keyway K (6.00 mm wide, at the -z end): its middle stands at 100.2° ccw, 259.8° cw" in words
-    assert "face F is the face at the +z end, at z = 90.000 mm" in words
+    report["crank"]["datums"] = datums(lowered["face_height_mm"], 90.0)
+    pages = pages_of(report)
+    words = " ".join(" ".join(pages).split())
+    assert (
+        "zero is the middle of keyway K (6.00 mm wide, at the -z end); crankpin 1 stands at 259.8° ccw"
+        in words
+    )
+    from_cheek = cheeks(report)
+    webs = {web["number"]: web for web in report["crank"]["webs"]}
     for item in report["corrections"]:
-        rows = [line for line in text.splitlines() if line.startswith(f"cut {item['number']} ")]
-        assert any(written(item["position_mm"][2] - second, "metric", "length") in row for row in rows)
+        said = beside(pages, item["number"])
+        cheek = from_cheek[item["web"]]
+        web = webs[item["web"]]
+        assert cheek.z_mm in (web["z_min_mm"], web["z_max_mm"])
+        away = written(abs(item["position_mm"][2] - cheek.z_mm), "metric", "length")
+        assert f"{away} {cheek.letter}" in said
+        if item["kind"] == "shoulder":
+            assert abs(cheek.z_mm) != item["face_height_mm"]
         if item["kind"] != "turn":
-            away = (item["angle_deg"] - 100.25) % 360.0
-            assert any(f"{away:.1f}°" in row and f"{360.0 - away:.1f}°" in row for row in rows)
+            angle = (item["angle_deg"] - 100.25) % 360.0
+            assert f"{angle:.1f}°" in said
+            assert f"{360.0 - angle:.1f}°" in said
+            assert f"{item['angle_deg']:.1f}°" not in said
+
+
+def test_the_zero_can_be_crankpin_1_and_the_keyway_stands_in_brackets_then() -> None:
+    report = plans.plan(5, seed=3)
+    report["crank"]["datums"] = datums(30.0, 90.0)
+    pages = pages_of(report, zero="crankpin")
+    words = " ".join(" ".join(pages).split())
+    assert "zero is crankpin 1; keyway K" in words
+    assert "in brackets from keyway K" in words
+    for item in report["corrections"]:
+        if item["kind"] != "turn":
+            assert f"{item['angle_deg']:.1f}°" in beside(pages, item["number"])
+            assert f"{(item['angle_deg'] - 100.25) % 360.0:.1f}°" not in words
+
+
+# --- plates -----------------------------------------------------------------------------------------------
+
+
+def hole(number: int, web: int, angle_deg: float, up: bool, depth: float = 10.0) -> dict[str, Any]:
+    """Return an axial hole in the cheek of a web."""
+    low, high = plans.WEBS[web - 1]
+    item: dict[str, Any] = plans.plan(1, ("drill",), seed=1)["corrections"][0]
+    turn = math.radians(angle_deg)
+    return item | {
+        "number": number,
+        "web": web,
+        "direction": "axial",
+        "inward": [0.0, 0.0, -1.0 if up else 1.0],
+        "position_mm": [34.0 * math.cos(turn), 34.0 * math.sin(turn), high if up else low],
+        "entry_radius_mm": 34.0,
+        "angle_deg": angle_deg,
+        "z_mm": high if up else low,
+        "diameter_mm": 8.0,
+        "point_mm": 2.4,
+        "depth_mm": depth,
+    }
+
+
+def shown(items: list[dict[str, Any]]) -> list[Plate]:
+    report = plans.plan(1)
+    report["corrections"] = items
+    return plates(plans.drawings_of(report), items, report["crank"]["webs"])
+
+
+def test_webs_that_look_alike_are_drawn_once() -> None:
+    (plate,) = shown([hole(1, 1, 150.0, True), hole(2, 2, 150.2, True, 10.4)])
+    assert plate.title == "Webs 1 and 2, seen from the +z end"
+    assert plate.labels() == ["1, 2"]
+    assert plate.twins[0].words == "web 2 as it stands"
+    (plate,) = shown([hole(1, 1, 150.0, True), hole(2, 4, 210.0, False)])
+    assert plate.webs == [1, 4]
+    assert plate.twins[0].words == "web 4 mirrored"
+
+
+def test_webs_that_differ_are_drawn_each() -> None:
+    for other in (hole(2, 2, 170.0, True), hole(2, 2, 150.0, True, 14.0), hole(2, 2, 150.0, False),
+                  hole(2, 2, 150.0, True) | {"diameter_mm": 10.0}):  # fmt: skip
+        assert [plate.webs for plate in shown([hole(1, 1, 150.0, True), other])] == [[1], [2]]
+
+
+def test_what_enters_from_below_is_drawn_as_seen_from_there() -> None:
+    above, below = shown([hole(1, 1, 150.0, True), hole(2, 1, 200.0, False)])
+    assert (above.from_below, below.from_below) == (False, True)
+    assert [item["number"] for item in below.items] == [2]
+    views = [
+        WebView({"crank": {}}, plate, FROM_CRANKPIN, ON_PAPER["metric"], 120.0, 120.0)
+        for plate in (above, below)
+    ]
+    for view in views:
+        view.cx = view.cy = 0.0
+    ((x, _),) = views[0].to_page(np.array([[0.0, 30.0]]))
+    ((mirrored, _),) = views[1].to_page(np.array([[0.0, 30.0]]))
+    assert x == -mirrored < 0.0
+
+
+def test_alike_holes_at_even_steps_are_said_once() -> None:
+    items = [hole(k + 1, 1, 130.0 + 10.0 * k, True) for k in range(10)]
+    report = plans.plan(1)
+    report["corrections"] = items
+    words = " ".join(" ".join(pages_of(report)).split())
+    assert "Drill 10 × ⌀8.00, 10.000 deep, at 130.0° … 220.0° every 10.0°" in words
+    assert "cuts 1-10" in words
+    items[4]["depth_mm"] = 9.0
+    words = " ".join(" ".join(pages_of(report)).split())
+    assert "Drill 10 ×" not in words
+    assert "Drill dia 8.00, axial, 9.000 deep" in words
+
+
+def test_few_holes_take_two_pages() -> None:
+    report = plans.plan(1)
+    report["corrections"] = [
+        hole(k + 1, 1 + k // 3, 150.0 + 30.0 * (k % 3) + 5.0 * (k // 3), True) for k in range(6)
+    ]
+    for paper in ("A4", "Letter"):
+        assert len(pages_of(report, paper=paper)) == 2
+
+
+# --- templates --------------------------------------------------------------------------------------------
+
+
+def test_a_hole_in_a_flat_side_has_a_flat_template_laid_on_its_corners() -> None:
+    report = plans.plan(1, ("drill",))
+    side = np.array([[-30.0, -30.0], [40.0, -30.0], [40.0, 30.0], [-30.0, 30.0]])
+    item = report["corrections"][0] | {
+        "web": 1, "inward": [0.0, -1.0, 0.0], "position_mm": [5.0, 30.0, -34.0], "diameter_mm": 8.0,
+        "direction": "radial", "angle_deg": math.degrees(math.atan2(30.0, 5.0)),
+        "entry_radius_mm": math.hypot(5.0, 30.0),
+    }  # fmt: skip
+    report["corrections"] = [item]
+    round_, flat = templates(report, Drawings((WebDrawing(1, [side]),), []))
+    assert not round_
+    (found,) = flat
+    assert found.long_mm == pytest.approx(70.0)
+    assert found.along_mm == pytest.approx((35.0,))  # from the corner that comes first counter-clockwise
+    turn = np.linspace(0.0, 2.0 * math.pi, 129)[:-1]
+    disc = math.hypot(5.0, 30.0) * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    round_, flat = templates(report, Drawings((WebDrawing(1, [disc]),), []))
+    assert (len(round_), flat) == (1, [])
+
+
+def test_each_strip_reaches_an_edge_a_pins_line_or_the_keyway() -> None:
+    report = plans.plan(30, ("drill",), seed=5)
+    report["crank"]["datums"] = datums(30.0, 90.0)
+    for web in report["crank"]["webs"]:
+        web["outline"] = {"rim_radius_mm": plans.RIM, "fan_angle_deg": 150.0, "thickness_mm": 20.0}
+    found = strips(report)
+    assert found
+    for strip in found:
+        assert strip.marks
+        for name, angle in strip.marks:
+            assert strip.first_deg <= angle <= strip.last_deg
+            assert name in {"edge of the arc", "line of crankpin 1", "keyway K"}
+            assert angle % 360.0 in {105.0, 255.0, 0.0, 180.0, 100.25}
 
 
 # --- tolerances -------------------------------------------------------------------------------------------
@@ -306,7 +471,7 @@ def test_scales_are_those_of_the_standard() -> None:
 
 
 def test_each_radius_has_a_strip_of_its_own_whose_lengths_lap() -> None:
-    report = plans.plan(40, ("drill",), seed=9)
+    report = plans.plan(160, ("drill",), seed=9)
     radial = [item for item in report["corrections"] if item["direction"] == "radial"]
     for k, item in enumerate(radial):
         item["entry_radius_mm"] = 48.0 if k % 2 else 130.0
@@ -321,7 +486,15 @@ def test_each_radius_has_a_strip_of_its_own_whose_lengths_lap() -> None:
         assert ends[-1][1] == pytest.approx(strip.long_mm)
         for one, two in pairwise(ends):
             assert one[1] - two[0] == pytest.approx(LAP_MM)
+        for low, high in ends:  # no stub without a hole
+            assert any(low <= along(strip, item) <= high for item in strip.items)
     assert max(tiles_of(strip, 180.0) for strip in found) > 1
+
+
+def along(strip: Strip, item: Mapping[str, Any]) -> float:
+    """Return how far along a strip a hole stands, from the end that is printed first [mm]."""
+    turned = strip.first_deg + (item["angle_deg"] - strip.first_deg) % 360.0
+    return math.radians(strip.last_deg - turned) * strip.radius_mm
 
 
 def test_a_report_of_an_assembly_shows_its_stages() -> None:

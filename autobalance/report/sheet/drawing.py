@@ -21,7 +21,7 @@ NEAR_MM = 1.0
 """Metal that comes so near to a section's plane is drawn in it."""
 BESIDE_MM = 8.0
 """How far a section through a web reaches beyond the web."""
-BELOW = 0.1
+BELOW = 0.05
 """How far half a section reaches beyond the axis, as a share of its height."""
 
 

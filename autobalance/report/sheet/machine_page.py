@@ -11,13 +11,14 @@ from reportlab.platypus import Flowable
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.cuts import cut_row
 from autobalance.report.sheet.tables import Column, table
+from autobalance.report.sheet.zero import Zero
 from autobalance.wording import at, degrees, weights
 
 Report = Mapping[str, Any]
 NONE = "–"
 
 
-def unbalance_table(report: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
+def unbalance_table(report: Report, u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
     """List the unbalance before and after, resultant and planes, its heavy side, what is permitted."""
     columns = [
         Column(f"unbalance in {u.unbalance}", 46.0, "left"),
@@ -29,37 +30,41 @@ def unbalance_table(report: Report, u: DisplayUnits, wide_mm: float) -> Flowable
         Column("permitted", 22.0),
     ]
     tolerance = report["tolerance"]
-    rows = [_unbalance_row("Resultant", report["initial"], report["residual"], tolerance, u)]
+    rows = [_unbalance_row("Resultant", report["initial"], report["residual"], tolerance, u, zero)]
     triples = zip(report["initial"]["planes"], report["residual"]["planes"], tolerance["planes"], strict=True)
     for before, after, plane in triples:
         name = f"Plane {plane['name']}, z = {u.mm(plane['z_mm'])} {u.length}"
-        rows.append(_unbalance_row(name, before, after, plane, u))
+        rows.append(_unbalance_row(name, before, after, plane, u, zero))
     return table(wide_mm, columns, rows, row_mm=5.4)
 
 
-def _unbalance_row(name: str, before: Report, after: Report, limit: Report, u: DisplayUnits) -> list[str]:
+def _unbalance_row(
+    name: str, before: Report, after: Report, limit: Report, u: DisplayUnits, zero: Zero
+) -> list[str]:
     doubt = after.get("uncertainty_g_mm")
     return [
         name,
         u.g_mm(before["magnitude_g_mm"]),
-        _heavy(before),
+        _heavy(before, zero),
         u.g_mm(after["magnitude_g_mm"]),
-        _heavy(after),
+        _heavy(after, zero),
         NONE if doubt is None else f"± {u.g_mm(doubt)}",
         u.g_mm(limit["permissible_g_mm"]),
     ]
 
 
-def _heavy(unbalance: Report) -> str:
+def _heavy(unbalance: Report, zero: Zero) -> str:
     x, y = unbalance["unbalance_g_mm"]
-    return degrees(math.degrees(math.atan2(y, x)))
+    return degrees(math.degrees(math.atan2(y, x)) - zero.angle_deg)
 
 
-def judged_words(report: Report) -> str:
+def judged_words(report: Report, zero: Zero) -> str:
     """Return what the verdict is on."""
     judged = "the resultant and both planes" if report["tolerance"]["judge"] == "dynamic" else "the resultant"
     grade = f"G {report['tolerance']['grade_mm_s']:g} at {report['tolerance']['speed_rpm']:g} rpm"
-    return f"Judged: {judged}, by {grade}. Angles, ccw seen from +z from crankpin 1, point to the heavy side."
+    return (
+        f"Judged: {judged}, by {grade}. Angles, ccw seen from +z from {zero.name}, point to the heavy side."
+    )
 
 
 def bob_table(report: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
@@ -121,16 +126,20 @@ def bob_words(report: Report, u: DisplayUnits) -> str:
     return told + ". All bob-weights off by their tolerance at once use a tenth of what is permitted."
 
 
-def overbalance_rows(report: Report, u: DisplayUnits) -> tuple[str, Sequence[Sequence[str]]] | None:
+def overbalance_rows(
+    report: Report, u: DisplayUnits, zero: Zero
+) -> tuple[str, Sequence[Sequence[str]]] | None:
     """Return what is left for the last holes on the machine, in words and as lines of cuts."""
     left = report.get("overbalance")
     if not left:
         return None
     words = (
         f"Left on purpose for the last holes on the machine: {u.g_mm(left['magnitude_g_mm'])} {u.unbalance}, "
-        f"heavy at {degrees(left['angle_deg'])}. Holes that would take it:"
+        f"heavy at {degrees(left['angle_deg'] - zero.angle_deg)}. Holes that would take it:"
     )
-    return words, [[f"last {row[0]}", *row[1:]] for row in (cut_row(item, u) for item in left["last_holes"])]
+    return words, [
+        [f"last {row[0]}", *row[1:]] for row in (cut_row(item, u, zero) for item in left["last_holes"])
+    ]
 
 
 def readings_table(u: DisplayUnits, wide_mm: float) -> Flowable:
@@ -146,10 +155,10 @@ def readings_table(u: DisplayUnits, wide_mm: float) -> Flowable:
         Column("by", 16.0, "left"),
         Column("date", 20.0, "left"),
     ]
-    return table(wide_mm, columns, [[f"run {k}", *[""] * 8] for k in (1, 2, 3)], row_mm=8.0)
+    return table(wide_mm, columns, [[f"run {k}", *[""] * 8] for k in (1, 2, 3)], row_mm=6.6)
 
 
-def assembly_table(stages: Sequence[Report], u: DisplayUnits, wide_mm: float) -> Flowable:
+def assembly_table(stages: Sequence[Report], u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
     """List the parts put on in order: what each brings, the sums, what is permitted, what is taken out."""
     columns = [
         Column("stage", 14.0, "left"),
@@ -166,15 +175,17 @@ def assembly_table(stages: Sequence[Report], u: DisplayUnits, wide_mm: float) ->
         Column(f"take out\n{u.unbalance}, angle, z", 30.0, "left"),
         Column(f"left x, y\n{u.unbalance}", 20.0),
     ]
-    return table(wide_mm, columns, [_stage_row(stage, u) for stage in stages])
+    return table(wide_mm, columns, [_stage_row(stage, u, zero) for stage in stages])
 
 
-def _stage_row(stage: Report, u: DisplayUnits) -> list[str]:
+def _stage_row(stage: Report, u: DisplayUnits, zero: Zero) -> list[str]:
+    from_deg = zero.angle_deg if stage["shaft"] == "crank" else 0.0
+
     def pair(values: Sequence[float]) -> str:
         return ", ".join(u.g_mm(value) for value in values)
 
     taken = "; ".join(
-        f"{u.g_mm(cut['g_mm'])} at {degrees(cut['angle_deg'])}, z {u.mm(cut['z_mm'])}"
+        f"{u.g_mm(cut['g_mm'])} at {degrees(cut['angle_deg'] - from_deg)}, z {u.mm(cut['z_mm'])}"
         for cut in stage["corrections"]
     )
     return [
@@ -186,7 +197,7 @@ def _stage_row(stage: Report, u: DisplayUnits) -> list[str]:
         pair(stage["runout_g_mm"]),
         pair(stage["key_g_mm"]),
         u.g_mm(stage["sum"]["magnitude_g_mm"]),
-        degrees(stage["sum"]["angle_deg"]),
+        degrees(stage["sum"]["angle_deg"] - from_deg),
         u.g_mm(stage["permissible_g_mm"]),
         "within" if stage["within"] else "ABOVE",
         taken or NONE,

@@ -10,12 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.report.sheet.lettering import POINTS_PER_MM, font_of
+from autobalance.report.sheet.lettering import POINTS_PER_MM, font_of, width_mm
 from autobalance.solid.csg.solid import Polygons
 from autobalance.types import Array
 
 INK, SOFT, RULE, ACCENT, METAL, GONE = "#17191c", "#5d636b", "#c9c9c4", "#1c5d8f", "#e4e6e8", "#b5400f"
 COMING = "#0b6e4f"
+SLUG = "#cfe6dc"
+"""The ground of what is put into a bore."""
 POINT_SPACING_MM = 0.3
 """Along an arc of 5 mm radius a chord this long is 0.002 mm off."""
 CORNER_RAD = math.radians(4.0)
@@ -43,6 +45,18 @@ def thinned(places: Array) -> Array:
     walked = np.cumsum(np.hypot(*before.T)) // POINT_SPACING_MM
     kept = (np.abs(turn) > CORNER_RAD) | (walked != np.roll(walked, 1))
     return places[kept] if kept.sum() >= 3 else places
+
+
+def badge_size(text: str) -> float:
+    """Return the font size of a number in its disc."""
+    return 7.0 if len(text) < 3 else 5.6
+
+
+def badge_width_mm(text: str) -> float:
+    """Return how wide the disc around a number is, or that around several."""
+    if len(text) <= 3:
+        return 2.0 * BADGE_MM
+    return max(2.0 * BADGE_MM, width_mm(text, badge_size(text), True) + 2.2)
 
 
 class Pen:
@@ -137,10 +151,17 @@ class Pen:
             self.line(x1, y1, x1 + 1.8 * math.cos(back), y1 + 1.8 * math.sin(back), colour, 0.13)
 
     def badge(self, x: float, down: float, label: object) -> None:
-        """Draw a number in a dark disc."""
+        """Draw a number in a dark disc, several in a longer one."""
         text = str(label)
-        self.circle(x, down, BADGE_MM, INK, 0.2, INK)
-        size = 7.0 if len(text) < 3 else 5.6
+        size, wide = badge_size(text), badge_width_mm(text)
+        if wide > 2.0 * BADGE_MM:
+            self._stroke(INK, 0.2)
+            self.canvas.setFillColor(paint(INK))
+            corner = (x - 0.5 * wide) * POINTS_PER_MM, self.y(down + BADGE_MM)
+            box = wide * POINTS_PER_MM, 2.0 * BADGE_MM * POINTS_PER_MM
+            self.canvas.roundRect(*corner, *box, BADGE_MM * POINTS_PER_MM, stroke=1, fill=1)
+        else:
+            self.circle(x, down, BADGE_MM, INK, 0.2, INK)
         self.text(x, down + 0.125 * size, text, size, "#ffffff", bold=True, align="centre")
 
     def _path(self, polygons: Polygons, to_page: ToPage) -> Any:
@@ -166,11 +187,13 @@ class Pen:
             self.canvas.setFillColor(paint(fill))
         self.canvas.drawPath(path, stroke=1, fill=1 if fill else 0, fillMode=0)
 
-    def hatch(self, polygons: Polygons, to_page: ToPage, comes: bool = False) -> None:
-        """Draw metal that goes, hatched at 45 degrees; metal that comes the other way, crossed."""
+    def hatch(self, polygons: Polygons, to_page: ToPage, comes: bool = False, filled: bool = False) -> None:
+        """Draw metal that goes, hatched; what comes, crossed; a bore with its slug filled and crossed."""
         if not polygons:
             return
-        colour = COMING if comes else GONE
+        colour = COMING if comes or filled else GONE
+        if filled:
+            self.shape(polygons, to_page, SLUG, COMING, 0.3)
         places = np.concatenate([to_page(np.asarray(polygon)) for polygon in polygons])
         (left, top), (right, bottom) = places.min(axis=0), places.max(axis=0)
         high = bottom - top
@@ -181,6 +204,6 @@ class Pen:
         p, low, up = POINTS_PER_MM, self.y(bottom), self.y(top)
         starts = np.arange(left - high, right, HATCH_MM)
         lines = [(start * p, low, (start + high) * p, up) for start in starts]
-        lines += [(start * p, up, (start + high) * p, low) for start in starts] if comes else []
+        lines += [(start * p, up, (start + high) * p, low) for start in starts] if comes or filled else []
         self.canvas.lines(lines)
         self.canvas.restoreState()

@@ -1,4 +1,4 @@
-"""Templates for holes from the rim: one strip for each radius, 1:1, cut in lengths that fit the page."""
+"""Templates for holes from the rim, 1:1: strips to lay round it, flat ones for flat sides of webs."""
 
 from __future__ import annotations
 
@@ -7,23 +7,30 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from reportlab.platypus import Flowable
+import numpy as np
 
-from autobalance.report.display_units import DisplayUnits
-from autobalance.report.sheet.labels import spread_between
-from autobalance.report.sheet.lettering import POINTS_PER_MM
-from autobalance.report.sheet.pen import ACCENT, GONE, INK, RULE, SOFT, Pen
-from autobalance.wording import degrees
+from autobalance.report.balance.datum_values import told_angle
+from autobalance.report.sheet.drawing import Drawings
+from autobalance.types import Array
 
 Item = Mapping[str, Any]
-SAME_RADIUS_MM = 0.05
+SAME_RADIUS_MM = 0.2
+"""Holes whose radii differ by less have one strip: its length is off by less than paper shrinks."""
 BORDER_DEG = 12.0
 LAP_MM = 10.0
 """By how much the lengths of a strip lie over each other: two marks at each end."""
-ABOVE_MM, BELOW_MM = 16.0, 6.0
-APART_MM = 5.0
-FAR_DEG = 60.0
-"""Where holes are farther apart the strip ends and another begins."""
+FAR_DEG, FAR_MM = 60.0, 80.0
+"""Where holes are farther apart the strip ends and another begins: no length of a strip is without a hole."""
+REACH_MM = 60.0
+"""A strip goes on so far to an edge or a line that it can be laid on."""
+AXIAL = 0.7
+FLAT_MM = 0.05
+"""A side that is so straight around a hole is flat, where a circle about the axis fits worse."""
+STRAIGHT_MM = 0.02
+LEAST_SIDE_MM, OFF_SIDE_MM = 0.5, 0.1
+"""Shorter sides of an outline are passed over; a hole that begins farther off a side is not of it."""
+LONGER = 1.2
+"""A flat side is longer than the hole is wide, by so much at least."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +42,8 @@ class Strip:
     first_deg: float
     last_deg: float
     z_mm: tuple[float, float]
+    marks: tuple[tuple[str, float], ...] = ()
+    """Name and angle of what it is laid on."""
 
     @property
     def long_mm(self) -> float:
@@ -42,31 +51,73 @@ class Strip:
         return math.radians(self.last_deg - self.first_deg) * self.radius_mm
 
 
+@dataclass(frozen=True)
+class FlatSide:
+    """Holes of a flat side of a web: how far along it each stands, from its corner that comes first ccw."""
+
+    items: tuple[Item, ...]
+    along_mm: tuple[float, ...]
+    long_mm: float
+    z_mm: tuple[float, float]
+
+
+def templates(
+    report: Mapping[str, Any], drawings: Drawings | None = None
+) -> tuple[list[Strip], list[FlatSide]]:
+    """Return the templates for all holes that enter from the rim: round ones, flat ones."""
+    radial = [item for item in report["corrections"] if item.get("inward") and abs(item["inward"][2]) < AXIAL]
+    outlines = {} if drawings is None else {web.number: web.outline for web in drawings.webs}
+    flats: dict[tuple[int, int, int], list[tuple[float, Item, float]]] = {}
+    round_: list[Item] = []
+    for item in radial:
+        side = _flat_side(item, outlines.get(item["web"], ()))
+        if side is None:
+            round_.append(item)
+        else:
+            (polygon, first), along, long = side
+            flats.setdefault((item["web"], polygon, first), []).append((along, item, long))
+    sides = []
+    for (web, _, _), held in flats.items():
+        held.sort(key=lambda each: each[0])
+        items = tuple(item for _, item, _ in held)
+        sides.append(
+            FlatSide(items, tuple(along for along, _, _ in held), held[0][2], _z_range(report, web, items))
+        )
+    return _strips(report, round_), sides
+
+
 def strips(report: Mapping[str, Any]) -> list[Strip]:
     """Return the strips for all holes that enter from the rim, one for each radius and web."""
-    radial = [item for item in report["corrections"] if item.get("inward") and abs(item["inward"][2]) < 0.7]
+    return templates(report)[0]
+
+
+def _strips(report: Mapping[str, Any], radial: Sequence[Item]) -> list[Strip]:
     found = []
-    groups: dict[tuple[Any, int], list[Item]] = {}
-    for item in radial:
-        groups.setdefault((item["web"], round(_radius(item) / SAME_RADIUS_MM)), []).append(item)
-    webs = {web["number"]: web for web in report["crank"]["webs"]}
-    for (web, _), items in groups.items():
-        known = webs.get(web)
-        z = [float(item["position_mm"][2]) for item in items]
-        low = min([*z, *([known["z_min_mm"]] if known else [])])
-        high = max([*z, *([known["z_max_mm"]] if known else [])])
+    groups: list[tuple[int, list[Item]]] = []
+    for item in sorted(radial, key=lambda each: (each["web"], _radius(each))):
+        if (
+            groups
+            and groups[-1][0] == item["web"]
+            and _radius(item) - _radius(groups[-1][1][0]) < SAME_RADIUS_MM
+        ):
+            groups[-1][1].append(item)
+        else:
+            groups.append((item["web"], [item]))
+    for web, items in groups:
+        lines = _lines(report, web)
         for run in _runs(items):
-            angles = [angle for angle, _ in run]
-            found.append(
-                Strip(
-                    sum(_radius(item) for _, item in run) / len(run),
-                    tuple(item for _, item in run),
-                    min(angles) - BORDER_DEG,
-                    max(angles) + BORDER_DEG,
-                    (low, high),
-                )
-            )
+            angles, own = [angle for angle, _ in run], tuple(item for _, item in run)
+            radius = sum(map(_radius, own)) / len(own)
+            first, last, marks = _laid(min(angles), max(angles), radius, lines)
+            found.append(Strip(radius, own, first, last, _z_range(report, web, own), marks))
     return found
+
+
+def _z_range(report: Mapping[str, Any], web: int, items: Sequence[Item]) -> tuple[float, float]:
+    known = next((each for each in report["crank"]["webs"] if each["number"] == web), None)
+    z = [float(item["position_mm"][2]) for item in items]
+    z += [] if known is None else [known["z_min_mm"], known["z_max_mm"]]
+    return min(z), max(z)
 
 
 def _radius(item: Item) -> float:
@@ -78,6 +129,7 @@ def _runs(items: Sequence[Item]) -> list[list[tuple[float, Item]]]:
     ordered = sorted(((float(item["angle_deg"]), item) for item in items), key=lambda pair: pair[0])
     gaps = [(ordered[(k + 1) % len(ordered)][0] - angle) % 360.0 for k, (angle, _) in enumerate(ordered)]
     gaps = [360.0] if len(ordered) == 1 else gaps
+    far = min(FAR_DEG, math.degrees(FAR_MM / _radius(items[0])))
     start = (max(range(len(gaps)), key=lambda k: gaps[k]) + 1) % len(ordered)
     runs: list[list[tuple[float, Item]]] = [[]]
     angle = ordered[start][0]
@@ -85,120 +137,102 @@ def _runs(items: Sequence[Item]) -> list[list[tuple[float, Item]]]:
         k = (start + step) % len(ordered)
         runs[-1].append((angle, ordered[k][1]))
         angle += gaps[k]
-        if gaps[k] > FAR_DEG and step < len(ordered) - 1:
+        if gaps[k] > far and step < len(ordered) - 1:
             runs.append([])
     return runs
 
 
-class StripTile(Flowable):  # type: ignore[misc]
-    """One length of a strip, 1:1, angles along it, z across, a cross at each hole."""
+def _lines(report: Mapping[str, Any], web: int) -> list[tuple[str, float]]:
+    """Return what can be seen on a web's rim: ends of its arc, the lines of the crankpins, the keyway."""
+    known = next((each for each in report["crank"]["webs"] if each["number"] == web), None)
+    throws = report["crank"]["throws"]
+    found: list[tuple[str, float]] = []
+    outline = (known or {}).get("outline")
+    if throws and known:
+        middle = 0.5 * (known["z_min_mm"] + known["z_max_mm"])
+        throw = min(throws, key=lambda each: abs(each["crankpin"]["centre_mm"][2] - middle))
+        pin, name = float(throw["angle_deg"]), f"line of crankpin {throw['number']}"
+        if outline and 0.0 < outline["fan_angle_deg"] < 359.0:
+            half = 0.5 * float(outline["fan_angle_deg"])
+            found += [("edge of the arc", pin + 180.0 - half), ("edge of the arc", pin + 180.0 + half)]
+        found += [(name, pin), (name, pin + 180.0)]
+    datum = told_angle(report)
+    if datum is not None and datum["of"] == "keyway":
+        found.append(("keyway K", float(datum["angle_deg"])))
+    return found
 
-    def __init__(
-        self, strip: Strip, number: int, tile: int, tiles: int, u: DisplayUnits, wide_mm: float
-    ) -> None:
-        super().__init__()
-        self.strip, self.number, self.tile, self.tiles = strip, number, tile, tiles
-        self.u, self.wide_mm = u, wide_mm
-        self.start_mm, self.end_mm = tile_range(strip, tile, wide_mm)
-        self.margin_mm = 6.0 + max(0.5 * float(item["diameter_mm"]) for item in strip.items) * 0.0
-        self.height_mm = ABOVE_MM + (strip.z_mm[1] - strip.z_mm[0]) + BELOW_MM
 
-    def wrap(self, _wide: float, _high: float) -> tuple[float, float]:
-        """Return width and height [points]."""
-        return self.wide_mm * POINTS_PER_MM, self.height_mm * POINTS_PER_MM
+def _laid(
+    first_deg: float, last_deg: float, radius_mm: float, lines: Sequence[tuple[str, float]]
+) -> tuple[float, float, tuple[tuple[str, float], ...]]:
+    """Return the ends of a strip and the lines on it; it goes on to the nearest line that is not too far."""
+    low, high = first_deg - BORDER_DEG, last_deg + BORDER_DEG
+    reach = math.degrees(REACH_MM / radius_mm)
+    placed = [(name, low - reach + (angle - low + reach) % 360.0) for name, angle in lines]
+    near = [pair for pair in placed if pair[1] <= high + reach]
+    inside = [pair for pair in near if low <= pair[1] <= high]
+    if not inside and near:
+        name, angle = min(near, key=lambda pair: max(low - pair[1], pair[1] - high))
+        low, high = min(low, angle - 2.0), max(high, angle + 2.0)
+        inside = [(name, angle)]
+    return low, high, tuple(inside)
 
-    def _x(self, angle_deg: float) -> float:
-        """Return where an angle stands: outside of the rim up, angles grow to the left."""
-        return (
-            math.radians(self.strip.last_deg - angle_deg) * self.strip.radius_mm
-            - self.start_mm
-            + self.margin_mm
-        )
 
-    def _y(self, z_mm: float) -> float:
-        return ABOVE_MM + self.strip.z_mm[1] - z_mm
+def _flat_side(item: Item, outline: Sequence[Array]) -> tuple[tuple[int, int], float, float] | None:
+    """Return the flat side that a hole enters: which of the outline, how far along it, how long; else None.
 
-    def draw(self) -> None:
-        """Draw edges, angles, marks, holes."""
-        pen, strip, u = Pen(self.canv, self.height_mm), self.strip, self.u
-        part = f", part {self.tile + 1} of {self.tiles}: lay marks on marks" if self.tiles > 1 else ""
-        pen.text(
-            0.0, 3.0,
-            f"Strip {self.number}: web {strip.items[0]['web']}, radius {u.mm(strip.radius_mm)} {u.length}, "
-            f"1:1, +z edge up, angle ccw (cw){part}",
-            7.5,
-        )  # fmt: skip
-        left, right = self.margin_mm, self.margin_mm + self.end_mm - self.start_mm
-        top, bottom = self._y(strip.z_mm[1]), self._y(strip.z_mm[0])
-        for down in (top, bottom):
-            pen.line(left, down, right, down, INK, 0.25)
-        if self.tile == 0:
-            pen.line(left, top, left, bottom, INK, 0.25)
-        if self.tile == self.tiles - 1:
-            pen.line(right, top, right, bottom, INK, 0.25)
-        self._marks(pen, left, right, top, bottom)
-        self._angles(pen, left, right, top, bottom)
-        self._holes(pen, left, right)
+    Sides in line with each other are one, also where a hole that was made already parts them.
+    """
+    place = np.asarray(item["position_mm"][:2], dtype=np.float64)
+    diameter = float(item["diameter_mm"])
+    for number, polygon in enumerate(outline):
+        ends = np.roll(polygon, -1, axis=0)
+        length = np.maximum(np.hypot(*(ends - polygon).T), 1e-12)
+        along = (ends - polygon) / length[:, None]
+        off = np.abs(((place - polygon) * np.stack([-along[:, 1], along[:, 0]], axis=1)).sum(axis=1))
+        near = np.minimum(np.hypot(*(polygon - place).T), np.hypot(*(ends - place).T)) - length < diameter
+        sides = np.flatnonzero((off < OFF_SIDE_MM) & near & (length > LEAST_SIDE_MM))
+        if not len(sides):
+            continue
+        longest = int(sides[np.argmax(length[sides])])
+        first, low, high = _in_line(polygon, longest, along[longest], place, diameter)
+        # a side of a polygon that stands for a circle about the axis sags less than a flat of its length
+        long, radius = high - low, float(np.hypot(*place))
+        if low <= 0.0 <= high and long > LONGER * diameter and long**2 / (8.0 * radius) > FLAT_MM:
+            return (number, first), -low, long
+    return None
 
-    def _marks(self, pen: Pen, left: float, right: float, top: float, bottom: float) -> None:
-        """Draw the marks that lie on those of the neighbouring lengths."""
-        for x, inner in ((left, self.tile > 0), (right, self.tile < self.tiles - 1)):
-            for place in (x, x + (LAP_MM if x == left else -LAP_MM)) if inner else ():
-                for down in (top, bottom):
-                    pen.line(place - 2.0, down, place + 2.0, down, ACCENT, 0.3)
-                    pen.line(place, down - 2.0, place, down + 2.0, ACCENT, 0.3)
 
-    def _angles(self, pen: Pen, left: float, right: float, top: float, bottom: float) -> None:
-        strip = self.strip
-        step = next(
-            s for s in (1, 2, 5, 10, 15, 30, 90) if math.radians(s) * strip.radius_mm >= 13.0 or s == 90
-        )
-        for mark in range(math.ceil(strip.first_deg / step), math.floor(strip.last_deg / step) + 1):
-            x = self._x(mark * step)
-            if left - 0.01 <= x <= right + 0.01:
-                pen.line(x, top - 1.0, x, bottom + 1.0, RULE, 0.12)
-                ccw = mark * step % 360
-                pen.text(x, bottom + 3.4, f"{ccw}° ({-ccw % 360}°)", 5.4, SOFT, align="centre")
-
-    def _holes(self, pen: Pen, left: float, right: float) -> None:
-        here = [(self._x(self._turned(float(item["angle_deg"]))), item) for item in self.strip.items]
-        here = [(x, item) for x, item in here if left - 0.01 <= x <= right + 0.01]
-        for x, item in here:
-            down, r = self._y(float(item["position_mm"][2])), 0.5 * float(item["diameter_mm"])
-            pen.circle(x, down, r, GONE, 0.3)
-            pen.line(x - r - 1.5, down, x + r + 1.5, down, INK, 0.12)
-            pen.line(x, down - r - 1.5, x, down + r + 1.5, INK, 0.12)
-        places = spread_between([x for x, _ in here], APART_MM, 3.0, self.wide_mm - 3.0)
-        for place, (x, item) in zip(places, here, strict=True):
-            pen.line(place, 8.0, x, self._y(float(item["position_mm"][2])), SOFT, 0.1)
-        for place, (_, item) in zip(places, here, strict=True):
-            pen.badge(place, 8.0, item["number"])
-        if len(here) * 12.0 < self.wide_mm and places == [x for x, _ in here]:
-            for place, (_, item) in zip(places, here, strict=True):
-                pen.text(place, 13.0, degrees(item["angle_deg"]), 6.0, align="centre")
-
-    def _turned(self, angle_deg: float) -> float:
-        """Return an angle as the strip counts it, maybe beyond 360."""
-        return self.strip.first_deg + (angle_deg - self.strip.first_deg) % 360.0
+def _in_line(
+    polygon: Array, side: int, along: Array, place: Array, gap_mm: float
+) -> tuple[int, float, float]:
+    """Return number, begin and end, from a place, of all of an outline in line with one side of it."""
+    ends = np.roll(polygon, -1, axis=0)
+    across = np.array([-along[1], along[0]])
+    both = np.maximum(np.abs((polygon - polygon[side]) @ across), np.abs((ends - polygon[side]) @ across))
+    spans = sorted(
+        (float((polygon[k] - place) @ along), float((ends[k] - place) @ along), int(k))
+        for k in np.flatnonzero(both < STRAIGHT_MM)
+    )
+    merged = [spans[0]]
+    for low, high, k in spans[1:]:
+        if low - merged[-1][1] > gap_mm + 1.0:
+            merged.append((low, high, k))
+        else:
+            merged[-1] = (merged[-1][0], max(high, merged[-1][1]), merged[-1][2])
+    low, high, k = min(merged, key=lambda span: max(span[0], -span[1], 0.0))
+    return k, low, high
 
 
 def tile_range(strip: Strip, tile: int, wide_mm: float) -> tuple[float, float]:
-    """Return from where to where on the strip one of its lengths reaches [mm]."""
-    long = wide_mm - 12.0
+    """Return from where to where on the strip one of its lengths reaches [mm]; all are equally long."""
+    count = tiles_of(strip, wide_mm)
+    long = (strip.long_mm + (count - 1) * LAP_MM) / count
     start = tile * (long - LAP_MM)
-    return start, min(start + long, strip.long_mm)
+    return start, strip.long_mm if tile == count - 1 else start + long
 
 
 def tiles_of(strip: Strip, wide_mm: float) -> int:
     """Return in how many lengths a strip is printed."""
     long = wide_mm - 12.0
     return 1 if strip.long_mm <= long else math.ceil((strip.long_mm - LAP_MM) / (long - LAP_MM))
-
-
-def strip_tiles(report: Mapping[str, Any], u: DisplayUnits, wide_mm: float) -> list[StripTile]:
-    """Return all lengths of all strips."""
-    return [
-        StripTile(strip, number, tile, tiles_of(strip, wide_mm), u, wide_mm)
-        for number, strip in enumerate(strips(report), 1)
-        for tile in range(tiles_of(strip, wide_mm))
-    ]

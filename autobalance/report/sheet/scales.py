@@ -30,10 +30,8 @@ def scale_for(
 
 def scale_bar(pen: Pen, u: DisplayUnits, x: float, down: float) -> None:
     """Draw a bar to check with a rule that the printer did not scale the page."""
-    long, label = (50.0, "50 mm") if u.length == "mm" else (2.0 * u.mm_per_length, "2 in")
+    long, label = (50.0, "bar 50 mm") if u.length == "mm" else (2.0 * u.mm_per_length, "bar 2 in")
     pen.line(x, down, x + long, down, INK, 0.3)
     for place in (x, x + long):
-        pen.line(place, down - 1.4, place, down + 1.4, INK, 0.3)
-    pen.text(
-        x + long + 3.0, down + 1.0, f"bar: {label} on paper; check with a rule (print at 100 %)", 7, SOFT
-    )
+        pen.line(place, down - 1.2, place, down + 1.2, INK, 0.3)
+    pen.text(x + long + 1.5, down + 0.7, label, 6, SOFT)

@@ -1,4 +1,4 @@
-"""A section along the axis through a web or the whole crank, what goes hatched, z dimensioned below."""
+"""A section along the axis through a web or the whole crank, what goes hatched, dimensioned from a cheek."""
 
 from __future__ import annotations
 
@@ -7,121 +7,213 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from reportlab.platypus import Flowable
 
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
+from autobalance.report.sheet.cheeks import Cheek
 from autobalance.report.sheet.drawing import SectionDrawing
 from autobalance.report.sheet.labels import spread_between
-from autobalance.report.sheet.lettering import POINTS_PER_MM
-from autobalance.report.sheet.pen import ACCENT, CENTRE_LINE, INK, METAL, SOFT, Pen
+from autobalance.report.sheet.lettering import width_mm
+from autobalance.report.sheet.pen import ACCENT, CENTRE_LINE, INK, METAL, SOFT, Pen, badge_width_mm
 from autobalance.report.sheet.scales import scale_for
 from autobalance.types import Array
 
-HEAD_MM = 6.0
-BADGES_MM = 5.4
-RULER_MM = 9.0
+HEAD_MM = 4.4
+BADGES_MM = 5.0
+RULER_MM = 7.2
+DIMENSION_MM = 5.0
+"""Height of the row of a dimension along z."""
 APART_MM = 5.0
 END_MM = 9.0
 """Beside the section, for the axis that sticks out and its name."""
+BESIDE_MM = 17.0
+"""On the right of a section that is dimensioned."""
+TICKS = 3
+"""A scale has this many parts at least."""
+NUMBERS_MM, LEAST_NUMBERS_MM = 9.0, 4.6
+"""From one number of a scale to the next, if there is room, and at least."""
+AXIAL = 0.7
+SIZE = 6.5
 
 
-class SectionView(Flowable):  # type: ignore[misc]
-    """A section with z to the right and the direction of the cut up."""
+class SectionView:
+    """A section with z to the right and the direction of the cut up, drawn from an upper left corner."""
 
     def __init__(
-        self, title: str, section: SectionDrawing, items: Sequence[Mapping[str, Any]], u: DisplayUnits,
-        wide_mm: float, room_mm: float,
+        self, title: str, section: SectionDrawing, items: Sequence[Mapping[str, Any]], labels: Sequence[str],
+        u: DisplayUnits, wide_mm: float, room_mm: float, cheek: Cheek | None = None,
     ) -> None:  # fmt: skip
-        super().__init__()
-        self.title, self.section, self.u, self.wide_mm = title, section, u, wide_mm
-        self.items = [item for item in items if item["number"] in section.cuts]
+        self.title, self.section, self.u, self.wide_mm, self.cheek = title, section, u, wide_mm, cheek
+        pairs = [(i, text) for i, text in zip(items, labels, strict=True) if i["number"] in section.cuts]
+        self.items, self.labels = [item for item, _ in pairs], [text for _, text in pairs]
+        self.measured = self._dimensioned()
         points = np.concatenate([*section.outline, *[p for c in section.cuts.values() for p in c]])
         self.low, self.high = points.min(axis=0), points.max(axis=0)
+        if cheek is not None:
+            self.low[0], self.high[0] = min(self.low[0], cheek.z_mm), max(self.high[0], cheek.z_mm)
         size = self.high - self.low
-        self.rows = max(1, math.ceil(len(self.items) * APART_MM / (wide_mm - 2.0 * END_MM)))
-        extra = HEAD_MM + RULER_MM + BADGES_MM * self.rows
-        self.scale, self.scale_name = scale_for(size[0], size[1], wide_mm - 2.0 * END_MM, room_mm - extra)
-        self.top = HEAD_MM + (BADGES_MM * self.rows if self.items else 0.0)
-        self.height_mm = self.top + self.scale * float(size[1]) + RULER_MM
+        self.apart = max([APART_MM, *(badge_width_mm(text) + 0.8 for text in self.labels)])
+        self.rows = max(1, math.ceil(len(self.items) * self.apart / (wide_mm - 2.0 * END_MM)))
+        self.top = HEAD_MM + (BADGES_MM * self.rows if self.items else 0.0) + 4.0 * (cheek is not None)
+        self.foot = RULER_MM + DIMENSION_MM * (self.measured is not None)
+        beside = END_MM + (BESIDE_MM if self.measured is not None else END_MM)
+        self.right_mm = beside - END_MM
+        self.scale, self.scale_name = scale_for(
+            size[0], size[1], wide_mm - beside, room_mm - self.top - self.foot
+        )
+        self.high_mm = self.top + self.scale * float(size[1]) + self.foot
 
-    def wrap(self, _wide: float, _high: float) -> tuple[float, float]:
-        """Return width and height [points]."""
-        return self.wide_mm * POINTS_PER_MM, self.height_mm * POINTS_PER_MM
+    def _dimensioned(self) -> Mapping[str, Any] | None:
+        """Return the hole whose sizes are drawn: of those in the section the one that moves most."""
+        holes = [item for item in self.items if item.get("inward") is not None]
+        if self.cheek is None or not holes:
+            return None
+        return max(holes, key=lambda item: math.hypot(*item["unbalance_change_g_mm"]))
 
     def to_page(self, places: Array) -> Array:
         """Return where places (k, 2), z and radius, are drawn."""
-        left = 0.5 * (self.wide_mm - self.scale * (self.high[0] - self.low[0]))
+        room = self.wide_mm - END_MM - self.right_mm
+        left = self.x + END_MM + 0.5 * (room - self.scale * (self.high[0] - self.low[0]))
         return np.stack(
             [
                 left + self.scale * (places[:, 0] - self.low[0]),
-                self.top + self.scale * (self.high[1] - places[:, 1]),
+                self.down + self.top + self.scale * (self.high[1] - places[:, 1]),
             ],
             axis=1,
         )
 
-    def draw(self) -> None:
-        """Draw metal, cuts, numbers and the scale of z."""
-        pen = Pen(self.canv, self.height_mm)
-        pen.text(0.0, 3.0, f"{self.title}, scale {self.scale_name}", 7.5, SOFT)
+    def _place(self, z_mm: float, radius_mm: float) -> tuple[float, float]:
+        ((x, down),) = self.to_page(np.array([[z_mm, radius_mm]])).tolist()
+        return x, down
+
+    def draw(self, pen: Pen, x: float, down: float) -> None:
+        """Draw metal, cuts, numbers, dimensions and the scale of z; the corner of the box is at (x, down)."""
+        self.x, self.down = x, down
+        pen.text(x, down + 3.0, f"{self.title}, scale {self.scale_name}", 7.0, SOFT)
         pen.shape(self.section.outline, self.to_page, METAL, INK, 0.2)
         for item in self.items:
-            pen.hatch(self.section.cuts[item["number"]], self.to_page, kinds.adds_metal(item))
+            slug = item.get("slug_mass_g") is not None
+            pen.hatch(self.section.cuts[item["number"]], self.to_page, kinds.adds_metal(item), filled=slug)
         self._axis(pen)
+        self._cheek(pen)
+        if self.measured is not None:
+            self._dimensions(pen, self.measured)
         self._badges(pen)
         self._ruler(pen)
 
     def _axis(self, pen: Pen) -> None:
         if not self.low[1] <= 0.0 <= self.high[1]:
             return
-        (x0, down), (x1, _) = self.to_page(np.array([[self.low[0], 0.0], [self.high[0], 0.0]]))
-        pen.line(x0 - 3.0, down, x1 + 3.0, down, ACCENT, 0.18, CENTRE_LINE)
-        pen.text(x1 + 4.0, down + 1.0, "+z", 7.5, ACCENT)
+        (x0, down), (x1, _) = self._place(self.low[0], 0.0), self._place(self.high[0], 0.0)
+        pen.line(x0 - 3.0, down, x1 + 2.0, down, ACCENT, 0.18, CENTRE_LINE)
+        pen.text(x0 - 8.0, down + 0.9, "axis", 6.0, ACCENT)
+
+    def _cheek(self, pen: Pen) -> None:
+        """Flag the cheek that z counts from with its letter in a box."""
+        if self.cheek is None:
+            return
+        x, top = self._place(self.cheek.z_mm, self.high[1])
+        wide = width_mm(self.cheek.letter, 7.0, True) + 1.8
+        pen.line(x, top + 2.0, x, top - 1.2, INK, 0.15)
+        pen.box(x - 0.5 * wide, top - 4.4, wide, 3.2, INK, 0.2)
+        pen.text(x, top - 1.9, self.cheek.letter, 7.0, bold=True, align="centre")
+
+    def _dimensions(self, pen: Pen, item: Mapping[str, Any]) -> None:
+        """Draw centre to cheek and depth of a hole, its radius if it runs along the axis, and its wall."""
+        assert self.cheek is not None
+        z, depth, u = float(item["position_mm"][2]), float(item["depth_mm"]), self.u
+        radius = float(item.get("entry_radius_mm", item["radius_mm"]))
+        wide = 0.5 * float(item["diameter_mm"])
+        right = self._place(self.high[0], 0.0)[0] + 4.0
+        row = self.down + self.high_mm - self.foot + 3.4
+        if abs(item["inward"][2]) < AXIAL:
+            self._upright(pen, right, (z + wide, radius), (z + wide, radius - depth), f"{u.mm(depth)}")
+            if abs(z - self.cheek.z_mm) > 1e-6:
+                self._along(
+                    pen, row, (self.cheek.z_mm, 0.0), (z, radius - depth), u.mm(abs(z - self.cheek.z_mm))
+                )
+        else:
+            end = z + math.copysign(depth, item["inward"][2])
+            self._upright(pen, right, (z, radius), (z, 0.0), f"R {u.mm(radius)}")
+            self._along(pen, row, (z, radius - wide), (end, radius - wide), u.mm(depth))
+        if item.get("wall_left_mm") is not None:
+            text = f"wall {u.mm(item['wall_left_mm'])}"
+            pen.text(self.x + self.wide_mm, self.down + 3.0, text, SIZE, align="right")
+
+    def _upright(
+        self, pen: Pen, x: float, one: tuple[float, float], two: tuple[float, float], text: str
+    ) -> None:
+        """Draw a dimension across the axis, its text on the right."""
+        (x0, y0), (x1, y1) = self._place(*one), self._place(*two)
+        for start, y in ((x0, y0), (x1, y1)):
+            pen.line(start + 0.6, y, x + 1.0, y, SOFT, 0.1)
+        middle = 0.5 * (y0 + y1)
+        pen.arrow(x, middle, x, y0)
+        pen.arrow(x, middle, x, y1)
+        pen.text(x + 1.0, middle + 0.8, text, SIZE)
+
+    def _along(
+        self, pen: Pen, down: float, one: tuple[float, float], two: tuple[float, float], text: str
+    ) -> None:
+        """Draw a dimension along the axis on a row below the section, its text beside."""
+        (x0, y0), (x1, y1) = self._place(*one), self._place(*two)
+        for x, y in ((x0, y0), (x1, y1)):
+            pen.line(x, y + 0.6, x, down + 1.0, SOFT, 0.1)
+        pen.arrow(0.5 * (x0 + x1), down, x0, down)
+        pen.arrow(0.5 * (x0 + x1), down, x1, down)
+        pen.text(max(x0, x1) + 1.2, down + 0.8, text, SIZE)
 
     def _badges(self, pen: Pen) -> None:
         """Put the numbers above, a line from each to the middle of its metal."""
         middles = [self.to_page(_middle(self.section.cuts[item["number"]])[None])[0] for item in self.items]
         order = sorted(range(len(middles)), key=lambda k: float(middles[k][0]))
         places: dict[int, tuple[float, float]] = {}
+        low, high = self.x + 0.5 * self.apart, self.x + self.wide_mm - 0.5 * self.apart
         for row in range(self.rows):
             members = order[row :: self.rows]
             wanted = [float(middles[k][0]) for k in members]
-            for k, x in zip(members, spread_between(wanted, APART_MM, 3.0, self.wide_mm - 3.0), strict=True):
-                places[k] = (x, HEAD_MM + BADGES_MM * (row + 0.5) - 0.6)
+            for k, x in zip(members, spread_between(wanted, self.apart, low, high), strict=True):
+                places[k] = (x, self.down + HEAD_MM + BADGES_MM * (row + 0.5) - 0.6)
         for k, (x, down) in places.items():
             pen.line(x, down, float(middles[k][0]), float(middles[k][1]), SOFT, 0.12)
             pen.circle(float(middles[k][0]), float(middles[k][1]), 0.4, INK, 0.1, INK)
         for k, (x, down) in places.items():
-            pen.badge(x, down, self.items[k]["number"])
+            pen.badge(x, down, self.labels[k])
 
     def _ruler(self, pen: Pen) -> None:
-        """Draw the scale of z from the datum, the middle of crankpin 1."""
-        down = self.height_mm - RULER_MM + 2.5
-        step = _round_step(14.0 / (self.scale / self.u.mm_per_length))
-        (x0, _), (x1, _) = self.to_page(np.array([[self.low[0], 0.0], [self.high[0], 0.0]]))
+        """Draw the scale of z from the cheek; of the whole crank from the middle of crankpin 1."""
+        down = self.down + self.high_mm - RULER_MM + 2.2
+        origin = 0.0 if self.cheek is None else self.cheek.z_mm
+        per = self.u.mm_per_length
+        low, high = (float(self.low[0]) - origin) / per, (float(self.high[0]) - origin) / per
+        step, every = ruler_steps(high - low, self.scale * per)
+        (x0, _), (x1, _) = self._place(self.low[0], 0.0), self._place(self.high[0], 0.0)
         pen.line(x0, down, x1, down, INK, 0.13)
-        low, high = float(self.low[0]) / self.u.mm_per_length, float(self.high[0]) / self.u.mm_per_length
         digits = max(0, -math.floor(math.log10(step) + 1e-9)) if step < 1.0 else 0
         for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1):
-            ((x, _),) = self.to_page(np.array([[k * step * self.u.mm_per_length, 0.0]]))
-            pen.line(x, down, x, down + (2.2 if k == 0 else 1.3), INK, 0.13)
-            pen.text(x, down + 4.2, f"{k * step + 0.0:.{digits}f}", 6.0, INK, align="centre")
-        pen.text(x1 + 2.0, down + 1.0, f"z {self.u.length}", 6.0, SOFT)
+            x, _ = self._place(origin + k * step * per, 0.0)
+            pen.line(x, down, x, down + (2.0 if k == 0 else 1.2), INK, 0.13)
+            if k % every == 0:
+                pen.text(x, down + 4.1, f"{k * step + 0.0:.{digits}f}", 6.0, INK, align="centre")
+        name = "z" if self.cheek is None else f"z from {self.cheek.letter}"
+        pen.text(x1 + 2.0, down + 0.6, f"{name} {self.u.length}", 6.0, SOFT)
+
+
+def ruler_steps(long: float, mm_per: float) -> tuple[float, int]:
+    """Return the step of a scale, round, with three parts at least, and on every how many there is a number.
+
+    Examples
+    --------
+    >>> ruler_steps(20.0, 1.0), ruler_steps(20.0, 0.2), ruler_steps(500.0, 0.2)
+    ((5.0, 1), (5.0, 5), (50.0, 1))
+    """
+    steps = [k * 10.0**power for power in range(-4, 5) for k in (1.0, 2.0, 5.0)]
+    apart = next(step for step in steps if step * mm_per >= NUMBERS_MM)
+    step = min(apart, max(step for step in steps if step <= long / TICKS))
+    return step, math.ceil(LEAST_NUMBERS_MM / (step * mm_per) - 1e-9)
 
 
 def _middle(polygons: Sequence[Array]) -> Array:
     points = np.concatenate(polygons)
     middle: Array = 0.5 * (points.min(axis=0) + points.max(axis=0))
     return middle
-
-
-def _round_step(least: float) -> float:
-    """Return the least of 1, 2, 5 times a power of ten that is not below a step.
-
-    Examples
-    --------
-    >>> [_round_step(each) for each in (0.3, 1.0, 14.0)]
-    [0.5, 1.0, 20.0]
-    """
-    power = 10.0 ** math.floor(math.log10(least) + 1e-9)
-    return next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= least * (1.0 - 1e-9))

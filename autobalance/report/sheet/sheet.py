@@ -19,40 +19,29 @@ from reportlab.platypus import (
     Frame,
     KeepTogether,
     NextPageTemplate,
-    PageBreak,
     PageTemplate,
     Paragraph,
     Spacer,
 )
 
-from autobalance.report.balance import kinds
-from autobalance.report.balance.datum_values import told_angle
 from autobalance.report.display_units import ON_PAPER, UnitSystem
 from autobalance.report.job_header import work
 from autobalance.report.sheet import machine_page
-from autobalance.report.sheet.cuts import (
-    cut_table,
-    making_table,
-    slug_table,
-    tolerance_table,
-    tolerance_words,
-)
-from autobalance.report.sheet.drawing import Drawings, SectionDrawing, WebDrawing
+from autobalance.report.sheet.cheeks import cheeks
+from autobalance.report.sheet.cuts import cut_columns, cut_table, slug_table
+from autobalance.report.sheet.drawing import Drawings, SectionDrawing
 from autobalance.report.sheet.lettering import POINTS_PER_MM, font_of, safe
+from autobalance.report.sheet.making import making_table
 from autobalance.report.sheet.pen import INK, SOFT, Pen
-from autobalance.report.sheet.rim_strips import strip_tiles
-from autobalance.report.sheet.section_view import SectionView
-from autobalance.report.sheet.setup import face_z_mm, set_up
+from autobalance.report.sheet.plate_view import PlateView, WholeCrank
+from autobalance.report.sheet.plates import plates
+from autobalance.report.sheet.setup import set_up
 from autobalance.report.sheet.tables import Column, table
-from autobalance.report.sheet.title_block import (
-    FOOT_MM,
-    MARGIN_MM,
-    NumberedCanvas,
-    Sheet,
-    title_block,
-)
-from autobalance.report.sheet.tolerances import Tolerances, tolerances
-from autobalance.report.sheet.web_view import WebView
+from autobalance.report.sheet.template_view import template_rows
+from autobalance.report.sheet.title_block import FOOT_MM, MARGIN_MM, NumberedCanvas, Sheet, title_block
+from autobalance.report.sheet.tolerance_table import held_words, tolerance_table, tolerance_words
+from autobalance.report.sheet.tolerances import Tolerances, held, tolerances
+from autobalance.report.sheet.zero import Zero, ZeroChoice
 from autobalance.wording import at, file_name, outcome_words
 
 Report = Mapping[str, Any]
@@ -60,6 +49,14 @@ Paper = Literal["A4", "Letter"]
 PAPERS_MM = {"A4": (210.0, 297.0), "Letter": (215.9, 279.4)}
 SIZES_PT = {"A4": (595.2756, 841.8898), "Letter": (612.0, 792.0)}
 BAD = "#a8231b"
+GAP_MM = 2.5
+"""Between what stands below each other."""
+ROOMS, ALONE = (0.5, 1.0 / 3.0), 0.66
+"""Shares of a page that plates have, the lesser where it saves pages; and one that is the only one."""
+FEW = 24
+"""Cuts up to which both are tried."""
+MANY = 60
+"""A web with more cuts has most of a page."""
 NO_NUMBER_FIRST = re.compile(r" (?=[-−+±]?\d)")
 """Where prose must not break: only the rows of tables begin with a number."""
 
@@ -70,6 +67,7 @@ def pdf(
     paper: Paper = "A4",
     units: UnitSystem = "metric",
     date: str = "",
+    zero: ZeroChoice = "keyway",
 ) -> bytes:
     """Return the shop sheet.
 
@@ -82,6 +80,8 @@ def pdf(
     paper, units
     date : str
         Printed on each page.
+    zero : {"keyway", "crankpin"}
+        From where its angles count; without a keyway from crankpin 1.
 
     Returns
     -------
@@ -90,22 +90,33 @@ def pdf(
     """
     wide, high = PAPERS_MM[paper]
     sheet = Sheet(report, ON_PAPER[units], date, wide, high)
+    pages, data = _built(sheet, paper, zero, drawings, ROOMS[0])
+    if drawings is not None and len(drawings.webs) > 1 and len(report["corrections"]) <= FEW:
+        fewer, smaller = _built(sheet, paper, zero, drawings, ROOMS[1])
+        data = smaller if fewer < pages else data
+    return data
+
+
+def _built(
+    sheet: Sheet, paper: Paper, zero: ZeroChoice, drawings: Drawings | None, room: float
+) -> tuple[int, bytes]:
+    """Return a sheet with plates of some share of a page: how many pages it has, and its file."""
     buffer = io.BytesIO()
     document = BaseDocTemplate(
         buffer,
         pagesize=SIZES_PT[paper],
-        title=safe(f"Shop sheet {file_name(report)}"),
-        author=f"autobalance {report['autobalance']['version']}",
+        title=safe(f"Shop sheet {file_name(sheet.report)}"),
+        author=f"autobalance {sheet.report['autobalance']['version']}",
         invariant=1,
         pageCompression=1,
     )
     document.addPageTemplates(
         [_template("first", sheet, sheet.block_mm + 2.0), _template("later", sheet, 0.0)]
     )
-    story = _Story(sheet).told(drawings)
+    story = _Story(sheet, zero, room).told(drawings)
     with _binary_streams():
         document.build(story, canvasmaker=partial(NumberedCanvas, sheet=sheet))
-    return buffer.getvalue()
+    return document.page, buffer.getvalue()
 
 
 @contextmanager
@@ -142,23 +153,24 @@ def _template(name: str, sheet: Sheet, block_mm: float) -> PageTemplate:
 class _Story:
     """Collects what the pages show, in order."""
 
-    def __init__(self, sheet: Sheet) -> None:
+    def __init__(self, sheet: Sheet, choice: ZeroChoice, room: float) -> None:
         self.sheet, self.report, self.u = sheet, sheet.report, sheet.units
+        self.zero, self.cheeks = Zero.of(self.report, choice), cheeks(self.report)
         self.items: Sequence[Mapping[str, Any]] = sheet.report["corrections"]
         self.wide_mm = sheet.wide_mm - 2.0 * MARGIN_MM
         self.page_mm = sheet.high_mm - sheet.head_mm - FOOT_MM
+        self.room = room
         self.parts: list[Flowable] = [NextPageTemplate("later")]
 
     def told(self, drawings: Drawings | None) -> list[Flowable]:
         """Return the whole sheet."""
         self._first_page()
-        if drawings is not None:
-            for web in drawings.webs:
-                self._web(web)
-            if drawings.lengthwise:
-                self._lengthwise(drawings)
-        self._strips()
         self._machine()
+        if drawings is not None:
+            self._webs(drawings)
+        self._templates(drawings)
+        if drawings is not None and drawings.lengthwise:
+            self.parts.append(self._lengthwise(drawings))
         return self.parts
 
     # --- text ---------------------------------------------------------------------------------------------
@@ -172,53 +184,63 @@ class _Story:
             "text",
             fontName=font,
             fontSize=size,
-            leading=1.32 * size,
+            leading=1.28 * size,
             textColor=colour,
             spaceAfter=after * POINTS_PER_MM,
         )
         return Paragraph(html.escape(shown, quote=False), style)
 
     def _heading(self, text: str) -> Flowable:
-        return self._text(text, 10.0, bold=True, after=1.0)
+        return self._text(text, 10.0, bold=True, after=0.8)
 
     def _gap(self, mm: float) -> None:
         self.parts.append(Spacer(1.0, mm * POINTS_PER_MM))
 
-    # --- the first pages ----------------------------------------------------------------------------------
+    def _room(self, mm: float) -> None:
+        """Begin a page where less is left of this one."""
+        self.parts.append(CondPageBreak(mm * POINTS_PER_MM))
+
+    # --- what to cut --------------------------------------------------------------------------------------
 
     def _first_page(self) -> None:
         report, u = self.report, self.u
-        self.parts += [self._text("Shop sheet: balance the crankshaft", 15.0, bold=True, after=2.0)]
+        self.parts += [self._text("Shop sheet: balance the crankshaft", 14.0, bold=True, after=1.6)]
         self.parts.append(self._text(outcome_words(report), 11.0, bold=True))
         told = f"Lengths in {u.length}, masses in {u.mass}, unbalance in {u.unbalance}. "
-        self.parts.append(self._text(told + machine_page.judged_words(report), 8.0, SOFT))
+        self.parts.append(self._text(told + machine_page.judged_words(report, self.zero), 7.5, SOFT))
         if report.get("reason"):
-            self.parts.append(self._text(str(report["reason"]), 8.5, BAD))
+            self.parts.append(self._text(str(report["reason"]), 8.0, BAD))
         if note := work(report).get("note"):
             self.parts.append(self._text(f"Note of the job: {note}", 8.0))
-        self.parts += [self._text(f"Note: {text}", 7.5, BAD) for text in report.get("warnings") or []]
-        self._gap(1.0)
-        self.parts.append(self._heading("Set-up"))
-        self.parts += [self._text(text, 7.5, after=0.7) for text in set_up(report, u)]
-        self._gap(2.0)
+        self.parts += [self._text(f"Note: {text}", 7.0, BAD) for text in report.get("warnings") or []]
+        self._gap(0.6)
         if not self.items:
             self.parts.append(self._text("Nothing to cut.", 10.0))
             return
-        self.parts.append(CondPageBreak(40.0 * POINTS_PER_MM))
-        self.parts += [self._heading(f"Cuts: {len(self.items)}"), cut_table(self.items, u, self.wide_mm)]
-        self._gap(1.0)
+        self.parts.append(self._heading("Set-up"))
+        self.parts += [self._text(text, 7.0, after=0.5) for text in set_up(report, u, self.zero, self.cheeks)]
+        self._gap(1.5)
+        self._room(30.0)
+        self.parts += [
+            self._heading(f"Cuts: {len(self.items)}"),
+            cut_table(self.items, u, self.wide_mm, self.zero),
+        ]
+        self._gap(0.8)
         note = (
             "Depth counts from the entry on the tool's axis to the end of the full diameter; with point to "
             "the tip. A negative mass comes on: the slug is heavier than its bore's metal."
         )
-        self.parts.append(self._text(note, 6.8, SOFT))
+        self.parts.append(self._text(note, 6.4, SOFT))
         self._tolerances(tolerances(report))
         self._slugs()
 
     def _tolerances(self, found: Tolerances | None) -> None:
-        self._gap(2.0)
-        self.parts.append(CondPageBreak(35.0 * POINTS_PER_MM))
+        self._gap(1.5)
+        self._room(28.0)
         self.parts.append(self._heading("Tolerances: angle, position, depth, diameter"))
+        worth = held(self.report)
+        if worth is not None:
+            self.parts.append(self._text(held_words(worth, self.u), 8.5))
         if found is None:
             told = (
                 "The verdict leaves nothing, so that no tolerance follows from it; hold what the machine can."
@@ -226,127 +248,83 @@ class _Story:
             self.parts.append(self._text(told, 7.5))
             return
         self.parts += [tolerance_table(found, self.items, self.u, self.wide_mm), Spacer(1.0, 3.0)]
-        self.parts += [self._text(told, 6.8, SOFT) for told in tolerance_words(found)]
+        self.parts += [self._text(told, 6.2, SOFT, after=0.6) for told in tolerance_words(found)]
 
     def _slugs(self) -> None:
         slugs = [item for item in self.items if item.get("slug_mass_g") is not None]
         if not slugs:
             return
-        self._gap(2.0)
-        self.parts.append(CondPageBreak(30.0 * POINTS_PER_MM))
+        self._gap(1.5)
+        self._room(30.0)
         self.parts += [self._heading("Slugs: fit and retention"), slug_table(slugs, self.u, self.wide_mm)]
 
     # --- drawings -----------------------------------------------------------------------------------------
 
-    def _web(self, web: WebDrawing) -> None:
-        items = [i for i in self.items if web.number in (i.get("webs") or [i.get("web")])]
-        view = WebView(self.report, web, items, self.u, self.wide_mm)
-        self.parts += [PageBreak(), self._heading(f"Web {web.number}, seen from the +z end")]
-        legend = (
-            "What goes is hatched."
-            if not any(map(kinds.adds_metal, items))
-            else ("What goes is hatched, what is built up crossed.")
-        )
-        told = f"Scale {view.scale_name} (ISO 5455). Crankpin 1 up; the axis is the datum. {legend}"
-        self.parts += [self._text(told, 7.5, SOFT), view]
-        if web.section is not None and web.section.outline:
-            title = (
-                f"Section through web {web.number}, along the axis at {web.section.angle_deg:.1f}° ccw (up)"
-            )
-            self._section(title, web.section, items, 84.0)
-        if items:
-            self._gap(3.0)
-            datum = told_angle(self.report)
-            self.parts.append(making_table(items, self.u, self.wide_mm, face_z_mm(self.report), datum))
+    def _webs(self, drawings: Drawings) -> None:
+        shown = plates(drawings, self.items, self.report["crank"]["webs"])
+        room = (ALONE if len(shown) == 1 else self.room) * self.page_mm - GAP_MM
+        for plate in shown:
+            many = len(plate.items) > MANY
+            view = PlateView(
+                self.report, plate, self.zero, self.cheeks, self.u, self.wide_mm,
+                0.8 * self.page_mm if many else room, self.page_mm,
+            )  # fmt: skip
+            self.parts.append(view)
+            if view.below:
+                self._gap(1.5)
+                self.parts.append(making_table(view.below, self.u, self.wide_mm, self.zero))
+            self._gap(GAP_MM)
 
-    def _lengthwise(self, drawings: Drawings) -> None:
+    def _lengthwise(self, drawings: Drawings) -> Flowable:
         section = SectionDrawing(0.0, drawings.lengthwise, drawings.lengthwise_cuts)
-        self.parts.append(PageBreak())
-        self.parts.append(self._heading("The whole crank"))
-        self._section("Section through the axis and crankpin 1", section, self.items, 0.6 * self.page_mm)
+        labels = [str(item["number"]) for item in self.items]
+        return WholeCrank(section, self.items, labels, self.u, self.wide_mm)
 
-    def _section(
-        self, title: str, section: SectionDrawing, items: Sequence[Mapping[str, Any]], room_mm: float
-    ) -> None:
-        self._gap(3.0)
-        self.parts.append(SectionView(title, section, items, self.u, self.wide_mm, room_mm))
-
-    def _strips(self) -> None:
-        tiles = strip_tiles(self.report, self.u, self.wide_mm)
-        if not tiles:
+    def _templates(self, drawings: Drawings | None) -> None:
+        rows = template_rows(self.report, drawings, self.u, self.wide_mm, self.zero)
+        if not rows:
             return
         told = (
-            "Templates 1:1, one strip a radius: cut out, lay round the rim at the angles printed, prick the "
-            "centres. Check the bar of the views with a rule first."
+            "Templates 1:1, outside up: cut out, lay the edges on those of the web and the dashed line on "
+            f"what it names, prick the centres. Angles ccw from {self.zero.name}. Check the bar at the foot "
+            "with a rule first."
         )
-        self._gap(5.0)
-        self.parts += [
-            CondPageBreak(70.0 * POINTS_PER_MM),
-            self._heading("Rim, unrolled: wrap round the crank, outside up"),
-            self._text(told, 7.5, SOFT),
-        ]
-        for place, tile in enumerate(tiles):
-            self.parts += [Spacer(1.0, 4.0 * POINTS_PER_MM)] * (place > 0) + [tile]
+        heading = [self._heading("Rim, unrolled, and flat sides: templates"), self._text(told, 7.0, SOFT)]
+        self._gap(2.0)
+        self.parts += [KeepTogether([*heading, rows[0]]), *rows[1:]]
 
     # --- the machine --------------------------------------------------------------------------------------
 
     def _machine(self) -> None:
-        report, u, wide = self.report, self.u, self.wide_mm
-        self.parts.append(PageBreak())
-        self.parts.append(
-            KeepTogether(
-                [
-                    self._heading("Unbalance: before, after, permitted"),
-                    self._text(machine_page.judged_words(report), 7.5, SOFT),
-                    machine_page.unbalance_table(report, u, wide),
-                ]
-            )
-        )
-        self._gap(5.0)
+        report, u, wide, zero = self.report, self.u, self.wide_mm, self.zero
+        self._gap(2.0)
+        self._kept("Unbalance: before, after, permitted", machine_page.unbalance_table(report, u, wide, zero))
         if at(report, "engine.bob_weights"):
-            self.parts.append(
-                KeepTogether(
-                    [
-                        self._heading("Bob-weights on the crankpins"),
-                        self._text(machine_page.bob_words(report, u), 7.5, SOFT),
-                        machine_page.bob_table(report, u, wide),
-                    ]
-                )
-            )
-            self._gap(5.0)
+            words = self._text(machine_page.bob_words(report, u), 7.0, SOFT)
+            self._gap(2.0)
+            self._kept("Bob-weights on the crankpins", words, machine_page.bob_table(report, u, wide))
+        self._gap(2.0)
         self._overbalance()
-        self.parts.append(
-            KeepTogether([self._heading("Readings after machining"), machine_page.readings_table(u, wide)])
-        )
+        self._kept("Readings after machining", machine_page.readings_table(u, wide))
         if report.get("assembly"):
-            self._gap(5.0)
+            self._gap(3.0)
             self.parts += [
                 self._heading("Assembly: parts in order, ISO 21940-32"),
-                machine_page.assembly_table(report["assembly"], u, wide),
+                machine_page.assembly_table(report["assembly"], u, wide, zero),
             ]
+        self._gap(GAP_MM)
+
+    def _kept(self, heading: str, *parts: Flowable) -> None:
+        """Add a heading and what stands below it, on one page."""
+        self.parts.append(KeepTogether([self._heading(heading), *parts]))
 
     def _overbalance(self) -> None:
-        found = machine_page.overbalance_rows(self.report, self.u)
+        found = machine_page.overbalance_rows(self.report, self.u, self.zero)
         if found is None:
             return
         words, rows = found
         self.parts.append(self._text(words))
         if rows:
-            titles = (
-                "hole",
-                "cut",
-                "how",
-                "web",
-                "ccw",
-                "cw",
-                "radius",
-                "z",
-                "diameter",
-                "depth",
-                "with point",
-                "mass",
-            )
-            left = {"hole", "cut", "how", "web"}
-            columns = [Column(each, 15.0, "left" if each in left else "right") for each in titles]
+            columns = [Column("hole", 12.0, "left"), *cut_columns(self.u, self.zero)]
             self.parts.append(table(self.wide_mm, columns, rows))
-        self._gap(5.0)
+        self._gap(2.0)

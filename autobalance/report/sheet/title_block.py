@@ -12,6 +12,7 @@ from autobalance.report import job_header
 from autobalance.report.display_units import DisplayUnits, plain
 from autobalance.report.sheet.lettering import POINTS_PER_MM, fitted, safe, shortened, width_mm
 from autobalance.report.sheet.pen import INK, RULE, SOFT, Pen
+from autobalance.report.sheet.scales import scale_bar
 from autobalance.wording import at, file_name, outcome_words
 
 FRAME_MM = 8.0
@@ -22,7 +23,9 @@ WORK_MM = 4.4
 LOGO_MM = 28.0
 """Greatest width of the shop's picture."""
 FOOT_MM = 17.0
-ROW_MM = 8.6
+BAR_MM = 80.0
+"""From the margin to the bar in the foot of each page."""
+ROW_MM = 7.6
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,8 @@ def _head_and_foot(pen: Pen, sheet: Sheet, number: int, count: int) -> None:
     pen.text(left, head + WORK_MM, shortened(words, 7.5, wide - MARGIN_MM - left), 7.5, SOFT)
     pen.line(FRAME_MM, rule, wide - FRAME_MM, rule, INK, 0.2)
     pen.line(FRAME_MM, foot - 4.2, wide - FRAME_MM, foot - 4.2, RULE, 0.15)
-    pen.text(MARGIN_MM, foot, f"sha256 {report['input']['sha256']}", 6, SOFT, mono=True)
+    pen.text(MARGIN_MM, foot, f"sha256 {report['input']['sha256']}", 5, SOFT, mono=True)
+    scale_bar(pen, sheet.units, MARGIN_MM + BAR_MM, foot - 0.6)
     made = " · ".join(filter(None, [f"autobalance {report['autobalance']['version']}", safe(sheet.date)]))
     pen.text(wide - MARGIN_MM, foot, made, 7, SOFT, align="right")
 
@@ -111,9 +115,9 @@ def title_block(pen: Pen, sheet: Sheet) -> None:
         for k, (caption, value) in enumerate(cells):
             if k:
                 pen.line(left, down, left, down + ROW_MM, RULE, 0.15)
-            pen.text(left + 1.5, down + 2.7, caption, 5.5, SOFT)
+            pen.text(left + 1.5, down + 2.5, caption, 5.5, SOFT)
             size = fitted(value, 8.5, share - 3.0, least=5.5)
-            pen.text(left + 1.5, down + 6.9, shortened(value, size, share - 3.0), size)
+            pen.text(left + 1.5, down + 6.2, shortened(value, size, share - 3.0), size)
             left += share
     pen.line(FRAME_MM, top + sheet.block_mm, FRAME_MM + wide, top + sheet.block_mm, INK, 0.2)
 

@@ -65,6 +65,33 @@ def tolerances(report: Mapping[str, Any]) -> Tolerances | None:
     )
 
 
+@dataclass(frozen=True)
+class Held:
+    """What usual workshop accuracies are worth: by how much independent errors may put the resultant off.
+
+    ``left_g_mm`` is what the verdict leaves of the resultant, ``share`` the greatest share of what it leaves
+    that the errors use, over resultant and planes; infinite where it leaves nothing.
+    """
+
+    off_g_mm: float
+    left_g_mm: float
+    share: float
+
+
+def held(report: Mapping[str, Any]) -> Held | None:
+    """Return what usual accuracies are worth; None without cuts."""
+    items: Sequence[Item] = report["corrections"]
+    if not items:
+        return None
+    left = _left_g_mm(report)
+    planes = report["tolerance"]["planes"] if len(left) > 1 else []
+    effects = np.array([effect for item in items for effect in _effects(item, planes).values()])
+    off = np.sqrt((effects**2).sum(axis=0))
+    room = np.array([left["resultant"], *(left[plane["name"]] for plane in planes)])
+    share = float((off / room).max()) if room.min() > 0.0 else math.inf
+    return Held(float(off[0]), left["resultant"], share)
+
+
 def _left_g_mm(report: Mapping[str, Any]) -> dict[str, float]:
     """Return what the verdict leaves of each permissible value that is judged."""
     permitted = {plane["name"]: plane["permissible_g_mm"] for plane in report["tolerance"]["planes"]}

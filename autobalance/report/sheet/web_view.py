@@ -3,90 +3,115 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from reportlab.platypus import Flowable
 
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
-from autobalance.report.sheet.drawing import WebDrawing
-from autobalance.report.sheet.labels import Occupied, directions, rings_for, spread_on_circle
-from autobalance.report.sheet.lettering import POINTS_PER_MM, width_mm
-from autobalance.report.sheet.pen import ACCENT, BADGE_MM, CENTRE_LINE, GONE, INK, METAL, RULE, SOFT, Pen
-from autobalance.report.sheet.scales import scale_bar, scale_for
+from autobalance.report.sheet.labels import Occupied, rings_for, spread_on_circle
+from autobalance.report.sheet.lettering import width_mm
+from autobalance.report.sheet.pen import (
+    ACCENT,
+    BADGE_MM,
+    CENTRE_LINE,
+    GONE,
+    INK,
+    METAL,
+    RULE,
+    SOFT,
+    Pen,
+    badge_width_mm,
+)
+from autobalance.report.sheet.plates import Plate
+from autobalance.report.sheet.scales import scale_for
+from autobalance.report.sheet.zero import Zero
 from autobalance.types import Array
-from autobalance.wording import at, degrees
+from autobalance.wording import at
 
+AXIAL = 0.7
 Item = Mapping[str, Any]
-WHEEL_GAP_MM = 3.0
-WHEEL_TEXT_MM = 9.5
-"""From the wheel to the inner edge of the numbers outside of it."""
-RING_MM = 5.4
-APART_MM = 5.2
-MOST_NOTES = 10
-"""Cuts up to which sizes stand beside the numbers; the tables have them anyway."""
-HIGHEST_MM = 186.0
-FOOT_MM = 9.0
+WHEEL_GAP_MM = 1.5
+RING_MM = 5.0
+"""Of the numerals around the wheel, and of each ring of numbers."""
+TICKS_MM = 2.0
+APART_MM = 5.0
+SHARED_UP_TO = 12
+"""Numbers that stand between the numerals of the wheel; more of them have rings of their own."""
 
 
-class WebView(Flowable):  # type: ignore[misc]
-    """The view of one web."""
+class WebView:
+    """The view of one plate, drawn with any pen from an upper left corner."""
 
     def __init__(
         self,
         report: Mapping[str, Any],
-        web: WebDrawing,
-        items: Sequence[Item],
+        plate: Plate,
+        zero: Zero,
         u: DisplayUnits,
         wide_mm: float,
+        high_mm: float,
     ) -> None:
-        super().__init__()
-        self.report, self.web, self.items, self.u, self.wide_mm = report, web, list(items), u, wide_mm
+        self.report, self.plate, self.zero, self.u = report, plate, zero, u
+        self.labels = plate.labels()
+        web = plate.web
         points = np.concatenate([*web.outline, *[p for polygons in web.cuts.values() for p in polygons]])
         self.reach = float(np.hypot(*points.T).max())
-        room = 0.5 * min(wide_mm, HIGHEST_MM - FOOT_MM)
-        for rings in range(1, 8):
-            around = WHEEL_GAP_MM + WHEEL_TEXT_MM + rings * RING_MM * bool(self.items)
-            self.scale, self.scale_name = scale_for(self.reach, self.reach, room - around, room - around)
+        self.label_mm = max([2.0 * BADGE_MM, *(badge_width_mm(label) for label in self.labels)])
+        apart = max(APART_MM, self.label_mm + 0.8)
+        shared = len(self.labels) <= SHARED_UP_TO
+        for rings in range(1, 12):
+            around = WHEEL_GAP_MM + TICKS_MM + RING_MM * (rings if shared else rings + 1)
+            side = around + 0.5 * (self.label_mm - 2.0 * BADGE_MM)
+            self.scale, self.scale_name = scale_for(
+                self.reach, self.reach, 0.5 * wide_mm - side, 0.5 * high_mm - around
+            )
             self.wheel = self.scale * self.reach + WHEEL_GAP_MM
-            if rings_for(len(self.items), self.wheel + WHEEL_TEXT_MM, APART_MM) <= rings:
+            self.first_ring = self.wheel + TICKS_MM + RING_MM * (not shared)
+            if rings_for(len(self.labels), self.first_ring, apart) <= rings:
                 break
-        self.rings, self.half = rings, self.scale * self.reach + around
-        self.height_mm = 2.0 * self.half + FOOT_MM
+        self.rings, self.apart = rings, apart
+        self.half = self.wheel + around - WHEEL_GAP_MM
+        self.high_mm = 2.0 * self.half
+        self.wide_mm = max(self.high_mm + 2.0 * (side - around), 2.0 * (self.wheel + TICKS_MM + 10.5))
 
-    def wrap(self, _wide: float, _high: float) -> tuple[float, float]:
-        """Return width and height [points]."""
-        return self.wide_mm * POINTS_PER_MM, self.height_mm * POINTS_PER_MM
+    def draw(self, pen: Pen, x: float, down: float) -> None:
+        """Draw wheel, metal, cuts, numbers; the corner of the box is at (x, down)."""
+        self.cx, self.cy = x + 0.5 * self.wide_mm, down + self.half
+        places = self._places()
+        occupied = Occupied()
+        for (px, py), label in zip(places, self.labels, strict=True):
+            half = 0.5 * badge_width_mm(label)
+            occupied.add((px - half, py - BADGE_MM, px + half, py + BADGE_MM))
+        self._wheel(pen, occupied)
+        pen.shape(self.plate.web.outline, self.to_page, METAL, INK, 0.25)
+        for item in self.plate.items:
+            self._metal(pen, item)
+        self._datum(pen)
+        for (px, py), item in zip(places, self.plate.items, strict=True):
+            ((ax, ay),) = self.to_page(self._anchor(item)[None])
+            pen.line(px, py, ax, ay, SOFT, 0.12)
+            pen.circle(ax, ay, 0.45, INK, 0.1, INK)
+        for (px, py), label in zip(places, self.labels, strict=True):
+            pen.badge(px, py, label)
 
     def to_page(self, places: Array) -> Array:
-        """Return where places (k, 2) of the rotor are drawn: x up, y to the left."""
+        """Return where places (k, 2) of the rotor are drawn: x up, y to the left, from -z to the right."""
+        side = -1.0 if self.plate.from_below else 1.0
         return np.stack(
-            [0.5 * self.wide_mm - self.scale * places[:, 1], self.half - self.scale * places[:, 0]], axis=1
+            [self.cx - side * self.scale * places[:, 1], self.cy - self.scale * places[:, 0]], axis=1
         )
 
-    def draw(self) -> None:
-        """Draw wheel, metal, cuts, numbers."""
-        pen, occupied = Pen(self.canv, self.height_mm), Occupied()
-        cx, cy = 0.5 * self.wide_mm, self.half
-        _wheel(pen, cx, cy, self.wheel, occupied)
-        pen.shape(self.web.outline, self.to_page, METAL, INK, 0.25)
-        for item in self.items:
-            pen.hatch(self.web.cuts.get(item["number"], []), self.to_page, kinds.adds_metal(item))
-        for item in self.items:
-            self._axis_of(pen, item)
-        self._datum(pen, cx, cy, occupied)
-        self._numbers(pen, cx, cy, occupied)
-        scale_bar(pen, self.u, 0.0, self.height_mm - 2.0)
-
-    def _axis_of(self, pen: Pen, item: Item) -> None:
-        """Draw the circle and the axis of a hole."""
+    def _metal(self, pen: Pen, item: Item) -> None:
+        """Draw what a cut takes or puts on, and the circle and axis of a hole."""
+        shadow = self.plate.web.cuts.get(item["number"], [])
+        pen.hatch(shadow, self.to_page, kinds.adds_metal(item), filled=item.get("slug_mass_g") is not None)
         place = np.asarray(item["position_mm"][:2], dtype=np.float64)
         inward = item.get("inward")
         if inward is None:
             return
-        if abs(inward[2]) > 0.7:
+        if abs(inward[2]) > AXIAL:
             ((x, down),) = self.to_page(place[None])
             r = self.scale * item["diameter_mm"] / 2.0
             pen.circle(x, down, r, GONE, 0.3)
@@ -98,9 +123,9 @@ class WebView(Flowable):  # type: ignore[misc]
         (x0, y0), (x1, y1) = self.to_page(np.stack([place - 2.0 / self.scale * along, place + depth * along]))
         pen.line(x0, y0, x1, y1, ACCENT, 0.18, (3.0, 0.8, 0.8, 0.8))
 
-    def _datum(self, pen: Pen, cx: float, cy: float, occupied: Occupied) -> None:
-        """Draw the centre lines of the axis and of crankpin 1, dimensioned to the datum."""
-        long = self.wheel - 1.0
+    def _datum(self, pen: Pen) -> None:
+        """Draw the centre lines of the axis, the crankpins' circle and the crank radius."""
+        cx, cy, long = self.cx, self.cy, self.wheel - 1.0
         pen.line(cx - long, cy, cx + long, cy, ACCENT, 0.13, CENTRE_LINE)
         pen.line(cx, cy - long, cx, cy + long, ACCENT, 0.13, CENTRE_LINE)
         for throw in (at(self.report, "crank.throws") or [])[:1]:
@@ -108,53 +133,25 @@ class WebView(Flowable):  # type: ignore[misc]
             pen.circle(
                 cx, cy - r, self.scale * 0.5 * throw["crankpin"]["diameter_mm"], ACCENT, 0.13, dash=(1.5, 0.8)
             )
-            self._dimension(pen, cx, cy, r, throw, occupied)
 
-    def _dimension(self, pen: Pen, cx: float, cy: float, r: float, throw: Item, occupied: Occupied) -> None:
-        label = f"{self.u.mm(throw['crank_radius_mm'])} crank radius"
-        wide = width_mm(label, 6.5)
-        for x in (cx + 0.35 * self.wheel, cx - 0.35 * self.wheel - wide - 1.5):
-            if occupied.take((x + 0.5, cy - 0.5 * r - 2.4, x + wide + 1.8, cy - 0.5 * r + 1.0)):
-                pen.line(cx, cy - r, x + 1.0, cy - r, SOFT, 0.1)
-                pen.arrow(x, cy - 0.5 * r, x, cy - r)
-                pen.arrow(x, cy - 0.5 * r, x, cy)
-                self._paper(pen, x + 1.0, cy - 0.5 * r, wide)
-                pen.text(x + 1.2, cy - 0.5 * r + 0.2, label, 6.5)
-                return
-
-    def _paper(self, pen: Pen, x: float, down: float, wide: float) -> None:
-        """Lay a white patch under a text that stands on the drawing."""
-        pen.canvas.setFillColor("#ffffff")
-        pen.canvas.rect(
-            x * POINTS_PER_MM,
-            pen.y(down + 1.0),
-            (wide + 0.8) * POINTS_PER_MM,
-            3.2 * POINTS_PER_MM,
-            stroke=0,
-            fill=1,
-        )
-
-    def _numbers(self, pen: Pen, cx: float, cy: float, occupied: Occupied) -> None:
-        """Put the numbers around the wheel, a line from each to its cut, sizes beside if there is room."""
-        wanted = [self._direction_rad(item) for item in self.items]
+    def _places(self) -> list[tuple[float, float]]:
+        """Return where the numbers stand around the wheel."""
+        wanted = [self._direction_rad(item) for item in self.plate.items]
         order = sorted(range(len(wanted)), key=lambda k: wanted[k])
-        placed = []
+        found = [(0.0, 0.0)] * len(wanted)
         for ring in range(self.rings):
             members = order[ring :: self.rings]
-            radius = self.wheel + WHEEL_TEXT_MM + RING_MM * (ring + 0.5)
-            turns = spread_on_circle([wanted[k] for k in members], APART_MM / radius)
-            ends = np.array([cx, cy]) + radius * directions(turns)
-            placed += list(zip(members, ends.tolist(), strict=True))
-        for k, (x, down) in placed:
-            ((ax, ay),) = self.to_page(self._anchor(self.items[k])[None])
-            pen.line(x, down, ax, ay, SOFT, 0.12)
-            pen.circle(ax, ay, 0.45, INK, 0.1, INK)
-        for k, (x, down) in placed:
-            occupied.add((x - BADGE_MM, down - BADGE_MM, x + BADGE_MM, down + BADGE_MM))
-            pen.badge(x, down, self.items[k]["number"])
-        if len(placed) <= MOST_NOTES:
-            for k, (x, down) in placed:
-                self._note(pen, self.items[k], x, down, x < cx, occupied)
+            radius = self.first_ring + RING_MM * (ring + 0.5)
+            turns = spread_on_circle([wanted[k] for k in members], self.apart / radius)
+            for k, turn in zip(members, turns, strict=True):
+                found[k] = self._at(turn, radius)
+        return found
+
+    def _at(self, turn_rad: float, radius_mm: float) -> tuple[float, float]:
+        """Return the place on the page at an angle from crankpin 1 and a distance from the axis."""
+        side = -1.0 if self.plate.from_below else 1.0
+        x = self.cx - side * radius_mm * math.sin(turn_rad)
+        return x, self.cy - radius_mm * math.cos(turn_rad)
 
     def _direction_rad(self, item: Item) -> float:
         x, y = self._anchor(item)
@@ -162,39 +159,47 @@ class WebView(Flowable):  # type: ignore[misc]
 
     def _anchor(self, item: Item) -> Array:
         """Return the place that a number points to: a hole's entry, else the middle of the metal drawn."""
-        inward, polygons = item.get("inward"), self.web.cuts.get(item["number"], [])
+        inward, polygons = item.get("inward"), self.plate.web.cuts.get(item["number"], [])
         if inward is None and kinds.angle_deg(item) is None and polygons:
             return np.asarray(max(polygons, key=len)[0])
         return np.asarray(item["position_mm"][:2], dtype=np.float64)
 
-    def _note(self, pen: Pen, item: Item, x: float, down: float, left: bool, occupied: Occupied) -> None:
-        """Write radius and angle, or the depth, beside a number, unless something stands there."""
-        ccw, u = kinds.angle_deg(item), self.u
-        lines = [f"depth {u.mm(abs(item['depth_mm']))}"]
-        if item.get("inward") is not None and ccw is not None:
-            lines.insert(0, f"R {u.mm(item.get('entry_radius_mm', item['radius_mm']))} at {degrees(ccw)}")
-        wide = max(width_mm(line, 6.5) for line in lines)
-        start = x - BADGE_MM - 0.8 - wide if left else x + BADGE_MM + 0.8
-        box = (start, down - 2.6, start + wide, down - 2.6 + 2.6 * len(lines))
-        inside = start >= 0.0 and start + wide <= self.wide_mm
-        if inside and occupied.take(box):
-            for k, line in enumerate(lines):
-                pen.text(start, down - 0.4 + 2.6 * k, line, 6.5)
+    def _wheel(self, pen: Pen, occupied: Occupied) -> None:
+        """Draw a degree wheel: counter-clockwise from the sheet's zero, in brackets from the other one."""
+        pen.circle(self.cx, self.cy, self.wheel, RULE, 0.15)
+        zero = self.zero
+        step = 30 if self.wheel > 30.0 else 90
+        for mark in range(0, 360, 5):
+            turn = math.radians(mark + zero.angle_deg)
+            long = TICKS_MM if mark % 30 == 0 else 1.4 if mark % 10 == 0 else 0.8
+            pen.line(*self._at(turn, self.wheel), *self._at(turn, self.wheel + long), SOFT, 0.15)
+            if mark % step == 0:
+                other = None if zero.other_deg is None else (mark + zero.angle_deg - zero.other_deg) % 360.0
+                self._numeral(
+                    pen, turn, str(mark), "" if other is None else f"({round(other) % 360})", occupied
+                )
+        self._mark(pen, zero.angle_deg)
 
-
-def _wheel(pen: Pen, cx: float, cy: float, radius: float, occupied: Occupied) -> None:
-    """Draw a degree wheel: numbers counter-clockwise, in brackets clockwise, both from crankpin 1."""
-    pen.circle(cx, cy, radius, RULE, 0.15)
-    step = 30 if radius > 30.0 else 90
-    for mark_deg in range(0, 360, 5):
-        turn = math.radians(mark_deg)
-        s, c = -math.sin(turn), -math.cos(turn)
-        long = 2.0 if mark_deg % 30 == 0 else 1.4 if mark_deg % 10 == 0 else 0.8
-        pen.line(
-            cx + radius * s, cy + radius * c, cx + (radius + long) * s, cy + (radius + long) * c, SOFT, 0.15
+    def _numeral(self, pen: Pen, turn: float, text: str, other: str, occupied: Occupied) -> None:
+        """Write a numeral of the wheel, unless a number stands there."""
+        x, down = self._at(turn, self.wheel + TICKS_MM + 0.6)
+        wide = width_mm(text, 7) + (0.6 + width_mm(other, 5.5) if other else 0.0)
+        left = (
+            x
+            + (math.copysign(0.5, x - self.cx) * min(1.0, abs(x - self.cx) / (0.2 * self.wheel)) - 0.5) * wide
         )
-        if mark_deg % step == 0:
-            x, down = cx + (radius + 5.6) * s, cy + (radius + 5.0) * c
-            pen.text(x, down + 0.2, f"{mark_deg}", 7, INK, align="centre")
-            pen.text(x, down + 2.7, f"({(360 - mark_deg) % 360})", 5.5, SOFT, align="centre")
-            occupied.add((x - 2.8, down - 2.4, x + 2.8, down + 3.2))
+        base = down + 1.0 + 2.0 * (down - self.cy) / self.wheel
+        if occupied.take((left - 0.6, base - 2.4, left + wide + 0.6, base + 0.9)):
+            pen.text(left, base, text, 7, INK)
+            pen.text(left + width_mm(text, 7) + 0.6, base, other, 5.5, SOFT)
+
+    def _mark(self, pen: Pen, angle_deg: float) -> None:
+        """Mark the zero on the wheel."""
+        turn = math.radians(angle_deg)
+        tip, left, right = (
+            self._at(turn, self.wheel - 0.2),
+            self._at(turn + 0.8 / self.wheel, self.wheel + 1.8),
+            self._at(turn - 0.8 / self.wheel, self.wheel + 1.8),
+        )
+        for start, end in ((tip, left), (left, right), (right, tip)):
+            pen.line(*start, *end, INK, 0.25)

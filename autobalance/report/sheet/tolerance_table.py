@@ -1,0 +1,107 @@
+"""What to hold, and what that is worth: usual workshop accuracies first, computed limits small beneath."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from reportlab.platypus import Flowable
+
+from autobalance.report.balance import kinds
+from autobalance.report.display_units import DisplayUnits
+from autobalance.report.sheet.tables import Column, table
+from autobalance.report.sheet.tolerances import CARE, SHARE, USUAL, Held, Tolerances
+
+Item = Mapping[str, Any]
+NONE = "–"
+ENOUGH = 0.5
+"""Share of what the verdict leaves above which a machined crank is read before it is signed."""
+
+
+def held_words(found: Held, u: DisplayUnits) -> str:
+    """Return what a shop holds without special care, and by how much the crank may be off then."""
+    places, diameter = (_usual(USUAL[key], u) for key in ("position_mm", "diameter_mm"))
+    told = (
+        f"Hold ±{places} and ±{USUAL['angle_deg']:g}° (diameters ±{diameter}): then the crank may be off by "
+        f"{u.of_unbalance(found.off_g_mm)}"
+    )
+    if found.left_g_mm > 0.0:
+        told += f", of {u.of_unbalance(found.left_g_mm)} that the verdict leaves"
+    return told + ("; finish by a reading (recut)." if found.share > ENOUGH else ".")
+
+
+def _usual(value_mm: float, u: DisplayUnits) -> str:
+    """Return a usual accuracy as it is spoken of: 0.1 mm, 0.004 in."""
+    return f"{value_mm / u.mm_per_length:.1g} {u.length}"
+
+
+def tolerance_table(found: Tolerances, items: Sequence[Item], u: DisplayUnits, wide_mm: float) -> Flowable:
+    """List the tolerances of each kind's cuts."""
+    columns = [
+        Column("each", 22.0, "left"),
+        Column("cuts", 72.0, "left"),
+        Column("angle", 18.0),
+        Column(f"position {u.length}", 20.0),
+        Column(f"depth {u.length}", 20.0),
+        Column(f"diameter {u.length}", 20.0),
+    ]
+    rows = []
+    for kind, values in found.by_kind.items():
+        own = [item for item in items if item["kind"] == kind]
+        rows.append(
+            [
+                kinds.noun(own[0]),
+                _numbers([int(item["number"]) for item in own]),
+                _plus_minus(values.get("angle_deg"), 3, "°"),
+                *(
+                    _plus_minus(
+                        None if values.get(key) is None else values[key] / u.mm_per_length, u.length_digits
+                    )
+                    for key in ("position_mm", "depth_mm", "diameter_mm")
+                ),
+            ]
+        )
+    return table(wide_mm, columns, rows, row_mm=4.0)
+
+
+def tolerance_words(found: Tolerances) -> list[str]:
+    """Return what the tolerances are worth: what they use together, and what to do where they are close."""
+    told = [
+        f"± of each cut of a kind: usual workshop accuracy times {found.factor:.2g}, from what each error "
+        f"does to the unbalance. All errors of all cuts at their limits at once, the worst way round, use "
+        f"{100.0 * found.worst:.0f} % of what the verdict leaves (at most {100.0 * SHARE:.0f} % is given "
+        f"away); independent errors, as the root of the sum of squares, {100.0 * found.independent:.0f} %. "
+        "Position: how far the axis may lie from its place, square to it; of a pocket, its outline."
+    ]
+    if found.factor < CARE:
+        told.append(
+            "These are closer than a workshop usually holds: read the machined crank on the balancing "
+            "machine, and finish by that reading (recut)."
+        )
+    return told
+
+
+def _plus_minus(value: float | None, digits: int, unit: str = "") -> str:
+    """Return a tolerance cut to as many decimals as it needs, at least ``digits``; never more than it is."""
+    if value is None:
+        return NONE
+    while digits < 7 and _cut(value, digits) < 0.95 * value:
+        digits += 1
+    return f"±{_cut(value, digits):.{digits}f}{unit}"
+
+
+def _cut(value: float, digits: int) -> float:
+    """Return a value cut after some decimals; rounding of binary fractions does not count."""
+    return math.floor(value * 10.0**digits + 1e-6) / 10.0**digits
+
+
+def _numbers(numbers: Sequence[int]) -> str:
+    """Return numbers in runs: ``all of 1-12, 14``."""
+    runs: list[list[int]] = []
+    for each in sorted(numbers):
+        if runs and each == runs[-1][1] + 1:
+            runs[-1][1] = each
+        else:
+            runs.append([each, each])
+    return "No " + ", ".join(f"{a}" if a == b else f"{a}-{b}" for a, b in runs)

@@ -1,0 +1,65 @@
+"""From where a sheet's angles count: the keyway where there is one, else crankpin 1."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from autobalance.report.balance import kinds
+from autobalance.report.balance.datum_values import told_angle
+from autobalance.wording import degrees
+
+Report = Mapping[str, Any]
+Item = Mapping[str, Any]
+ZeroChoice = Literal["keyway", "crankpin"]
+CRANKPIN, KEYWAY, HOLE = "crankpin 1", "keyway K", "hole H"
+
+
+@dataclass(frozen=True)
+class Zero:
+    """The zero of a sheet and the other one that there is.
+
+    ``angle_deg`` is where the zero stands, counter-clockwise from crankpin 1, ``other_deg`` where the other
+    one does, None where there is none.
+    """
+
+    name: str
+    angle_deg: float
+    other: str | None = None
+    other_deg: float | None = None
+
+    @classmethod
+    def of(cls, report: Report, choice: ZeroChoice = "keyway") -> Zero:
+        """Return the zero that is chosen; crankpin 1 where there is no keyway."""
+        datum = told_angle(report)
+        if datum is None:
+            return cls(CRANKPIN, 0.0)
+        if datum["of"] == "keyway" and choice == "keyway":
+            return cls(KEYWAY, float(datum["angle_deg"]), CRANKPIN, 0.0)
+        return cls(CRANKPIN, 0.0, KEYWAY if datum["of"] == "keyway" else HOLE, float(datum["angle_deg"]))
+
+    def ccw(self, angle_deg: float) -> float:
+        """Return an angle from crankpin 1 as this zero counts it, in [0, 360)."""
+        return (angle_deg - self.angle_deg) % 360.0
+
+    def counted(self, item: Item) -> Item:
+        """Return a correction whose angles count from this zero."""
+        shifted: dict[str, Any] = dict(item)
+        angle = kinds.angle_deg(item)
+        if angle is not None:
+            shifted["angle_deg"] = self.ccw(angle)
+        for key in ("start_deg", "end_deg"):
+            if item.get(key) is not None:
+                shifted[key] = self.ccw(float(item[key]))
+        if isinstance(item.get("sector_deg"), list | tuple):
+            low, high = map(float, item["sector_deg"])
+            shifted["sector_deg"] = [self.ccw(low), self.ccw(low) + (high - low)]
+        return shifted
+
+    def words(self, angle_deg: float) -> str:
+        """Return an angle from crankpin 1 in both senses from this zero: ``198.3° (161.7°)``."""
+        return f"{degrees(angle_deg - self.angle_deg)} ({degrees(self.angle_deg - angle_deg)})"
+
+
+FROM_CRANKPIN = Zero(CRANKPIN, 0.0)
