@@ -75,7 +75,7 @@ def _facets_of(
     source: Source, density_g_mm3: float, anatomy: Anatomy, asked: Balance | None = None
 ) -> ChordalError:
     how = None if asked is None else (asked.margin, asked.facet_correction)
-    key = id(source), density_g_mm3, id(anatomy), how, measured_crank.TRIANGLES_MOST
+    key = id(source), density_g_mm3, id(anatomy), how, measured_crank.FACETS_MOST
     return LOOKS.once(key, (source, anatomy), lambda: facets_of(source, density_g_mm3, anatomy, asked))
 
 

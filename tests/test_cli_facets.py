@@ -163,3 +163,8 @@ def test_what_is_needed_falls_as_the_square() -> None:
     assert plane is not None
     assert plane.finer == pytest.approx(3.0)
     assert "of plane B in doubt" in plane.text
+    # rounded to the side where it is enough
+    assert "a chord height of 0.0044 mm at most (now 0.04 mm), 3 times as many" in plane.text
+    between = needed(found, tolerance, Share(1.43**2 * most, (0.0, 0.0)))
+    assert between is not None
+    assert "a chord height of 0.019 mm at most (now 0.04 mm), 1.5 times as many" in between.text

@@ -256,16 +256,17 @@ def test_within_tolerance_already_but_not_with_its_uncertainty_is_cut(tmp_path: 
 def test_a_margin_looks_at_facets_however_fine_the_mesh(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(measured_crank, "TRIANGLES_MOST", 100)
     job = jobs.bundled_job(tmp_path, grade="40")
+    every = shares(jobs.computed(job, tmp_path / "out"))["facets"]
+    monkeypatch.setattr(measured_crank, "FACETS_MOST", 10)
     report = jobs.computed(job, tmp_path / "out")
-    rough = shares(report)["facets"]
+    assert shares(report)["facets"] != pytest.approx(every, rel=1e-3)  # from the edges
     assert f"uncertain by ± {report['residual']['uncertainty_g_mm']:.2f} g·mm" in balance_text(
         report, ON_SCREEN["metric"]
     )
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
     report = jobs.computed(added(job, balance='margin = "expanded"'), tmp_path / "out")
-    assert 0.0 < shares(report)["facets"] < rough  # every facet was looked at, not sections alone
+    assert shares(report)["facets"] == pytest.approx(every, rel=1e-9)
 
 
 # --- verify -------------------------------------------------------------------------------------------------

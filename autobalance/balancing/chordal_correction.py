@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,10 +65,20 @@ def needed(facets: ChordalError, tolerance: Tolerance, share: Share) -> record.F
     hidden = (share.resultant_g_mm, *share.planes_g_mm)[place]
     permitted = hidden / used[place]
     sag = facets.sag_mm / finer**2
-    chord = f"a chord height of {sag:.2g} mm at most (now {facets.sag_mm:.2g} mm), " if sag > 0.0 else ""
+    chord = (
+        f"a chord height of {_two_digits(sag, math.floor):g} mm at most (now {facets.sag_mm:.2g} mm), "
+        if sag > 0.0
+        else ""
+    )
     text = (
         f"the mesh is too coarse for G {tolerance.grade_mm_s:g}: its facets put {hidden:.2f} g·mm of "
         f"{names[place]} in doubt, of {permitted:.2f} g·mm permitted; a third of that needs {chord}"
-        f"{finer:.2g} times as many facets around a circle, or the crank as STEP"
+        f"{_two_digits(finer, math.ceil):g} times as many facets around a circle, or the crank as STEP"
     )
     return record.FacetsNeeded(finer, sag, text)
+
+
+def _two_digits(value: float, rounded: Callable[[float], int]) -> float:
+    """Return a value with two digits, rounded to the side where it is enough."""
+    place = 1 - math.floor(math.log10(value))
+    return round(rounded(round(value * 10.0**place, 6)) / 10.0**place, max(place, 0))

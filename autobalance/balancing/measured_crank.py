@@ -19,18 +19,18 @@ from autobalance.machine_models.scan_calibration import Calibration, Scanned, ca
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.chordal_error.estimate import ChordalError, chordal_error_of
-from autobalance.solid.chordal_error.from_slices import chordal_error_from_slices
+from autobalance.solid.chordal_error.from_edges import chordal_error_from_edges
 from autobalance.solid.chordal_error.look import look_at
 from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
 from autobalance.solid.formats.read import Source, read
+from autobalance.solid.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
     from autobalance.balancing.record import InputFile, TrueSurfaces
 
-TRIANGLES_MOST = 250_000
-"""Triangles up to which every facet is looked at: some 0.3 s for 100 000."""
-FACETS_MOST = 20_000
-"""Curved facets up to which surfaces are fitted to them: a free-form part has more, and few to find."""
+FACETS_MOST = 50_000
+"""Curved facets up to which surfaces are fitted to them, in some 0.5 s; what more of them hide their edges
+tell nearly as surely."""
 
 
 BODIES_MOST = 40
@@ -215,7 +215,7 @@ def _all_bodies(crankshaft: Crankshaft, several: BodiesError) -> Source | None:
 def facets_of(
     source: Source, density_g_mm3: float, anatomy: Anatomy, asks: Balance | None = None
 ) -> ChordalError:
-    """Estimate what the facets cost: from sections alone where fitting surfaces to all would take long.
+    """Estimate what the facets cost: from their edges alone where fitting surfaces to all would take long.
 
     A correction that is ``asks`` for, and a verdict in which the uncertainty counts, look at all of them.
     """
@@ -228,11 +228,15 @@ def facets_of(
     mesh = source.solid.mesh
     if anatomy.scan is not None:
         return chordal_error_of_scan(mesh, density_g_mm3, frame)
-    if worth_it or len(mesh.triangles) <= TRIANGLES_MOST:
-        look = look_at(mesh.moved(frame))
-        if worth_it or look.curved_count <= FACETS_MOST:
-            return chordal_error_of(look, density_g_mm3)
-    return chordal_error_from_slices(mesh, density_g_mm3, frame)
+    return facets_of_mesh(mesh.moved(frame), density_g_mm3, worth_it)
+
+
+def facets_of_mesh(mesh: Mesh, density_g_mm3: float, fit: bool = False) -> ChordalError:
+    """Estimate what the facets of a mesh in the rotor frame cost; ``fit`` surfaces to however many."""
+    look = look_at(mesh)
+    if fit or look.curved_count <= FACETS_MOST:
+        return chordal_error_of(look, density_g_mm3)
+    return chordal_error_from_edges(look, density_g_mm3)
 
 
 def input_file(path: Path | None, crank: Crank) -> InputFile:

@@ -115,8 +115,8 @@ def chordal_error_of(look: Look, density_g_mm3: float) -> ChordalError:
     surface_of = np.full(look.count, -1)
     surfaces: list[Revolved] = []
     find_cylinders(look, surfaces, surface_of)
-    find_leftover_cylinders(look, surfaces, surface_of)
     find_revolved(look, surfaces, surface_of)
+    find_leftover_cylinders(look, surfaces, surface_of)  # slower: only what is left
     find_joined(look, surfaces, surface_of, axes_of(look, surfaces, surface_of))
     return _summed(look, surfaces, surface_of, density_g_mm3)
 

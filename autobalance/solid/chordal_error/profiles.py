@@ -14,8 +14,9 @@ from autobalance.solid.chordal_error.strips import FEW
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.types import Array, Indices
 
-ON_TUBE = 3e-4
-"""The same for the arc of a torus: any few points lie roughly on some arc."""
+ON_TUBE, LONGEST = 3e-4, 2.0
+"""The same for the arc of a torus, of a radius that counts as so many times the patch's size at most: any few
+points lie roughly on some arc, and those of a tapered nose with a keyway on one of two metres."""
 ASIDE = 0.2
 """How far a facet's direction may leave the half-plane through its middle and the axis [rad]."""
 ALONG = 0.01
@@ -127,7 +128,8 @@ def fitted_profiles(
     straight, round_ = lines(profile, sets), circles(profile, sets)
     size = (sets.most(profile) - sets.least(profile)).max(axis=1)
     is_line = (straight.worst_mm <= ON_SURFACE * size) & (np.abs(straight.direction[:, 1]) > 1e-9)
-    is_arc = ~is_line & (round_.worst_mm <= ON_TUBE * round_.radius) & np.isfinite(round_.radius)
+    slack = ON_TUBE * np.minimum(round_.radius, LONGEST * size)
+    is_arc = ~is_line & (round_.worst_mm <= slack) & np.isfinite(round_.radius)
     for place in np.flatnonzero(is_line | is_arc).tolist():
         if is_line[place]:
             yield cone(point, axis, straight.middle[place], straight.direction[place]), place

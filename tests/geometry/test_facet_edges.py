@@ -1,0 +1,131 @@
+"""What facets hide, from their edges: against the truth, the fit of every facet, and blunt edges."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from autobalance.balancing import measured_crank
+from autobalance.crank.parametric.design import preset
+from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
+from autobalance.solid.chordal_error.from_edges import chordal_error_from_edges
+from autobalance.solid.chordal_error.look import look_at
+from autobalance.solid.csg.shape import Prism, Revolved, Without, circle, polygon, tessellated
+from autobalance.solid.mesh.mesh import Mesh
+from tests.generated import drawn, true_moments
+from tests.jobs import computed, whole_job
+
+
+def from_edges(mesh: Mesh, density_g_mm3: float = 1.0) -> ChordalError:
+    return chordal_error_from_edges(look_at(mesh), density_g_mm3)
+
+
+def split_in_four(mesh: Mesh) -> Mesh:
+    """Return a mesh with every triangle split at the middles of its edges; it hides as much."""
+    edges = np.sort(mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    unique, number = np.unique(edges, axis=0, return_inverse=True)
+    ab, bc, ca = (len(mesh.vertices) + number.reshape(-1, 3)).T
+    a, b, c = mesh.triangles.T
+    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    vertices = np.concatenate([mesh.vertices, mesh.vertices[unique].mean(axis=1)])
+    return Mesh(vertices, np.concatenate([np.stack(part, axis=1) for part in parts]).astype(np.int64))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "pressed-up-single-no-pin",
+        "v-twin-45",
+        "single",
+        pytest.param("v8-crossplane", marks=pytest.mark.slow),
+    ],
+)
+@pytest.mark.parametrize(("segments", "splits"), [(96, 0), (192, 0), (96, 1)])
+def test_the_bar_covers_the_truth(name: str, segments: int, splits: int) -> None:
+    crank = preset(name)
+    density = crank.density_kg_m3 * 1e-6
+    solid = drawn(crank, segments)
+    truth = true_moments(name) - solid.moments(density)
+    mesh = solid.mesh
+    for _ in range(splits):
+        mesh = split_in_four(mesh)
+    error = from_edges(mesh, density)
+    assert abs(truth.mass_g - error.missing.mass_g) < error.mass_bar_g
+    assert math.hypot(*(truth - error.missing).first_g_mm[:2]) < error.unbalance_bar_g_mm
+    assert error.mass_bar_g < 0.3 * abs(truth.mass_g)
+
+
+@pytest.mark.parametrize("fillet_mm", [None, 0.0])
+@pytest.mark.parametrize("name", ["single", "v-twin-45"])
+def test_the_bar_falls_with_every_finer_mesh(
+    name: str, fillet_mm: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As n⁻² from one preset number of segments to the next, and so where edges take over from fits, too."""
+    monkeypatch.setattr(measured_crank, "FACETS_MOST", 1500 if fillet_mm == 0.0 else 4000)
+    design = preset(name) if fillet_mm is None else replace(preset(name), fillet_mm=fillet_mm)
+    bars, ways = [], set()
+    for segments in (96, 128, 192, 256, 384):
+        facets = measured_crank.facets_of_mesh(drawn(design, segments).mesh, 7.85e-3)
+        ways.add(facets.fitted is None)
+        bars.append(facets.unbalance_bar_g_mm * segments**2)
+    assert ways == {True, False}
+    assert all(finer < 1.2 * coarser for coarser, finer in pairwise(bars))
+
+
+def test_planes_hide_nothing() -> None:
+    slope = math.tan(math.radians(14.0))
+    bar = Prism(polygon([(0, 0), (30, 0), (30, 10), (20, 10 + 10 * slope), (0, 10 + 10 * slope)]), 0.0, 8.0)
+    error = from_edges(tessellated(bar, 24).mesh)
+    assert (error.missing.mass_g, error.mass_bar_g, error.sag_mm) == (0.0, 0.0, 0.0)
+
+
+def test_a_cylinder_to_the_digits_of_its_chords() -> None:
+    solid = tessellated(Prism(circle(10.0, (30.0, 0.0)), 0.0, 20.0), 48)
+    error = from_edges(solid.mesh)
+    assert error.missing.mass_g == pytest.approx(2000.0 * math.pi - solid.volume_mm3, rel=0.01)
+    assert error.missing.first_g_mm[0] == pytest.approx(30.0 * error.missing.mass_g, rel=1e-6)
+    assert error.sag_mm == pytest.approx(10.0 * (1.0 - math.cos(math.pi / 48)), rel=0.01)
+
+
+def test_a_hole_lacks_what_a_bar_has() -> None:
+    washer = Without(Prism(circle(20.0), 0.0, 5.0), (Prism(circle(10.0), -1.0, 6.0),))
+    solid = tessellated(washer, 96)
+    error = from_edges(solid.mesh)
+    assert error.missing.mass_g == pytest.approx(1500.0 * math.pi - solid.volume_mm3, rel=0.01)
+
+
+def test_a_ball_to_the_digits_of_its_facets() -> None:
+    ball = trimesh.creation.icosphere(5, 10.0)
+    mesh = Mesh(np.asarray(ball.vertices), np.asarray(ball.faces, dtype=np.int64))
+    error = from_edges(mesh)
+    assert abs(4000.0 / 3.0 * math.pi - ball.volume - error.missing.mass_g) < error.mass_bar_g
+    assert error.mass_bar_g < 0.13 * error.missing.mass_g
+
+
+def test_a_blunt_edge_between_two_surfaces_is_no_curve() -> None:
+    """A tapered nose on a journal: 20 mm of each hide nothing lengthwise, though they meet at 3.6°."""
+    outline = polygon([(0, 0), (20, 0), (20, 20), (20 - 20 * math.tan(math.radians(3.6)), 40), (0, 40)])
+    solid = tessellated(Revolved(outline), 96)
+    error = from_edges(solid.mesh)
+    fitted = estimate_chordal_error(solid.mesh, 1.0)
+    assert error.missing.mass_g == pytest.approx(fitted.missing.mass_g, rel=0.01)
+    assert error.mass_bar_g < 0.1 * error.missing.mass_g
+
+
+@pytest.mark.slow
+def test_large_meshes_have_a_facet_error_and_a_share(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    job = whole_job(tmp_path / "in")
+    every = computed(job, tmp_path / "every")
+    monkeypatch.setattr(measured_crank, "FACETS_MOST", 10)
+    some = computed(job, tmp_path / "some")
+    assert some["crank"]["facet_error"]["mass_g"] == pytest.approx(
+        every["crank"]["facet_error"]["mass_g"], rel=0.05
+    )
+    shares = [each["residual"]["uncertainty_shares_g_mm"]["facets"] for each in (every, some)]
+    assert 0.8 * shares[0] < shares[1] < every["tolerance"]["permissible_g_mm"] / 3.0
