@@ -56,12 +56,6 @@ def small_angle_moment_N_m(load_N: npt.ArrayLike, diameter_m: npt.ArrayLike, mu:
     return np.asarray(0.5 * np.asarray(load_N, float) * np.asarray(diameter_m, float) * np.asarray(mu, float))
 
 
-def friction_of_vectors_N_m(force_N: npt.ArrayLike, diameter_m: float, mu: float) -> Array:
-    """Return the friction moment by angle of a load given as vectors (..., 2) [N]."""
-    force = np.asarray(force_N, float)
-    return friction_moment_N_m(np.hypot(force[..., 0], force[..., 1]), diameter_m, mu)
-
-
 def small_angle_mu(moment_N_m: float, load_N: float, diameter_m: float) -> float:
     """Return T/(F d/2): sin φ, which is taken for μ where it is small.
 

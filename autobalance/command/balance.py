@@ -29,9 +29,8 @@ VERB = Verb(
 
 def run(arguments: argparse.Namespace) -> int:
     """Balance a crank; 0 within tolerance, 4 above it."""
-    from autobalance.api.balance import ABOVE_TOLERANCE
     from autobalance.command.console import say
-    from autobalance.command.finish import balanced
+    from autobalance.command.finish import balanced, judged
 
     this_job = VERB.keywords(arguments)["job"]
     folder = Path(arguments.output) if arguments.output else default_folder(this_job.path)
@@ -45,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         say(balance_text(done.report, ON_SCREEN[arguments.units]))
         say("\nWritten: " + ", ".join(str(path) for path in done.files))
-    return ABOVE_TOLERANCE if arguments.strict and not done.result.proven else done.result.exit_code
+    return judged(done.result, arguments)
 
 
 def default_folder(job_path: Path) -> Path:

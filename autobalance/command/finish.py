@@ -13,7 +13,7 @@ from autobalance.report.files import Staging
 from autobalance.runtime import was_read
 
 if TYPE_CHECKING:
-    from autobalance.api.balance import BalancedFiles
+    from autobalance.api.balance import BalancedFiles, BalanceResult
     from autobalance.api.result import VerbResult
     from autobalance.command.progress import Mode
     from autobalance.job import Job
@@ -143,3 +143,10 @@ def balanced(
     for text in done.warnings:
         warn(text)
     return done
+
+
+def judged(result: BalanceResult, arguments: argparse.Namespace) -> int:
+    """Return the exit code of a run; with ``--strict`` a result that is not proven is above tolerance."""
+    from autobalance.api.balance import ABOVE_TOLERANCE
+
+    return ABOVE_TOLERANCE if arguments.strict and not result.proven else result.exit_code

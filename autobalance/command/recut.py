@@ -23,11 +23,11 @@ VERB = Verb(
 
 def run(arguments: argparse.Namespace) -> int:
     """Cut further; 0 within tolerance, 4 above it or where the machine cannot show it."""
-    from autobalance.api.balance import ABOVE_TOLERANCE
     from autobalance.api.progress import telling
     from autobalance.api.recut import recut
     from autobalance.api.result_files import committed, staging_for
     from autobalance.command.console import say, warn
+    from autobalance.command.finish import judged
     from autobalance.command.progress import shown
     from autobalance.errors import UsageError
     from autobalance.report.balance.values import dumps
@@ -51,4 +51,4 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         say(result.text(arguments.units))
         say("\nWritten: " + ", ".join(str(path) for path in files))
-    return ABOVE_TOLERANCE if arguments.strict and not result.proven else result.exit_code
+    return judged(result, arguments)

@@ -19,6 +19,7 @@ from autobalance.solid.csg.shape import (
     Shape,
     Without,
     outline_area_mm2,
+    polygon_area_mm2,
 )
 from autobalance.solid.csg.solid import Region
 from autobalance.types import Array
@@ -42,7 +43,7 @@ def region_outline(region: Region, to_rotor: Array) -> dict[str, Any]:
     normal = to_rotor[:3, 2]
     loops: list[Outline] = []
     for piece in region.simplified(STRAIGHT_MM).pieces():
-        polygons = sorted(piece.polygons, key=lambda each: -abs(_area_mm2(each)))
+        polygons = sorted(piece.polygons, key=lambda each: -abs(polygon_area_mm2(each)))
         for polygon in polygons:
             points = polygon
             if side_of(normal) is not None:
@@ -119,8 +120,3 @@ def _turned_round(loop: Outline) -> Outline:
 def loops_area_mm2(loops: Sequence[Sequence[dict[str, Any]]]) -> float:
     """Return the area inside a report's ``outline``: islands run the other way round and count less."""
     return sum(outline_area_mm2(outline_of(loop)) for loop in loops)
-
-
-def _area_mm2(polygon: Array) -> float:
-    following = np.roll(polygon, -1, axis=0)
-    return 0.5 * float((polygon[:, 0] * following[:, 1] - polygon[:, 1] * following[:, 0]).sum())

@@ -158,10 +158,10 @@ class OtherShaft:
         return _to_polygon(np.stack([px, py], axis=1), self.outline_mm)
 
 
-def circle_mm(radius_mm: float, corners: int = 180) -> Array:
-    """Return a circle as a polygon (k, 2) around it."""
-    angle = np.arange(corners) * (math.tau / corners)
-    return radius_mm / math.cos(math.pi / corners) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+def circle_mm(radius_mm: float) -> Array:
+    """Return a circle as a polygon (180, 2) around it."""
+    angle = np.arange(180) * (math.tau / 180)
+    return radius_mm / math.cos(math.pi / 180) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
 @dataclass(frozen=True)

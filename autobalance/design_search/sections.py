@@ -87,14 +87,6 @@ class FreeBody:
         radii: Array = np.asarray(radii_mm) - self.slope * depth_mm
         return radii
 
-    def region_at(self, radii_mm: Array, depth_mm: float = 0.0) -> Region:
-        """Return a section with its corners and holes, in the profile's axes."""
-        count = len(self.profile.spline_points_mm(radii_mm))
-        outline = Region.of([self.profile.polygon_mm(self.radii_at(radii_mm, depth_mm), count)])
-        rounded = self.rounded(radii_mm)
-        outline = outline if rounded is None else outline & rounded
-        return outline - self._holes_region if self.holes else outline
-
     def rounded(self, radii_mm: Array) -> Region | None:
         """Return the greatest section and what is held within it, corners rounded; None: they are sharp."""
         if self.corner_radius_mm == 0.0:

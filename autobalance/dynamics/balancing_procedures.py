@@ -17,19 +17,18 @@ class Procedure:
 
     letter: str
     name: str
-    low_speed: bool
 
 
 PROCEDURES = (
-    Procedure("A", "single-plane balancing", True),
-    Procedure("B", "two-plane balancing", True),
-    Procedure("C", "individual component balancing prior to assembly", True),
-    Procedure("D", "balancing subsequent to controlling initial unbalance", True),
-    Procedure("E", "balancing in stages during assembly", True),
-    Procedure("F", "balancing in optimum planes", True),
-    Procedure("G", "multiple speed balancing", False),
-    Procedure("H", "service speed balancing", False),
-    Procedure("I", "fixed speed balancing", False),
+    Procedure("A", "single-plane balancing"),
+    Procedure("B", "two-plane balancing"),
+    Procedure("C", "individual component balancing prior to assembly"),
+    Procedure("D", "balancing subsequent to controlling initial unbalance"),
+    Procedure("E", "balancing in stages during assembly"),
+    Procedure("F", "balancing in optimum planes"),
+    Procedure("G", "multiple speed balancing"),
+    Procedure("H", "service speed balancing"),
+    Procedure("I", "fixed speed balancing"),
 )
 
 

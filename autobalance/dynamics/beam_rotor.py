@@ -96,10 +96,9 @@ def rigid_bearing(z_m: float, constraint: Constraint) -> Bearing:
     return Bearing(z_m, constraint, np.zeros(1), none, none)
 
 
-def spring_bearing(z_m: float, stiffness_n_m: Array, damping_n_s_m: Array | None = None) -> Bearing:
-    """Return a support of constant stiffness and damping, both (2, 2)."""
-    damping = np.zeros((2, 2)) if damping_n_s_m is None else damping_n_s_m
-    return Bearing(z_m, None, np.zeros(1), np.array([stiffness_n_m]), np.array([damping]))
+def spring_bearing(z_m: float, stiffness_n_m: Array) -> Bearing:
+    """Return a support of constant stiffness (2, 2) without damping."""
+    return Bearing(z_m, None, np.zeros(1), np.array([stiffness_n_m]), np.zeros((1, 2, 2)))
 
 
 @dataclass(frozen=True)

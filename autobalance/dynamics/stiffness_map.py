@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +13,7 @@ from autobalance.types import Array
 
 
 def undamped_map(
-    rotor: BeamRotor, stiffnesses_n_m: Array, upper_rad_s: float, modes: int, stations_m: Iterable[float] = ()
+    rotor: BeamRotor, stiffnesses_n_m: Array, upper_rad_s: float, modes: int
 ) -> list[list[CriticalSpeed]]:
     """Return the critical speeds at each stiffness (k,) of all bearings that give; rigid ones stay.
 
@@ -22,12 +21,11 @@ def undamped_map(
     once a decade of stiffness.
     """
     lines: list[list[CriticalSpeed]] = []
-    stations = list(stations_m)
     ready, ready_for = None, 0.0
     for stiffness in stiffnesses_n_m:
         same = replace(rotor, bearings=tuple(_replaced(each, float(stiffness)) for each in rotor.bearings))
         if ready is None or stiffness > 10.0 * ready_for:
-            ready, ready_for = prepared(same, upper_rad_s, modes, stations), float(stiffness)
+            ready, ready_for = prepared(same, upper_rad_s, modes, []), float(stiffness)
         matrices = replace(ready.matrices, rotor=same)
         reduced = replace(ready.reduced, matrices=matrices)
         lines.append(critical_speeds(replace(ready, matrices=matrices, reduced=reduced), upper_rad_s))

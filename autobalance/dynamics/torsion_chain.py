@@ -175,15 +175,15 @@ def torsion_response(
     return TorsionResponse(angles, np.asarray(carried * (angles[:, 1:] - angles[:, :-1])))
 
 
-def shear_stress_pa(torque_n_m: Array, outer_m: float, inner_m: float = 0.0) -> Array:
-    """Return the nominal shear stress at the surface of a round shaft, 16 T D/(π (D⁴ − d⁴)) [Pa].
+def shear_stress_pa(torque_n_m: Array, diameter_m: float) -> Array:
+    """Return the nominal shear stress at the surface of a round shaft, 16 T/(π D³) [Pa].
 
     Examples
     --------
     >>> round(float(shear_stress_pa(np.array(100.0), 0.03)) / 1e6, 3)
     18.863
     """
-    return np.asarray(16.0 * torque_n_m * outer_m / (np.pi * (outer_m**4 - inner_m**4)))
+    return np.asarray(16.0 * torque_n_m / (np.pi * diameter_m**3))
 
 
 def pendulum_inertia_kg_m2(mass_kg: float, distance_m: float, tuned_order: float, order: float) -> float:

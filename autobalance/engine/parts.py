@@ -40,11 +40,6 @@ class Parts:
         return self.crankpin_g + self.rods * (self.rotating_g + factor * self.reciprocating_g)
 
     @property
-    def rotating_on_throw_g(self) -> float:
-        """All that turns with the crankpin: crankpin parts and the rotating part of every rod [g]."""
-        return self.bob_weight_g(0.0)
-
-    @property
     def reciprocating_on_throw_g(self) -> float:
         """The reciprocating parts of every rod on the crankpin [g]."""
         return self.rods * self.reciprocating_g

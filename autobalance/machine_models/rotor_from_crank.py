@@ -18,6 +18,8 @@ from autobalance.rigid_rotor.moments import Moments
 KG_PER_G = 1e-3
 KG_MM2_PER_G_MM2 = 1e-3
 MPA_PER_GPA = 1e3
+E_GPA, NU = 210.0, 0.3
+"""Of steel."""
 N_M2_PER_N_MM2 = 1e-6
 WEIGHTLESS = 8.0
 """Density of the shaft [kg/m³], a thousandth of steel's: the discs have the crank's mass."""
@@ -39,9 +41,7 @@ class StraightRotor:
     z_of_start_mm: float
 
 
-def straight_rotor(
-    crank: Crank, speed_rpm: float, bearing_n_m: float | None, e_gpa: float = 210.0, nu: float = 0.3
-) -> StraightRotor:
+def straight_rotor(crank: Crank, speed_rpm: float, bearing_n_m: float | None) -> StraightRotor:
     """Return the straight rotor of a crank.
 
     Parameters
@@ -52,17 +52,15 @@ def straight_rotor(
         [1/min].
     bearing_n_m : float or None
         Stiffness of each main bearing, 0: none at all; None: the mains are pinned.
-    e_gpa, nu : float
-        Of its material.
     """
     anatomy = crank.anatomy
     parts = sections(crank.source.solid, anatomy, crank.density_g_mm3)
-    youngs = e_gpa * MPA_PER_GPA
-    shear = youngs / (2.0 * (1.0 + nu))
+    youngs = E_GPA * MPA_PER_GPA
+    shear = youngs / (2.0 * (1.0 + NU))
     throws = tuple(throw_bending(shape, youngs, shear) for shape in throw_shapes(crank))
     low, _ = _reach_mm(crank)
     shaft = [
-        {"length_mm": b - a, "outer_mm": diameter, "density_kg_m3": WEIGHTLESS, "e_gpa": e_gpa, "nu": nu}
+        {"length_mm": b - a, "outer_mm": diameter, "density_kg_m3": WEIGHTLESS, "e_gpa": E_GPA, "nu": NU}
         for a, b, diameter in _lengths(crank, youngs, shear)
     ]
     bearings = []

@@ -10,6 +10,7 @@ import numpy as np
 
 from autobalance.job.files.machine_tool import CuttingTool
 from autobalance.machining.blocks import Block, Go
+from autobalance.solid.csg.shape import polygon_area_mm2
 from autobalance.solid.csg.solid import Region
 from autobalance.types import Array
 
@@ -56,14 +57,20 @@ def loops(area: Area, tool: CuttingTool, left_mm: float) -> list[Array]:
     found: list[Array] = []
     region = area.centres(tool, left_mm)
     while not region.is_empty:
-        found += [each for each in region.simplified(CHORD_MM).polygons if abs(_area(each)) > LEAST_LOOP_MM2]
+        found += [
+            each
+            for each in region.simplified(CHORD_MM).polygons
+            if abs(polygon_area_mm2(each)) > LEAST_LOOP_MM2
+        ]
         region = region.spread(-over)
     return found[::-1] if area.is_walled else found
 
 
-def _area(polygon: Array) -> float:
-    x, y = polygon.T
-    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+def _loops(region: Region) -> list[Array]:
+    """Return the outlines of a region that are worth a loop of the cutter."""
+    return [
+        each for each in region.simplified(CHORD_MM).polygons if abs(polygon_area_mm2(each)) > LEAST_LOOP_MM2
+    ]
 
 
 def layers(area: Area, tool: CuttingTool) -> list[float]:
@@ -82,7 +89,11 @@ def moves(area: Area, tool: CuttingTool, feed: float, retract_mm: float) -> Iter
         yield from _layer(area, tool, rough, allowed, (before, height), feed, retract_mm)
         before = height
     if area.is_walled:
-        wall = [each for each in allowed.simplified(CHORD_MM).polygons if abs(_area(each)) > LEAST_LOOP_MM2]
+        wall = [
+            each
+            for each in allowed.simplified(CHORD_MM).polygons
+            if abs(polygon_area_mm2(each)) > LEAST_LOOP_MM2
+        ]
         yield from _layer(area, tool, wall, allowed, (before + OVER_MM, before), feed, retract_mm)
 
 

@@ -21,7 +21,6 @@ from autobalance.signal.speed import speed_of_record
 from autobalance.signal.tacho import Pulses, pulses
 from autobalance.signal.turning import TURN, Turning
 from autobalance.signal.windows import COSINES
-from autobalance.types import Array
 
 STEADY = 0.02
 """A speed that varies by no more of itself is no run-up."""
@@ -384,8 +383,3 @@ def uncertain_ratio(
     if not np.isfinite(error_a + error_b) or a == 0.0:
         return ratio, None
     return ratio, float(ratio * np.hypot(error_a / abs(a), error_b / abs(b)))
-
-
-def times_of(channel: Channel) -> Array:
-    """Return the instant of each sample [s]."""
-    return np.arange(len(channel)) / channel.sample_rate_hz

@@ -101,12 +101,12 @@ def order_map(channel: Channel, turning: Turning, max_order: float, window_name:
     return Map(middles, turning.speed_rad_s(middles) * (60.0 / TURN), columns, amplitudes)
 
 
-def order_cuts(channel: Channel, turning: Turning, max_order: float, most: int = MOST_ROWS) -> list[OrderCut]:
+def order_cuts(channel: Channel, turning: Turning, max_order: float) -> list[OrderCut]:
     """Return every half order along the record, each point fitted over whole cycles."""
     cycles = whole_cycles(turning)
     if cycles < 1:
         return []
-    edges = CYCLE * np.unique(np.round(np.linspace(0, cycles, min(cycles, most) + 1)))
+    edges = CYCLE * np.unique(np.round(np.linspace(0, cycles, min(cycles, MOST_ROWS) + 1)))
     lines = fit_between(channel, turning, round(2 * max_order), edges)
     ends = turning.time_s(edges)
     speeds = np.diff(edges) / np.diff(ends) * (60.0 / TURN)
@@ -115,26 +115,3 @@ def order_cuts(channel: Channel, turning: Turning, max_order: float, most: int =
         OrderCut(float(order), middles, speeds, lines.blocks[:, place])
         for place, order in enumerate(lines.orders)
     ]
-
-
-def cycle_average(
-    channel: Channel, turning: Turning, max_order: float, turns: int = 2
-) -> tuple[Array, Array]:
-    """Return the mean and the standard deviation over cycles of one or two turns (turns · N,), from angle 0.
-
-    What does not come again each cycle averages out.
-    """
-    per_turn = samples_per_turn(max_order)
-    cycles = int(np.floor(turning.angles_rad[-1] / (turns * TURN) + 1e-9))
-    total, squares, held = np.zeros(turns * per_turn), np.zeros(turns * per_turn), np.zeros(0)
-    for piece in by_angle(channel, turning, per_turn, max_order, cycles * turns):
-        held = np.concatenate([held, piece])
-        whole = len(held) // (turns * per_turn)
-        rows = held[: whole * turns * per_turn].reshape(whole, -1)
-        total += rows.sum(axis=0)
-        squares += (rows**2).sum(axis=0)
-        held = held[whole * turns * per_turn :]
-    if not cycles:
-        return total, squares
-    mean = total / cycles
-    return mean, np.sqrt(np.maximum(squares / cycles - mean**2, 0.0))

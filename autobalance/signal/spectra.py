@@ -31,7 +31,6 @@ class Welch:
     density: Array
     scatter: Array
     segments: int
-    noise_bandwidth_hz: float
 
 
 def welch(
@@ -67,8 +66,7 @@ def welch(
     variance = np.maximum(squares / segments - mean**2, 0.0)
     # Halves that overlap are not independent: of n of them, about 0.75 n are, under a Hann window.
     scatter = np.sqrt(variance / max(0.75 * segments, 1.0))
-    bandwidth = rate * float((weights**2).sum()) / float(weights.sum()) ** 2
-    return Welch(fft.rfftfreq(length, 1.0 / rate), mean, scatter, segments, bandwidth)
+    return Welch(fft.rfftfreq(length, 1.0 / rate), mean, scatter, segments)
 
 
 def band_rms(spectrum: Welch, low_hz: float, high_hz: float, derivative: int = 0) -> float:

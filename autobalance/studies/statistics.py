@@ -14,7 +14,7 @@ from autobalance.types import Array
 PERCENTILES = (1, 5, 25, 50, 75, 95, 99)
 
 
-def wilson_interval(hits: int, count: int, z: float = Z_95) -> tuple[float, float]:
+def wilson_interval(hits: int, count: int) -> tuple[float, float]:
     """Return Wilson's score interval of a proportion.
 
     References
@@ -27,9 +27,9 @@ def wilson_interval(hits: int, count: int, z: float = Z_95) -> tuple[float, floa
     >>> round(low, 4), high
     (0.7225, 1.0)
     """
-    share, z2 = hits / count, z * z
+    share, z2 = hits / count, Z_95 * Z_95
     centre = share + 0.5 * z2 / count
-    reach = z * math.sqrt(share * (1.0 - share) / count + 0.25 * z2 / count**2)
+    reach = Z_95 * math.sqrt(share * (1.0 - share) / count + 0.25 * z2 / count**2)
     low, high = ((centre + sign * reach) / (1.0 + z2 / count) for sign in (-1.0, 1.0))
     return (0.0 if hits == 0 else max(low, 0.0)), (1.0 if hits == count else min(high, 1.0))
 

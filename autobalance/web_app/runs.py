@@ -49,12 +49,12 @@ class Run:
 
 
 class Runs:
-    """All runs of a project; at most ``most`` at a time."""
+    """All runs of a project; at most one a processor at a time."""
 
-    def __init__(self, project: Project, memory_mb: int, most: int | None = None) -> None:
+    def __init__(self, project: Project, memory_mb: int) -> None:
         """Take up the runs that the project's folder holds."""
         self._project, self._memory_mb = project, memory_mb
-        self._places = threading.Semaphore(most or max(1, os.cpu_count() or 1))
+        self._places = threading.Semaphore(max(1, os.cpu_count() or 1))
         self._lock = threading.Lock()
         self._runs: dict[str, Run] = {}
         self._processes: dict[str, BaseProcess] = {}

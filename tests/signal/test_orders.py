@@ -8,7 +8,7 @@ import pytest
 from autobalance.signal.axes import circles
 from autobalance.signal.by_angle import by_angle, samples_per_turn
 from autobalance.signal.crossings import crossings
-from autobalance.signal.maps import cycle_average, order_cuts, order_map, waterfall
+from autobalance.signal.maps import order_cuts, order_map, waterfall
 from autobalance.signal.order_lines import order_lines
 from autobalance.signal.turning import Turning
 from tests.signals import TURN, Array, channel, instants, orders_of, ramp, turning
@@ -102,19 +102,6 @@ def test_cuts_follow_amplitude_and_phase() -> None:
     expected = np.interp(second.times_s, np.arange(len(speed)) / RATE, speed)
     assert np.abs(second.amplitudes) == pytest.approx(expected, rel=3e-3)  # a mean over two turns
     assert np.angle(second.amplitudes) == pytest.approx(0.7, abs=1e-3)
-
-
-def test_cycle_average_keeps_what_comes_again() -> None:
-    t = instants(20.0, RATE)
-    angle = TURN * 21.3 * t
-    noise = np.random.default_rng(6).standard_normal(len(t)) * 0.1
-    record = channel(np.cos(0.5 * angle) + 0.4 * np.cos(3.0 * angle) + noise, RATE)
-    mean, scatter = cycle_average(record, Turning.steady(21.3 * 60.0, 20.0), 12.0)
-    by = np.arange(256) * TURN / 128
-    assert mean == pytest.approx(np.cos(0.5 * by) + 0.4 * np.cos(3.0 * by), abs=0.02)
-    assert scatter.max() < 0.15
-    one, _ = cycle_average(record, Turning.steady(21.3 * 60.0, 20.0), 12.0, turns=1)
-    assert one == pytest.approx(0.4 * np.cos(3.0 * by[:128]), abs=0.02)  # half orders cancel
 
 
 def test_crossing_of_order_4_with_115_hz_is_at_1725_rpm() -> None:

@@ -68,7 +68,7 @@ def test_the_small_angle_is_2_percent_off_at_its_end() -> None:
 def test_friction_of_a_turning_load_follows_the_mean_of_its_magnitude() -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
     force = np.stack([25.0 + 42.2 * np.cos(angle), 42.2 * np.sin(angle)], axis=-1)
-    moment = dry.friction_of_vectors_N_m(force, 0.02, 0.4).mean()
+    moment = dry.friction_moment_N_m(np.hypot(*force.T), 0.02, 0.4).mean()
     assert moment == pytest.approx(
         float(dry.friction_moment_N_m(loads.mean_load_N(25.0, 42.2), 0.02, 0.4)), rel=1e-12
     )

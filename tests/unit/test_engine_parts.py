@@ -19,7 +19,7 @@ PARTS = Parts(rotating_g=100.0, reciprocating_g=200.0, crankpin_g=10.0, rods=2)
 
 def test_bob_weight_counts_every_rod_but_the_crankpin_once() -> None:
     assert PARTS.bob_weight_g(0.5) == 10.0 + 2 * (100.0 + 100.0)
-    assert PARTS.rotating_on_throw_g == 210.0
+    assert PARTS.bob_weight_g(0.0) == 210.0
     assert PARTS.reciprocating_on_throw_g == 400.0
 
 

@@ -268,12 +268,9 @@ SIMPLE = {
 }
 
 
-def json_schema(title: str, keys: tuple[Key, ...], shape: Mapping[str, Any] | None = None) -> Values:
-    """Return the JSON Schema (draft 2020-12) of a file whose top level holds these keys.
-
-    ``shape`` is what it has to say beyond what the keys say.
-    """
-    return {"$schema": DRAFT, "title": title, **_table_schema(keys), **(shape or {})}
+def json_schema(title: str, keys: tuple[Key, ...]) -> Values:
+    """Return the JSON Schema (draft 2020-12) of a file whose top level holds these keys."""
+    return {"$schema": DRAFT, "title": title, **_table_schema(keys)}
 
 
 def _table_schema(keys: tuple[Key, ...]) -> Values:

@@ -22,6 +22,8 @@ Values = dict[str, Any]
 Files = dict[str, dict[str, bytes]]
 SHOWN_SAMPLES = 1 << 21
 CUTS = 4
+POINTS = 4000
+"""Of a curve at most, more than its pixels."""
 SHOWN_SHARE = 0.02
 """An order below this share of the strongest is not drawn: its phase is noise."""
 DECADES = 3.0
@@ -122,9 +124,9 @@ def _psd(analysis: Analysis) -> dict[str, bytes]:
     return drawn(title, f"{analysis.channel.name} [({unit})²/Hz]", draw)
 
 
-def _envelope_of(x: Array, y: Array, points: int = 4000) -> tuple[Array, Array]:
+def _envelope_of(x: Array, y: Array) -> tuple[Array, Array]:
     """Return the greatest of neighbours where there are more points than pixels."""
-    few = -(-len(x) // points)
+    few = -(-len(x) // POINTS)
     if few < 2:
         return x, y
     kept = len(x) // few * few

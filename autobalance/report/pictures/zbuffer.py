@@ -16,6 +16,7 @@ from autobalance.types import Array, Indices
 Image = NDArray[np.uint8]
 """Rows from the top, pixels from the left, red green blue (h, w, 3)."""
 
+WHITE = (1.0, 1.0, 1.0)
 SUPERSAMPLE = 2
 """Samples a pixel, each way: edges come out smooth."""
 MARGIN = 0.06
@@ -87,7 +88,6 @@ def render(
     camera: Camera,
     width: int = 1200,
     height: int = 800,
-    background: tuple[float, float, float] = (1.0, 1.0, 1.0),
 ) -> Picture:
     """Draw a closed mesh, lit from the eye's upper left, with lines along its creases.
 
@@ -101,7 +101,6 @@ def render(
     camera : Camera
     width, height : int
         Of the picture [pixels].
-    background : three floats
 
     Returns
     -------
@@ -109,7 +108,7 @@ def render(
     """
     nothing = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64), np.zeros((0, 3))
     part = vertices, triangles, np.asarray(triangle_colours, dtype=np.float64)
-    return render_each(part, [nothing], camera, width, height, background)[0]
+    return render_each(part, [nothing], camera, width, height)[0]
 
 
 def render_each(
@@ -118,7 +117,6 @@ def render_each(
     camera: Camera,
     width: int,
     height: int,
-    background: tuple[float, float, float] = (1.0, 1.0, 1.0),
 ) -> list[Picture]:
     """Draw a part several times, each time with another surface laid on it; the part is drawn only once.
 
@@ -139,10 +137,10 @@ def render_each(
         seen = bare.copy() if number < len(coats) else bare
         _draw(coat, to_window, seen, wide, len(part[1]))
         normals, lit = (np.concatenate(pair) for pair in zip(looks, _looks(coat, axes), strict=True))
-        image = np.tile(_bytes(np.array([background])).view(np.uint8)[:3], (height, width, 1))
+        image = np.tile(_bytes(np.array([WHITE])).view(np.uint8)[:3], (height, width, 1))
         triangle = np.full((height, width), -1)
         inside = image[window[::-1]], triangle[window[::-1]]
-        _shade(seen.reshape(high, wide), normals, lit, background, inside)
+        _shade(seen.reshape(high, wide), normals, lit, inside)
         pictures.append(Picture(image, triangle, to_fine[:2] / SUPERSAMPLE))
     return pictures
 
@@ -151,12 +149,11 @@ def _shade(
     seen: NDArray[np.uint64],
     normals: Array,
     lit: Array,
-    background: tuple[float, float, float],
     picture: tuple[Image, Indices],
 ) -> None:
     """Fill a picture and its triangles from the samples seen, a band of rows after the other."""
     image, triangle = picture
-    bright, dark = _bytes(np.concatenate([lit, [background]])), _bytes(lit * LINE_SHADE)
+    bright, dark = _bytes(np.concatenate([lit, [WHITE]])), _bytes(lit * LINE_SHADE)
     columns = np.ascontiguousarray(normals.T)
     directions = _directions(columns)
     for first in range(0, len(seen), BAND):

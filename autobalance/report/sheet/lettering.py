@@ -54,23 +54,23 @@ def width_mm(text: str, size: float, bold: bool = False) -> float:
     return float(stringWidth(text, font_of(text, bold), size)) / POINTS_PER_MM
 
 
-def lines_of(text: str, size: float, room_mm: float, bold: bool = False) -> list[str]:
+def lines_of(text: str, size: float, room_mm: float) -> list[str]:
     """Return a text in lines that fit a room; a word that is longer is broken."""
     lines: list[str] = []
     for word in text.split(" "):
         longer = f"{lines[-1]} {word}" if lines else word
-        if lines and width_mm(longer, size, bold) <= room_mm:
+        if lines and width_mm(longer, size) <= room_mm:
             lines[-1] = longer
         else:
-            lines += _broken(word, size, room_mm, bold)
+            lines += _broken(word, size, room_mm)
     return lines
 
 
-def _broken(word: str, size: float, room_mm: float, bold: bool) -> list[str]:
+def _broken(word: str, size: float, room_mm: float) -> list[str]:
     """Return a word in parts that fit a room."""
     parts = [""]
     for letter in word:
-        if parts[-1] and width_mm(parts[-1] + letter, size, bold) > room_mm:
+        if parts[-1] and width_mm(parts[-1] + letter, size) > room_mm:
             parts.append("")
         parts[-1] += letter
     return parts

@@ -142,13 +142,13 @@ class Pen:
         self.canvas.drawImage(image, *place, *size, mask="auto")
         return float(scale * wide)
 
-    def arrow(self, x0: float, y0: float, x1: float, y1: float, colour: str = INK) -> None:
+    def arrow(self, x0: float, y0: float, x1: float, y1: float) -> None:
         """Draw a dimension line with an arrow head at its end."""
-        self.line(x0, y0, x1, y1, colour, 0.13)
+        self.line(x0, y0, x1, y1, INK, 0.13)
         turn = math.atan2(y1 - y0, x1 - x0)
         for off in (-0.3, 0.3):
             back = turn + math.pi + off
-            self.line(x1, y1, x1 + 1.8 * math.cos(back), y1 + 1.8 * math.sin(back), colour, 0.13)
+            self.line(x1, y1, x1 + 1.8 * math.cos(back), y1 + 1.8 * math.sin(back), INK, 0.13)
 
     def badge(self, x: float, down: float, label: object) -> None:
         """Draw a number in a dark disc, several in a longer one."""

@@ -12,10 +12,8 @@ SCALES = (
 """ISO 5455, the greatest first."""
 
 
-def scale_for(
-    wide_mm: float, high_mm: float, room_x: float, room_y: float, most: float = 2.0
-) -> tuple[float, str]:
-    """Return the greatest scale up to ``most`` at which a drawing fits, and its name.
+def scale_for(wide_mm: float, high_mm: float, room_x: float, room_y: float) -> tuple[float, str]:
+    """Return the greatest scale up to 2:1 at which a drawing fits, and its name.
 
     Examples
     --------
@@ -23,7 +21,7 @@ def scale_for(
     ((1.0, '1:1'), (0.5, '1:2'))
     """
     for scale, name in SCALES:
-        if scale <= most and scale * wide_mm <= room_x and scale * high_mm <= room_y:
+        if scale <= 2.0 and scale * wide_mm <= room_x and scale * high_mm <= room_y:
             return scale, name
     return SCALES[-1]
 

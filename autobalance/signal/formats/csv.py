@@ -23,7 +23,6 @@ from autobalance.types import Array
 TIMES = {"time": 1.0, "t": 1.0, "zeit": 1.0}
 TIME_UNITS = {None: 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}
 ANGLE_UNITS = {"deg": 1.0, "°": 1.0, "rad": 180.0 / np.pi}
-SAMPLED_ROWS = 200
 UNEVEN = 0.25
 """A sample may stand this share of a step off its place before the record counts as uneven."""
 

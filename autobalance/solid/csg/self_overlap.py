@@ -40,19 +40,12 @@ class SelfOverlap:
     bounds: Array
 
 
-def self_overlap(solid: Solid, within: Array | None = None) -> SelfOverlap | None:
+def self_overlap(solid: Solid) -> SelfOverlap | None:
     """Measure what a solid counts twice; None if nothing.
 
     A cut along the whole surface: ten times as long as building the solid.
-
-    Parameters
-    ----------
-    solid : Solid
-    within : (2, 3) float, optional
-        Look only in the box between these corners.
     """
-    part = solid if within is None else solid & Solid.box(*within)
-    wrong = part - part
+    wrong = solid - solid
     if wrong.is_empty:
         return None
     largest = min(wrong.pieces(), key=lambda piece: piece.volume_mm3)

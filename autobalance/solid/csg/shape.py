@@ -119,6 +119,12 @@ def outline_area_mm2(outline: Outline) -> float:
     return 0.5 * total
 
 
+def polygon_area_mm2(polygon: Array) -> float:
+    """Return the area inside a polygon (k, 2), positive if it runs counter-clockwise."""
+    x, y = polygon.T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
 def rotated(outline: Outline, angle_rad: float) -> Outline:
     """Return an outline turned about the origin."""
     c, s = math.cos(angle_rad), math.sin(angle_rad)
