@@ -124,17 +124,24 @@ def _crankshaft(crank: Found) -> list[Row]:
     ]
 
 
-def _engine(crank: Found) -> list[Row]:
-    rotating = {
+USUAL_PARTS: Mapping[str, Mapping[str, str]] = {
+    "rotating_g": {
         "connecting_rod_big_end": "the rod's big end, by two scales",
         "big_end_bearing": "bearing or shells",
-    }
-    reciprocating = {
+    },
+    "reciprocating_g": {
         "connecting_rod_small_end": "the rod's small end, by two scales",
         "piston": "bare piston",
         "wrist_pin": "",
         "rings_clips_oil": "rings, clips, and the oil on them",
-    }
+    },
+    "crankpin_g": {"oil": "what sits in a crankpin, of one throw"},
+}
+"""Parts that an engine has, by their table: name → what it is."""
+
+
+def _engine(crank: Found) -> list[Row]:
+    rotating, reciprocating = dict(USUAL_PARTS["rotating_g"]), dict(USUAL_PARTS["reciprocating_g"])
     note = "; weights of one connecting rod: a number, { g = 158.0, pm = 0.5 }, { oz = 5.6 }"
     parts = crank.parts
     per_throw = parts.rods_per_throw

@@ -46,8 +46,10 @@ class Live:
         ]
 
     async def kinds(self, _: Request) -> Response:
-        """Return the kinds of correction and the keys of their tables."""
-        return JSONResponse({"kinds": await run_in_threadpool(kinds)})
+        """Return the kinds of correction and the keys of their tables, and the parts that engines have."""
+        from autobalance.job.template import USUAL_PARTS
+
+        return JSONResponse({"kinds": await run_in_threadpool(kinds), "parts": USUAL_PARTS})
 
     async def asked(self, request: Request) -> Response:
         """Return what a run was asked for."""

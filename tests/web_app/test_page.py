@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from autobalance.job.template import USUAL_PARTS
 from tests.report.browser import Browser, missing
 from tests.web_app import small
 from tests.web_app.page import (
@@ -21,6 +22,7 @@ from tests.web_app.page import (
     put,
     text_of,
     until,
+    weighed,
 )
 from tests.web_app.serving import Served
 
@@ -109,6 +111,34 @@ def test_before_anything_is_cut_the_weights_tell_what_they_do(page: Browser, pro
         "return Math.abs(Number(document.querySelector('#preview-facts [data-predicted]').dataset.predicted)"
         " - (400.04 + 20 + 0.25 * 500)) < 1e-9",
     )
+
+
+def test_a_part_that_is_entered_twice_counts_twice(page: Browser) -> None:
+    page.click_on(at("tab-parts"))
+    for grams in (20, 70):
+        weighed(page, "crankpin_g", "slug", grams)
+    page.run(
+        "const fields = document.querySelectorAll('[data-group=crankpin_g] [data-testid=weight-pieces]');"
+        "const pieces = [...fields].pop();"
+        "pieces.value = '2'; pieces.dispatchEvent(new Event('input', { bubbles: true }));"
+    )
+    page.click_on(at("add-crankpin_g"))  # a row that was not weighed is not in the job
+    table = tomllib.loads(job_text(page, "pieces"))["engine"]["crankpin_g"]
+    assert table == {"slug": 20, "slug_2": {"g": 70, "pieces": 2}}
+    assert page.run("return document.querySelector('[data-testid=sum-crankpin_g]').textContent") == (
+        "160.00 g in all; 1 not weighed: not in the job"
+    )
+
+
+def test_parts_that_nobody_weighed_yet_are_named(page: Browser, project: Served) -> None:
+    job = {**small.DRILLED, "engine": {}}
+    project.ask("/api/job", job, "PUT")
+    load(page, project)
+    names = page.run(
+        "return [...document.querySelectorAll('[data-testid=weight-name]')].map(each => each.value)"
+    )
+    assert names == [name for table in USUAL_PARTS.values() for name in table]
+    assert not page.run("return document.getElementById('job-text').textContent.includes('piston')")
 
 
 # --- correct ------------------------------------------------------------------------------------------------

@@ -121,6 +121,27 @@ def test_a_handle_is_worked_by_keys_and_by_its_slider(page: Browser, cuts: list[
     assert page.run(f"return Number({hand}.getAttribute('aria-valuenow'))") == pytest.approx(3.0, abs=step)
 
 
+def test_the_list_of_cuts_says_where_and_turns_the_view_to_each(page: Browser, project: Served) -> None:
+    made = latest(project, "balance")["report"]["corrections"]
+    where = (
+        "const row = document.getElementById('cuts').tBodies[0].rows[arguments[0]];"
+        "row.cells[0].firstChild.click();"
+        "const view = document.getElementById('model').view;"
+        "const away = view.camera.position.clone().sub(view.controls.target).normalize();"
+        "const selected = row.getAttribute('aria-selected');"
+        "return [[...row.cells].map(each => each.textContent), away.toArray(), selected]"
+    )
+    for place, cut in enumerate(made):
+        cells, away, selected = page.run(where, place)
+        assert cells[:4] == [str(cut["number"]), "drill", str(cut["web"]), "rim"]
+        assert cells[4] == f"{cut['angle_deg']:.1f} ({(360.0 - cut['angle_deg']) % 360.0:.1f})"
+        assert [float(cells[at].replace("\u2212", "-")) for at in (5, 6, 7)] == pytest.approx(
+            [cut["radius_mm"], cut["z_mm"], cut["diameter_mm"]], abs=0.005
+        )
+        assert -sum(a * b for a, b in zip(away, cut["inward"], strict=True)) > 0.8
+        assert selected == "true"
+
+
 def test_a_section_cuts_away_what_is_beyond_its_plane(page: Browser) -> None:
     page.click_on(at("tab-see"))
     put(page, section="z", section_at=40)

@@ -54,7 +54,9 @@ view.onpick = (hit) => { if (current === "open") open.pickedInModel(hit); else i
 // --- start ------------------------------------------------------------------------------------------------
 
 async function begin() {
-  limits.setUp((await askJson("/api/kinds")).kinds, changed);
+  const declared = await askJson("/api/kinds");
+  state.usual = declared.parts;
+  limits.setUp(declared.kinds, changed);
   for (const each of [open, parts, correct, see, drag]) each.setUp(view);
   for (const each of [board, machine, nc]) each.setUp();
   for (const id of ["unit", "density", "crankpin-in-file"]) $(id).addEventListener("input", changed);

@@ -14,6 +14,7 @@ const NUMBERS = { factor: "factor", grade: "grade", "speed-rpm": "speed_rpm" };
 export const state = {
   file: null,
   tables: {},
+  usual: {}, // group → { name of a part: what it is }, where nothing was weighed yet
   weights: { rotating_g: [], reciprocating_g: [], crankpin_g: [] },
   inspected: null, // { id, report } of the crank that is shown
   result: null, // { id, report, told } of the run that is shown
@@ -35,15 +36,37 @@ export function crankshaft() {
 
 function weight(row) {
   if (row.raw !== undefined) return row.raw;
-  return row.pm === "" ? typed(row.g || 0) : { g: typed(row.g || 0), pm: typed(row.pm) };
+  if (row.pm === "" && row.pieces === "") return typed(row.g);
+  return { g: typed(row.g), ...(row.pm === "" ? {} : { pm: typed(row.pm) }), ...(row.pieces === "" ? {} : { pieces: typed(row.pieces) }) };
+}
+
+// Rows that say something, by the names they get in the job: a name that is there already gets a number.
+function byName(rows) {
+  const named = {};
+  for (const row of rows.filter((each) => each.raw !== undefined || String(each.g).trim() !== "")) {
+    const name = row.name.trim() || "part";
+    let free = name;
+    for (let number = 2; free in named; number++) free = `${name}_${number}`;
+    named[free] = weight(row);
+  }
+  return named;
+}
+
+// What a group of rows weighs, in grams; null where the program alone can say.
+export function sumOf(rows) {
+  let sum = 0;
+  for (const row of rows) {
+    if (row.raw !== undefined) return null;
+    const [g, pieces] = [typed(row.g || 0), row.pieces === "" ? 1 : typed(row.pieces)];
+    if (typeof g !== "number" || typeof pieces !== "number") return null;
+    sum += g * pieces;
+  }
+  return sum;
 }
 
 export function job() {
   const engine = { ...(state.tables.engine || {}) };
-  for (const group of Object.keys(GROUPS)) {
-    const rows = state.weights[group].filter((row) => row.name.trim());
-    engine[group] = Object.fromEntries(rows.map((row) => [row.name.trim(), weight(row)]));
-  }
+  for (const group of Object.keys(GROUPS)) engine[group] = byName(state.weights[group]);
   if (!Object.keys(engine.crankpin_g).length) delete engine.crankpin_g;
   const asked = Object.fromEntries(Object.entries(NUMBERS).map(([id, key]) => [key, typed($(id).value)]));
   const balance = { ...(state.tables.balance || {}), ...asked, judge: $("judge").value };
@@ -70,6 +93,8 @@ export function taken(tables) {
   if (typeof crank.density_kg_m3 === "number") $("density").value = crank.density_kg_m3;
   $("crankpin-in-file").value = crank.crankpin_in_file === undefined ? "" : String(crank.crankpin_in_file);
   for (const group of Object.keys(GROUPS)) state.weights[group] = Object.entries(engine[group] || {}).map(rowOf);
+  const empty = Object.values(state.weights).every((rows) => !rows.length);
+  if (empty) for (const group of Object.keys(GROUPS)) state.weights[group] = Object.entries(state.usual[group] || {}).map(([name, hint]) => ({ name, g: "", pm: "", pieces: "", hint }));
   for (const [id, key] of Object.entries(NUMBERS)) if (balance[key] !== undefined) $(id).value = balance[key];
   if (balance.judge) $("judge").value = balance.judge;
   takeCorrection(tables.correction || {});
@@ -77,9 +102,10 @@ export function taken(tables) {
 }
 
 function rowOf([name, value]) {
-  if (typeof value !== "object") return { name, g: value, pm: "" };
-  if (typeof value.g === "number" && Object.keys(value).every((key) => key === "g" || key === "pm")) return { name, g: value.g, pm: value.pm ?? "" };
-  return { name, g: "", pm: "", raw: value };
+  const row = { name, g: "", pm: "", pieces: "" };
+  if (typeof value !== "object") return { ...row, g: value };
+  if (typeof value.g === "number" && Object.keys(value).every((key) => key in row)) return { ...row, ...value, name };
+  return { ...row, raw: value };
 }
 
 // Change keys of the job by their dotted names, as `--set` does.

@@ -1,7 +1,7 @@
 // Parts: the table of weights, and what they do to the crank as one types.
-import { $, debounced, el, predicted } from "/static/tools.js";
+import { $, debounced, el, predicted, shown } from "/static/tools.js";
 import { post } from "/static/server.js";
-import { GROUPS, changed, job, on, state } from "/static/job.js";
+import { GROUPS, changed, job, on, state, sumOf } from "/static/job.js";
 import { polar } from "/static/polar.js";
 
 export function setUp() {
@@ -17,21 +17,33 @@ function rows() {
   $("weights").replaceChildren(...Object.entries(GROUPS).map(([group, title]) => {
     const add = el("button", { type: "button", textContent: "Add a part", "aria-label": `Add a part: ${title}`, data: { testid: `add-${group}` } });
     add.addEventListener("click", () => {
-      state.weights[group].push({ name: "", g: "", pm: "" });
+      state.weights[group].push({ name: "", g: "", pm: "", pieces: "" });
       rows();
       [...document.querySelectorAll(`[data-group=${group}] [data-testid=weight-name]`)].pop()?.focus();
     });
-    return el("div", { className: "weights", role: "group", "aria-label": title }, el("h2", {}, `${title} `, el("small", { textContent: "name, g, ± g" })), ...state.weights[group].map((row, place) => line(group, row, place)), add);
+    return el("div", { className: "weights", role: "group", "aria-label": title }, el("h2", {}, `${title} `, el("small", { textContent: "name, pieces, g each, ± g" })), ...state.weights[group].map((row, place) => line(group, row, place)), el("p", { className: "quiet", data: { testid: `sum-${group}` } }), add);
   }));
+  sums();
+}
+
+// What each group weighs, and how many of its rows were not weighed yet.
+function sums() {
+  for (const [group, rows] of Object.entries(state.weights)) {
+    const total = sumOf(rows), open = rows.filter((row) => row.raw === undefined && String(row.g).trim() === "").length;
+    const words = [total === null ? "" : `${shown(total, 2)} g in all`, open ? `${open} not weighed: not in the job` : ""];
+    document.querySelector(`[data-testid=sum-${group}]`).textContent = words.filter((each) => each).join("; ");
+  }
 }
 
 function line(group, row, place) {
   const made = el("div", { data: { testid: "weight-row", group } });
-  for (const [key, words] of [["name", "name"], ["g", "mass in grams"], ["pm", "plus or minus in grams"]]) {
+  for (const [key, words] of [["name", "name"], ["pieces", "pieces"], ["g", "mass of each in grams"], ["pm", "plus or minus in grams"]]) {
     const input = el("input", { value: row[key], "aria-label": `${GROUPS[group]}, part ${place + 1}: ${words}`, data: { testid: `weight-${key}` } });
     if (key !== "name") input.inputMode = "decimal";
     if (key !== "name" && row.raw !== undefined) { input.readOnly = true; input.placeholder = key === "g" ? "in the job" : ""; }
-    input.addEventListener("input", () => { row[key] = input.value; changed(); });
+    if (key === "pieces" && row.raw === undefined) input.placeholder = "1";
+    if (key === "name" && row.hint) input.title = row.hint;
+    input.addEventListener("input", () => { row[key] = input.value; sums(); changed(); });
     made.append(input);
   }
   const remove = el("button", { type: "button", textContent: "×", "aria-label": `Remove ${row.name || "this part"}` });
@@ -47,7 +59,7 @@ function pasted(event, group, place) {
   if (cells.length < 2 && cells[0].length < 2) return;
   event.preventDefault();
   const number = (text) => (text || "").replace(/\s*g$/, "").replace(",", ".");
-  const found = cells.map(([name, g, pm]) => ({ name: name.replace(/\s+/g, "_"), g: number(g), pm: number(pm).replace("±", "") })).filter((row) => row.name && row.g !== "" && Number.isFinite(Number(row.g)));
+  const found = cells.map(([name, g, pm]) => ({ name: name.replace(/\s+/g, "_"), g: number(g), pm: number(pm).replace("±", ""), pieces: "" })).filter((row) => row.name && row.g !== "" && Number.isFinite(Number(row.g)));
   state.weights[group].splice(place, 1, ...found);
   rows();
   changed();

@@ -1,5 +1,5 @@
 // See: the verdict and its numbers as measured, before and after, what was cut, doubts, plots, files.
-import { $, el, measured, row } from "/static/tools.js";
+import { $, el, measured, row, shown } from "/static/tools.js";
 import { askBuffer, askJson, guarded, say } from "/static/server.js";
 import { applied, emit, job, on, state } from "/static/job.js";
 import { balance } from "/static/correct.js";
@@ -29,7 +29,7 @@ function clear(words) {
   $("reason").textContent = "";
   for (const id of ["relaxations", "polars", "more-files"]) $(id).replaceChildren();
   drag.clear();
-  for (const id of ["numbers", "cuts", "steps", "doubt-box", "download-solid", "download-report", "download-drawing"]) $(id).hidden = true;
+  for (const id of ["numbers", "cuts", "cuts-says", "steps", "doubt-box", "download-solid", "download-report", "download-drawing"]) $(id).hidden = true;
   for (const id of ["numbers", "cuts", "steps", "budget"]) $(id).tBodies[0].replaceChildren();
 }
 
@@ -77,11 +77,37 @@ function numbers(report) {
   $("polars").replaceChildren(...plots.map(([name, before, after, permitted]) => polar(name, [{ ...before, name: "before" }, { ...after, name: "after" }], permitted)));
 }
 
+// Where each cut is, in the order of indexing; a click on a row turns the view to it.
 function cuts(report) {
-  $("cuts").tBodies[0].replaceChildren(...report.corrections.map((cut, k) => row([String(cut.number), cut.kind, String(cut.web ?? "–"), measured(`corrections.${k}.depth_mm`, cut.depth_mm, 3), measured(`corrections.${k}.removed_mass_g`, cut.removed_mass_g)], 1)));
-  $("cuts").hidden = !report.corrections.length;
+  $("cuts").tBodies[0].replaceChildren(...report.corrections.map((cut, k) => {
+    const cell = (key, digits) => measured(`corrections.${k}.${key}`, cut[key], digits);
+    const clockwise = el("small", { className: "quiet", textContent: ` (${shown((360 - cut.angle_deg) % 360, 1)})` });
+    const made = row([turner(cut), cut.kind, String(cut.web ?? "–"), enteredFrom(cut), el("span", {}, cell("angle_deg", 1), clockwise), cell("radius_mm", 2), cell("z_mm", 2), cell("diameter_mm", 2), cell("depth_mm", 3), cell("removed_mass_g", 2)], 1);
+    made.className = "turns";
+    made.addEventListener("click", () => turnTo(cut, made));
+    return made;
+  }));
+  for (const id of ["cuts", "cuts-says"]) $(id).hidden = !report.corrections.length;
   $("steps").tBodies[0].replaceChildren(...report.steps.map((step, k) => row([String(step.step), step.depths_mm.map((depth) => depth.toFixed(2)).join(", "), el("span", { className: "predicted", textContent: step.predicted_g_mm.toFixed(3), data: { predicted: String(step.predicted_g_mm) } }), measured(`steps.${k}.measured_g_mm`, step.measured_g_mm, 3)], 1)));
   $("steps").hidden = !report.steps.length;
+}
+
+// Which way the tool comes from, as a unit vector out of the metal.
+function outOf(cut) {
+  if (cut.inward) return cut.inward.map((each) => -each);
+  return cut.side ? [0, 0, cut.side] : [cut.position_mm[0], cut.position_mm[1], 0];
+}
+function enteredFrom(cut) {
+  const along = outOf(cut)[2];
+  return Math.abs(along) > 0.9 ? (along > 0 ? "+z" : "−z") : "rim";
+}
+// The number of a cut, as a button: the view turns to it by keys too.
+function turner(cut) {
+  return el("button", { type: "button", textContent: String(cut.number), "aria-label": `Cut ${cut.number}: turn the view to it`, data: { testid: "turn-to", cut: String(cut.number) } });
+}
+function turnTo(cut, made) {
+  for (const each of $("cuts").tBodies[0].rows) each.setAttribute("aria-selected", String(each === made));
+  view.turnTo(outOf(cut));
 }
 
 function budget(report) {

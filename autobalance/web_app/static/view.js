@@ -281,6 +281,16 @@ export class View {
     this.resize();
   }
 
+  // Look against a direction that points out of the metal, a little from aside.
+  turnTo(out) {
+    if (!this.renderer || !this.sets[this.mode]) return;
+    const away = new T.Vector3(...out).normalize();
+    away.add(Math.abs(away.z) > 0.9 ? new T.Vector3(0.3, 0.25, 0) : new T.Vector3(0, 0, 0.45)).normalize();
+    this.camera.position.copy(this.controls.target).addScaledVector(away, 2.6 * this.radius);
+    this.controls.update();
+    this.draw();
+  }
+
   key(event) {
     const turn = { ArrowLeft: [-0.12, 0], ArrowRight: [0.12, 0], ArrowUp: [0, -0.12], ArrowDown: [0, 0.12] }[event.key];
     const zoom = { "+": 1.15, "=": 1.15, "-": 1 / 1.15 }[event.key];
