@@ -36,7 +36,6 @@ class Stopwatch:
     """Seconds spent in each stage of a run."""
 
     def __init__(self) -> None:
-        """Start the clock."""
         self._start = time.perf_counter()
         self._spent: dict[str, float] = {}
 

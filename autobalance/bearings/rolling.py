@@ -50,7 +50,6 @@ class PalmgrenParts:
 
     @property
     def moment_N_m(self) -> float:
-        """Their sum."""
         return self.load_free_N_m + self.load_N_m
 
 
@@ -65,7 +64,6 @@ class FourParts:
 
     @property
     def moment_N_m(self) -> float:
-        """Their sum."""
         return self.rolling_N_m + self.sliding_N_m + self.seal_N_m + self.drag_N_m
 
 

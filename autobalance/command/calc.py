@@ -9,7 +9,6 @@ from autobalance.errors import UsageError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the command line."""
     parser.epilog = (
         "examples:\n"
         "  autobalance calc --list\n"

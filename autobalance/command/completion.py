@@ -8,7 +8,6 @@ SHELLS = ("bash", "zsh", "fish")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the command line."""
     parser.epilog = (
         "examples:\n"
         '  eval "$(autobalance completion bash)"                        in ~/.bashrc\n'

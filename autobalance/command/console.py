@@ -80,7 +80,6 @@ def complain(text: str) -> None:
 
 
 def warn(text: str) -> None:
-    """Print a warning."""
     complain(f"{WARNING}{one_line(text)}")
 
 

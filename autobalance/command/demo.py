@@ -30,7 +30,6 @@ CASES = (
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the command line."""
     parser.epilog = "examples:\n  autobalance demo -o demo-output"
     parser.add_argument(
         "-o",

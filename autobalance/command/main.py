@@ -124,7 +124,6 @@ class Parser(argparse.ArgumentParser):
     """A parser whose help and errors go where everything else that is printed goes."""
 
     def error(self, message: str) -> NoReturn:
-        """Refuse what was typed."""
         if objects.current() is None:
             super().error(message)
         raise SystemExit(fail([message], UsageError.exit_code))

@@ -10,7 +10,6 @@ from autobalance.command.verb import Option, Verb
 
 
 def add_folder(parser: argparse.ArgumentParser) -> None:
-    """Ask for ``-o``."""
     parser.add_argument(
         "-o", "--output", metavar="DIR", required=True, help="folder of the programs, nc.json and setup.pdf"
     )

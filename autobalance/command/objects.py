@@ -37,7 +37,6 @@ class Objects:
         self.tell({"stage": self._stage, "share": self._share, "elapsed_s": elapsed})
 
     def tell(self, values: dict[str, Any]) -> None:
-        """Write one object."""
         import json
 
         with self._lock, suppress(OSError, ValueError):  # a reader that has gone away stops no run
@@ -45,7 +44,6 @@ class Objects:
             self._stream.flush()
 
     def fail(self, lines: Sequence[str], exit_code: int) -> None:
-        """Tell a failure."""
         self._ended.set()
         self.tell({"error": "\n".join(lines), "exit": exit_code})
 

@@ -15,7 +15,6 @@ Adder = Callable[[argparse.ArgumentParser], None]
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
-    """Offer ``--json FILE``."""
     parser.add_argument(
         "--json",
         metavar="FILE",
@@ -24,7 +23,6 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 
 def add_units(parser: argparse.ArgumentParser) -> None:
-    """Offer ``--units``."""
     parser.add_argument(
         "--units",
         choices=("metric", "inch"),
@@ -34,7 +32,6 @@ def add_units(parser: argparse.ArgumentParser) -> None:
 
 
 def add_strict(parser: argparse.ArgumentParser) -> None:
-    """Offer ``--strict``."""
     parser.add_argument(
         "--strict",
         action="store_true",
@@ -62,7 +59,6 @@ def add_series(what: str) -> Adder:
 
 
 def add_plots(parser: argparse.ArgumentParser) -> None:
-    """Offer ``--plots``."""
     parser.add_argument(
         "--plots", metavar="DIR", help="folder for plots, each as SVG and PNG (default: not written)"
     )
@@ -91,7 +87,6 @@ def add_pages(parser: argparse.ArgumentParser) -> None:
 
 
 def add_zero(parser: argparse.ArgumentParser) -> None:
-    """Offer ``--zero``."""
     parser.add_argument(
         "--zero",
         choices=("keyway", "crankpin"),

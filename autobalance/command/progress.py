@@ -19,7 +19,6 @@ BAR = 12
 
 
 def add_progress(parser: argparse.ArgumentParser) -> None:
-    """Add ``--quiet`` and ``--verbose``."""
     much = parser.add_mutually_exclusive_group()
     much.add_argument("-q", "--quiet", action="store_true", help="show no progress")
     much.add_argument(

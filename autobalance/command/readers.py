@@ -22,13 +22,11 @@ def numbers(option: str, text: str) -> tuple[float, ...]:
 
 
 def number_pair(option: str, text: str) -> tuple[float, float]:
-    """Return two numbers."""
     low, high = _two(option, numbers(option, text))
     return low, high
 
 
 def word_pair(option: str, text: str) -> tuple[str, str]:
-    """Return two words."""
     first, second = _two(option, text.split(","))
     return first, second
 

@@ -6,7 +6,6 @@ import argparse
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the command line."""
     parser.epilog = "examples:\n  autobalance schema\n  autobalance schema job > job.schema.json"
     parser.add_argument(
         "name", metavar="NAME", nargs="?", help="name of the kind of file (default: the names are listed)"

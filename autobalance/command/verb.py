@@ -140,7 +140,6 @@ class Verb(NamedTuple):
     also: str = ""
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Describe the command line."""
         lines = ["examples:", *(f"  {line}" for line in self.examples)] if self.examples else []
         parser.epilog = "\n".join(lines + ([] if self.notes is None else [self.notes()]))
         declared = self._typed()

@@ -114,7 +114,6 @@ class AddCut(FaceCut):
 
     @property
     def label(self) -> str:
-        """Short name for messages."""
         return f"metal on face {self.face.id}"
 
     @cached_property

@@ -45,7 +45,6 @@ class WalledCut(EmptyPlace):
 
     @property
     def clearance_mm(self) -> float:
-        """The wall."""
         return self.limits.min_wall_mm
 
 

@@ -49,13 +49,11 @@ class DrillCut(HoleCut):
 
     @property
     def setting(self) -> str:
-        """The drill."""
         name = self.limits.drill_name(self.diameter_mm)
         return f"drill {name or format(self.diameter_mm, 'g')}"
 
     @property
     def label(self) -> str:
-        """Short name for messages."""
         return f"hole ⌀{self.diameter_mm:g} {self.place}"
 
     def effect(self, depth_mm: float) -> Moments:
@@ -165,7 +163,6 @@ class Drill(Kind[DrillLimits]):
         return *ways, *wider[ZONES.index(limits.zone) :]
 
     def label(self, item: Item) -> str:
-        """Return the tool in short."""
         return f"drill {item['drill']}" if item.get("drill") else f"drill ⌀{item['diameter_mm']:g}"
 
     def instruction(self, item: Item, figures: Figures) -> str:
@@ -177,19 +174,15 @@ class Drill(Kind[DrillLimits]):
         return f"Drill dia {diameter}, {item.get('direction', '')}, {depth} deep, point {point:g}°"
 
     def machining(self, item: Item) -> Operation | str | None:
-        """Return the operation."""
         return hole_operation(item)
 
     def trace(self, item: Item) -> Trace:
-        """Return the hole."""
         return DrillTrace(item, math.radians(0.5 * stated_number(item, "point_angle_deg")))
 
     def drawn(self, item: Item) -> Shape:
-        """Return the drill's body."""
         return hole_shape(item)
 
     def size(self, item: Item) -> str:
-        """Return the drill."""
         point = item.get("point_angle_deg")
         return f"⌀ {number(item['diameter_mm'], 1)}" + (f", point {point:g}°" if point else "")
 

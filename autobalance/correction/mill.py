@@ -117,7 +117,6 @@ class MillCut(WalledCut):
 
     @property
     def label(self) -> str:
-        """Short name for messages."""
         return f"pocket in web {self.cheek.web} at {wrapped_deg(math.degrees(self._middle_rad)):.4g}°"
 
     @property
@@ -132,7 +131,6 @@ class MillCut(WalledCut):
 
     @cached_property
     def envelope(self) -> Envelope:
-        """Blocks around the pocket."""
         pocket = self.pocket
         count = math.ceil((pocket.end_rad - pocket.start_rad) / ROOM_RAD)
         ends = np.linspace(pocket.start_rad, pocket.end_rad, count + 1)
@@ -313,7 +311,6 @@ class Mill(Kind[MillLimits]):
         return *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)
 
     def label(self, item: Item) -> str:
-        """Return the tool in short."""
         return f"mill ⌀{item['cutter_mm']:g}"
 
     def instruction(self, item: Item, figures: Figures) -> str:
@@ -327,7 +324,6 @@ class Mill(Kind[MillLimits]):
         return f"Mill pocket, cutter dia {cutter}, {radii}, {angles}, {depth}"
 
     def machining(self, item: Item) -> Operation | str | None:
-        """Return the operation."""
         inner, outer, corner, face = (
             stated_number(item, key)
             for key in ("inner_radius_mm", "outer_radius_mm", "corner_radius_mm", "face_z_mm")
@@ -341,7 +337,6 @@ class Mill(Kind[MillLimits]):
         return AreaOperation(region, side, face, stated_number(item, "depth_mm"), corner)
 
     def trace(self, item: Item) -> Trace:
-        """Return the pocket."""
         return PocketTrace(item)
 
     def drawn(self, item: Item) -> Shape:

@@ -98,7 +98,6 @@ class ShoulderCut(FaceCut):
 
     @property
     def label(self) -> str:
-        """Short name for messages."""
         return f"face {self.face.id}{part_name(self.sector_deg)}"
 
     @cached_property
@@ -138,7 +137,6 @@ class ShoulderCut(FaceCut):
         return outline, loops_area_mm2(outline["outline"])
 
     def correction(self, depth_mm: float) -> Correction:
-        """Return what the report lists."""
         left = self.layer.kept(depth_mm)
         return self.listed("shoulder", depth_mm, left, new_face_area_mm2=left.area_mm2)
 
@@ -339,11 +337,9 @@ class Shoulder(Kind[ShoulderLimits]):
         return face_heights(item)
 
     def machining(self, item: Item) -> Operation | str | None:
-        """Return the operation."""
         return face_operation(item)
 
     def trace(self, item: Item) -> Trace:
-        """Return the lowered face."""
         return FaceTrace(item)
 
     def wall_left_mm(self, corrections: Sequence[Correction], anatomy: Anatomy) -> float | None:

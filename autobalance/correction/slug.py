@@ -56,17 +56,14 @@ class SlugCut(PressedIn, HoleCut):
 
     @property
     def setting(self) -> str:
-        """The slug."""
         return f"slug {self.diameter_mm:g} x {self.length_mm:g}"
 
     @property
     def label(self) -> str:
-        """Short name for messages."""
         return f"slug ⌀{self.diameter_mm:g} × {self.length_mm:g} {self.place}"
 
     @property
     def slug(self) -> Moments:
-        """Moments of the slug."""
         return self.filling(self.hole, self.max_depth_mm)
 
     def effect(self, depth_mm: float) -> Moments:
@@ -197,7 +194,6 @@ class Slug(Kind[SlugLimits]):
         }
 
     def label(self, item: Item) -> str:
-        """Return the tool in short."""
         return f"slug ⌀{item['diameter_mm']:g} × {item['length_mm']:g}"
 
     def instruction(self, item: Item, figures: Figures) -> str:
@@ -208,7 +204,6 @@ class Slug(Kind[SlugLimits]):
         )
 
     def machining(self, item: Item) -> Operation | str | None:
-        """Return the operation."""
         if item.get("fills_a_hole"):
             return None
         return hole_operation(item)
@@ -222,7 +217,6 @@ class Slug(Kind[SlugLimits]):
         return hole_shape(item)
 
     def size(self, item: Item) -> str:
-        """Return the slug."""
         return f"⌀ {number(item['diameter_mm'], 1)} × {number(item.get('length_mm'), 1)}"
 
 

@@ -88,7 +88,6 @@ class TurnCut(EmptyPlace):
 
     @property
     def label(self) -> str:
-        """Short name for messages."""
         return "rim of web " + ", ".join(str(number) for number in self.webs)
 
     @cached_property
@@ -253,7 +252,6 @@ class Turn(Kind[TurnLimits]):
         return (WiderLimits("min_radius_mm", limits.min_radius_mm, -SMALLER, text),)
 
     def label(self, item: Item) -> str:
-        """Return the tool in short."""
         return "turn rim of web " + ", ".join(str(web) for web in item.get("webs", ()))
 
     def instruction(self, item: Item, figures: Figures) -> str:
@@ -261,19 +259,15 @@ class Turn(Kind[TurnLimits]):
         return f"Turn the rim to radius {figures.mm(item.get('new_radius_mm'))}"
 
     def machining(self, item: Item) -> Operation | str | None:
-        """Return the operation."""
         return rim_operation(item)
 
     def trace(self, item: Item) -> Trace:
-        """Return the rings that went."""
         return RingTrace(item)
 
     def drawn(self, item: Item) -> Shape:
-        """Return the ring that goes."""
         return ring(item["new_radius_mm"], item["outer_radius_mm"], item["z_from_mm"], item["z_to_mm"])
 
     def size(self, item: Item) -> str:
-        """Return the new radius."""
         return f"to radius {number(item.get('new_radius_mm'), 3)}"
 
     def wall_left_mm(self, corrections: Sequence[Correction], anatomy: Anatomy) -> float | None:

@@ -107,7 +107,6 @@ class FreeMetal:
 
     @property
     def profiles(self) -> list[Profile]:
-        """The profile of each part."""
         return [body.profile for body in self.bodies]
 
     def thickness_mm(self, part: int) -> float:

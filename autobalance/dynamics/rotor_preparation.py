@@ -42,7 +42,6 @@ class PreparedRotor:
 
     @property
     def elements(self) -> int:
-        """Number of beam elements."""
         return len(self.matrices.nodes_m) - 1
 
 

@@ -147,7 +147,6 @@ class FilmFigures:
 
     @classmethod
     def of(cls, number: int, orbit: Orbits) -> Self:
-        """Return that of an orbit."""
         broken, turns = bool(orbit.contact[0]), int(orbit.turns_to_settle[0])
         settled = turns > 0 and not broken
         return cls(

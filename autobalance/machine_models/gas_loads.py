@@ -40,7 +40,6 @@ class MainLoads:
 
     @classmethod
     def of(cls, cycle: CycleAnalysis) -> Self:
-        """Return those of a cycle."""
         return cls(
             main_journals=numbered_loads(cycle.peaks(cycle.loads.main_n)),
             friction_mean_n_m=cycle.friction_mean_n_m,

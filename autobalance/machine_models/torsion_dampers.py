@@ -55,7 +55,6 @@ class FittedDamper:
 
     @property
     def n_m_s_rad(self) -> float:
-        """Its damping."""
         return self.damper.n_m_s_rad or 0.0
 
 

@@ -30,7 +30,6 @@ class Task:
 
     @property
     def cuts(self) -> Sequence[Cut]:
-        """The cuts at hand."""
         return self.candidates.cuts
 
     def cost(self, change: Moments) -> float:

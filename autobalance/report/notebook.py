@@ -51,7 +51,6 @@ def text(words: str) -> str:
 
 
 def plot(svg: str) -> str:
-    """Return a drawn plot."""
     return f'<div class="plot">{svg[max(svg.find("<svg"), 0) :]}</div>'
 
 

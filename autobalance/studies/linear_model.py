@@ -59,7 +59,6 @@ class Draw:
 
     @property
     def is_vector(self) -> bool:
-        """Whether it is a vector."""
         return len(self.effect) == 2
 
     @property

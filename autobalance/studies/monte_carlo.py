@@ -99,7 +99,6 @@ class StudyAnswer:
 
     @property
     def probability(self) -> float:
-        """Their share."""
         return self.within / len(self.states)
 
     @property

@@ -101,7 +101,6 @@ def _of_cycle(plan: Plan, numbers: Mapping[str, Sequence[Draw]]) -> list[KeyFigu
 
 
 def _cycle(plan: Plan, deviations: Mapping[str, Array]) -> dict[str, float]:
-    """Run one crank's cycle."""
     job = replace(plan.job, engine=drawn_engine(plan, deviations))
     moments, anatomy = plan.crank_and_slugs, plan.crank.anatomy
     if causes.DENSITY in deviations:

@@ -172,7 +172,6 @@ class Processes:
     """Runs tasks in processes of this machine, each process one task at a time."""
 
     def __init__(self, count: int) -> None:
-        """Start nothing yet."""
         self._slots = [_Slot() for _ in range(count)]
 
     def run(self, work: Work, tasks: Sequence[Any]) -> Iterator[Done]:

@@ -58,7 +58,6 @@ class Change:
 
     @property
     def density_g_mm3(self) -> float:
-        """Of the crank."""
         return self.job.crankshaft.density_g_mm3
 
     @property

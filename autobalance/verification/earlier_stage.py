@@ -56,7 +56,6 @@ class EarlierStage:
 
     @property
     def first_report(self) -> Path:
-        """The report of stage 1."""
         stages = self.values.get("stages")
         return self.path.parent / stages[0]["report"] if stages else self.path
 

@@ -58,7 +58,6 @@ class Files:
         pressed_up: bool = False,
         unite: bool | None = None,
     ) -> Source:
-        """Read a solid."""
         key = ("read", str(path), unit, body, pressed_up, unite)
         return self.once(key, lambda: read(path, unit, body, pressed_up=pressed_up, unite=unite))
 
@@ -72,7 +71,6 @@ class Given:
 
     @property
     def source(self) -> Source:
-        """Its file."""
         return self.crank.source
 
     @property
@@ -82,7 +80,6 @@ class Given:
 
     @property
     def facets(self) -> ChordalError | None:
-        """What its facets hide."""
         return self.crank.facets
 
 

@@ -29,11 +29,9 @@ class Live:
     """The endpoints."""
 
     def __init__(self, project: Project, runs: Runs) -> None:
-        """Serve a project's runs."""
         self._project, self._runs = project, runs
 
     def routes(self) -> list[Route]:
-        """Return the endpoints."""
         return [
             Route("/api/kinds", self.kinds),
             Route("/api/runs/{run}/asked", self.asked),

@@ -65,7 +65,6 @@ def script() -> str:
 
 
 def style() -> str:
-    """Return the widget's style."""
     from autobalance.web_app.answers import asset
 
     return asset("web_app", "static/notebook.css").decode()

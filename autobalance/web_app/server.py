@@ -75,12 +75,10 @@ class Pages:
     """The endpoints."""
 
     def __init__(self, project: Project, runs: Runs, keys: Keys, max_upload_bytes: int) -> None:
-        """Serve a project."""
         self._project, self._runs, self._keys, self._most = project, runs, keys, max_upload_bytes
         self._live = Live(project, runs)
 
     def routes(self) -> list[Route]:
-        """Return all endpoints."""
         return [
             Route("/", self.page),
             Route("/static/{name}", self.static),

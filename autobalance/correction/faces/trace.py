@@ -96,7 +96,6 @@ class FaceTrace:
 
     @property
     def takes_metal(self) -> bool:
-        """Always."""
         return True
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:

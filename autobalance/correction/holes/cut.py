@@ -32,12 +32,10 @@ class HoleCut(WalledCut):
 
     @property
     def web(self) -> int:
-        """Number of the web."""
         return self.site.web
 
     @property
     def diameter_mm(self) -> float:
-        """Of the hole."""
         return 2.0 * self.hole.radius_mm
 
     @property
@@ -47,7 +45,6 @@ class HoleCut(WalledCut):
 
     @property
     def envelope(self) -> Envelope:
-        """What the hole takes."""
         return self.hole.envelope
 
     def tool(self, depth_mm: float) -> Solid:

@@ -90,12 +90,10 @@ class FillCut(PressedIn):
 
     @property
     def label(self) -> str:
-        """Short name for messages."""
         return f"slug ⌀{2.0 * self.radius_mm:g} × {self.length_mm:g} in the hole in web {self.hole.web}"
 
     @property
     def max_depth_mm(self) -> float:
-        """The slug's length."""
         return self.length_mm
 
     @property

@@ -172,7 +172,6 @@ class Surface:
         return rows[may(*(side.take(rows) for side in self._shadows))]
 
     def take(self, rows: Indices) -> Surface:
-        """Return some of the triangles."""
         return Surface(self.corners[rows], self.vertex[rows], self.centre[rows], self.reach[rows])
 
     def hits(self, axis: Axis) -> tuple[Array, Indices]:

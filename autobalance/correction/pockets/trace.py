@@ -35,7 +35,6 @@ class PocketTrace:
 
     @property
     def takes_metal(self) -> bool:
-        """Always."""
         return True
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:

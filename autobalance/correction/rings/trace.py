@@ -81,7 +81,6 @@ class RingTrace:
 
     @property
     def takes_metal(self) -> bool:
-        """Always."""
         return True
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:

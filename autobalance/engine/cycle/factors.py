@@ -69,7 +69,6 @@ class MainLoads:
 
     @classmethod
     def of(cls, firing: FiringEngine) -> MainLoads:
-        """Return those of an engine."""
         return cls(firing, firing.parts)
 
     def crank_n(self, factor: float | None) -> Complex:

@@ -68,7 +68,6 @@ class CylinderFigures:
 
     @classmethod
     def of(cls, cycle: CylinderCycle) -> Self:
-        """Return those of a cylinder."""
         peak, at = cycle.peak
         work, closed, heat = cycle.work_n_mm, cycle.closed_work_n_mm, cycle.heat_n_mm
         return cls(

@@ -95,12 +95,10 @@ class CuttingTool:
 
     @property
     def radius_mm(self) -> float:
-        """Half the diameter."""
         return 0.5 * self.diameter_mm
 
     @property
     def is_drill(self) -> bool:
-        """Whether it is a drill."""
         return self.kind == "drill"
 
     @property

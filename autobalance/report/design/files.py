@@ -20,7 +20,6 @@ STEEL = (0.72, 0.74, 0.77)
 
 
 def design_text(values: Values) -> str:
-    """Return a search as lines."""
     start, search = values["start"], values["search"]
     lines = [
         f"{search['evaluations']} designs in {search['generations']} generations ({search['method']}), "

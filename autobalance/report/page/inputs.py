@@ -12,7 +12,6 @@ Report = Mapping[str, Any]
 
 
 def inputs(report: Report) -> str:
-    """Return weights and crank."""
     return f"""<section aria-labelledby="h-inputs"><h2 id="h-inputs">What went in</h2><div class="split" style="margin-top:12px">
 <div class="scroll">{_weights(report)}</div><dl class="facts">{_crank_facts(report)}</dl></div></section>"""
 

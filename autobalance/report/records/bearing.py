@@ -58,7 +58,6 @@ class Oil:
 
     @classmethod
     def of(cls, state: State) -> Self:
-        """Return that of a state."""
         oil = state.lubricant
         return cls(
             viscosity_Pa_s=None if oil is None else oil.viscosity_Pa_s,
@@ -146,7 +145,6 @@ class Plates:
 
     @classmethod
     def of(cls, film: PlateFilm | None) -> Self:
-        """Return those of a film."""
         return cls() if film is None else cls(**vars(film))
 
 

@@ -40,7 +40,6 @@ class Violation:
 
     @classmethod
     def of(cls, broken: Constraint) -> Self:
-        """Return that of a constraint."""
         return cls(
             constraint=broken.name,
             by=-broken.margin,
@@ -62,7 +61,6 @@ class StartFigures:
 
     @classmethod
     def of(cls, start: Start, fit_error_mm: float) -> Self:
-        """Return those of a start."""
         return cls(
             objectives=start.objectives,
             residual_g_mm=start.residual.magnitude_g_mm,
@@ -135,7 +133,6 @@ class DesignConstraint:
 
     @classmethod
     def of(cls, each: Constraint) -> Self:
-        """Return that of a constraint."""
         return cls(name=each.name, value=each.value, limit=each.limit, unit=each.unit, margin=each.margin)
 
 

@@ -58,7 +58,6 @@ class RotorMass:
 
     @classmethod
     def of(cls, ready: PreparedRotor) -> Self:
-        """Return those of a rotor."""
         mass, moment = ready.rotor.mass_and_moment()
         return cls(
             mass_kg=mass,
@@ -86,7 +85,6 @@ class Criticals:
 
     @classmethod
     def of(cls, found: Sequence[CriticalSpeed]) -> Self:
-        """Return those that were found."""
         return cls(
             critical_speeds_rad_s=[each.speed_rad_s for each in found],
             criticals=[Critical(**vars(each)) for each in found],
@@ -103,7 +101,6 @@ class ModeFigures:
 
     @classmethod
     def of(cls, mode: WhirlMode) -> Self:
-        """Return those of a mode."""
         return cls(
             frequency_hz=mode.frequency_rad_s / (2.0 * np.pi),
             log_decrement=mode.log_decrement,
@@ -251,7 +248,6 @@ class Static:
 
     @classmethod
     def of(cls, rotor: BeamRotor, found: Sag | None) -> Self:
-        """Return a rotor's sag."""
         if found is None:
             free = [Reaction(z_mm=mm(each.z_m), x_N=None, y_N=None) for each in rotor.bearings]
             return cls(deflections=(), reactions=free)
@@ -296,7 +292,6 @@ class BalancingAdvice:
 
     @classmethod
     def of(cls, found: Advice) -> Self:
-        """Return an advice."""
         return cls(**vars(found))
 
 

@@ -30,7 +30,6 @@ class NominalStress:
 
     @classmethod
     def of(cls, fillet: Fillet) -> Self:
-        """Return that of a fillet."""
         return cls(
             bending_MPa=_ends(fillet.bending_MPa),
             shear_MPa=_ends(fillet.shear_MPa),
@@ -87,7 +86,6 @@ class FilletRow:
 
     @classmethod
     def of(cls, fillet: Fillet) -> Self:
-        """Return that of a fillet."""
         found = fillet.fatigue
         swing = found.equivalent_alternating_MPa
         return cls(
@@ -158,7 +156,6 @@ class FilletState:
 
     @classmethod
     def of(cls, fillets: Sequence[Fillet]) -> Self:
-        """Return that of a crank."""
         return cls(fillets=[FilletRow.of(each) for each in fillets], least=LeastSafety.of(fillets))
 
 

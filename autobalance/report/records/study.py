@@ -38,7 +38,6 @@ class Nominal:
 
     @classmethod
     def of(cls, answer: StudyAnswer, report_sha256: str | None) -> Self:
-        """Return that of a study."""
         residual, places = answer.plan.result.residual, answer.plan.tolerance.places_mm
         a_and_b = () if places is None else residual.in_planes(*places)
         names: tuple[Literal["A", "B"], ...] = ("A", "B")
@@ -75,7 +74,6 @@ class KeyFigureCurve:
 
     @classmethod
     def of(cls, curve: Curve) -> Self:
-        """Return that of a cause."""
         return cls(**vars(curve))
 
 

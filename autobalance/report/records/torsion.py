@@ -123,7 +123,6 @@ class HolzerFigures:
 
     @classmethod
     def of(cls, row: HolzerRow) -> Self:
-        """Return those of a row."""
         return cls(
             inertia_kg_mm2=KG_MM2_PER_KG_M2 * row.inertia_kg_m2,
             angle_rad=_finite(row.angle_rad),
@@ -146,7 +145,6 @@ class TorsionModeFigures:
 
     @classmethod
     def of(cls, model: ExcitedTrain, mode: TorsionMode) -> Self:
-        """Return those of a mode."""
         rows = model.holzer(mode)
         return cls(
             frequency_rad_s=mode.frequency_rad_s,
@@ -204,7 +202,6 @@ class OrderFigures:
 
     @classmethod
     def of(cls, found: OrderResponse) -> Self:
-        """Return those of a response."""
         rows = zip(
             found.speeds_rad_s, found.angles_rad, found.torques_n_m, found.twists_rad, found.stresses_pa,
             strict=True,
@@ -233,7 +230,6 @@ class PendulumFigures:
 
     @classmethod
     def of(cls, absorber: PendulumAbsorber) -> Self:
-        """Return those of an absorber."""
         return cls(
             length_mm=MM_PER_M * absorber.length_m, inertia_kg_mm2=KG_MM2_PER_KG_M2 * absorber.inertia_kg_m2
         )

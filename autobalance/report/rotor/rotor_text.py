@@ -13,7 +13,6 @@ NO_WHIRL = "none"
 
 
 def rotor_text(report: Values) -> str:
-    """Return the summary of ``rotor``."""
     parts = [
         _head(report),
         _criticals(report["criticals"]),

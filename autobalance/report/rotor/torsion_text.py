@@ -12,7 +12,6 @@ SHOWN = 12
 
 
 def torsion_text(report: Values) -> str:
-    """Return the summary of ``torsion``."""
     parts = [
         _model(report["model"]),
         _throws(report.get("throws", [])),

@@ -12,7 +12,6 @@ Values = Mapping[str, Any]
 
 
 def rod_text(report: Values, units: DisplayUnits) -> str:
-    """Return the summary of ``rod``."""
     rod, off, cut = report["rod"], report["uncertainty"], report["cut_at_centre"]
     rows: list[Sequence[str]] = [
         ("Centre distance", units.of_length(rod["length_mm"])),

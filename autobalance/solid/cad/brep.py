@@ -42,7 +42,6 @@ class ExactSolid:
     """
 
     def __init__(self, shape: Shape) -> None:
-        """Build a shape exactly."""
         require_kernel()
         self._take(unified(built(shape)), "the CAD kernel could not build the shape exactly")
 
@@ -71,7 +70,6 @@ class ExactSolid:
 
     @property
     def body(self) -> Any:
-        """The kernel's own body."""
         return self._body
 
     @property
@@ -95,7 +93,6 @@ class ExactSolid:
 
     @property
     def solid_count(self) -> int:
-        """Number of bodies."""
         return len(explored(self._body, "SOLID"))
 
     def face_kinds(self) -> dict[str, int]:

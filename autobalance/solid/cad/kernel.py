@@ -175,7 +175,6 @@ def cut(body: Any, tools: Sequence[Any]) -> Any:
 
 
 def common(body: Any, other: Any) -> Any:
-    """Return what two bodies share."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
 
     return _boolean(BRepAlgoAPI_Common(), [body], [other])

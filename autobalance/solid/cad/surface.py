@@ -51,10 +51,8 @@ class Surfaces:
 
     @property
     def planes(self) -> tuple[PlaneFace, ...]:
-        """The plane faces."""
         return tuple(face for face in self.faces if isinstance(face, PlaneFace))
 
     @property
     def cylinders(self) -> tuple[CylinderFace, ...]:
-        """The cylindrical faces."""
         return tuple(face for face in self.faces if isinstance(face, CylinderFace))

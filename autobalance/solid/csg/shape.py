@@ -91,7 +91,6 @@ def polygon(corners: Sequence[Point]) -> Outline:
 
 
 def circle(radius: float, centre: Point = (0.0, 0.0)) -> Outline:
-    """Return a full circle."""
     return (Arc(centre, radius, 0.0, 2.0 * math.pi),)
 
 

@@ -90,7 +90,6 @@ class Solid:
 
     @classmethod
     def nothing(cls) -> Solid:
-        """Return the empty solid."""
         return cls(m3.Manifold())
 
     @classmethod
@@ -146,7 +145,6 @@ class Solid:
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is no metal."""
         return self._built is not None and bool(self._built.is_empty())
 
     @property
@@ -158,7 +156,6 @@ class Solid:
 
     @property
     def triangle_count(self) -> int:
-        """Number of triangles."""
         return len(self.mesh.triangles) if self._built is None else int(self._built.num_tri())
 
     @property
@@ -217,7 +214,6 @@ class Solid:
         return Solid(self._body.trim_by_plane((0.0, 0.0, -1.0), -z_mm))
 
     def section(self, z_mm: float) -> Region:
-        """Return the cross-section at ``z_mm``."""
         return Region(self._body.slice(z_mm))
 
     def shadow(self) -> Region:
@@ -264,7 +260,6 @@ class Region:
     __slots__ = ("section",)
 
     def __init__(self, section: m3.CrossSection) -> None:
-        """Take a manifold3d cross-section."""
         self.section = section
 
     @classmethod
