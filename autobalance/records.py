@@ -95,7 +95,7 @@ class _Marker:
 
 
 INLINE: Final = _Marker("inline")
-"""Of a record or a mapping in a record: its keys stand among the others."""
+"""Of a record or a mapping in a record: its keys stand among the others; none of them where it is None."""
 INSIDE: Final = _Marker("inside")
 """Of a field that stays in the program: arrays for plots, say."""
 

@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 
 from autobalance.machine_models.section_rows import SectionRow, SectionTable
-from autobalance.report.balance.section_values import section_table_text, section_values
+from autobalance.report.balance.section_text import section_table_text
 from autobalance.report.balance.values import schema
+from autobalance.report.encoding import encoded
+from autobalance.report.records import sections as records
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.solid.csg.shape import Bar, tessellated
@@ -206,7 +208,7 @@ def source_table() -> SectionTable:
 def test_ru_03_and_04_in_a_section_table() -> None:
     """Its static sums vanish, its couple does not; both counterweights would have to change."""
     found = source_table()
-    values = section_values(found, 0.0)
+    values = encoded(records.SectionTable.of(found, 0.0))
     assert values["within"] is False
     assert values["sums"]["magnitude_g_mm"] < 15.0
     _, far = values["planes"]
@@ -217,6 +219,6 @@ def test_ru_03_and_04_in_a_section_table() -> None:
     assert products == pytest.approx([-92.0814, -92.7509], abs=0.01)
     assert changes == pytest.approx([16.501, -16.507], abs=0.01)
     assert "NOT WITHIN TOLERANCE" in section_table_text(values)
-    aside = section_values(found, 100.0)
+    aside = encoded(records.SectionTable.of(found, 100.0))
     moved = np.array(aside["sums"]["moment_g_mm2"]) - values["sums"]["moment_g_mm2"]
     np.testing.assert_allclose(moved, -100.0 * np.array(values["sums"]["unbalance_g_mm"]), atol=1e-6)

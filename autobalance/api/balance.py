@@ -264,9 +264,9 @@ def run(job: Job, given: Crank | None, tell: Notify, watch: Stopwatch) -> Balanc
     record = balanced_record(job, measured, watch, tell)
     record = replace(record, warnings=(*_warnings(job, measured), *record.warnings))
     record = with_outputs(record, job, measured, watch)
-    from autobalance.report.balance.values import report
+    from autobalance.report.records.report import Report
 
-    return BalanceResult(report(record), job, record, Crank(measured, job.crankshaft))
+    return BalanceResult(Report.of(record), job, record, Crank(measured, job.crankshaft))
 
 
 def with_crank(job: Job, crank: Crank) -> Job:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,19 @@ from autobalance.errors import JobError, UsageError
 from autobalance.job.files.crank_design import design_from, read_design, table_of, with_settings
 from autobalance.job.toml.document import text_of
 from autobalance.machine_models.rotor_from_job import attached_moments, crank_factor, throw_loads
+from autobalance.records import ABSENT, Absent
+from autobalance.report.records import balance as balance_records
+from autobalance.report.records import crank as records
+from autobalance.report.records.generate import (
+    DrawnBobWeight,
+    DrawnEngine,
+    DrawnOutputs,
+    DrawnSolid,
+    GenerateReport,
+)
+from autobalance.report.records.stage import Suggestions
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Progress
 from autobalance.solid.formats.registry import format_named
 from autobalance.solid.formats.write import through_file
@@ -30,7 +43,6 @@ from autobalance.units import G_PER_MM3_PER_KG_M3, MM_PER
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
-    from autobalance.crank.anatomy import Anatomy
     from autobalance.job import EngineParts
 
 STEP_ENDINGS = (".step", ".stp")
@@ -117,18 +129,29 @@ def generate(
     changes = {**(settings or {}), **({} if segments is None else {"segments": segments})}
     found = with_settings(found, changes) if changes else found
     target = Path(file) if file is not None else _named(found.name)
-    data, values = _generated(found, engine, target, unit)
+    data, triangles, crank = _generated(found, target, unit)
+    suggestions: Suggestions | Absent = ABSENT
     if wanted is not None:
         telling(progress)("trying what would do it")
-        values["suggestions"] = _suggestions(found, engine, wanted)
-    return GenerateResult(values, found, data, target)
+        suggestions = _suggestions(found, engine, wanted)
+    solid = DrawnSolid(file=str(target), sha256=sha256(data).hexdigest(), triangles=triangles)
+    report = GenerateReport(
+        autobalance=records.Versions.here(),
+        design=table_of(found),
+        frame=records.Frame(file_to_rotor=crank.anatomy.file_to_rotor),
+        crank=records.Crank.of(crank),
+        initial=balance_records.Unbalance.of(Unbalance.of(crank.moments), None),
+        engine=None if engine is None else _engine(crank, engine),
+        outputs=DrawnOutputs(solid=solid),
+        suggestions=suggestions,
+    )
+    return GenerateResult(report, found, data, target)
 
 
-def _suggestions(design: Design, engine: EngineParts | None, wanted: Wanted) -> dict[str, Any]:
+def _suggestions(design: Design, engine: EngineParts | None, wanted: Wanted) -> Suggestions:
     """Return what would make a drawn crank what is wanted: its sizes, and bores and weights in its webs."""
     from autobalance.balancing.suggestions.metal import suggested_metal
     from autobalance.balancing.suggestions.sizes import suggested_sizes
-    from autobalance.report.balance.suggestion_values import suggestion_values
 
     anatomy = crank_anatomy(design)
     start = exact_moments(design, EXACT_SEGMENTS).moved(anatomy.file_to_rotor)
@@ -136,7 +159,7 @@ def _suggestions(design: Design, engine: EngineParts | None, wanted: Wanted) -> 
     solid, density = crank_solid(design).moved(anatomy.file_to_rotor), design.density_kg_m3
     sizes = suggested_sizes(design, aim)
     metal = suggested_metal(solid, density * G_PER_MM3_PER_KG_M3, aim, turned=False)
-    return suggestion_values(aim, sizes[0] + metal[0], sizes[1] + metal[1])
+    return Suggestions.of(aim, sizes[0] + metal[0], sizes[1] + metal[1])
 
 
 def _designed(design: str | Path | Mapping[str, Any]) -> tuple[Design, EngineParts | None]:
@@ -156,12 +179,8 @@ def _named(name: str) -> Path:
     return Path(f"{name}.stl")
 
 
-def _generated(
-    design: Design, engine: EngineParts | None, target: Path, unit: str
-) -> tuple[bytes, dict[str, Any]]:
-    """Return the bytes of the crank's file, and the report."""
-    from autobalance.report.balance.values import generate_report
-
+def _generated(design: Design, target: Path, unit: str) -> tuple[bytes, int | None, MeasuredCrank]:
+    """Return the bytes of the crank's file, its triangles (None: exact surfaces), and the crank it holds."""
     data, triangles, written = _encoded(design, target, unit)
     anatomy = crank_anatomy(design)
     exact = exact_moments(design, EXACT_SEGMENTS) if triangles is not None else written
@@ -169,15 +188,8 @@ def _generated(
     if triangles is not None:
         hidden = exact - written
         error = ChordalErrorEntry(abs(hidden.mass_g), math.hypot(*hidden.first_g_mm[:2]))
-    moments = exact.moved(anatomy.file_to_rotor)
     volume = exact.mass_g / (design.density_kg_m3 * G_PER_MM3_PER_KG_M3)
-    values = generate_report(
-        design=table_of(design),
-        crank=MeasuredCrank(moments, volume, anatomy, error),
-        engine=None if engine is None else _balance(moments, anatomy, engine),
-        solid=_entry(target, data, triangles),
-    )
-    return data, values
+    return data, triangles, MeasuredCrank(exact.moved(anatomy.file_to_rotor), volume, anatomy, error)
 
 
 def _encoded(design: Design, target: Path, unit: str) -> tuple[bytes, int | None, Moments]:
@@ -198,20 +210,14 @@ def _encoded(design: Design, target: Path, unit: str) -> tuple[bytes, int | None
     return data, len(soup), soup_moments(soup, density_g_mm3)
 
 
-def _entry(target: Path, data: bytes, triangles: int | None) -> dict[str, Any]:
-    from hashlib import sha256
-
-    return {"file": str(target), "sha256": sha256(data).hexdigest(), "triangles": triangles}
-
-
-def _balance(moments: Moments, anatomy: Anatomy, engine: EngineParts) -> dict[str, Any]:
+def _engine(crank: MeasuredCrank, engine: EngineParts) -> DrawnEngine:
     """Return the bob-weights and the balance factor that the crank has with these parts."""
-    loads = throw_loads(anatomy, engine)
-    factor = crank_factor(moments, loads, attached_moments(engine.attached))
-    return {
-        "balance_factor": factor,
-        "bob_weights": [
-            {"throw": number, "mass_g": load.parts.bob_weight_g(0.0 if factor is None else factor)}
+    loads = throw_loads(crank.anatomy, engine)
+    factor = crank_factor(crank.moments, loads, attached_moments(engine.attached))
+    return DrawnEngine(
+        balance_factor=factor,
+        bob_weights=[
+            DrawnBobWeight(throw=number, mass_g=load.parts.bob_weight_g(0.0 if factor is None else factor))
             for number, load in enumerate(loads, start=1)
         ],
-    }
+    )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.crank import Crank, read_crank
-from autobalance.api.inspect_sections import TableOptions, table_values
+from autobalance.api.inspect_sections import TableOptions, weighed_table
 from autobalance.api.progress import INSPECTED_BEFORE, telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.chordal_correction import facet_entry
@@ -25,6 +25,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Progress, Stopwatch
 
 if TYPE_CHECKING:
+    from autobalance.balancing.suggestions.wanted import Aim, Refused, Suggestion
     from autobalance.crank.anatomy import Face
 
 
@@ -45,7 +46,7 @@ class InspectResult(VerbResult):
     def sections_text(self) -> str:
         """Return the table of sections: with what hangs on the crank, where that was asked for."""
         from autobalance.report.balance.crank_text import sections_text
-        from autobalance.report.balance.section_values import section_table_text
+        from autobalance.report.balance.section_text import section_table_text
 
         found = self.report.get("section_table")
         return sections_text(self.report) if found is None else section_table_text(found)
@@ -112,6 +113,16 @@ def inspect(
         faces = offered_faces(measured)
         tell("weighing the sections")
         parts = sections(measured.source.solid, measured.anatomy, measured.density_g_mm3)
+    warnings = measured.warnings(crank.file)
+    weighed = None
+    if table is not None:
+        tell("weighing what hangs on the crank")
+        weighed, more = weighed_table(crank, parts, source, settings, table)
+        warnings = (*warnings, *more)
+    suggested = None
+    if suggest is not None:
+        tell("trying what would do it")
+        suggested = _suggested(measured, _job_of(source, settings), suggest)
     record = Record(
         command="inspect",
         input=input_file(crank.file, measured),
@@ -128,22 +139,15 @@ def inspect(
         faces=faces,
         sections=parts,
         web_weights=web_weights(parts, measured.anatomy),
-        warnings=measured.warnings(crank.file),
+        warnings=warnings,
         seconds=watch.seconds,
+        job_set=tuple(settings),
+        section_table=weighed,
+        suggested=suggested,
     )
-    from autobalance.report.balance.values import report
+    from autobalance.report.records.report import Report
 
-    values = report(record)
-    if settings:
-        values["job_set"] = list(settings)
-    if table is not None:
-        tell("weighing what hangs on the crank")
-        values["section_table"], told = table_values(crank, parts, source, settings, table)
-        values["warnings"] += told
-    if suggest is not None:
-        tell("trying what would do it")
-        values["suggestions"] = _suggestions(measured, _job_of(source, settings), suggest)
-    return InspectResult(values, crank, tuple(candidates.face for candidates in faces))
+    return InspectResult(Report.of(record), crank, tuple(candidates.face for candidates in faces))
 
 
 def _job_of(source: Crank | Job | str | Path, settings: Sequence[str]) -> Job | None:
@@ -155,18 +159,19 @@ def _job_of(source: Crank | Job | str | Path, settings: Sequence[str]) -> Job | 
     return load(source, settings)
 
 
-def _suggestions(measured: MeasuredSolid, job: Job | None, suggest: Mapping[str, Any]) -> dict[str, Any]:
+def _suggested(
+    measured: MeasuredSolid, job: Job | None, suggest: Mapping[str, Any]
+) -> tuple[Aim, Sequence[Suggestion], Sequence[Refused]]:
     """Return what would make a crank what is wanted: bores, weights, turned rims."""
     from autobalance.balancing.suggestions.metal import suggested_metal
     from autobalance.balancing.suggestions.wanted import Aim, Wanted
     from autobalance.machine_models.rotor_from_job import target_factor
-    from autobalance.report.balance.suggestion_values import suggestion_values
 
     if not suggest and job is not None:
         suggest = {"balance_factor": target_factor(job, measured.anatomy, measured.moments)}
     aim = Aim.of(Wanted.of(suggest), measured.moments, measured.anatomy, None if job is None else job.engine)
     solid = measured.source.solid.moved(measured.anatomy.file_to_rotor)
-    return suggestion_values(aim, *suggested_metal(solid, measured.density_g_mm3, aim))
+    return (aim, *suggested_metal(solid, measured.density_g_mm3, aim))
 
 
 def _read(source: Job | str | Path, settings: Sequence[str], keywords: dict[str, Any]) -> Crank:

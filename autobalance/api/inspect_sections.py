@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from autobalance.api.crank import Crank
 from autobalance.balancing.plausibility import oddities
@@ -41,22 +40,20 @@ class TableOptions:
     oil_density_kg_m3: float | None = None
 
 
-def table_values(
+def weighed_table(
     crank: Crank,
     parts: Sequence[Section],
     source: Crank | Job | str | Path,
     settings: Sequence[str],
     options: TableOptions,
-) -> tuple[dict[str, Any], list[str]]:
-    """Return the JSON values of the section table, and warnings.
+) -> tuple[tuple[SectionTable, float], list[str]]:
+    """Return the section table with the plane that its moments are about [mm], and warnings.
 
     Raises
     ------
     AutobalanceError
         If the job is wrong, the oil counts twice, or the datum is none.
     """
-    from autobalance.report.balance.section_values import section_values
-
     job, warnings = _whole_job(source, settings)
     measured, oil, factor = crank.measured, options.oil_density_kg_m3, 0.0
     if oil is not None and not 0.0 < oil < math.inf:
@@ -67,7 +64,7 @@ def table_values(
         factor = target_factor(job, measured.anatomy, measured.moments)
         _refuse_oil_twice(job, oil, len(measured.anatomy.throws))
     found = section_table(measured, parts, job, factor, oil)
-    return section_values(found, _datum_mm(options.datum, crank, found)), warnings
+    return (found, _datum_mm(options.datum, crank, found)), warnings
 
 
 def _whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> tuple[Job | None, list[str]]:

@@ -97,7 +97,7 @@ def nc(
     from autobalance.errors import JobError, UsageError
     from autobalance.job.files.machine_tool import read_machine_tool
     from autobalance.machining.run import nc_run
-    from autobalance.report.shop.nc_values import nc_values
+    from autobalance.report.shop.nc_values import nc_report
 
     tool = read_machine_tool(machine)
     if finish_mm is not None:
@@ -112,7 +112,7 @@ def nc(
     except JobError as error:
         name = "" if isinstance(machine, Mapping) else f"{Path(machine).name}: "
         raise JobError(f"{name}{error}") from None
-    return NcResult(nc_values(run), run)
+    return NcResult(nc_report(run), run)
 
 
 def verified_part(path: Path) -> Part:

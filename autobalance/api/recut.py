@@ -75,13 +75,14 @@ class RecutResult(BalanceResult):
         from autobalance.report.balance.history import history_page
         from autobalance.report.balance.stage_values import stage_values
         from autobalance.report.balance.values import report
+        from autobalance.report.records.balance import Page
 
         record = self.record
         assert record.balanced is not None
         record = replace(record, staged=stage_values(self.notes, folder, record.balanced.result))
         page = history_page(report(record)).encode()
         staging.add(folder / HISTORY, page)
-        entry = {"file": HISTORY, "sha256": hashlib.sha256(page).hexdigest()}
+        entry = Page(file=HISTORY, sha256=hashlib.sha256(page).hexdigest())
         record = replace(record, outputs={**record.outputs, "history": entry})
         values, files = staged_files(record, self.before, folder, choice, tell, staging)
         return values, (*files, folder / HISTORY)
@@ -124,7 +125,7 @@ def recut(
     """
     from autobalance.api.recut_stage import RecutStage
     from autobalance.job.files.reading import read_reading
-    from autobalance.report.balance.values import report as values_of
+    from autobalance.report.records.report import Report
     from autobalance.verification.earlier_stage import earlier_stage
 
     tell, watch = telling(progress), Stopwatch()
@@ -140,4 +141,4 @@ def recut(
         own, record, before, notes = RecutStage(earlier, read, trust_reading, tell, watch).made(target)
     except JobError as error:
         raise error if name is None else JobError(f"{name}: {error}") from None
-    return RecutResult(values_of(record), own, record, before, notes, target)
+    return RecutResult(Report.of(record), own, record, before, notes, target)

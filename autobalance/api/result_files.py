@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from autobalance.balancing.record import Record
     from autobalance.job import Job
     from autobalance.machine_models.measured import Crank as MeasuredCrank
+    from autobalance.report.records.balance import Solid
     from autobalance.runtime import Stopwatch
 
 REPORT = "report.json"
@@ -79,9 +80,10 @@ def _without_slugs(record: Record) -> dict[str, bool]:
     return {"solid_holds_slugs": False} if any(KINDS[each.kind].pressed_in for each in made) else {}
 
 
-def _solid_entry(job: Job, crank: MeasuredCrank, record: Record) -> dict[str, Any] | None:
+def _solid_entry(job: Job, crank: MeasuredCrank, record: Record) -> Solid | None:
     """Return what ``outputs.solid`` says of the file as it would be written; no hash without bytes."""
-    from autobalance.report.balance.values import solid_entry
+    from autobalance.report.records.balance import Solid
+    from autobalance.report.records.crank import MassProperties
 
     measured = measured_of(record)
     if measured is None:
@@ -89,7 +91,12 @@ def _solid_entry(job: Job, crank: MeasuredCrank, record: Record) -> dict[str, An
     digest = None if measured.data is None else _sha256(measured.data)
     volume = measured.moments.mass_g / crank.density_g_mm3
     held_as = IN_MEMORY_FORMAT if crank.source.exact is None else str(crank.source.format)
-    return solid_entry(solid_name(job, held_as), digest, measured.triangles, measured.moments, volume)
+    return Solid(
+        file=solid_name(job, held_as),
+        sha256=digest,
+        triangles=measured.triangles,
+        body=MassProperties.of(measured.moments, volume),
+    )
 
 
 # --- files --------------------------------------------------------------------------------------------------
@@ -131,6 +138,8 @@ def staged_files(
     tell : callable
     staging : Staging
     """
+    from autobalance.report.records.balance import Page
+
     started = time.perf_counter()
     tell("writing")
     written, outputs = measured_of(record), dict(record.outputs)
@@ -150,12 +159,12 @@ def staged_files(
         add(str(record.input.file), data)
     if written is not None:
         data = written.data if written.data is not None else _in_memory_bytes(record, before)
-        outputs["solid"] = {**outputs["solid"], "sha256": _sha256(data)}
-        add(outputs["solid"]["file"], data)
+        outputs["solid"] = replace(outputs["solid"], sha256=_sha256(data))
+        add(outputs["solid"].file, data)
     record = replace(_named_from(record, before.file, folder), outputs=outputs)
     for key, (name, page) in _pages(record, before, choice, tell).items():
         add(name, page)
-        outputs[key] = {"file": name, "sha256": _sha256(page)}
+        outputs[key] = Page(file=name, sha256=_sha256(page))
     seconds = dict(record.seconds)
     spent = time.perf_counter() - started
     for stage in ("write", "total"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -11,6 +11,7 @@ from autobalance.types import Array
 if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
     from autobalance.balancing.external import CarriedUnbalance
     from autobalance.balancing.loop import Result
+    from autobalance.balancing.suggestions.wanted import Aim, Refused, Suggestion
     from autobalance.correction.contract import Correction
     from autobalance.crank.anatomy import Anatomy, Face
     from autobalance.crank.sections import Section, WebWeight
@@ -18,6 +19,7 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.engine.force_summary import ShakingForce
     from autobalance.machine_models.gas_loads import LoadsWithGas
     from autobalance.machine_models.scan_calibration import Calibration
+    from autobalance.machine_models.section_rows import SectionTable
     from autobalance.rigid_rotor.moments import Moments
     from autobalance.rigid_rotor.tolerance import Tolerance
     from autobalance.rigid_rotor.unbalance import Unbalance
@@ -180,10 +182,11 @@ class Record:
     """Everything that a report is written from.
 
     ``initial`` is the bare crank's unbalance for ``inspect``, as judged for ``balance``; ``planes_z_mm`` are
-    the places of planes A and B, or None. ``outputs`` has one entry a written file (see ``solid_entry``).
+    the places of planes A and B, or None. ``outputs`` has one entry a written file.
     ``warnings`` are what a user should know of the job and the crank, one line each. ``surfaces`` are the
-    crank's as read, where its file keeps true ones. ``staged`` are the keys that only a stage after the first
-    has; its corrections count on from ``cuts_before``.
+    crank's as read, where its file keeps true ones. ``staged`` is what only a stage after the first
+    has; its corrections count on from ``cuts_before``. ``section_table`` has the plane [mm] that its moments
+    are about; ``suggested`` is an aim with what would reach it and what would not.
     """
 
     command: Literal["balance", "inspect", "recut"]
@@ -199,5 +202,8 @@ class Record:
     outputs: Mapping[str, Any] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)
     surfaces: TrueSurfaces | None = None
-    staged: Mapping[str, Any] = field(default_factory=dict)
+    staged: Any = None
     cuts_before: int = 0
+    job_set: tuple[str, ...] = ()
+    section_table: tuple[SectionTable, float] | None = None
+    suggested: tuple[Aim, Sequence[Suggestion], Sequence[Refused]] | None = None

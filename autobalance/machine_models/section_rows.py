@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -28,6 +29,9 @@ ROUNDING = 1e-9
 """Share of the mass below which what the sections miss of the crank is rounding."""
 
 
+RowKind = Kind | Literal["facets", "balance hole", "bob-weight", "oil", "on crankpin", "attached"]
+
+
 @dataclass(frozen=True, eq=False)
 class SectionRow:
     """A row: what it is, which one (the journal's, throw's or web's number, or a hole's), and its moments.
@@ -35,7 +39,7 @@ class SectionRow:
     ``name`` is a part's, where it has one.
     """
 
-    kind: str
+    kind: RowKind
     number: int | None
     name: str
     moments: Moments

@@ -39,7 +39,8 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
     from autobalance.engine.balance_factor import bob_weight_moments
     from autobalance.job import Job
     from autobalance.machine_models import rotor_from_job as from_job
-    from autobalance.report.balance.values import unbalance_values
+    from autobalance.report.encoding import encoded
+    from autobalance.report.records import balance as records
     from autobalance.rigid_rotor.unbalance import Unbalance
     from autobalance.verification.claims import Claims
     from autobalance.verification.premises import claimed_anatomy
@@ -57,7 +58,7 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
             for throw, load in zip(anatomy.throws, loads, strict=True)
         ],
         "balance_factor": {"initial": from_job.crank_factor(crank, loads, attached), "target": factor},
-        "initial": unbalance_values(initial, tolerance.places_mm, None),
+        "initial": encoded(records.Unbalance.of(initial, tolerance.places_mm)),
         "tolerance": {
             "permissible_g_mm": tolerance.permissible_g_mm,
             "planes": [

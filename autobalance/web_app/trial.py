@@ -93,7 +93,8 @@ def tried(
     """
     from autobalance.balancing.loop import cut_and_measure
     from autobalance.balancing.run import measure_of
-    from autobalance.report.balance.values import unbalance_values
+    from autobalance.report.encoding import encoded
+    from autobalance.report.records import balance as records
     from autobalance.studies.plan import planned
 
     depths, turns = checked_cuts(model, depths_mm, turns_deg)
@@ -109,7 +110,7 @@ def tried(
     done = cut_and_measure(plan.rotor, plan.tolerance, cuts, np.array(depths), measure_of(plan.crank.source))
     change = done.moments - plan.result.initial_moments
     values = {
-        "residual": unbalance_values(done.residual, plan.tolerance.places_mm, None),
+        "residual": encoded(records.Unbalance.of(done.residual, plan.tolerance.places_mm)),
         "worst_share": done.share,
         "within_tolerance": done.share <= 1.0,
         "mass_change_g": float(change.mass_g),

@@ -24,8 +24,10 @@ from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_shape
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.report.balance import kinds
-from autobalance.report.balance.values import correction_entry, dumps, schema
+from autobalance.report.balance.values import dumps, schema
 from autobalance.report.display_units import ON_PAPER
+from autobalance.report.encoding import encoded
+from autobalance.report.records.balance import Correction
 from autobalance.report.sheet.cuts import cut_row
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.cad.kernel import has_kernel
@@ -197,7 +199,8 @@ def test_what_is_told_is_complete_and_valid(bench: Bench, name: str) -> None:
     whole = schema("report")
     validator = jsonschema.Draft202012Validator({"$defs": whole["$defs"], "$ref": "#/$defs/correction"})
     for cut in bench.samples(name):
-        item = json.loads(dumps(correction_entry(1, cut.correction(depths_of(cut)[0]), bench.work.anatomy)))
+        made = cut.correction(depths_of(cut)[0])
+        item = json.loads(dumps(encoded(Correction.of(1, made, bench.work.anatomy))))
         validator.validate(item)
         assert item["kind"] == name
         for units in ON_PAPER.values():

@@ -8,7 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autobalance.report.balance.values import unbalance_values
+from autobalance.records import fields_of
+from autobalance.report.records.balance import Unbalance
+from autobalance.report.records.stage import (
+    Previous,
+    ReadPlane,
+    ReadUnbalance,
+    Stage,
+    Staged,
+    StageSuspect,
+    StageUnbalance,
+)
 
 if TYPE_CHECKING:
     from autobalance.balancing.loop import Result
@@ -17,16 +27,7 @@ if TYPE_CHECKING:
     from autobalance.job.files.reading import MachineReading
     from autobalance.verification.earlier_stage import EarlierStage
 
-Values = dict[str, Any]
 REPORT = "report.json"
-UNBALANCE_KEYS = (
-    "unbalance_g_mm",
-    "magnitude_g_mm",
-    "angle_deg",
-    "planes",
-    "moment_g_mm2",
-    "uncertainty_g_mm",
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,57 +41,48 @@ class StageNotes:
     fitted_g: tuple[float, ...]
 
 
-def stage_values(notes: StageNotes, folder: Path, ended: Result) -> Values:
+def stage_values(notes: StageNotes, folder: Path, ended: Result) -> Staged:
     """Return the keys of a stage's report, its paths as seen from its folder."""
-    earlier, places = notes.earlier, notes.earlier.tolerance.places_mm
-    read = unbalance_values(notes.judged.unbalance, places, notes.judged.budget(places))
-    expected = earlier.values["residual"]
-    apart = notes.judged.unbalance - earlier.unbalance("residual")
-    stage = {
-        "stage": earlier.number + 1,
-        "serial": notes.reading.serial,
-        "report": REPORT,
-        "outcome": ended.outcome,
-        "bob_weights_g": list(notes.fitted_g),
-        "speed_rpm": notes.reading.speed_rpm,
-        "corrections": len(ended.corrections),
-        "removed_mass_g": -sum(each.change.mass_g for each in ended.corrections),
-        "reading": _told(read),
-        "expected": _told(expected),
-        "deviation": _told(unbalance_values(apart, places, notes.judged.budget(places))),
-        "predicted": _told(unbalance_values(ended.residual, places, notes.judged.budget(places))),
-        "suspects": [
-            {
-                "cause": each.cause,
-                "key": each.key,
-                "difference_g_mm": each.difference_g_mm,
-                "left_g_mm": each.left_g_mm,
-                "says": each.says,
-            }
-            for each in notes.suspects
-        ],
-    }
-    machine = notes.judged.machine
-    return {
-        "serial": notes.reading.serial,
-        "previous": {"report": _seen_from(folder, earlier.path), "sha256": earlier.sha256},
-        "stages": [*_earlier_stages(earlier, folder), stage],
-        "machine_reading": {
-            "file": notes.reading.values,
-            "zero_deg": notes.reading.values["zero_deg"],
-            "unbalance_g_mm": [float(each) for each in machine.resultant_g_mm],
-            "moment_g_mm2": [float(each) for each in machine.moment_g_mm2],
-            "planes": [
-                {
-                    "z_mm": each.z_mm,
-                    "unbalance_g_mm": [each.unbalance_g_mm.real, each.unbalance_g_mm.imag],
-                }
+    earlier, machine = notes.earlier, notes.judged.machine
+    return Staged(
+        serial=notes.reading.serial,
+        previous=Previous(report=_seen_from(folder, earlier.path), sha256=earlier.sha256),
+        stages=[*_earlier_stages(earlier, folder), _stage(notes, ended)],
+        machine_reading=ReadUnbalance(
+            file=notes.reading.values,
+            zero_deg=notes.reading.values["zero_deg"],
+            unbalance_g_mm=machine.resultant_g_mm,
+            moment_g_mm2=machine.moment_g_mm2,
+            planes=[
+                ReadPlane(z_mm=each.z_mm, unbalance_g_mm=[each.unbalance_g_mm.real, each.unbalance_g_mm.imag])
                 for each in notes.judged.planes
             ],
-        },
-        "earlier_corrections": [dict(each) for each in earlier.cuts],
-        "input_is_untouched": _untouched(earlier),
-    }
+        ),
+        earlier_corrections=earlier.cuts,
+        input_is_untouched=_untouched(earlier),
+    )
+
+
+def _stage(notes: StageNotes, ended: Result) -> Stage:
+    """Return the entry of this stage."""
+    earlier, judged, places = notes.earlier, notes.judged, notes.earlier.tolerance.places_mm
+    budget = judged.budget(places)
+    apart = judged.unbalance - earlier.unbalance("residual")
+    return Stage(
+        stage=earlier.number + 1,
+        serial=notes.reading.serial,
+        report=REPORT,
+        outcome=ended.outcome,
+        bob_weights_g=notes.fitted_g,
+        speed_rpm=notes.reading.speed_rpm,
+        corrections=len(ended.corrections),
+        removed_mass_g=-sum(each.change.mass_g for each in ended.corrections),
+        reading=StageUnbalance.of(Unbalance.of(judged.unbalance, places, budget)),
+        expected=StageUnbalance.read(earlier.values["residual"]),
+        deviation=StageUnbalance.of(Unbalance.of(apart, places, budget)),
+        predicted=StageUnbalance.of(Unbalance.of(ended.residual, places, budget)),
+        suspects=[StageSuspect.of(each) for each in notes.suspects],
+    )
 
 
 def _untouched(earlier: EarlierStage) -> bool:
@@ -100,35 +92,36 @@ def _untouched(earlier: EarlierStage) -> bool:
     return earlier.values["command"] == "balance" or bool(earlier.values["input_is_untouched"])
 
 
-def _told(values: Mapping[str, Any]) -> Values:
-    return {key: values[key] for key in UNBALANCE_KEYS}
-
-
-def _earlier_stages(earlier: EarlierStage, folder: Path) -> list[Values]:
+def _earlier_stages(earlier: EarlierStage, folder: Path) -> list[Stage]:
     """Return the entries of the stages before, their paths as seen from a folder."""
     listed = earlier.values.get("stages")
     if listed:
         here = earlier.path.parent
-        return [{**each, "report": _seen_from(folder, here / each["report"])} for each in listed]
+        return [_read({**each, "report": _seen_from(folder, here / each["report"])}) for each in listed]
     corrections = earlier.values["corrections"]
     fit = [each.get("fit_g", each["mass_g"]) for each in earlier.values["engine"]["bob_weights"]]
     return [
-        {
-            "stage": 1,
-            "serial": None,
-            "report": _seen_from(folder, earlier.path),
-            "outcome": earlier.values["outcome"],
-            "bob_weights_g": fit,
-            "speed_rpm": None,
-            "corrections": len(corrections),
-            "removed_mass_g": sum(each["removed_mass_g"] for each in corrections),
-            "reading": None,
-            "expected": None,
-            "deviation": None,
-            "predicted": _told(earlier.values["residual"]),
-            "suspects": [],
-        }
+        Stage(
+            stage=1,
+            serial=None,
+            report=_seen_from(folder, earlier.path),
+            outcome=earlier.values["outcome"],
+            bob_weights_g=fit,
+            speed_rpm=None,
+            corrections=len(corrections),
+            removed_mass_g=sum(each["removed_mass_g"] for each in corrections),
+            reading=None,
+            expected=None,
+            deviation=None,
+            predicted=StageUnbalance.read(earlier.values["residual"]),
+            suspects=[],
+        )
     ]
+
+
+def _read(entry: Mapping[str, Any]) -> Stage:
+    """Return a stage as an earlier report lists it."""
+    return Stage(**{each.name: entry[each.key] for each in fields_of(Stage)})
 
 
 def _seen_from(folder: Path, path: Path) -> str:

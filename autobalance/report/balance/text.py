@@ -46,7 +46,7 @@ def balance_text(report: Values, units: DisplayUnits) -> str:
 def _assembly(report: Values, units: DisplayUnits) -> str:
     if not report.get("assembly"):
         return ""
-    from autobalance.report.balance.assembly_values import assembly_text
+    from autobalance.report.balance.assembly_text import assembly_text
 
     return assembly_text(report["assembly"], units)
 

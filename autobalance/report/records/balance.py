@@ -1,13 +1,47 @@
 """What a report says of unbalance, tolerance, cuts and written solids."""
 
-from typing import Annotated, Any, Literal, NotRequired, TypedDict
+from __future__ import annotations
 
-from autobalance.records import Angle, Bound, NotNegative, Ordinal, Pair, Positive, Sha256, Share, Triple
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+from autobalance.correction import KINDS
+from autobalance.records import (
+    ABSENT,
+    INLINE,
+    Absent,
+    Angle,
+    Bound,
+    Like,
+    NotNegative,
+    Ordinal,
+    Pair,
+    Positive,
+    Sha256,
+    Share,
+    Triple,
+    record,
+)
 from autobalance.report.records.crank import MassProperties
 from autobalance.report.records.schema import open_keys
+from autobalance.units import wrapped_deg
+
+if TYPE_CHECKING:
+    from autobalance.balancing import record as balancing
+    from autobalance.correction.contract import Correction as CutMade
+    from autobalance.crank.anatomy import Anatomy
+    from autobalance.planning import relaxation
+    from autobalance.rigid_rotor import tolerance as rigid_rotor
+    from autobalance.rigid_rotor.unbalance import Unbalance as UnbalanceOf
+    from autobalance.rigid_rotor.uncertainty import Budget
+
+PLANES: tuple[Literal["A", "B"], ...] = ("A", "B")
+UNITS = {"_kg_m3": "kg/m³", "_mm": "mm", "_deg": "°"}
 
 
-class CounterweightProduct(TypedDict):
+@record
+class CounterweightProduct:
     """m_cw·r′ before, wanted, after."""
 
     initial: float
@@ -15,15 +49,28 @@ class CounterweightProduct(TypedDict):
     final: float
 
 
-class Counterweight(TypedDict):
+@record
+class Counterweight:
     """Mass, radius and product of a single-throw crank's counterweights."""
 
     mass_g: Positive
     radius_mm: float
     product_g_mm: CounterweightProduct
 
+    @classmethod
+    def of(cls, found: balancing.Counterweight) -> Self:
+        """Return those of a crank."""
+        return cls(
+            mass_g=found.mass_g,
+            radius_mm=found.initial_g_mm / found.mass_g,
+            product_g_mm=CounterweightProduct(
+                initial=found.initial_g_mm, target=found.target_g_mm, final=found.final_g_mm
+            ),
+        )
 
-class BobWeight(TypedDict):
+
+@record
+class BobWeight:
     """What stands in for a throw's rods and pistons."""
 
     throw: Ordinal
@@ -36,16 +83,31 @@ class BobWeight(TypedDict):
     ]
 
 
-class Engine(TypedDict):
+@record
+class Engine:
     """Sums of the parts, and the bob-weights."""
 
     rotating_g: NotNegative
     reciprocating_g: NotNegative
     crankpin_g: NotNegative
-    bob_weights: list[BobWeight]
+    bob_weights: Sequence[BobWeight]
+
+    @classmethod
+    def of(cls, loads: balancing.BobWeights) -> Self:
+        """Return those of the parts that a crank carries."""
+        return cls(
+            rotating_g=loads.rotating_g,
+            reciprocating_g=loads.reciprocating_g,
+            crankpin_g=loads.crankpin_g,
+            bob_weights=[
+                BobWeight(throw=number, mass_g=mass, fit_g=loads.fit_g[number], tolerance_g=loads.tolerance_g)
+                for number, mass in sorted(loads.bob_weights_g.items())
+            ],
+        )
 
 
-class BalanceFactor(TypedDict):
+@record
+class BalanceFactor:
     """Before, wanted, after; null where the crank has none."""
 
     initial: float | None
@@ -53,7 +115,8 @@ class BalanceFactor(TypedDict):
     final: float | None
 
 
-class TolerancePlane(TypedDict):
+@record
+class TolerancePlane:
     """A tolerance plane and its share."""
 
     name: Literal["A", "B"]
@@ -61,57 +124,138 @@ class TolerancePlane(TypedDict):
     permissible_g_mm: Positive
 
 
-class Tolerance(TypedDict):
+@record
+class Tolerance:
     """What ISO 21940-11 permits."""
 
     grade_mm_s: Positive
     speed_rpm: Positive
     rotor_mass_g: Positive
     permissible_g_mm: Positive
-    planes: Annotated[list[TolerancePlane], Bound("maxItems", 2)]
+    planes: Annotated[Sequence[TolerancePlane], Bound("maxItems", 2)]
     judge: Literal["dynamic", "static"]
-    margin: NotRequired[Literal["none", "expanded"]]
+    margin: Literal["none", "expanded"] | Absent = ABSENT
+
+    @classmethod
+    def of(cls, tolerance: rigid_rotor.Tolerance, job: Mapping[str, Any]) -> Self:
+        """Return what a residual is judged against; ``job`` as the report describes it."""
+        return cls(
+            grade_mm_s=tolerance.grade_mm_s,
+            speed_rpm=job["balance"]["speed_rpm"],  # as given, without the rounding of conversion
+            rotor_mass_g=tolerance.rotor_mass_g,
+            permissible_g_mm=tolerance.permissible_g_mm,
+            planes=[TolerancePlane(**vars(plane)) for plane in tolerance.planes],
+            judge=tolerance.judge,
+            margin=tolerance.margin,
+        )
 
 
-class Plane(TypedDict):
+@record
+class Plane:
     """Unbalance in a tolerance plane."""
 
     name: Literal["A", "B"]
     unbalance_g_mm: Pair
     magnitude_g_mm: NotNegative
-    uncertainty_g_mm: NotRequired[NotNegative | None]
-    uncertainty_shares_g_mm: NotRequired[dict[str, NotNegative] | None]
+    uncertainty_g_mm: NotNegative | Absent | None = ABSENT
+    uncertainty_shares_g_mm: Mapping[str, NotNegative] | Absent | None = ABSENT
 
 
-class Unbalance(TypedDict):
+@record
+class Unbalance:
     """Unbalance as judged: bob-weights and attached parts included."""
 
     unbalance_g_mm: Pair
     magnitude_g_mm: NotNegative
     angle_deg: Angle
-    planes: Annotated[list[Plane], Bound("maxItems", 2)]
+    planes: Annotated[Sequence[Plane], Bound("maxItems", 2)]
     moment_g_mm2: Pair
     uncertainty_g_mm: NotNegative | None
-    uncertainty_shares_g_mm: dict[str, NotNegative] | None
-    uncertainty_unstated: NotRequired[list[str] | None]
+    uncertainty_shares_g_mm: Mapping[str, NotNegative] | None
+    uncertainty_unstated: Sequence[str] | Absent | None = ABSENT
+
+    @classmethod
+    def of(
+        cls, unbalance: UnbalanceOf, planes_z_mm: tuple[float, float] | None, doubt: Budget | None = None
+    ) -> Self:
+        """Return an unbalance with its vectors in two planes, and how far they may be off."""
+        return cls(
+            unbalance_g_mm=unbalance.resultant_g_mm,
+            magnitude_g_mm=unbalance.magnitude_g_mm,
+            angle_deg=wrapped_deg(math.degrees(unbalance.angle_rad)),
+            planes=[] if planes_z_mm is None else _planes(unbalance, planes_z_mm, doubt),
+            moment_g_mm2=unbalance.moment_g_mm2,
+            uncertainty_g_mm=None if doubt is None else doubt.total_g_mm,
+            uncertainty_shares_g_mm=None
+            if doubt is None
+            else {cause: share.resultant_g_mm for cause, share in doubt.shares.items()},
+            uncertainty_unstated=None if doubt is None else doubt.unstated,
+        )
+
+
+def _planes(unbalance: UnbalanceOf, places_mm: tuple[float, float], doubt: Budget | None) -> list[Plane]:
+    in_planes = (None, None) if doubt is None or not doubt.total.planes_g_mm else doubt.total.planes_g_mm
+    return [
+        Plane(
+            name=name,
+            unbalance_g_mm=vector,
+            magnitude_g_mm=math.hypot(*vector),
+            uncertainty_g_mm=in_planes[place],
+            uncertainty_shares_g_mm=None
+            if doubt is None
+            else {cause: share.planes_g_mm[place] for cause, share in doubt.shares.items()},
+        )
+        for place, (name, vector) in enumerate(zip(PLANES, unbalance.in_planes(*places_mm), strict=True))
+    ]
 
 
 @open_keys
-class Correction(TypedDict):
+@record
+class CorrectionDetails:
+    """What a kind of correction adds: what it takes to make it."""
+
+    entry_radius_mm: Annotated[NotNegative, "of position_mm: drill and slug"] | Absent = ABSENT
+    inward: Annotated[Triple, "unit vector of the feed: drill and slug"] | Absent = ABSENT
+    diameter_mm: Positive | Absent = ABSENT
+    point_angle_deg: Annotated[float, "180: flat"] | Absent = ABSENT
+    face_z_mm: Annotated[float, "where the depth of a milled pocket begins"] | Absent = ABSENT
+    entry_lift_mm: (
+        Annotated[NotNegative, "how far outside the entry the tool begins: drill, slug"] | Absent
+    ) = ABSENT
+    entry_mm: Annotated[Triple | None, "entry of the first stage of a hole that is deepened"] | Absent = (
+        ABSENT
+    )
+    point_mm: Annotated[NotNegative, "length of the point: drill and slug"] | Absent = ABSENT
+    side: (
+        Annotated[Literal[1, -1, None], "the side that the cutter comes from, +z or -z: mill, shoulder, add"]
+        | Absent
+    ) = ABSENT
+    z_from_mm: Annotated[float, "ends of the turned stretch, beyond the web's faces: turn"] | Absent = ABSENT
+    z_to_mm: float | Absent = ABSENT
+    outline: (
+        Annotated[
+            Sequence[Sequence[Mapping[str, Any]]],
+            "of the area at the new height, x and y of the rotor frame: loops of line [[x, y], [x, y]] and "
+            "arc {centre, radius_mm, from_deg, to_deg}, each outer one before its islands: shoulder, add",
+        ]
+        | Absent
+    ) = ABSENT
+    outline_to_rotor: (
+        Annotated[
+            Sequence[Sequence[float]],
+            "4x4: from the axes of an outline on a face that is not square to the axis",
+        ]
+        | Absent
+    ) = ABSENT
+
+
+@record
+class Correction:
     """A cut, or metal that was added; a kind adds what it takes to make it."""
 
     kind: str
     number: Ordinal
-    label: NotRequired[Annotated[str, "short name of the cut, for lists and trees"]]
-    tool_volume_mm3: NotRequired[Annotated[NotNegative, "of the tool's body, air included"]]
-    file_position_mm: NotRequired[Annotated[Triple, "position_mm in file coordinates"]]
-    file_axis: NotRequired[
-        Annotated[
-            Triple | None,
-            "unit vector in file coordinates: into the metal for holes, pockets and lowered faces, "
-            "+z of the rotor for rims, outward for added metal",
-        ]
-    ]
+    label: Annotated[str, "short name of the cut, for lists and trees"] | Absent = ABSENT
     face: str | None
     web: Ordinal | None
     position_mm: Annotated[
@@ -124,57 +268,72 @@ class Correction(TypedDict):
     removed_mass_g: float
     removed_volume_mm3: float
     unbalance_change_g_mm: Pair
-    unbalance_per_mm_g_mm: NotRequired[Pair | None]
-    moment_per_mm_g_mm2: NotRequired[Pair | None]
+    unbalance_per_mm_g_mm: Pair | Absent | None = ABSENT
+    moment_per_mm_g_mm2: Pair | Absent | None = ABSENT
+    tool_volume_mm3: Annotated[NotNegative, "of the tool's body, air included"] | Absent = ABSENT
+    file_position_mm: Annotated[Triple, "position_mm in file coordinates"] | Absent = ABSENT
+    file_axis: (
+        Annotated[
+            Triple | None,
+            "unit vector in file coordinates: into the metal for holes, pockets and lowered faces, "
+            "+z of the rotor for rims, outward for added metal",
+        ]
+        | Absent
+    ) = ABSENT
+    details: Annotated[Mapping[str, Any], INLINE, Like(CorrectionDetails)]
     angle_deg: Annotated[Angle, "of position_mm, counter-clockwise seen from +z"]
     z_mm: Annotated[float, "of position_mm"]
-    entry_radius_mm: NotRequired[Annotated[NotNegative, "of position_mm: drill and slug"]]
-    inward: NotRequired[Annotated[Triple, "unit vector of the feed: drill and slug"]]
-    diameter_mm: NotRequired[Positive]
-    point_angle_deg: NotRequired[Annotated[float, "180: flat"]]
-    face_z_mm: NotRequired[Annotated[float, "where the depth of a milled pocket begins"]]
-    entry_lift_mm: NotRequired[
-        Annotated[NotNegative, "how far outside the entry the tool begins: drill, slug"]
-    ]
-    entry_mm: NotRequired[Annotated[Triple | None, "entry of the first stage of a hole that is deepened"]]
-    point_mm: NotRequired[Annotated[NotNegative, "length of the point: drill and slug"]]
-    side: NotRequired[
-        Annotated[Literal[1, -1, None], "the side that the cutter comes from, +z or -z: mill, shoulder, add"]
-    ]
-    z_from_mm: NotRequired[Annotated[float, "ends of the turned stretch, beyond the web's faces: turn"]]
-    z_to_mm: NotRequired[float]
-    outline: NotRequired[
-        Annotated[
-            list[list[dict[str, Any]]],
-            "of the area at the new height, x and y of the rotor frame: loops of line [[x, y], [x, y]] and "
-            "arc {centre, radius_mm, from_deg, to_deg}, each outer one before its islands: shoulder, add",
-        ]
-    ]
-    outline_to_rotor: NotRequired[
-        Annotated[
-            list[list[float]], "4x4: from the axes of an outline on a face that is not square to the axis"
-        ]
-    ]
+
+    @classmethod
+    def of(cls, number: int, cut: CutMade, anatomy: Anatomy) -> Self:
+        """Return what the report lists of a correction: what all have, the kind's own details, its place."""
+        rate, back = cut.rate, anatomy.rotor_to_file
+        item = {"face": cut.face, **cut.details}
+        return cls(
+            kind=cut.kind,
+            number=number,
+            label=f"cut {number}: {KINDS[cut.kind].label(item)}",
+            face=cut.face,
+            web=cut.web,
+            position_mm=cut.position_mm,
+            radius_mm=math.hypot(*cut.change.centre_mm[:2]),
+            depth_mm=cut.depth_mm,
+            removed_mass_g=-cut.change.mass_g,
+            removed_volume_mm3=cut.removed_volume_mm3,
+            unbalance_change_g_mm=cut.change.first_g_mm[:2],
+            unbalance_per_mm_g_mm=None if rate is None else rate.first_g_mm[:2],
+            moment_per_mm_g_mm2=None if rate is None else rate.second_g_mm2[:2, 2],
+            tool_volume_mm3=cut.tool_volume_mm3,
+            file_position_mm=back[:3, :3] @ cut.position_mm + back[:3, 3],
+            file_axis=None if cut.axis is None else back[:3, :3] @ cut.axis,
+            details=cut.details,
+            angle_deg=wrapped_deg(math.degrees(math.atan2(cut.position_mm[1], cut.position_mm[0]))),
+            z_mm=cut.position_mm[2],
+        )
 
 
-class Step(TypedDict):
+@record
+class Step:
     """A pass: predicted and measured."""
 
     step: Ordinal
-    depths_mm: list[NotNegative]
+    depths_mm: Sequence[NotNegative]
     predicted_g_mm: NotNegative
     measured_g_mm: NotNegative
 
 
-class Solid(MassProperties):
+@record
+class Solid:
     """A written solid and what is claimed of it, rotor frame."""
 
     file: str
-    sha256: Sha256
+    sha256: Annotated[str | None, Like(Sha256)]
     triangles: Annotated[Ordinal | None, "null where the file keeps true surfaces"]
+    body: Annotated[MassProperties, INLINE]
 
 
-class Page(TypedDict):
+@record
+class Page:
     """A written file for people."""
 
     file: str
@@ -182,33 +341,48 @@ class Page(TypedDict):
 
 
 @open_keys
-class Outputs(TypedDict):
+@record
+class Outputs:
     """Written files by kind."""
 
-    solid: NotRequired[Solid | None]
-    solid_holds_slugs: NotRequired[Annotated[bool, "false: there are slugs, and the solid lacks them"]]
-    html: NotRequired[Page]
-    pdf: NotRequired[Page]
-    xlsx: NotRequired[Page]
-    png_before: NotRequired[Page]
-    png_after: NotRequired[Page]
-    dxf: NotRequired[Page]
-    tools: NotRequired[Page]
-    history: NotRequired[Annotated[Page, "of all stages: recut"]]
+    solid: Solid | Absent | None = ABSENT
+    solid_holds_slugs: Annotated[bool, "false: there are slugs, and the solid lacks them"] | Absent = ABSENT
+    html: Page | Absent = ABSENT
+    pdf: Page | Absent = ABSENT
+    xlsx: Page | Absent = ABSENT
+    png_before: Page | Absent = ABSENT
+    png_after: Page | Absent = ABSENT
+    dxf: Page | Absent = ABSENT
+    tools: Page | Absent = ABSENT
+    history: Annotated[Page, "of all stages: recut"] | Absent = ABSENT
 
 
-class Overbalance(TypedDict):
+@record
+class Overbalance:
     """Unbalance left on purpose, and the last holes that would use it up."""
 
     unbalance_g_mm: Pair
     magnitude_g_mm: NotNegative
     angle_deg: Angle
-    last_holes: list[Correction]
+    last_holes: Sequence[Correction]
     predicted_g_mm: NotNegative | None
     reason: str | None
 
+    @classmethod
+    def of(cls, left: balancing.Overbalance, anatomy: Anatomy) -> Self:
+        """Return that of a run."""
+        return cls(
+            unbalance_g_mm=left.unbalance.resultant_g_mm,
+            magnitude_g_mm=left.unbalance.magnitude_g_mm,
+            angle_deg=wrapped_deg(math.degrees(left.unbalance.angle_rad)),
+            last_holes=[Correction.of(number, each, anatomy) for number, each in enumerate(left.holes, 1)],
+            predicted_g_mm=None if left.predicted is None else left.predicted.magnitude_g_mm,
+            reason=left.reason,
+        )
 
-class JobChange(TypedDict):
+
+@record
+class JobChange:
     """A key of the job that a relaxation changes."""
 
     key: Annotated[str, "dotted, as --set takes it"]
@@ -216,12 +390,24 @@ class JobChange(TypedDict):
     proposed: Any
     unit: str | None
 
+    @classmethod
+    def of(cls, change: relaxation.Change) -> Self:
+        """Return that of a relaxation."""
+        unit = next((unit for ending, unit in UNITS.items() if change.key.endswith(ending)), None)
+        return cls(key=change.key, present=change.present, proposed=change.proposed, unit=unit)
 
-class Relaxation(TypedDict):
+
+@record
+class Relaxation:
     """Changes of the job that together make the tolerance reachable."""
 
     text: str
-    changes: list[JobChange]
+    changes: Sequence[JobChange]
     used_share: Annotated[NotNegative, "worst judged value left then, over what is permitted there"]
     metal_g: Annotated[NotNegative | None, "metal that it takes then; null: the cuts stay as they are"]
     tried: Annotated[bool, "planned anew with the changes; false: follows from what is left"]
+
+    @classmethod
+    def of(cls, found: relaxation.Relaxation) -> Self:
+        """Return a relaxation with each key of the job that it changes."""
+        return cls(**{**vars(found), "changes": [JobChange.of(each) for each in found.changes]})

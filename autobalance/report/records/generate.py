@@ -1,14 +1,30 @@
 """The report of `generate`."""
 
-from typing import Annotated, Literal, NotRequired, TypedDict
+from __future__ import annotations
 
-from autobalance.records import Bound, Count, NotNegative, Ordinal, Positive, Sha256
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal
+
+from autobalance.records import (
+    ABSENT,
+    Absent,
+    Bound,
+    Count,
+    Like,
+    NotNegative,
+    Ordinal,
+    Positive,
+    Sha256,
+    record,
+)
 from autobalance.report.records.balance import Unbalance
 from autobalance.report.records.crank import Crank, Frame, Versions
 from autobalance.report.records.stage import Suggestions
+from autobalance.version import SCHEMA_VERSION
 
 
-class DrawnShaft(TypedDict):
+@record
+class DrawnShaft:
     """A shaft as drawn."""
 
     diameter_mm: Positive
@@ -16,35 +32,39 @@ class DrawnShaft(TypedDict):
     bore_mm: NotNegative
 
 
-class DesignWeb(TypedDict):
+@record
+class DesignWeb:
     """The webs as drawn."""
 
     thickness_mm: Positive
     outline: Literal["pear", "disc"]
-    pin_end_radius_mm: NotRequired[Positive]
-    hub_radius_mm: NotRequired[Positive]
-    disc_radius_mm: NotRequired[Positive]
+    pin_end_radius_mm: Positive | Absent = ABSENT
+    hub_radius_mm: Positive | Absent = ABSENT
+    disc_radius_mm: Positive | Absent = ABSENT
     between_pins_mm: Positive
 
 
-class DesignBay(TypedDict):
+@record
+class DesignBay:
     """What lies between two main journals."""
 
-    crankpins_deg: Annotated[list[float], Bound("minItems", 1)]
-    counterweights: Annotated[list[bool], Bound("minItems", 2), Bound("maxItems", 2)]
+    crankpins_deg: Annotated[Sequence[float], Bound("minItems", 1)]
+    counterweights: Annotated[Sequence[bool], Bound("minItems", 2), Bound("maxItems", 2)]
 
 
-class DesignCounterweight(TypedDict):
+@record
+class DesignCounterweight:
     """The counterweights as drawn."""
 
     radius_mm: Positive
     fan_angle_deg: Annotated[float, Bound("exclusiveMinimum", 0), Bound("maximum", 180)]
-    thickness_mm: NotRequired[Positive]
-    inner_radius_mm: NotRequired[Positive]
+    thickness_mm: Positive | Absent = ABSENT
+    inner_radius_mm: Positive | Absent = ABSENT
     draft_deg: NotNegative
 
 
-class DesignNoseKeyway(TypedDict):
+@record
+class DesignNoseKeyway:
     """The keyway as drawn."""
 
     width_mm: Positive
@@ -52,16 +72,18 @@ class DesignNoseKeyway(TypedDict):
     length_mm: Positive
 
 
-class DesignNose(TypedDict):
+@record
+class DesignNose:
     """The nose as drawn."""
 
     diameter_mm: Positive
     length_mm: Positive
-    end_diameter_mm: NotRequired[Positive]
-    keyway: NotRequired[DesignNoseKeyway]
+    end_diameter_mm: Positive | Absent = ABSENT
+    keyway: DesignNoseKeyway | Absent = ABSENT
 
 
-class DesignFlange(TypedDict):
+@record
+class DesignFlange:
     """The flange as drawn."""
 
     diameter_mm: Positive
@@ -71,7 +93,8 @@ class DesignFlange(TypedDict):
     bolt_circle_mm: NotNegative
 
 
-class Design(TypedDict):
+@record
+class Design:
     """Every dimension, defaults filled in."""
 
     name: str
@@ -79,34 +102,37 @@ class Design(TypedDict):
     main_journal: DrawnShaft
     crankpin: DrawnShaft
     web: DesignWeb
-    bays: Annotated[list[DesignBay], Bound("minItems", 1)]
-    counterweight: NotRequired[DesignCounterweight]
-    end_journal_width_mm: NotRequired[Positive]
+    bays: Annotated[Sequence[DesignBay], Bound("minItems", 1)]
+    counterweight: DesignCounterweight | Absent = ABSENT
+    end_journal_width_mm: Positive | Absent = ABSENT
     fillet_mm: NotNegative
     oil_hole_mm: NotNegative
-    nose: NotRequired[DesignNose]
-    flange: NotRequired[DesignFlange]
+    nose: DesignNose | Absent = ABSENT
+    flange: DesignFlange | Absent = ABSENT
     journals: Literal["both", "first"]
     crankpin_in_file: bool
     density_kg_m3: Positive
     segments: Annotated[int, Bound("minimum", 8)]
 
 
-class DrawnBobWeight(TypedDict):
+@record
+class DrawnBobWeight:
     """The bob-weight of a throw."""
 
     throw: Ordinal
     mass_g: NotNegative
 
 
-class DrawnEngine(TypedDict):
+@record
+class DrawnEngine:
     """What the given parts make of the drawn crank."""
 
     balance_factor: float | None
-    bob_weights: list[DrawnBobWeight]
+    bob_weights: Sequence[DrawnBobWeight]
 
 
-class DrawnSolid(TypedDict):
+@record
+class DrawnSolid:
     """The written file."""
 
     file: str
@@ -114,28 +140,31 @@ class DrawnSolid(TypedDict):
     triangles: Annotated[int, Bound("minimum", 4)] | None
 
 
-class DrawnOutputs(TypedDict):
+@record
+class DrawnOutputs:
     """The written files."""
 
     solid: DrawnSolid
 
 
-class GenerateReport(TypedDict):
-    """What `generate --json` writes."""
+@record
+class GenerateReport:
+    """What `generate --json` writes: dimensions in, mass properties out."""
 
-    schema_version: Literal[1]
+    schema_version: Literal[1] = SCHEMA_VERSION
     autobalance: Versions
-    command: Literal["generate"]
-    design: Design
+    command: Literal["generate"] = "generate"
+    design: Annotated[Mapping[str, Any], Like(Design)]
     frame: Frame
     crank: Crank
     initial: Unbalance
     engine: DrawnEngine | None
     outputs: DrawnOutputs
-    suggestions: NotRequired[
+    suggestions: (
         Annotated[
             Suggestions,
             "only with --suggest: what would give the crank a wanted factor or "
             "inertia, each tried on the solid",
         ]
-    ]
+        | Absent
+    ) = ABSENT

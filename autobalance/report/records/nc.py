@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from autobalance.records import NotNegative, Ordinal, Positive, record
+from autobalance.records import Floats, NotNegative, Ordinal, Positive, record
 from autobalance.report.records.head import Head
 
 
@@ -46,7 +46,7 @@ class NotProgrammed:
 class NcResidual:
     """What the programs leave, as judged."""
 
-    resultant_g_mm: Sequence[float]
+    resultant_g_mm: Floats
     magnitude_g_mm: NotNegative
     planes: Annotated[Sequence[Any], "as in a report"]
 

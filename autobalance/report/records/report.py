@@ -1,9 +1,32 @@
 """The whole report of `balance`, `recut` and `inspect`."""
 
-from typing import Annotated, Any, Literal, NotRequired, TypedDict
+from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+import numpy as np
+
+from autobalance.balancing.loop import Outcome
+from autobalance.correction import KINDS
 from autobalance.machine_models.gas_loads import LoadsWithGas
-from autobalance.records import Angle, Bound, Count, NotNegative, Ordinal, Pair, Positive, Triple
+from autobalance.records import (
+    ABSENT,
+    INLINE,
+    Absent,
+    Angle,
+    Count,
+    KgMm2,
+    Like,
+    NotNegative,
+    Ordinal,
+    Pair,
+    Positive,
+    Triple,
+    fields_of,
+    record,
+)
 from autobalance.report.records.balance import (
     BalanceFactor,
     Correction,
@@ -18,11 +41,24 @@ from autobalance.report.records.balance import (
 )
 from autobalance.report.records.crank import Crank, Frame, Input, Versions
 from autobalance.report.records.forces import ShakingForce
-from autobalance.report.records.job import Job
-from autobalance.report.records.stage import AssemblyStage, Previous, Stage, Suggestions
+from autobalance.report.records.head import JobEcho
+from autobalance.report.records.sections import Section, SectionTable
+from autobalance.report.records.stage import AssemblyStage, Staged, Suggestions
+from autobalance.units import wrapped_deg
+from autobalance.version import SCHEMA_VERSION
+
+if TYPE_CHECKING:
+    from autobalance.balancing import record as run
+    from autobalance.balancing.external import CarriedUnbalance
+    from autobalance.balancing.loop import Result
+    from autobalance.crank import anatomy, sections
+    from autobalance.rigid_rotor.moments import Moments
+
+SURFACES = ("plane", "cylinder", "cone", "sphere", "torus")
 
 
-class Seconds(TypedDict):
+@record
+class Seconds:
     """Time of each stage [s]."""
 
     load: NotNegative | None
@@ -32,8 +68,14 @@ class Seconds(TypedDict):
     write: NotNegative | None
     total: NotNegative | None
 
+    @classmethod
+    def of(cls, seconds: Mapping[str, float]) -> Self:
+        """Return those of a run, by stage."""
+        return cls(**{stage.key: seconds.get(stage.key) for stage in fields_of(Seconds)})
 
-class ExternalPart(TypedDict):
+
+@record
+class ExternalPart:
     """What an external part carries, by how much that changes, and by how much it may be off."""
 
     name: str
@@ -44,83 +86,23 @@ class ExternalPart(TypedDict):
     change_g_mm: Pair
     pm_g_mm: NotNegative
 
-
-class Section(TypedDict):
-    """A section of the crank along its axis."""
-
-    kind: Literal["main journal", "crankpin", "web", "counterweight", "shaft"]
-    number: Ordinal
-    mass_g: NotNegative
-    centre_mm: Triple
-    unbalance_g_mm: Pair
-    moment_g_mm2: Pair
-
-
-class SectionTableRow(TypedDict):
-    """A row of the section table: a stretch of the crank, or what the job puts on it."""
-
-    kind: Literal[
-        "main journal",
-        "crankpin",
-        "web",
-        "counterweight",
-        "shaft",
-        "facets",
-        "balance hole",
-        "bob-weight",
-        "oil",
-        "on crankpin",
-        "attached",
-    ]
-    number: Ordinal | None
-    name: str | None
-    mass_g: float
-    centre_mm: Triple | None
-    unbalance_g_mm: Pair
-    moment_g_mm2: Pair
+    @classmethod
+    def of(cls, carried: CarriedUnbalance) -> Self:
+        """Return what an external part is to carry."""
+        x, y = carried.unbalance_g_mm
+        return cls(
+            name=carried.part.name,
+            z_mm=carried.part.z_mm,
+            unbalance_g_mm=carried.unbalance_g_mm,
+            magnitude_g_mm=math.hypot(x, y),
+            angle_deg=wrapped_deg(math.degrees(math.atan2(y, x))),
+            change_g_mm=carried.unbalance_g_mm - np.array(carried.part.unbalance_g_mm),
+            pm_g_mm=carried.pm_g_mm,
+        )
 
 
-class SectionTableSums(TypedDict):
-    """Sums over all rows."""
-
-    mass_g: float
-    unbalance_g_mm: Pair
-    magnitude_g_mm: NotNegative
-    moment_g_mm2: Pair
-
-
-class SectionTablePlane(TypedDict):
-    """The table's verdict in a plane."""
-
-    name: Literal["A", "B"]
-    z_mm: float
-    unbalance_g_mm: Pair
-    magnitude_g_mm: NotNegative
-    permissible_g_mm: NotNegative
-
-
-class CounterweightWanted(TypedDict):
-    """A counterweight that would balance the table in its plane."""
-
-    web: Ordinal
-    product_g_mm: Pair
-    change_g_mm: Pair
-
-
-class SectionTable(TypedDict):
-    """The crank section by section, with what the job puts on it, about a datum."""
-
-    datum_mm: float
-    rows: list[SectionTableRow]
-    sums: SectionTableSums
-    planes: Annotated[list[SectionTablePlane], Bound("maxItems", 2)]
-    permissible_g_mm: NotNegative | None
-    judge: Literal["dynamic", "static", None]
-    within: bool | None
-    counterweights_wanted: Annotated[list[CounterweightWanted], Bound("maxItems", 2)]
-
-
-class WebWeight(TypedDict):
+@record
+class WebWeight:
     """A web's counterweight."""
 
     web: int | None
@@ -128,8 +110,19 @@ class WebWeight(TypedDict):
     radius_mm: float
     product_g_mm: float
 
+    @classmethod
+    def of(cls, weight: sections.WebWeight) -> Self:
+        """Return that of a web, or of all of them."""
+        return cls(
+            web=weight.web,
+            mass_g=weight.mass_g,
+            radius_mm=weight.radius_mm,
+            product_g_mm=weight.product_g_mm,
+        )
 
-class NamedFace(TypedDict):
+
+@record
+class NamedFace:
     """A face that a correction names."""
 
     id: str
@@ -140,30 +133,75 @@ class NamedFace(TypedDict):
     centroid_mm: Triple
     file_centroid_mm: Triple
 
+    @classmethod
+    def of(cls, face: anatomy.Face, of: anatomy.Anatomy) -> Self:
+        """Return a face of a crank's anatomy."""
+        back = of.rotor_to_file
+        return cls(
+            id=face.id,
+            kind=face.kind,
+            web=face.web,
+            area_mm2=face.area_mm2,
+            normal=face.normal,
+            centroid_mm=face.centroid_mm,
+            file_centroid_mm=back[:3, :3] @ face.centroid_mm + back[:3, 3],
+        )
 
-class Face(NamedFace):
+
+@record
+class Face:
     """A face that a correction may use."""
 
+    named: Annotated[NamedFace, INLINE]
     unbalance_per_mm_g_mm: Pair
     max_depth_mm: NotNegative | None
 
+    @classmethod
+    def of(cls, offer: run.FaceOffer, of: anatomy.Anatomy) -> Self:
+        """Return a face that a correction can use."""
+        return cls(
+            named=NamedFace.of(offer.face, of),
+            unbalance_per_mm_g_mm=offer.unbalance_per_mm_g_mm,
+            max_depth_mm=offer.max_depth_mm,
+        )
 
-class WithSlugs(TypedDict):
+
+@record
+class WithSlugs:
     """The corrected crank with its slugs, rotor frame."""
 
     mass_g: Positive
     centre_of_mass_mm: Triple
 
+    @classmethod
+    def of(cls, result: Result) -> Self | Absent:
+        """Return the crank with what was pressed in, where anything was: the written solid lacks it."""
+        if result.measured is None or not any(KINDS[each.kind].pressed_in for each in result.corrections):
+            return ABSENT
+        final = result.final_moments
+        return cls(mass_g=final.mass_g, centre_of_mass_mm=final.centre_mm)
 
-class Forces(TypedDict):
+
+@record
+class Forces:
     """Inertia forces before and after."""
 
     speed_rpm: NotNegative
     before: ShakingForce
     after: ShakingForce
 
+    @classmethod
+    def of(cls, forces: run.Forces, job: Mapping[str, Any]) -> Self:
+        """Return those of a run; ``job`` as the report describes it."""
+        return cls(
+            speed_rpm=job["balance"]["speed_rpm"],
+            before=ShakingForce.of(forces.before, all_orders=forces.all_orders),
+            after=ShakingForce.of(forces.after, all_orders=forces.all_orders),
+        )
 
-class FacesByKind(TypedDict):
+
+@record
+class FacesByKind:
     """How many true surfaces of each kind."""
 
     plane: Count
@@ -174,118 +212,210 @@ class FacesByKind(TypedDict):
     other: Count
 
 
-class FacetsHide(TypedDict):
+@record
+class FacetsHide:
     """What triangles laid over the surfaces would miss."""
 
     mass_g: float
     unbalance_g_mm: Pair
 
 
-class SurfacesOfSolid(TypedDict):
+@record
+class SurfacesOfSolid:
     """The true surfaces of a solid."""
 
     faces: FacesByKind
     facets_hide: FacetsHide
 
+    @classmethod
+    def of(cls, faces: Mapping[str, int], hidden: Moments) -> Self:
+        """Return faces by kind, and what they hold more than triangles laid over them."""
+        known = {kind: faces.get(kind, 0) for kind in SURFACES}
+        return cls(
+            faces=FacesByKind(**known, other=sum(faces.values()) - sum(known.values())),
+            facets_hide=FacetsHide(mass_g=hidden.mass_g, unbalance_g_mm=hidden.first_g_mm[:2]),
+        )
 
-class TrueSurfaces(TypedDict):
+
+@record
+class TrueSurfaces:
     """Surfaces before and after the cut."""
 
     before: SurfacesOfSolid
     after: SurfacesOfSolid | None
 
+    @classmethod
+    def of(cls, before: run.TrueSurfaces, balanced: run.Balanced | None) -> Self:
+        """Return those of a crank before and after it was cut."""
+        written = None if balanced is None else balanced.result.measured
+        after = None
+        if written is not None and written.surfaces is not None and written.hidden is not None:
+            after = SurfacesOfSolid.of(written.surfaces, written.hidden)
+        return cls(before=SurfacesOfSolid.of(before.faces, before.hidden), after=after)
 
-class Report(TypedDict):
+
+@record
+class Report:
     """A report: `report.json`."""
 
-    schema_version: Literal[1]
+    schema_version: Literal[1] = SCHEMA_VERSION
     autobalance: Versions
     command: Literal["balance", "inspect", "recut"]
-    job_set: NotRequired[list[str]]
-    job: Job | None
+    job: JobEcho | None = None
+    job_set: Sequence[str] | Absent = ABSENT
     input: Input
     frame: Frame
     crank: Crank
-    counterweight: Counterweight | None
-    engine: Engine | None
-    balance_factor: BalanceFactor | None
-    tolerance: Tolerance | None
+    counterweight: Counterweight | None = None
+    engine: Engine | None = None
+    balance_factor: BalanceFactor | None = None
+    tolerance: Tolerance | None = None
     initial: Unbalance
-    residual: Unbalance | None
-    corrections: list[Correction]
-    steps: list[Step]
-    inertia_change_kg_mm2: float | None
-    outcome: Literal["within_tolerance", "already_within_tolerance", "above_tolerance", None]
-    proven: Annotated[bool | None, "whether the residual plus its uncertainty is within what is permitted"]
-    reason: str | None
-    relaxations: NotRequired[
+    residual: Unbalance | None = None
+    corrections: Sequence[Correction] = ()
+    steps: Sequence[Step] = ()
+    inertia_change_g_mm2: KgMm2 | None = None
+    forces: Forces | Absent | None = ABSENT
+    outcome: Outcome | None = None
+    proven: Annotated[
+        bool | None, "whether the residual plus its uncertainty is within what is permitted"
+    ] = None
+    reason: str | None = None
+    overbalance: Overbalance | None = None
+    warnings: Sequence[str] | Absent = ABSENT
+    outputs: Annotated[Mapping[str, Any], Like(Outputs)]
+    seconds: Seconds
+    faces: (
         Annotated[
-            list[Relaxation],
+            Sequence[NamedFace | Face],
+            "what a correction can use (inspect), or those that one names (balance)",
+        ]
+        | Absent
+    ) = ABSENT
+    relaxations: (
+        Annotated[
+            Sequence[Relaxation],
             "above tolerance: what would reach it; those that were tried first, least metal first",
         ]
-    ]
-    outputs: Outputs
-    warnings: NotRequired[list[str]]
-    notes: NotRequired[
+        | Absent
+    ) = ABSENT
+    notes: (
         Annotated[
-            list[str],
+            Sequence[str],
             "Kinds of correction without a place, and drills that were not used, each with its reason",
         ]
-    ]
-    seconds: Seconds
-    sections: NotRequired[list[Section]]
-    section_table: NotRequired[SectionTable]
-    counterweights: NotRequired[list[WebWeight]]
-    faces: NotRequired[
-        Annotated[
-            list[NamedFace | Face], "what a correction can use (inspect), or those that one names (balance)"
-        ]
-    ]
-    final_with_slugs: NotRequired[WithSlugs]
-    overbalance: Overbalance | None
-    forces: NotRequired[Forces | None]
-    loads_with_gas: NotRequired[
+        | Absent
+    ) = ABSENT
+    final_with_slugs: WithSlugs | Absent = ABSENT
+    loads_with_gas: (
         Annotated[
             LoadsWithGas, "Of jobs with a cycle: loads over it at top speed, of the crank before and after."
         ]
-    ]
-    external: NotRequired[
-        Annotated[list[ExternalPart], "What damper, flexplate or flywheel carry of the crank's unbalance."]
-    ]
-    true_surfaces: NotRequired[
+        | Absent
+    ) = ABSENT
+    external: (
+        Annotated[
+            Sequence[ExternalPart], "What damper, flexplate or flywheel carry of the crank's unbalance."
+        ]
+        | Absent
+    ) = ABSENT
+    assembly: (
+        Annotated[
+            Sequence[AssemblyStage],
+            "parts put on the crank, or on shafts of their own, in the order of the job",
+        ]
+        | Absent
+    ) = ABSENT
+    staged: Annotated[Staged | None, INLINE] = None
+    true_surfaces: (
         Annotated[
             TrueSurfaces,
             "Of files that keep them: faces by kind before and after the cut, and "
             "by how much the triangles that it was planned on differ from them.",
         ]
-    ]
-    serial: NotRequired[Annotated[str | None, "recut only: serial number of the crank"]]
-    previous: NotRequired[Annotated[Previous, "recut only: the report it went on from"]]
-    stages: NotRequired[
-        Annotated[
-            list[Stage],
-            "recut only: all stages so far, this one last",
-            Bound("minItems", 2),
-            Bound("maxItems", 10),
-        ]
-    ]
-    machine_reading: NotRequired[
-        Annotated[
-            dict[str, Any],
-            "recut only: the reading file with its defaults, and what the machine read in the rotor frame",
-        ]
-    ]
-    earlier_corrections: NotRequired[Annotated[list[dict[str, Any]], "recut only: cuts of the stages before"]]
-    input_is_untouched: NotRequired[Annotated[bool, "recut only: no stage has cut the crank before"]]
-    assembly: NotRequired[
-        Annotated[
-            list[AssemblyStage], "parts put on the crank, or on shafts of their own, in the order of the job"
-        ]
-    ]
-    suggestions: NotRequired[
+        | Absent
+    ) = ABSENT
+    sections: Sequence[Section] | Absent = ABSENT
+    counterweights: Sequence[WebWeight] | Absent = ABSENT
+    section_table: SectionTable | Absent = ABSENT
+    suggestions: (
         Annotated[
             Suggestions,
             "only with --suggest: what would give the crank a wanted factor or "
             "inertia, each tried on the solid",
         ]
-    ]
+        | Absent
+    ) = ABSENT
+
+    @classmethod
+    def of(cls, found: run.Record) -> Self:
+        """Return the report of a run."""
+        balanced, anatomy = found.balanced, found.crank.anatomy
+        return cls(
+            autobalance=Versions.here(),
+            command=found.command,
+            job=None if balanced is None else balanced.job,
+            job_set=(found.job_set if balanced is None else balanced.job_set) or ABSENT,
+            input=Input.of(found.input),
+            frame=Frame(file_to_rotor=anatomy.file_to_rotor),
+            crank=Crank.of(found.crank),
+            initial=Unbalance.of(
+                found.initial, found.planes_z_mm, None if balanced is None else balanced.result.initial_doubt
+            ),
+            warnings=found.warnings,
+            outputs=found.outputs,
+            seconds=Seconds.of(found.seconds),
+            staged=found.staged,
+            true_surfaces=ABSENT if found.surfaces is None else TrueSurfaces.of(found.surfaces, balanced),
+            sections=ABSENT if found.sections is None else [Section.of(part) for part in found.sections],
+            counterweights=ABSENT
+            if found.web_weights is None
+            else [WebWeight.of(weight) for weight in found.web_weights],
+            section_table=ABSENT if found.section_table is None else SectionTable.of(*found.section_table),
+            suggestions=ABSENT if found.suggested is None else Suggestions.of(*found.suggested),
+            faces=_faces(found),
+            **({} if balanced is None else _balanced(balanced, found)),
+        )
+
+
+def _faces(found: run.Record) -> Sequence[NamedFace | Face] | Absent:
+    """Return the faces that cuts of a run name, or all that could be cut."""
+    anatomy = found.crank.anatomy
+    if found.balanced is not None:
+        return [NamedFace.of(face, anatomy) for face in found.balanced.faces]
+    return ABSENT if found.faces is None else [Face.of(offer, anatomy) for offer in found.faces]
+
+
+def _balanced(balanced: run.Balanced, found: run.Record) -> dict[str, Any]:
+    """Return the fields that only a balancing run knows."""
+    result, anatomy = balanced.result, found.crank.anatomy
+    weight, left, forces = balanced.counterweight, balanced.overbalance, balanced.forces
+    change = result.final_moments.polar_inertia_g_mm2 - result.initial_moments.polar_inertia_g_mm2
+    return {
+        "counterweight": None if weight is None else Counterweight.of(weight),
+        "engine": Engine.of(balanced.loads),
+        "balance_factor": BalanceFactor(**vars(balanced.factors)),
+        "tolerance": Tolerance.of(balanced.tolerance, balanced.job),
+        "residual": Unbalance.of(result.residual, found.planes_z_mm, result.doubt),
+        "corrections": [
+            Correction.of(number, each, anatomy)
+            for number, each in enumerate(result.corrections, found.cuts_before + 1)
+        ],
+        "steps": [Step(**vars(step)) for step in result.steps],
+        "inertia_change_g_mm2": change,
+        "forces": None if forces is None else Forces.of(forces, balanced.job),
+        "outcome": result.outcome,
+        "proven": balanced.tolerance.is_proven_by(result.residual, result.doubt),
+        "reason": result.reason,
+        "overbalance": None if left is None else Overbalance.of(left, anatomy),
+        "relaxations": [Relaxation.of(each) for each in result.relaxations],
+        "notes": result.notes,
+        "final_with_slugs": WithSlugs.of(result),
+        "loads_with_gas": balanced.loads_with_gas or ABSENT,
+        "external": [ExternalPart.of(each) for each in balanced.external] or ABSENT,
+        "assembly": [
+            AssemblyStage.of(number, each, found.planes_z_mm)
+            for number, each in enumerate(balanced.assembly, 1)
+        ]
+        or ABSENT,
+    }

@@ -112,15 +112,24 @@ def _fields(fields: Sequence[Field], found: Definitions) -> tuple[Values, list[s
         record = _record_in(each.hint)
         inner, needed, open_inside = ({}, [], True) if record is None else _fields(fields_of(record), found)
         properties |= inner
-        required += needed
-        opened |= open_inside
+        required += [] if _may_lack(each.hint) else needed
+        opened |= open_inside or getattr(record, "open_keys", False)
     return properties, required, opened
 
 
 def _record_in(hint: Any) -> type | None:
     if get_origin(hint) is Annotated:
-        return _record_in(get_args(hint)[0])
+        inner, *marks = get_args(hint)
+        return _record_in(next((each.record for each in marks if isinstance(each, Like)), inner))
+    if get_origin(hint) in (Union, types.UnionType):
+        return next((each for each in map(_record_in, get_args(hint)) if each is not None), None)
     return hint if dataclasses.is_dataclass(hint) and isinstance(hint, type) else None
+
+
+def _may_lack(hint: Any) -> bool:
+    """Return whether a record that stands inline may be None."""
+    bare = get_args(hint)[0] if get_origin(hint) is Annotated else hint
+    return type(None) in get_args(bare)
 
 
 def _schema(hint: Any, found: Definitions) -> Values:  # noqa: PLR0911 - one return a form

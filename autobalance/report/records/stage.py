@@ -1,31 +1,82 @@
 """What a report says of stages, assemblies and suggestions."""
 
-from typing import Annotated, Any, Literal, TypedDict
+from __future__ import annotations
 
-from autobalance.records import Angle, Bound, Count, NotNegative, Ordinal, Pair
+import cmath
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+import numpy as np
+
+from autobalance.dynamics.staged_assembly import CRANK
+from autobalance.records import (
+    INLINE,
+    Angle,
+    Bound,
+    Count,
+    Floats,
+    Key,
+    KgMm2,
+    Like,
+    NotNegative,
+    Ordinal,
+    Pair,
+    fields_of,
+    record,
+)
 from autobalance.report.records.balance import Unbalance
 from autobalance.report.records.schema import open_keys
+from autobalance.rigid_rotor import unbalance as rigid_rotor
+from autobalance.types import Array
+from autobalance.units import wrapped_deg
+
+if TYPE_CHECKING:
+    from autobalance.balancing.reading_mistakes import Suspect
+    from autobalance.balancing.suggestions import wanted as suggested
+    from autobalance.dynamics import staged_assembly
+    from autobalance.rigid_rotor.moments import Moments
 
 
-class Previous(TypedDict):
+@record
+class Previous:
     """The report of the stage before."""
 
     report: str
     sha256: str
 
 
-class StageUnbalance(TypedDict):
+@record
+class StageUnbalance:
     """An unbalance of a stage."""
 
     unbalance_g_mm: Pair
     magnitude_g_mm: NotNegative
     angle_deg: Angle
-    planes: list[dict[str, Any]]
+    planes: Annotated[Sequence[Any], Like(Sequence[Mapping[str, Any]])]
     moment_g_mm2: Pair
     uncertainty_g_mm: float | None
 
+    @classmethod
+    def of(cls, found: Unbalance) -> Self:
+        """Return an unbalance without the shares of what it may be off."""
+        return cls(
+            unbalance_g_mm=found.unbalance_g_mm,
+            magnitude_g_mm=found.magnitude_g_mm,
+            angle_deg=found.angle_deg,
+            planes=found.planes,
+            moment_g_mm2=found.moment_g_mm2,
+            uncertainty_g_mm=found.uncertainty_g_mm,
+        )
 
-class StageSuspect(TypedDict):
+    @classmethod
+    def read(cls, values: Mapping[str, Any]) -> Self:
+        """Return the same of an earlier stage's report."""
+        return cls(**{each.name: values[each.key] for each in fields_of(StageUnbalance)})
+
+
+@record
+class StageSuspect:
     """A likely mistake in a reading."""
 
     cause: Literal["mirrored", "opposite", "turned", "exchanged", "scaled", "bob_weights"]
@@ -34,15 +85,27 @@ class StageSuspect(TypedDict):
     left_g_mm: NotNegative
     says: str
 
+    @classmethod
+    def of(cls, suspect: Suspect) -> Self:
+        """Return that of a likely mistake."""
+        return cls(
+            cause=suspect.cause,
+            key=suspect.key,
+            difference_g_mm=suspect.difference_g_mm,
+            left_g_mm=suspect.left_g_mm,
+            says=suspect.says,
+        )
 
-class Stage(TypedDict):
+
+@record
+class Stage:
     """A stage of the balancing loop."""
 
     stage: Annotated[int, Bound("minimum", 1), Bound("maximum", 10)]
     serial: str | None
     report: Annotated[str, "relative to this report's folder"]
     outcome: Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
-    bob_weights_g: list[float]
+    bob_weights_g: Sequence[float]
     speed_rpm: float | None
     corrections: Count
     removed_mass_g: float
@@ -50,10 +113,51 @@ class Stage(TypedDict):
     expected: StageUnbalance | None
     deviation: StageUnbalance | None
     predicted: StageUnbalance | None
-    suspects: list[StageSuspect]
+    suspects: Sequence[StageSuspect]
 
 
-class AssemblyCorrection(TypedDict):
+@record
+class ReadPlane:
+    """What a machine read in a plane, rotor frame; without a place where it read the resultant alone."""
+
+    z_mm: float | None
+    unbalance_g_mm: Pair
+
+
+@record
+class ReadUnbalance:
+    """The reading file with its defaults, and what the machine read in the rotor frame."""
+
+    file: Mapping[str, Any]
+    zero_deg: float
+    unbalance_g_mm: Pair
+    moment_g_mm2: Pair
+    planes: Sequence[ReadPlane]
+
+
+@record
+class Staged:
+    """What only a stage after the first says."""
+
+    serial: Annotated[str | None, "recut only: serial number of the crank"]
+    previous: Annotated[Previous, "recut only: the report it went on from"]
+    stages: Annotated[
+        Sequence[Stage],
+        "recut only: all stages so far, this one last",
+        Bound("minItems", 2),
+        Bound("maxItems", 10),
+    ]
+    machine_reading: Annotated[
+        ReadUnbalance,
+        Like(Mapping[str, Any]),
+        "recut only: the reading file with its defaults, and what the machine read in the rotor frame",
+    ]
+    earlier_corrections: Annotated[Sequence[Mapping[str, Any]], "recut only: cuts of the stages before"]
+    input_is_untouched: Annotated[bool, "recut only: no stage has cut the crank before"]
+
+
+@record
+class AssemblyCorrection:
     """What was taken out after a part was put on."""
 
     z_mm: float
@@ -61,7 +165,8 @@ class AssemblyCorrection(TypedDict):
     angle_deg: float
 
 
-class AssemblyStage(TypedDict):
+@record
+class AssemblyStage:
     """A part put on, and what it brings."""
 
     stage: Ordinal
@@ -74,25 +179,85 @@ class AssemblyStage(TypedDict):
     sum: Unbalance
     permissible_g_mm: NotNegative
     within: bool
-    corrections: list[AssemblyCorrection]
+    corrections: Sequence[AssemblyCorrection]
     left: Pair
 
+    @classmethod
+    def of(
+        cls, number: int, stage: staged_assembly.AssemblyStage, places_mm: tuple[float, float] | None
+    ) -> Self:
+        """Return that of a stage, numbered from 1; the crank's sum is seen in two planes too."""
+        part = stage.part
+        total = rigid_rotor.Unbalance(_xy(stage.sum_g_mm), _xy(stage.sum_moment_g_mm2))
+        return cls(
+            stage=number,
+            name=part.name,
+            shaft=part.shaft,
+            mass_g=stage.mass_g,
+            part_g_mm=_xy(part.unbalance_g_mm),
+            runout_g_mm=_xy(stage.runout_g_mm),
+            key_g_mm=_xy(stage.key_g_mm),
+            sum=Unbalance.of(total, places_mm if part.shaft == CRANK else None),
+            permissible_g_mm=stage.permissible_g_mm,
+            within=stage.within,
+            corrections=[
+                AssemblyCorrection(
+                    z_mm=each.z_mm,
+                    g_mm=abs(each.unbalance_g_mm),
+                    angle_deg=wrapped_deg(math.degrees(cmath.phase(each.unbalance_g_mm))),
+                )
+                for each in stage.corrections
+            ],
+            left=_xy(stage.left_g_mm),
+        )
 
-class SuggestionWanted(TypedDict):
+
+def _xy(value: complex) -> Array:
+    return np.array([value.real, value.imag])
+
+
+@record
+class SuggestionWanted:
     """What was asked for."""
 
     balance_factor: float | None
-    inertia_kg_mm2: float | None
+    inertia_g_mm2: KgMm2 | None
 
 
-SuggestedChange = TypedDict("SuggestedChange", {"key": str, "from": float, "closed_form": float, "to": float})
+@record
+class SuggestionState:
+    """Factor, inertia, mass and unbalance of a crank."""
 
+    balance_factor: float | None
+    inertia_g_mm2: KgMm2
+    mass_g: float
+    unbalance_g_mm: Floats
 
-open_keys(SuggestedChange)
+    @classmethod
+    def of(cls, aim: suggested.Aim, moments: Moments) -> Self:
+        """Return those of a crank's moments."""
+        return cls(
+            balance_factor=aim.factor(moments),
+            inertia_g_mm2=moments.polar_inertia_g_mm2,
+            mass_g=moments.mass_g,
+            unbalance_g_mm=moments.first_g_mm[:2],
+        )
 
 
 @open_keys
-class SuggestedBore(TypedDict):
+@record
+class SuggestedChange:
+    """A size that changes: as it was, by the closed form, and as tried."""
+
+    key: str
+    from_: Annotated[float, Key("from")]
+    closed_form: float
+    to: float
+
+
+@open_keys
+@record
+class SuggestedBore:
     """A bore for heavy metal."""
 
     web: Any
@@ -104,43 +269,93 @@ class SuggestedBore(TypedDict):
     z_mm: Any
     mass_g: Any
 
+    @classmethod
+    def of(cls, bore: suggested.Bore) -> Self:
+        """Return that of a suggestion."""
+        return cls(
+            web=bore.web,
+            diameter_mm=bore.diameter_mm,
+            depth_mm=bore.depth_mm,
+            closed_form_depth_mm=bore.closed_form_mm,
+            radius_mm=bore.radius_mm,
+            angle_deg=wrapped_deg(math.degrees(bore.angle_rad)),
+            z_mm=bore.z_mm,
+            mass_g=bore.mass_g,
+        )
+
 
 @open_keys
-class SuggestionLeaves(TypedDict):
-    """What the tried suggestion leaves."""
+@record
+class SuggestionLeaves:
+    """What the tried suggestion leaves, and by how much it falls short."""
 
-    balance_factor: Any
-    inertia_kg_mm2: Any
-    mass_g: Any
-    unbalance_g_mm: Any
-    short_balance_factor: Any
-    short_inertia_kg_mm2: Any
-    mass_change_g: Any
+    state: Annotated[SuggestionState, INLINE]
+    short_balance_factor: float | None
+    short_inertia_g_mm2: KgMm2 | None
+    mass_change_g: float
 
 
-class Suggestion(TypedDict):
+@record
+class Suggestion:
     """A change that was tried on the solid."""
 
     kind: str
     text: str
     reached: bool
-    changes: list[SuggestedChange]
-    bores: list[SuggestedBore]
+    changes: Sequence[SuggestedChange]
+    bores: Sequence[SuggestedBore]
     leaves: SuggestionLeaves
+
+    @classmethod
+    def of(cls, aim: suggested.Aim, each: suggested.Suggestion) -> Self:
+        """Return that of a suggestion for an aim."""
+        goal, factor = aim.wanted.balance_factor, aim.factor(each.tried)
+        return cls(
+            kind=each.kind,
+            text=each.text,
+            reached=aim.reached(each.tried),
+            changes=[
+                SuggestedChange(key=one.key, from_=one.before, closed_form=one.closed_form, to=one.after)
+                for one in each.changes
+            ],
+            bores=[SuggestedBore.of(one) for one in each.bores],
+            leaves=SuggestionLeaves(
+                state=SuggestionState.of(aim, each.tried),
+                short_balance_factor=None if goal is None or factor is None else goal - factor,
+                short_inertia_g_mm2=aim.missing(each.tried).inertia_g_mm2,
+                mass_change_g=each.tried.mass_g - aim.start.mass_g,
+            ),
+        )
 
 
 @open_keys
-class RefusedSuggestion(TypedDict):
+@record
+class RefusedSuggestion:
     """A change that does not do it, and why."""
 
     kind: str
     reason: str
 
 
-class Suggestions(TypedDict):
+@record
+class Suggestions:
     """What would give a wanted factor or inertia."""
 
     wanted: SuggestionWanted
-    now: dict[str, Any]
-    found: list[Suggestion]
-    refused: list[RefusedSuggestion]
+    now: SuggestionState
+    found: Sequence[Suggestion]
+    refused: Sequence[RefusedSuggestion]
+
+    @classmethod
+    def of(
+        cls, aim: suggested.Aim, found: Sequence[suggested.Suggestion], refused: Sequence[suggested.Refused]
+    ) -> Self:
+        """Return what is wanted, what is there, what would do it and what would not."""
+        return cls(
+            wanted=SuggestionWanted(
+                balance_factor=aim.wanted.balance_factor, inertia_g_mm2=aim.wanted.inertia_g_mm2
+            ),
+            now=SuggestionState.of(aim, aim.start),
+            found=[Suggestion.of(aim, each) for each in found],
+            refused=[RefusedSuggestion(kind=each.kind, reason=each.reason) for each in refused],
+        )

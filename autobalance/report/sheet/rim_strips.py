@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.report.balance.datum_values import told_angle
+from autobalance.report.balance.datums import told_angle
 from autobalance.report.sheet.drawing import Drawings
 from autobalance.types import Array
 

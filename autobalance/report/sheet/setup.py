@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.report.balance import kinds
-from autobalance.report.balance.datum_values import told_face
+from autobalance.report.balance.datums import told_face
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.cheeks import Cheek
 from autobalance.report.sheet.cuts import side_of

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from autobalance.report.balance import kinds
-from autobalance.report.balance.datum_values import told_angle
+from autobalance.report.balance.datums import told_angle
 from autobalance.wording import degrees
 
 Report = Mapping[str, Any]

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from typing import Any
 
 from autobalance.machining.run import NcRun, Program
-from autobalance.report.balance.values import unbalance_values
-from autobalance.report.encoding import encoded
+from autobalance.report.records.balance import Unbalance
 from autobalance.report.records.nc import (
     NcCut,
     NcReport,
@@ -19,36 +17,33 @@ from autobalance.report.records.nc import (
 )
 
 
-def nc_values(run: NcRun) -> dict[str, Any]:
-    """Return the report of `nc` as JSON values."""
+def nc_report(run: NcRun) -> NcReport:
+    """Return the report of `nc`."""
     zero = NcZero(
         angle_deg=run.zero.angle_deg, z_mm=run.zero.z_mm, angle_of=run.zero.angle_of, z_of=run.zero.z_of
     )
-    values: dict[str, Any] = encoded(
-        NcReport(
-            report=run.part.report.name,
-            report_sha256=run.part.sha256,
-            machine={**run.machine.values},
-            setups=tuple(_setup(run, program, zero) for program in run.programs),
-            not_programmed=tuple(
-                NotProgrammed(correction=cut.number, why=why) for cut, why in run.plan.not_programmed
-            ),
-            simulated=_simulated(run),
-            collisions=(),
-            corrections=tuple(
-                NcCut(
-                    correction=cut.number,
-                    setup=program.name,
-                    tool=tool.number,
-                    removed_mass_g=run.taken_g.get(cut.number, 0.0),
-                )
-                for program in run.programs
-                for cut, tool in program.setup.cuts
-            ),
-            warnings=(),
-        )
+    return NcReport(
+        report=run.part.report.name,
+        report_sha256=run.part.sha256,
+        machine={**run.machine.values},
+        setups=tuple(_setup(run, program, zero) for program in run.programs),
+        not_programmed=tuple(
+            NotProgrammed(correction=cut.number, why=why) for cut, why in run.plan.not_programmed
+        ),
+        simulated=_simulated(run),
+        collisions=(),
+        corrections=tuple(
+            NcCut(
+                correction=cut.number,
+                setup=program.name,
+                tool=tool.number,
+                removed_mass_g=run.taken_g.get(cut.number, 0.0),
+            )
+            for program in run.programs
+            for cut, tool in program.setup.cuts
+        ),
+        warnings=(),
     )
-    return values
 
 
 def _setup(run: NcRun, program: Program, zero: NcZero) -> NcSetup:
@@ -67,14 +62,14 @@ def _setup(run: NcRun, program: Program, zero: NcZero) -> NcSetup:
 
 
 def _simulated(run: NcRun) -> Simulated:
-    residual = unbalance_values(run.residual, run.part.tolerance.places_mm, None)
+    residual = Unbalance.of(run.residual, run.part.tolerance.places_mm)
     return Simulated(
         removed_mass_g=sum(run.taken_g.values()),
         mass_difference_g=run.mass_difference_g,
         residual=NcResidual(
-            resultant_g_mm=residual["unbalance_g_mm"],
+            resultant_g_mm=residual.unbalance_g_mm,
             magnitude_g_mm=run.residual.magnitude_g_mm,
-            planes=tuple(residual["planes"]),
+            planes=residual.planes,
         ),
         used_share=run.used_share,
         gouged_mm3=run.gouged_mm3,

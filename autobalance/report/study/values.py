@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance import job as jobs
 from autobalance.records import ABSENT
-from autobalance.report.balance.values import tolerance_values
+from autobalance.report.records.balance import Tolerance
 from autobalance.report.records.study import Advice, KeyFigureCurves, Nominal, Spread, StudyReport
 from autobalance.studies.monte_carlo import StudyAnswer
 
@@ -25,7 +25,7 @@ def study_report(answer: StudyAnswer, seed: int, report_sha256: str | None, seco
         job=described,
         job_set=job.settings or ABSENT,
         nominal=Nominal.of(answer, report_sha256),
-        tolerance=tolerance_values(answer.plan.tolerance, described),
+        tolerance=Tolerance.of(answer.plan.tolerance, described),
         samples=len(answer.states),
         seed=seed,
         distribution=job.study.distribution,

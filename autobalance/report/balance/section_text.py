@@ -1,67 +1,11 @@
-"""The section table of a job's crank: as JSON values, and as lines to read."""
+"""The section table of a job's crank as lines to read."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.machine_models.section_rows import SectionRow, SectionTable
 from autobalance.report.tables import table
-from autobalance.rigid_rotor.unbalance import Unbalance
-
-Values = dict[str, Any]
-
-
-def section_values(found: SectionTable, datum_mm: float) -> Values:
-    """Return the JSON values of a section table, its moments about the plane ``datum_mm``."""
-    total, tolerance = found.unbalance, found.tolerance
-    planes = []
-    for plane in () if tolerance is None else tolerance.planes:
-        ends = (tolerance.planes[0].z_mm, tolerance.planes[1].z_mm) if tolerance is not None else (0.0, 1.0)
-        vector = total.in_planes(*ends)[("A", "B").index(plane.name)]
-        planes.append(
-            {
-                "name": plane.name,
-                "z_mm": plane.z_mm,
-                "unbalance_g_mm": vector.tolist(),
-                "magnitude_g_mm": math.hypot(*vector),
-                "permissible_g_mm": plane.permissible_g_mm,
-            }
-        )
-    return {
-        "datum_mm": datum_mm,
-        "rows": [_row(row, datum_mm) for row in found.rows],
-        "sums": {
-            "mass_g": found.total.mass_g,
-            "unbalance_g_mm": total.resultant_g_mm.tolist(),
-            "magnitude_g_mm": total.magnitude_g_mm,
-            "moment_g_mm2": total.moment_about_g_mm2(datum_mm).tolist(),
-        },
-        "planes": planes,
-        "permissible_g_mm": None if tolerance is None else tolerance.permissible_g_mm,
-        "judge": None if tolerance is None else tolerance.judge,
-        "within": found.is_met,
-        "counterweights_wanted": [
-            {"web": web, "product_g_mm": wanted.tolist(), "change_g_mm": (wanted - now).tolist()}
-            for web, wanted, now in found.products_wanted_g_mm()
-        ],
-    }
-
-
-def _row(row: SectionRow, datum_mm: float) -> Values:
-    own = Unbalance.of(row.moments)
-    heavy = row.moments.mass_g != 0.0
-    return {
-        "kind": row.kind,
-        "number": row.number,
-        "name": row.name or None,
-        "mass_g": row.moments.mass_g,
-        "centre_mm": row.moments.centre_mm.tolist() if heavy else None,
-        "unbalance_g_mm": own.resultant_g_mm.tolist(),
-        "moment_g_mm2": own.moment_about_g_mm2(datum_mm).tolist(),
-    }
-
 
 HEADS = ("Section", "W [g]", "X [mm]", "Y [mm]", "Z [mm]", "WX [g·mm]", "WY", "CX [g·mm²]", "CY")
 

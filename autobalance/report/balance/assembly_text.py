@@ -1,0 +1,33 @@
+"""The stages of an assembly as lines to read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from autobalance.dynamics.staged_assembly import CRANK
+from autobalance.report.display_units import DisplayUnits
+from autobalance.report.tables import table
+
+
+def assembly_text(stages: Sequence[Mapping[str, Any]], units: DisplayUnits) -> str:
+    """Return the stages in columns."""
+    rows: list[Sequence[str]] = [("Assembly", "mass so far", "sum", "at", "permitted", "", "take out")]
+    for each in stages:
+        shaft = "" if each["shaft"] == CRANK else f" ({each['shaft']})"
+        taken = ", ".join(
+            f"{units.of_unbalance(cut['g_mm'])} at {cut['angle_deg']:.1f}°, z {units.of_length(cut['z_mm'])}"
+            for cut in each["corrections"]
+        )
+        rows.append(
+            (
+                f"  {each['stage']}. {each['name']}{shaft}",
+                units.of_mass(each["mass_g"]),
+                units.of_unbalance(each["sum"]["magnitude_g_mm"]),
+                f"{each['sum']['angle_deg']:.1f}°",
+                units.of_unbalance(each["permissible_g_mm"]),
+                "within" if each["within"] else "ABOVE",
+                taken,
+            )
+        )
+    return table(rows)
