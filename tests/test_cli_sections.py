@@ -11,7 +11,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from autobalance.machine_models.section_rows import SectionRow, SectionTable
+from autobalance.machine_models.section_rows import RowKind, SectionRow, SectionTable
 from autobalance.report.balance.section_text import section_table_text
 from autobalance.report.balance.values import schema
 from autobalance.report.encoding import encoded
@@ -191,7 +191,7 @@ def source_table() -> SectionTable:
     """Return the sections of the source's Table 2 (kg there)."""
     rows: list[SectionRow] = []
     for name, mass, x, y, z, *_ in TABLE_2:
-        kind = "counterweight" if name.startswith("Counterweight") else "web"
+        kind: RowKind = "counterweight" if name.startswith("Counterweight") else "web"
         point = Moments.point(1000.0 * mass, np.array([x, y, z]))
         rows.append(SectionRow(kind, len(rows) + 1, name, point))
     tolerance = Tolerance.of(

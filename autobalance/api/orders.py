@@ -187,8 +187,9 @@ def orders(
     [0.0, 0.5, 0.0]
     """
     from autobalance.report.orders.values import orders_values
-    from autobalance.report.records.orders import OrdersReport
+    from autobalance.report.records.orders import Asked, OrdersReport
     from autobalance.signal.analysis import Question, analyse
+    from autobalance.signal.explained import explained
 
     question = Question(
         channel=channel, speed_rpm=speed_rpm, tacho=tacho, pulses_per_rev=pulses_per_rev, threshold=threshold,
@@ -205,12 +206,16 @@ def orders(
     compared = None if second is None else analyse(second, question)
     engine = None if job is None else _job(job, settings)
     sources = _sources(question, engine, _drive(drive, engine), found, progress)
-    given = _input(question, first, second, sample_rate, calibration, job, bearing)
-    given["quantity"] = quantity
-    given["drive"] = str(drive) if isinstance(drive, str | Path) else None
+    asked = Asked(
+        **_asked(question, first, second, sample_rate, calibration, bearing),
+        job=_named(job),
+        quantity=quantity,
+        drive=_named(drive),
+    )
+    causes = explained(found, sources, compared)
     set_keys: Values = {"job_set": list(settings)} if settings else {}
     return OrdersResult(
-        OrdersReport(**set_keys, input=given, found=orders_values(found, sources, compared)),
+        OrdersReport(**set_keys, input=asked, found=orders_values(found, causes, compared)),
         analysis=found,
         predicted=() if campbell is None else _predicted(campbell),
     )
@@ -353,11 +358,13 @@ def _job(given: str | Path | Job, settings: Sequence[str]) -> Job:
     return load(Path(given), settings) if isinstance(given, str | Path) else given
 
 
-def _input(
+def _asked(
     question: Question, first: Record, second: Record | None, sample_rate: float | None,
-    calibration: Mapping[str, float | str] | None, job: str | Path | Job | None,
-    bearing: Mapping[str, float] | None,
+    calibration: Mapping[str, float | str] | None, bearing: Mapping[str, float] | None,
 ) -> Values:  # fmt: skip
+    """Return the fields of ``Asked`` that a question and its records have."""
+    from autobalance.report.records.orders import AskedBearing
+
     return {
         "record": first.file,
         "record_b": None if second is None else second.file,
@@ -373,9 +380,13 @@ def _input(
         "peaks": question.peaks,
         "natural": question.natural,
         "excitation": question.excitation,
-        "frequencies": None if question.frequencies_hz is None else list(question.frequencies_hz),
-        "bearing": None if bearing is None else {"contact": 0.0, "speed": 1.0, **bearing},
-        "band": None if question.band_hz is None else list(question.band_hz),
-        "axes": None if question.axes is None else list(question.axes),
-        "job": str(job) if isinstance(job, str | Path) else None,
+        "frequencies": question.frequencies_hz,
+        "bearing": None if bearing is None else AskedBearing(**{"contact": 0.0, "speed": 1.0, **bearing}),
+        "band": question.band_hz,
+        "axes": question.axes,
     }
+
+
+def _named(given: object) -> str | None:
+    """Return the name of a file; None of what was given in memory."""
+    return str(given) if isinstance(given, str | Path) else None

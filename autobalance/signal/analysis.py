@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from autobalance.signal.order_lines import OrderLines, order_lines
 from autobalance.signal.record import Channel, Record
 from autobalance.signal.rolling_bearing import RollingBearing
 from autobalance.signal.sines import Sine
+from autobalance.signal.spectra import Welch, welch
 from autobalance.signal.speed import speed_of_record
 from autobalance.signal.tacho import Pulses, pulses
 from autobalance.signal.turning import TURN, Turning
@@ -102,6 +104,11 @@ class Analysis:
     envelope: Envelope | None = None
     circles: Circles | None = None
     warnings: list[str] = field(default_factory=list)
+
+    @cached_property
+    def power(self) -> Welch:
+        """Power spectral density of the channel, in the question's window."""
+        return welch(self.channel, self.question.window)
 
 
 def analyse(record: Record, question: Question) -> Analysis:

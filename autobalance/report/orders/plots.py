@@ -12,7 +12,6 @@ from autobalance.signal.analysis import Analysis
 from autobalance.signal.maps import Map, OrderCut, order_cuts, order_map, waterfall
 from autobalance.signal.record import Channel
 from autobalance.signal.sines import amplitude_spectrum
-from autobalance.signal.spectra import welch
 from autobalance.types import Array
 
 if TYPE_CHECKING:
@@ -109,7 +108,7 @@ def _spectrum(analysis: Analysis, values: Values, label: str) -> dict[str, bytes
 
 def _psd(analysis: Analysis) -> dict[str, bytes]:
     """Draw the power spectral density with its standard error."""
-    density = welch(analysis.channel, analysis.question.window)
+    density = analysis.power
     f, mean, off = density.frequencies_hz[1:], density.density[1:], density.scatter[1:]
     floor = 1e-12 * float(mean.max(initial=0.0)) + 1e-300
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from autobalance.records import ABSENT, INLINE, Absent, Count, NotNegative, Positive, record
+from autobalance.records import ABSENT, INLINE, Absent, Count, NotNegative, Ordinal, Pair, Positive, record
 from autobalance.report.records.head import Head
 from autobalance.signal.bearing import Defect
 from autobalance.signal.crossings import Crossing
+from autobalance.signal.explained import ComparedOrder, OrderFigures, Peak
+from autobalance.signal.levels import Band
 from autobalance.signal.modes import Mode
-
-Quantity = Literal["displacement", "velocity", "acceleration"]
 
 
 @record
@@ -59,17 +59,6 @@ class TurningSpeed:
 
 
 @record
-class Peak:
-    """A sine of the spectrum."""
-
-    frequency_hz: NotNegative
-    amplitude: NotNegative
-    phase_deg: float
-    order: NotNegative | None
-    sources: Sequence[str] | None
-
-
-@record
 class Spectrum:
     """Sines of a record."""
 
@@ -78,17 +67,6 @@ class Spectrum:
     gain: Positive
     noise_bandwidth_bins: Positive
     peaks: Sequence[Peak]
-
-
-@record
-class OrderFigures:
-    """An order's amplitude and phase; None where the record is too short for it."""
-
-    order: Positive
-    amplitude: NotNegative | None
-    phase_deg: float | None
-    uncertainty: NotNegative | None
-    sources: Sequence[str]
 
 
 @record
@@ -115,29 +93,6 @@ class CircleFigures:
 
 
 @record
-class Band:
-    """RMS of a quantity in a band."""
-
-    quantity: Quantity
-    unit: str
-    low_hz: NotNegative
-    high_hz: Positive
-    rms: NotNegative
-
-
-@record
-class ComparedOrder:
-    """An order in two records."""
-
-    order: Positive
-    a: NotNegative
-    b: NotNegative
-    ratio: float | None
-    uncertainty: NotNegative | None
-    absent: Annotated[Sequence[Literal["a", "b"]], "records in which it is below the noise"]
-
-
-@record
 class RecordAnalysis:
     """What was found in a record."""
 
@@ -158,10 +113,48 @@ class RecordAnalysis:
 
 
 @record
+class AskedBearing:
+    """A rolling bearing as it was asked for."""
+
+    balls: float
+    ball: float
+    pitch: float
+    contact: float
+    speed: float
+
+
+@record
+class Asked:
+    """The record and what was asked of it; None where nothing was."""
+
+    record: str | None
+    record_b: str | None
+    channel: str | None
+    sample_rate: Positive | None
+    calibration: Mapping[str, float | str]
+    speed_rpm: Positive | None
+    tacho: str | None
+    pulses_per_rev: Ordinal | None
+    threshold: float | None
+    window: str
+    max_order: Positive
+    peaks: Count
+    natural: bool
+    excitation: str | None
+    frequencies: Sequence[Positive] | None
+    bearing: AskedBearing | None
+    band: Pair | None
+    axes: Sequence[str] | None
+    job: str | None
+    quantity: str | None
+    drive: str | None
+
+
+@record
 class OrdersReport(Head):
     """Spectrum, orders, natural frequencies and sources of a recorded signal."""
 
     command: Literal["orders"] = "orders"
     job_set: Sequence[str] | Absent = ABSENT
-    input: Mapping[str, Any]
+    input: Asked
     found: Annotated[RecordAnalysis, INLINE]

@@ -275,7 +275,7 @@ class Report:
     corrections: Sequence[Correction] = ()
     steps: Sequence[Step] = ()
     inertia_change_g_mm2: KgMm2 | None = None
-    forces: Forces | Absent | None = ABSENT
+    forces: Forces | Absent | None = None
     outcome: Outcome | None = None
     proven: Annotated[
         bool | None, "whether the residual plus its uncertainty is within what is permitted"
