@@ -59,7 +59,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     engine = "[engine]\nrod_length_mm = 104.0\n[engine.rotating_g]"
     job = spread.replace("[engine.rotating_g]", engine)
     (folder / "job.toml").write_text(job, encoding="utf-8")
-    (folder / "cycle.toml").write_text(f"{job}{toml_text({'cycle': SAID['CYCLE']})}", encoding="utf-8")
+    (folder / "cycle.toml").write_text(
+        f"{job}{toml_text({'cycle': SAID['CYCLE'], 'strength': SAID['STRENGTH']})}", encoding="utf-8"
+    )
     jobs.computed(folder / "job.toml", folder / "done")
     (folder / "jobs").mkdir()
     (folder / "jobs" / "job.toml").write_text(job.replace("crank.stl", "../crank.stl"), encoding="utf-8")
@@ -105,6 +107,7 @@ CALLS: Mapping[str, str] = {
     "rod": "rod rod.stl --unit mm",
     "rotor": "rotor shaft.toml",
     "shafts": "shafts job.toml",
+    "strength": "strength cycle.toml",
     "study": "study job.toml --samples 200 --exact 1 --workers 1",
     "torsion": "torsion cycle.toml",
     "verify": "verify done/report.json",
