@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from autobalance import job as jobs
 from autobalance.api.crank import Crank
 from autobalance.api.result_files import with_outputs
 from autobalance.balancing.loop import Result, balance, left_as_it_is
@@ -37,7 +36,7 @@ from autobalance.engine.balance_factor import balance_factor, bob_weight_moments
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job import Job
 from autobalance.job.files.reading import MachineReading, ReadPlane
-from autobalance.job.model.crank_readings import CrankReadings
+from autobalance.job.stage import for_recut
 from autobalance.machine_models import rotor_from_job
 from autobalance.report.balance.stage_values import StageNotes, stage_values
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -59,7 +58,7 @@ class RecutStage:
         self.tell, self.watch = tell, watch
         self.tolerance = earlier.tolerance
         self.accuracy = MachineAccuracy(reading.urr, reading.umar_g_mm)
-        self.job = _job(earlier.job, reading)
+        self.job = for_recut(earlier.job, reading.correction)
         with watch.stage("measure"):
             self.crank = measured_source(
                 earlier.source,
@@ -259,17 +258,6 @@ def _bob_weight(throw: Any, grams: float) -> Unbalance:
     """Return what grams at the centre of a crankpin add."""
     at = grams * throw.crankpin.centre_mm[:2]
     return Unbalance(at, at * float(throw.crankpin.centre_mm[2]))
-
-
-def _job(job: Job, reading: MachineReading) -> Job:
-    """Return the job with the reading's [correction] in place of its own.
-
-    What a shop measured of the bare crank says nothing of the one that was cut since.
-    """
-    own = replace(job.crankshaft, readings=CrankReadings())
-    if reading.correction is not None:
-        job = jobs.parse({**job.raw, "correction": reading.correction}, job.path)
-    return replace(job, crankshaft=own)
 
 
 def earlier_reading(earlier: EarlierStage) -> JudgedReading:

@@ -155,6 +155,7 @@ def ranked(rows: Sequence[Row], prefer: Prefer) -> list[Row]:
         moved, inertia = row.moved_g or 0.0, row.inertia_change_g_mm2 or 0.0
         first: Mapping[Prefer, tuple[float, ...]] = {
             "simple": (row.different, row.cuts),
+            "same_setup": (row.different, row.cuts),
             "least_metal": (),
             "fewest_holes": (row.cuts,),
             "least_inertia_change": (abs(inertia),),
@@ -168,6 +169,7 @@ def ranked(rows: Sequence[Row], prefer: Prefer) -> list[Row]:
 
 WORDS: Mapping[Prefer, str] = {
     "simple": "fewest different cuts, then fewest cuts, then least metal",
+    "same_setup": "fewest different cuts, then fewest cuts, then least metal",
     "least_metal": "least metal",
     "fewest_holes": "fewest cuts, then least metal",
     "least_inertia_change": "least change of inertia",

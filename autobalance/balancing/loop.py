@@ -19,6 +19,7 @@ from autobalance.correction.overlap import Overlap, taken_in_turn
 from autobalance.correction.setup_order import setup_order
 from autobalance.planning.depths import AIM, Plan
 from autobalance.planning.drop_negligible_cuts import worthwhile
+from autobalance.planning.least_steps import settable
 from autobalance.planning.milp import least_share
 from autobalance.planning.reject_worse import harmless, is_harmless
 from autobalance.planning.relaxation import Attempt, Relaxation, relaxations
@@ -178,6 +179,7 @@ def balance(
         again = choose(initial + drift, tolerance, chosen.candidates, prefer=prefer, start_mm=plan.depths_mm)
         plan = harmless(initial + drift, tolerance, chosen.candidates, again)
         plan = worthwhile(initial + drift, tolerance, chosen.candidates, plan)
+        plan = settable(initial + drift, tolerance, chosen.candidates, plan)
     assert best is not None
     does_harm = best.share > 1.0 and not is_harmless(initial, best.residual, tolerance, MEASURED_WORSE)
     if best.share >= tolerance.used_share(initial) or does_harm:

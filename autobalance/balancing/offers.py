@@ -15,7 +15,9 @@ from autobalance.errors import CorrectionError
 from autobalance.planning.depths import AIM, Plan
 from autobalance.planning.drop_negligible_cuts import worthwhile
 from autobalance.planning.fewest_setups import rank
+from autobalance.planning.least_steps import least_step_mm, settable
 from autobalance.planning.reject_worse import harmless
+from autobalance.planning.same_setup import same_setups
 from autobalance.planning.task import Task, part_of, usual
 from autobalance.planning.whole_cuts import choose, is_enough
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -59,6 +61,7 @@ def best_offer(
     """
     best: BestOffer | None = None
     errors: dict[int, CorrectionError] = {}
+    doubt = rotor.doubt(rotor.moments) if prefer == "same_setup" else None
     for search_level in range(max(correction.search_levels(limits) for limits in methods)):
         look = 1.0
         for _ in range(LOOKS):
@@ -76,11 +79,16 @@ def best_offer(
                 break
             candidates = correction.joined(parts)
             nothing = [m for m, part in zip(placed, parts, strict=True) if not part.cuts and len(methods) > 1]
+            notes = (*_left_out(methods, errors, nothing), *candidates.notes)
+            for again in same_setups(candidates.cuts, rotor.earlier) if prefer == "same_setup" else ():
+                task = Task(initial, tolerance, candidates, prefer, AIM, *usual(candidates))
+                part = part_of(task, again).candidates
+                plan = settable(initial, tolerance, part, choose(initial, tolerance, part, prefer=prefer))
+                if tolerance.is_met_by(plan.predicted, doubt):
+                    return BestOffer(part, plan, tuple(placed), notes)
             plan = choose(initial, tolerance, candidates, prefer=prefer)
             if best is None or plan.share < best.plan.share * (1.0 - AIM):
-                best = BestOffer(
-                    candidates, plan, tuple(placed), (*_left_out(methods, errors, nothing), *candidates.notes)
-                )
+                best = BestOffer(candidates, plan, tuple(placed), notes)
             at_end = [
                 cut.limit_is_reach and depth >= cut.max_depth_mm - 1e-9
                 for cut, depth in zip(candidates.cuts, plan.depths_mm, strict=True)
@@ -93,7 +101,24 @@ def best_offer(
     if best is None:
         raise next(iter(errors.values()))
     plan = harmless(initial, tolerance, best.candidates, best.plan)
-    return replace(best, plan=worthwhile(initial, tolerance, best.candidates, plan))
+    plan = worthwhile(initial, tolerance, best.candidates, plan)
+    coarse = settable(initial, tolerance, best.candidates, plan)
+    return replace(best, plan=coarse, notes=(*best.notes, *_too_fine(best.candidates, plan, coarse)))
+
+
+def _too_fine(candidates: Candidates, plan: Plan, coarse: Plan) -> tuple[str, ...]:
+    """Return what is left because no machine sets so little, where anything is."""
+    names = [
+        f"{cut.label} by {depth:.2g} mm"
+        for cut, depth in zip(candidates.cuts, plan.depths_mm.tolist(), strict=True)
+        if 0.0 < depth < least_step_mm(cut)
+    ]
+    if not names:
+        return ()
+    return (
+        f"{', '.join(names)}: less than min_step_mm, left out; that leaves "
+        f"{coarse.predicted.magnitude_g_mm:.3g} g·mm instead of {plan.predicted.magnitude_g_mm:.3g} g·mm",
+    )
 
 
 def _left_out(

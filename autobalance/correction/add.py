@@ -70,6 +70,8 @@ class AddLimits(FaceLimits):
         Clearance to the next metal over the face; default 2 mm.
     depth_step_mm : float
         Step in which the height is set; 0: any height [mm].
+    min_step_mm : float
+        Least height that a machine is set up for: nothing under it is planned [mm].
     crankcase_radius_mm : float or None
         Inner radius of the crankcase about the crank axis; added metal keeps ``min_wall_mm`` from it.
     crankcase_gap_mm : float or None
@@ -111,6 +113,7 @@ class AddCut(FaceCut):
     least_depth_mm: float = 0.0
     adds_metal: bool = True
     clearance_mm: float = 0.0
+    min_step_mm: float = 0.0
 
     @property
     def label(self) -> str:
@@ -204,6 +207,7 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
                 max_depth_mm=room,
                 limit=limit,
                 depth_step_mm=limits.depth_step_mm,
+                min_step_mm=limits.min_step_mm,
             )
         )
     return add_cuts

@@ -14,9 +14,12 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.types import Array
 
-Prefer = Literal["simple", "least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"]
+Prefer = Literal[
+    "simple", "same_setup", "least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"
+]
 """What to spare, or to get rid of, among plans that reach the aim; simple: fewest different cuts (of tool and
-depth), then fewest cuts, then least metal."""
+depth), then fewest cuts, then least metal; same_setup: first the tools of earlier stages in their own places,
+then these tools anywhere, then simple."""
 
 
 class Cut(Protocol):
@@ -101,11 +104,15 @@ SAME_PLACE_MM = 0.5
 
 @dataclass(frozen=True, eq=False)
 class EarlierCut:
-    """A cut of an earlier stage: its kind, its web and where it enters, rotor frame (3,) [mm]."""
+    """A cut of an earlier stage: its kind, its web and where it enters, rotor frame (3,) [mm].
+
+    ``diameter_mm`` is that of its tool; None where that is no hole.
+    """
 
     kind: str
     web: int | None
     position_mm: Array
+    diameter_mm: float | None = None
 
     def is_at(self, position_mm: Array) -> bool:
         """Return whether another cut enters where this one does."""

@@ -12,6 +12,7 @@ from autobalance.correction.faces.patches import heavy_vector
 from autobalance.correction.holes.bores import fitting_mm, old_sites
 from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at
 from autobalance.correction.holes.drill_limits import ZONES, DrillLimits
+from autobalance.correction.holes.drill_series import SAME_MM
 from autobalance.correction.holes.drill_sizes import likely_sizes_mm
 from autobalance.correction.holes.drill_words import no_place, why_none
 from autobalance.correction.holes.hole import Hole, hole_shape, keep_apart
@@ -31,6 +32,7 @@ from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid
+from autobalance.types import Array
 from autobalance.wording import number
 
 
@@ -76,7 +78,7 @@ class DrillCut(HoleCut):
             position_mm=entry,
             axis=hole.axis.inward,
             tool_volume_mm3=hole.tool_volume_mm3(depth_mm),
-            entry_mm=self._first_entry_mm(),
+            entry_mm=self.first_entry_mm.tolist() if self.site.sunk_mm else None,
             entry_lift_mm=hole.lift_mm,
             direction=self.limits.direction,
             diameter_mm=self.diameter_mm,
@@ -84,6 +86,7 @@ class DrillCut(HoleCut):
             point_angle_deg=self.limits.point_angle_deg,
             point_mm=hole.point_mm,
             deepened_from_mm=self.site.sunk_mm or None,
+            deepened_at=None if not self.site.sunk_mm else "shoulder" if self.site.on_shoulder else "bottom",
             angle_deg=math.degrees(self.site.angle_rad) % 360.0,
             entry_radius_mm=math.hypot(entry[0], entry[1]),
             inward=[float(v) for v in hole.axis.inward],
@@ -91,10 +94,10 @@ class DrillCut(HoleCut):
             depth_left_mm=self.max_depth_mm - depth_mm,
         )
 
-    def _first_entry_mm(self) -> list[float] | None:
-        """Return where a hole that is deepened was entered at first."""
-        axis, sunk = self.hole.axis, self.site.sunk_mm
-        return [float(v) for v in axis.entry_mm - sunk * axis.inward] if sunk else None
+    @property
+    def first_entry_mm(self) -> Array:
+        """Where the hole was entered at first, before it was deepened (3,)."""
+        return self.hole.axis.entry_mm - self.site.sunk_mm * self.hole.axis.inward
 
 
 class Drill(Kind[DrillLimits]):
@@ -118,12 +121,10 @@ class Drill(Kind[DrillLimits]):
             lambda z_mm: heavy_vector(work.heavy_at, z_mm),
             limits,
             search_level,
-            likely_sizes_mm(work, limits, search_level),
+            _sizes_mm(work, limits, search_level),
         )
         drill_cuts = [
-            cut
-            for cut in every
-            if not (cut.site.sunk_mm and work.is_filled(self.name, cut.hole.axis.entry_mm))
+            cut for cut in every if not (cut.site.sunk_mm and work.is_filled(self.name, cut.first_entry_mm))
         ]
         apart = keep_apart(
             [cut.hole for cut in drill_cuts], [cut.max_depth_mm for cut in drill_cuts], limits.min_spacing_mm
@@ -133,8 +134,7 @@ class Drill(Kind[DrillLimits]):
             members = tuple(
                 k
                 for k, cut in enumerate(drill_cuts)
-                if cut.web == web
-                and not (cut.site.sunk_mm and work.is_taken(self.name, cut.hole.axis.entry_mm))
+                if cut.web == web and not (cut.site.sunk_mm and work.is_taken(self.name, cut.first_entry_mm))
             )
             left = max(0, limits.max_holes - work.made_earlier(self.name, web))
             counts.append(Count(members, left, f"max_holes = {limits.max_holes} in web {web}"))
@@ -190,6 +190,13 @@ class Drill(Kind[DrillLimits]):
 KIND = Drill()
 
 
+def _sizes_mm(work: Workpiece, limits: DrillLimits, search_level: int) -> tuple[float, ...]:
+    """Return the drills to set up: those that suit, and those at hand that earlier stages were made with."""
+    before = [each.diameter_mm for each in work.earlier if each.kind == KIND.name and each.diameter_mm]
+    again = {size for size in limits.at_hand_mm for other in before if abs(size - other) < SAME_MM}
+    return tuple(sorted({*likely_sizes_mm(work, limits, search_level), *again}))
+
+
 def cuts(
     solid: Solid,
     anatomy: Anatomy,
@@ -241,14 +248,15 @@ def cuts(
     return cuts
 
 
-LEAST_DEEPENING_MM = 0.1
+SAME_POINT = 0.03
+"""Difference of two points' lengths, in radii, up to which a drill goes on with all of an old bottom."""
 
 
 def _deepened(search: HoleSearch, density_g_mm3: float, limits: DrillLimits) -> Iterator[DrillCut | None]:
     """Yield the blind holes that are there and that a drill at hand fits."""
     anatomy = search.anatomy
     half_point = math.radians(0.5 * limits.point_angle_deg)
-    room = HoleLimits(limits.min_wall_mm, half_point, LEAST_DEEPENING_MM, limits.max_depth_mm)
+    room = HoleLimits(limits.min_wall_mm, half_point, limits.min_step_mm, limits.max_depth_mm)
     fitting = [
         (replace(site, least_radius_mm=least_radius_mm(anatomy, web, limits.zone)), 0.5 * diameter)
         for web in anatomy.webs
@@ -259,10 +267,13 @@ def _deepened(search: HoleSearch, density_g_mm3: float, limits: DrillLimits) -> 
     ]
     if not fitting:
         return
-    shallow = replace(limits, min_depth_mm=LEAST_DEEPENING_MM)
+    shallow = replace(limits, min_depth_mm=limits.min_step_mm)
     widest = max(radius for _, radius in fitting)
     metal = reach_of(search.solid, anatomy, [site for site, _ in fitting], widest)
-    for place, radius in fitting:
+    for found, radius in fitting:
+        point = radius / math.tan(half_point)
+        same_point = abs(found.old_point_mm - point) <= SAME_POINT * radius
+        place = found.from_shoulder(point) if same_point else found
         deeper_room = replace(room, most_mm=limits.max_depth_mm - place.sunk_mm)
         for each in make_holes([place], metal[place.web], radius, deeper_room):
             yield _cut(*each, shallow, density_g_mm3)

@@ -69,6 +69,8 @@ class ShoulderLimits(FaceLimits):
         of the web's width.
     depth_step_mm : float
         Step in which the machine sets the depth; 0: any depth [mm].
+    min_step_mm : float
+        Least depth that a machine is set up for: nothing under it is planned [mm].
     """
 
 
@@ -95,6 +97,7 @@ class ShoulderCut(FaceCut):
     clearance_mm: float
     limit_is_reach: bool
     least_depth_mm: float = 0.0
+    min_step_mm: float = 0.0
 
     @property
     def label(self) -> str:
@@ -234,6 +237,7 @@ def _cut(
         limit=limit.reason,
         limit_is_reach=limit.is_reach,
         depth_step_mm=limits.depth_step_mm,
+        min_step_mm=limits.min_step_mm,
         clearance_mm=wall,
     )
 

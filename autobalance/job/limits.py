@@ -39,8 +39,9 @@ USUAL = {
 
 PREFER = (
     'what to spare among plans that reach the aim: `"simple"` (fewest different cuts of tool and depth, then '
-    "fewest cuts, then least metal; cuts of holes, slugs and machine steps may leave a quarter of the "
-    "permissible value for it)"
+    'fewest cuts, then least metal; `"same_setup"`, usual in `recut`: first the tools of earlier stages in '
+    "their own places, then these tools anywhere; cuts of holes, slugs and machine steps may leave a quarter "
+    "of the permissible value for it)"
 )
 
 

@@ -9,11 +9,12 @@ from typing import TypeVar
 
 from autobalance.correction.contract import Apart, Cut, Prefer, SharedDepth
 from autobalance.correction.kind import Candidates
+from autobalance.correction.overlap import Overlap
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 
-_Pair = TypeVar("_Pair", Apart, SharedDepth)
+_Pair = TypeVar("_Pair", Apart, SharedDepth, Overlap)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +62,7 @@ def part_of(task: Task, few: Sequence[int]) -> Task:
     place = {k: n for n, k in enumerate(few)}
     candidates = task.candidates
 
-    def both(pair: Apart | SharedDepth) -> bool:
+    def both(pair: Apart | SharedDepth | Overlap) -> bool:
         return pair.first in place and pair.second in place
 
     def moved(pair: _Pair) -> _Pair:
@@ -81,5 +82,6 @@ def part_of(task: Task, few: Sequence[int]) -> Task:
             for rule in candidates.varieties
         ),
         candidates.notes,
+        tuple(moved(pair) for pair in candidates.overlaps if both(pair)),
     )
     return replace(task, candidates=part)

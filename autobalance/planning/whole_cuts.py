@@ -87,6 +87,8 @@ def _chosen_plan(
     aim: float,
 ) -> Plan:
     """Return what ``choose`` does, with depths as the solvers leave them."""
+    if prefer == "same_setup":
+        prefer = "simple"  # which tools and places go first was decided with the candidates
     if prefer == "simple" and candidates.cuts:
         return _simplest(Task(residual, tolerance, candidates, prefer, aim, *usual(candidates)), start_mm)
     if not candidates.cuts or (not is_discrete(candidates) and prefer == "least_metal"):

@@ -24,6 +24,7 @@ NOT_CHECKED: Mapping[str, str] = {
     "corrections[].wall_left_mm": PLANNED,
     "corrections[].depth_left_mm": PLANNED,
     "corrections[].deepened_from_mm": PLANNED,
+    "corrections[].deepened_at": PLANNED,
     "corrections[].cutter_mm": PLANNED,
     "corrections[].drill": "what the shop calls the drill; its diameter was checked",
     "corrections[].corner_radius_mm": PLANNED,

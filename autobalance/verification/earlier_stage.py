@@ -64,7 +64,9 @@ class EarlierStage:
         """The cuts that count where cuts are limited in number: a hole that was deepened once."""
         cuts_found: list[EarlierCut] = []
         for each in self.cuts:
-            cut = EarlierCut(str(each["kind"]), each.get("web"), np.array(each["position_mm"], dtype=float))
+            entry = each.get("entry_mm") or each["position_mm"]  # a hole that was deepened: where it began
+            place = np.array(entry, dtype=float)
+            cut = EarlierCut(str(each["kind"]), each.get("web"), place, each.get("diameter_mm"))
             if not any(other.kind == cut.kind and other.is_at(cut.position_mm) for other in cuts_found):
                 cuts_found.append(cut)
         return tuple(cuts_found)

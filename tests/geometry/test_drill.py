@@ -238,16 +238,14 @@ def test_a_hole_that_is_there_is_deepened(direction: Literal["radial", "axial"],
     ]
     (cut,) = old
     assert cut.web == first.web
-    bottom = first.hole.axis.entry_mm + (5.0 + first.hole.point_mm) * first.hole.axis.inward
-    assert_allclose(cut.hole.axis.entry_mm, bottom, atol=1e-3)  # fitted to facets
+    shoulder = first.hole.axis.entry_mm + 5.0 * first.hole.axis.inward
+    assert_allclose(cut.hole.axis.entry_mm, shoulder, atol=1e-3)  # fitted to facets
     for more in (cut.least_depth_mm, 2.0):
         deeper = drilled - cut.tool(more).moved(anatomy.rotor_to_file)
         assert_same(cut.effect(more), difference(drilled, deeper, anatomy), 1e-5)
-        volume = math.pi * 16.0 * (more + first.hole.point_mm)  # old point and new one are alike
+        volume = math.pi * 16.0 * more  # old point and new one are alike
         assert_allclose(-cut.effect(more).mass_g / STEEL, volume, rtol=1e-3)  # the mouth's facets
         assert len(deeper.pieces()) == 1
-    assert cut.correction(2.0).details["deepened_from_mm"] == pytest.approx(
-        5.0 + first.hole.point_mm, abs=1e-2
-    )
-    room = first.max_depth_mm - 5.0 - first.hole.point_mm
+    assert cut.correction(2.0).details["deepened_from_mm"] == pytest.approx(5.0, abs=1e-2)
+    room = first.max_depth_mm - 5.0
     assert cut.max_depth_mm == pytest.approx(room, abs=5e-3)

@@ -39,6 +39,7 @@ class FaceLimits(Limits):
     same_depth: bool = False
     min_wall_mm: Annotated[float | None, NOT_NEGATIVE] = None
     depth_step_mm: Annotated[float, STEP] = 0.0
+    min_step_mm: Annotated[float, NOT_NEGATIVE] = 0.05
 
 
 @dataclass(frozen=True, eq=False)

@@ -183,10 +183,12 @@ def _bottom(
         return None
     s = np.hypot(others[:, :, 0], others[:, :, 1])
     wall = (s <= (1.0 + ROUND_SHARE) * bore.radius_mm).all(1) & (others[:, :, 2].max(1) <= bore.radius_mm)
-    sunk = -float(axis.local(near.corners[bore.rows])[:, :, 2].min())
+    along = axis.local(near.corners[bore.rows])[:, :, 2]
+    sunk, point = -float(along.min()), max(-float(along.max()), 0.0)
     passed = others[:, :, 2].max(1) < -wall_mm  # beside the old hole, through which the drill has gone before
     angle = math.atan2(float(entry[1]), float(entry[0]))
-    return Site(web.number, angle, axis, others[~wall & ~passed], LIFT_SHARE * bore.radius_mm, sunk)
+    lift = LIFT_SHARE * bore.radius_mm
+    return Site(web.number, angle, axis, others[~wall & ~passed], lift, sunk, old_point_mm=point)
 
 
 LIFT_SHARE = 0.8

@@ -64,10 +64,13 @@ class DrillLimits(Limits):
         any web away from the crankpin; or all of any web.
     max_obliquity_deg : float
         Between a hole's axis and the normal of the surface that it enters: a drill runs off a slanted one.
-    deepen : bool
+    min_step_mm : float
+        Least change of depth that a machine is set up for: a hole that is there is deepened by that at least.
+    deepen : bool or None
         Blind holes that are there may be deepened by a drill of their diameter (to 2 %); the depth then
-        counts from the old bottom on the axis to the new shoulder, from 0.1 mm on; ``max_depth_mm`` holds
-        for old and new together.
+        counts from the end of the old full diameter (where the old point is another one: from the old bottom
+        on the axis), from ``min_step_mm`` on; ``max_depth_mm`` holds for old and new together. None: only in
+        ``recut``.
     """
 
     direction: Direction = "radial"
@@ -84,7 +87,8 @@ class DrillLimits(Limits):
     sectors_deg: Sectors = ((0.0, 360.0),)
     zone: Zone = "counterweights"
     max_obliquity_deg: Annotated[float, OBLIQUITY] = 15.0
-    deepen: bool = False
+    min_step_mm: Annotated[float, POSITIVE] = 0.1
+    deepen: bool | None = None
 
     def __post_init__(self) -> None:
         """Refuse limits that contradict each other."""

@@ -44,6 +44,8 @@ class Site:
 
     ``sunk_mm`` is how far the entry, the bottom of a hole that is there, lies below that hole's mouth;
     ``oblique_rad`` is the angle between the axis and the normal of the surface that it enters;
+    ``old_point_mm`` is the length of that hole's point, and ``on_shoulder`` tells that the entry lies where
+    that point begins, not at its tip: a drill of the same point goes on with all of the bottom at once.
     ``least_radius_mm`` is how near to the crank axis the zone lets a hole come.
     """
 
@@ -55,6 +57,19 @@ class Site:
     sunk_mm: float = 0.0
     oblique_rad: float = 0.0
     least_radius_mm: float = 0.0
+    old_point_mm: float = 0.0
+    on_shoulder: bool = False
+
+    def from_shoulder(self, point_mm: float) -> Site:
+        """Return the place with its entry where the hole's point of this length begins."""
+        inward = self.axis.inward
+        return replace(
+            self,
+            axis=Axis(self.axis.entry_mm - point_mm * inward, inward),
+            others=self.others + np.array([0.0, 0.0, point_mm]),
+            sunk_mm=self.sunk_mm - point_mm,
+            on_shoulder=True,
+        )
 
     def most_mm(self, radius_mm: float, half_point_rad: float) -> float:
         """Return the depth at which a radial hole leaves its zone, point included, or meets the crank axis.
@@ -281,6 +296,8 @@ def make_holes(
         if bore.is_empty:
             continue
         whole = _whole_below(site.axis.local(bore.mesh.corners), radius_mm, deepest)
+        if site.on_shoulder and math.isfinite(whole):
+            whole = 0.0
         if max(room.least_mm, whole) <= deepest:
             volume = bore.moments(1.0)
             hole = Hole(

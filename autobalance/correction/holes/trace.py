@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.correction.contract import Item, Limits
-from autobalance.correction.holes.hole import Hole
+from autobalance.correction.holes.hole import Hole, drill_body
 from autobalance.correction.holes.surface import Axis
 from autobalance.correction.trace import (
     SLACK_MM,
@@ -89,6 +89,9 @@ class HoleTrace:
         axis, depth = self._axis, stated_number(self.item, "depth_mm")
         to_local: Array = np.linalg.inv(axis.placement).astype(np.float64)
         bore = union([piece.moved(to_local) for piece in metal.pieces])
+        goes_on = self.item.get("deepened_at") == "shoulder"
+        if goes_on:
+            bore = union([bore, self._old_hole()])
         look = OVER_SHOULDER * depth
         area, first, _ = bore.section(look).area_moments()
         if not area > 0.0:
@@ -97,9 +100,11 @@ class HoleTrace:
         tip = float(bore.bounds[1, 2])
         shoulder = 1.5 * (bore.above(look).volume_mm3 / area + look - tip / 3.0)
         entry = _first_met(bore.mesh, np.array([*(first / area), look]), np.array([0.0, 0.0, 1.0]))
+        if goes_on:  # where the old point began: were it not there, the depth found would differ
+            entry = -look
         position = axis.placement[:3, :3] @ np.array([*(first / area), look + entry]) + axis.entry_mm
         lift = self.item.get("entry_lift_mm")
-        outermost = max(0.0, -float(bore.bounds[0, 2]))
+        outermost = 0.0 if goes_on else max(0.0, -float(bore.bounds[0, 2]))
         return {
             **({} if lift is None else {"entry_lift_mm": max(float(lift), outermost)}),
             "direction": "axial" if abs(float(axis.inward[2])) > 0.5 else "radial",
@@ -110,6 +115,11 @@ class HoleTrace:
             "web": web_at(metal.crank.anatomy, float(position[2])),
             "point_mm": tip - shoulder,
         }
+
+    def _old_hole(self) -> Solid:
+        """Return the end of the old hole, where the axis begins, and its point: what went before."""
+        radius = 0.5 * stated_size(self.item, "diameter_mm")
+        return drill_body(radius, -radius, 0.0, radius / math.tan(self.half_point_rad))
 
 
 def _sizes_mm(limits: Limits | None) -> Sequence[float]:

@@ -1,0 +1,31 @@
+"""A job as ``recut`` takes it: with what counts there where the job says nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import Any
+
+from autobalance.correction import KINDS
+from autobalance.job.read import Job, parse
+
+USUAL = "simple"
+"""What `balance` spares where a job does not say."""
+
+
+def for_recut(job: Job, correction: Mapping[str, Any] | None) -> Job:
+    """Return the job of a further stage: the reading's ``[correction]``, if any, in place of its own.
+
+    What was set up before is gone on with first (``prefer = "same_setup"``), and holes that are there may be
+    deepened, unless the table says otherwise. A report says ``"simple"`` where its job said nothing.
+    """
+    table = dict(job.raw["correction"] if correction is None else correction)
+    if table.get("prefer", USUAL) == USUAL and (correction is None or "prefer" not in correction):
+        table["prefer"] = "same_setup"
+    method = table.get("method", [])
+    for name in [method] if isinstance(method, str) else method:
+        if name in KINDS and any(each.name == "deepen" for each in fields(KINDS[name].limits)):
+            own = table.get(name) or {}
+            table[name] = {**own, "deepen": True} if own.get("deepen") is None else own
+    again = parse({**job.raw, "correction": table}, job.path, crank_given=True)
+    return replace(again, settings=job.settings, crankshaft=job.crankshaft)
