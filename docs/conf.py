@@ -12,6 +12,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
+
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 sys.path.insert(0, str(ROOT))
@@ -24,6 +27,7 @@ from autobalance.version import __version__  # noqa: E402
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
+    from sphinx.writers.html5 import HTML5Translator
 
 project = "autobalance"
 author = "The autobalance authors"
@@ -48,6 +52,7 @@ autodoc_typehints = "none"  # the numpy docstrings give them in words, with shap
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 
+html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"autobalance {__version__}"
 html_static_path: list[str] = []
@@ -91,8 +96,16 @@ def write_theory() -> None:
     (GENERATED / "formulas.rst").write_text("\n".join(lines), encoding="utf-8")
 
 
-def setup(_: Sphinx) -> None:
+def write_mathml(visitor: HTML5Translator, node: nodes.math | nodes.math_block) -> None:
+    """Write a formula as MathML, which browsers set by themselves: no script, nothing from the network."""
+    is_block = isinstance(node, nodes.math_block)
+    visitor.body.append(tex2mathml(node.astext(), as_block=is_block))
+    raise nodes.SkipNode
+
+
+def setup(app: Sphinx) -> None:
     """Write the generated pages, and bring the notebooks in."""
+    app.add_html_math_renderer("mathml", (write_mathml, None), (write_mathml, None))
     GENERATED.mkdir(exist_ok=True)
     write_commands()
     write_functions()
