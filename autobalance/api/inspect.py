@@ -43,13 +43,15 @@ class InspectResult(VerbResult):
 
         return inspect_text(self.report, ON_SCREEN[units])
 
-    def sections_text(self) -> str:
+    def sections_text(self, units: str = "metric") -> str:
         """Return the table of sections: with what hangs on the crank, where that was asked for."""
         from autobalance.report.balance.crank_text import sections_text
         from autobalance.report.balance.section_text import section_table_text
+        from autobalance.report.display_units import ON_SCREEN
 
         found = self.report.get("section_table")
-        return sections_text(self.report) if found is None else section_table_text(found)
+        u = ON_SCREEN[units]
+        return sections_text(self.report, u) if found is None else section_table_text(found, u)
 
     def picture(self) -> bytes:
         """Return a PNG of the crank with its axis, pins, and faces by their ids."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,7 +53,7 @@ def sheet(
     *,
     only: Sequence[str] = ("pdf",),
     paper: str = "A4",
-    units: str = "metric",
+    units: str | None = None,
     zero: str = "keyway",
     date: str | None = None,
 ) -> SheetResult:
@@ -69,8 +69,9 @@ def sheet(
         Kinds of file to draw, pdf or dxf or both with a comma between. ``dxf`` needs the extra of its name.
     paper : {"A4", "Letter"}
         Paper of sheet.pdf.
-    units : {"metric", "inch"}
-        Units of sheet.pdf; the DXF is in mm.
+    units : {"metric", "inch"} or None
+        Units of sheet.pdf, and of the DXF's dimensions, whose coordinates are mm; None: those
+        of the shop, else metric.
     zero : {"keyway", "crankpin"}
         Zero of the angles of sheet.pdf; without a keyway it is crankpin 1.
     date : str or None
@@ -89,9 +90,11 @@ def sheet(
     from autobalance.verification.earlier_stage import earlier_stage
 
     path = Path(report)
-    choice = _choice(only, paper, units, zero, date)
+    choice = _choice(only, paper, units or "metric", zero, date)
     left = earlier_stage(path)
     values: Values = dict(left.values)
+    if units is None:
+        choice = replace(choice, units=(values["job"].get("shop") or {}).get("units") or "metric")
     try:
         made = _drawn(values, left.source.solid, left.anatomy.file_to_rotor, choice)
     except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:

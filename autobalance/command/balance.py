@@ -5,7 +5,15 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_output, add_pages, add_strict, add_units, chosen_pages
+from autobalance.command.options import (
+    add_json,
+    add_output,
+    add_pages,
+    add_shop_units,
+    add_strict,
+    chosen_pages,
+    units_of,
+)
 from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import Option, Verb
 
@@ -19,7 +27,7 @@ VERB = Verb(
     writes=(
         add_output("the results", "NAME-balanced beside the job"),
         add_json,
-        add_units,
+        add_shop_units,
         add_pages,
         add_strict,
         add_progress,
@@ -33,6 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.command.finish import balanced, judged
 
     this_job = VERB.keywords(arguments)["job"]
+    arguments.units = units_of(arguments, this_job.filled.get("shop"))
     folder = Path(arguments.output) if arguments.output else default_folder(this_job.path)
     done = balanced(this_job, folder, arguments.json, chosen_pages(arguments), mode_of(arguments))
     from autobalance.report.balance.text import balance_text

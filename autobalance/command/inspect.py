@@ -107,7 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     say(result.text(arguments.units))
     if arguments.sections:
-        say("\n" + result.sections_text())
+        say("\n" + result.sections_text(arguments.units))
     return 0
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
 
 from autobalance.report.output_kinds import KINDS, choices
 
@@ -29,6 +29,22 @@ def add_units(parser: argparse.ArgumentParser) -> None:
         default="metric",
         help="units of the printed summary; inch is in, oz and oz·in; files stay metric (default: metric)",
     )
+
+
+def add_shop_units(parser: argparse.ArgumentParser) -> None:
+    """Offer ``--units`` where a shop may say in which it works."""
+    parser.add_argument(
+        "--units",
+        choices=("metric", "inch"),
+        help="units of summary, page, sheet and pictures; inch is in, oz with g, oz·in with g·in; "
+        "report.json and solids stay metric (default: units of the shop, else metric)",
+    )
+
+
+def units_of(arguments: argparse.Namespace, shop: Mapping[str, Any] | None) -> str:
+    """Return the units that are asked for, else those in which a shop works."""
+    chosen: str = arguments.units or (shop or {}).get("units") or "metric"
+    return chosen
 
 
 def add_strict(parser: argparse.ArgumentParser) -> None:

@@ -5,7 +5,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_pages, add_strict, add_units, chosen_pages
+from autobalance.command.options import (
+    add_json,
+    add_pages,
+    add_shop_units,
+    add_strict,
+    chosen_pages,
+    units_of,
+)
 from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import Option, Verb
 
@@ -17,7 +24,7 @@ VERB = Verb(
         "reading": Option(metavar="READING.toml"),
         "folder": Option(("-o", "--output"), metavar="DIR"),
     },
-    writes=(add_json, add_units, add_pages, add_strict, add_progress),
+    writes=(add_json, add_shop_units, add_pages, add_strict, add_progress),
 )
 
 
@@ -39,6 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     with shown(mode_of(arguments)) as progress:
         result = recut(**VERB.keywords(arguments), progress=progress)
         folder = result.folder
+        arguments.units = units_of(arguments, result.report["job"].get("shop"))
         if (folder / "report.json").resolve() == Path(arguments.report).resolve():
             raise UsageError(f"{folder} holds the report that is read; choose another folder with -o")
         with staging_for(folder, copy) as staging:

@@ -67,7 +67,7 @@ class Material:
 
         shown = self.shown
         self.notify("drawing pictures")
-        return pictures(self.report, self.before.mesh, shown.body, shown.pieces)
+        return pictures(self.report, self.before.mesh, shown.body, shown.pieces, units=self.choice.units)
 
     @cached_property
     def drawings(self) -> Drawings:

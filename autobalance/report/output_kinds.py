@@ -57,7 +57,11 @@ def _page(material: Material) -> dict[str, bytes]:
     picture = material.pictures[0]
     material.notify("writing the page")
     shown = material.shown
-    return {"html": page(material.report, shown.body, shown.pieces, picture, shown.note).encode()}
+    return {
+        "html": page(
+            material.report, shown.body, shown.pieces, picture, shown.note, material.choice.units
+        ).encode()
+    }
 
 
 def _sheet(material: Material) -> dict[str, bytes]:
@@ -88,7 +92,7 @@ def _require_ezdxf() -> None:
 def _drawing(material: Material) -> dict[str, bytes]:
     from autobalance.report.sheet.dxf import dxf
 
-    return {"dxf": dxf(material.report, material.drawings)}
+    return {"dxf": dxf(material.report, material.drawings, material.choice.units)}
 
 
 def _tools(material: Material) -> dict[str, bytes]:

@@ -328,8 +328,10 @@
       const range = axis === "z" ? data.z_mm : [-reach, reach];
       const place = range[0] + share * (range[1] - range[0]);
       cutPlane.set(new THREE.Vector3(...(ways[axis] || ways.z)), axis === "none" ? 1e9 : place);
-      slider.setAttribute("aria-valuetext", axis === "none" ? "no section" : `${axis} = ${place.toFixed(1)} mm`);
-      box("section-text").textContent = axis === "none" ? "" : `${axis} = ${place.toFixed(1)} mm`;
+      const digits = data.length === "mm" ? 1 : 3;
+      const said = `${axis} = ${(place / data.mm_per_length).toFixed(digits)} ${data.length}`;
+      slider.setAttribute("aria-valuetext", axis === "none" ? "no section" : said);
+      box("section-text").textContent = axis === "none" ? "" : said;
       draw();
     }
     function shown() {

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from autobalance.report.balance.scan_text import scan_lines
+from autobalance.report.balance.section_text import section_heads
 from autobalance.report.balance.suggestion_text import suggestions_text
 from autobalance.report.balance.text import Values
-from autobalance.report.display_units import DisplayUnits, fixed
+from autobalance.report.display_units import ON_SCREEN, DisplayUnits, fixed
 from autobalance.report.tables import table
 from autobalance.wording import degrees
 
 MOST_FACES = 12
+METRIC = ON_SCREEN["metric"]
 
 
 def inspect_text(report: Values, units: DisplayUnits) -> str:
@@ -45,9 +47,9 @@ def _generated(report: Values, units: DisplayUnits) -> str:
         "  no counterweights"
         if weight is None
         else f"  counterweight radius {units.of_length(weight['radius_mm'])}, {weight['fan_angle_deg']:g}°",
-        f"  mass {units.of_mass(crank['mass_g'])}, volume {crank['volume_mm3']:.1f} mm³",
+        f"  mass {units.of_mass(crank['mass_g'])}, volume {units.of_volume(crank['volume_mm3'])}",
         f"  centre of mass {centre} (rotor frame)",
-        f"  polar inertia {crank['polar_inertia_kg_mm2']:.3f} kg·mm²",
+        f"  polar inertia {units.of_inertia(crank['polar_inertia_kg_mm2'])}",
     ]
     error = crank["facet_error"]
     if error is not None:
@@ -84,35 +86,32 @@ def _counterweights(report: Values, units: DisplayUnits) -> str:
     return table(rows)
 
 
-def sections_text(report: Values) -> str:
+def sections_text(report: Values, units: DisplayUnits = METRIC) -> str:
     """Return the table of a crank's parts: mass, centre, and their products, in the order of the axis.
 
     W is the mass, WX and WY its unbalance, CX and CY ∫ x z dm and ∫ y z dm, so that every column of products
-    adds up to the whole's. Metric, as the report.
+    adds up to the whole's.
     """
-    heads = ("Section", "W [g]", "X [mm]", "Y [mm]", "Z [mm]", "WX [g·mm]", "WY", "CX [g·mm²]", "CY")
-    rows: list[tuple[str, ...]] = [heads]
-    for part in report["sections"]:
-        numbers = [part["mass_g"], *part["centre_mm"], *part["unbalance_g_mm"], *part["moment_g_mm2"]]
-        rows.append((f"  {part['kind']} {part['number']}", *_cells(numbers)))
-    crank = report["crank"]
-    sums = [
-        sum(column)
-        for column in zip(
-            *(
-                [part["mass_g"], *part["unbalance_g_mm"], *part["moment_g_mm2"]]
-                for part in report["sections"]
-            ),
-            strict=True,
-        )
+    u = units
+    rows: list[tuple[str, ...]] = [section_heads(u)]
+    parts = [
+        [part["mass_g"], *part["centre_mm"], *part["unbalance_g_mm"], *part["moment_g_mm2"]]
+        for part in report["sections"]
     ]
-    rows.append(("  sum", *_cells([sums[0], *crank["centre_of_mass_mm"], *sums[1:]])))
+    for part, numbers in zip(report["sections"], parts, strict=True):
+        rows.append((f"  {part['kind']} {part['number']}", *_cells(numbers, u)))
+    sums = [sum(column) for column in zip(*parts, strict=True)]
+    rows.append(("  sum", *_cells([sums[0], *report["crank"]["centre_of_mass_mm"], *sums[4:]], u)))
     return table(rows)
 
 
-def _cells(numbers: Sequence[float]) -> tuple[str, ...]:
-    digits = (2, 3, 3, 3, 1, 1, 0, 0)
-    return tuple(fixed(number, places) for number, places in zip(numbers, digits, strict=True))
+def _cells(numbers: Sequence[float], u: DisplayUnits) -> tuple[str, ...]:
+    digits = (2, 3, 3, 3, 1, 1, 0, 0) if u.is_metric else (3, 4, 4, 4, 3, 3, 2, 2)
+    per = (
+        u.g_per_mass, *(u.mm_per_length,) * 3, *(u.g_mm_per_unbalance,) * 2,
+        *(u.g_mm_per_unbalance * u.mm_per_length,) * 2,
+    )  # fmt: skip
+    return tuple(fixed(n / p, places) for n, p, places in zip(numbers, per, digits, strict=True))
 
 
 def _measured(report: Values, units: DisplayUnits) -> str:
@@ -121,9 +120,9 @@ def _measured(report: Values, units: DisplayUnits) -> str:
     bodies = "body" if source["bodies"] == 1 else "bodies"
     lines = [
         f"{source['file']}: {_boundary(report)}, {source['bodies']} {bodies}, closed",
-        f"  mass {units.of_mass(crank['mass_g'])}, volume {crank['volume_mm3']:.1f} mm³",
+        f"  mass {units.of_mass(crank['mass_g'])}, volume {units.of_volume(crank['volume_mm3'])}",
         f"  centre of mass {centre} (rotor frame)",
-        f"  polar inertia {crank['polar_inertia_kg_mm2']:.3f} kg·mm²",
+        f"  polar inertia {units.of_inertia(crank['polar_inertia_kg_mm2'])}",
     ]
     return "\n".join(lines)
 
@@ -201,7 +200,13 @@ def _faces(report: Values, units: DisplayUnits) -> str:
         deepest = "" if face["max_depth_mm"] is None else units.of_length(face["max_depth_mm"])
         web = "" if face["web"] is None else str(face["web"])
         rows.append(
-            (f"  {face['id']}", web, f"{face['area_mm2']:.0f} mm²", f"{fixed(x, 3)}, {fixed(y, 3)}", deepest)
+            (
+                f"  {face['id']}",
+                web,
+                units.of_area(face["area_mm2"]),
+                f"{fixed(x, 3)}, {fixed(y, 3)}",
+                deepest,
+            )
         )
     more = len(faces) - MOST_FACES
     return table(rows) + (f"\n  and {more} more (--json FILE lists all)" if more > 0 else "")

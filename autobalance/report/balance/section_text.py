@@ -5,25 +5,38 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from autobalance.report.display_units import ON_SCREEN, DisplayUnits, fixed, in_units
 from autobalance.report.tables import table
 
-HEADS = ("Section", "W [g]", "X [mm]", "Y [mm]", "Z [mm]", "WX [g·mm]", "WY", "CX [g·mm²]", "CY")
 
-
-def section_table_text(values: Mapping[str, Any]) -> str:
+def section_table_text(values: Mapping[str, Any], u: DisplayUnits = ON_SCREEN["metric"]) -> str:
     """Return the table with its sums and the verdict; Z and the couples count from the datum."""
     datum = values["datum_mm"]
-    rows: list[Sequence[str]] = [HEADS]
-    for row in values["rows"]:
-        centre = row["centre_mm"]
-        place = ["-"] * 3 if centre is None else _digits([centre[0], centre[1], centre[2] - datum], 3)
-        products = [*_digits(row["unbalance_g_mm"], 1), *_digits(row["moment_g_mm2"], 0)]
-        rows.append((f"  {_name(row)}", f"{row['mass_g']:.2f}", *place, *products))
-    sums = values["sums"]
-    products = [*_digits(sums["unbalance_g_mm"], 1), *_digits(sums["moment_g_mm2"], 0)]
-    rows.append(("  sum", f"{sums['mass_g']:.2f}", "", "", "", *products))
+    fine = u.is_metric
+    of_mass, of_place, of_product, of_couple = (
+        (u.g_per_mass, 2 if fine else 3),
+        (u.mm_per_length, u.length_digits),
+        (u.g_mm_per_unbalance, 1 if fine else 3),
+        (u.g_mm_per_unbalance * u.mm_per_length, 0 if fine else 2),
+    )
+    rows: list[Sequence[str]] = [section_heads(u)]
+    for row, is_sum in [*((row, False) for row in values["rows"]), (values["sums"], True)]:
+        centre = None if is_sum else row["centre_mm"]
+        place = [""] * 3 if is_sum else ["-"] * 3
+        if centre is not None:
+            place = _digits([centre[0], centre[1], centre[2] - datum], *of_place)
+        products = [*_digits(row["unbalance_g_mm"], *of_product), *_digits(row["moment_g_mm2"], *of_couple)]
+        name = "sum" if is_sum else _name(row)
+        rows.append((f"  {name}", *_digits([row["mass_g"]], *of_mass), *place, *products))
     head = f"Datum: z = {datum:.3f} mm from the middle of crankpin 1"
-    return "\n".join([head, table(rows), *_verdict(values), *_wanted(values)])
+    return "\n".join([in_units(head, u), table(rows), *_verdict(values, u), *_wanted(values, u)])
+
+
+def section_heads(u: DisplayUnits) -> tuple[str, ...]:
+    """Return the heads of a table of sections."""
+    couple = "g·mm²" if u.is_metric else "oz·in²"
+    places = (f"{axis} [{u.length}]" for axis in "XYZ")
+    return ("Section", f"W [{u.mass}]", *places, f"WX [{u.unbalance}]", "WY", f"CX [{couple}]", "CY")
 
 
 def _name(row: Mapping[str, Any]) -> str:
@@ -31,30 +44,32 @@ def _name(row: Mapping[str, Any]) -> str:
     return f"{row['kind']}{number}" + ("" if row["name"] is None else f" ({row['name']})")
 
 
-def _digits(numbers: Sequence[float], digits: int) -> list[str]:
-    return [f"{round(number, digits) + 0.0:.{digits}f}" for number in numbers]
+def _digits(numbers: Sequence[float], per: float, digits: int) -> list[str]:
+    return [fixed(number / per, digits) for number in numbers]
 
 
-def _verdict(values: Mapping[str, Any]) -> list[str]:
+def _verdict(values: Mapping[str, Any], u: DisplayUnits) -> list[str]:
     if values["within"] is None:
         return ["No verdict: the job says no grade and speed, or there is no job"]
     word = "WITHIN TOLERANCE" if values["within"] else "NOT WITHIN TOLERANCE"
     sums = values["sums"]
     lines = [
         f"{word} (judged: {values['judge']})",
-        f"  resultant {sums['magnitude_g_mm']:.2f} g·mm, permitted {values['permissible_g_mm']:.2f}",
+        f"  resultant {u.of_unbalance(sums['magnitude_g_mm'])}, "
+        f"permitted {u.of_unbalance(values['permissible_g_mm'])}",
     ]
     return lines + [
-        f"  plane {plane['name']} at z {plane['z_mm']:.2f} mm: {plane['magnitude_g_mm']:.2f} g·mm,"
-        f" permitted {plane['permissible_g_mm']:.2f}"
+        f"  plane {plane['name']} at z {u.of_length(plane['z_mm'])}: "
+        f"{u.of_unbalance(plane['magnitude_g_mm'])}, permitted {u.of_unbalance(plane['permissible_g_mm'])}"
         for plane in values["planes"]
     ]
 
 
-def _wanted(values: Mapping[str, Any]) -> list[str]:
+def _wanted(values: Mapping[str, Any], u: DisplayUnits) -> list[str]:
+    per = (u.g_mm_per_unbalance, 0 if u.is_metric else 3)
     return [
         f"  no force and no couple with the counterweight of web {each['web']} at"
-        f" ({', '.join(_digits(each['product_g_mm'], 0))}) g·mm, a change of"
-        f" ({', '.join(_digits(each['change_g_mm'], 0))})"
+        f" ({', '.join(_digits(each['product_g_mm'], *per))}) {u.unbalance}, a change of"
+        f" ({', '.join(_digits(each['change_g_mm'], *per))})"
         for each in values["counterweights_wanted"]
     ]

@@ -7,7 +7,7 @@ from typing import Any
 
 from autobalance.report.balance.kinds import angle_deg, verb
 from autobalance.report.balance.relaxation_text import relaxation_lines
-from autobalance.report.display_units import DisplayUnits
+from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.report.tables import table
 from autobalance.wording import NOT_PROVEN, degrees, is_unproven
 
@@ -29,7 +29,7 @@ def unproven(report: Values) -> str:
 def balance_text(report: Values, units: DisplayUnits) -> str:
     """Return the summary of a balancing run: the verdict, what to cut, before and after."""
     parts = [
-        _heading(report),
+        _heading(report, units),
         _corrections(report, units),
         _before_and_after(report, units),
         _factor(report, units),
@@ -51,14 +51,15 @@ def _assembly(report: Values, units: DisplayUnits) -> str:
     return assembly_text(report["assembly"], units)
 
 
-def _heading(report: Values) -> str:
+def _heading(report: Values, units: DisplayUnits) -> str:
     lines = [f"{report['input']['file']}: {OUTCOMES[report['outcome']]}{unproven(report)}"]
-    lines += [report["reason"]] if report["reason"] else []
-    lines += [f"  {line}" for line in relaxation_lines(report)]
+    lines += [in_units(report["reason"], units)] if report["reason"] else []
+    lines += [f"  {in_units(line, units)}" for line in relaxation_lines(report)]
     facets = report["crank"]["facet_error"] or {}
-    lines += [facets["too_coarse"]["text"]] if facets.get("too_coarse") else []
+    lines += [in_units(facets["too_coarse"]["text"], units)] if facets.get("too_coarse") else []
     if facets.get("correction") in {"applied", "mass_only"}:
-        lines.append(f"what the facets hide is added to all that was measured: {facets['mass_g']:+.3g} g")
+        hidden = in_units(f"{facets['mass_g']:+.3g} g", units)
+        lines.append(f"what the facets hide is added to all that was measured: {hidden}")
     lines += [facets["reason"]] if facets.get("reason") else []
     return "\n".join(lines)
 
@@ -70,7 +71,7 @@ LESS_THAN_A_SIDE_DEG = 179.0
 def _corrections(report: Values, units: DisplayUnits) -> str:
     if not report["corrections"]:
         return ""
-    notes = [f"  {note}" for note in report.get("notes", ())]
+    notes = [f"  {in_units(note, units)}" for note in report.get("notes", ())]
     return "\n".join(["What to cut"] + [_correction(each, units) for each in report["corrections"]] + notes)
 
 
@@ -162,7 +163,7 @@ def _factor(report: Values, units: DisplayUnits) -> str:
     factor, bob = report["balance_factor"], report["engine"]["bob_weights"]
     lines = ["Balance factor: " + _arrow(factor["initial"], factor["target"], factor["final"])]
     lines.append(
-        "  bob-weights: " + ", ".join(f"throw {b['throw']} {units.of_mass(b['mass_g'])}" for b in bob)
+        "  bob-weights: " + ", ".join(f"throw {b['throw']} {units.of_bob_weight(b['mass_g'])}" for b in bob)
     )
     if report["counterweight"] is not None:
         web = report["counterweight"]
@@ -229,11 +230,13 @@ def _changes(report: Values, units: DisplayUnits) -> str:
     if not report["corrections"]:
         return ""
     removed = sum(each["removed_mass_g"] for each in report["corrections"])
+    word = "removed" if removed >= 0.0 else "added"
     before = report["crank"]["polar_inertia_kg_mm2"]
     change = report["inertia_change_kg_mm2"]
     return (
-        f"Metal removed: {units.of_mass(removed)} of {units.of_mass(report['crank']['mass_g'])}; "
-        f"polar inertia {before:.2f} kg·mm² {change:+.2f} ({100.0 * change / before:+.2f} %)"
+        f"Metal {word}: {units.of_mass(abs(removed))}, crank {units.of_mass(report['crank']['mass_g'])}; "
+        f"polar inertia {units.of_inertia(before, 2)}, {units.of_inertia(change, 2, '+')} "
+        f"({100.0 * change / before:+.2f} %)"
     )
 
 

@@ -12,12 +12,14 @@ from typing import Any
 
 from autobalance.report.balance import kinds
 from autobalance.report.balance.relaxation_text import relaxation_lines
+from autobalance.report.display_units import ON_SCREEN, UnitSystem, in_units
 from autobalance.report.job_header import html_header, stage_words
 from autobalance.report.metal import Piece
 from autobalance.report.page.cells import cell, span
 from autobalance.report.page.forces import forces, loads_with_gas
 from autobalance.report.page.inputs import inputs
 from autobalance.report.page.view import view_data
+from autobalance.report.page_units import PAGE_UNITS, inertia_unit, length, mass, unbalance
 from autobalance.report.pictures import polar
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.wording import (
@@ -59,6 +61,7 @@ def page(
     pieces: Sequence[Piece] = (),
     still: bytes | None = None,
     view_note: str | None = None,
+    units: UnitSystem = "metric",
 ) -> str:
     """Return the whole page.
 
@@ -74,12 +77,23 @@ def page(
         A PNG of the crank: for paper, and where the browser has no WebGL.
     view_note : str or None
         What to say of the view: that it was decimated.
+    units : {"metric", "inch"}
 
     Returns
     -------
     str
         HTML that needs no other file and asks for none.
     """
+    token = PAGE_UNITS.set(ON_SCREEN[units])
+    try:
+        return _page(report, body, pieces, still, view_note)
+    finally:
+        PAGE_UNITS.reset(token)
+
+
+def _page(
+    report: Report, body: Mesh, pieces: Sequence[Piece], still: bytes | None, view_note: str | None
+) -> str:
     name = escape(file_name(report))
     good = report["outcome"] != "above_tolerance"
     scripts = "".join(f"<script>{_script(file)}</script>" for file in SCRIPTS)
@@ -108,7 +122,7 @@ def page(
 <p class="kicker"><b>Balance report</b><span>{name}</span>{_job_name(report)}{_stage(report)}</p>
 <div class="verdict {"good" if good else "bad"}">
 <h1>{MARKS[good]}<span data-path="outcome">{outcome_words(report)}</span></h1>
-<p>{escape(verdict(report))}</p>
+<p>{_said(verdict(report))}</p>
 {_reason(report)}
 {_notes(report)}
 </div>
@@ -126,6 +140,11 @@ def page(
 SCRIPTS = ("three.min.js", "view.js")
 
 
+def _said(text: str) -> str:
+    """Return prose of the report in the page's units."""
+    return escape(in_units(text, PAGE_UNITS.get()))
+
+
 def _job_name(report: Report) -> str:
     name = str(at(report, "job.file") or "").replace("\\", "/").rpartition("/")[2]
     return f"<span>{escape(name)}</span>" if name else ""
@@ -137,16 +156,16 @@ def _stage(report: Report) -> str:
 
 def _notes(report: Report) -> str:
     """Return kinds without a place, drills that were not used, and the like; nothing where all is said."""
-    items = "".join(f"<li>{escape(note)}</li>" for note in report.get("notes") or ())
+    items = "".join(f"<li>{_said(note)}</li>" for note in report.get("notes") or ())
     return f'<ul class="notes">{items}</ul>' if items else ""
 
 
 def _reason(report: Report) -> str:
     if not report.get("reason"):
         return ""
-    ways = "".join(f"<li>{escape(line)}</li>" for line in relaxation_lines(report))
+    ways = "".join(f"<li>{_said(line)}</li>" for line in relaxation_lines(report))
     ways = f'<ul class="reason">{ways}</ul>' if ways else ""
-    return f'<p class="reason">{escape(report["reason"])}</p>{ways}'
+    return f'<p class="reason">{_said(report["reason"])}</p>{ways}'
 
 
 # --- the numbers -------------------------------------------------------------------------------------------
@@ -156,14 +175,14 @@ def _numbers(report: Report) -> str:
     shares = dict(judged_shares(report))
     rows = [_row(report, "Resultant", "initial", "residual", "tolerance", shares.get("resultant"))]
     for k, plane in enumerate(report["tolerance"]["planes"]):
-        label = f"Plane {plane['name']} <span class=soft>z = {number(plane['z_mm'], 1)} mm</span>"
+        label = f"Plane {plane['name']} <span class=soft>z = {length(plane['z_mm'], 1)} {PAGE_UNITS.get().length}</span>"
         paths = (f"initial.planes.{k}", f"residual.planes.{k}", f"tolerance.planes.{k}")
         rows.append(_row(report, label, *paths, shares.get(plane["name"])))
     judged = "the resultant and both planes" if report["tolerance"]["judge"] == "dynamic" else "the resultant"
     counted = ", with its uncertainty" if counts_uncertainty(report) else ""
     return f"""<section aria-labelledby="h-numbers"><h2 id="h-numbers" class="sr">Numbers</h2><div class="split">
 <div class="scroll"><table>
-<caption>Unbalance in g·mm. The verdict is on {judged}, measured on the written file{counted}.</caption>
+<caption>Unbalance in {PAGE_UNITS.get().unbalance}. The verdict is on {judged}, measured on the written file{counted}.</caption>
 <thead><tr><th scope="col"></th><th scope="col">Before</th><th scope="col">After<small>± off by</small></th>
 <th scope="col">Permitted</th><th scope="col">Used</th></tr></thead>
 <tbody>{"".join(rows)}</tbody></table></div>
@@ -195,8 +214,8 @@ def _facts(report: Report) -> str:
     removed = sum(item["removed_mass_g"] for item in report["corrections"])
     word, amount = ("added", -removed) if removed < 0.0 else ("removed", removed)
     facts = [
-        (f"Mass {word}", f'<span data-sum="removed_mass_g">{number(amount)}</span> g'),
-        ("Polar inertia", f"{span(report, 'inertia_change_kg_mm2', 3, sign=True)} kg·mm²"),
+        (f"Mass {word}", f'<span data-sum="removed_mass_g">{mass(amount)}</span> {PAGE_UNITS.get().mass}'),
+        ("Polar inertia", f"{span(report, 'inertia_change_kg_mm2', 3, sign=True)} {inertia_unit()}"),
         ("Balance factor", _factor(report)),
         ("Uncertainty", _uncertainty(report)),
     ]
@@ -215,10 +234,10 @@ def _uncertainty(report: Report) -> str:
     if value is None:
         return "–"
     shares = _uncertainty_shares(report)
-    listed = ", ".join(f"{escape(name.replace('_', ' '))} {number(share)}" for name, share in shares)
+    listed = ", ".join(f"{escape(name.replace('_', ' '))} {unbalance(share)}" for name, share in shares)
     if silent := at(report, "residual.uncertainty_unstated"):
         listed += f"{'; ' if listed else ''}not stated: {escape(', '.join(silent))}"
-    return f"± {span(report, 'residual.uncertainty_g_mm')} g·mm" + (
+    return f"± {span(report, 'residual.uncertainty_g_mm')} {PAGE_UNITS.get().unbalance}" + (
         f"<small>{listed}</small>" if listed else ""
     )
 
@@ -277,9 +296,9 @@ def _key(data: Mapping[str, Any]) -> str:
         return ""
     same = number(depths[0], 2) == number(depths[-1], 2)
     ramp = (
-        f'<span class="ramp one"></span>{number(depths[0], 2)} mm'
+        f'<span class="ramp one"></span>{length(depths[0], 2)} {PAGE_UNITS.get().length}'
         if same
-        else f'{number(depths[0], 2)}<span class="ramp"></span>{number(depths[-1], 2)} mm'
+        else f'{length(depths[0], 2)}<span class="ramp"></span>{length(depths[-1], 2)} {PAGE_UNITS.get().length}'
     )
     return f'<div class="key" aria-hidden="true"><div>depth {ramp}</div></div>'
 
@@ -289,18 +308,21 @@ def _cut_table(report: Report) -> str:
         return "<p class=soft style='padding:12px 4px'>The file is untouched.</p>"
     rows = []
     for k, item in enumerate(report["corrections"]):
-        details = ", ".join(part for part in (kinds.place(item), kinds.size(item)) if part)
+        details = ", ".join(
+            part for part in (kinds.place(item), in_units(kinds.size(item), PAGE_UNITS.get())) if part
+        )
         rows.append(
             f'<tr tabindex="0" aria-selected="false" data-part="{item["number"]}">'
             f'<td><span class="badge">{item["number"]}</span></td>'
             f'<td class="what">{escape(kinds.noun(item))}<small>{escape(details)}</small></td>'
             f"{cell(report, f'corrections.{k}.depth_mm', 3)}{cell(report, f'corrections.{k}.removed_mass_g')}"
-            f"<td>{number(math.hypot(*item['unbalance_change_g_mm']), 1)}<small class=soft> "
+            f"<td>{unbalance(math.hypot(*item['unbalance_change_g_mm']), 1)}<small class=soft> "
             f"{whole_degrees(item['unbalance_change_g_mm'])}</small></td></tr>"
         )
+    u = PAGE_UNITS.get()
     return f"""<table role="grid" aria-label="Corrections"><thead><tr><th scope="col">No</th>
-<th scope="col" class="words">Cut</th><th scope="col">Depth<small>mm</small></th>
-<th scope="col">Mass<small>g</small></th><th scope="col">Effect<small>g·mm</small></th></tr></thead>
+<th scope="col" class="words">Cut</th><th scope="col">Depth<small>{u.length}</small></th>
+<th scope="col">Mass<small>{u.mass}</small></th><th scope="col">Effect<small>{u.unbalance}</small></th></tr></thead>
 <tbody>{"".join(rows)}</tbody></table>"""
 
 
@@ -339,10 +361,10 @@ scale, the dotted circle around its tip is the uncertainty.</p>
 def _passes(report: Report) -> str:
     if not report["steps"]:
         return ""
-    permitted = report["tolerance"]["permissible_g_mm"]
+    permitted, u = report["tolerance"]["permissible_g_mm"], PAGE_UNITS.get()
     rows = []
     for k, step in enumerate(report["steps"]):
-        depths = ", ".join(number(depth, 3) for depth in step["depths_mm"])
+        depths = ", ".join(length(depth, 3) for depth in step["depths_mm"])
         rows.append(
             f'<tr><th scope="row">{step["step"]}</th><td class="words">{depths}</td>'
             f"{cell(report, f'steps.{k}.predicted_g_mm', 3)}{cell(report, f'steps.{k}.measured_g_mm', 3)}"
@@ -350,8 +372,8 @@ def _passes(report: Report) -> str:
         )
     return f"""<section aria-labelledby="h-passes"><h2 id="h-passes">Passes</h2>
 <p class="lead">Each pass plans on predictions, cuts the solid, and measures what was written.</p>
-<div class="scroll"><table><thead><tr><th scope="col">Pass</th><th scope="col" class="words">Depths<small>mm</small></th>
-<th scope="col">Predicted<small>g·mm</small></th><th scope="col">Measured<small>g·mm</small></th>
+<div class="scroll"><table><thead><tr><th scope="col">Pass</th><th scope="col" class="words">Depths<small>{u.length}</small></th>
+<th scope="col">Predicted<small>{u.unbalance}</small></th><th scope="col">Measured<small>{u.unbalance}</small></th>
 <th scope="col">Of permitted</th></tr></thead>
 <tbody>{"".join(rows)}</tbody></table></div></section>"""
 

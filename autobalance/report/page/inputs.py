@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from autobalance.report.page.cells import span
+from autobalance.report.page_units import PAGE_UNITS, inertia_unit, length, mass
 from autobalance.wording import at, degrees, escape, number, weights
 
 Report = Mapping[str, Any]
@@ -26,29 +27,34 @@ def _weights(report: Report) -> str:
         for part, grams in weights(report, key).items():
             rows.append(
                 f'<tr><th scope="row">{escape(part.replace("_", " "))}</th><td class="words soft">{name}</td>'
-                f"<td>{number(grams)}</td></tr>"
+                f"<td>{mass(grams)}</td></tr>"
             )
     for bob in at(report, "engine.bob_weights") or []:
         rows.append(
             f'<tr><th scope="row">Bob-weight, throw {bob["throw"]}</th><td class="words soft">on a balancing machine</td>'
-            f"<td class=strong>{number(bob['mass_g'])}</td></tr>"
+            f"<td class=strong>{mass(bob['mass_g'])}{_grams(bob['mass_g'])}</td></tr>"
         )
-    return f"""<table><caption>Weights in g, of one connecting rod and one crankpin</caption>
-<thead><tr><th scope="col">Part</th><th scope="col" class="words">Counts as</th><th scope="col">g</th></tr></thead>
+    return f"""<table><caption>Weights in {PAGE_UNITS.get().mass}, of one connecting rod and one crankpin</caption>
+<thead><tr><th scope="col">Part</th><th scope="col" class="words">Counts as</th><th scope="col">{PAGE_UNITS.get().mass}</th></tr></thead>
 <tbody>{"".join(rows)}</tbody></table>"""
 
 
+def _grams(value_g: float) -> str:
+    """Return a bob-weight in grams too, where the page has ounces."""
+    return "" if PAGE_UNITS.get().is_metric else f"<small>{number(value_g)} g</small>"
+
+
 def _crank_facts(report: Report) -> str:
-    tolerance = report["tolerance"]
+    tolerance, u = report["tolerance"], PAGE_UNITS.get()
     throws = ", ".join(
-        f"{number(t['crank_radius_mm'], 3)} mm at {degrees(t['angle_deg'])}"
+        f"{length(t['crank_radius_mm'])} {u.length} at {degrees(t['angle_deg'])}"
         for t in at(report, "crank.throws") or []
     )
     facts = [
         ("Grade and speed", f"G {tolerance['grade_mm_s']:g} at {number(tolerance['speed_rpm'], 0)} rpm"),
-        ("Rotor mass", f"{span(report, 'tolerance.rotor_mass_g')} g"),
-        ("Crank as in the file", f"{span(report, 'crank.mass_g')} g"),
-        ("Polar inertia before", f"{span(report, 'crank.polar_inertia_kg_mm2', 3)} kg·mm²"),
+        ("Rotor mass", f"{span(report, 'tolerance.rotor_mass_g')} {u.mass}"),
+        ("Crank as in the file", f"{span(report, 'crank.mass_g')} {u.mass}"),
+        ("Polar inertia before", f"{span(report, 'crank.polar_inertia_kg_mm2', 3)} {inertia_unit()}"),
         ("Throws", throws or "–"),
         ("Counterweight m·r′", _product(report)),
         ("Triangles in the file", number(at(report, "input.triangles"), 0)),
@@ -61,4 +67,4 @@ def _product(report: Report) -> str:
     if at(report, "counterweight.product_g_mm.initial") is None:
         return ""
     path = "counterweight.product_g_mm"
-    return f"{span(report, path + '.initial', 1)} → {span(report, path + '.final', 1)} g·mm"
+    return f"{span(report, path + '.initial', 1)} → {span(report, path + '.final', 1)} {PAGE_UNITS.get().unbalance}"

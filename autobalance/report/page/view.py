@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from autobalance.report.balance import kinds
 from autobalance.report.metal import Piece
+from autobalance.report.page_units import PAGE_UNITS, length, unbalance
 from autobalance.solid.mesh.mesh import Mesh, compacted
 from autobalance.types import Array, Indices
 from autobalance.wording import at, number
@@ -54,6 +55,8 @@ def view_data(report: Report, body: Mesh, pieces: Sequence[Piece]) -> tuple[dict
         "tolerance_planes": [{"name": p["name"], "z_mm": p["z_mm"]} for p in report["tolerance"]["planes"]],
         "correction_planes_mm": _correction_planes(report),
         "vectors": list(_vectors(report)),
+        "length": PAGE_UNITS.get().length,
+        "mm_per_length": PAGE_UNITS.get().mm_per_length,
     }
     return data, pack.bytes()
 
@@ -102,7 +105,7 @@ def _label(
             )
             label = weight @ corners.mean(axis=1) / weight.sum()
             break
-    depth = f"{number(abs(item['depth_mm']), 2)} mm"
+    depth = f"{length(abs(item['depth_mm']), 2)} {PAGE_UNITS.get().length}"
     return {
         "number": item["number"],
         "depth_mm": item["depth_mm"],
@@ -150,5 +153,5 @@ def _vectors(report: Report) -> Iterable[dict[str, Any]]:
             if report["outcome"] == "already_within_tolerance" and when == "before":
                 continue
             vector = report[key]["planes"][k]["unbalance_g_mm"]
-            text = f"{number(math.hypot(*vector), 1)} g·mm {when}"
+            text = f"{unbalance(math.hypot(*vector), 1)} {PAGE_UNITS.get().unbalance} {when}"
             yield {"z_mm": plane["z_mm"], "vector": list(vector), "when": when, "text": text}

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from autobalance.report.balance import kinds
+from autobalance.report.display_units import ON_SCREEN, DisplayUnits, UnitSystem
 from autobalance.report.metal import Piece
 from autobalance.report.pictures.zbuffer import Camera, Image, Picture, Surface, png, render_each
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
-from autobalance.wording import number
 
 STEEL = (0.70, 0.73, 0.76)
 SHALLOW, DEEP = (0.97, 0.78, 0.40), (0.86, 0.33, 0.09)
@@ -28,6 +28,7 @@ def pictures(
     after: Mesh,
     pieces: Sequence[Piece],
     size: tuple[int, int] = (1120, 760),
+    units: UnitSystem = "metric",
 ) -> tuple[bytes, bytes]:
     """Return two PNG files: what will go, and what is left, in one view.
 
@@ -39,6 +40,8 @@ def pictures(
     pieces : sequence of Piece
     size : (int, int)
         Width and height [pixels].
+    units : {"metric", "inch"}
+        Of the scale of depths.
     """
     frame = np.asarray(report["frame"]["file_to_rotor"], dtype=np.float64)
     sight = Camera(-np.array(kinds.eye(report)), (1.0, 0.0, 0.0), fit=before.moved(frame).vertices)
@@ -58,7 +61,7 @@ def pictures(
     drawn = drawn if pieces else [*drawn, *drawn]
     numbers = [items[piece.correction]["number"] for piece in pieces]
     pictures_drawn = [
-        _labelled(each, title, _marks(each, len(body.triangles), coat, numbers), depths)
+        _labelled(each, title, _marks(each, len(body.triangles), coat, numbers), depths, ON_SCREEN[units])
         for each, title, coat in zip(drawn, ("before", "after"), coats, strict=True)
     ]
     return pictures_drawn[0], pictures_drawn[1]
@@ -96,13 +99,17 @@ def _marks(drawn: Picture, start: int, coats: Sequence[Surface], numbers: Sequen
     return marks
 
 
-def _labelled(drawn: Picture, title: str, marks: Mapping[int, Array], depths: Sequence[float]) -> bytes:
+def _labelled(
+    drawn: Picture, title: str, marks: Mapping[int, Array], depths: Sequence[float], u: DisplayUnits
+) -> bytes:
     """Write title, numbers and the scale of depths on a picture."""
-    image = _with_text(drawn, title, marks, depths)
+    image = _with_text(drawn, title, marks, depths, u)
     return png(image)
 
 
-def _with_text(drawn: Picture, title: str, marks: Mapping[int, Array], depths: Sequence[float]) -> Image:
+def _with_text(
+    drawn: Picture, title: str, marks: Mapping[int, Array], depths: Sequence[float], u: DisplayUnits
+) -> Image:
     from PIL import Image as Pillow
     from PIL import ImageDraw, ImageFont
 
@@ -116,12 +123,17 @@ def _with_text(drawn: Picture, title: str, marks: Mapping[int, Array], depths: S
         pen.ellipse((x - 13, y - 13, x + 13, y + 13), fill=ink)
         pen.text((x, y), str(label), (255, 255, 255), small, anchor="mm")
     if depths:
-        _scale(pen, (28, canvas.height - 40), depths, small, soft)
+        _scale(pen, (28, canvas.height - 40), depths, small, soft, u)
     return np.asarray(canvas, dtype=np.uint8)
 
 
 def _scale(
-    pen: Any, corner: tuple[int, int], depths: Sequence[float], font: Any, ink: tuple[int, int, int]
+    pen: Any,
+    corner: tuple[int, int],
+    depths: Sequence[float],
+    font: Any,
+    ink: tuple[int, int, int],
+    u: DisplayUnits,
 ) -> None:
     x, y = corner
     one = max(depths) - min(depths) < 0.005
@@ -133,9 +145,10 @@ def _scale(
             else (1 - k / width) * np.array(SHALLOW) + k / width * np.array(DEEP)
         )
         pen.line((x + k, y, x + k, y + 14), fill=tuple(int(255 * v) for v in colour))
+    digits = 2 if u.is_metric else 3
     text = (
-        f"depth {number(max(depths))} mm"
+        f"depth {u.mm(max(depths), digits)} {u.length}"
         if one
-        else f"depth {number(min(depths))} to {number(max(depths))} mm"
+        else f"depth {u.mm(min(depths), digits)} to {u.mm(max(depths), digits)} {u.length}"
     )
     pen.text((x + width + 10, y + 7), text, ink, font, anchor="lm")

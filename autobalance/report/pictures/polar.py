@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from autobalance.report.page_units import PAGE_UNITS, unbalance
 from autobalance.wording import angle_deg, number, whole_degrees
 
 SIZE = 200.0
@@ -22,21 +23,21 @@ def figure(
     left = _plot(before, limit, max(start, limit), "was", "before")
     right = _plot(after, limit, 1.25 * max(end, limit), "is", "after", after.get("uncertainty_g_mm"))
     return (
-        f"<figure><figcaption><h3>{title}</h3><span class=soft>{number(start)} → {number(end)} of "
-        f"{number(limit)} g·mm</span></figcaption><div class=pair>{left}{right}</div></figure>"
+        f"<figure><figcaption><h3>{title}</h3><span class=soft>{unbalance(start)} → {unbalance(end)} of "
+        f"{unbalance(limit)} {PAGE_UNITS.get().unbalance}</span></figcaption><div class=pair>{left}{right}</div></figure>"
     )
 
 
 def _plot(
-    unbalance: Mapping[str, Any], limit: float, full: float, style: str, when: str, doubt: float | None = None
+    vector: Mapping[str, Any], limit: float, full: float, style: str, when: str, doubt: float | None = None
 ) -> str:
     """Return one polar plot whose outer ring is ``full``."""
     per = RADIUS / full
-    x, y = unbalance["unbalance_g_mm"]
+    x, y = vector["unbalance_g_mm"]
     cx = cy = SIZE / 2.0
     tip_x, tip_y = cx - per * y, cy - per * x  # rotor x is up, y is left
-    size, angle = unbalance["magnitude_g_mm"], angle_deg((x, y))
-    caption = f"{when}: {number(size)} g·mm at {number(angle, 1)} degrees"
+    size, angle = vector["magnitude_g_mm"], angle_deg((x, y))
+    caption = f"{when}: {unbalance(size)} {PAGE_UNITS.get().unbalance} at {number(angle, 1)} degrees"
     uncertain = (
         f'<circle class=doubt cx="{tip_x:.2f}" cy="{tip_y:.2f}" r="{per * doubt:.2f}"/>' if doubt else ""
     )
@@ -44,7 +45,7 @@ def _plot(
 <circle class=grid cx="{cx}" cy="{cy}" r="{RADIUS}"/><path class=grid d="M{cx} {cy - RADIUS}V{cy + RADIUS}M{cx - RADIUS} {cy}H{cx + RADIUS}"/>
 <circle class=zone cx="{cx}" cy="{cy}" r="{max(per * limit, 0.8):.2f}"/>{_degrees(cx, cy)}
 <path class="vector {style}" d="M{cx} {cy}L{tip_x:.2f} {tip_y:.2f}"/>{uncertain}<circle class="tip {style}" cx="{tip_x:.2f}" cy="{tip_y:.2f}" r="3.6"/>
-<text class=title x="{cx}" y="{SIZE + 4:g}" text-anchor="middle">{when} · {number(size)} at {whole_degrees((x, y))}</text></svg>"""
+<text class=title x="{cx}" y="{SIZE + 4:g}" text-anchor="middle">{when} · {unbalance(size)} at {whole_degrees((x, y))}</text></svg>"""
 
 
 def _degrees(cx: float, cy: float) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 from reportlab.platypus import Flowable
 
 from autobalance.report.balance import kinds
-from autobalance.report.display_units import DisplayUnits
+from autobalance.report.display_units import DisplayUnits, plain
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.tolerances import press_fit, retention
 from autobalance.report.sheet.zero import FROM_CRANKPIN, Zero
@@ -42,6 +42,7 @@ def cut_columns(u: DisplayUnits, zero: Zero) -> list[Column]:
         Column(f"depth\n{u.length}", 13.5),
         Column("with point\n" + u.length, 14.0),
         Column(f"mass\n{u.mass}", 13.5),
+        *([] if u.is_metric else [Column("\ng", 12.0)]),
     ]
 
 
@@ -70,6 +71,7 @@ def cut_row(item: Item, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str
         u.mm(depth),
         u.mm(depth + float(point)) if point else NONE,
         u.g(mass),
+        *([] if u.is_metric else [plain(mass, 2)]),
     ]
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autobalance.errors import FormatError
+from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem
 from autobalance.report.sheet.drawing import Drawings, WebDrawing, webs_cut
 from autobalance.solid.csg.solid import Polygons
 from autobalance.wording import file_name
@@ -47,8 +48,10 @@ def require_ezdxf() -> None:
         ) from None
 
 
-def dxf(report: Mapping[str, Any], drawings: Drawings) -> bytes:
+def dxf(report: Mapping[str, Any], drawings: Drawings, units: UnitSystem = "metric") -> bytes:
     """Return the drawing as a DXF file of release 2013; the same input gives the same bytes.
+
+    Coordinates are millimetres, as its header says; with ``inch`` its dimensions are written in inches.
 
     Raises
     ------
@@ -57,7 +60,7 @@ def dxf(report: Mapping[str, Any], drawings: Drawings) -> bytes:
     """
     require_ezdxf()
     with _untimed():
-        return _bytes(_document(report, drawings))
+        return _bytes(_document(report, drawings, ON_PAPER[units]))
 
 
 @contextmanager
@@ -73,11 +76,13 @@ def _untimed() -> Iterator[None]:
         options.write_fixed_meta_data_for_testing = before
 
 
-def _document(report: Mapping[str, Any], drawings: Drawings) -> Drawing:
+def _document(report: Mapping[str, Any], drawings: Drawings, u: DisplayUnits) -> Drawing:
     from ezdxf.filemanagement import new
 
     document = new(VERSION, setup=True)
     document.header["$INSUNITS"] = MILLIMETRES
+    document.header["$MEASUREMENT"] = int(u.is_metric)
+    document.header["$DIMLFAC"] = 1.0 / u.mm_per_length
     for name, colour in LAYERS.items():
         document.layers.add(name, color=colour, linetype=CENTRE_TYPE if name == "CENTRE" else "Continuous")
     space, left = document.modelspace(), 0.0
@@ -87,11 +92,11 @@ def _document(report: Mapping[str, Any], drawings: Drawings) -> Drawing:
         _web(document.blocks.new(name), web, items)
         shown = [*web.outline, *(each for cuts in web.cuts.values() for each in cuts)]
         title = f"{file_name(report)}: web {web.number} seen from +z, x to the right"
-        left = _placed(space, name, shown, title, left)
+        left = _placed(space, name, shown, title, left, u)
     _section(document.blocks.new("SECTION"), drawings)
     shown = [*drawings.lengthwise, *(each for cuts in drawings.lengthwise_cuts.values() for each in cuts)]
     title = f"{file_name(report)}: section y = 0, z to the right, x up"
-    _placed(space, "SECTION", shown, title, left)
+    _placed(space, "SECTION", shown, title, left, u)
     return document
 
 
@@ -150,7 +155,7 @@ def _text(block: BlockLayout | Modelspace, text: str, place: Any) -> None:
     block.add_text(text, height=TEXT_MM, dxfattribs={"layer": "TEXT"}).set_placement(place)
 
 
-def _placed(space: Modelspace, name: str, shown: Polygons, title: str, left: float) -> float:
+def _placed(space: Modelspace, name: str, shown: Polygons, title: str, left: float, u: DisplayUnits) -> float:
     """Insert a block beside what is there, with frame, title and its extents; return where it ends."""
     if not shown:
         return left
@@ -159,12 +164,18 @@ def _placed(space: Modelspace, name: str, shown: Polygons, title: str, left: flo
     at = left + FRAME_GAP_MM + 15.0 - x0
     space.add_blockref(name, (at, 0.0))
     x0, x1 = x0 + at, x1 + at
+    in_inches = {} if u.is_metric else {"dimlfac": 1.0 / u.mm_per_length, "dimdec": u.length_digits}
     for base, p1, p2, angle in (
         ((x0, y0 - 10.0), (x0, y0), (x1, y0), 0.0),
         ((x0 - 10.0, y0), (x0, y0), (x0, y1), 90.0),
     ):
         space.add_linear_dim(
-            base=base, p1=p1, p2=p2, angle=angle, dxfattribs={"layer": "DIMENSIONS"}
+            base=base,
+            p1=p1,
+            p2=p2,
+            angle=angle,
+            override=in_inches,
+            dxfattribs={"layer": "DIMENSIONS"},
         ).render()
     low, high = (left, y0 - 22.0), (x1 + FRAME_GAP_MM, y1 + 14.0)
     corners = [low, (high[0], low[1]), high, (low[0], high[1])]

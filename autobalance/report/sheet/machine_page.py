@@ -8,7 +8,7 @@ from typing import Any
 
 from reportlab.platypus import Flowable
 
-from autobalance.report.display_units import DisplayUnits
+from autobalance.report.display_units import DisplayUnits, both_g, both_g_mm
 from autobalance.report.sheet.cuts import cut_row
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.zero import Zero
@@ -21,7 +21,7 @@ NONE = "–"
 def unbalance_table(report: Report, u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
     """List the unbalance before and after, resultant and planes, its heavy side, what is permitted."""
     columns = [
-        Column(f"unbalance in {u.unbalance}", 46.0, "left"),
+        Column(f"unbalance in {u.unbalance}{'' if u.is_metric else ' (g·in)'}", 46.0, "left"),
         Column("before", 22.0),
         Column("heavy at", 18.0),
         Column("after", 22.0),
@@ -44,12 +44,12 @@ def _unbalance_row(
     doubt = after.get("uncertainty_g_mm")
     return [
         name,
-        u.g_mm(before["magnitude_g_mm"]),
+        both_g_mm(before["magnitude_g_mm"], u),
         _heavy(before, zero),
-        u.g_mm(after["magnitude_g_mm"]),
+        both_g_mm(after["magnitude_g_mm"], u),
         _heavy(after, zero),
         NONE if doubt is None else f"± {u.g_mm(doubt)}",
-        u.g_mm(limit["permissible_g_mm"]),
+        both_g_mm(limit["permissible_g_mm"], u),
     ]
 
 
@@ -69,11 +69,12 @@ def judged_words(report: Report, zero: Zero) -> str:
 
 def bob_table(report: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
     """List the bob-weight of each throw: what is clamped on, its tolerance, its mass without the pin."""
+    units = "g" if u.is_metric else "g (oz)"
     columns = [
         Column("throw", 20.0, "left"),
-        Column(f"clamp on (pin fitted) {u.mass}", 34.0),
+        Column(f"clamp on (pin fitted) {units}", 34.0),
         Column(f"tolerance {u.mass}", 24.0),
-        Column(f"without the pin {u.mass}", 30.0),
+        Column(f"without the pin {units}", 30.0),
         Column("weighed", 26.0),
         Column("by", 26.0),
     ]
@@ -84,9 +85,9 @@ def bob_table(report: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
         rows.append(
             [
                 f"throw {bob['throw']}",
-                u.g(fit_g(report, bob)),
+                both_g(fit_g(report, bob), u),
                 NONE if tolerance is None else f"±{_fine(tolerance / u.g_per_mass, u.mass_digits)}",
-                u.g(bob["mass_g"]) if bare else NONE,
+                both_g(bob["mass_g"], u) if bare else NONE,
                 "",
                 "",
             ]

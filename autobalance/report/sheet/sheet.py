@@ -24,7 +24,7 @@ from reportlab.platypus import (
     Spacer,
 )
 
-from autobalance.report.display_units import ON_PAPER, UnitSystem
+from autobalance.report.display_units import ON_PAPER, UnitSystem, in_units
 from autobalance.report.job_header import work
 from autobalance.report.sheet import machine_page
 from autobalance.report.sheet.cheeks import cheeks
@@ -209,10 +209,12 @@ class _Story:
         told = f"Lengths in {u.length}, masses in {u.mass}, unbalance in {u.unbalance}. "
         self.parts.append(self._text(told + machine_page.judged_words(report, self.zero), 7.5, SOFT))
         if report.get("reason"):
-            self.parts.append(self._text(str(report["reason"]), 8.0, BAD))
+            self.parts.append(self._text(in_units(str(report["reason"]), u), 8.0, BAD))
         if note := work(report).get("note"):
             self.parts.append(self._text(f"Note of the job: {note}", 8.0))
-        self.parts += [self._text(f"Note: {text}", 7.0, BAD) for text in report.get("warnings") or []]
+        self.parts += [
+            self._text(f"Note: {in_units(text, u)}", 7.0, BAD) for text in report.get("warnings") or []
+        ]
         self._gap(0.6)
         if not self.items:
             self.parts.append(self._text("Nothing to cut.", 10.0))
