@@ -44,10 +44,12 @@ class Live:
         ]
 
     async def kinds(self, _: Request) -> Response:
-        """Return the kinds of correction and the keys of their tables, and the parts that engines have."""
+        """Return what forms are made of: kinds with their keys, usual parts, cranks to begin with."""
+        from autobalance.crank.parametric.design import PRESETS
         from autobalance.job.template import USUAL_PARTS
 
-        return JSONResponse({"kinds": await run_in_threadpool(kinds), "parts": USUAL_PARTS})
+        listed = await run_in_threadpool(kinds)
+        return JSONResponse({"kinds": listed, "parts": USUAL_PARTS, "presets": list(PRESETS)})
 
     async def asked(self, request: Request) -> Response:
         """Return what a run was asked for."""

@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+from autobalance.bundled import bundled_folder
 from autobalance.errors import FileError, FormatError
 from autobalance.job.toml.text import toml_text
 from autobalance.web_app.project import JOB, Project, is_plain
@@ -48,6 +50,27 @@ def _open_folder(folder: Path, project: Project) -> None:
             project.copied(path)
     if jobs:
         open_job(next((path for path in jobs if path.name == JOB), jobs[0]), project)
+
+
+def open_example(name: str | None, project: Project) -> None:
+    """Make the bundled crank with its job the project's, or a crank drawn from a preset's dimensions.
+
+    Raises
+    ------
+    AutobalanceError
+        If there is no such preset.
+    """
+    if name is None:
+        open_job(bundled_folder() / "crf250r" / "drafted" / "factor-0.28.toml", project)
+        return
+    from autobalance.api.generate import generate
+
+    drawn = generate(name, file=f"{name}.stl")
+    with TemporaryDirectory() as folder:
+        (path,) = (each for each in drawn.write(folder) if each.suffix == ".stl")
+        kept = project.copied(path)
+    table = {"file": kept, "unit": "mm", "density_kg_m3": drawn.design.density_kg_m3}
+    project.write_job(toml_text({**job_of(project), "crankshaft": table}))
 
 
 def open_crank(name: str, project: Project) -> None:

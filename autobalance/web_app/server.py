@@ -19,7 +19,15 @@ from autobalance.version import __version__
 from autobalance.web_app.answers import asset, body_of, drained, file_of, refused
 from autobalance.web_app.guard import COOKIE, Guard, Keys, has_cookie
 from autobalance.web_app.live import Live
-from autobalance.web_app.opening import JOBS, job_of, named_files, open_crank, open_own_job, open_report
+from autobalance.web_app.opening import (
+    JOBS,
+    job_of,
+    named_files,
+    open_crank,
+    open_example,
+    open_own_job,
+    open_report,
+)
 from autobalance.web_app.project import JOB, RUN_ID, Project, TooLarge, is_plain
 from autobalance.web_app.runs import Runs
 from autobalance.web_app.work import MODEL, VERBS
@@ -63,11 +71,13 @@ def _endings() -> dict[str, str]:
     from autobalance.solid.formats.table import endings
 
     cranks = endings()
+    known = [each[1:] for each in cranks]
     unitless = [each for each in cranks if needs_unit(Path(f"crank{each}"))]
     return {
         "accept": ",".join((*cranks, *OTHERS)),
-        "cranks": " ".join(each[1:] for each in cranks),
+        "cranks": " ".join(known),
         "unitless": " ".join(each[1:] for each in unitless),
+        "formats": f"Cranks: {', '.join(known)}. Jobs: toml, xlsx. Results: their folder.",
     }
 
 
@@ -87,6 +97,7 @@ class Pages:
             Route("/api/job", self.keep_job, methods=["PUT"]),
             Route("/api/files", self.upload, methods=["POST"]),
             Route("/api/open", self.open, methods=["POST"]),
+            Route("/api/example", self.example, methods=["POST"]),
             Route("/api/runs", self.all_runs),
             Route("/api/runs", self.start, methods=["POST"]),
             Route("/api/runs/{run}", self.one_run),
@@ -184,6 +195,18 @@ class Pages:
         except AutobalanceError as error:
             return refused(str(error), 400)
         return JSONResponse({"run": run, "job": _jsonable(job_of(self._project))})
+
+    async def example(self, request: Request) -> Response:
+        """Make the bundled crank the project's, or one drawn from a preset."""
+        values = await body_of(request)
+        name = values.get("preset") if isinstance(values, dict) else False
+        if not (name is None or isinstance(name, str)):
+            return refused('the body must be {"preset": NAME or null}', 400)
+        try:
+            await run_in_threadpool(open_example, name, self._project)
+        except AutobalanceError as error:
+            return refused(str(error), 400)
+        return JSONResponse({"job": _jsonable(job_of(self._project))})
 
     def _opened(self, path: Path, apart: str | None) -> str | None:
         ending = path.suffix.lower()

@@ -127,6 +127,16 @@ def test_an_inline_four_with_drilled_holes(window: Browser, app: Served, tmp_pat
         assert page.run("return document.querySelectorAll('.handle').length") == len(report["corrections"])
 
 
+def test_with_no_file_at_hand_the_bundled_crank_is_balanced(window: Browser, app: Served) -> None:
+    page = load(window, app)
+    with nothing_wrong(page, app):
+        page.click_on(at("bundled"))
+        until(page, READY)
+        assert 'file = "crank' in job_text(page, "wrist_pin")
+        assert balanced(page) == "within_tolerance"
+        shows_the_report(page, app)
+
+
 def test_an_infeasible_job_offers_what_would_suffice(window: Browser, app: Served, tmp_path: Path) -> None:
     job = tmp_path / "job.toml"
     job.write_text(toml_text(small.job()), encoding="utf-8")

@@ -226,6 +226,19 @@ def test_an_uploaded_job_is_kept_as_it_is_and_opened_with_files_of_the_project(a
         assert (answer.status, list(answer.json)) == (400, ["error"])
 
 
+def test_a_crank_to_begin_with_is_bundled_or_drawn(tmp_path: Path) -> None:
+    with served(tmp_path / "project") as app:
+        bundled = app.ask("/api/example", {"preset": None}).json["job"]
+        assert bundled["engine"]["rotating_g"]["big_end_bearing"] == 39.0
+        assert (app.project / bundled["crankshaft"]["file"]).is_file()
+        assert "inline-4" in app.ask("/api/kinds").json["presets"]
+        drawn = app.ask("/api/example", {"preset": "inline-4"}).json["job"]["crankshaft"]
+        assert len(ab.read_crank(app.project / drawn["file"], unit=drawn["unit"]).throws) == 4
+        refused = app.ask("/api/example", {"preset": "inline-44"})
+        assert (refused.status, refused.json["error"][:33]) == (400, "no preset is called 'inline-44'; ")
+        assert app.ask("/api/example", {"preset": 4}).status == 400
+
+
 def test_a_job_may_be_a_workbook(app: Served, tmp_path: Path) -> None:
     assert jobs.run("init", written(), "-o", tmp_path / "job.xlsx") == 0
     assert app.ask("/api/files?name=mine.xlsx", (tmp_path / "job.xlsx").read_bytes()).status == 201

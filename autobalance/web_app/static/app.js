@@ -55,7 +55,7 @@ view.onpick = (hit) => { if (current === "open") open.pickedInModel(hit); else i
 
 async function begin() {
   const declared = await askJson("/api/kinds");
-  state.usual = declared.parts;
+  Object.assign(state, { usual: declared.parts, presets: declared.presets });
   limits.setUp(declared.kinds, changed);
   for (const each of [open, parts, correct, see, drag]) each.setUp(view);
   for (const each of [board, machine, nc]) each.setUp();

@@ -20,6 +20,9 @@ export function setUp(shown) {
     $("drop").classList.toggle("over", kind === "dragover");
     if (kind === "drop") filesOf(event.dataTransfer).then(dropped);
   });
+  $("preset").replaceChildren(...state.presets.map((name) => el("option", { textContent: name })));
+  $("bundled").addEventListener("click", () => example(null));
+  $("draw-preset").addEventListener("click", () => example($("preset").value));
   arrows($("tree"), "[role=treeitem]");
   on("taken", chosen);
   for (const [id, key] of [["is-journal", "main_journals"], ["is-crankpin", "crankpins"], ["is-neither", null]]) $(id).addEventListener("click", () => override(key));
@@ -86,6 +89,14 @@ async function crankAndJob(files) {
   changed();
   if (job && crankThere(await askJson("/api/project"))) await open();
 }
+// A crank to begin with: the bundled one with its weights, or one from a preset's dimensions.
+const example = guarded(async (preset) => {
+  const { job: tables } = await post("/api/example", { preset });
+  forget();
+  taken(tables);
+  changed();
+  await open();
+});
 const crankThere = (project) => project.files.includes(state.file) && (!UNITLESS.includes(ending(state.file)) || state.tables.crankshaft?.unit);
 
 function forget() {
