@@ -110,6 +110,9 @@ class Face:
         How far its vertices lie from the plane, at most.
     surfaces : tuple of int
         Numbers of the exact solid's faces that make it up, where the file keeps true surfaces.
+    rms_mm, flatness_mm : float or None
+        Of a scanned face: root mean square of its points' distance from the fitted plane, and the distance of
+        the two planes that hold 95 % of it; None where it was drawn.
     """
 
     id: str
@@ -121,6 +124,8 @@ class Face:
     triangles: Indices
     spread_mm: float
     surfaces: tuple[int, ...] = ()
+    rms_mm: float | None = None
+    flatness_mm: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -88,7 +88,18 @@ def _scanned_faces(mesh: Mesh, anatomy: Anatomy, fit: ScanFit) -> list[Face]:
         normal, centroid = frame[:3, :3] @ face.normal, frame[:3, :3] @ face.centroid_mm + frame[:3, 3]
         web = _web_at(float(centroid[2]), anatomy, mesh)
         faces.append(
-            Face("", "plane", web, face.area_mm2, normal, centroid, face.rows, 0.5 * face.flatness_mm)
+            Face(
+                "",
+                "plane",
+                web,
+                face.area_mm2,
+                normal,
+                centroid,
+                face.rows,
+                0.5 * face.flatness_mm,
+                rms_mm=face.rms_mm,
+                flatness_mm=face.flatness_mm,
+            )
         )
     return faces
 

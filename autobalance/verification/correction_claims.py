@@ -193,6 +193,9 @@ def _check_faces(claims: Claims, crank: Before) -> None:
             "file_centroid_mm": back[:3, :3] @ centre + back[:3, 3],
         }.items():
             part.near(key, value, max(float(np.linalg.norm(np.asarray(value))), 1.0))
+        for key, off in {"rms_mm": face.rms_mm, "flatness_mm": face.flatness_mm}.items():
+            if off is not None:
+                part.near(key, off, 1.0)
 
 
 def _check_sum(claims: Claims, parts: Sequence[Claims], change: Change) -> None:

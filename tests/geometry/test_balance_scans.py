@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import autobalance as ab
+from autobalance.balancing.offers import clear_of_roughness
+from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
@@ -92,3 +94,19 @@ def test_faces_of_a_scan_stand_where_the_crank_has_them() -> None:
     heights = np.array([float(face.centroid_mm[2]) for face in faces if face.web is not None])
     for true in (-30.0, -26.0, -12.0, 12.0, 26.0, 30.0):  # counterweight, web, crankpin side; and back
         assert np.abs(heights - true).min() < 0.02
+    webs = [face for face in faces if face.web is not None and face.area_mm2 > 400.0]
+    assert [face.rms_mm for face in webs] == pytest.approx([0.02] * len(webs), rel=0.35)
+    assert [face.flatness_mm for face in webs] == pytest.approx([3.92 * 0.02] * len(webs), rel=0.35)
+
+
+def test_walls_and_spacing_keep_the_roughness_as_clearance() -> None:
+    there = scan("single", 0.02, edge_mm=EDGE_MM, seed=1)
+    found = recognise(Solid.from_mesh(mesh_of_soup(there.soup)), Overrides(crankpin_in_file=True))
+    assert found.scan is not None
+    limits = DrillLimits(min_wall_mm=3.0, min_spacing_mm=2.0)
+    kept = clear_of_roughness(limits, found)
+    assert isinstance(kept, DrillLimits)
+    assert kept.min_wall_mm - 3.0 == pytest.approx(found.scan.roughness_mm, abs=0.01)
+    assert kept.min_wall_mm - 3.0 >= found.scan.roughness_mm
+    assert kept.min_spacing_mm - 2.0 == pytest.approx(kept.min_wall_mm - 3.0)
+    assert clear_of_roughness(limits, there.truth) is limits

@@ -123,7 +123,7 @@ class WebWeight:
 
 @record
 class NamedFace:
-    """A face that a correction names."""
+    """A face that a correction names; of a scanned one also how it stands off its fitted plane."""
 
     id: str
     kind: Literal["plane", "cylinder"]
@@ -132,6 +132,8 @@ class NamedFace:
     normal: Triple
     centroid_mm: Triple
     file_centroid_mm: Triple
+    rms_mm: NotNegative | Absent = ABSENT
+    flatness_mm: Annotated[NotNegative, "between the two planes that hold 95 % of it"] | Absent = ABSENT
 
     @classmethod
     def of(cls, face: anatomy.Face, of: anatomy.Anatomy) -> Self:
@@ -145,6 +147,8 @@ class NamedFace:
             normal=face.normal,
             centroid_mm=face.centroid_mm,
             file_centroid_mm=back[:3, :3] @ face.centroid_mm + back[:3, 3],
+            rms_mm=ABSENT if face.rms_mm is None else face.rms_mm,
+            flatness_mm=ABSENT if face.flatness_mm is None else face.flatness_mm,
         )
 
 
