@@ -113,6 +113,7 @@ def _recognised(task: RowTask) -> Any:
             crankshaft.unit,
             crankshaft.body,
             pressed_up=not crankshaft.crankpin_in_file,
+            holes=crankshaft.holes,
         )
         refuse_size(source, "the solid")
         anatomy = recognised(source, crankshaft.overrides)

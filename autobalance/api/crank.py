@@ -259,6 +259,8 @@ def read_crank(
     crankpins: Sequence[Mapping[str, Any]] | None = None,
     main_journals: Sequence[Mapping[str, Any]] | None = None,
     density_pm_kg_m3: float | None = None,
+    fill_holes_mm: float = 0.0,
+    keep_open: Sequence[Sequence[float]] | None = None,
 ) -> Crank:
     """Read a crank file, recognise the crank in it and measure it.
 
@@ -285,6 +287,10 @@ def read_crank(
         As the keys of ``[crankshaft]`` in a job.
     density_pm_kg_m3 : float or None
         Uncertainty of the density, ± [kg/m³].
+    fill_holes_mm : float
+        Width up to which holes of an open mesh are closed [mm]; 0: an open mesh is refused.
+    keep_open : sequence of (3,) float or None
+        Place at each hole that is a bore, to be joined to its other end, in the file's coordinates [mm].
 
     Returns
     -------
@@ -317,6 +323,8 @@ def read_crank(
         "axis_direction": _listed(axis_direction),
         "crankpins": _pins(crankpins),
         "main_journals": _pins(main_journals),
+        "fill_holes_mm": fill_holes_mm or None,
+        "keep_open": None if keep_open is None else [_listed(place) for place in keep_open],
     }
     values = {"file": str(path), **{key: value for key, value in given.items() if value is not None}}
     crankshaft = read_crankshaft(values, Path())

@@ -48,7 +48,8 @@ def crank_from_mesh(
     crankpin_in_file : bool or None
         As for ``read_crank``.
     **overrides
-        ``body``, ``axis_point_mm``, ``axis_direction``, ``crankpins``, ``main_journals``: see ``read_crank``.
+        ``body``, ``axis_point_mm``, ``axis_direction``, ``crankpins``, ``main_journals``, ``fill_holes_mm``,
+        ``keep_open``: see ``read_crank``.
 
     Raises
     ------
@@ -74,7 +75,8 @@ def crank_from_mesh(
     soup = _soup(vertices, triangles)
     crankshaft = _of_no_file("mesh.ply", unit, density_kg_m3, crankpin_in_file, overrides)
     pressed_up = crankpin_in_file is False
-    return _measured(source_of(soup, unit, crankshaft.body, pressed_up), crankshaft, "the mesh")
+    source = source_of(soup, unit, crankshaft.body, pressed_up, holes=crankshaft.holes)
+    return _measured(source, crankshaft, "the mesh")
 
 
 def crank_from_shape(
@@ -145,7 +147,8 @@ def _measured(source: Source, crankshaft: Crankshaft, what: str) -> Crank:
     refuse_density(crankshaft)
     refuse_size(source, what)
     anatomy = recognised(source, crankshaft.overrides)
-    return Crank(measured_source(source, anatomy, crankshaft.density_g_mm3), crankshaft)
+    measured = measured_source(source, anatomy, crankshaft.density_g_mm3, read_as=crankshaft)
+    return Crank(measured, crankshaft)
 
 
 def _soup(vertices: ArrayLike, triangles: ArrayLike) -> Array:

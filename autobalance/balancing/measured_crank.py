@@ -171,7 +171,9 @@ def _read(crankshaft: Crankshaft, try_all_bodies: bool) -> Source:
         raise JobError("crankshaft.file is missing; expected a crank file, or a crank given with the job")
     pressed_up = not crankshaft.crankpin_in_file
     try:
-        return read(crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=pressed_up)
+        return read(
+            crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=pressed_up, holes=crankshaft.holes
+        )
     except OverlapError as error:
         mass = error.volume_mm3 * crankshaft.density_g_mm3
         raise OverlapError(f"{error}; {mass:.4g} g of its mass are in doubt", error.volume_mm3) from None
@@ -195,7 +197,7 @@ def _all_bodies(crankshaft: Crankshaft, several: BodiesError) -> Source | None:
         If they are no crank.
     """
     assert crankshaft.file is not None
-    source = read(crankshaft.file, crankshaft.unit, "all")
+    source = read(crankshaft.file, crankshaft.unit, "all", holes=crankshaft.holes)
     try:
         anatomy = recognise(source.solid, replace(crankshaft.overrides, crankpin_in_file=None))
     except RecognitionError as reason:
@@ -246,7 +248,7 @@ def input_file(path: Path | None, crank: Crank) -> InputFile:
     source = crank.source
     name = None if source.format is None else source.format.removesuffix("-ascii")  # both are STL
     file = None if path is None else str(path)
-    return InputFile(file, source.sha256, name, source.triangles, source.bodies, source.repairs)
+    return InputFile(file, source.sha256, name, source.triangles, source.bodies, crank.repairs)
 
 
 def surfaces_entry(crank: Crank) -> TrueSurfaces | None:

@@ -78,6 +78,8 @@ VERB = Verb(
         "crankpins": NOT_TYPED,
         "main_journals": NOT_TYPED,
         "density_pm_kg_m3": NOT_TYPED,
+        "fill_holes_mm": Option(usual="0", unset=True),
+        "keep_open": NOT_TYPED,
         "suggest": SUGGEST,
     },
     writes=(_add_no_crankpin, _add_sections, add_json, add_units, add_progress),
@@ -127,19 +129,23 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
 
     options = VERB.keywords(arguments)
     path, suggest, settings = Path(options.pop("crank")), options.pop("suggest"), options.pop("settings")
-    table = _table(arguments)
+    table, fill = _table(arguments), options.pop("fill_holes_mm")
+    if fill is not None and not 0.0 <= fill < float("inf"):
+        raise UsageError(f"--fill-holes-mm is {fill:g}; must be >= 0")
     if path.suffix.lower() not in (".toml", *WORKBOOKS):
         if settings:
             raise UsageError("--set goes with a job; a crank file has no keys")
         if arguments.datum is None and arguments.oil_density_kg_m3 is None:
             table = None  # the crank's own sections are enough
-        keywords = _of_a_file(path, options)
+        keywords = {**_of_a_file(path, options), "fill_holes_mm": fill or 0.0}
         with bodies_named("--body N", "--body all", "or --no-crankpin for a pressed-up crank in pieces"):
             return inspect(path, progress=progress, suggest=suggest, table=table, **keywords)
     for name, value in options.items():
         if value is not None and name != "crankpin_in_file":
             option = VERB.flag(name)
             raise UsageError(f"{option} beside a job: it says its own; --set crankshaft.... changes it")
+    if fill is not None:
+        settings = [*settings, f"crankshaft.fill_holes_mm={fill}"]
     return inspect(path, progress=progress, settings=settings, suggest=suggest, table=table)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from autobalance.crank.anatomy import PinHint
 from autobalance.job.read import Job
-from autobalance.job.scan_keys import described_readings
+from autobalance.job.scan_keys import described_holes, described_readings
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 
@@ -35,6 +35,7 @@ def _crankshaft(job: Job) -> dict[str, Any]:
         },
         **({} if crank.scan_accuracy_mm is None else {"scan_accuracy_mm": crank.scan_accuracy_mm}),
         **described_readings(crank.readings),
+        **described_holes(crank.holes),
         "crankpin_in_file": crank.crankpin_in_file,
         "axis_point_mm": _listed(hints.axis_point_mm),
         "axis_direction": _listed(hints.axis_direction),

@@ -13,7 +13,7 @@ from autobalance.crank.anatomy import Overrides, PinHint
 from autobalance.errors import JobError
 from autobalance.job.density import density_keys
 from autobalance.job.model import Crankshaft, LengthUnit
-from autobalance.job.scan_keys import SCAN, readings_of
+from autobalance.job.scan_keys import SCAN, holes_of, readings_of
 from autobalance.job.toml.convert import convert
 from autobalance.job.toml.keys import FILLED, Key, Values, read
 from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
@@ -151,6 +151,7 @@ def crankshaft_of(values: Values, folder: Path) -> Crankshaft:
         None if off is None else off * G_PER_MM3_PER_KG_M3,
         values["scan_accuracy_mm"],
         readings_of(values),
+        holes_of(values),
     )
 
 

@@ -6,6 +6,9 @@ from autobalance.errors import JobError
 from autobalance.job.model.crank_readings import Calibrate, CrankReadings
 from autobalance.job.toml.keys import Key, Values
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE
+from autobalance.solid.soundness.open_holes import OpenHoles
+
+Vector = tuple[float, float, float]
 
 SCAN = (
     Key(
@@ -37,6 +40,21 @@ SCAN = (
         ),
     ),
     Key("micrometer_pm_mm", float, "by how much the micrometer may be off", NOT_NEGATIVE, 0.0),
+    Key(
+        "fill_holes_mm",
+        float,
+        "close holes of an open mesh up to this width; 0: such a mesh is refused, with its holes",
+        NOT_NEGATIVE,
+        0.0,
+    ),
+    Key(
+        "keep_open",
+        tuple[Vector, ...],
+        "with `fill_holes_mm`: a place at each hole that is a bore, in the file's axes [mm], to be joined to "
+        "its other end; empty: none is",
+        default=None,
+        usual="asked for where a hole may be a bore",
+    ),
 )
 
 
@@ -59,6 +77,29 @@ def readings_of(values: Values) -> CrankReadings:
     if not micrometer and values["micrometer_pm_mm"] > 0.0:
         raise JobError("crankshaft.micrometer_pm_mm stands alone; expected micrometer_mm beside it")
     return CrankReadings(weighed, values["weighed_pm_g"], calibrate, micrometer, values["micrometer_pm_mm"])
+
+
+def holes_of(values: Values) -> OpenHoles:
+    """Return which holes are to be closed by the values of ``[crankshaft]``.
+
+    Raises
+    ------
+    JobError
+        If bores are named and nothing is to be closed.
+    """
+    if values["keep_open"] is not None and values["fill_holes_mm"] == 0.0:
+        raise JobError("crankshaft.keep_open stands alone; expected fill_holes_mm beside it")
+    return OpenHoles(values["fill_holes_mm"], values["keep_open"])
+
+
+def described_holes(holes: OpenHoles) -> Values:
+    """Return the keys that close the same holes; nothing where none are."""
+    if holes.fill_mm == 0.0:
+        return {}
+    keys: Values = {"fill_holes_mm": holes.fill_mm}
+    if holes.keep_open is not None:
+        keys["keep_open"] = [list(place) for place in holes.keep_open]
+    return keys
 
 
 def described_readings(readings: CrankReadings) -> Values:

@@ -62,6 +62,24 @@ class Crank:
         return lambda soup: even if own is None else even + own(soup)
 
     @property
+    def patch_moments(self) -> tuple[Moments, ...]:
+        """How much metal may be off at each hole that was closed, rotor frame."""
+        frame, density = self.anatomy.file_to_rotor, self.density_g_mm3
+        return tuple(
+            Moments.point(density * patch.volume_pm_mm3, patch.centre_mm).moved(frame)
+            for patch in self.source.patches
+        )
+
+    @property
+    def repairs(self) -> tuple[str, ...]:
+        """What had to be done to the mesh, one line each, with what it may cost."""
+        patched = (
+            f"{patch.text}; the unbalance may be off by {np.hypot(*off.first_g_mm[:2]):.2g} g·mm for it"
+            for patch, off in zip(self.source.patches, self.patch_moments, strict=True)
+        )
+        return (*self.source.repairs, *patched)
+
+    @property
     def holds_crankpins(self) -> bool:
         """Whether the file holds the crankpins, not only bores for them: metal midway along the first."""
         return holds_crankpins(self.anatomy, self.source.solid)
@@ -71,7 +89,7 @@ class Crank:
         misaligned = misalignment_warning(self.anatomy)
         odd = (odd_size(self.source), misaligned)
         read = () if self.calibration is None else self.calibration.contradictions
-        texts = [*self.source.repairs, *(text for text in odd if text is not None), *read]
+        texts = [*self.repairs, *(text for text in odd if text is not None), *read]
         return tuple(text if file is None else f"{file}: {text}" for text in texts)
 
 

@@ -147,7 +147,7 @@ def _old_solid(held: Held, job: Job, anatomy: Anatomy) -> Given:
     untouched = claims.get("input_is_untouched", bool)
     body = crankshaft.body if untouched else "all"
     pressed_up = untouched and not crankshaft.crankpin_in_file
-    source = held.files.read(path, crankshaft.unit, body, pressed_up=pressed_up)
+    source = held.files.read(path, crankshaft.unit, body, pressed_up=pressed_up, holes=crankshaft.holes)
     solids.check_source(claims, source)
     return solids.check_crank(claims, job, source, anatomy, anatomy.file_to_rotor, held.files)
 

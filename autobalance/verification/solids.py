@@ -14,16 +14,17 @@ from autobalance.balancing import measured_crank
 from autobalance.correction import KINDS
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import ClaimError, FileError, FormatError
-from autobalance.job import Job
+from autobalance.job import Crankshaft, Job
 from autobalance.machine_models.facet_correction import FacetCorrection
 from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import note_read
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
-from autobalance.solid.formats.read import Source, read
+from autobalance.solid.formats.read import REFUSED, Source, read
 from autobalance.solid.formats.write import decode
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.solid.slicing.independent import agreement, slice_moments
+from autobalance.solid.soundness.open_holes import OpenHoles
 from autobalance.solid.soundness.validate import refuse_overlap_exactly
 from autobalance.types import Array, Floats
 from autobalance.units import G_PER_MM3_PER_KG_M3
@@ -57,9 +58,10 @@ class Files:
         body: int | str | None,
         pressed_up: bool = False,
         unite: bool | None = None,
+        holes: OpenHoles = REFUSED,
     ) -> Source:
-        key = ("read", str(path), unit, body, pressed_up, unite)
-        return self.once(key, lambda: read(path, unit, body, pressed_up=pressed_up, unite=unite))
+        key = ("read", str(path), unit, body, pressed_up, unite, holes)
+        return self.once(key, lambda: read(path, unit, body, pressed_up=pressed_up, unite=unite, holes=holes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,12 +108,7 @@ def measured_files(claims: Claims, folder: Path, job: Job, frame: Array, files: 
     crankshaft = job.crankshaft
     key = "outputs.solid"
     if claims.get(key, object) is None:
-        source = files.read(
-            input_path(claims, folder),
-            crankshaft.unit,
-            crankshaft.body,
-            pressed_up=not crankshaft.crankpin_in_file,
-        )
+        source = _read_input(files, input_path(claims, folder), crankshaft)
         claims.same("input.sha256", source.sha256)
         claims.hold(key)
         return Left(source, source.moments(crankshaft.density_g_mm3, frame), None, False)
@@ -239,12 +236,23 @@ def source_before(claims: Claims, folder: Path, job: Job, files: Files) -> Sourc
     """Return the crank as it came to a report's cuts, read as the checks read it."""
     crankshaft, path = job.crankshaft, input_path(claims, folder)
     if claims.get("command", str) != "recut":
-        return files.read(path, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file)
+        return _read_input(files, path, crankshaft)
     if not path.is_file():
         path = (folder / claims.get("previous.report", str)).parent / path.name
     untouched = claims.get("input_is_untouched", bool)
     body = crankshaft.body if untouched else "all"
-    return files.read(path, crankshaft.unit, body, pressed_up=untouched and not crankshaft.crankpin_in_file)
+    return files.read(
+        path,
+        crankshaft.unit,
+        body,
+        pressed_up=untouched and not crankshaft.crankpin_in_file,
+        holes=crankshaft.holes,
+    )
+
+
+def _read_input(files: Files, path: Path, crankshaft: Crankshaft) -> Source:
+    pressed_up = not crankshaft.crankpin_in_file
+    return files.read(path, crankshaft.unit, crankshaft.body, pressed_up=pressed_up, holes=crankshaft.holes)
 
 
 def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files: Files) -> Given:
@@ -262,7 +270,7 @@ def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files:
             "to see what went from it"
         )
     crankshaft = job.crankshaft
-    source = files.read(path, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file)
+    source = _read_input(files, path, crankshaft)
     check_source(claims, source)
     if path.resolve() == (folder / claims.get("input.file", str)).resolve():
         claims.hold("input.file")
@@ -300,6 +308,8 @@ def check_crank(
     density = crank.density_g_mm3
     if abs(density - own.density_g_mm3) > ROUNDING * density:
         claims.near("crank.calibration.density_kg_m3", density / G_PER_MM3_PER_KG_M3, density)
+    if source.patches:
+        claims.same("input.repairs", list(crank.repairs))
     bare = source.moments(density, frame)
     added = crank.calibrated
     if crank.facets is not None:
@@ -314,7 +324,8 @@ def check_source(claims: Claims, source: Source) -> None:
     claims.same("input.triangles", source.triangles)
     claims.same("input.format", None if source.format is None else source.format.removesuffix("-ascii"))
     claims.same("input.bodies", source.bodies)
-    claims.same("input.repairs", list(source.repairs))
+    if not source.patches:  # what those may cost is known of the crank
+        claims.same("input.repairs", list(source.repairs))
 
 
 def hidden_part(claims: Claims, job: Job, anatomy: Anatomy, given_in: Given, soup: Floats | None) -> Moments:

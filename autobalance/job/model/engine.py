@@ -12,6 +12,7 @@ from autobalance.crank.anatomy import Overrides
 from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
+from autobalance.solid.soundness.open_holes import OpenHoles
 
 LengthUnit = Literal["mm", "cm", "m", "inch"]
 Distribution = Literal["normal", "rectangular"]
@@ -25,7 +26,8 @@ class Crankshaft:
     ``file`` is None where the crank is given as an object; ``unit`` is None where the format carries its
     own; ``body`` picks one of several solids, from 1, or by its name where the format has names;
     ``density_pm_g_mm3`` is by how much the density may be off, None where the job does not say;
-    ``scan_accuracy_mm`` is the scanner's, likewise; ``readings`` are what a shop measured of it.
+    ``scan_accuracy_mm`` is the scanner's, likewise; ``readings`` are what a shop measured of it,
+    ``holes`` which holes of an open mesh are to be closed.
     """
 
     file: Path | None
@@ -36,6 +38,7 @@ class Crankshaft:
     density_pm_g_mm3: float | None = None
     scan_accuracy_mm: float | None = None
     readings: CrankReadings = field(default_factory=CrankReadings)
+    holes: OpenHoles = field(default_factory=OpenHoles)
 
     @property
     def crankpin_in_file(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +21,8 @@ from autobalance.solid.formats.registry import FOREIGN_CAD, FORMATS, format_of, 
 from autobalance.solid.mesh.body_list import listed
 from autobalance.solid.mesh.mesh import Mesh, in_space_order, weld, without_collapsed
 from autobalance.solid.soundness.bodies import Body, are_apart, bodies_of
+from autobalance.solid.soundness.hole_patches import Patch, filled
+from autobalance.solid.soundness.open_holes import OpenHoles
 from autobalance.solid.soundness.repair import solid_of, volume_change
 from autobalance.solid.soundness.validate import check_solid
 from autobalance.types import Array, Floats
@@ -32,6 +35,9 @@ if TYPE_CHECKING:
 
 FARTHEST_MM = 1e7
 """Coordinates at most: ten kilometres leave no digit for a crank, and their products would overflow."""
+
+REFUSED = OpenHoles()
+"""Unless asked otherwise: a mesh that is open for more than small plane holes is no solid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +67,8 @@ class Source:
     step_mm : float
         Between two coordinates that the file can distinguish at its far end, by its digits or its numbers;
         0 where it is no more than what ``format`` says of itself.
+    patches : tuple of Patch
+        Holes that were closed.
     """
 
     solid: Solid
@@ -73,6 +81,7 @@ class Source:
     exact: Exact | None = None
     step_mm: float = 0.0
     in_memory_file: bytes | None = None
+    patches: tuple[Patch, ...] = ()
 
     @property
     def surfaces(self) -> Surfaces | None:
@@ -96,6 +105,7 @@ def read(
     body: int | str | None = None,
     pressed_up: bool = False,
     unite: bool | None = None,
+    holes: OpenHoles = REFUSED,
 ) -> Source:
     """Read a solid from a file, check it, and say what had to be repaired.
 
@@ -125,7 +135,7 @@ def read(
     """
     name, _ = _format(path)
     try:
-        return source_of_bytes(file_bytes(path), name, unit, body, pressed_up, unite)
+        return source_of_bytes(file_bytes(path), name, unit, body, pressed_up, unite, holes)
     except (FormatError, SolidError) as error:
         raise _named(path, error) from None
 
@@ -137,6 +147,7 @@ def source_of_bytes(
     body: int | str | None = None,
     pressed_up: bool = False,
     unite: bool | None = None,
+    holes: OpenHoles = REFUSED,
 ) -> Source:
     """Check the solid that the bytes of a file of the format ``name`` hold; the rest is as for ``read``."""
     kind = FORMATS[name]
@@ -149,9 +160,10 @@ def source_of_bytes(
     triangles, written_as, step_mm = len(raw.soup), kind_of(name, data), mm_per_unit * _step(raw)
     mesh, notes = _welded(raw, mm_per_unit)
     del data, raw  # the solid takes many times their memory: not at the same time
+    mesh, patches = filled(mesh, holes)
     solid, bodies, repairs = _solid(mesh, body, pressed_up, unite is not False)
     unites = body == "all" if unite is None else unite
-    solid, changed = _checked(solid, bool(repairs) or bodies > 1, unites)
+    solid, changed = _checked(solid, bool(repairs) or bodies > 1, unites, patches)
     return Source(
         solid=solid,
         format=written_as,
@@ -161,6 +173,7 @@ def source_of_bytes(
         bodies=bodies,
         repairs=(*notes, *repairs, *changed),
         step_mm=step_mm,
+        patches=patches,
     )
 
 
@@ -192,6 +205,7 @@ def source_of(
     body: int | str | None = None,
     pressed_up: bool = False,
     unite: bool | None = None,
+    holes: OpenHoles = REFUSED,
 ) -> Source:
     """Check a mesh that is in memory, as ``read`` checks a file's.
 
@@ -212,9 +226,10 @@ def source_of(
     raw = Raw(soup)
     mm_per_unit = _mm_per_unit(raw.unit, raw.mm_per_unit, unit, "mesh")
     mesh, notes = _welded(raw, mm_per_unit)
+    mesh, patches = filled(mesh, holes)
     solid, bodies, repairs = _solid(mesh, body, pressed_up, unite is not False)
     unites = body == "all" if unite is None else unite
-    solid, changed = _checked(solid, bool(repairs) or bodies > 1, unites)
+    solid, changed = _checked(solid, bool(repairs) or bodies > 1, unites, patches)
     return Source(
         solid=solid,
         format=None,
@@ -223,6 +238,7 @@ def source_of(
         triangles=len(soup),
         bodies=bodies,
         repairs=(*notes, *repairs, *changed),
+        patches=patches,
     )
 
 
@@ -234,11 +250,18 @@ def _named(path: Path, error: FormatError | SolidError) -> FormatError | SolidEr
     return OverlapError(text, error.volume_mm3) if isinstance(error, OverlapError) else type(error)(text)
 
 
-def _checked(solid: Solid, doubtful: bool, unite: bool) -> tuple[Solid, list[str]]:
-    """Return a solid that passed the last look, and how it was made to if it had to be united."""
+def _checked(
+    solid: Solid, doubtful: bool, unite: bool, patches: Sequence[Patch] = ()
+) -> tuple[Solid, list[str]]:
+    """Return a solid that passed the last look, and how it was made to if it had to be united.
+
+    Patches of ragged rims may fold by less than they are in doubt by.
+    """
     try:
         check_solid(solid, doubtful)
-    except OverlapError:
+    except OverlapError as error:
+        if error.volume_mm3 <= sum(patch.volume_pm_mm3 for patch in patches):
+            return solid, []
         if not unite:
             raise
     else:

@@ -118,14 +118,15 @@ def local_roughness_mm(mesh: Mesh, within_mm: float) -> float:
         facing = near[normals[near] @ normals[place] > 0.9]
         if len(facing) < 12:
             continue
-        residual = _off_paraboloid(mesh.vertices[facing] - mesh.vertices[place], normals[place])
+        residual = off_paraboloid(mesh.vertices[facing] - mesh.vertices[place], normals[place])
         residuals.append(
             1.4826 * float(np.median(np.abs(residual))) * math.sqrt(len(facing) / (len(facing) - 6))
         )
     return float(np.quantile(residuals, TYPICAL)) if residuals else 0.0
 
 
-def _off_paraboloid(points: Array, normal: Array) -> Array:
+def off_paraboloid(points: Array, normal: Array) -> Array:
+    """Return how far points (n, 3) stand off the paraboloid over ``normal`` that fits them best (n,)."""
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     side /= np.linalg.norm(side)
     x, y, h = points @ side, points @ np.cross(normal, side), points @ normal

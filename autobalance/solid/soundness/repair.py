@@ -10,8 +10,9 @@ from autobalance.solid.mesh.adjacency import sides_of
 from autobalance.solid.mesh.components import components
 from autobalance.solid.mesh.measure import signed_volume_mm3
 from autobalance.solid.mesh.mesh import Mesh, hash_numbers, sorted_with_rows, without_collapsed
-from autobalance.solid.mesh.tetrahedra import CHUNK
 from autobalance.solid.mesh.zero_volume_parts import without_crumbs
+from autobalance.solid.soundness.hole_patches import open_holes_text
+from autobalance.solid.soundness.open_edges import is_closed, open_edges, rims
 from autobalance.types import Array, Flags, Indices
 
 PLACES_SHOWN = 4
@@ -52,7 +53,8 @@ def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
         notes += notes_here
     edges = open_edges(mesh.triangles)
     if len(edges):
-        raise SolidError(open_message(mesh, edges))
+        holes = open_holes_text(mesh)
+        raise SolidError(open_message(mesh, edges) + (f"; {holes}" if holes else ""))
     if signed_volume_mm3(mesh) < 0.0:
         notes.append(f"the mesh was inside out: turned round; {_change(mesh, mesh.flipped())}")
         mesh = mesh.flipped()
@@ -172,7 +174,7 @@ def _fill_holes(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """Fill holes whose rim is one plane loop around little area."""
     area = float(mesh.doubled_areas.sum()) / 2.0
     caps: list[Indices] = []
-    for loop in _loops(open_edges(mesh.triangles)):
+    for loop in rims(open_edges(mesh.triangles)):
         cap = _cap(mesh.vertices[loop], PLANE * mesh.diagonal_mm, HOLE_MOST * area)
         if cap is not None:
             caps.append(loop[cap])
@@ -180,28 +182,6 @@ def _fill_holes(mesh: Mesh) -> tuple[Mesh, list[str]]:
         return mesh, []
     filled = Mesh(mesh.vertices, np.concatenate([mesh.triangles, *caps]))
     return filled, [f"{len(caps)} small plane holes filled; {_change(mesh, filled)}"]
-
-
-def _loops(edges: Indices) -> list[Indices]:
-    """Chain the reversed open edges to closed loops; a rim that touches itself falls into several."""
-    following: dict[int, list[int]] = {}
-    for start, end in edges.tolist():
-        following.setdefault(end, []).append(start)
-    loops: list[Indices] = []
-    for first in list(following):
-        path, seen = [first], {first: 0}
-        while following.get(path[-1]):
-            at = following[path[-1]].pop()
-            if at in seen:  # a loop closes here: take it off the path
-                loop, path = path[seen[at] :], path[: seen[at] + 1]
-                for corner in loop[1:]:
-                    del seen[corner]
-                if len(loop) > 2:
-                    loops.append(np.array(loop, dtype=np.int64))
-            else:
-                seen[at] = len(path)
-                path.append(at)
-    return loops
 
 
 def _cap(rim: Array, flat_mm: float, area_most_mm2: float) -> Indices | None:
@@ -226,38 +206,6 @@ def _change(before: Mesh, after: Mesh) -> str:
 def volume_change(was_mm3: float, now_mm3: float) -> str:
     """Say what a repair made of the volume."""
     return f"volume {was_mm3:.9g} → {now_mm3:.9g} mm³"
-
-
-def is_closed(triangles: Indices) -> bool:
-    """Return whether triangles (m, 3) run through each edge equally often in both directions.
-
-    By sums of a hash of the edges, one for each direction: no sorting, and wrong once in 2⁶⁴ times.
-    """
-    count = int(triangles.max(initial=0)) + 1
-    balance = np.zeros(1, dtype=np.uint64)
-    for begin in range(0, len(triangles), CHUNK):
-        start = np.ascontiguousarray(triangles[begin : begin + CHUNK].T)
-        end = start[[1, 2, 0]]
-        key = hash_numbers(np.minimum(start, end) * count + np.maximum(start, end))
-        balance += np.where(start < end, key, ~key + np.uint64(1)).sum()  # two's complement: less the key
-    return not balance.any()
-
-
-def open_edges(triangles: Indices) -> Indices:
-    """Return the edges (k, 2) that are not run through equally often in both directions."""
-    if is_closed(triangles):  # as usual
-        return np.zeros((0, 2), dtype=np.int64)
-    start, end = triangles.reshape(-1), triangles[:, [1, 2, 0]].reshape(-1)
-    key = np.minimum(start, end) * (int(triangles.max()) + 1) + np.maximum(start, end)
-    upward = start < end
-    ordered = np.sort(2 * key + upward)  # an edge and its twins stand side by side
-    edge, sense = ordered >> 1, 2 * (ordered & 1) - 1
-    first = np.flatnonzero(np.diff(edge, prepend=-1))
-    unbalanced = edge.take(first[np.add.reduceat(sense, first) != 0])
-    place = np.searchsorted(unbalanced, key).clip(max=len(unbalanced) - 1)
-    rows = np.flatnonzero(unbalanced.take(place) == key)
-    bad = rows[np.unique(key.take(rows), return_index=True)[1]]
-    return np.stack([start[bad], end[bad]], axis=1)
 
 
 def open_message(mesh: Mesh, edges: Indices) -> str:
