@@ -73,9 +73,9 @@ def nc(
     Parameters
     ----------
     report : path
-        Of ``balance`` or ``recut``, its solids where it names them; all its claims are checked first.
+        Report of ``balance`` or ``recut``, its solids where it names them; every claim is checked first.
     machine : path or dict
-        Machine tool, its zero and its tools: a ``MACHINE.toml`` or its structure.
+        Machine file: the machine tool, its zero and its tools; or its structure.
     finish_mm : float or None
         Metal left on every depth, for a first try.
     progress : callable or None

@@ -161,7 +161,7 @@ def orders(
         envelope.
     axes : pair of str or None
         Names of two channels at right angles, X and Y, from which rotating and reciprocating unbalance are
-        told apart. Forward and backward circles of order 1.
+        separated. Forward and backward circles of order 1.
     job : path, Job or None
         Job of the engine that was recorded, for the sources of its orders.
     drive : path, mapping or None

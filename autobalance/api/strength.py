@@ -72,7 +72,7 @@ def strength(
     Parameters
     ----------
     source : Job, path or mapping
-        Job with [strength] and [cycle], or a report of balance or recut on such a job, whose crank is told
+        Job with [strength] and [cycle], or a report of balance or recut on such a job, analysed
         before and after its cuts.
     speed_rpm : float or None
         Crank speed [rpm]; None: the job's balance.speed_rpm.

@@ -71,7 +71,7 @@ VERB = Verb(
         "path": NOT_TYPED,
         "unit": UNIT._replace(usual="the format's, or mm"),
         "density_kg_m3": Option(usual="7850, steel; a job has its own", unset=True),
-        "body": Option(metavar="N"),
+        "body": Option(metavar="N", usual="the only one"),
         "crankpin_in_file": Option(choices=tuple(CRANKPIN_IN_FILE)),
         "axis_point_mm": Option(("--axis-point",), nargs=3, metavar=("X", "Y", "Z")),
         "axis_direction": Option(nargs=3, metavar=("X", "Y", "Z")),

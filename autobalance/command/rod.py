@@ -31,7 +31,10 @@ VERB = Verb(
         "autobalance rod engine.step --body rod --stroke-mm 53.8 --speed-rpm 12000",
         'In a job, [engine.rod] file = "rod.stl" puts the same rod in.',
     ),
-    options={"file": Option(metavar="FILE", endings=endings), "body": Option(metavar="N")},
+    options={
+        "file": Option(metavar="FILE", endings=endings),
+        "body": Option(metavar="N", usual="the only one"),
+    },
     writes=(add_json, add_units),
     adjust=_adjust,
 )
