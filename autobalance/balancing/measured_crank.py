@@ -12,6 +12,7 @@ from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import BodiesError, JobError, OverlapError, RecognitionError
 from autobalance.job import Balance, Crankshaft, Job
+from autobalance.known import once
 from autobalance.machine_models.crank_size import refuse_density, refuse_size
 from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
 from autobalance.machine_models.measured import Crank, holds_crankpins
@@ -221,16 +222,25 @@ def facets_of(
 
     A correction that is ``asks`` for, and a verdict in which the uncertainty counts, look at all of them.
     """
+    worth_it = asks is not None and (asks.margin != "none" or asks.facet_correction)
+    return once(
+        "facets",
+        lambda: (id(source), density_g_mm3, id(anatomy), worth_it),
+        (source, anatomy),
+        lambda: _facets_of(source, density_g_mm3, anatomy, worth_it),
+    )
+
+
+def _facets_of(source: Source, density_g_mm3: float, anatomy: Anatomy, fit: bool) -> ChordalError:
     frame = anatomy.file_to_rotor
     if source.exact is not None:  # measured on the true surfaces
         from autobalance.solid.cad.doubt import doubt_of
 
         return doubt_of(source.exact.gaps, density_g_mm3, frame)
-    worth_it = asks is not None and (asks.margin != "none" or asks.facet_correction)
     mesh = source.solid.mesh
     if anatomy.scan is not None:
         return chordal_error_of_scan(mesh, density_g_mm3, frame)
-    return facets_of_mesh(mesh.moved(frame), density_g_mm3, worth_it)
+    return facets_of_mesh(mesh.moved(frame), density_g_mm3, fit)
 
 
 def facets_of_mesh(mesh: Mesh, density_g_mm3: float, fit: bool = False) -> ChordalError:

@@ -27,6 +27,7 @@ from autobalance.crank.recognition.section_stack import SectionStack, lengthwise
 from autobalance.crank.recognition.views import Views
 from autobalance.crank.recognition.webs import find_webs, refuse_incomplete, refuse_unexplained
 from autobalance.errors import RecognitionError
+from autobalance.known import once
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
@@ -61,7 +62,12 @@ def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFa
         If something is not found; the message names the job key that settles it.
     """
     try:
-        return _recognised(solid, overrides, cylinders)
+        return once(
+            "anatomy",
+            lambda: (id(solid), repr(overrides), tuple(map(id, cylinders))),
+            (solid, cylinders),
+            lambda: _recognised(solid, overrides, cylinders),
+        )
     except RecognitionError as error:
         raise RecognitionError(_without_what_is_given(str(error), overrides)) from None
 

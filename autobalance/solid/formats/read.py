@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.errors import BodiesError, FormatError, OverlapError, SolidError
+from autobalance.known import once
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.self_overlap import united
 from autobalance.solid.csg.solid import Solid, union
@@ -134,8 +135,14 @@ def read(
         If the mesh is open, bounds nothing, overlaps itself, or holds several bodies and none was chosen.
     """
     name, _ = _format(path)
+    how = name, unit, body, pressed_up, unite, holes
     try:
-        return source_of_bytes(file_bytes(path), name, unit, body, pressed_up, unite, holes)
+        return once(
+            "source",
+            lambda: (_sha256(file_bytes(path)), type(body), *how),
+            None,
+            lambda: source_of_bytes(file_bytes(path), *how),
+        )
     except (FormatError, SolidError) as error:
         raise _named(path, error) from None
 
