@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -41,6 +42,7 @@ from autobalance.runtime import Notify, Progress, Stopwatch
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
     from autobalance.api.tools import CutTool
+    from autobalance.balancing.kept import KeptPlan
     from autobalance.balancing.record import Record
     from autobalance.report.files import Staging
 
@@ -212,7 +214,13 @@ class BalanceResult(VerbResult):
 
 
 @documented
-def balance(job: JobSource, crank: Crank | None = None, *, progress: Progress | None = None) -> BalanceResult:
+def balance(
+    job: JobSource,
+    crank: Crank | None = None,
+    *,
+    keep: str | Path | Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> BalanceResult:
     """Cut a crank until its residual unbalance is within tolerance, or as near as the metal allows.
 
     Nothing is written and nothing is printed.
@@ -222,6 +230,9 @@ def balance(job: JobSource, crank: Crank | None = None, *, progress: Progress | 
     job : Job, path or dict
         Job file: crank file, weights, tolerance and correction. A dict's crank file is looked for in the
         working folder.
+    keep : path, dict or None
+        Report whose cuts are kept with new depths: places, tools, faces and numbers stay; None: the job's
+        ``correction.keep``.
 
     Returns
     -------
@@ -245,6 +256,8 @@ def balance(job: JobSource, crank: Crank | None = None, *, progress: Progress | 
     watch = Stopwatch()
     with watch.stage("load"):
         read = jobs.given(job)
+        if keep is not None:
+            read = replace(read, keep=keep if isinstance(keep, Mapping) else Path(keep))
     return run(read, crank, telling(progress), watch)
 
 
@@ -261,12 +274,26 @@ def run(job: Job, given: Crank | None, tell: Notify, watch: Stopwatch) -> Balanc
             measured = measured_again(given.measured, job)
     from autobalance.balancing.run import balanced_record
 
-    record = balanced_record(job, measured, watch, tell)
+    record = balanced_record(job, measured, watch, tell, _kept(job))
     record = replace(record, warnings=(*_warnings(job, measured), *record.warnings))
     record = with_outputs(record, job, measured, watch)
     from autobalance.report.records.report import Report
 
     return BalanceResult(Report.of(record), job, record, Crank(measured, job.crankshaft))
+
+
+def _kept(job: Job) -> KeptPlan | None:
+    """Return the plan that a job keeps, if it keeps one."""
+    if job.keep is None:
+        return None
+    from autobalance.balancing.kept import kept_plan
+    from autobalance.verification.report_file import read_report, refuse_version
+
+    if isinstance(job.keep, Mapping):
+        refuse_version("keep", job.keep)
+        return kept_plan("keep", json.dumps(job.keep, sort_keys=True).encode(), job.keep)
+    values = read_report(job.keep)
+    return kept_plan(job.keep.name, job.keep.read_bytes(), values)
 
 
 def with_crank(job: Job, crank: Crank) -> Job:

@@ -10,6 +10,7 @@ from autobalance.types import Array
 
 if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
     from autobalance.balancing.external import CarriedUnbalance
+    from autobalance.balancing.kept import KeptPlan
     from autobalance.balancing.loop import Result
     from autobalance.balancing.suggestions.wanted import Aim, Refused, Suggestion
     from autobalance.correction.contract import Correction
@@ -151,7 +152,8 @@ class Balanced:
 
     ``faces`` are those that corrections name; ``forces`` are None where the job lacks a cylinder's direction,
     ``loads_with_gas`` where it has no cycle;
-    ``job_set`` are the keys of the job that were set from outside, as given.
+    ``job_set`` are the keys of the job that were set from outside, as given; ``kept`` is the earlier plan
+    whose cuts were kept, if one was.
     """
 
     job: Mapping[str, Any]
@@ -167,6 +169,7 @@ class Balanced:
     job_set: tuple[str, ...] = ()
     assembly: tuple[AssemblyStage, ...] = ()
     faces: tuple[Face, ...] = ()
+    kept: KeptPlan | None = None
 
 
 @dataclass(frozen=True, eq=False)

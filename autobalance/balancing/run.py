@@ -10,6 +10,7 @@ from autobalance import job as jobs
 from autobalance.balancing import chordal_correction, measured_crank, uncertainty_budget
 from autobalance.balancing.comparison import Row, compare
 from autobalance.balancing.external import with_external
+from autobalance.balancing.kept import KeptPlan, balanced_as_kept, refuse_other_crank
 from autobalance.balancing.loop import Result, balance, planned
 from autobalance.balancing.measured_crank import input_file, work_on_faces
 from autobalance.balancing.measuring import Measure, as_file, in_memory, on_true_surfaces
@@ -49,8 +50,10 @@ if TYPE_CHECKING:
     from autobalance.engine.cycle.analysis import CycleAnalysis
 
 
-def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Notify) -> Record:
-    """Balance a measured crank; return what the report needs.
+def balanced_record(
+    job: Job, crank: Crank, watch: Stopwatch, progress: Notify, kept: KeptPlan | None = None
+) -> Record:
+    """Balance a measured crank, with the cuts of an earlier plan if one is kept; return the record.
 
     Raises
     ------
@@ -66,13 +69,20 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Notify) 
         rotor = rotor_of(job, crank, tolerance, factor)
         with_gas, missing = _before_with_gas(job, crank)
     with _Stages(watch, progress) as stages:
+        if kept is not None:
+            refuse_other_crank(kept, job, crank.anatomy)
         try:
-            result = balance(
-                rotor, tolerance, job.methods, measure_of(crank.source), stages, prefer=job.prefer
-            )
+            if kept is None:
+                result = balance(
+                    rotor, tolerance, job.methods, measure_of(crank.source), stages, prefer=job.prefer
+                )
+            else:
+                result = balanced_as_kept(kept, job, rotor, tolerance, measure_of(crank.source), stages)
         except CorrectionError as error:
             raise JobError(f"{job.path.name}: {error}") from None
     record = record_of(job, crank, factor, tolerance, result, counterweights_of(crank))
+    if kept is not None and record.balanced is not None:
+        record = replace(record, balanced=replace(record.balanced, kept=kept, faces=kept.faces))
     record = replace(record, warnings=(*odd, *missing))
     if external and record.balanced is not None:
         record = replace(record, balanced=replace(record.balanced, external=external))

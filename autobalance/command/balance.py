@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from autobalance.command.options import (
@@ -23,7 +24,10 @@ VERB = Verb(
         "autobalance balance job.toml",
         "autobalance balance job.toml --set balance.factor=0.5 -o half --only html,pdf",
     ),
-    options={"job": Option(metavar="JOB.toml")},
+    options={
+        "job": Option(metavar="JOB.toml"),
+        "keep": Option(metavar="REPORT.json", usual="the job's correction.keep"),
+    },
     writes=(
         add_output("the results", "NAME-balanced beside the job"),
         add_json,
@@ -42,6 +46,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     this_job = VERB.keywords(arguments)["job"]
     arguments.units = units_of(arguments, this_job.filled.get("shop"))
+    if arguments.keep is not None:
+        this_job = replace(this_job, keep=Path(arguments.keep))
     folder = Path(arguments.output) if arguments.output else default_folder(this_job.path)
     done = balanced(this_job, folder, arguments.json, chosen_pages(arguments), mode_of(arguments))
     from autobalance.report.balance.text import balance_text

@@ -14,7 +14,7 @@ from autobalance.correction.apart import TOUCHING_MM, keep_apart
 from autobalance.correction.contract import Apart, Correction, Figures, Item
 from autobalance.correction.envelope import Envelope, drawn_out
 from autobalance.correction.faces.curve import DepthCurve
-from autobalance.correction.faces.cut import FaceCut, face_heights, patches_of
+from autobalance.correction.faces.cut import FaceCut, face_heights, is_kept_face, patches_of
 from autobalance.correction.faces.layer import moments_scale, numbers_of, plane_moments
 from autobalance.correction.faces.patches import (
     FaceLimits,
@@ -294,6 +294,7 @@ class Add(Kind[AddLimits]):
     limits = AddLimits
     search_levels = 3
     needs_faces = True
+    offers_all = True
     adds_metal = True
 
     def offer(self, work: Workpiece, limits: AddLimits, search_level: int) -> Candidates:
@@ -303,6 +304,10 @@ class Add(Kind[AddLimits]):
         return Candidates(
             tuple(add_cuts), same_depth=limits.same_depth, apart=_clear_of_each_other(add_cuts, limits)
         )
+
+    def is_kept(self, cut: FaceCut, item: Item) -> bool:
+        """Return whether a face, or its sector, is that of an earlier report."""
+        return is_kept_face(cut, item)
 
     def relaxing(self, limits: AddLimits) -> Sequence[Relaxing]:
         """Return more height, and less clearance over the face."""

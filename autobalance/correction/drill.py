@@ -10,7 +10,7 @@ from autobalance.correction.contract import Correction, Count, Figures, Item, Va
 from autobalance.correction.cut import listed, on_step
 from autobalance.correction.faces.patches import heavy_vector
 from autobalance.correction.holes.bores import fitting_mm, old_sites
-from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at
+from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at, is_kept_hole
 from autobalance.correction.holes.drill_limits import ZONES, DrillLimits
 from autobalance.correction.holes.drill_series import SAME_MM
 from autobalance.correction.holes.drill_sizes import likely_sizes_mm
@@ -150,6 +150,15 @@ class Drill(Kind[DrillLimits]):
             varieties=(few,),
             notes=no_place(limits, radii),
         )
+
+    def is_kept(self, cut: DrillCut, item: Item) -> bool:
+        """Return whether a hole is that of an earlier report."""
+        return is_kept_hole(cut, item)
+
+    def kept_limits(self, limits: DrillLimits, item: Item, around_deg: float) -> DrillLimits:
+        """Return limits that hold the cut's angle alone."""
+        angle = float(item["angle_deg"])
+        return replace(limits, sectors_deg=((angle - around_deg, angle + around_deg),))
 
     def relaxing(self, limits: DrillLimits) -> Sequence[Relaxing]:
         """Return more holes, deeper ones, and thinner walls."""

@@ -98,6 +98,8 @@ class Candidates:
 
 
 L = TypeVar("L", bound=Limits)
+KEPT_MM = 0.05
+"""How far the place of a cut that is kept may be off: a slightly changed crank."""
 
 
 class Kind(ABC, Generic[L]):
@@ -132,6 +134,8 @@ class Kind(ABC, Generic[L]):
         Kinds that make up what it cannot reach alone; ``compare`` tries it with each.
     remedy : Limits or None
         Usual limits of a single cut to propose where the kinds of a job fall short.
+    offers_all : bool
+        Whether one look finds all its cuts wherever the unbalance lies: faces and rims.
     pressed_in : (str, str) or None
         Keys of the details that hold mass [g] and centre (3,) [mm] of what is pressed in.
     """
@@ -150,6 +154,7 @@ class Kind(ABC, Generic[L]):
     mixed_with: ClassVar[tuple[str, ...]] = ()
     remedy: ClassVar[Limits | None] = None
     pressed_in: ClassVar[tuple[str, str] | None] = None
+    offers_all: ClassVar[bool] = False
 
     # --- cuts -------------------------------------------------------------------------------------------
 
@@ -162,6 +167,17 @@ class Kind(ABC, Generic[L]):
         CorrectionError
             If no cut fits anywhere.
         """
+
+    def kept_limits(self, limits: L, item: Item, around_deg: float) -> L:
+        """Return limits that leave little but the place of a listed cut, so that it is found soon."""
+        del item, around_deg
+        return limits
+
+    def is_kept(self, cut: Any, item: Item) -> bool:
+        """Return whether a candidate is the cut that an earlier report lists, at whatever depth."""
+        shown = cut.correction(cut.max_depth_mm)
+        near = np.linalg.norm(shown.position_mm - np.array(item["position_mm"], dtype=np.float64))
+        return bool(shown.web == item.get("web") and shown.face == item.get("face") and near <= KEPT_MM)
 
     def relaxing(self, limits: L) -> Sequence[Relaxing]:
         """Return in which ways these limits might be widened, where they fall short."""

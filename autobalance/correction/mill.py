@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated
 
@@ -19,7 +19,7 @@ from autobalance.correction.contract import Correction, Figures, Item, Limits
 from autobalance.correction.cut import WalledCut, listed, on_step
 from autobalance.correction.envelope import Envelope, blocks, sector_corners
 from autobalance.correction.faces.patches import face_region, heavy_direction
-from autobalance.correction.kind import Candidates, Kind, Workpiece
+from autobalance.correction.kind import KEPT_MM, Candidates, Kind, Workpiece
 from autobalance.correction.machining import SEGMENTS, AreaOperation, Operation
 from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket, lies_in, pockets
 from autobalance.correction.pockets.trace import PocketTrace
@@ -268,6 +268,10 @@ def _voids(placed: Solid, z_mm: float, up: float, depth_mm: float, spread_mm: fl
 # --- the kind ---------------------------------------------------------------------------------------------
 
 
+SAME_DEG = 0.5
+"""How far the angle that a kept pocket takes may be off."""
+
+
 class Mill(Kind[MillLimits]):
     """Pockets in cheeks."""
 
@@ -293,6 +297,21 @@ class Mill(Kind[MillLimits]):
         return Candidates(
             tuple(pockets_cut), apart=keep_apart([cut.envelope for cut in pockets_cut], depths, walls)
         )
+
+    def is_kept(self, cut: MillCut, item: Item) -> bool:
+        """Return whether a pocket is that of an earlier report."""
+        pocket, cheek = cut.pocket, cut.cheek
+        sizes = (pocket.inner_mm, pocket.outer_mm, cheek.z_mm)
+        keys = ("inner_radius_mm", "outer_radius_mm", "face_z_mm")
+        span = math.degrees(pocket.end_rad - pocket.start_rad)
+        spans = (float(item["end_deg"]) - float(item["start_deg"])) % 360.0
+        near = all(abs(size - float(item[key])) <= KEPT_MM for size, key in zip(sizes, keys, strict=True))
+        return near and abs(span - spans) < SAME_DEG and cheek.web == item["web"]
+
+    def kept_limits(self, limits: MillLimits, item: Item, around_deg: float) -> MillLimits:
+        """Return limits that hold the cut's angle alone."""
+        angle = float(item["angle_deg"])
+        return replace(limits, sectors_deg=((angle - around_deg, angle + around_deg),))
 
     def _cuts(self, work: Workpiece, limits: MillLimits) -> Iterator[MillCut]:
         step = limits.depth_step_mm

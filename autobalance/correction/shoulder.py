@@ -19,7 +19,7 @@ from autobalance.correction.contract import Correction, Figures, Item, SharedDep
 from autobalance.correction.envelope import Envelope, drawn_out
 from autobalance.correction.faces.beside_pins import clear_of_pins
 from autobalance.correction.faces.curve import DepthCurve
-from autobalance.correction.faces.cut import FaceCut, face_heights, part_name, patches_of
+from autobalance.correction.faces.cut import FaceCut, face_heights, is_kept_face, part_name, patches_of
 from autobalance.correction.faces.depth_limit import DepthLimit, depth_limit
 from autobalance.correction.faces.layer import BACKWARD, FaceLayer
 from autobalance.correction.faces.lowering import lowering
@@ -305,6 +305,7 @@ class Shoulder(Kind[ShoulderLimits]):
     limits = ShoulderLimits
     search_levels = 3
     needs_faces = True
+    offers_all = True
     mixed_with = ("drill",)
 
     def offer(self, work: Workpiece, limits: ShoulderLimits, search_level: int) -> Candidates:
@@ -317,6 +318,10 @@ class Shoulder(Kind[ShoulderLimits]):
         shared = tuple(shared_depths(shoulder_cuts, work.anatomy, limits))
         apart, both = overlaps(shoulder_cuts, _beside_each_other(shoulder_cuts))
         return Candidates(tuple(shoulder_cuts), shared, limits.same_depth, apart, overlaps=both)
+
+    def is_kept(self, cut: FaceCut, item: Item) -> bool:
+        """Return whether a face, or its sector, is that of an earlier report."""
+        return is_kept_face(cut, item)
 
     def relaxing(self, limits: ShoulderLimits) -> Sequence[Relaxing]:
         """Return more depth, and a thinner wall behind the face."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from autobalance.correction.contract import Apart, Correction, Count, Cut, Figures, Item
 from autobalance.correction.faces.patches import heavy_vector
-from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at
+from autobalance.correction.holes.cut import SAME_MM, HoleCut, HoleSearch, Towards, direction_at, is_kept_hole
 from autobalance.correction.holes.hole import Hole, hole_shape, keep_apart
 from autobalance.correction.holes.sites import Places, Site
 from autobalance.correction.holes.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn, fills
@@ -160,6 +160,15 @@ class Slug(Kind[SlugLimits]):
         left = max(0, limits.max_slugs - work.made_earlier(self.name))
         rule = Count(tuple(range(len(every))), left, f"max_slugs = {limits.max_slugs}")
         return Candidates(tuple(every), apart=(*apart, *one_each), counts=(rule,))
+
+    def is_kept(self, cut: Any, item: Item) -> bool:
+        """Return whether a slug is that of an earlier report."""
+        return is_kept_hole(cut, item) and abs(cut.length_mm - float(item["length_mm"])) < SAME_MM
+
+    def kept_limits(self, limits: SlugLimits, item: Item, around_deg: float) -> SlugLimits:
+        """Return limits that hold the cut's angle alone."""
+        angle = float(item["angle_deg"])
+        return replace(limits, sectors_deg=((angle - around_deg, angle + around_deg),))
 
     def relaxing(self, limits: SlugLimits) -> Sequence[Relaxing]:
         """Return more slugs."""

@@ -238,11 +238,16 @@ class Turn(Kind[TurnLimits]):
     datum = "the rim's farthest point from the crank axis"
     limits = TurnLimits
     is_round_the_rim = True
+    offers_all = True
     mixed_with = ("drill",)
 
     def offer(self, work: Workpiece, limits: TurnLimits, search_level: int) -> Candidates:
         """Return the rims that a job's limits allow to turn."""
         return Candidates(tuple(cuts(work.solid, work.anatomy, work.density_g_mm3, limits)))
+
+    def is_kept(self, cut: TurnCut, item: Item) -> bool:
+        """Return whether the rims are those of an earlier report."""
+        return list(cut.webs) == list(item["webs"])
 
     def relaxing(self, limits: TurnLimits) -> Sequence[Relaxing]:
         """Return a smaller radius to turn to."""

@@ -76,6 +76,13 @@ def correction_key(kinds: Collection[str] | None = None) -> Key:
                 None,
                 usual="not stated",
             ),
+            Key(
+                "keep",
+                str,
+                "a report whose cuts are kept, with new depths: places, tools, faces and numbers stay",
+                default=None,
+                usual="planned anew",
+            ),
             *_shared_keys(),
             *(_table_of(name, kinds is None or name in kinds) for name in KINDS),
         ),

@@ -57,6 +57,7 @@ class Job:
     ``depth_tolerance_mm`` is by how much the depth of a cut may be off, None where the job does not say.
     ``settings`` are the keys that were set from outside, as given.
     ``filled`` are the tables as the report has them, defaults filled in.
+    ``keep`` is the report whose cuts are kept, or its values.
     ``study`` is what only ``study`` reads, ``torsion`` what only ``torsion`` does, ``drive`` only ``orders``.
     """
 
@@ -80,6 +81,7 @@ class Job:
     mounts: Mounts | None = None
     strength: Strength | None = None
     filled: Mapping[str, Any] = field(default_factory=dict)
+    keep: Path | Mapping[str, Any] | None = None
 
     def __repr__(self) -> str:
         balance = self.balance
@@ -284,6 +286,7 @@ def _job(raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str
         raw=raw,
         prefer=values["correction"]["prefer"],
         depth_tolerance_mm=values["correction"]["depth_tolerance_mm"],
+        keep=None if values["correction"]["keep"] is None else path.parent / values["correction"]["keep"],
         settings=settings,
         study=StudyOptions(**values["study"]),
         **parsed,
@@ -361,6 +364,7 @@ def _filled(job: Job, values: Values) -> Values:
             "method": list(job.method_names),
             "prefer": job.prefer,
             "depth_tolerance_mm": job.depth_tolerance_mm,
+            **({} if values["correction"]["keep"] is None else {"keep": values["correction"]["keep"]}),
             **{
                 name: plain(asdict(limits))
                 for name, limits in zip(job.method_names, job.methods, strict=True)

@@ -37,7 +37,7 @@ from autobalance.verification.claims import (
     ROUNDING,
     Claims,
 )
-from autobalance.verification.correction_claims import Change, check_corrections
+from autobalance.verification.correction_claims import Change, check_corrections, check_nothing_cut
 from autobalance.verification.coverage import not_checked
 from autobalance.verification.limit_claims import check_limits_of_job
 from autobalance.verification.report_file import read_report, refuse_version
@@ -142,9 +142,9 @@ def _checked(held: Held) -> Checked:
             job,
             held.files,
         )
-        check_corrections(claims, change)
+        check_corrections(claims, change, None if "plan_kept" in claims.values else 1)
     else:
-        claims.same("corrections", [])
+        check_nothing_cut(claims)
     after = left.moments + hidden + solids.pressed_in(claims)
     solids.check_with_slugs(claims, after)
     residual = Unbalance.of(after + loads)

@@ -129,7 +129,7 @@ def check_course(claims: Claims, ends: Ends, is_cut: bool) -> None:
     parts = claims.entries("corrections")
     if not parts or not is_cut:
         return
-    depths = [abs(float(part.get("depth_mm", float))) for part in parts]
+    depths = [depth for part in parts if (depth := abs(float(part.get("depth_mm", float)))) > 0.0]
     moved = sum(float(np.linalg.norm(part.array("unbalance_change_g_mm", (2,)))) for part in parts)
     for number, step in enumerate(steps, 1):
         depths_listed = step.get("depths_mm", list)

@@ -101,8 +101,11 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
         part.same("number", number)
         _check_place(part)
         _check_file_place(part, change.anatomy.rotor_to_file)
-        traces.append(KINDS[name].trace(part.values))
+        if not _is_kept_unused(claims, part):
+            traces.append(KINDS[name].trace(part.values))
     _check_sum(claims, parts, change)
+    _check_plan_kept(claims, parts)
+    parts = [part for part in parts if part.get("depth_mm", float) != 0.0]
     for part in parts:
         check_within_limits(part, change.limits(part.get("kind", str)))
     files, key = change.files, (id(change.before), id(change.after))
@@ -113,6 +116,33 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
     for part, trace, pieces in zip(parts, traces, shared, strict=True):
         _check_one(part, trace, pieces, change, crank)
         _check_label(part)
+
+
+def check_nothing_cut(claims: Claims) -> None:
+    """Check that no correction is listed, but for those of a kept plan that are not made."""
+    if "plan_kept" not in claims.values:
+        claims.same("corrections", [])
+        return
+    parts = claims.entries("corrections")
+    for part in parts:
+        if not _is_kept_unused(claims, part):
+            raise ClaimError(f"{claims.name}: {part.place} has a depth, but the crank was not cut")
+    _check_plan_kept(claims, parts)
+
+
+def _is_kept_unused(claims: Claims, part: Claims) -> bool:
+    """Return whether a cut is one of a kept plan that is not made: with depth 0 it takes nothing."""
+    if "plan_kept" not in claims.values or part.get("depth_mm", float) != 0.0:
+        return False
+    for key in ("depth_mm", "removed_mass_g", "removed_volume_mm3", "tool_volume_mm3"):
+        part.same(key, 0.0)
+    part.same("unbalance_change_g_mm", [0.0, 0.0])
+    return True
+
+
+def _check_plan_kept(claims: Claims, parts: Sequence[Claims]) -> None:
+    if "plan_kept" in claims.values:
+        claims.same("plan_kept.cuts", len(parts))
 
 
 def _check_label(part: Claims) -> None:

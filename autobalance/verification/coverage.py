@@ -19,6 +19,7 @@ NOT_CHECKED: Mapping[str, str] = {
     "notes": "words for people",
     "reason": "words for people, from plans that were tried",
     "relaxations": "limits that the cuts did not have, from plans that were tried",
+    "plan_kept": "the report whose cuts were kept is not read",
     "steps": "the solids of earlier passes and what was predicted of them are not kept",
     "overbalance": "the last holes are planned, not cut yet",
     "corrections[].wall_left_mm": PLANNED,

@@ -91,7 +91,7 @@ def check_inertia(claims: Claims, crank: Moments, after: Moments) -> None:
     change = after.polar_inertia_g_mm2 - crank.polar_inertia_g_mm2
     for part in claims.entries("corrections"):
         keys = keys_of_pressed_in(part)
-        if keys is None:
+        if keys is None or part.get("depth_mm", float) == 0.0:  # nothing pressed in, or kept and not made
             continue
         trace = KINDS[part.get("kind", str)].trace(part.values)
         if not isinstance(trace, SlugTrace):

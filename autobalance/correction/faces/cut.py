@@ -105,3 +105,15 @@ def face_heights(item: Item) -> str:
     if item.get("new_height_mm") is None:
         return ""
     return f"{number(item['face_height_mm'], 3)} → {number(item['new_height_mm'], 3)}"
+
+
+SAME_SECTOR_DEG = 0.5
+
+
+def is_kept_face(cut: FaceCut, item: Item) -> bool:
+    """Return whether a face, or its sector, is that of an earlier report."""
+    listed = item.get("sector_deg")
+    if cut.face.id != item.get("face") or (cut.sector_deg is None) != (listed is None):
+        return False
+    pairs = zip(cut.sector_deg or (), listed or (), strict=True)
+    return all(abs((a - float(b) + 180.0) % 360.0 - 180.0) < SAME_SECTOR_DEG for a, b in pairs)

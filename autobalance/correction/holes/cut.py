@@ -8,12 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalance.correction.contract import Item
 from autobalance.correction.cut import WalledCut
 from autobalance.correction.envelope import Envelope
 from autobalance.correction.holes.hole import Hole
 from autobalance.correction.holes.sites import Places, Site, find_sites, make_holes, reach_of
 from autobalance.correction.holes.surface import Surface
 from autobalance.correction.holes.walls import HoleLimits
+from autobalance.correction.kind import KEPT_MM
 from autobalance.crank.anatomy import Anatomy
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
@@ -93,3 +95,13 @@ class HoleSearch:
             here = [site for site in sites if site.web == web]
             for radius in radii_mm:
                 yield from make_holes(here, metal, radius, room)
+
+
+def is_kept_hole(cut: HoleCut, item: Item) -> bool:
+    """Return whether a hole begins where one of an earlier report does, and is as wide."""
+    off = np.linalg.norm(cut.hole.axis.entry_mm - np.array(item["position_mm"], dtype=np.float64))
+    wide = abs(cut.diameter_mm - float(item["diameter_mm"]))
+    return bool(off <= KEPT_MM and wide < SAME_MM and cut.web == item["web"])
+
+
+SAME_MM = 1e-6

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from autobalance.correction import KINDS
@@ -29,6 +30,8 @@ from autobalance.units import wrapped_deg
 
 if TYPE_CHECKING:
     from autobalance.balancing import record as balancing
+    from autobalance.balancing.kept import KeptPlan
+    from autobalance.balancing.loop import Result
     from autobalance.correction.contract import Correction as CutMade
     from autobalance.crank.anatomy import Anatomy
     from autobalance.planning import relaxation
@@ -310,6 +313,52 @@ class Correction:
             angle_deg=wrapped_deg(math.degrees(math.atan2(cut.position_mm[1], cut.position_mm[0]))),
             z_mm=cut.position_mm[2],
         )
+
+
+def kept_corrections(kept: KeptPlan, result: Result, anatomy: Anatomy) -> list[Correction]:
+    """Return all cuts of a kept plan by their numbers: as they were made, the others with depth 0."""
+    return [
+        _unused(item)
+        if place is None
+        else Correction.of(int(item["number"]), result.corrections[place], anatomy)
+        for item, place in kept.places(result)
+    ]
+
+
+def _unused(item: Mapping[str, Any]) -> Correction:
+    """Return a kept cut that is not made: nothing is taken, nothing pressed in."""
+    pressed_in = KINDS[item["kind"]].pressed_in
+    label = f"cut {item['number']}: {KINDS[item['kind']].label(item)}"
+    own = {each.name for each in fields(Correction)} - {"details"}
+    details = {key: value for key, value in item.items() if key not in own}
+    if pressed_in is not None:
+        details[pressed_in[0]] = 0.0
+    listed = {key: item[key] for key in own if key in item}
+    return Correction(**{**listed, **NOTHING, "label": label, "details": details})
+
+
+NOTHING: Mapping[str, Any] = {
+    "depth_mm": 0.0,
+    "removed_mass_g": 0.0,
+    "removed_volume_mm3": 0.0,
+    "tool_volume_mm3": 0.0,
+    "unbalance_change_g_mm": (0.0, 0.0),
+}
+"""What a kept cut of depth 0 takes."""
+
+
+@record
+class PlanKept:
+    """An earlier plan whose cuts were kept."""
+
+    report: str
+    sha256: Sha256
+    cuts: Ordinal
+
+    @classmethod
+    def of(cls, kept: KeptPlan) -> Self:
+        """Return that of a run."""
+        return cls(report=kept.report, sha256=kept.sha256, cuts=len(kept.items))
 
 
 @record

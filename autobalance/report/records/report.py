@@ -34,10 +34,12 @@ from autobalance.report.records.balance import (
     Engine,
     Outputs,
     Overbalance,
+    PlanKept,
     Relaxation,
     Step,
     Tolerance,
     Unbalance,
+    kept_corrections,
 )
 from autobalance.report.records.crank import Crank, Frame, Input, Versions
 from autobalance.report.records.forces import ShakingForce
@@ -310,6 +312,9 @@ class Report:
         ]
         | Absent
     ) = ABSENT
+    plan_kept: Annotated[PlanKept, "the earlier report whose cuts were kept, with new depths"] | Absent = (
+        ABSENT
+    )
     final_with_slugs: WithSlugs | Absent = ABSENT
     loads_with_gas: (
         Annotated[
@@ -401,10 +406,8 @@ def _balanced(balanced: run.Balanced, found: run.Record) -> dict[str, Any]:
         "balance_factor": BalanceFactor(**vars(balanced.factors)),
         "tolerance": Tolerance.of(balanced.tolerance, balanced.job),
         "residual": Unbalance.of(result.residual, found.planes_z_mm, result.doubt),
-        "corrections": [
-            Correction.of(number, each, anatomy)
-            for number, each in enumerate(result.corrections, found.cuts_before + 1)
-        ],
+        "corrections": _corrections(balanced, found),
+        "plan_kept": ABSENT if balanced.kept is None else PlanKept.of(balanced.kept),
         "steps": [Step(**vars(step)) for step in result.steps],
         "inertia_change_g_mm2": change,
         "forces": None if forces is None else Forces.of(forces, balanced.job),
@@ -423,3 +426,13 @@ def _balanced(balanced: run.Balanced, found: run.Record) -> dict[str, Any]:
         ]
         or ABSENT,
     }
+
+
+def _corrections(balanced: run.Balanced, found: run.Record) -> list[Correction]:
+    result, anatomy = balanced.result, found.crank.anatomy
+    if balanced.kept is not None:
+        return kept_corrections(balanced.kept, result, anatomy)
+    return [
+        Correction.of(number, each, anatomy)
+        for number, each in enumerate(result.corrections, found.cuts_before + 1)
+    ]

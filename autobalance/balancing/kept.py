@@ -1,0 +1,266 @@
+"""The cuts of an earlier report with new depths: their places, tools, faces and numbers stay."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from autobalance.balancing.loop import Result, balance
+from autobalance.balancing.measuring import Measure
+from autobalance.balancing.offers import best_offer, workpiece
+from autobalance.balancing.rotor import Rotor
+from autobalance.correction import KINDS, kind_of, search_levels
+from autobalance.correction.apart import keep_apart
+from autobalance.correction.contract import Apart, Cut, Item, Limits, SharedDepth
+from autobalance.correction.faces.cut import FaceCut
+from autobalance.correction.kind import Candidates, Workpiece
+from autobalance.correction.overlap import Overlap
+from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.errors import CorrectionError, JobError
+from autobalance.job import Job
+from autobalance.planning.relaxation import Change, Relaxation
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.runtime import Notify
+from autobalance.solid.csg.solid import Solid
+
+_Pair = TypeVar("_Pair", SharedDepth, Apart, Overlap)
+SECTOR_DEG = 0.5
+"""How far to both sides of a cut's angle its place is looked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class KeptPlan:
+    """What is kept: the report's file name, sha256 and values, and its cuts as they are listed.
+
+    ``cuts`` are those cuts on this crank, by number, once they were found on it; ``offered`` are all that
+    were, with their numbers: some are set up anew where a look reaches farther.
+    """
+
+    report: str
+    sha256: str
+    items: tuple[Item, ...]
+    values: Mapping[str, Any]
+    cuts: dict[int, Cut] = field(default_factory=dict)
+    offered: list[tuple[Cut, int]] = field(default_factory=list)
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of its cuts."""
+        return tuple(dict.fromkeys(str(item["kind"]) for item in self.items))
+
+    def offer(self, work: Workpiece, limits: Limits, search_level: int) -> Candidates:
+        """Return the kept cuts of a kind as the only candidates there are.
+
+        Raises
+        ------
+        JobError
+            If one has no metal at its place.
+        """
+        del search_level
+        name = kind_of(limits).name
+        mine = [item for item in self.items if item["kind"] == name]
+        if not mine:
+            return Candidates(())
+        if KINDS[name].offers_all:
+            return self._among_all(mine, work, limits)
+        cuts = [self._found(item, work, limits) for item in mine]
+        spacing = getattr(limits, "min_spacing_mm", 0.0)
+        walls = np.array([max(spacing, cut.clearance_mm) for cut in cuts])
+        most = np.array([cut.max_depth_mm for cut in cuts])
+        return Candidates(tuple(cuts), apart=keep_apart([cut.envelope for cut in cuts], most, walls))
+
+    def _among_all(self, mine: Sequence[Item], work: Workpiece, limits: Limits) -> Candidates:
+        """Return the kept cuts among all that a kind offers, with the rules among them."""
+        kind = kind_of(limits)
+        for level in range(search_levels(limits)):
+            offered = kind.offer(work, limits, level)
+            places = [
+                next((k for k, c in enumerate(offered.cuts) if kind.is_kept(c, item)), None) for item in mine
+            ]
+            if None not in places:
+                break
+        for item, place in zip(mine, places, strict=True):
+            if place is None:
+                raise self._gone(item)
+            self.cuts[int(item["number"])] = offered.cuts[place]
+            self.offered.append((offered.cuts[place], int(item["number"])))
+        at = {place: k for k, place in enumerate(places)}
+
+        def among(pairs: Sequence[_Pair]) -> tuple[_Pair, ...]:
+            both = (each for each in pairs if each.first in at and each.second in at)
+            return tuple(replace(each, first=at[each.first], second=at[each.second]) for each in both)
+
+        return Candidates(
+            tuple(offered.cuts[place] for place in at if place is not None),
+            shared=among(offered.shared),
+            same_depth=offered.same_depth,
+            apart=among(offered.apart),
+            overlaps=among(offered.overlaps),
+        )
+
+    def _gone(self, item: Item) -> JobError:
+        place = "" if item.get("web") is None else f" of web {item['web']}"
+        return JobError(
+            f"{self.report}: cut {item['number']} ({item['kind']}{place}) has no place here with the "
+            "job's limits: its metal is gone, or it is another crank; balance without keep"
+        )
+
+    def _found(self, item: Item, work: Workpiece, limits: Limits) -> Cut:
+        number = int(item["number"])
+        if number not in self.cuts:
+            found = kept_cut(item, work, limits)
+            if found is None:
+                raise self._gone(item)
+            self.cuts[number] = found
+            self.offered.append((found, number))
+        return self.cuts[number]
+
+    def with_tools(self, result: Result) -> Result:
+        """Return a result in the order of the kept numbers, with an empty body where nothing is cut."""
+        made = self._made(result)
+        places = [made.get(number) for number in self.numbers]
+        order = [k for k in places if k is not None]
+        tools = [Solid.nothing() if k is None else result.tools[k] for k in places]
+        unused = [number for number, k in zip(self.numbers, places, strict=True) if k is None]
+        notes = tuple(f"cut {number} of {self.report} is kept with depth 0" for number in unused)
+        return replace(
+            result,
+            corrections=tuple(result.corrections[k] for k in order),
+            made=tuple(result.made[k] for k in order),
+            tools=tuple(tools),
+            notes=result.notes + notes,
+        )
+
+    def _made(self, result: Result) -> dict[int, int]:
+        """Return which cut of a result each number is, of those that are made."""
+        numbers = {id(cut): number for cut, number in self.offered}
+        return {numbers[id(cut)]: k for k, (cut, _) in enumerate(result.made)}
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """The cuts' numbers."""
+        return tuple(int(item["number"]) for item in self.items)
+
+    def places(self, result: Result) -> list[tuple[Item, int | None]]:
+        """Return each kept cut with its place among the cuts that are made; None where it is not."""
+        made = self._made(result)
+        return [(item, made.get(int(item["number"]))) for item in self.items]
+
+    @property
+    def faces(self) -> tuple[Face, ...]:
+        """The faces that its cuts begin at, each once."""
+        faces = (cut.face for cut in self.cuts.values() if isinstance(cut, FaceCut))
+        return tuple({face.id: face for face in faces}.values())
+
+
+def kept_cut(item: Item, work: Workpiece, limits: Limits) -> Cut | None:
+    """Return the candidate of a kind that lies where a listed cut does; None if there is none.
+
+    Candidates are tried in even steps from the heavy side: to look where the cut was, that side is said to
+    be there.
+    """
+    kind = kind_of(limits)
+    x, y = (float(each) for each in item["position_mm"][:2])
+    angle = math.radians(float(item["angle_deg"])) if math.hypot(x, y) > 0.0 else 0.0
+    need = max(work.need_g_mm, 1.0)
+    towards = need * np.array([math.cos(angle), math.sin(angle)])
+    for sign in (1.0, -1.0):
+        heavy = tuple((z, sign * towards) for z, _ in work.heavy_at)
+        there = replace(work, heavy_at=(heavy[0], heavy[1]))
+        for level in range(search_levels(limits)):
+            try:
+                cuts = kind.offer(there, kind.kept_limits(limits, item, SECTOR_DEG), level).cuts
+            except CorrectionError:
+                continue
+            found = next((cut for cut in cuts if kind.is_kept(cut, item)), None)
+            if found is not None:
+                return found
+    return None
+
+
+def balanced_as_kept(
+    kept: KeptPlan, job: Job, rotor: Rotor, tolerance: Tolerance, measure: Measure, progress: Notify
+) -> Result:
+    """Balance with the cuts of an earlier plan alone; say what would do where they do not.
+
+    Raises
+    ------
+    JobError
+        If one of them has no place.
+    """
+    methods = [limits for limits in job.methods if kind_of(limits).name in kept.kinds]
+    progress("looking for the kept cuts")
+    initial = Unbalance.of(rotor.moments + rotor.loads)
+    for limits in methods:  # all of them have to have a place, whether they are needed or not
+        kept.offer(workpiece(rotor, tolerance, initial), limits, 0)
+    result = balance(
+        rotor, tolerance, methods, measure, progress, prefer="least_metal", advise=False, offers=kept.offer
+    )
+    if result.outcome == "above_tolerance":
+        progress("looking for what would suffice")
+        result = replace(result, relaxations=(*result.relaxations, *_without(kept, job, rotor, tolerance)))
+    return kept.with_tools(result)
+
+
+def _without(kept: KeptPlan, job: Job, rotor: Rotor, tolerance: Tolerance) -> tuple[Relaxation, ...]:
+    """Return the plan that would do without keep, if there is one."""
+    initial = Unbalance.of(rotor.moments + rotor.loads)
+    free = best_offer(rotor, tolerance, job.methods, initial, job.prefer)
+    if free.plan.share > 1.0:
+        return ()
+    cuts = zip(free.candidates.cuts, free.plan.depths_mm, strict=True)
+    metal = sum(abs(cut.effect(float(depth)).mass_g) for cut, depth in cuts if depth > 0.0)
+    count = int((free.plan.depths_mm > 0.0).sum())
+    text = f"planned anew, without keep: {count} cut{'s' * (count != 1)}"
+    return (Relaxation(text, (Change("correction.keep", kept.report, None),), free.plan.share, metal),)
+
+
+def kept_plan(name: str, data: bytes, values: Mapping[str, Any]) -> KeptPlan:
+    """Return the plan of a report.
+
+    Raises
+    ------
+    JobError
+        If it has no cuts.
+    """
+    items = values.get("corrections")
+    if values.get("command") not in ("balance", "recut") or not isinstance(items, list) or not items:
+        raise JobError(f"{name} lists no cuts to keep; expected a report of balance with corrections")
+    return KeptPlan(name, hashlib.sha256(data).hexdigest(), tuple(items), values)
+
+
+def refuse_other_crank(plan: KeptPlan, job: Job, anatomy: Anatomy) -> None:
+    """Refuse a plan of another crank, or of kinds that the job's method does not name.
+
+    Raises
+    ------
+    JobError
+        If it is such a one.
+    """
+    values = plan.values
+    try:
+        first = next(iter(plan.numbers))
+        crank = values["crank"]
+        there = tuple(len(crank[key]) for key in ("throws", "webs", "main_journals"))
+    except (LookupError, TypeError, ValueError):
+        raise JobError(
+            f"{plan.report} is no whole report: its cuts have no numbers, or it no crank"
+        ) from None
+    here = len(anatomy.throws), len(anatomy.webs), len(anatomy.main_journals)
+    if there != here:
+        raise JobError(
+            f"{plan.report}: cut {first} is of another crank: it has {there[0]} throws, {there[1]} webs and "
+            f"{there[2]} main journals; this one has {here[0]}, {here[1]} and {here[2]}; balance without keep"
+        )
+    for item in plan.items:
+        if item["kind"] not in job.method_names:
+            raise JobError(
+                f"{plan.report}: cut {item['number']} is of kind {item['kind']!r}; correction.method is "
+                f"{', '.join(job.method_names)}; expected the kinds that are kept"
+            )

@@ -1,0 +1,121 @@
+"""The cuts of an earlier report with new depths: places, tools, faces and numbers stay."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import autobalance as ab
+from tests import jobs, nc_jobs
+
+pytestmark = pytest.mark.slow
+PLACES = {
+    "radial": ("position_mm", "diameter_mm"),
+    "axial": ("position_mm", "diameter_mm"),
+    "slug": ("position_mm", "diameter_mm", "length_mm"),
+    "mill": ("inner_radius_mm", "outer_radius_mm", "start_deg", "end_deg", "face_z_mm"),
+    "shoulder": ("face", "normal", "face_height_mm"),
+    "turn": ("webs", "rim_radius_mm"),
+}
+
+
+def values(path: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return found
+
+
+def lighter(report: Path, piston_g: float) -> Path:
+    """Return a job of the same crank with another piston, beside the first."""
+    job = report.parent.parent / "job.toml"
+    other = job.with_name(f"piston-{piston_g:g}.toml")
+    text = job.read_text(encoding="utf-8")
+    other.write_text(text.replace("piston = 300.0", f"piston = {piston_g}"), encoding="utf-8")
+    return other
+
+
+@pytest.mark.parametrize("kind", PLACES)
+def test_places_tools_and_numbers_stay(kind: str, tmp_path: Path) -> None:
+    report = nc_jobs.balanced(tmp_path / kind, kind)
+    before = values(report)
+    result = ab.balance(lighter(report, 270.0), keep=report)
+    after = result.report
+    assert after["plan_kept"]["cuts"] == len(before["corrections"]) == len(after["corrections"])
+    assert after["plan_kept"]["report"] == "report.json"
+    for old, new in zip(before["corrections"], after["corrections"], strict=True):
+        assert new["number"] == old["number"]
+        for key in PLACES[kind]:
+            assert new[key] == pytest.approx(old[key], abs=1e-6) if key != "face" else new[key] == old[key]
+    old_depths = [item["depth_mm"] for item in before["corrections"]]
+    assert [item["depth_mm"] for item in after["corrections"]] != pytest.approx(old_depths) or kind == "slug"
+    result.write(tmp_path / "kept", only=("json",))
+    assert ab.verify(tmp_path / "kept" / "report.json").holds
+    same = ab.balance(report.parent.parent / "job.toml", keep=before)
+    assert [cut.depth_mm for cut in same.corrections] == pytest.approx(old_depths, abs=0.11)
+
+
+def test_a_cut_that_is_not_needed_is_listed_with_depth_0(tmp_path: Path) -> None:
+    report = nc_jobs.balanced(tmp_path / "radial", "radial")
+    now = values(report)["balance_factor"]["initial"]
+    job = lighter(report, 300.0)
+    text = job.read_text(encoding="utf-8")
+    (tmp_path / "radial" / "as-it-is.toml").write_text(
+        text.replace("factor = 0.12", f"factor = {now:.4f}").replace("grade = 6.3", "grade = 40"), "utf-8"
+    )
+    out = tmp_path / "out"
+    assert jobs.run("balance", tmp_path / "radial" / "as-it-is.toml", "--keep", report, "-o", out) == 0
+    found = values(out / "report.json")
+    assert [item["depth_mm"] for item in found["corrections"]] == [0.0, 0.0]
+    assert sum("is kept with depth 0" in note for note in found["notes"]) == 2
+    assert ab.verify(out / "report.json").holds
+
+
+def test_what_cannot_be_reached_says_what_would_do_without(tmp_path: Path) -> None:
+    report = nc_jobs.balanced(tmp_path / "radial", "radial")
+    job = lighter(report, 200.0)
+    assert jobs.run("balance", job, "--keep", report, "-o", tmp_path / "out", "--only", "json") == 4
+    found = values(tmp_path / "out" / "report.json")
+    assert found["plan_kept"]["cuts"] == 2
+    without = next(each for each in found["relaxations"] if each["changes"][0]["key"] == "correction.keep")
+    assert without["used_share"] <= 1.0
+    assert without["text"].startswith("planned anew, without keep")
+
+
+def test_the_job_may_name_the_report(tmp_path: Path) -> None:
+    report = nc_jobs.balanced(tmp_path / "radial", "radial")
+    job = lighter(report, 290.0)
+    text = job.read_text(encoding="utf-8")
+    job.write_text(text.replace('method = "drill"', 'method = "drill"\nkeep = "out/report.json"'), "utf-8")
+    found = ab.balance(job).report
+    assert found["plan_kept"]["sha256"] == ab.balance(job, keep=report).report["plan_kept"]["sha256"]
+    assert found["job"]["correction"]["keep"] == "out/report.json"
+
+
+def test_what_cannot_be_kept_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    report = nc_jobs.balanced(tmp_path / "radial", "radial")
+    job = lighter(report, 300.0)
+    text = job.read_text(encoding="utf-8")
+    cut = job.with_name("cut.toml")
+    cut.write_text(text.replace('file = "crank.stl"', 'file = "out/balanced.stl"'), encoding="utf-8")
+    other = job.with_name("other.toml")
+    (job.parent / "v-twin.stl").write_bytes(ab.generate("parallel-twin-360", file="a.stl").data)
+    other.write_text(text.replace('file = "crank.stl"', 'file = "v-twin.stl"'), encoding="utf-8")
+    milled = job.with_name("milled.toml")
+    milled.write_text(text.replace('method = "drill"', 'method = "mill"').replace("drill = {", "#"), "utf-8")
+    nothing = values(report)
+    nothing["corrections"] = []
+    (tmp_path / "nothing.json").write_text(json.dumps(nothing), encoding="utf-8")
+    for asked, kept, why in (
+        (cut, report, "cut 1 (drill of web 1) has no place here"),
+        (other, report, "cut 1 is of another crank"),
+        (milled, report, "cut 1 is of kind 'drill'; correction.method is mill"),
+        (job, tmp_path / "nothing.json", "lists no cuts to keep"),
+        (job, tmp_path / "gone.json", "cannot read the report"),
+    ):
+        assert jobs.run("balance", asked, "--keep", kept, "-o", tmp_path / "no") == 3
+        error = capsys.readouterr().err
+        assert why in error, error
+        assert error.count("\n") == 1, error
+    assert not (tmp_path / "no").exists()
