@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
+from autobalance.crank.recognition.rough_doubts import cut_or_stand, grade_for
 from autobalance.crank.recognition.rough_fits import Fit, Region, fit_circle_along_z, rows_near
 from autobalance.crank.recognition.rough_planes import RoughPlane
 from autobalance.crank.recognition.rough_runs import rough_slack_mm
@@ -66,11 +67,13 @@ class RoughMesh:
         return rough_slack_mm(min(self.local_mm, CREDIBLE_MM))
 
     def refusal(self, reason: RecognitionError) -> RecognitionError:
-        """Return why there is no crank in it, with its roughness where that may be the cause."""
+        """Return why there is no crank in it, with what may be the cause."""
         if self.local_mm <= ROUGHEST_MM:
-            return reason
+            hint = cut_or_stand(self.mesh, self.directions)
+            return RecognitionError(f"{hint} {reason}") if hint else reason
         return RecognitionError(
-            f"the surface is rough by about {self.local_mm:.2g} mm, found no crank in it ({reason});"
+            f"the surface is rough by about {self.local_mm:.2g} mm, which would do for"
+            f" {grade_for(self.mesh, self.local_mm)} at best; found no crank in it ({reason});"
             f" expected at most {ROUGHEST_MM:g} mm: scan it again, more finely, or decimate it less"
         )
 

@@ -12,7 +12,7 @@ import numpy as np
 from autobalance.errors import FormatError
 from autobalance.solid.formats.digits import spread, step_of_text
 from autobalance.solid.formats.format import Format
-from autobalance.solid.formats.raw import CORNERS_MOST, Polygons, Raw, fans, shown, soup_of
+from autobalance.solid.formats.raw import CORNERS_MOST, Polygons, Raw, fans, point_cloud, shown, soup_of
 from autobalance.types import Array, Floats, Indices
 
 FACE = np.dtype([("count", "u1"), ("corners", "<i4", (3,))])
@@ -135,6 +135,8 @@ def _check_elements(elements: list[_Element]) -> None:
         or any(p.counted for p in vertex.properties)
     ):
         raise FormatError("the PLY file's header lists no vertices with x, y and z")
+    if face is None and vertex.count > 0:
+        raise FormatError(point_cloud("PLY", vertex.count))
     if face is None or face.corners is None:
         others = ", ".join(name for name in named if name != "vertex") or "nothing else"
         raise FormatError(f"the PLY file lists {shown(others.encode())}; expected faces with vertex_indices")

@@ -45,6 +45,14 @@ class Raw:
     step: float = 0.0
 
 
+def point_cloud(what: str, points: int) -> str:
+    """Return what to say of a file that lists points and no faces."""
+    return (
+        f"the {what} file holds {points} points and no triangles: a point cloud; expected faces; let the"
+        " scanner's software make a mesh of it"
+    )
+
+
 def soup_of(vertices: Floats, triangles: Indices, what: str) -> Floats:
     """Return loose triangles (m, 3, 3) of listed ones, after checking that they can be.
 
@@ -54,7 +62,11 @@ def soup_of(vertices: Floats, triangles: Indices, what: str) -> Floats:
         If there is none, a vertex number is out of range or a used coordinate is not finite.
     """
     if len(triangles) == 0:
-        raise FormatError(f"the {what} file holds no triangles; expected at least one")
+        raise FormatError(
+            point_cloud(what, len(vertices))
+            if len(vertices)
+            else f"the {what} file holds no triangles; expected at least one"
+        )
     wrong = (triangles < 0) | (triangles >= len(vertices))
     if wrong.any():
         number = int(triangles[wrong][0])

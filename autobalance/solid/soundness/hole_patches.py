@@ -24,6 +24,8 @@ from autobalance.types import Array, Indices
 
 SHOWN = 6
 """Holes that a refusal lists."""
+WIDEST = 0.4
+"""A rim wider than this share of a mesh's diagonal is where the rest of the part begins."""
 AROUND = 0.7
 """Surfaces are fitted to what lies within this share of a hole's width of its rim ..."""
 RINGS = 4.0
@@ -106,6 +108,8 @@ def open_holes_text(mesh: Mesh) -> str:
     holes = _holes(mesh)
     if not holes:
         return ""
+    if max(hole.width for hole in holes) > WIDEST * mesh.diagonal_mm:
+        return f"{listed(holes)}: a part of the crank only; scan it from all sides"
     return f"{listed(holes)}; fill_holes_mm (--fill-holes-mm) closes holes up to that width"
 
 
