@@ -13,6 +13,7 @@ from starlette.routing import Route
 
 from autobalance.errors import AutobalanceError
 from autobalance.web_app.answers import body_of, file_of, refused
+from autobalance.web_app.forms import tables
 from autobalance.web_app.opening import named_files
 from autobalance.web_app.prediction import predicted
 from autobalance.web_app.preview import preview
@@ -44,12 +45,14 @@ class Live:
         ]
 
     async def kinds(self, _: Request) -> Response:
-        """Return what forms are made of: kinds with their keys, usual parts, cranks to begin with."""
+        """Return what forms are made of: kinds and tables with their keys, usual parts, presets."""
         from autobalance.crank.parametric.design import PRESETS
         from autobalance.job.template import USUAL_PARTS
 
-        listed = await run_in_threadpool(kinds)
-        return JSONResponse({"kinds": listed, "parts": USUAL_PARTS, "presets": list(PRESETS)})
+        listed, forms = await run_in_threadpool(lambda: (kinds(), tables()))
+        return JSONResponse(
+            {"kinds": listed, "tables": forms, "parts": USUAL_PARTS, "presets": list(PRESETS)}
+        )
 
     async def asked(self, request: Request) -> Response:
         """Return what a run was asked for."""

@@ -14,6 +14,7 @@ from starlette.routing import Route
 from starlette.types import ASGIApp
 
 from autobalance.errors import AutobalanceError
+from autobalance.job.toml.document import toml_of
 from autobalance.job.toml.text import toml_text
 from autobalance.version import __version__
 from autobalance.web_app.answers import asset, body_of, drained, file_of, refused
@@ -39,6 +40,7 @@ MODULES = (
     "coarse",
     "correct",
     "drag",
+    "everything",
     "handles",
     "job",
     "limits",
@@ -95,6 +97,7 @@ class Pages:
             Route("/api/health", self.health),
             Route("/api/project", self.project),
             Route("/api/job", self.keep_job, methods=["PUT"]),
+            Route("/api/job/text", self.type_job, methods=["PUT"]),
             Route("/api/files", self.upload, methods=["POST"]),
             Route("/api/open", self.open, methods=["POST"]),
             Route("/api/example", self.example, methods=["POST"]),
@@ -159,6 +162,19 @@ class Pages:
             return refused(str(error), 400)
         self._project.write_job(text)
         return JSONResponse({"job_text": text})
+
+    async def type_job(self, request: Request) -> Response:
+        """Keep a job as it was typed."""
+        values = await body_of(request)
+        text = values.get("toml") if isinstance(values, dict) else None
+        if not isinstance(text, str):
+            return refused('the body must be {"toml": TEXT}', 400)
+        try:
+            toml_of(text, "job.toml")
+        except AutobalanceError as error:
+            return refused(str(error), 400)
+        self._project.write_job(text)
+        return JSONResponse({"job": _jsonable(job_of(self._project)), "job_text": text})
 
     async def upload(self, request: Request) -> Response:
         """Keep a file that is sent, as it comes in; ``apart``: one of the files of a result."""

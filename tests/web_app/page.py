@@ -68,9 +68,12 @@ def chosen(page: Browser, *paths: Path) -> None:
 
 
 def put(page: Browser, **values: Any) -> None:
-    """Give fields, by their ids, values; a dash stands in a name for an underscore."""
+    """Give fields, by their ids, values; a dash stands in a name for an underscore.
+
+    A field made from a job's key is ``key_TABLE_NAME``, and keeps the underscores of its name.
+    """
     for name, value in values.items():
-        _typed(page, name.replace("_", "-"), value)
+        _typed(page, name.replace("_", "-", 2) if name.startswith("key_") else name.replace("_", "-"), value)
 
 
 def limit(page: Browser, key: str, value: Any) -> None:

@@ -141,6 +141,38 @@ def test_parts_that_nobody_weighed_yet_are_named(page: Browser, project: Served)
     assert not page.run("return document.getElementById('job-text').textContent.includes('piston')")
 
 
+def test_every_key_of_a_job_is_a_field(page: Browser) -> None:
+    page.click_on(at("tab-parts"))
+    page.run("document.getElementById('everything').open = true")
+    put(page, key_engine_rod_length_mm="120,5", key_job_customer="Ann")
+    put(page, key_balance_facet_correction="true", **{"key_engine_layout-bank_deg": "-45, 45"})
+    job = tomllib.loads(job_text(page, "facet_correction"))
+    assert job["engine"]["rod_length_mm"] == 120.5
+    assert job["engine"]["layout"] == {"bank_deg": [-45, 45]}
+    assert job["job"] == {"customer": "Ann"}
+    assert job["balance"]["facet_correction"] is True
+    put(page, key_job_customer="", **{"key_engine_layout-bank_deg": ""})
+    until(page, "return !document.getElementById('job-text').textContent.includes('Ann')")
+    job = tomllib.loads(text_of(page, "job-text"))
+    assert "layout" not in job["engine"]
+    assert "job" not in job
+
+
+def test_the_jobs_text_may_be_typed(page: Browser) -> None:
+    page.click_on(at("edit-job"))
+    text = page.run("return document.getElementById('job-toml').value")
+    put(page, job_toml=text.replace("[balance]", "[balance]\noverbalance_g_mm = 7.5 # typed", 1))
+    page.click_on(at("take-job"))
+    assert tomllib.loads(job_text(page, "overbalance_g_mm = 7.5"))["balance"]["overbalance_g_mm"] == 7.5
+    assert page.run("return document.getElementById('key-balance-overbalance_g_mm').value") == "7.5"
+    page.click_on(at("edit-job"))
+    put(page, job_toml="[balance")
+    page.click_on(at("take-job"))
+    until(page, "return document.getElementById('error').textContent.includes('job.toml')")
+    assert "overbalance_g_mm = 7.5" in text_of(page, "job-text")
+    assert all("400" in each["message"] for each in page.log("browser"))  # a browser logs what is refused
+
+
 # --- correct ------------------------------------------------------------------------------------------------
 
 

@@ -6,6 +6,7 @@ import { ending } from "/static/tools.js";
 import * as board from "/static/board.js";
 import * as correct from "/static/correct.js";
 import * as drag from "/static/drag.js";
+import * as everything from "/static/everything.js";
 import * as limits from "/static/limits.js";
 import * as machine from "/static/machine.js";
 import * as nc from "/static/nc.js";
@@ -57,6 +58,7 @@ async function begin() {
   const declared = await askJson("/api/kinds");
   Object.assign(state, { usual: declared.parts, presets: declared.presets });
   limits.setUp(declared.kinds, changed);
+  everything.setUp(declared.tables);
   for (const each of [open, parts, correct, see, drag]) each.setUp(view);
   for (const each of [board, machine, nc]) each.setUp();
   for (const id of ["unit", "density", "crankpin-in-file"]) $(id).addEventListener("input", changed);
