@@ -33,7 +33,7 @@ class TableOptions:
         ``"B"``: a tolerance plane; ``"front"`` or ``"rear"``: the end of the crank of least or greatest z;
         ``"centre"`` of mass.
     oil_density_kg_m3 : float or None
-        Of the oil that fills the crankpins' bores; None: none is counted but what the job weighs.
+        Of the oil that fills bores and drillings; None: the job's, ``[engine.oil]``, if it has any.
     """
 
     datum: float | str = 0.0
@@ -85,10 +85,12 @@ def _whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> tup
 
 
 def _refuse_oil_twice(job: Job, oil: float | None, throws: int) -> None:
-    for number in range(1, throws + 1) if oil is not None else ():
+    said = "--oil-density-kg-m3" if oil is not None else "[engine.oil]"
+    counted = oil is not None or job.engine.oil_g_mm3 is not None
+    for number in range(1, throws + 1) if counted else ():
         if "oil" in job.engine.of_throw(number).weights.crankpin:
             raise JobError(
-                f"{job.path.name}: engine.crankpin_g.oil is given beside --oil-density-kg-m3; must be one or"
+                f"{job.path.name}: engine.crankpin_g.oil is given beside {said}; must be one or"
                 " the other: the oil would count twice"
             )
 

@@ -16,14 +16,15 @@ from autobalance.api.result import VerbResult
 from autobalance.errors import UsageError
 from autobalance.job import Job, JobSource
 from autobalance.report.plot_files import Plots
-from autobalance.runtime import Progress
+from autobalance.runtime import Progress, no_progress
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
     from autobalance.engine.cycle.analysis import CycleAnalysis
-    from autobalance.machine_models.fillets_from_job import Fillet
+    from autobalance.machine_models.fillets_from_job import Costs, Fillet
     from autobalance.machine_models.measured import Crank as MeasuredCrank
+    from autobalance.report.records.strength import ThrowElements
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,7 @@ def strength(
     source: JobSource,
     *,
     speed_rpm: float | None = None,
+    fem: bool = False,
     crank: Crank | None = None,
     settings: Sequence[str] = (),
     progress: Progress | None = None,
@@ -76,6 +78,9 @@ def strength(
         before and after its cuts.
     speed_rpm : float or None
         Crank speed [rpm]; None: the job's balance.speed_rpm.
+    fem : bool
+        Bend and twist the metal of the least safe throw by finite elements too (extra fem), before and after
+        the cuts of a report.
 
     Returns
     -------
@@ -94,8 +99,11 @@ def strength(
     from autobalance.report.records.strength import FilletState, StrengthReport
 
     asked = _asked(source, speed_rpm, crank, settings, progress)
-    analysis, found = _cycle(asked, asked.crank), None
+    analysis, found, elements = _cycle(asked, asked.crank), None, None
     after = fillets(asked.job, asked.crank, analysis)
+    if fem:
+        elements, costs = _by_elements(asked, analysis, after, progress)
+        after = fillets(asked.job, asked.crank, analysis, costs)
     if asked.before is not None:
         found = FilletState.of(fillets(asked.job, asked.before, _cycle(asked, asked.before)))
     state = FilletState.of(after)
@@ -107,6 +115,7 @@ def strength(
         fillets=state.fillets,
         least=state.least,
         before=found,
+        fem=elements,
         warnings=asked.warnings,
     )
     return StrengthResult(content, analysis, tuple(after))
@@ -155,6 +164,27 @@ def _of_report(path: Path, speed_rpm: float | None, progress: Progress | None) -
     after = MeasuredCrank(left.source, left.anatomy, density, moments, None)
     rpm = float(left.values["job"]["balance"]["speed_rpm"]) if speed_rpm is None else speed_rpm
     return _Asked(left.job, after, before, path.name, rpm, ())
+
+
+def _by_elements(
+    asked: _Asked, cycle: CycleAnalysis, fillets: Sequence[Fillet], progress: Progress | None
+) -> tuple[ThrowElements, Costs | None]:
+    """Return the least safe throw by finite elements, and what cuts beside its fillets cost."""
+    from autobalance.machine_models.fillets_from_job import checked_strength, sides
+    from autobalance.machine_models.throw_stress import costs_of, cut_boxes, throw_by_elements
+    from autobalance.report.records.strength import LeastSafety, ThrowElements
+
+    least, limits = LeastSafety.of(fillets), checked_strength(asked.job)
+    number = 1 if least is None else least.throw
+    throw = asked.crank.anatomy.throws[number - 1]
+    own = [side for side in sides(asked.job, asked.crank, cycle) if side.loads.throw == number]
+    tell = progress or no_progress
+    costs: Costs | None = None
+    boxes = [] if asked.before is None else cut_boxes(asked.before, asked.crank, throw)
+    found = throw_by_elements(asked.crank, throw, own, limits, boxes, tell)
+    if asked.before is not None:
+        costs = costs_of(throw_by_elements(asked.before, throw, own, limits, (), tell), found)
+    return ThrowElements.of(number, found, own, costs), costs
 
 
 def _cycle(asked: _Asked, crank: MeasuredCrank) -> CycleAnalysis:

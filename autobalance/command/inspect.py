@@ -48,7 +48,7 @@ def _add_sections(parser: argparse.ArgumentParser) -> None:
         "--oil-density-kg-m3",
         type=float,
         metavar="KG/M3",
-        help="with --sections: density of the oil in the crankpins' bores [kg/m³] (default: no oil)",
+        help="with --sections: density of the oil in bores and drillings [kg/m³] (default: engine.oil)",
     )
     parser.add_argument(
         "--picture",

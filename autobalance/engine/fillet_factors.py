@@ -197,6 +197,11 @@ def _polynomial(x: float, coefficients: Sequence[float]) -> float:
     return float(sum(each * x**power for power, each in enumerate(coefficients)))
 
 
+def polar_modulus_mm3(diameter_mm: float, bore_mm: float) -> float:
+    """Return what a torque is over the shear stress it makes on a round bar's surface, π/16 (D⁴ − d⁴)/D."""
+    return math.pi / 16.0 * (diameter_mm**4 - bore_mm**4) / diameter_mm
+
+
 def fatigue_strength_MPa(
     tensile_MPa: float, diameter_mm: float, fillet_mm: float, k: float = FORGED
 ) -> float:

@@ -16,7 +16,8 @@ from autobalance.fem_analysis.elasticity import (
     stiffness_and_mass,
     von_mises_MPa,
 )
-from autobalance.fem_analysis.modes import factorised, rigid_motions
+from autobalance.fem_analysis.modes import rigid_motions
+from autobalance.fem_analysis.two_level import TwoLevelSolver
 from autobalance.types import Array
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -91,7 +92,7 @@ def solved(body: ElasticBody, material: Material, held: NDArray[np.bool_], force
     stiffness = stiffness_and_mass(body, material)[0]
     free = np.flatnonzero(~held)
     moved = np.zeros(len(force))
-    moved[free] = factorised(stiffness[free][:, free]).solve(force[free])
+    moved[free] = TwoLevelSolver(body, stiffness, free).solve(force[free])
     stress, apart = nodal_stress_MPa(body, material, moved)
     left = stiffness @ moved - force
     left[free] = 0.0

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from autobalance.errors import SolidError
 from autobalance.fem_analysis.elasticity import ElasticBody, Material, stiffness_and_mass
-from autobalance.fem_analysis.modes import factorised
 from autobalance.fem_analysis.statics import facet_nodes
+from autobalance.fem_analysis.two_level import TwoLevelSolver
 
 ON_END = 1e-4
 """Nodes this near to an end, as a share of the length, lie on it."""
@@ -76,7 +76,7 @@ def _error(levels: Sequence[float], lost: float) -> float:
 def _stiffness(body: ElasticBody, material: Material) -> float:
     places = body.places_mm
     low, high = float(places[:, 2].min()), float(places[:, 2].max())
-    ends = [_end_nodes(body, z, ON_END * (high - low)) for z in (low, high)]
+    ends = [end_nodes(body, z, ON_END * (high - low)) for z in (low, high)]
     held = np.zeros((body.nodes, 3), dtype=bool)
     moved = np.zeros((body.nodes, 3))
     for nodes in ends:
@@ -86,11 +86,19 @@ def _stiffness(body: ElasticBody, material: Material) -> float:
     stiffness = stiffness_and_mass(body, material)[0]
     fixed, flat = held.reshape(-1), moved.reshape(-1)
     free = np.flatnonzero(~fixed)
-    flat[free] = factorised(stiffness[free][:, free]).solve(-(stiffness[free][:, fixed] @ flat[fixed]))
+    pulls = -(stiffness[free][:, fixed] @ flat[fixed])
+    flat[free] = TwoLevelSolver(body, stiffness, free).solve(pulls)
     return NEWTON_M * float(flat @ (stiffness @ flat))
 
 
-def _end_nodes(body: ElasticBody, z_mm: float, slack_mm: float) -> NDArray[np.int64]:
+def end_nodes(body: ElasticBody, z_mm: float, slack_mm: float) -> NDArray[np.int64]:
+    """Return the nodes of a body's plane end.
+
+    Raises
+    ------
+    SolidError
+        If it has none there.
+    """
     facets = body.mesh.boundary_facets()
     corners = body.mesh.p[2, body.mesh.facets[:, facets]]
     on = (np.abs(corners - z_mm) < slack_mm).all(axis=0)

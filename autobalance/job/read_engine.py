@@ -21,7 +21,7 @@ from autobalance.job.solid_weights import SOLID
 from autobalance.job.toml.keys import FILLED, Key, Values, plain
 from autobalance.job.toml.typed_units import WEIGHT_TABLES
 from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE
-from autobalance.units import G_PER
+from autobalance.units import G_PER, G_PER_MM3_PER_KG_M3
 
 Turns = Literal["ccw", "cw"]
 CRANKPIN = "crankpin"
@@ -76,6 +76,11 @@ ATTACHED = (
     Key("z_mm", float, "where it is, rotor frame"),
     Key("pm_g_mm", float, "by how much its unbalance may be off", NOT_NEGATIVE, 0.0),
 )
+OIL_KG_M3 = 870.0
+OIL = (
+    Key("density_kg_m3", float, "of the oil", POSITIVE, OIL_KG_M3),
+    Key("filled", bool, "whether it fills them", default=True),
+)
 ENGINE = Key(
     "engine",
     says="what hangs on the crank",
@@ -108,6 +113,13 @@ ENGINE = Key(
             keys=ATTACHED,
             many=True,
             default=(),
+        ),
+        Key(
+            "oil",
+            says="oil in bores and drillings of crankpins and main journals",
+            keys=OIL,
+            default=None,
+            verbs="inspect",
         ),
         LAYOUT,
         ROD,
@@ -157,7 +169,15 @@ def engine_of(values: Values, pin_in_file: bool) -> EngineParts:
         layout=layout_of(values["layout"], values["throw"]),
         rod=rod_of(values["rod"]),
         clockwise=values["turns"] == "cw",
+        oil_g_mm3=_oil_g_mm3(values["oil"]),
     )
+
+
+def _oil_g_mm3(values: Values | None) -> float | None:
+    if values is None or not values["filled"]:
+        return None
+    density: float = values["density_kg_m3"]
+    return density * G_PER_MM3_PER_KG_M3
 
 
 def _links(place: str, throw: Values, kind: str) -> tuple[LinkRod, ...]:
@@ -226,6 +246,7 @@ def engine_values(engine: EngineParts, values: Values) -> Values:
     own: Mapping[int, Sequence[float] | float | None] = {
         each["number"]: each["bank_deg"] for each in values["throw"]
     }
+    links = {each["number"]: [plain(link) for link in each["link"]] for each in values["throw"]}
     layout = {"layout": plain(values["layout"])} if engine.layout != CylinderLayout() else {}
     if layout and values["layout"]["bank_deg"] is not None:
         layout["layout"]["bank_deg"] = _listed(values["layout"]["bank_deg"])
@@ -235,6 +256,7 @@ def engine_values(engine: EngineParts, values: Values) -> Values:
             "rods": parts.rods,
             **({} if own[number] is None else {"bank_deg": _listed(own[number])}),
             **weight_values(parts.weights),
+            **({"link": links[number]} if links[number] else {}),
         }
         for number, parts in sorted(engine.by_throw.items())
     ]
@@ -256,6 +278,8 @@ def engine_values(engine: EngineParts, values: Values) -> Values:
         **weight_values(engine.default.weights),
         "throw": throws,
         "attached": attached,
+        **({"turns": "cw"} if engine.clockwise else {}),
+        **({"oil": dict(values["oil"])} if values["oil"] is not None else {}),
     }
 
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.fatigue import Fatigue, FatigueMetal
-from autobalance.engine.fillet_factors import FilletFactors, FilletShape, fatigue_strength_MPa
+from autobalance.engine.fillet_factors import (
+    FilletFactors,
+    FilletShape,
+    fatigue_strength_MPa,
+    polar_modulus_mm3,
+)
 from autobalance.errors import JobError
 from autobalance.job import Job
 from autobalance.job.model.strength import Strength
@@ -166,7 +170,7 @@ def _fillet(place: Place, side: Side, asked: Strength, costs: Costs, cycle: Cycl
     outside = shape.outside(fillet)
     if asked.factor is not None:
         factors, outside = FilletFactors(asked.factor.bending, 0.0, asked.factor.torsion), ()
-    torsion = N_MM_PER_N_M * torque / (math.pi / 16.0 * (diameter**4 - bore**4) / diameter)
+    torsion = N_MM_PER_N_M * torque / polar_modulus_mm3(diameter, bore)
     cost = costs.get((loads.web, place), 1.0)
     bears = asked.fatigue_MPa or fatigue_strength_MPa(asked.tensile_MPa, diameter, fillet)
     fatigue = Fatigue.of(

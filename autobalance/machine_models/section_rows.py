@@ -11,8 +11,10 @@ import numpy as np
 from autobalance.correction.holes.metal import HoleMetal, holes_of
 from autobalance.correction.holes.surface import Surface
 from autobalance.crank.anatomy import Throw, Web
+from autobalance.crank.oil_room import oil_rooms
 from autobalance.crank.sections import Kind, Section, away_from_crankpin
 from autobalance.job import Job
+from autobalance.machine_models.crankpins import with_crankpins
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.rotor_from_job import attached_moments, throw_loads, tolerance_of
 from autobalance.rigid_rotor.moments import Moments
@@ -23,8 +25,6 @@ from autobalance.units import G_PER_MM3_PER_KG_M3
 
 OFF_AXIS_MM = 0.5
 """Holes nearer to the crank axis are centre holes and the shaft's own bores."""
-BORED_SHARE = 0.9
-"""A bore as wide as the crankpin is that for a pin pressed in; one that holds oil leaves a wall."""
 ROUNDING = 1e-9
 """Share of the mass below which what the sections miss of the crank is rounding."""
 
@@ -116,12 +116,15 @@ def section_table(
     factor : float
         Share of the reciprocating mass in the bob-weights.
     oil_kg_m3 : float or None
-        Density of the oil that fills the crankpins' bores; None: none is counted but what the job weighs.
+        Density of the oil that fills bores and drillings; None: the job's, ``[engine.oil]``, if it has any.
     """
     holes = list(holes_of(Surface.of(crank.source.solid.mesh, crank.anatomy.file_to_rotor)))
     rows = _metal(crank, sections, holes)
+    oil = None if job is None else job.engine.oil_g_mm3
     if oil_kg_m3 is not None:
-        rows += _oil(crank, holes, oil_kg_m3 * G_PER_MM3_PER_KG_M3)
+        oil = oil_kg_m3 * G_PER_MM3_PER_KG_M3
+    if oil is not None:
+        rows += oil_rows(crank, oil)
     if job is None:
         return SectionTable(tuple(rows), None)
     rows += _hung_on(crank, job, factor)
@@ -171,21 +174,15 @@ def _pin_of(crank: Crank, hole: HoleMetal) -> Throw | None:
     return None
 
 
-def _holds_oil(hole: HoleMetal, throw: Throw) -> bool:
-    """Return whether a hole is bored into a crankpin, and is not the bore for a pin pressed in."""
-    pin = throw.crankpin
-    reaches = abs(float(hole.filling.centre_mm[2] - pin.centre_mm[2])) < pin.width_mm
-    return reaches and hole.diameter_mm < BORED_SHARE * pin.diameter_mm
-
-
-def _oil(crank: Crank, holes: Sequence[HoleMetal], density_g_mm3: float) -> list[SectionRow]:
-    """Return the oil in the bores of each crankpin."""
+def oil_rows(crank: Crank, density_g_mm3: float) -> list[SectionRow]:
+    """Return the oil in bores and drillings, a row for each connected room; of its first crankpin or main."""
+    solid = with_crankpins(crank.source.solid.moved(crank.anatomy.file_to_rotor), crank)
     rows = []
-    for throw in crank.anatomy.throws:
-        bores = [hole.filling for hole in holes if _pin_of(crank, hole) is throw and _holds_oil(hole, throw)]
-        if bores:
-            oil = sum(bores, Moments.zero()).scaled(density_g_mm3)
-            rows.append(SectionRow("oil", throw.number, "in the crankpin's bore", oil))
+    for room in oil_rooms(solid, crank.anatomy):
+        pins = [("crankpin", room.throws), ("main journal", room.journals)]
+        names = [f"{name} {number}" for name, numbers in pins for number in numbers]
+        number = (*room.throws, *room.journals)[0]
+        rows.append(SectionRow("oil", number, "in " + ", ".join(names), room.filling.scaled(density_g_mm3)))
     return rows
 
 

@@ -67,7 +67,7 @@ def throw_twists(
     deadline = Deadline.after(LONGEST_S)
     for number, throw in enumerate(crank.anatomy.throws):
         progress(f"twisting throw {throw.number}", number / len(crank.anatomy.throws))
-        ends = _ends_mm(crank.anatomy, throw)
+        ends = throw_ends_mm(crank.anatomy, throw)
         if isinstance(ends, str):
             twists.append(ThrowTwist(None, ends))
             continue
@@ -108,7 +108,7 @@ def _looks(piece: Solid, throw: Throw, ends_mm: tuple[float, float]) -> Array:
     return np.array([moments.mass_g, ends_mm[1] - ends_mm[0], towards, along, float(np.trace(second))])
 
 
-def _ends_mm(anatomy: Anatomy, throw: Throw) -> tuple[float, float] | str:
+def throw_ends_mm(anatomy: Anatomy, throw: Throw) -> tuple[float, float] | str:
     """Return the middles of the journals beside a throw, or why there are none of its own."""
     z = float(throw.crankpin.centre_mm[2])
     middles = [float(main.centre_mm[2]) for main in anatomy.main_journals]

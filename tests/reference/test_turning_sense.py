@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,9 @@ import autobalance as ab
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.errors import JobError
+from autobalance.job.describe import describe
+from autobalance.job.read import parse
+from autobalance.verification.premises import given
 
 Values = dict[str, Any]
 TWO_STROKE: Values = {"strokes": 2, "bore_mm": 89, "compression_ratio": 9, "heat_J": 1000}
@@ -152,3 +156,33 @@ def test_an_order_that_fits_the_other_sense_says_so() -> None:
         assert f'fits engine.turns = "{opposite}"' in said
         assert f'{fits[turns]} fits "{turns}"' in said
     assert fits["ccw"] != fits["cw"]
+
+
+def read_again(first: ab.Job) -> ab.Job:
+    told = given(describe(first))
+    del told["file"], told["crankshaft"]
+    return parse(told, Path("job.toml"), crank_given=True)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_reports_job_turns_as_it_did(mirrored: bool) -> None:
+    """What stands in a report is read again by recut, verify and sheet."""
+    again = read_again(job(mirrored))
+    assert again.engine.clockwise is mirrored
+
+
+def test_a_reports_job_keeps_its_link_rods() -> None:
+    link = {
+        "cylinder": 2, "bank_deg": 60.0, "rod_length_mm": 130.0, "knuckle_radius_mm": 30.0,
+        "knuckle_angle_deg": 60.0,
+    }  # fmt: skip
+    engine = {
+        "rod_length_mm": 160.0,
+        "layout": {"kind": "articulated", "bank_deg": 0.0},
+        "rotating_g": {"a": 100.0},
+        "reciprocating_g": {"b": 100.0},
+        "throw": [{"number": 1, "link": [link]}],
+    }
+    first = ab.Job.from_dict({**job(False).raw, "engine": engine})
+    again = read_again(first)
+    assert again.engine.of_throw(1).links == first.engine.of_throw(1).links != ()

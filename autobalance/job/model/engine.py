@@ -193,7 +193,8 @@ class BalanceShaftEntry:
 class EngineParts:
     """Weights on the throws: those of every throw, and of the throws that differ, by their number.
 
-    ``clockwise``: the crank turns so, seen from +z.
+    ``clockwise``: the crank turns so, seen from +z. ``oil_g_mm3`` is the density of the oil that fills its
+    bores and drillings; None: none is counted.
     """
 
     default: ThrowParts
@@ -204,6 +205,7 @@ class EngineParts:
     layout: CylinderLayout = field(default_factory=CylinderLayout)
     rod: RodOnScales | None = None
     clockwise: bool = False
+    oil_g_mm3: float | None = None
 
     def of_throw(self, number: int) -> ThrowParts:
         """Return what hangs on a throw."""

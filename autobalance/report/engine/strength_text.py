@@ -20,6 +20,8 @@ def strength_text(report: Values) -> str:
     else:
         blocks.append(_fillets(report["fillets"]))
     blocks.append(_least(report))
+    if report["fem"] is not None:
+        blocks.append(_elements(report["fem"]))
     outside = dict.fromkeys(text for row in report["fillets"] for text in row["outside_of_range"])
     blocks += [f"Outside of the range of the factors: {text}" for text in outside]
     return "\n\n".join(blocks)
@@ -48,6 +50,30 @@ def _fillets(rows: Sequence[Values]) -> str:
             )
         )
     return table(lines)
+
+
+def _elements(found: Values) -> str:
+    lines: list[Sequence[str]] = [
+        ("Web", "fillet", "bending factor", "over formula", "torsion factor", "over formula", "cuts cost")
+    ]
+    for row in found["fillets"]:
+        cost = row["cost_of_cuts"]
+        lines.append(
+            (
+                f"{row['web']}",
+                row["place"] + ("" if row["solid_has_fillet"] else ", none in the solid"),
+                f"{row['bending_factor']:.2f} ± {100.0 * row['error']:.0f} %",
+                f"{row['bending_over_formula']:.2f}",
+                f"{row['torsion_factor']:.2f}",
+                f"{row['torsion_over_formula']:.2f}",
+                number(cost, ".2f"),
+            )
+        )
+    text = f"Throw {found['throw']} by finite elements ({found['nodes']} nodes)\n{table(lines)}"
+    if found["cuts_over_fillets"]:
+        worst = max(found["cuts_over_fillets"])
+        text += f"\nGreatest stress in a cut: {worst:.2f} of the fillets' greatest"
+    return text
 
 
 def _least(report: Values) -> str:

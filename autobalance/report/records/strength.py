@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal, Self
 
-from autobalance.machine_models.fillets_from_job import Fillet, Place
+from autobalance.engine.fillet_factors import FilletShape, polar_modulus_mm3
+from autobalance.machine_models.fillets_from_job import N_MM_PER_N_M, Costs, Fillet, Place, Side
+from autobalance.machine_models.throw_stress import FilletByElements, ThrowByElements
 from autobalance.records import (
     ABSENT,
     Absent,
@@ -160,6 +162,64 @@ class FilletState:
 
 
 @record
+class FilletElements:
+    """A fillet by finite elements: its factors, over those of the formulas, and how sure they are."""
+
+    web: Ordinal
+    place: Place
+    bending_factor: Positive
+    torsion_factor: Positive
+    bending_over_formula: Positive
+    torsion_over_formula: Positive
+    error: NotNegative
+    solid_has_fillet: bool
+    cost_of_cuts: Positive | None
+
+    @classmethod
+    def of(cls, found: FilletByElements, shape: FilletShape, costs: Costs | None) -> Self:
+        """Return that of a fillet."""
+        diameter, bore, factors = shape.pin_mm, shape.pin_bore_mm, shape.crankpin
+        if found.place == "journal":
+            diameter, bore, factors = shape.journal_mm, shape.journal_bore_mm, shape.journal
+        bending = found.bending_MPa * shape.web_breadth_mm * shape.web_thickness_mm**2 / 6.0 / N_MM_PER_N_M
+        torsion = found.torsion_MPa * polar_modulus_mm3(diameter, bore) / N_MM_PER_N_M
+        return cls(
+            web=found.web,
+            place=found.place,
+            bending_factor=bending,
+            torsion_factor=torsion,
+            bending_over_formula=bending / factors.bending,
+            torsion_over_formula=torsion / factors.torsion,
+            error=found.error,
+            solid_has_fillet=found.is_there,
+            cost_of_cuts=None if costs is None else costs[found.web, found.place],
+        )
+
+
+@record
+class ThrowElements:
+    """One throw by finite elements; of each cut, its greatest stress, bent, over the fillets' greatest."""
+
+    throw: Ordinal
+    nodes: Ordinal
+    fillets: Sequence[FilletElements]
+    cuts_over_fillets: Sequence[float]
+
+    @classmethod
+    def of(cls, throw: int, found: ThrowByElements, sides: Sequence[Side], costs: Costs | None) -> Self:
+        """Return that of a throw."""
+        greatest = max(each.bending_MPa for each in found.fillets)
+        inside = [each for each in found.in_boxes_MPa if each is not None]
+        shapes = {side.loads.web: side.shape for side in sides}
+        return cls(
+            throw=throw,
+            nodes=found.nodes,
+            fillets=[FilletElements.of(each, shapes[each.web], costs) for each in found.fillets],
+            cuts_over_fillets=[each / greatest for each in inside],
+        )
+
+
+@record
 class StrengthReport(Head):
     """Stress and safety of the fillets of crankpins and main journals over the cycle."""
 
@@ -171,6 +231,7 @@ class StrengthReport(Head):
     fillets: Sequence[FilletRow]
     least: LeastSafety | None
     before: FilletState | None
+    fem: ThrowElements | None
     warnings: Sequence[str]
 
 

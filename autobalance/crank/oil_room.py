@@ -1,0 +1,140 @@
+"""The room that oil fills in a crank: bores and drillings of crankpins and main journals.
+
+The crank is closed: each pin by its own outline seen along the axis, each web by its sections without the
+holes in them. What that holds and the crank does not is room; its pieces that reach into a pin count.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy, Pin, Web
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.types import Array
+
+SLICE_MM = 1.0
+"""Thickness of the slices in which a web's holes are closed."""
+SLANT = 1.5
+"""How far a hole may move across in a slice, over its thickness: 56° from the axis."""
+AROUND = 1.02
+"""Over a pin's radius: where its own outline is looked for."""
+END = 0.02
+"""Share of a pin's length at its ends where webs and fillets may begin."""
+BESIDE_MM = 0.1
+LEVEL_MM = 1e-3
+LEAST_FACE_MM2 = 5.0
+INTO_MM = 0.002
+"""How far a pin's room goes into its webs', so that both are one: heights in files are rounded."""
+LEAST_MM3 = 0.5
+"""Less room is what the facets of neighbours leave between them."""
+
+
+@dataclass(frozen=True)
+class OilRoom:
+    """One connected room.
+
+    Attributes
+    ----------
+    throws, journals : tuple of int
+        Numbers of the crankpins and main journals that it reaches into.
+    filling : Moments
+        Of what fills it at density 1, rotor frame: its mass is the volume [mm³].
+    """
+
+    throws: tuple[int, ...]
+    journals: tuple[int, ...]
+    filling: Moments
+
+
+def oil_rooms(solid: Solid, anatomy: Anatomy) -> tuple[OilRoom, ...]:
+    """Return the rooms that oil fills, closed at the pins' surfaces and at the ends of bores.
+
+    Parameters
+    ----------
+    solid : Solid
+        The crank, crankpins in it (rotor frame).
+    anatomy : Anatomy
+
+    Returns
+    -------
+    tuple of OilRoom
+        In the order of the axis; none in a solid crank.
+    """
+    pins = [_room_in_pin(solid, anatomy, throw.crankpin) for throw in anatomy.throws]
+    journals = [_room_in_pin(solid, anatomy, journal) for journal in anatomy.main_journals]
+    rooms = [*pins, *journals, *(_room_in_web(solid, web) for web in anatomy.webs)]
+    rooms = [each for each in rooms if not each.is_empty]
+    found: list[OilRoom] = []
+    for piece in union(rooms).pieces() if rooms else ():
+        if piece.volume_mm3 < LEAST_MM3:
+            continue
+        of_throws = tuple(n for n, pin in enumerate(pins, 1) if _reaches(piece, pin))
+        of_journals = tuple(n for n, pin in enumerate(journals, 1) if _reaches(piece, pin))
+        if of_throws or of_journals:
+            found.append(OilRoom(of_throws, of_journals, piece.moments(1.0)))
+    return tuple(sorted(found, key=lambda room: float(room.filling.centre_mm[2])))
+
+
+def _reaches(piece: Solid, room: Solid) -> bool:
+    return not room.is_empty and (piece & room).volume_mm3 > LEAST_MM3
+
+
+def _room_in_pin(solid: Solid, anatomy: Anatomy, pin: Pin) -> Solid:
+    """Return what a pin lacks of its own outline, from web to web; to its end where there is no web."""
+    (low, high), z = pin.z_range_mm, float(pin.centre_mm[2])
+    x, y = (float(each) for each in pin.centre_mm[:2])
+    slab = solid.above(low + END * (high - low)).below(high - END * (high - low))
+    circle = Region.circle(0.5 * AROUND * pin.diameter_mm, 128, (x, y))
+    outline = _filled((Solid.prism(circle, low, high) & slab).shadow())
+    if outline.is_empty:
+        return Solid.nothing()
+    below = max((web.z_max_mm - INTO_MM for web in anatomy.webs if web.z_max_mm < z), default=low)
+    above = min((web.z_min_mm + INTO_MM for web in anatomy.webs if web.z_min_mm > z), default=high)
+    between = solid.above(below - BESIDE_MM).below(above + BESIDE_MM)
+    return Solid.prism(outline, below, above) - between
+
+
+def _room_in_web(solid: Solid, web: Web) -> Solid:
+    """Return what a web's holes lack of it, closed slice by slice."""
+    slab = solid.above(web.z_min_mm - BESIDE_MM).below(web.z_max_mm + BESIDE_MM)
+    closed = []
+    for low, high in pairwise(_heights_mm(slab, web)):
+        section = slab.section(float(0.5 * (low + high)))
+        whole = _filled(section)
+        holes = (whole - section).grown(SLANT * float(high - low)) & whole
+        if not holes.is_empty:
+            closed.append(Solid.prism(holes, float(low), float(high)))
+    return union(closed) - slab if closed else Solid.nothing()
+
+
+def _heights_mm(slab: Solid, web: Web) -> Array:
+    """Return where a web's slices end: at its flat faces, for there bores end, and not far between."""
+    corners = slab.mesh.corners
+    z = corners[:, :, 2]
+    level = np.ptp(z, axis=1) < LEVEL_MM
+    areas = 0.5 * np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    heights, number = np.unique(np.round(z[level].mean(axis=1) / LEVEL_MM), return_inverse=True)
+    wide = np.bincount(number, areas[level], minlength=len(heights)) > LEAST_FACE_MM2
+    inside = LEVEL_MM * heights[wide]
+    inside = inside[(inside > web.z_min_mm + BESIDE_MM) & (inside < web.z_max_mm - BESIDE_MM)]
+    ends = np.concatenate([[web.z_min_mm], inside, [web.z_max_mm]])
+    parts = [np.linspace(a, b, max(2, int(np.ceil((b - a) / SLICE_MM)) + 1))[:-1] for a, b in pairwise(ends)]
+    found: Array = np.append(np.concatenate(parts), web.z_max_mm)
+    return found
+
+
+def _filled(region: Region) -> Region:
+    """Return a region without its holes: outlines that run clockwise are left out."""
+    outer = [line for line in region.polygons if _area_mm2(line) > 0.0]
+    return Region.of(outer)
+
+
+def _area_mm2(line: np.typing.NDArray[np.float64]) -> float:
+    x, y = line.T
+    return 0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())

@@ -1,0 +1,115 @@
+"""A crank throw between two plane ends, bent in its plane and twisted: what its surface bears."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_matrix
+
+from autobalance.fem_analysis.elasticity import (
+    ElasticBody,
+    Material,
+    nodal_stress_MPa,
+    stiffness_and_mass,
+    von_mises_MPa,
+)
+from autobalance.fem_analysis.statics import facet_nodes
+from autobalance.fem_analysis.twist import ON_END, end_nodes
+from autobalance.fem_analysis.two_level import TwoLevelSolver
+from autobalance.types import Array, Indices
+
+N_MM_PER_N_M = 1e3
+
+
+@dataclass(frozen=True, eq=False)
+class ThrowLoads:
+    """Stress of a body's surface under 1 N·m that bends it, and 1 N·m that twists it.
+
+    Attributes
+    ----------
+    places_mm : (n, 3) float
+        Nodes on the surface.
+    bending_MPa, torsion_MPa : (n,) float
+        Von Mises' stress of the bending, the greatest principal stress of the torsion [1]_.
+    nodes : int
+        Of the whole mesh.
+
+    References
+    ----------
+    .. [1] IACS UR M53, Appendix III: factors by finite elements.
+    """
+
+    places_mm: Array
+    bending_MPa: Array
+    torsion_MPa: Array
+    nodes: int
+
+
+def throw_loads(body: ElasticBody, material: Material, towards: Array) -> ThrowLoads:
+    """Return what a throw's surface bears under the same moment all along it, and the same torque.
+
+    Bent, its ends stay plane and tilt against each other; twisted, they keep their shape across z and may
+    warp along it.
+
+    Parameters
+    ----------
+    body : ElasticBody
+        From the middle of the main journal before the throw to that after it.
+    material : Material
+    towards : (2,) float
+        Unit vector from the crank axis to the crankpin: the plane of bending.
+
+    Raises
+    ------
+    SolidError
+        If an end has no surface.
+    """
+    places = body.places_mm
+    low, high = float(places[:, 2].min()), float(places[:, 2].max())
+    ends = [end_nodes(body, z, ON_END * (high - low)) for z in (low, high)]
+    stiffness = stiffness_and_mass(body, material)[0]
+    bent, pulled, twisted = np.zeros((3, body.nodes, 3))
+    bent_held, twisted_held = np.zeros((2, body.nodes, 3), dtype=bool)
+    for nodes, sense in zip(ends, (1.0, -1.0), strict=True):
+        bent[nodes, 2] = sense * (places[nodes, :2] @ towards)
+        bent_held[nodes, 2] = True
+        bent_held[_nearest(places, nodes), :2] = True
+        twisted_held[nodes, :2] = True
+    pulled[ends[1], 2] = 1.0
+    rim = ends[0][np.argmax(np.hypot(places[ends[0], 0], places[ends[0], 1]))]
+    bent_held[rim, int(np.argmin(np.abs(places[rim, :2])))] = True  # no turning about z; it takes no force
+    twisted[ends[1], 0], twisted[ends[1], 1] = -places[ends[1], 1], places[ends[1], 0]
+    twisted_held[ends[0][0], 2] = True
+    surface = np.unique(facet_nodes(body, body.mesh.boundary_facets()))
+    moved, stretched = _moved(body, stiffness, bent_held, (bent, pulled))
+    axial = [float((stiffness @ each).reshape(-1, 3)[ends[1], 2].sum()) for each in (moved, stretched)]
+    moved = moved - axial[0] / axial[1] * stretched  # the ends are free to come nearer
+    moment = 0.5 * float(moved @ (stiffness @ moved))  # N·mm, both ends by 1 rad
+    bending = von_mises_MPa(nodal_stress_MPa(body, material, moved * (N_MM_PER_N_M / moment))[0])
+    (moved,) = _moved(body, stiffness, twisted_held, (twisted,))
+    torque = float(moved @ (stiffness @ moved))
+    torsion = nodal_stress_MPa(body, material, moved * (N_MM_PER_N_M / torque))[0]
+    principal = np.linalg.eigvalsh(torsion[surface])[:, -1].astype(np.float64)
+    return ThrowLoads(places[surface], bending[surface], principal, body.nodes)
+
+
+def _nearest(places: Array, nodes: Indices) -> int:
+    """Return the node that is nearest to the z axis."""
+    return int(nodes[np.argmin(np.hypot(places[nodes, 0], places[nodes, 1]))])
+
+
+def _moved(
+    body: ElasticBody, stiffness: csc_matrix, held: NDArray[np.bool_], cases: Sequence[Array]
+) -> list[Array]:
+    """Return displacements (3 n,) of cases (n, 3) that give those which are held (n, 3)."""
+    fixed = held.reshape(-1)
+    free = np.flatnonzero(~fixed)
+    solver, found = TwoLevelSolver(body, stiffness, free), []
+    for case in cases:
+        moved = case.reshape(-1).copy()
+        moved[free] = solver.solve(-(stiffness[free][:, fixed] @ moved[fixed]))
+        found.append(moved)
+    return found

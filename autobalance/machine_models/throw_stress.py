@@ -1,0 +1,222 @@
+"""Fillets of one throw by finite elements of its own metal, and what cuts beside them cost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.crank.anatomy import Pin, Throw
+from autobalance.errors import JobError
+from autobalance.fem_analysis.elasticity import STEEL
+from autobalance.fem_analysis.mesher import default_size_mm, need_libraries
+from autobalance.fem_analysis.throw_load import ThrowLoads, throw_loads
+from autobalance.job.model.strength import Strength
+from autobalance.machine_models.crankpins import with_crankpins
+from autobalance.machine_models.fillets_from_job import Place, Side
+from autobalance.machine_models.measured import Crank
+from autobalance.machine_models.solid_meshes import Deadline, bodies_of_solid
+from autobalance.machine_models.throw_twist import throw_ends_mm
+from autobalance.runtime import Progress, no_progress
+from autobalance.solid.csg.solid import Solid
+from autobalance.types import Array
+
+SHARES_OF_RADIUS = (0.9, 0.55)
+"""Size of elements in a fillet over its radius, of the two meshes: curved and quadratic as they are."""
+COARSENING = (2.0, 1.6)
+"""Over the usual size of elements."""
+LEAST_CUT_MM3 = 1.0
+BESIDE_MM = 0.01
+NEAR_END_MM = 0.5
+"""Around a cut, whose surface is looked for in the mesh."""
+LONGEST_S = 120.0
+"""Processor time for the meshes of one throw [s]."""
+SHAPE = (0.15, 0.85)
+"""Between these shares of a fillet's radius, out from its pin, its surface stands off both pin and web."""
+OFF_WEB = 0.02
+"""By this share of the radius at least; less is a sharp corner."""
+
+
+@dataclass(frozen=True)
+class FilletByElements:
+    """Greatest stress in a fillet by finite elements.
+
+    Attributes
+    ----------
+    web : int
+    place : {"crankpin", "journal"}
+    bending_MPa : float
+        Von Mises' stress where 1 N·m bends the throw.
+    torsion_MPa : float
+        Principal stress where 1 N·m twists it.
+    error : float
+        By how much the last two meshes differ, a share.
+    is_there : bool
+        Whether the solid has a fillet of about that radius; without, the stress has no limit.
+    """
+
+    web: int
+    place: Place
+    bending_MPa: float
+    torsion_MPa: float
+    error: float
+    is_there: bool
+
+
+@dataclass(frozen=True, eq=False)
+class ThrowByElements:
+    """A throw's fillets by finite elements, and the greatest stress beyond them, in holes say.
+
+    ``in_boxes_MPa`` is the greatest stress of the bending in each box; None where it holds no surface.
+    """
+
+    fillets: tuple[FilletByElements, ...]
+    nodes: int
+    in_boxes_MPa: tuple[float | None, ...] = ()
+
+
+def throw_by_elements(
+    crank: Crank,
+    throw: Throw,
+    sides: Sequence[Side],
+    asked: Strength,
+    boxes_mm: Sequence[tuple[Array, Array]] = (),
+    progress: Progress = no_progress,
+) -> ThrowByElements:
+    """Return the stress in a throw's fillets on two meshes, the finer one the answer.
+
+    Parameters
+    ----------
+    crank : Crank
+    throw : Throw
+    sides : sequence of Side
+        The throw's two.
+    asked : Strength
+    boxes_mm : sequence of ((3,), (3,))
+        Boxes (rotor frame) in which the greatest stress is looked for too: around cuts.
+    progress : callable
+
+    Raises
+    ------
+    FileError
+        If the extra is not installed.
+    SolidError
+        If the throw cannot be meshed.
+    JobError
+        If it has no bay of its own between two main journals.
+    """
+    need_libraries()
+    ends = throw_ends_mm(crank.anatomy, throw)
+    if isinstance(ends, str):
+        raise JobError(f"throw {throw.number}: {ends}; finite elements need a main journal on both sides")
+    solid = with_crankpins(crank.source.solid.moved(crank.anatomy.file_to_rotor), crank)
+    piece = _with_long_journals(solid.above(ends[0]).below(ends[1]))
+    deadline = Deadline.after(LONGEST_S)
+    levels = []
+    for number, (share, coarser) in enumerate(zip(SHARES_OF_RADIUS, COARSENING, strict=True), 1):
+        progress(f"throw {throw.number} by finite elements, mesh {number} of 2", 0.5 * (number - 1))
+        body = bodies_of_solid(piece, coarser * _size_mm(piece), (1.0,), share, deadline)[0]
+        levels.append(throw_loads(body, STEEL, throw.direction))
+    fillets = tuple(
+        _fillet(crank, throw, side, place, asked, levels) for side in sides for place in _places(side)
+    )
+    inside = tuple(_greatest_MPa(levels[-1], _in_box(levels[-1].places_mm, box)) for box in boxes_mm)
+    return ThrowByElements(fillets, levels[-1].nodes, inside)
+
+
+def _with_long_journals(piece: Solid) -> Solid:
+    """Return a throw whose half journals go on as far again as they are thick.
+
+    So that how its ends are held does not reach its fillets.
+    """
+    for number, end in enumerate(piece.bounds[:, 2] if piece.bounds.shape == (2, 3) else piece.bounds[2]):
+        z = float(end)
+        inside = z + (NEAR_END_MM if number == 0 else -NEAR_END_MM)
+        section = piece.section(inside)
+        low, high = section.bounds
+        reach = float(np.max(high - low))
+        piece = piece + Solid.prism(section, *((z - reach, inside) if number == 0 else (inside, z + reach)))
+    return piece
+
+
+def _places(side: Side) -> tuple[Place, ...]:
+    return ("crankpin", "journal") if side.has_journal else ("crankpin",)
+
+
+def _size_mm(piece: Solid) -> float:
+    return default_size_mm(piece.volume_mm3, 0.5 * float(piece.mesh.doubled_areas.sum()))
+
+
+def _fillet(
+    crank: Crank, throw: Throw, side: Side, place: Place, asked: Strength, levels: Sequence[ThrowLoads]
+) -> FilletByElements:
+    pin: Pin = throw.crankpin
+    above = side.loads.is_above
+    radius = asked.pin_fillet_mm
+    if place == "journal":
+        radius = asked.journal_fillet_mm
+        mains = crank.anatomy.main_journals
+        beside = [m for m in mains if (m.centre_mm[2] > pin.centre_mm[2]) == above]
+        pin = min(beside, key=lambda m: abs(float(m.centre_mm[2] - throw.crankpin.centre_mm[2])))
+        above = not above
+    low, high = pin.z_range_mm
+    end, sense = (high, 1.0) if above else (low, -1.0)
+    found = []
+    for level in levels:
+        along = sense * (level.places_mm[:, 2] - end)  # from the end of the bare cylinder into the web
+        out = _off_mm(level.places_mm, pin) - 0.5 * pin.diameter_mm
+        near = (out > -0.05 * radius) & (out < 1.1 * radius) & (np.abs(along - 0.5 * radius) < 0.75 * radius)
+        found.append((level, near, along, out))
+    level, near, along, out = found[-1]
+    middle = near & (out > SHAPE[0] * radius) & (out < SHAPE[1] * radius)
+    face = float(along[near].max()) if near.any() else 0.0
+    is_there = bool((middle & (along < face - OFF_WEB * radius)).sum() > 0.5 * max(middle.sum(), 1))
+    values = [
+        (float(each.bending_MPa[mask].max()), float(each.torsion_MPa[mask].max()))
+        for each, mask, _, _ in found
+        if mask.any()
+    ]
+    if len(values) < len(found):
+        raise JobError(f"the mesh has no surface of the {place} fillet beside web {side.loads.web}")
+    bending, torsion = values[-1]
+    return FilletByElements(
+        side.loads.web, place, bending, torsion, abs(values[0][0] / bending - 1.0), is_there
+    )
+
+
+def _off_mm(places: Array, pin: Pin) -> Array:
+    found: Array = np.hypot(places[:, 0] - pin.centre_mm[0], places[:, 1] - pin.centre_mm[1])
+    return found
+
+
+def _in_box(places: Array, box: tuple[Array, Array]) -> np.typing.NDArray[np.bool_]:
+    above, below = (places >= box[0]).all(axis=1), (places <= box[1]).all(axis=1)
+    return np.asarray(above & below)
+
+
+def _greatest_MPa(level: ThrowLoads, mask: np.typing.NDArray[np.bool_]) -> float | None:
+    return float(level.bending_MPa[mask].max()) if mask.any() else None
+
+
+def cut_boxes(before: Crank, after: Crank, throw: Throw) -> list[tuple[Array, Array]]:
+    """Return boxes (rotor frame) around the metal that was taken from a throw between its mains."""
+    frame = after.anatomy.file_to_rotor
+    ends = throw_ends_mm(after.anatomy, throw)
+    if isinstance(ends, str):
+        return []
+    taken = (before.source.solid - after.source.solid).moved(frame).above(ends[0]).below(ends[1])
+    found = [each.bounds for each in taken.pieces() if each.volume_mm3 > LEAST_CUT_MM3]
+    return [(low - BESIDE_MM, high + BESIDE_MM) for low, high in found]
+
+
+def costs_of(before: ThrowByElements, after: ThrowByElements) -> dict[tuple[int, Place], float]:
+    """Return by how much cuts raise the stress of each fillet, the more of bending and torsion; 1 at least.
+
+    A change that is less than what two meshes of one solid differ by counts as none.
+    """
+    found = {}
+    for one, other in zip(before.fillets, after.fillets, strict=True):
+        ratio = max(other.bending_MPa / one.bending_MPa, other.torsion_MPa / one.torsion_MPa)
+        found[other.web, other.place] = ratio if ratio > 1.0 + max(one.error, other.error) else 1.0
+    return found

@@ -1,0 +1,90 @@
+"""Throws by finite elements against bars in closed form, another solver, and the formulas of fillets."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import autobalance as ab
+from autobalance.crank.parametric.design import PRESETS
+from autobalance.crank.parametric.generate import crank_solid
+from autobalance.errors import UsageError
+from autobalance.fem_analysis.elasticity import STEEL, ElasticBody, stiffness_and_mass
+from autobalance.fem_analysis.modes import factorised
+from autobalance.fem_analysis.throw_load import throw_loads
+from autobalance.fem_analysis.two_level import TwoLevelSolver
+from autobalance.machine_models import throw_stress
+from autobalance.machine_models.solid_meshes import bodies_of_solid
+from autobalance.solid.csg.solid import Region, Solid
+
+pytest.importorskip("netgen")
+pytest.importorskip("skfem")
+
+
+@pytest.fixture(scope="module")
+def bar() -> ElasticBody:
+    return bodies_of_solid(Solid.prism(Region.circle(10.0, 48), 0.0, 60.0), 6.0)[0]
+
+
+def test_a_bar_bends_and_twists_as_in_closed_form(bar: ElasticBody) -> None:
+    """σ = 32 M/(π D³) at the ends of a diameter and 0 across it, τ = 16 T/(π D³) all around."""
+    found = throw_loads(bar, STEEL, np.array([1.0, 0.0]))
+    x, y, z = found.places_mm.T
+    rim = (np.hypot(x, y) > 9.9) & (z > 20.0) & (z < 40.0)
+    bending, torsion = 32e3 / (math.pi * 20.0**3), 16e3 / (math.pi * 20.0**3)
+    assert found.bending_MPa[rim] == pytest.approx(bending * np.abs(x[rim]) / 10.0, abs=0.03 * bending)
+    assert found.torsion_MPa[rim] == pytest.approx(torsion, rel=0.03)
+
+
+def test_steps_end_where_factors_do(bar: ElasticBody) -> None:
+    stiffness = stiffness_and_mass(bar, STEEL)[0]
+    held = np.zeros((bar.nodes, 3), dtype=bool)
+    held[bar.places_mm[:, 2] < 1e-6] = True
+    held[int(np.argmax(bar.places_mm[:, 0])), 1] = True  # one of a node alone
+    free = np.flatnonzero(~held.reshape(-1))
+    load = np.random.default_rng(5).normal(size=len(free))
+    by_steps = TwoLevelSolver(bar, stiffness, free).solve(load)
+    by_factors = factorised(stiffness[free][:, free]).solve(load)
+    assert by_steps == pytest.approx(by_factors, abs=1e-6 * np.abs(by_factors).max())
+    assert TwoLevelSolver(bar, stiffness, free).solve(0.0 * load).tolist() == [0.0] * len(free)
+
+
+def test_fillets_by_elements_are_within_the_spread_of_the_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Strain gauges on large cranks made the formulas; coarse elements miss much of the peak of bending."""
+    monkeypatch.setattr(throw_stress, "SHARES_OF_RADIUS", (1.0, 0.8))
+    monkeypatch.setattr(throw_stress, "COARSENING", (2.0, 2.0))
+    mesh = crank_solid(replace(PRESETS["single"], oil_hole_mm=0.0), 32).mesh
+    crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    job = ab.Job.from_dict(
+        {
+            "engine": {
+                "rod_length_mm": 104.0,
+                "rotating_g": {"big_end": 134.0},
+                "reciprocating_g": {"piston": 260.0},
+            },
+            "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 6000},
+            "correction": {"method": "drill"},
+            "cycle": {"bore_mm": 76.8, "compression_ratio": 12.0, "heat_J": 600.0},
+            "strength": {"pin_fillet_mm": 2.0, "material": {"tensile_MPa": 900.0}},
+        }
+    )
+    said: list[str] = []
+    found = ab.strength(job, crank=crank, fem=True, progress=lambda text, share: said.append(text))
+    rows = found.report["fem"]["fillets"]
+    assert [(row["web"], row["place"]) for row in rows] == [
+        (1, "crankpin"), (1, "journal"), (2, "crankpin"), (2, "journal"),
+    ]  # fmt: skip
+    for row in rows:
+        assert 0.3 < row["bending_over_formula"] < 1.3
+        assert 0.7 < row["torsion_over_formula"] < 1.3
+        assert row["cost_of_cuts"] is None
+    assert "by finite elements" in found.text()
+    assert any("mesh 2 of 2" in text for text in said)
+
+
+def test_only_one_way_is_asked_of_a_report() -> None:
+    with pytest.raises(UsageError, match="neither --set nor another crank"):
+        ab.strength("report.json", settings=["balance.factor=0.5"])
