@@ -8,7 +8,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 from autobalance.job.tables import job_tables
 from autobalance.job.toml.keys import FILLED, REQUIRED, Key
-from autobalance.job.toml.typed_values import unit_of_name
+from autobalance.job.toml.typed_values import UNIT_BY_ENDING
 
 BY_ITSELF = "correction"
 """The table that has forms of its own, by the kinds of correction."""
@@ -48,11 +48,8 @@ def _fields(keys: tuple[Key, ...], path: str) -> Iterator[dict[str, Any]]:
 
 def _words(key: Key) -> str:
     """Return a key's name without the unit that it ends in."""
-    parts = key.name.split("_")
-    ends = [
-        k for k in range(1, len(parts)) if key.unit and unit_of_name("_".join(["", *parts[k:]])) == key.unit
-    ]
-    return "_".join(parts[: ends[0]]) if ends else key.name
+    endings = (end for end in UNIT_BY_ENDING if key.name.endswith(end))
+    return key.name.removesuffix(next(endings, ""))
 
 
 def _choices(hint: Any) -> list[str]:

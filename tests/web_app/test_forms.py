@@ -1,0 +1,19 @@
+"""The fields of the page are made from the job's declarations."""
+
+from autobalance.web_app.forms import tables
+
+
+def test_fields_are_named_as_their_keys_without_the_unit() -> None:
+    engine = next(each for each in tables() if each["table"] == "engine")["keys"]
+    words = {each["key"]: (each["words"], each["unit"], each["kind"]) for each in engine}
+    assert words["rod_length_mm"] == ("rod length", "mm", "number")
+    assert words["rod.inertia_kg_mm2"] == ("rod: inertia", "kg·mm²", "number")
+    assert words["layout.bank_deg"] == ("layout: bank", "°", "list")
+    assert words["turns"] == ("turns", "", "choice")
+
+
+def test_no_field_is_named_twice() -> None:
+    for table in tables():
+        keys = [each["key"] for each in table["keys"]]
+        assert len(set(keys)) == len(keys)
+        assert all(each["says"] for each in table["keys"])
