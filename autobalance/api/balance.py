@@ -180,8 +180,9 @@ class BalanceResult(VerbResult):
         folder : path
             Made where it is missing.
         only : tuple of str or None
-            Kinds of file wanted beside the solid: ``html``, ``pdf``, ``xlsx``, ``png``, ``dxf``, ``tools``.
-            ``json``, the report, is always written. None: all but ``dxf`` and ``tools``.
+            Kinds of file wanted beside the solid: ``html``, ``pdf``, ``xlsx``, ``png``, ``dxf``, ``tools``,
+            ``certificate``, ``card`` (bob-weights), ``csv`` (hole list). ``json``, the report, is always
+            written. None: ``html``, ``pdf``, ``xlsx`` and ``png``.
         paper : str
             ``A4`` or ``Letter``, for ``sheet.pdf``.
         units : str

@@ -71,6 +71,31 @@ def _sheet(material: Material) -> dict[str, bytes]:
     return {"pdf": pdf(report, material.drawings, choice.paper, choice.units, choice.date, choice.zero)}
 
 
+def _certificate(material: Material) -> dict[str, bytes]:
+    from autobalance.report.sheet.certificate import certificate
+
+    choice, after = material.choice, material.pictures[1]
+    material.notify("writing the certificate")
+    return {
+        "certificate": certificate(
+            material.report, after, choice.paper, choice.units, choice.date, choice.zero
+        )
+    }
+
+
+def _card(material: Material) -> dict[str, bytes]:
+    from autobalance.report.sheet.bob_card import bob_card
+
+    choice = material.choice
+    return {"card": bob_card(material.report, choice.paper, choice.units, choice.date)}
+
+
+def _hole_list(material: Material) -> dict[str, bytes]:
+    from autobalance.report.sheet.hole_list import hole_list
+
+    return {"csv": hole_list(material.report, material.choice.units)}
+
+
 def _workbook(material: Material) -> dict[str, bytes]:
     from autobalance.report.balance.workbook import xlsx
 
@@ -105,5 +130,8 @@ register(OutputKind("html", {"html": "report.html"}, _page))
 register(OutputKind("pdf", {"pdf": "sheet.pdf"}, _sheet))
 register(OutputKind("xlsx", {"xlsx": "balance.xlsx"}, _workbook))
 register(OutputKind("png", {"png_before": "crank-before.png", "png_after": "crank-after.png"}, _pictures))
+register(OutputKind("certificate", {"certificate": "certificate.pdf"}, _certificate, is_usual=False))
+register(OutputKind("card", {"card": "bob-weights.pdf"}, _card, is_usual=False))
+register(OutputKind("csv", {"csv": "holes.csv"}, _hole_list, is_usual=False))
 register(OutputKind("dxf", {"dxf": "drawing.dxf"}, _drawing, is_usual=False, require=_require_ezdxf))
 register(OutputKind("tools", {"tools": TOOLS}, _tools, is_usual=False))

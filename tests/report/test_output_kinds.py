@@ -33,9 +33,9 @@ def undocumented(page: str) -> list[str]:
 
 @pytest.fixture
 def cuts_csv() -> Iterator[None]:
-    register(OutputKind("csv", {"csv": "cuts.csv"}, lambda made: {"csv": _cuts(made)}, is_usual=False))
+    register(OutputKind("dro", {"dro": "cuts.csv"}, lambda made: {"dro": _cuts(made)}, is_usual=False))
     yield
-    del output_kinds._KINDS["csv"]
+    del output_kinds._KINDS["dro"]
 
 
 def _cuts(made: Material) -> bytes:
@@ -66,10 +66,10 @@ def test_the_help_and_the_docstring_name_every_kind() -> None:
 @pytest.mark.usefixtures("cuts_csv")
 def test_a_new_kind_is_one_entry(tmp_path: Path) -> None:
     folder = tmp_path / "out"
-    report = jobs.balanced(jobs.bundled_job(tmp_path), folder, 0, "--only", "csv")
+    report = jobs.balanced(jobs.bundled_job(tmp_path), folder, 0, "--only", "dro")
     data = (folder / "cuts.csv").read_bytes()
     assert data.startswith(b"shoulder,2.")
-    assert report["outputs"]["csv"] == {"file": "cuts.csv", "sha256": hashlib.sha256(data).hexdigest()}
+    assert report["outputs"]["dro"] == {"file": "cuts.csv", "sha256": hashlib.sha256(data).hexdigest()}
     assert jobs.run("verify", folder / "report.json") == 0
 
 

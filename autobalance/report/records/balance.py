@@ -403,6 +403,9 @@ class Outputs:
     png_after: Page | Absent = ABSENT
     dxf: Page | Absent = ABSENT
     tools: Page | Absent = ABSENT
+    certificate: Page | Absent = ABSENT
+    card: Page | Absent = ABSENT
+    csv: Page | Absent = ABSENT
     history: Annotated[Page, "of all stages: recut"] | Absent = ABSENT
 
 

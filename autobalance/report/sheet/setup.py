@@ -16,6 +16,14 @@ from autobalance.report.sheet.zero import CRANKPIN, KEYWAY, Zero
 from autobalance.wording import at, degrees
 
 Report = Mapping[str, Any]
+TURNED = "round the rim"
+SET_UPS = {
+    "from +z": ("T", "+z end up, tool along the axis"),
+    "from -z": ("B", "-z end up, tool along the axis"),
+    "from the rim": ("R", "crank in V-blocks or on centres, tool square to the axis"),
+    TURNED: ("L", "crank between centres in the lathe"),
+}
+"""From where cuts are made → the set-up's letter, and how the crank lies."""
 ALIKE_MM = 0.05
 """Holes whose diameters differ by less look alike."""
 
@@ -101,23 +109,20 @@ def _datums(report: Report, cheeks: Iterable[Cheek], u: DisplayUnits) -> str:
 
 def _sides(items: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return which end is up for which cuts, and where their depths begin."""
-    texts = {
-        "from +z": ("T", "+z end up, tool along the axis"),
-        "from -z": ("B", "-z end up, tool along the axis"),
-        "from the rim": ("R", "crank in V-blocks or on centres, tool square to the axis"),
-        TURNED: ("L", "crank between centres in the lathe"),
-    }
     found = []
-    for side, (letter, text) in texts.items():
+    for side, (letter, text) in SET_UPS.items():
         count = sum(_side(item) == side for item in items)
         if count:
             found.append(f"Set-up {letter} for {count} cut{'s' * (count > 1)} {side}: {text}.")
     return [" ".join(found), " ".join(kinds.datums(items))] if found else kinds.datums(items)
 
 
-TURNED = "round the rim"
-
-
 def _side(item: Mapping[str, Any]) -> str:
     """Return from where a cut is made, rims turned all round included."""
     return side_of(item) or (TURNED if "new_radius_mm" in item else "")
+
+
+def set_up_letter(item: Mapping[str, Any]) -> str:
+    """Return the letter of the set-up in which a cut is made; nothing where no letter is its."""
+    side = _side(item)
+    return SET_UPS[side][0] if side in SET_UPS else ""

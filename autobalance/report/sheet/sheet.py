@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-import html
-import io
-import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from functools import partial
-from typing import Any, Literal
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from reportlab import rl_config
-from reportlab.lib.styles import ParagraphStyle
 from reportlab.platypus import (
-    BaseDocTemplate,
     CondPageBreak,
     Flowable,
-    Frame,
     KeepTogether,
     NextPageTemplate,
-    PageTemplate,
-    Paragraph,
     Spacer,
 )
 
@@ -29,25 +18,23 @@ from autobalance.report.job_header import work
 from autobalance.report.sheet import machine_page
 from autobalance.report.sheet.cheeks import cheeks
 from autobalance.report.sheet.cuts import cut_columns, cut_table, slug_table
+from autobalance.report.sheet.document import PAPERS_MM, Paper, prose, template, written
 from autobalance.report.sheet.drawing import Drawings, SectionDrawing
-from autobalance.report.sheet.lettering import POINTS_PER_MM, font_of, safe
+from autobalance.report.sheet.lettering import POINTS_PER_MM
 from autobalance.report.sheet.making import making_table
-from autobalance.report.sheet.pen import INK, SOFT, Pen
+from autobalance.report.sheet.pen import SOFT
 from autobalance.report.sheet.plate_view import PlateView, WholeCrank
 from autobalance.report.sheet.plates import plates
 from autobalance.report.sheet.setup import set_up
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.template_view import template_rows
-from autobalance.report.sheet.title_block import FOOT_MM, MARGIN_MM, NumberedCanvas, Sheet, title_block
+from autobalance.report.sheet.title_block import FOOT_MM, MARGIN_MM, Sheet
 from autobalance.report.sheet.tolerance_table import held_words, tolerance_table, tolerance_words
 from autobalance.report.sheet.tolerances import Tolerances, held, tolerances
 from autobalance.report.sheet.zero import Zero, ZeroChoice
-from autobalance.wording import at, file_name, outcome_words
+from autobalance.wording import at, outcome_words
 
 Report = Mapping[str, Any]
-Paper = Literal["A4", "Letter"]
-PAPERS_MM = {"A4": (210.0, 297.0), "Letter": (215.9, 279.4)}
-SIZES_PT = {"A4": (595.2756, 841.8898), "Letter": (612.0, 792.0)}
 BAD = "#a8231b"
 GAP_MM = 2.5
 """Between what stands below each other."""
@@ -57,8 +44,6 @@ FEW = 24
 """Cuts up to which both are tried."""
 MANY = 60
 """A web with more cuts has most of a page."""
-NO_NUMBER_FIRST = re.compile(r" (?=[-−+±]?\d)")
-"""Where prose must not break: only the rows of tables begin with a number."""
 
 
 def pdf(
@@ -101,53 +86,9 @@ def _built(
     sheet: Sheet, paper: Paper, zero: ZeroChoice, drawings: Drawings | None, room: float
 ) -> tuple[int, bytes]:
     """Return a sheet with plates of some share of a page: how many pages it has, and its file."""
-    buffer = io.BytesIO()
-    document = BaseDocTemplate(
-        buffer,
-        pagesize=SIZES_PT[paper],
-        title=safe(f"Shop sheet {file_name(sheet.report)}"),
-        author=f"autobalance {sheet.report['autobalance']['version']}",
-        invariant=1,
-        pageCompression=1,
-    )
-    document.addPageTemplates(
-        [_template("first", sheet, sheet.block_mm + 2.0), _template("later", sheet, 0.0)]
-    )
     story = _Story(sheet, zero, room).told(drawings)
-    with _binary_streams():
-        document.build(story, canvasmaker=partial(NumberedCanvas, sheet=sheet))
-    return document.page, buffer.getvalue()
-
-
-@contextmanager
-def _binary_streams() -> Iterator[None]:
-    """Let reportlab write pages as bytes: text in base 85 takes a quarter more room, and time."""
-    before, rl_config.useA85 = rl_config.useA85, 0
-    try:
-        yield
-    finally:
-        rl_config.useA85 = before
-
-
-def _template(name: str, sheet: Sheet, block_mm: float) -> PageTemplate:
-    """Return a page with room for its text between head and foot, less the title block."""
-    p = POINTS_PER_MM
-    frame = Frame(
-        MARGIN_MM * p,
-        (FOOT_MM + block_mm) * p,
-        (sheet.wide_mm - 2.0 * MARGIN_MM) * p,
-        (sheet.high_mm - sheet.head_mm - FOOT_MM - block_mm) * p,
-        leftPadding=0.0,
-        rightPadding=0.0,
-        topPadding=0.0,
-        bottomPadding=0.0,
-    )
-
-    def draw(canvas: Any, _document: Any) -> None:
-        if block_mm:
-            title_block(Pen(canvas, sheet.high_mm), sheet)
-
-    return PageTemplate(name, [frame], onPage=draw)
+    templates = [template("first", sheet, sheet.block_mm + 2.0), template("later", sheet, 0.0)]
+    return written(sheet, paper, templates, story)
 
 
 class _Story:
@@ -175,23 +116,8 @@ class _Story:
 
     # --- text ---------------------------------------------------------------------------------------------
 
-    def _text(
-        self, text: str, size: float = 8.0, colour: str = INK, bold: bool = False, after: float = 1.2
-    ) -> Flowable:
-        shown = NO_NUMBER_FIRST.sub("\u00a0", safe(text))
-        font = font_of(shown, bold)
-        style = ParagraphStyle(
-            "text",
-            fontName=font,
-            fontSize=size,
-            leading=1.28 * size,
-            textColor=colour,
-            spaceAfter=after * POINTS_PER_MM,
-        )
-        return Paragraph(html.escape(shown, quote=False), style)
-
     def _heading(self, text: str) -> Flowable:
-        return self._text(text, 10.0, bold=True, after=0.8)
+        return prose(text, 10.0, bold=True, after=0.8)
 
     def _gap(self, mm: float) -> None:
         self.parts.append(Spacer(1.0, mm * POINTS_PER_MM))
@@ -204,23 +130,21 @@ class _Story:
 
     def _first_page(self) -> None:
         report, u = self.report, self.u
-        self.parts += [self._text("Shop sheet: balance the crankshaft", 14.0, bold=True, after=1.6)]
-        self.parts.append(self._text(outcome_words(report), 11.0, bold=True))
+        self.parts += [prose("Shop sheet: balance the crankshaft", 14.0, bold=True, after=1.6)]
+        self.parts.append(prose(outcome_words(report), 11.0, bold=True))
         told = f"Lengths in {u.length}, masses in {u.mass}, unbalance in {u.unbalance}. "
-        self.parts.append(self._text(told + machine_page.judged_words(report, self.zero), 7.5, SOFT))
+        self.parts.append(prose(told + machine_page.judged_words(report, self.zero), 7.5, SOFT))
         if report.get("reason"):
-            self.parts.append(self._text(in_units(str(report["reason"]), u), 8.0, BAD))
+            self.parts.append(prose(in_units(str(report["reason"]), u), 8.0, BAD))
         if note := work(report).get("note"):
-            self.parts.append(self._text(f"Note of the job: {note}", 8.0))
-        self.parts += [
-            self._text(f"Note: {in_units(text, u)}", 7.0, BAD) for text in report.get("warnings") or []
-        ]
+            self.parts.append(prose(f"Note of the job: {note}", 8.0))
+        self.parts += [prose(f"Note: {in_units(text, u)}", 7.0, BAD) for text in report.get("warnings") or []]
         self._gap(0.6)
         if not self.items:
-            self.parts.append(self._text("Nothing to cut.", 10.0))
+            self.parts.append(prose("Nothing to cut.", 10.0))
             return
         self.parts.append(self._heading("Set-up"))
-        self.parts += [self._text(text, 7.0, after=0.5) for text in set_up(report, u, self.zero, self.cheeks)]
+        self.parts += [prose(text, 7.0, after=0.5) for text in set_up(report, u, self.zero, self.cheeks)]
         self._gap(1.5)
         self._room(30.0)
         self.parts += [
@@ -232,7 +156,7 @@ class _Story:
             "Depth counts from the entry on the tool's axis to the end of the full diameter; with point to "
             "the tip. A negative mass comes on: the slug is heavier than its bore's metal."
         )
-        self.parts.append(self._text(note, 6.4, SOFT))
+        self.parts.append(prose(note, 6.4, SOFT))
         self._tolerances(tolerances(report))
         self._slugs()
 
@@ -242,15 +166,15 @@ class _Story:
         self.parts.append(self._heading("Tolerances: angle, position, depth, diameter"))
         worth = held(self.report)
         if worth is not None:
-            self.parts.append(self._text(held_words(worth, self.u), 8.5))
+            self.parts.append(prose(held_words(worth, self.u), 8.5))
         if found is None:
             told = (
                 "The verdict leaves nothing, so that no tolerance follows from it; hold what the machine can."
             )
-            self.parts.append(self._text(told, 7.5))
+            self.parts.append(prose(told, 7.5))
             return
         self.parts += [tolerance_table(found, self.items, self.u, self.wide_mm), Spacer(1.0, 3.0)]
-        self.parts += [self._text(told, 6.2, SOFT, after=0.6) for told in tolerance_words(found)]
+        self.parts += [prose(told, 6.2, SOFT, after=0.6) for told in tolerance_words(found)]
 
     def _slugs(self) -> None:
         slugs = [item for item in self.items if item.get("slug_mass_g") is not None]
@@ -291,7 +215,7 @@ class _Story:
             f"what it names, prick the centres. Angles ccw from {self.zero.name}. Check the bar at the foot "
             "with a rule first."
         )
-        heading = [self._heading("Rim, unrolled, and flat sides: templates"), self._text(told, 7.0, SOFT)]
+        heading = [self._heading("Rim, unrolled, and flat sides: templates"), prose(told, 7.0, SOFT)]
         self._gap(2.0)
         self.parts += [KeepTogether([*heading, rows[0]]), *rows[1:]]
 
@@ -302,7 +226,7 @@ class _Story:
         self._gap(2.0)
         self._kept("Unbalance: before, after, permitted", machine_page.unbalance_table(report, u, wide, zero))
         if at(report, "engine.bob_weights"):
-            words = self._text(machine_page.bob_words(report, u), 7.0, SOFT)
+            words = prose(machine_page.bob_words(report, u), 7.0, SOFT)
             self._gap(2.0)
             self._kept("Bob-weights on the crankpins", words, machine_page.bob_table(report, u, wide))
         self._gap(2.0)
@@ -325,7 +249,7 @@ class _Story:
         if found is None:
             return
         words, rows = found
-        self.parts.append(self._text(words))
+        self.parts.append(prose(words))
         if rows:
             columns = [Column("hole", 12.0, "left"), *cut_columns(self.u, self.zero)]
             self.parts.append(table(self.wide_mm, columns, rows))

@@ -120,14 +120,15 @@ class Grid(Flowable):  # type: ignore[misc]
             starts.append(left + (free if column.align == "right" else 0.0))
             left += column.width_mm
         filled, pieces = [k for k, cell in enumerate(cells) if cell], []
+        if not filled:
+            return
         for k, following in zip(filled, [*filled[1:], None], strict=True):
             text = cells[k]
             if following is not None:
                 end = starts[k] + width_mm(text, sizes[k])
                 text += " " * max(1, math.floor((starts[following] - end) / width_mm(" ", sizes[k]) + 1e-6))
             pieces.append((starts[k], text, sizes[k]))
-        if pieces:
-            pen.run(base, pieces, colour)
+        pen.run(base, pieces, colour)
 
 
 def table(

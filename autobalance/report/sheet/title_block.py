@@ -37,6 +37,7 @@ class Sheet:
     date: str
     wide_mm: float
     high_mm: float
+    name: str = "Shop sheet"
 
     @property
     def head_mm(self) -> float:
@@ -79,7 +80,7 @@ def _head_and_foot(pen: Pen, sheet: Sheet, number: int, count: int) -> None:
     paging = f"page {number} of {count}"
     pen.text(wide - MARGIN_MM, head, paging, 8.5, bold=True, align="right")
     room = wide - MARGIN_MM - left - width_mm(paging, 8.5, True) - 6.0
-    pen.text(left, head, shortened(" · ".join(_names(report)), 8.5, room), 8.5)
+    pen.text(left, head, shortened(" · ".join(_names(sheet)), 8.5, room), 8.5)
     words = safe(job_header.work_words(report))
     pen.text(left, head + WORK_MM, shortened(words, 7.5, wide - MARGIN_MM - left), 7.5, SOFT)
     pen.line(FRAME_MM, rule, wide - FRAME_MM, rule, INK, 0.2)
@@ -98,9 +99,10 @@ def _logo(pen: Pen, sheet: Sheet, high_mm: float) -> float:
     return pen.picture(picture.data, MARGIN_MM, FRAME_MM + 1.2, LOGO_MM, high_mm) + 3.0
 
 
-def _names(report: Mapping[str, Any]) -> list[str]:
+def _names(sheet: Sheet) -> list[str]:
+    report = sheet.report
     job = str(at(report, "job.file") or "").replace("\\", "/").rpartition("/")[2]
-    names = [job_header.shop_name(report), "Shop sheet", file_name(report), job]
+    names = [job_header.shop_name(report), sheet.name, file_name(report), job]
     return [safe(name) for name in (*names, job_header.stage_words(report)) if name]
 
 
