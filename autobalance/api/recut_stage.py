@@ -157,6 +157,7 @@ class RecutStage:
                     measure,
                     self.tell,
                     prefer=self.job.prefer,
+                    min_gain=self.job.min_gain,
                     cut_anyway=True,
                 )
             except CorrectionError as error:

@@ -125,6 +125,8 @@ def compare(
         except CorrectionError as error:
             rows.append(Row(methods, None, str(error)))
             continue
+        if len(methods) > 1 and {each.kind for each in result.corrections} < set(methods):
+            continue  # it would list a kind, or a smaller mix, for the second time
         capacity = _capacity(rotor, tolerance, chosen, result, offers)
         rows.append(_row(methods, rotor, tolerance, result, capacity))
     return rows

@@ -24,6 +24,7 @@ from autobalance.planning.milp import least_share
 from autobalance.planning.reject_worse import harmless, is_harmless
 from autobalance.planning.relaxation import Attempt, Relaxation, relaxations
 from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxation
+from autobalance.planning.too_light import heavier, too_light_g_mm, too_light_text
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -121,6 +122,7 @@ def balance(
     advise: bool = True,
     offers: Offers = correction.offer,
     cut_anyway: bool = False,
+    min_gain: float = 0.0,
 ) -> Result:
     """Cut a crank until its residual unbalance is within tolerance, or as near as the metal allows.
 
@@ -143,6 +145,9 @@ def balance(
         Takes a workpiece, limits and a search level, and returns the candidates.
     cut_anyway : bool
         Cut a crank that is within tolerance too: what is known of it is not certain enough.
+    min_gain : float
+        Share of the worst judged value that cuts must take off where the tolerance is not reached; else
+        nothing is cut.
 
     Returns
     -------
@@ -163,6 +168,9 @@ def balance(
     run = _Run(rotor, tolerance, tuple(methods), prefer, advise, progress, initial, doubt, chosen)
     if not chosen.plan.depths_mm.any():
         return run.left_alone(chosen.plan)
+    gain = 1.0 - chosen.plan.share / tolerance.used_share(initial)
+    if chosen.plan.share > 1.0 and gain < min_gain:
+        return run.not_worth_it(gain, min_gain)
 
     passes: list[tuple[Plan, Pass]] = []
     plan, best = chosen.plan, None
@@ -212,6 +220,16 @@ class _Run:
         untouched = left_as_it_is(self.rotor, "above_tolerance", reason, steps)
         return replace(untouched, notes=self.chosen.notes, relaxations=remedies)
 
+    def not_worth_it(self, gain: float, least: float) -> Result:
+        """Return the end of a run whose cuts would not reach the tolerance and bring next to nothing."""
+        nothing = replace(self.chosen.plan, depths_mm=np.zeros(len(self.chosen.candidates.cuts)))
+        result = self.left_alone(nothing)
+        text = (
+            f"the cuts at hand would take off {100.0 * gain:.2g} % of it: nothing is cut "
+            f"(min_gain_percent = {100.0 * least:g})"
+        )
+        return replace(result, reason=f"{result.reason}; {text}")
+
     def corrected(self, plan: Plan, best: Pass, passes: Sequence[tuple[Plan, Pass]]) -> Result:
         """Return the end of a run that cut the crank, its cuts in the order in which they are made."""
         rotor, candidates = self.rotor, self.chosen.candidates
@@ -253,13 +271,16 @@ class _Run:
         """Return why the tolerance is not reached, and all that would do it."""
         rotor, candidates = self.rotor, self.chosen.candidates
         remedies: list[Relaxation] = []
+        work = workpiece(rotor, self.tolerance, self.initial)
+        light_g_mm = None if plan.depths_mm.any() else too_light_g_mm(work)
         if self.advise:
             self.progress("looking for what would suffice")
-            work = workpiece(rotor, self.tolerance, self.initial)
             attempt = Attempt(
                 work, self.chosen.methods, self.methods, candidates, self.initial, self.tolerance
             )
-            remedies = relaxations(attempt)
+            remedies = relaxations(attempt, more_of_the_same=light_g_mm is None)
+            if light_g_mm is not None:
+                remedies += heavier(attempt, remedies)
         bound = least_share(self.initial, self.tolerance, candidates)
         shortfall = Shortfall(
             residual,
@@ -270,6 +291,7 @@ class _Run:
             plan.depths_mm,
             plan.binding,
             _web_places_mm(rotor),
+            "" if light_g_mm is None else too_light_text(light_g_mm),
         )
         factor = factor_relaxation(shortfall)
         every = (*remedies, *(() if factor is None else (factor,)))

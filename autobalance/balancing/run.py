@@ -74,7 +74,13 @@ def balanced_record(
         try:
             if kept is None:
                 result = balance(
-                    rotor, tolerance, job.methods, measure_of(crank.source), stages, prefer=job.prefer
+                    rotor,
+                    tolerance,
+                    job.methods,
+                    measure_of(crank.source),
+                    stages,
+                    prefer=job.prefer,
+                    min_gain=job.min_gain,
                 )
             else:
                 result = balanced_as_kept(kept, job, rotor, tolerance, measure_of(crank.source), stages)

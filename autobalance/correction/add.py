@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -313,6 +313,21 @@ class Add(Kind[AddLimits]):
         """Return more height, and less clearance over the face."""
         return *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)
 
+    def heavier(self) -> Sequence[AddLimits]:
+        """Return all the height that there may be room for."""
+        return (AddLimits(max_depth_mm=MOST_ADDED_MM),)
+
+    def heavier_words(self, cuts: Sequence[tuple[AddCut, float]]) -> tuple[str, Mapping[str, Any]]:
+        """Return how much on how many webs, and how much thicker that makes them."""
+        grams: dict[int | None, float] = {}
+        for cut, depth in cuts:
+            grams[cut.face.web] = grams.get(cut.face.web, 0.0) + cut.effect(depth).mass_g
+        depths = [depth for _, depth in cuts]
+        mass, height = _span(list(grams.values()), 0), _span(depths, 1)
+        each = f"on each of {len(grams)} counterweights" if len(grams) > 1 else "on the counterweight"
+        text = f"{mass} g {each}, which is {height} mm thicker (method add)"
+        return text, {"max_depth_mm": math.ceil(10.0 * max(depths)) / 10.0}
+
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return on which face to add metal."""
         return f"Add metal on face {item.get('face')}"
@@ -328,6 +343,15 @@ class Add(Kind[AddLimits]):
     def size(self, item: Item) -> str:
         """Return the face's height, old and new."""
         return face_heights(item)
+
+
+MOST_ADDED_MM = 40.0
+"""Height at most that is tried where counterweights are too light."""
+
+
+def _span(values: Sequence[float], digits: int) -> str:
+    low, high = f"{min(values):.{digits}f}", f"{max(values):.{digits}f}"
+    return low if low == high else f"{low} to {high}"
 
 
 KIND = Add()

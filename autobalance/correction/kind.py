@@ -198,6 +198,14 @@ class Kind(ABC, Generic[L]):
         del cut
         return {} if self.remedy is None else asdict(self.remedy)
 
+    def heavier(self) -> Sequence[L]:
+        """Return limits with which it might make up for counterweights that are too light, the best first."""
+        return ()
+
+    def heavier_words(self, cuts: Sequence[tuple[Any, float]]) -> tuple[str, Mapping[str, Any]]:
+        """Return what cuts of `heavier`, each with its depth [mm], are, and the keys for them."""
+        return ", ".join(str(cut.label) for cut, _ in cuts), {}
+
     # --- what is reported ---
 
     @abstractmethod

@@ -115,6 +115,10 @@ class SlugCut(PressedIn, HoleCut):
         return sunk - self.hole.rate(self.max_depth_mm).scaled(self.density_g_mm3)
 
 
+MOST_HEAVIER = 16
+"""Slugs at most that are tried where counterweights are too light."""
+
+
 class Slug(Kind[SlugLimits]):
     """Heavy-metal slugs."""
 
@@ -201,6 +205,28 @@ class Slug(Kind[SlugLimits]):
             "density_kg_m3": cut.limits.density_kg_m3,
             "max_slugs": 1,
         }
+
+    def heavier(self) -> Sequence[SlugLimits]:
+        """Return the usual slugs, the wider ones first: of these the fewest are needed."""
+        small, large = self.remedy.diameters_mm[:2], self.remedy.diameters_mm[2:]
+        return tuple(
+            replace(self.remedy, diameters_mm=sizes, max_slugs=MOST_HEAVIER) for sizes in (large, small)
+        )
+
+    def heavier_words(self, cuts: Sequence[tuple[SlugCut, float]]) -> tuple[str, Mapping[str, Any]]:
+        """Return how many slugs of which sizes."""
+        sizes = sorted({(2.0 * cut.hole.radius_mm, cut.length_mm) for cut, _ in cuts})
+        limits = cuts[0][0].limits
+        listed = ", ".join(f"{diameter:g} × {length:g}" for diameter, length in sizes)
+        text = f"{len(cuts)} slugs of {listed} mm ({limits.density_kg_m3:g} kg/m³, method slug)"
+        keys = {
+            "direction": limits.direction,
+            "diameters_mm": tuple(sorted({diameter for diameter, _ in sizes})),
+            "lengths_mm": tuple(sorted({length for _, length in sizes})),
+            "density_kg_m3": limits.density_kg_m3,
+            "max_slugs": len(cuts),
+        }
+        return text, keys
 
     def label(self, item: Item) -> str:
         return f"slug ⌀{item['diameter_mm']:g} × {item['length_mm']:g}"

@@ -37,6 +37,7 @@ USUAL = {
     "min_wall_mm": "a quarter of the web",
 }
 
+PERCENT = Rule("must be 0 to 100", least=0.0, most=100.0)
 PREFER = (
     'what to spare among plans that reach the aim: `"simple"` (fewest different cuts of tool and depth, then '
     'fewest cuts, then least metal; `"same_setup"`, usual in `recut`: first the tools of earlier stages in '
@@ -68,6 +69,13 @@ def correction_key(kinds: Collection[str] | None = None) -> Key:
                 not_empty="must name at least one method",
             ),
             Key("prefer", Prefer, PREFER, default="simple"),
+            Key(
+                "min_gain_percent",
+                float,
+                "where the tolerance can not be reached: least gain that is worth a cut",
+                PERCENT,
+                20.0,
+            ),
             Key(
                 "depth_tolerance_mm",
                 float,

@@ -70,6 +70,7 @@ class Job:
     method_names: tuple[str, ...]
     raw: Mapping[str, Any]
     prefer: Prefer = "simple"
+    min_gain: float = 0.0
     shafts: tuple[BalanceShaftEntry, ...] = ()
     depth_tolerance_mm: float | None = None
     cycle: Cycle | None = None
@@ -285,6 +286,7 @@ def _job(raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str
         method_names=method_names,
         raw=raw,
         prefer=values["correction"]["prefer"],
+        min_gain=0.01 * values["correction"]["min_gain_percent"],
         depth_tolerance_mm=values["correction"]["depth_tolerance_mm"],
         keep=None if values["correction"]["keep"] is None else path.parent / values["correction"]["keep"],
         settings=settings,
@@ -363,6 +365,7 @@ def _filled(job: Job, values: Values) -> Values:
         "correction": {
             "method": list(job.method_names),
             "prefer": job.prefer,
+            "min_gain_percent": values["correction"]["min_gain_percent"],
             "depth_tolerance_mm": job.depth_tolerance_mm,
             **({} if values["correction"]["keep"] is None else {"keep": values["correction"]["keep"]}),
             **{

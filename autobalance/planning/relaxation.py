@@ -104,11 +104,16 @@ class Attempt:
         return candidates
 
 
-def relaxations(tried: Attempt) -> list[Relaxation]:
-    """Return changes of single limits that suffice, the one that takes least metal first."""
+def relaxations(tried: Attempt, more_of_the_same: bool = True) -> list[Relaxation]:
+    """Return changes of single limits that suffice, the one that takes least metal first.
+
+    Without ``more_of_the_same``, more cuts and deeper ones are passed over: they act the wrong way.
+    """
     relaxations_found = []
     for number, limits in enumerate(tried.methods):
         for way in correction.kind_of(limits).relaxing(limits):
+            if not more_of_the_same and isinstance(way, MoreCuts | WiderLimits):
+                continue
             relaxed = _relaxed(tried, number, way)
             relaxations_found += [] if relaxed is None else [relaxed]
     relaxations_found += _remedies(tried)

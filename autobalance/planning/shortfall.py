@@ -23,7 +23,8 @@ ENOUGH = 0.5
 class Shortfall:
     """A residual above the permissible value and what was tried.
 
-    ``places_mm`` are two places along the axis where metal can be added, if there are two.
+    ``places_mm`` are two places along the axis where metal can be added, if there are two; ``too_light`` says
+    that the counterweights are, where that is what is wrong.
     """
 
     residual: Unbalance
@@ -34,6 +35,7 @@ class Shortfall:
     depths_mm: Array
     binding: tuple[str, ...]
     places_mm: tuple[float, float] | None = None
+    too_light: str = ""
 
 
 def explain_shortfall(short: Shortfall, computed: Sequence[str] = (), bound: float = 0.0) -> str:
@@ -47,7 +49,10 @@ def explain_shortfall(short: Shortfall, computed: Sequence[str] = (), bound: flo
         f"the residual of {worst} is {value:.2f} g·mm, {value - permitted:.2f} g·mm above the permissible "
         f"{permitted:.2f} g·mm"
     )
-    if not short.cuts:
+    is_light = bool(short.too_light) and not short.depths_mm.any()
+    if is_light:
+        text += f"; {short.too_light}"
+    elif not short.cuts:
         text += "; no face can be lowered on the heavy side"
     elif short.binding:
         text += "; the metal ends at " + ", ".join(short.binding)
@@ -56,7 +61,8 @@ def explain_shortfall(short: Shortfall, computed: Sequence[str] = (), bound: flo
     if bound > 1.0:
         text += f"; no plan within these limits leaves less than {bound:.3g} times the permissible value"
     enough = "; enough would be: " + ", or ".join(computed) if computed else ""
-    return text + enough + "; " + ", or ".join(_fixes(short))
+    fixes = _fixes(short, with_vectors=not (is_light and computed))
+    return text + enough + ("; " + ", or ".join(fixes) if fixes else "")
 
 
 def _judged_values(short: Shortfall) -> list[tuple[str, float, float]]:
@@ -68,9 +74,9 @@ def _judged_values(short: Shortfall) -> list[tuple[str, float, float]]:
     return rows
 
 
-def _fixes(short: Shortfall) -> list[str]:
+def _fixes(short: Shortfall, with_vectors: bool = True) -> list[str]:
     factor = factor_relaxation(short)
-    return [*([] if factor is None else [factor.text]), _added(short)]
+    return [*([] if factor is None else [factor.text]), *([_added(short)] if with_vectors else [])]
 
 
 def _added(short: Shortfall) -> str:

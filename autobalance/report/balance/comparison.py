@@ -87,11 +87,13 @@ def comparison_text(values: Mapping[str, Any], units: DisplayUnits) -> str:
         "",
         "metal: taken, added and pressed in; capacity: how many times this unbalance could be corrected",
     ]
+    reasons: dict[str, list[str]] = {}
     for row in values["rows"]:
         if row["outcome"] == "within_tolerance" and row["beaten_by"]:
             lines.append(f"{_name(row)} is beaten by {', '.join(row['beaten_by'])}")
         elif row["outcome"] not in ("within_tolerance", "already_within_tolerance"):
-            lines.append(f"{_name(row)}: {row['reason']}")
+            reasons.setdefault(str(row["reason"]), []).append(_name(row))
+    lines += [f"{', '.join(names)}: {reason}" for reason, names in reasons.items()]
     unbeaten = ", ".join(values["unbeaten"]) or "none is within tolerance"
     best = "none" if values["recommended"] is None else "+".join(values["recommended"])
     return "\n".join([*lines, f"Recommended: {best} ({values['why']})", f"Nothing beats: {unbeaten}"])

@@ -1,0 +1,96 @@
+"""Counterweights that are too light: by how much, and what put on them would do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import chain
+
+import numpy as np
+
+from autobalance import correction
+from autobalance.correction import Limits
+from autobalance.correction.kind import Workpiece
+from autobalance.crank.faces import find_faces
+from autobalance.planning.relaxation import Attempt, Change, Relaxation
+from autobalance.planning.whole_cuts import choose
+
+TOWARDS = 0.5
+"""Share of what is to be added that points away from the crankpins where counterweights are too light."""
+G_MM_PER_G_M = 1000.0
+
+
+def too_light_g_mm(work: Workpiece) -> float | None:
+    """Return by how much the counterweights are too light, both ends together; None where they are not."""
+    total = along = 0.0
+    webs = work.anatomy.webs
+    for web, (_, heavy) in zip((webs[0], webs[-1]), work.heavy_at, strict=True):
+        towards = sum((throw.direction for throw in work.anatomy.throws_of(web)), np.zeros(2))
+        size = float(np.linalg.norm(towards))
+        total += float(np.linalg.norm(heavy))
+        along += float(heavy @ towards) / size if size > 0.0 else 0.0
+    return total if total > 0.0 and along > TOWARDS * total else None
+
+
+def too_light_text(total_g_mm: float) -> str:
+    """Return the sentence of a reason."""
+    half = 0.5 * total_g_mm
+    if total_g_mm < G_MM_PER_G_M:
+        return f"the counterweights are too light by {total_g_mm:.3g} g·mm, {half:.3g} g·mm at each end"
+    return (
+        f"the counterweights are too light by {total_g_mm / G_MM_PER_G_M:.3g} g·m, "
+        f"{half / G_MM_PER_G_M:.3g} g·m at each end"
+    )
+
+
+def heavier(tried: Attempt, known: Sequence[Relaxation]) -> Iterator[Relaxation]:
+    """Yield what put on the counterweights makes the tolerance reachable, each planned: one a kind.
+
+    Kinds of which something is ``known`` to suffice are passed over.
+    """
+    names = tuple(correction.kind_of(limits).name for limits in tried.asked)
+    work = tried.work
+    if not work.faces:
+        work = replace(work, faces=tuple(find_faces(work.solid.mesh, work.anatomy)))
+    tried = replace(tried, work=work)
+    for kind in correction.KINDS.values():
+        if any(change.key.startswith(f"correction.{kind.name}.") for way in known for change in way.changes):
+            continue
+        choices = kind.heavier()
+        alone = (_relaxation(tried, (), limits) for limits in choices)
+        trimmed = (_relaxation(tried, names, limits) for limits in choices[:1] if kind.name not in names)
+        found = next((each for each in chain(alone, trimmed) if each is not None), None)
+        if found is not None:
+            yield found
+
+
+def _relaxation(tried: Attempt, names: tuple[str, ...], limits: Limits) -> Relaxation | None:
+    """Return what limits of one kind do, alone or trimmed by the job's own methods (``names``)."""
+    own = tried.offer_with(limits, coarse=True)
+    if own is None or (names and not tried.candidates.cuts):
+        return None
+    candidates = correction.joined([tried.candidates, own]) if names else own
+    if not tried.may_do(candidates):
+        return None
+    plan = choose(tried.residual, tried.tolerance, candidates, prefer="simple")
+    made = [
+        (cut, depth)
+        for cut, depth in zip(candidates.cuts, plan.depths_mm.tolist(), strict=True)
+        if depth > 0.0
+    ]
+    if plan.share > 1.0 or not made:
+        return None
+    kind = correction.kind_of(limits)
+    put_on = [(cut, depth) for cut, depth in made if any(cut is each for each in own.cuts)]
+    if not put_on:
+        return None
+    text, keys = kind.heavier_words(put_on)
+    if len(put_on) < len(made):
+        text += f", trimmed by {' and '.join(names)}"
+    changes = [Change(f"correction.{kind.name}.{key}", None, value) for key, value in keys.items()]
+    asked = tuple(correction.kind_of(each).name for each in tried.asked)
+    method = (*names, kind.name) if len(put_on) < len(made) else (kind.name,)
+    if asked != method:
+        changes.insert(0, Change("correction.method", asked, method))
+    metal = sum(abs(cut.effect(depth).mass_g) for cut, depth in made)
+    return Relaxation(text, tuple(changes), plan.share, float(metal))

@@ -1,0 +1,118 @@
+"""Cranks whose counterweights are too light: by how much, and what put on them would do, each tried."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from autobalance import correction
+from autobalance.balancing.comparison import compare
+from autobalance.balancing.loop import Result, balance
+from autobalance.balancing.offers import workpiece
+from autobalance.balancing.rotor import Rotor
+from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.planning.too_light import too_light_g_mm, too_light_text
+from autobalance.rigid_rotor.unbalance import Unbalance
+from tests.cranks import Shape, make_crank
+from tests.geometry.test_plans import judge, rotor
+
+DRILL = DrillLimits(diameters_mm=(8.0, 12.0))
+
+
+def light(heavy_g_mm: float = 2000.0) -> Rotor:
+    solid, anatomy = make_crank([0.0], Shape(web_width=24.0, pin_width=50.0, segments=32))
+    return rotor(solid, anatomy, [heavy_g_mm, 0.0])
+
+
+@pytest.fixture(scope="module")
+def refused() -> Result:
+    made = light()
+    return balance(made, judge(made), [DRILL])
+
+
+def test_it_is_said_by_how_much_and_nothing_is_cut(refused: Result) -> None:
+    assert refused.outcome == "above_tolerance"
+    assert refused.corrections == ()
+    assert refused.reason is not None
+    assert "the counterweights are too light by 2 g·m, 1 g·m at each end" in refused.reason
+    assert "none of the cuts at hand acts" not in refused.reason
+
+
+def limits_of(result: Result, kind: str) -> tuple[str, list[correction.Limits]]:
+    """The limits that a relaxation's keys make, and what it says."""
+    for each in result.relaxations:
+        keys = {change.key: change.proposed for change in each.changes}
+        if kind in keys.get("correction.method", ()):
+            table = f"correction.{kind}."
+            own = {key.removeprefix(table): value for key, value in keys.items() if key.startswith(table)}
+            others = [DRILL] if "drill" in keys["correction.method"] else []
+            return each.text, [*others, correction.KINDS[kind].limits(**own)]
+    raise AssertionError(kind)
+
+
+@pytest.mark.parametrize("kind", ["add", "slug"])
+def test_what_is_proposed_balances_the_crank(refused: Result, kind: str) -> None:
+    text, limits = limits_of(refused, kind)
+    made = light()
+    from autobalance.crank.faces import find_faces
+
+    with_faces = replace(made, faces=tuple(find_faces(made.solid.mesh, made.anatomy)))
+    result = balance(with_faces, judge(made), limits, advise=False)
+    assert result.outcome == "within_tolerance"
+    assert text in str(refused.reason)
+    if kind == "add":
+        grams = sum(each.change.mass_g for each in result.corrections) / 2.0
+        assert "on each of 2 counterweights" in text
+        assert "mm thicker (method add)" in text
+        assert float(text.split(" g ")[0].split(" to ")[0]) == pytest.approx(grams, rel=0.1)
+    else:
+        slugs = [each for each in result.corrections if each.kind == "slug"]
+        assert text.startswith(f"{len(slugs)} slugs of ")
+
+
+def test_only_a_crank_heavy_at_its_pins_is_too_light() -> None:
+    for heavy, expected in ((2000.0, True), (-2000.0, False)):
+        made = light(heavy)
+        work = workpiece(made, judge(made), Unbalance.of(made.moments + made.loads))
+        found = too_light_g_mm(work)
+        assert (found is not None) == expected
+        if found is not None:
+            assert found == pytest.approx(2000.0, rel=1e-6)
+    assert too_light_text(21000.0).startswith("the counterweights are too light by 21 g·m, 10.5 g·m at each")
+    assert "210 g·mm" in too_light_text(210.0)
+
+
+def test_nothing_is_cut_for_a_gain_of_a_few_per_cent() -> None:
+    solid, anatomy = make_crank([0.0], Shape(segments=32))
+    made = rotor(solid, anatomy, [-20000.0, 0.0])
+    small = DrillLimits(diameters_mm=(8.0,), max_depth_mm=6.0)
+    cut = balance(made, judge(made), [small], advise=False)
+    assert cut.corrections
+    gain = 1.0 - cut.residual.magnitude_g_mm / 20000.0
+    assert 0.01 < gain < 0.2
+    left = balance(made, judge(made), [small], advise=False, min_gain=0.2)
+    assert left.corrections == ()
+    assert left.outcome == "above_tolerance"
+    assert "nothing is cut (min_gain_percent = 20)" in str(left.reason)
+    asked = balance(made, judge(made), [small], advise=False, min_gain=0.5 * gain)
+    assert len(asked.corrections) == len(cut.corrections)
+
+
+def test_compare_lists_no_mix_that_uses_one_of_its_kinds_only() -> None:
+    solid, anatomy = make_crank([0.0], Shape(segments=32))
+    made = rotor(solid, anatomy, [-300.0, 0.0])
+    limits = {"drill": DrillLimits(diameters_mm=(8.0,)), "mill": correction.KINDS["mill"].limits()}
+    limits["turn"] = correction.KINDS["turn"].limits()
+    rows = compare(made, judge(made), limits, mixes=[("drill",), ("drill", "mill")])
+    assert [row.name for row in rows] == ["drill"]
+    heavy_pin = rotor(solid, anatomy, [3000.0, 0.0])
+    rows = compare(heavy_pin, judge(made), limits, mixes=[("drill",), ("turn",)])
+    assert all("too light by 3 g·m" in str(row.reason) for row in rows)
+
+
+def test_the_vector_of_what_is_missing_is_the_sum_of_both_ends() -> None:
+    made = light(1500.0)
+    ends = workpiece(made, judge(made), Unbalance.of(made.moments + made.loads)).heavy_at
+    assert sum(float(np.linalg.norm(vector)) for _, vector in ends) == pytest.approx(1500.0, rel=1e-6)
