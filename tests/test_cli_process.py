@@ -44,6 +44,15 @@ def test_help_imports_nothing_heavy() -> None:
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=environment())
 
 
+def test_the_list_of_commands_loads_no_paths() -> None:
+    """Which would take a tenth of its time."""
+    code = (
+        "import sys; before = set(sys.modules); from autobalance.command import main; main(['--help']);"
+        "assert not {'pathlib', 'json', 'shlex'} & (set(sys.modules) - before), sorted(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=environment())
+
+
 def test_a_small_crank_is_balanced_without_loading_scipy(tmp_path: Path) -> None:
     """Which takes longer to load than all else that such a crank needs."""
     job = bundled_folder() / "crf250r" / "straight" / "factor-0.28.toml"

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
-import shlex
-import shutil
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from autobalance.command import objects
 from autobalance.errors import FileError, one_line, system_reason
+
+if TYPE_CHECKING:  # paths load a tenth of what `--help` takes
+    from pathlib import Path
 
 WARNING = "autobalance: warning: "
 
@@ -99,6 +100,10 @@ def called_as() -> str:
 
     The bare name works where the environment is activated; ``make demo`` runs it by its path.
     """
+    import shlex
+    import shutil
+    from pathlib import Path
+
     program = Path(sys.argv[0])
     if program.name == "__main__.py":
         return f"{_short(Path(sys.executable))} -m autobalance"
@@ -111,6 +116,10 @@ def called_as() -> str:
 
 
 def _short(program: Path) -> str:
+    import shlex
+    import shutil
+    from pathlib import Path
+
     installed = shutil.which(program.name)
     if installed is not None and Path(installed) == program:
         return program.name

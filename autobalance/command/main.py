@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import nullcontext
 from importlib import import_module
-from importlib.util import find_spec
 from io import TextIOWrapper
 from typing import Any, NoReturn
 
@@ -166,6 +165,8 @@ def _parser(listed: Iterable[str], is_loaded: Callable[[str], bool]) -> argparse
 
 def _command(name: str) -> tuple[Callable[[argparse.ArgumentParser], None], Callable[[Any], int]]:
     """Return how a command describes its options, and how it runs."""
+    from importlib.util import find_spec
+
     from autobalance.command.verb import Verb
 
     if find_spec(f"autobalance.command.{name}") is None:  # it is what its function is

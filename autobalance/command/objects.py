@@ -10,8 +10,6 @@ from contextlib import contextmanager, suppress
 from itertools import pairwise
 from typing import Any, TextIO
 
-from autobalance.api.progress import BALANCED_BEFORE, share_before
-
 EVERY_S = 0.9
 """A program that hears nothing for a second may think that nobody works any more."""
 
@@ -27,6 +25,8 @@ class Objects:
 
     def __call__(self, text: str, share: float | None = None) -> None:
         """Tell what runs now; the share done is looked up where it is not told."""
+        from autobalance.api.progress import BALANCED_BEFORE, share_before
+
         done = share_before(text, BALANCED_BEFORE) if share is None else share
         self._stage, self._share = text, min(1.0, max(self._share, done))
         self.tell_stage()
