@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.crank.sections import Section, WebWeight
     from autobalance.dynamics.staged_assembly import AssemblyStage
     from autobalance.engine.force_summary import ShakingForce
-    from autobalance.machine_models.gas_loads import LoadsWithGas
+    from autobalance.machine_models.loads_with_gas import LoadsWithGas
     from autobalance.machine_models.scan_calibration import Calibration
     from autobalance.machine_models.section_rows import SectionTable
     from autobalance.rigid_rotor.moments import Moments

@@ -95,7 +95,7 @@ def balanced_record(
     record = with_forces(record, job, crank, result)
     if with_gas is not None and record.balanced is not None:
         after = _gas_loads(job, crank, result.solid or crank.source.solid, result.final_moments)
-        from autobalance.machine_models.gas_loads import LoadsWithGas
+        from autobalance.machine_models.loads_with_gas import LoadsWithGas
 
         loads = LoadsWithGas.of(with_gas, after)
         record = replace(record, balanced=replace(record.balanced, loads_with_gas=loads))

@@ -13,7 +13,8 @@ from autobalance.balancing.record import Record
 from autobalance.errors import AutobalanceError, FormatError
 from autobalance.job import Job
 from autobalance.machine_models import rotor_from_job
-from autobalance.machine_models.gas_loads import LoadsWithGas, gas_loads
+from autobalance.machine_models.gas_loads import gas_loads
+from autobalance.machine_models.loads_with_gas import LoadsWithGas
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.verification import budget_claims, premises, rotor_claims, solids

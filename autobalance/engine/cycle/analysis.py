@@ -5,43 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
 
 import numpy as np
 
 from autobalance.engine.cycle.firing_engine import FiringEngine
 from autobalance.engine.cycle.grid import CycleGrid
+from autobalance.engine.cycle.load_figures import LoadPeak, TorqueOrder
 from autobalance.engine.cycle.speed import (
     UnevenSpeed,
     flywheel_needed_g_mm2,
     periodic_speed,
 )
 from autobalance.engine.loads import Loads
-from autobalance.records import Bound, Degrees, NewtonMetres, Newtons
 from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 
 HIGHEST_ORDER = 12
-
-
-@dataclass(frozen=True)
-class LoadPeak:
-    """Greatest magnitude of a load, the crank angle where it is, and its mean magnitude over a cycle."""
-
-    greatest_n: Annotated[Newtons, Bound("minimum", 0)]
-    at_rad: Degrees
-    mean_n: Annotated[Newtons, Bound("minimum", 0)]
-
-
-@dataclass(frozen=True)
-class TorqueOrder:
-    """One order of the torque: amplitudes of gas, inertia and all, and the phase of all, A cos(kθ + φ)."""
-
-    order: float
-    gas_n_m: NewtonMetres
-    inertia_n_m: NewtonMetres
-    total_n_m: NewtonMetres
-    phase_rad: Degrees
 
 
 @dataclass(frozen=True, eq=False)

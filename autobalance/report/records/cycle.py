@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
-from autobalance.engine.cycle.summary import CycleSummary, PendulumFigures, SweepRow
+from autobalance.engine.cycle.figures import CycleSummary, PendulumFigures, SweepRow
 from autobalance.machine_models.cycle_films import FilmTable
 from autobalance.records import ABSENT, INLINE, Absent, Positive, record
 from autobalance.report.records.head import Head, JobEcho

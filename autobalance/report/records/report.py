@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance.balancing.loop import Outcome
 from autobalance.correction import KINDS
-from autobalance.machine_models.gas_loads import LoadsWithGas
+from autobalance.machine_models.loads_with_gas import LoadsWithGas
 from autobalance.records import (
     ABSENT,
     INLINE,
