@@ -18,7 +18,7 @@ from autobalance.correction.holes.drill_words import no_place, why_none
 from autobalance.correction.holes.hole import Hole, hole_shape, keep_apart
 from autobalance.correction.holes.sites import Places, Site, in_sectors, make_holes, reach_of
 from autobalance.correction.holes.trace import DrillTrace
-from autobalance.correction.holes.walls import HoleLimits, wall_left_mm
+from autobalance.correction.holes.walls import HoleLimits
 from autobalance.correction.holes.zones import in_zone, least_radius_mm
 from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.machining import Operation, hole_operation
@@ -90,7 +90,7 @@ class DrillCut(HoleCut):
             angle_deg=math.degrees(self.site.angle_rad) % 360.0,
             entry_radius_mm=math.hypot(entry[0], entry[1]),
             inward=[float(v) for v in hole.axis.inward],
-            wall_left_mm=wall_left_mm(self.site.others, hole.radius_mm, depth_mm, hole.half_point_rad),
+            wall_left_mm=self.site.wall_left_mm(hole.radius_mm, depth_mm, hole.half_point_rad),
             depth_left_mm=self.max_depth_mm - depth_mm,
         )
 

@@ -18,7 +18,7 @@ from autobalance.correction.holes.slug_fill import FLAT_BOTTOM_RAD, FillCut, Pre
 from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.correction.holes.surface import Surface
 from autobalance.correction.holes.trace import SlugTrace
-from autobalance.correction.holes.walls import HoleLimits, wall_left_mm
+from autobalance.correction.holes.walls import HoleLimits
 from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.machining import Operation, hole_operation
 from autobalance.correction.refusals import (
@@ -100,7 +100,7 @@ class SlugCut(PressedIn, HoleCut):
                 hole.axis,
                 entry_lift_mm=hole.lift_mm,
                 point_mm=0.0,
-                wall_left_mm=wall_left_mm(self.site.others, hole.radius_mm, depth, FLAT_BOTTOM_RAD),
+                wall_left_mm=self.site.wall_left_mm(hole.radius_mm, depth, FLAT_BOTTOM_RAD),
             ),
             rate=self._deeper(),
             axis=hole.axis.inward,

@@ -346,7 +346,9 @@ def _check_one(
 def _check_implied(part: Claims, implied: Mapping[str, Any]) -> None:
     """Compare what a report lists of a correction with what follows without looking at its metal."""
     for key, value in implied.items():
-        if value is None or isinstance(value, str | int) or key == "outline":
+        if isinstance(value, Reading):
+            part.near(key, value.value, value.within, 1.0)
+        elif value is None or isinstance(value, str | int) or key == "outline":
             part.same(key, value)
         else:
             size = float(np.linalg.norm(np.asarray(value, dtype=np.float64)))

@@ -28,7 +28,6 @@ NOT_CHECKED: Mapping[str, str] = {
     "corrections[].deepened_at": PLANNED,
     "corrections[].cutter_mm": PLANNED,
     "corrections[].drill": "what the shop calls the drill; its diameter was checked",
-    "corrections[].corner_radius_mm": PLANNED,
     "corrections[].sector_deg": "the metal does not show where the sector ends",
     "serial": "it is on the part, not in the files",
     "machine_reading": "the machine's reading is believed",

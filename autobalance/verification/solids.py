@@ -359,7 +359,15 @@ def hidden_part(claims: Claims, job: Job, anatomy: Anatomy, given_in: Given, sou
 
 
 def check_pages(claims: Claims, folder: Path) -> None:
-    """Check the sha256 of every other file that the report names; warn of those that are gone."""
+    """Check the sha256 of every other file that the report names.
+
+    Raises
+    ------
+    FileError
+        If one is gone.
+    ClaimError
+        If one is another.
+    """
     for key, entry in claims.get("outputs", dict).items():
         if key == "solid":
             continue
@@ -373,11 +381,12 @@ def check_pages(claims: Claims, folder: Path) -> None:
                 f"{claims.name}: {place}.file is {name!r}; expected the name of a file beside it"
             )
         path = folder / name
-        if path.is_file():
-            note_read(path)
-            claims.same(f"{place}.sha256", hashlib.sha256(path.read_bytes()).hexdigest())
-            claims.hold(f"{place}.file")
-            claims.ledger.unread[place] = f"{name} is the file that was listed; what it shows was not read"
-        else:
-            claims.ledger.why_not[place] = f"{name} is not there any more"
-            claims.warnings.append(f"{name} is not there, but the report lists it ({place})")
+        if not path.is_file():
+            raise FileError(
+                f"{path} is not there, but {claims.name} lists it ({place}); put it back, or write the "
+                "report again without it (--only)"
+            )
+        note_read(path)
+        claims.same(f"{place}.sha256", hashlib.sha256(path.read_bytes()).hexdigest())
+        claims.hold(f"{place}.file")
+        claims.ledger.unread[place] = f"{name} is the file that was listed; what it shows was not read"

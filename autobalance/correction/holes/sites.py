@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance.correction.holes.hole import Hole, drill_body
 from autobalance.correction.holes.surface import CONTINUATION_RAD, Axis, Surface
-from autobalance.correction.holes.walls import HoleLimits, cross2, greatest_depth_mm
+from autobalance.correction.holes.walls import HoleLimits, cross2, greatest_depth_mm, wall_left_mm
 from autobalance.correction.holes.zones import (
     Fillet,
     Zone,
@@ -36,6 +36,9 @@ CLEAR_MM = 1.0
 RIM_SHARE = 0.97
 """The rim is where the web reaches this share of its radius at that angle."""
 RAYS = 9
+LOOKED_AT_MM = 10.0
+"""Beside a hole and as much as it is wide; farther where there is nothing."""
+NEAR_ENTRY_MM = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +49,8 @@ class Site:
     ``oblique_rad`` is the angle between the axis and the normal of the surface that it enters;
     ``old_point_mm`` is the length of that hole's point, and ``on_shoulder`` tells that the entry lies where
     that point begins, not at its tip: a drill of the same point goes on with all of the bottom at once.
-    ``least_radius_mm`` is how near to the crank axis the zone lets a hole come.
+    ``least_radius_mm`` is how near to the crank axis the zone lets a hole come; ``surface`` and ``fillets``
+    are all of the crank's and the web's, None of a hole that is drilled deeper.
     """
 
     web: int
@@ -59,6 +63,8 @@ class Site:
     least_radius_mm: float = 0.0
     old_point_mm: float = 0.0
     on_shoulder: bool = False
+    surface: Surface | None = None
+    fillets: tuple[Fillet, ...] = ()
 
     def from_shoulder(self, point_mm: float) -> Site:
         """Return the place with its entry where the hole's point of this length begins."""
@@ -70,6 +76,15 @@ class Site:
             sunk_mm=self.sunk_mm - point_mm,
             on_shoulder=True,
         )
+
+    def wall_left_mm(self, radius_mm: float, depth_mm: float, half_point_rad: float) -> float:
+        """Return the least distance from a hole here to other surfaces, however far these are."""
+        hole = radius_mm, depth_mm, half_point_rad
+        if self.surface is not None:
+            wall = wall_beside(self.surface, self.axis, self.fillets, *hole)
+            if wall is not None:
+                return wall
+        return wall_left_mm(self.others, *hole)
 
     def most_mm(self, radius_mm: float, half_point_rad: float) -> float:
         """Return the depth at which a radial hole leaves its zone, point included, or meets the crank axis.
@@ -186,7 +201,7 @@ def find_sites(
             for within, line in lines:
                 site = _site(within, web, angle, line, margin_mm, least, fillets)
                 if site is not None and site.oblique_rad <= places.most_oblique_rad + ROUNDING_RAD:
-                    yield replace(site, least_radius_mm=least_mm)
+                    yield replace(site, least_radius_mm=least_mm, surface=surface, fillets=fillets)
 
 
 def _rim(near: Surface, web: Web, angle: float) -> _Rim | None:
@@ -275,6 +290,35 @@ def _site(
         return None
     oblique = near.obliquity_rad(axis, entered)
     return Site(web.number, angle, axis, others, CLEAR_MM - min(top, 0.0), oblique_rad=oblique)
+
+
+def wall_beside(
+    surface: Surface,
+    axis: Axis,
+    fillets: tuple[Fillet, ...],
+    radius_mm: float,
+    depth_mm: float,
+    half_point_rad: float,
+) -> float | None:
+    """Return the least distance from a hole to surfaces that it does not enter, all of the crank's.
+
+    None where its axis meets no surface at its entry that a drill can start on.
+    """
+    reach = 2.0 * radius_mm + LOOKED_AT_MM
+    while True:
+        near = surface.around(axis, reach)
+        depth, rows = near.hits(axis)
+        entries = np.flatnonzero(np.abs(depth) < NEAR_ENTRY_MM)
+        if not len(entries):
+            return None
+        entered = int(rows[entries[np.argmin(np.abs(depth[entries]))]])
+        others, _ = near.others(axis, entered, in_fillets(near.corners, fillets))
+        if others is None:
+            return None
+        wall = wall_left_mm(others, radius_mm, depth_mm, half_point_rad)
+        if radius_mm + wall <= reach:
+            return wall
+        reach = radius_mm + wall
 
 
 def make_holes(

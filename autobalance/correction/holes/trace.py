@@ -6,16 +6,22 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from autobalance.correction.contract import Item, Limits
+from autobalance.correction.holes.bores import ROUND_SHARE
+from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.holes.hole import Hole, drill_body
-from autobalance.correction.holes.surface import Axis
+from autobalance.correction.holes.sites import wall_beside
+from autobalance.correction.holes.surface import Axis, Surface
+from autobalance.correction.holes.zones import fillets_of
 from autobalance.correction.trace import (
     SLACK_MM,
     Before,
     Metal,
+    Reading,
     rates,
     slack_mm,
     stated_number,
@@ -32,6 +38,8 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 FLAT_RAD = 0.5 * math.pi
+_SURFACES: WeakKeyDictionary[Before, Surface] = WeakKeyDictionary()
+"""Boundaries of cranks, for all of their holes."""
 G_PER_MM3_PER_KG_M3 = 1e-6
 
 
@@ -61,7 +69,25 @@ class HoleTrace:
             "point_angle_deg": 2.0 * math.degrees(self.half_point_rad),
             "entry_radius_mm": math.hypot(*axis.entry_mm[:2]),
             **where_listed(self.item, self._tool(axis)),
+            **where_listed(self.item, self._beside(crank, axis)),
         }
+
+    def _beside(self, crank: Before, axis: Axis) -> dict[str, Any]:
+        """Return the wall that is left, or how deep a hole was that is drilled on."""
+        if not self.takes_metal:
+            return {}
+        radius, depth = 0.5 * stated_size(self.item, "diameter_mm"), stated_size(self.item, "depth_mm")
+        sunk = _sunk(crank.corners, axis, radius)
+        if sunk is not None or self.item.get("deepened_from_mm") is not None:
+            return {"deepened_from_mm": sunk}
+        webs = [web for web in crank.anatomy.webs if web.number == self.item.get("web")]
+        fillets = tuple(each for web in webs for each in fillets_of(crank.anatomy, web))
+        if crank not in _SURFACES:
+            _SURFACES[crank] = Surface.of(crank.mesh, crank.anatomy.file_to_rotor)
+        surface = _SURFACES[crank]
+        wall = wall_beside(surface, axis, fillets, radius, depth, self.half_point_rad)
+        found = {} if wall is None else {"wall_left_mm": Reading(np.array(wall), WALL_MM)}
+        return {"deepened_from_mm": None, "deepened_at": None, **found}
 
     def _tool(self, axis: Axis) -> dict[str, Any]:
         """Return what follows of the tool's body: its volume, and where a deepened hole was entered first."""
@@ -122,6 +148,25 @@ class HoleTrace:
         return drill_body(radius, -radius, 0.0, radius / math.tan(self.half_point_rad))
 
 
+def _sunk(corners: Array, axis: Axis, radius_mm: float) -> Reading | None:
+    """Return how far an old hole's mouth lies above its bottom; None where none is so wide."""
+    local = axis.local(corners)
+    a, b, c = local.transpose(1, 0, 2)
+    doubled = np.cross(b - a, c - a)
+    off = np.abs(np.hypot(local[:, :, 0], local[:, :, 1]) - radius_mm)
+    upright = np.abs(doubled[:, 2]) <= ROUND_SHARE * np.linalg.norm(doubled, axis=1)
+    is_wall = (
+        upright & (off <= ROUND_SHARE * radius_mm).all(axis=1) & (local[:, :, 2] < radius_mm).all(axis=1)
+    )
+    wall = local[is_wall]
+    if not len(wall):
+        return None
+    sunk = -float(wall[:, :, 2].min())
+    area = 0.5 * float(np.linalg.norm(doubled[is_wall], axis=1).sum())
+    is_hole = sunk > 0.0 and area > LEAST_WALL * 2.0 * math.pi * radius_mm * sunk
+    return Reading(np.array(sunk), WALL_MM) if is_hole else None
+
+
 def _sizes_mm(limits: Limits | None) -> Sequence[float]:
     """Return the diameters that a job names; none where the program picks."""
     if getattr(limits, "series", None) is not None:
@@ -129,6 +174,10 @@ def _sizes_mm(limits: Limits | None) -> Sequence[float]:
     return getattr(limits, "diameters_mm", None) or ()
 
 
+LEAST_WALL = 0.25
+"""Share of a cylinder's wall that a hole has at least."""
+WALL_MM = 5e-3
+"""Walls and old depths are found so exactly: by halving, and on files that were rounded."""
 WIDER = 1.1
 """Radius, in the hole's own, within which its metal is looked at."""
 SIDES = 64
@@ -156,6 +205,13 @@ def _first_met(mesh: Mesh, point: Array, inward: Array) -> float:
 @dataclass(frozen=True)
 class DrillTrace(HoleTrace):
     """A twist-drilled hole."""
+
+    def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
+        """Return also the name of the drill in the job's series."""
+        values = dict(super().implied(crank, limits))
+        if isinstance(limits, DrillLimits):
+            values |= where_listed(self.item, {"drill": limits.drill_name(values["diameter_mm"])})
+        return values
 
     def read(self, metal: Metal) -> Mapping[str, Any]:
         """Also the point, and what one more millimetre takes."""

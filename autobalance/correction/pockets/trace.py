@@ -40,7 +40,8 @@ class PocketTrace:
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
         """Return the cutter of the job."""
         del crank
-        values = {"direction": "axial", "cutter_mm": getattr(limits, "cutter_mm", self.item.get("cutter_mm"))}
+        cutter = getattr(limits, "cutter_mm", stated_size(self.item, "cutter_mm"))
+        values = {"direction": "axial", "cutter_mm": cutter, "corner_radius_mm": 0.5 * cutter}
         return values | where_listed(self.item, {"tool_volume_mm3": self._tool_volume_mm3()})
 
     def _tool_volume_mm3(self) -> float:
