@@ -10,6 +10,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.recognition.alignment import misalignment_warning
+from autobalance.crank.recognition.roundness import ovality_warning
 from autobalance.machine_models.crank_size import odd_size
 from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
 from autobalance.machine_models.scan_calibration import Calibration
@@ -87,7 +88,8 @@ class Crank:
     def warnings(self, file: Path | None) -> tuple[str, ...]:
         """Return what a user should know of the file and the crank in it, one line each."""
         misaligned = misalignment_warning(self.anatomy)
-        odd = (odd_size(self.source), misaligned)
+        oval = ovality_warning(self.anatomy, self.source.solid.mesh)
+        odd = (odd_size(self.source), misaligned, oval)
         read = () if self.calibration is None else self.calibration.contradictions
         texts = [*self.repairs, *(text for text in odd if text is not None), *read]
         return tuple(text if file is None else f"{file}: {text}" for text in texts)
