@@ -1,4 +1,4 @@
-"""Take the pictures of docs/app.md: the app in a browser without a screen, used as its page tells.
+"""Take the pictures of docs/app.md: the app in a browser without a screen, used as its page describes.
 
 Run from a checkout, with Chromium and its driver installed: ``python docs/make_app_pictures.py``. It writes
 ``docs/app-*.png``; ``docs/app-see.png`` is the picture for the README.

@@ -23,6 +23,14 @@ AT_OTHER_ANGLES = ("inline-3", "inline-6", "v8-flatplane", "v12-60")
 """Presets with the throws of others, at other angles: where it is all the same, in sweeps only."""
 
 
+@lru_cache(maxsize=1)
+def single_step() -> bytes:
+    """Return the STEP file of the preset ``single``, the same bytes for all tests: read once, it is known."""
+    import autobalance as ab
+
+    return ab.generate("single", file="crank.step").data
+
+
 @lru_cache(maxsize=48)
 def drawn(design: Design, segments: int) -> Solid:
     """Return a crank as it is drawn, for all tests that ask for it once."""

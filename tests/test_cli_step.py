@@ -28,6 +28,7 @@ from autobalance.solid.csg.shape import Prism, circle
 from autobalance.solid.formats.read import read
 from tests import jobs
 from tests.coarse import FINE, coarse_facets
+from tests.generated import single_step
 from tests.read_once import read_once
 from tests.sweeps import SWEPT
 
@@ -75,7 +76,7 @@ def fine() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def crank(fewer_triangles: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("step") / "crank.step"
-    assert jobs.run("generate", "single", "-o", path) == 0
+    path.write_bytes(single_step())
     return path
 
 

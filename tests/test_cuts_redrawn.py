@@ -15,8 +15,8 @@ from autobalance.command import main
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.cad.kernel import common, cut, explored, fused, has_kernel, properties
 from autobalance.solid.cad.step_file import read_step_file
-from tests import jobs
 from tests.coarse import coarse_facets
+from tests.generated import single_step
 
 pytestmark = [
     pytest.mark.slow,
@@ -59,7 +59,7 @@ def fewer_triangles() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def crank(fewer_triangles: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("redrawn") / "crank.step"
-    assert jobs.run("generate", "single", "-o", path) == 0
+    path.write_bytes(single_step())
     return path
 
 

@@ -11,6 +11,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.solid.cad.kernel import has_kernel
+from tests.generated import single_step
 
 pytestmark = [
     pytest.mark.slow,
@@ -26,7 +27,7 @@ JOB: dict[str, Any] = {
 
 @pytest.fixture(scope="module")
 def step() -> bytes:
-    return ab.generate("single", file="crank.step").data
+    return single_step()
 
 
 @pytest.fixture(scope="module")
