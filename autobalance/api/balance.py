@@ -192,7 +192,7 @@ class BalanceResult(VerbResult):
         zero : str
             ``keyway`` or ``crankpin``: from where the sheet's angles count; without a keyway from crankpin 1.
         progress : callable or None
-            Told words and the share done.
+            Called with what runs and the share done, 0 to 1.
 
         Returns
         -------
@@ -209,9 +209,9 @@ class BalanceResult(VerbResult):
         with staging_for(folder) as staging:
             return committed(self, folder, choice, telling(progress), staging)[1]
 
-    def staged(self, folder: Path, choice: Choice, tell: Notify, staging: Staging) -> Staged:
+    def staged(self, folder: Path, choice: Choice, notify: Notify, staging: Staging) -> Staged:
         """Stage the solid, the pages and the report for a folder."""
-        return staged_files(self.record, self.before, folder, choice, tell, staging)
+        return staged_files(self.record, self.before, folder, choice, notify, staging)
 
 
 @documented
@@ -262,20 +262,20 @@ def balance(
     return run(read, crank, telling(progress), watch)
 
 
-def run(job: Job, given: Crank | None, tell: Notify, watch: Stopwatch) -> BalanceResult:
+def run(job: Job, crank: Crank | None, notify: Notify, watch: Stopwatch) -> BalanceResult:
     """Balance a job's crank; the stopwatch may have counted what came before."""
     from autobalance.api.crank import Crank
 
-    tell("reading the crank")
-    if given is None:
+    notify("reading the crank")
+    if crank is None:
         measured = measure_crank(job.crankshaft, watch, job.balance, work_on_faces(job))
     else:
-        job = with_crank(job, given)
+        job = with_crank(job, crank)
         with watch.stage("measure"):
-            measured = measured_again(given.measured, job)
+            measured = measured_again(crank.measured, job)
     from autobalance.balancing.run import balanced_record
 
-    record = balanced_record(job, measured, watch, tell, _kept(job))
+    record = balanced_record(job, measured, watch, notify, _kept(job))
     record = replace(record, warnings=(*_warnings(job, measured), *record.warnings))
     record = with_outputs(record, job, measured, watch)
     from autobalance.report.records.report import Report
@@ -305,21 +305,21 @@ def with_crank(job: Job, crank: Crank) -> Job:
     JobError
         If the job says another density, or another thing of the crankpin.
     """
-    own, given = job.crankshaft, crank.crankshaft
-    density, found = own.density_g_mm3, given.density_g_mm3
-    if density > 0.0 and abs(density - found) > SAME_DENSITY * found:
+    own, crankshaft = job.crankshaft, crank.crankshaft
+    density, of_crank = own.density_g_mm3, crankshaft.density_g_mm3
+    if density > 0.0 and abs(density - of_crank) > SAME_DENSITY * of_crank:
         raise JobError(
             f"{job.path.name}: crankshaft.density_kg_m3 is {density * 1e6:g}, the crank given has"
-            f" {found * 1e6:g}; expected the same, or none in the job"
+            f" {of_crank * 1e6:g}; expected the same, or none in the job"
         )
-    overrides = replace(given.overrides, crankpin_in_file=own.overrides.crankpin_in_file)
-    off = own.density_pm_g_mm3 if given.density_pm_g_mm3 is None else given.density_pm_g_mm3
-    accuracy = own.scan_accuracy_mm if given.scan_accuracy_mm is None else given.scan_accuracy_mm
-    readings = given.readings if given.readings.any else own.readings
+    overrides = replace(crankshaft.overrides, crankpin_in_file=own.overrides.crankpin_in_file)
+    off = own.density_pm_g_mm3 if crankshaft.density_pm_g_mm3 is None else crankshaft.density_pm_g_mm3
+    accuracy = own.scan_accuracy_mm if crankshaft.scan_accuracy_mm is None else crankshaft.scan_accuracy_mm
+    readings = crankshaft.readings if crankshaft.readings.any else own.readings
     return replace(
         job,
         crankshaft=replace(
-            given,
+            crankshaft,
             overrides=overrides,
             density_pm_g_mm3=off,
             scan_accuracy_mm=accuracy,
@@ -386,7 +386,7 @@ class BalancedFiles:
 
 
 def balance_to_files(
-    job: Job, folder: Path, json_file: str | None, tell: Notify, choice: Choice | None = None
+    job: Job, folder: Path, json_file: str | None, notify: Notify, choice: Choice | None = None
 ) -> BalancedFiles:
     """Balance the crank of a job and write its files to ``folder``, all of them or none.
 
@@ -399,8 +399,8 @@ def balance_to_files(
         Made where it is missing.
     json_file : str or None
         Where a copy of the report goes; ``-`` is none.
-    tell : callable
-        Told in a few words what runs.
+    notify : callable
+        Called with what runs, in a few words.
     choice : Choice or None
         The pages, sheets and pictures to write beside the report; None: none.
 
@@ -416,8 +416,8 @@ def balance_to_files(
     targets = [folder / REPORT, solid_path, *pages] + ([copy] if copy else [])
     _refuse_overwriting(targets, [job.path, *([job.crankshaft.file] if job.crankshaft.file else [])])
     with staging_for(folder, copy) as staging:
-        result = run(job, None, tell, Stopwatch())
-        values, files = committed(result, folder, choice, tell, staging, copy)
+        result = run(job, None, notify, Stopwatch())
+        values, files = committed(result, folder, choice, notify, staging, copy)
     warnings = list(result.warnings)
     if values["outputs"]["solid"] is None and solid_path.exists():
         warnings.append(f"{solid_path} is of an earlier run; this one cut nothing")

@@ -260,14 +260,14 @@ def _read_row(row: BatchRow) -> tuple[Job | None, Path | None, str | None, str]:
 
 def _fingerprint(row: BatchRow, job: Job | None, digest: str | None, only: tuple[str, ...]) -> str:
     """Return a digest of what a row's results depend on."""
-    told = {
+    inputs = {
         "job": None if job is None else _without_file(job.raw),
         "row": [row.job, row.settings] if job is None else None,
         "crank": digest,
         "version": __version__,
         "only": only,
     }
-    return sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()
+    return sha256(json.dumps(inputs, sort_keys=True, default=str).encode()).hexdigest()
 
 
 def _without_file(raw: Mapping[str, Any]) -> Values:
@@ -277,7 +277,7 @@ def _without_file(raw: Mapping[str, Any]) -> Values:
 
 
 def _numbers(values: Values) -> RowNumbers:
-    """Return what the table tells of a report."""
+    """Return a report's row of the table."""
     tolerance, residual = values["tolerance"], values["residual"]
     shares = [residual["magnitude_g_mm"] / tolerance["permissible_g_mm"]]
     if tolerance["judge"] == "dynamic":

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 KG_M2_PER_G_MM2 = 1e-9
 SAME_SPEED = 1e-9
 COVERAGE = 2.0
-"""Of what is told as ± : some 95 %."""
+"""Coverage of what is reported as ±: some 95 %."""
 SERIES = ("time_s", "speed_rpm", "wanted_rpm", "torque_N_m", "friction_N_m")
 
 
@@ -120,10 +120,10 @@ def bench(
         from autobalance.api.engine_bench import engine_bench
 
         return engine_bench(bench_file, *([] if progress is None else [progress]))
-    given = read_bench(bench_file)
+    case = read_bench(bench_file)
     with named_in(bench_file):
         refuse_runs_without_bearings(raw)
-        return _result(given, solids)
+        return _result(case, solids)
 
 
 def _tables(path: Path) -> Mapping[str, Any]:
@@ -132,39 +132,39 @@ def _tables(path: Path) -> Mapping[str, Any]:
     return toml_of(text_of(path, "bench file"), path.name)
 
 
-def _result(given: Bench, solids: bool) -> BenchResult:
+def _result(case: Bench, solids: bool) -> BenchResult:
     from autobalance.dynamics.bench_rotor import bench_friction, missing_unbalance_g_mm
     from autobalance.dynamics.speed_control import loop_margin, ramp_and_hold
 
-    inertia = given.polar_g_mm2 * KG_M2_PER_G_MM2
-    margin = _stable(loop_margin(given.control, inertia))
-    unbalance = missing_unbalance_g_mm(given.holes, given.density_g_mm3)
+    inertia = case.polar_g_mm2 * KG_M2_PER_G_MM2
+    margin = _stable(loop_margin(case.control, inertia))
+    unbalance = missing_unbalance_g_mm(case.holes, case.density_g_mm3)
     traces: list[Trace] = []
     runs: list[BenchRun] = []
-    if given.bearings is not None:
-        friction = bench_friction(given.bearings, given.weight_N, unbalance)
-        for speed_rpm, speed in zip(given.speeds_rpm, given.speeds_rad_s, strict=True):
-            trace = ramp_and_hold(inertia, friction, given.control, speed, given.ramp_s, given.hold_s)
+    if case.bearings is not None:
+        friction = bench_friction(case.bearings, case.weight_N, unbalance)
+        for speed_rpm, speed in zip(case.speeds_rpm, case.speeds_rad_s, strict=True):
+            trace = ramp_and_hold(inertia, friction, case.control, speed, case.ramp_s, case.hold_s)
             traces.append(trace)
-            runs.append(_run(given, speed_rpm, trace, unbalance, friction))
-    readings = [_reading(given, each) for each in given.readings]
+            runs.append(_run(case, speed_rpm, trace, unbalance, friction))
+    readings = [_reading(case, each) for each in case.readings]
     files: Mapping[str, bytes] = {}
     written: Sequence[WrittenRotor] = ()
-    if solids and given.shape is not None:
+    if solids and case.shape is not None:
         from autobalance.api.bench_files import rotor_files
 
-        files, written = rotor_files(given.shape, given.holes, given.polar_g_mm2)
+        files, written = rotor_files(case.shape, case.holes, case.polar_g_mm2)
     report = BenchReport(
-        input=given.values,
-        rotor=_rotor(given, unbalance, written),
+        input=case.values,
+        rotor=_rotor(case, unbalance, written),
         loop=SpeedLoop(
             phase_margin_rad=margin.phase_margin_rad,
             crossover_rad_s=margin.crossover_rad_s,
             stable=margin.stable,
         ),
-        runs=[replace(run, repeat=repeat) for run in runs for repeat in range(1, given.repeats + 1)],
+        runs=[replace(run, repeat=repeat) for run in runs for repeat in range(1, case.repeats + 1)],
         readings=readings,
-        comparison=_comparison(given, runs, readings),
+        comparison=_comparison(case, runs, readings),
     )
     return BenchResult(report, tuple(traces), files)
 
@@ -179,14 +179,14 @@ def _stable(margin: LoopMargin) -> LoopMargin:
     )
 
 
-def _rotor(given: Bench, unbalance_g_mm: float, written: Sequence[WrittenRotor]) -> BenchRotor:
-    holes = [(each.mass_g(given.density_g_mm3), each.radius_mm) for each in given.holes]
+def _rotor(case: Bench, unbalance_g_mm: float, written: Sequence[WrittenRotor]) -> BenchRotor:
+    holes = [(each.mass_g(case.density_g_mm3), each.radius_mm) for each in case.holes]
     return BenchRotor(
-        mass_kg=given.mass_g / G_PER_KG,
-        weight_N=given.weight_N,
-        inertia_kg_mm2=given.polar_g_mm2 / 1000.0,
-        disc_thickness_mm=None if given.shape is None else given.shape.thickness_mm,
-        shaft_each_side_mm=None if given.shape is None else given.shape.shaft_each_side_mm,
+        mass_kg=case.mass_g / G_PER_KG,
+        weight_N=case.weight_N,
+        inertia_kg_mm2=case.polar_g_mm2 / 1000.0,
+        disc_thickness_mm=None if case.shape is None else case.shape.thickness_mm,
+        shaft_each_side_mm=None if case.shape is None else case.shape.shaft_each_side_mm,
         holes=[DrilledHole(mass_g=mass, unbalance_g_mm=mass * radius) for mass, radius in holes],
         unbalance_g_mm=unbalance_g_mm,
         written=written,
@@ -194,20 +194,20 @@ def _rotor(given: Bench, unbalance_g_mm: float, written: Sequence[WrittenRotor])
 
 
 def _run(
-    given: Bench, speed_rpm: float, trace: Trace, unbalance_g_mm: float, friction: Callable[[float], float]
+    case: Bench, speed_rpm: float, trace: Trace, unbalance_g_mm: float, friction: Callable[[float], float]
 ) -> BenchRun:
     from autobalance.dynamics.bench_rotor import unbalance_force_N
 
     speed = speed_rpm * RAD_S_PER_RPM
-    ramp, end = given.ramp_s, given.ramp_s + given.hold_s
+    ramp, end = case.ramp_s, case.ramp_s + case.hold_s
     mean = trace.mean_torque_N_m(ramp, end)
-    settled = trace.time_s >= ramp + 0.5 * given.hold_s
+    settled = trace.time_s >= ramp + 0.5 * case.hold_s
     return BenchRun(
         speed_rpm=speed_rpm,
         repeat=1,
         unbalance_force_N=unbalance_force_N(unbalance_g_mm, speed),
         friction_N_m=friction(speed),
-        ramp_inertia_N_m=given.polar_g_mm2 * KG_M2_PER_G_MM2 * speed / ramp,
+        ramp_inertia_N_m=case.polar_g_mm2 * KG_M2_PER_G_MM2 * speed / ramp,
         ramp_torque_N_m=trace.mean_torque_N_m(0.5 * ramp, ramp),
         mean_torque_N_m=mean,
         power_W=mean * speed,
@@ -217,7 +217,7 @@ def _run(
     )
 
 
-def _reading(given: Bench, reading: Reading) -> BenchReading:
+def _reading(case: Bench, reading: Reading) -> BenchReading:
     plain = BenchReading(
         case=reading.case,
         speed_rpm=reading.speed_rpm,
@@ -231,13 +231,13 @@ def _reading(given: Bench, reading: Reading) -> BenchReading:
     )
     if reading.torque_N_m is not None:
         return plain
-    zero, zero_error = _zero(given, reading.case)
-    mean, scale = float(np.mean(reading.kept)), given.N_m_per_V
+    zero, zero_error = _zero(case, reading.case)
+    mean, scale = float(np.mean(reading.kept)), case.N_m_per_V
     spread = _spread(reading.kept)
     parts = (
         0.0 if spread is None else spread / math.sqrt(len(reading.kept)) * scale,
         zero_error * scale,
-        given.N_m_per_V_pm / math.sqrt(3.0) * (mean - zero),
+        case.N_m_per_V_pm / math.sqrt(3.0) * (mean - zero),
     )
     known = spread is not None or any(parts)
     return replace(
@@ -255,12 +255,12 @@ def _spread(volts: Sequence[float]) -> float | None:
     return float(np.std(volts, ddof=1)) if len(volts) > 1 else None
 
 
-def _zero(given: Bench, case: int | str) -> tuple[float, float]:
+def _zero(stand: Bench, case: int | str) -> tuple[float, float]:
     """Return the reading without torque, and its standard uncertainty [V]."""
-    allowed = given.zero_pm_V / math.sqrt(3.0)
-    if given.zero_V is not None:
-        return given.zero_V, allowed
-    volts = [v for each in given.readings if each.case == case and each.speed_rpm == 0.0 for v in each.kept]
+    allowed = stand.zero_pm_V / math.sqrt(3.0)
+    if stand.zero_V is not None:
+        return stand.zero_V, allowed
+    volts = [v for each in stand.readings if each.case == case and each.speed_rpm == 0.0 for v in each.kept]
     if not volts:
         raise JobError(f'reduction.zero is "rest", but case {case!r} has no volts at speed_rpm = 0')
     scatter = (_spread(volts) or 0.0) / math.sqrt(len(volts))
@@ -268,11 +268,11 @@ def _zero(given: Bench, case: int | str) -> tuple[float, float]:
 
 
 def _comparison(
-    given: Bench, runs: Sequence[BenchRun], readings: Sequence[BenchReading]
+    case: Bench, runs: Sequence[BenchRun], readings: Sequence[BenchReading]
 ) -> list[BenchComparison]:
     """Set each measured torque beside the simulated one; a run that there is none of is None."""
-    found = []
-    for reading, values in zip(given.readings, readings, strict=True):
+    comparisons = []
+    for reading, values in zip(case.readings, readings, strict=True):
         if reading.speed_rpm == 0.0:
             continue
         simulated = reading.simulated_N_m
@@ -285,7 +285,7 @@ def _comparison(
             simulated = same[0] if same else None
         test = values.torque_N_m
         least = None if simulated is None else min(test, simulated)
-        found.append(
+        comparisons.append(
             BenchComparison(
                 case=reading.case,
                 speed_rpm=reading.speed_rpm,
@@ -300,4 +300,4 @@ def _comparison(
                 else abs(test - simulated) <= values.uncertainty_N_m,
             )
         )
-    return found
+    return comparisons

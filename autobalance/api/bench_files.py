@@ -53,15 +53,15 @@ def _written(name: str, shape: Shape, density: float) -> list[tuple[str, bytes, 
     from autobalance.solid.mesh.measure import soup_moments
 
     data, soup = through_file(tessellated(shape, SEGMENTS).mesh, "stl", 1.0)
-    found = [(f"{name}.stl", data, soup_moments(soup, density))]
+    files = [(f"{name}.stl", data, soup_moments(soup, density))]
     if has_kernel():
         from autobalance.solid.cad.brep import ExactSolid
         from autobalance.solid.cad.step_file import read_step_file
 
         step = ExactSolid(shape).step(name=name)
         back = ExactSolid.of(read_step_file(step).bodies[0].body)
-        found.append((f"{name}.step", step, back.moments(density)))
-    return found
+        files.append((f"{name}.step", step, back.moments(density)))
+    return files
 
 
 def _measured(file: str, moments: Moments, wanted_g_mm2: float) -> WrittenRotor:

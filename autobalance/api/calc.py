@@ -16,13 +16,13 @@ class CalcResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the result's fields, one a line; units end the names."""
-        found = self.report["result"]
-        if isinstance(found, list):
-            return "\n".join(_line(each) for each in found)
-        if isinstance(found, Mapping):
-            width = max(len(key) for key in found)
-            return "\n".join(f"{key:<{width}}  {_shown(value)}" for key, value in found.items())
-        return _shown(found)
+        result = self.report["result"]
+        if isinstance(result, list):
+            return "\n".join(_line(each) for each in result)
+        if isinstance(result, Mapping):
+            width = max(len(key) for key in result)
+            return "\n".join(f"{key:<{width}}  {_shown(value)}" for key, value in result.items())
+        return _shown(result)
 
 
 def calc(name: str, values: Mapping[str, str]) -> CalcResult:
@@ -47,8 +47,8 @@ def calc(name: str, values: Mapping[str, str]) -> CalcResult:
     """
     from autobalance.report.records.answers import CalcReport
 
-    found = plain(call(name, values))
-    return CalcResult(CalcReport(name=name, input=values, result=found))
+    result = plain(call(name, values))
+    return CalcResult(CalcReport(name=name, input=values, result=result))
 
 
 def _shown(value: Any) -> str:

@@ -69,8 +69,8 @@ def compare(job: JobSource, crank: Crank | None = None, *, progress: Progress | 
     from autobalance.report.records.compare import CompareReport
 
     job = jobs.given(job)
-    given = None if crank is None else crank.measured
+    measured = None if crank is None else crank.measured
     job = job if crank is None else with_crank(job, crank)
-    done = compare_job(job, telling(progress), given)
+    done = compare_job(job, telling(progress), measured)
     report = comparison(str(job.path), done.tolerance, done.initial_g_mm, done.rows, job.prefer)
     return CompareResult(CompareReport(comparison=report, warnings=done.warnings, **job_set(job)))

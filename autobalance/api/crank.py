@@ -180,7 +180,7 @@ class Crank:
         return scaled(source.exact.solid.body, 1.0 / source.mm_per_unit)
 
     def write(self, path: str | Path, unit: str | None = None) -> Path:
-        """Write the crank to a file, whose ending tells the format.
+        """Write the crank to a file, whose ending names the format.
 
         Parameters
         ----------
@@ -209,9 +209,9 @@ class Crank:
         """Return the crank with its planar faces looked for."""
         if self.measured.faces:
             return self
-        found = self.measured
-        faces = find_faces(found.source.solid.mesh, found.anatomy, found.source.surfaces)
-        return replace(self, measured=replace(found, faces=faces))
+        measured = self.measured
+        faces = find_faces(measured.source.solid.mesh, measured.anatomy, measured.source.surfaces)
+        return replace(self, measured=replace(measured, faces=faces))
 
     def __repr__(self) -> str:
         place = "" if self.file is None else f" {self.file.name}"
@@ -313,7 +313,7 @@ def read_crank(
     >>> round(crank.throws[0].crank_radius_mm, 1)
     26.9
     """
-    given = {
+    hints = {
         "unit": unit,
         "density_kg_m3": density_kg_m3,
         "density_pm_kg_m3": density_pm_kg_m3,
@@ -326,7 +326,7 @@ def read_crank(
         "fill_holes_mm": fill_holes_mm or None,
         "keep_open": None if keep_open is None else [_listed(place) for place in keep_open],
     }
-    values = {"file": str(path), **{key: value for key, value in given.items() if value is not None}}
+    values = {"file": str(path), **{key: value for key, value in hints.items() if value is not None}}
     crankshaft = read_crankshaft(values, Path())
     if crankpin_in_file is None:
         crankshaft = replace(crankshaft, overrides=replace(crankshaft.overrides, crankpin_in_file=None))

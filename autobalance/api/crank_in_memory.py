@@ -135,12 +135,12 @@ def _of_no_file(
     overrides: Mapping[str, Any],
 ) -> Crankshaft:
     """Return what a job would say of a crank in memory; ``name`` is of its file, were there one."""
-    given = {"unit": unit, "crankpin_in_file": crankpin_in_file, **overrides}
-    values = {key: plain(value) for key, value in given.items() if value is not None}
-    found = read_crankshaft({"file": name, "density_kg_m3": density_kg_m3, **values}, Path())
+    hints = {"unit": unit, "crankpin_in_file": crankpin_in_file, **overrides}
+    values = {key: plain(value) for key, value in hints.items() if value is not None}
+    crankshaft = read_crankshaft({"file": name, "density_kg_m3": density_kg_m3, **values}, Path())
     if crankpin_in_file is None:
-        found = replace(found, overrides=replace(found.overrides, crankpin_in_file=None))
-    return replace(found, file=None)
+        crankshaft = replace(crankshaft, overrides=replace(crankshaft.overrides, crankpin_in_file=None))
+    return replace(crankshaft, file=None)
 
 
 def _measured(source: Source, crankshaft: Crankshaft, what: str) -> Crank:

@@ -108,30 +108,30 @@ def cycle(
     from autobalance.machine_models.firing_from_job import check_cycle, firing_engine
     from autobalance.report.records.cycle import CycleReport
 
-    wanted, speeds = checked_factors(factors), _checked_sweep(sweep_rpm)
+    compared_factors, speeds = checked_factors(factors), _checked_sweep(sweep_rpm)
     read = jobs.given(job)
     check_cycle(read)
-    found = request(read, crank, speed_rpm, progress)
+    case = request(read, crank, speed_rpm, progress)
     firing = firing_engine(
-        found.job, found.crank.anatomy, found.speed_rad_s, lambda: as_measured(found.job, found.crank)
+        case.job, case.crank.anatomy, case.speed_rad_s, lambda: as_measured(case.job, case.crank)
     )
-    analysis = CycleAnalysis(firing, found.speed_rad_s)
-    assert found.job.cycle is not None  # the firing engine needs it
-    films, of_factors, of_sweep = _films(found, analysis, wanted, speeds)
-    absorber = found.job.cycle.absorber
+    analysis = CycleAnalysis(firing, case.speed_rad_s)
+    assert case.job.cycle is not None  # the firing engine needs it
+    films, of_factors, of_sweep = _films(case, analysis, compared_factors, speeds)
+    absorber = case.job.cycle.absorber
     report = CycleReport(
-        **job_set(found.job),
-        input=_input(found.job, analysis),
-        speed_rpm=found.speed_rpm,  # as it was asked, without the rounding of its conversion
-        summary=cycle_summary(analysis, wanted, found.job.cycle.fluctuation_wanted, of_factors),
+        **job_set(case.job),
+        input=_input(case.job, analysis),
+        speed_rpm=case.speed_rpm,  # as it was asked, without the rounding of its conversion
+        summary=cycle_summary(analysis, compared_factors, case.job.cycle.fluctuation_wanted, of_factors),
         pendulum=None
         if absorber is None
         else pendulum_figures(analysis, absorber.pendulum, absorber.swing_rad, absorber.reduction),
-        sweep=sweep_rows(analysis, speeds, wanted, of_sweep) if speeds else None,
+        sweep=sweep_rows(analysis, speeds, compared_factors, of_sweep) if speeds else None,
         films=None if films is None else film_table(films),
-        warnings=found.warnings,
+        warnings=case.warnings,
     )
-    return CycleResult(report, analysis, wanted, films)
+    return CycleResult(report, analysis, compared_factors, films)
 
 
 def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:
@@ -145,8 +145,8 @@ def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:
     if factors is None:
         return DEFAULT_FACTORS
     if not factors or not all(0.0 <= factor <= 1.0 for factor in factors):
-        given = ", ".join(f"{each:g}" for each in factors) or "none"
-        raise UsageError(f"factors are {given}; each must be 0 to 1")
+        listed = ", ".join(f"{each:g}" for each in factors) or "none"
+        raise UsageError(f"factors are {listed}; each must be 0 to 1")
     return tuple(float(factor) for factor in factors)
 
 
@@ -155,19 +155,19 @@ def _checked_sweep(speeds_rpm: Sequence[float] | None) -> list[float]:
     if speeds_rpm is None:
         return []
     if not speeds_rpm or not all(0.0 < speed < math.inf for speed in speeds_rpm):
-        given = ", ".join(f"{each:g}" for each in speeds_rpm) or "none"
-        raise UsageError(f"the speeds of the sweep are {given}; each must be > 0")
+        listed = ", ".join(f"{each:g}" for each in speeds_rpm) or "none"
+        raise UsageError(f"the speeds of the sweep are {listed}; each must be > 0")
     return [float(speed) * RAD_S_PER_RPM for speed in speeds_rpm]
 
 
 def _films(
-    found: Request, analysis: CycleAnalysis, factors: Sequence[float], sweep_rad_s: Sequence[float]
+    case: Request, analysis: CycleAnalysis, factors: Sequence[float], sweep_rad_s: Sequence[float]
 ) -> tuple[CycleFilms | None, list[float | None] | None, list[list[float | None]] | None]:
     """Return the oil films, where the job asks for them, and the least of the mains by factor and sweep."""
     from autobalance.machine_models.cycle_films import cycle_films, least_films_mm
 
-    assert found.job.cycle is not None  # the firing engine needs it
-    film, anatomy = found.job.cycle.film, found.crank.anatomy
+    assert case.job.cycle is not None  # the firing engine needs it
+    film, anatomy = case.job.cycle.film, case.crank.anatomy
     if film is None:
         return None, None, None
     films, firing = cycle_films(analysis, anatomy, film), analysis.firing
@@ -176,14 +176,14 @@ def _films(
     return films, of_factors, of_sweep
 
 
-def _input(job: Job, found: CycleAnalysis) -> Values:
+def _input(job: Job, analysis: CycleAnalysis) -> Values:
     """Return the job as read; what the engine decides is filled in with cylinder 1's."""
     described: Values = jobs.describe(job)
     cycle = described["cycle"]
-    first = found.firing.cycles[0]
+    first = analysis.firing.cycles[0]
     low, high = first.exchange.closed_ends_rad(first.chamber)
     decided: Values = {"intake_closes_deg": math.degrees(low), "exhaust_opens_deg": math.degrees(high)}
-    if len(found.firing.cycles) == 1:
+    if len(analysis.firing.cycles) == 1:
         decided["firing_order"] = [1]
     filled = {key: decided.get(key) if value is None else value for key, value in cycle.items()}
     return {**described, "cycle": filled}

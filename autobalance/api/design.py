@@ -53,12 +53,12 @@ class DesignResult(VerbResult):
 
     def files(self) -> Mapping[str, bytes]:
         """Return each design's files and the front."""
-        found = {
+        by_name = {
             f"designs/{name}/{file}": data
             for name, files in self.made.items()
             for file, data in files.items()
         }
-        return {**found, **{f"front.{ending}": data for ending, data in self.drawn.items()}}
+        return {**by_name, **{f"front.{ending}": data for ending, data in self.drawn.items()}}
 
 
 @documented
@@ -106,94 +106,94 @@ def design(
     from autobalance.studies.workers import workers_of
 
     started = time.perf_counter()
-    tell = progress or no_progress
+    notify = progress or no_progress
     job = parse_design(source, Path("design.toml")) if isinstance(source, dict) else load_design(Path(source))
     with workers_of(workers, cluster, cluster_timeout_s) as pool:
-        tell("reading the crank", 0.0)
+        notify("reading the crank", 0.0)
         crank = measure_crank(job.start.crankshaft, Stopwatch())
         problem = Problem.of(job, crank, free_metal(job, crank))
         folder = None if output is None else Path(output)
         kept = KeptSearch(folder, _fingerprint(job, crank.source.sha256), fresh=fresh)
         searched_designs = searched(
-            problem, kept.generations, kept.keep, pool, lambda words, share: tell(words, 0.8 * share)
+            problem, kept.generations, kept.keep, pool, lambda words, share: notify(words, 0.8 * share)
         )
-        result = _result(searched_designs, started, tell)
+        result = _result(searched_designs, started, notify)
     if folder is not None:
         _write(result, folder)
     return result
 
 
 def _fingerprint(job: DesignJob, crank_sha256: str) -> str:
-    told = {"design": job.raw, "crank": crank_sha256, "version": __version__}
-    return sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()
+    inputs = {"design": job.raw, "crank": crank_sha256, "version": __version__}
+    return sha256(json.dumps(inputs, sort_keys=True, default=str).encode()).hexdigest()
 
 
 # --- from candidates to designs -----------------------------------------------------------------------------
 
 
-def _result(found: Found, started: float, tell: Progress) -> DesignResult:
+def _result(findings: Found, started: float, notify: Progress) -> DesignResult:
     from autobalance.design_search.chosen import chosen, with_refined
     from autobalance.design_search.start import judged_start
     from autobalance.report.design.values import front_of, infeasible_reason, step_notes
     from autobalance.report.records.design import DesignFigures, DesignReport, SearchFigures, StartFigures
 
-    problem = found.problem
-    every = found
+    problem = findings.problem
+    every = findings
     if problem.design.search.refine:
-        tell("refining by gradients", 0.8)
-        every = with_refined(found)
-    tell("writing designs", 0.85)
+        notify("refining by gradients", 0.8)
+        every = with_refined(findings)
+    notify("writing designs", 0.85)
     answer = chosen(every)
     picked = answer.designs
-    made: dict[str, dict[str, bytes]] = {}
+    files_of: dict[str, dict[str, bytes]] = {}
     listed = []
     for number, each in enumerate(picked, 1):
         name = f"d{number:02d}"
-        made[name] = _files(problem, each)
-        digests = {file: sha256(data).hexdigest() for file, data in made[name].items()}
+        files_of[name] = _files(problem, each)
+        digests = {file: sha256(data).hexdigest() for file, data in files_of[name].items()}
         listed.append(DesignFigures.of(problem, name, each, digests))
-        tell("writing designs", 0.85 + 0.15 * number / len(picked))
+        notify("writing designs", 0.85 + 0.15 * number / len(picked))
     front, best = front_of(problem, listed)
     report = DesignReport(
         design=problem.design.raw,
         start=StartFigures.of(judged_start(problem), problem.free.fit_error_mm),
-        search=SearchFigures.of(found, answer),
+        search=SearchFigures.of(findings, answer),
         designs=listed,
         front=front,
         best=best,
         outcome="found" if answer.kept else "infeasible",
         reason=None if answer.kept else infeasible_reason(picked[0]),
-        notes=step_notes({file for files in made.values() for file in files}),
+        notes=step_notes({file for files in files_of.values() for file in files}),
         seconds=time.perf_counter() - started,
     )
-    return DesignResult(report, made, _drawn(problem, answer.found.candidates, listed))
+    return DesignResult(report, files_of, _drawn(problem, answer.found.candidates, listed))
 
 
-def _files(problem: Problem, made: WrittenDesign) -> dict[str, bytes]:
+def _files(problem: Problem, design: WrittenDesign) -> dict[str, bytes]:
     """Return a design's files by name."""
     from autobalance.design_search.exact import design_step
     from autobalance.design_search.written_job import job_toml
     from autobalance.report.design.files import design_picture
     from autobalance.solid.cad.kernel import has_kernel
 
-    found = {"crank.stl": made.data}
+    files = {"crank.stl": design.data}
     if has_kernel():
         drillings = problem.design.drillings
-        name, data = design_step(problem.free, problem.crank, made.amounts, drillings)
-        found[name] = data
-    found["picture.png"] = design_picture(made.solid.mesh)
-    found["job.toml"] = job_toml(problem).encode()
-    return found
+        name, data = design_step(problem.free, problem.crank, design.amounts, drillings)
+        files[name] = data
+    files["picture.png"] = design_picture(design.solid.mesh)
+    files["job.toml"] = job_toml(problem).encode()
+    return files
 
 
 def _drawn(
-    problem: Problem, found: Sequence[Candidate], designs: Sequence[DesignFigures]
+    problem: Problem, candidates: Sequence[Candidate], designs: Sequence[DesignFigures]
 ) -> Mapping[str, bytes]:
     from autobalance.report.design.files import front_plot
 
     names = tuple(name for name, _ in problem.signed_objectives)
     signs = np.array([sign for _, sign in problem.signed_objectives])
-    good = [each for each in found if each.violation <= 0.0] or list(found)
+    good = [each for each in candidates if each.violation <= 0.0] or list(candidates)
     others = np.stack([each.objectives for each in good]) * signs
     front = np.array([[each.objectives[name] for name in names] for each in designs])
     return front_plot(names, front, others)

@@ -64,7 +64,7 @@ class EngineBenchResult(VerbResult):
 
 def engine_bench(
     source: str | Path | Mapping[str, Any],
-    tell: Progress = no_progress,
+    notify: Progress = no_progress,
 ) -> EngineBenchResult:
     """Put crank variants into the engine of a job and set what they do side by side.
 
@@ -75,41 +75,41 @@ def engine_bench(
     AutobalanceError
         For anything wrong with a crank.
     """
-    given = read_engine_bench(source)
+    stand = read_engine_bench(source)
     cranks: dict[tuple[str, ...], Crank] = {}
     rows, curves = [], []
     warnings: dict[str, None] = {}  # each once, in order
-    for number, variant in enumerate(given.variants):
-        tell(variant.name, number / len(given.variants))
-        values, curve, odd = _variant(given, variant, cranks)
+    for number, variant in enumerate(stand.variants):
+        notify(variant.name, number / len(stand.variants))
+        values, curve, odd = _variant(stand, variant, cranks)
         warnings.update(dict.fromkeys(odd))
         rows.append(values)
         curves.append(curve)
     report = EngineBenchReport(
-        input=given.values, variants=rows, beside=_beside(rows), warnings=list(warnings)
+        input=stand.values, variants=rows, beside=_beside(rows), warnings=list(warnings)
     )
     return EngineBenchResult(report, tuple(curves))
 
 
 def _variant(
-    given: EngineBench, variant: Variant, cranks: dict[tuple[str, ...], Crank]
+    stand: EngineBench, variant: Variant, cranks: dict[tuple[str, ...], Crank]
 ) -> tuple[BenchVariant, VariantCurves, tuple[str, ...]]:
     from autobalance.machine_models.engine_variants import FiringVariant, VariantCurves
     from autobalance.machine_models.firing_from_job import check_cycle
 
     own = () if variant.crank is None else (f"crankshaft.file={str(variant.crank.resolve())!r}",)
-    job = jobs.load(given.job, (*variant.settings, *own))
+    job = jobs.load(stand.job, (*variant.settings, *own))
     check_cycle(job)
     key = tuple(each for each in (*variant.settings, *own) if each.strip().startswith("crankshaft"))
-    found = request(job, cranks.get(key))
-    cranks.setdefault(key, Crank(found.crank, job.crankshaft))
-    tried = FiringVariant(job, found.crank, variant.factor)
-    speeds = (found.speed_rpm,) if given.speeds_rpm is None else given.speeds_rpm
+    case = request(job, cranks.get(key))
+    cranks.setdefault(key, Crank(case.crank, job.crankshaft))
+    tried = FiringVariant(job, case.crank, variant.factor)
+    speeds = (case.speed_rpm,) if stand.speeds_rpm is None else stand.speeds_rpm
     points = [tried.point(speed * RAD_S_PER_RPM) for speed in speeds]
     last, analysis = points[-1]
     run = None
-    if given.run_up_rpm is not None:
-        run = tried.run_up(*(speed * RAD_S_PER_RPM for speed in given.run_up_rpm))
+    if stand.run_up_rpm is not None:
+        run = tried.run_up(*(speed * RAD_S_PER_RPM for speed in stand.run_up_rpm))
     values = BenchVariant(
         name=variant.name,
         crank=None if job.crankshaft.file is None else job.crankshaft.file.name,
@@ -117,12 +117,12 @@ def _variant(
         balance_factor=_factor(tried),
         inertia_kg_mm2=KG_MM2_PER_G_MM2 * analysis.mean_inertia_g_mm2,
         points=[_point(speed, each) for speed, (each, _) in zip(speeds, points, strict=True)],
-        run_up=None if given.run_up_rpm is None else _run_up(given.run_up_rpm, run),
+        run_up=None if stand.run_up_rpm is None else _run_up(stand.run_up_rpm, run),
     )
     even = analysis.grid.even
     angles = np.degrees(analysis.grid.even_rad)
     curves = VariantCurves(variant.name, angles, even(last.torque_n_m), run)
-    return values, curves, found.warnings
+    return values, curves, case.warnings
 
 
 def _factor(tried: FiringVariant) -> float | None:

@@ -109,13 +109,13 @@ def fem(
         "unit": unit, "body": body, "density_kg_m3": density_kg_m3, "e_gpa": e_gpa, "nu": nu, "modes": modes,
         "size_mm": size_mm, "crankpin_in_file": crankpin_in_file,
     }  # fmt: skip
-    given = {key: value for key, value in options.items() if value is not None}
+    beside = {key: value for key, value in options.items() if value is not None}
     if isinstance(solid, dict) or Path(solid).suffix.lower() == ".toml":
-        if given:
-            raise UsageError(f"{', '.join(given)} must stand in the analysis, not beside it")
+        if beside:
+            raise UsageError(f"{', '.join(beside)} must stand in the analysis, not beside it")
         job = parse_fem(solid, Path()) if isinstance(solid, dict) else load_fem(Path(solid))
     else:
-        job = fem_of_solid(Path(solid), **given)  # type: ignore[arg-type]
+        job = fem_of_solid(Path(solid), **beside)  # type: ignore[arg-type]
     progress = progress or no_progress
     progress("reading the solid", 0.0)
     surface, read = _read(job)

@@ -50,8 +50,8 @@ class ForcesResult(VerbResult):
 
     def plots(self) -> Plots:
         """Return forces over the angle, polar plots and orders."""
-        made = _plots(self.found, self.engines, self.engines["as the file is"], list(self.factors))
-        return Plots({**made, **_mount_plots(self.report["mounts"])} if "mounts" in self.report else made)
+        drawn = _plots(self.found, self.engines, self.engines["as the file is"], list(self.factors))
+        return Plots({**drawn, **_mount_plots(self.report["mounts"])} if "mounts" in self.report else drawn)
 
 
 BEYOND = (-0.5, 1.5)
@@ -114,54 +114,54 @@ def forces(
         raise UsageError(f"--transverse-weight is {transverse_weight:g}; must be ≥ 0")
     least, most = BEYOND if mounts else (0.0, 1.0)
     if not all(least <= factor <= most for factor in factors):
-        given = ",".join(f"{factor:g}" for factor in factors)
-        raise UsageError(f"--factors is {given!r}; each must be {least:g} to {most:g}")
+        listed = ",".join(f"{factor:g}" for factor in factors)
+        raise UsageError(f"--factors is {listed!r}; each must be {least:g} to {most:g}")
     if reference_z_mm is not None:
         place_mm("--reference-z", reference_z_mm)
-    found = request(job, crank, speed_rpm, progress)
-    as_file = engine_from_job.as_measured(found.job, found.crank)
-    balanced = engine_from_job.balanced_to(as_file, found.job, found.crank.anatomy, found.factor)
+    case = request(job, crank, speed_rpm, progress)
+    as_file = engine_from_job.as_measured(case.job, case.crank)
+    balanced = engine_from_job.balanced_to(as_file, case.job, case.crank.anatomy, case.factor)
     engines = {"as the file is": as_file, "balanced": balanced}
-    loads = rotor_from_job.throw_loads(found.crank.anatomy, found.job.engine)
-    attached = rotor_from_job.attached_moments(found.job.engine.attached)
-    known = (rotor_from_job.crank_factor(found.crank.moments, loads, attached), found.factor)
-    ends = engine_from_job.shaft_ends_mm(found.crank.anatomy)
-    reference = engine_from_job.moment_reference_mm(found.crank.anatomy, reference_z_mm)
+    loads = rotor_from_job.throw_loads(case.crank.anatomy, case.job.engine)
+    attached = rotor_from_job.attached_moments(case.job.engine.attached)
+    known = (rotor_from_job.crank_factor(case.crank.moments, loads, attached), case.factor)
+    ends = engine_from_job.shaft_ends_mm(case.crank.anatomy)
+    reference = engine_from_job.moment_reference_mm(case.crank.anatomy, reference_z_mm)
     states = [
-        _state(name, engine, factor, found, reference)
+        _state(name, engine, factor, case, reference)
         for (name, engine), factor in zip(engines.items(), known, strict=True)
     ]
-    compared = sorted({*factors, found.factor})
-    advice = advise(as_file, found.speed_rad_s, compared, transverse_weight, ends, reference)
+    compared = sorted({*factors, case.factor})
+    advice = advise(as_file, case.speed_rad_s, compared, transverse_weight, ends, reference)
     report = ForcesReport(
-        **job_keys(found.job),
-        speed_rpm=found.speed_rpm,
+        **job_keys(case.job),
+        speed_rpm=case.speed_rpm,
         moments_about_z_mm=reference,
         cylinders=dead_centres(as_file),
         first_order_counterweight=first_order_counterweight(as_file),
         states=states,
         factors=Factors.of(advice, transverse_weight),
-        mounts=_mounted(found, as_file, compared) if mounts else ABSENT,
-        warnings=found.warnings,
+        mounts=_mounted(case, as_file, compared) if mounts else ABSENT,
+        warnings=case.warnings,
     )
-    return ForcesResult(report, found, engines, tuple(compared))
+    return ForcesResult(report, case, engines, tuple(compared))
 
 
-def _mounted(found: Request, as_file: Engine, factors: Sequence[float]) -> dict[str, Any]:
+def _mounted(case: Request, as_file: Engine, factors: Sequence[float]) -> dict[str, Any]:
     """Return the engine on its mounts, by factor; with gas where the job has a cycle."""
     from autobalance.machine_models.mounted_engine import Torque, analysed, inertia_torque
     from autobalance.report.records.mounts import mounts_values
 
-    held = found.job.mounts
+    held = case.job.mounts
     if held is None:
         raise JobError(
-            f"{found.job.path.name}: [mounts] is missing; --mounts needs the engine's mass and mounts"
+            f"{case.job.path.name}: [mounts] is missing; --mounts needs the engine's mass and mounts"
         )
     torque: Torque = inertia_torque(as_file)
-    if found.job.cycle is not None:
+    if case.job.cycle is not None:
         from autobalance.machine_models.cycle_torques import throw_torques
 
-        torques = throw_torques(found.job, found.crank)
+        torques = throw_torques(case.job, case.crank)
 
         def fired(speed: float) -> dict[float, complex]:
             total = torques.at_speed(speed).sum(axis=1)
@@ -171,7 +171,7 @@ def _mounted(found: Request, as_file: Engine, factors: Sequence[float]) -> dict[
     return mounts_values(
         analysed(
             held,
-            lambda factor: engine_from_job.balanced_to(as_file, found.job, found.crank.anatomy, factor),
+            lambda factor: engine_from_job.balanced_to(as_file, case.job, case.crank.anatomy, factor),
             torque,
             factors,
         )
@@ -179,25 +179,23 @@ def _mounted(found: Request, as_file: Engine, factors: Sequence[float]) -> dict[
 
 
 def _state(
-    name: str, engine: Engine, factor: float | None, found: Request, reference_mm: float
+    name: str, engine: Engine, factor: float | None, case: Request, reference_mm: float
 ) -> EngineState:
-    force = shaking_force(engine, found.speed_rad_s)
+    force = shaking_force(engine, case.speed_rad_s)
     return EngineState(
         name=name,
         balance_factor=factor,
         force=ShakingForce.of(replace(force, orders=tuple(about(force.orders, reference_mm)))),
-        loads=_loads(engine, engine_from_job.mains_z_mm(found.crank.anatomy), found, reference_mm),
+        loads=_loads(engine, engine_from_job.mains_z_mm(case.crank.anatomy), case, reference_mm),
     )
 
 
-def _loads(
-    engine: Engine, mains_z_mm: tuple[float, ...], found: Request, reference_mm: float
-) -> InertiaLoads:
-    """Return the loads over a turn; with fewer than two mains what statics tells at one place."""
+def _loads(engine: Engine, mains_z_mm: tuple[float, ...], case: Request, reference_mm: float) -> InertiaLoads:
+    """Return the loads over a turn; with fewer than two mains statics' load at one place."""
     if len(mains_z_mm) > 1:
-        return InertiaLoads.of(engine, turn_loads(engine, mains_z_mm, found.speed_rad_s), mains_z_mm)
+        return InertiaLoads.of(engine, turn_loads(engine, mains_z_mm, case.speed_rad_s), mains_z_mm)
     place = mains_z_mm[0] if mains_z_mm else reference_mm
-    support, loads = turn_support(engine, place, found.speed_rad_s)
+    support, loads = turn_support(engine, place, case.speed_rad_s)
     return InertiaLoads.of(engine, loads, mains_z_mm, support)
 
 
@@ -207,7 +205,7 @@ def _mount_plots(mounts: dict[str, Any]) -> Drawn:
 
     speeds = np.array(mounts["speeds_rpm"])
     names = list(mounts["best_factor_for"]) or ["centre"]
-    made: dict[str, dict[str, bytes]] = {}
+    drawn: dict[str, dict[str, bytes]] = {}
     for number, name in enumerate(names, 1):
         curves = [
             plots.Curve(
@@ -218,15 +216,15 @@ def _mount_plots(mounts: dict[str, Any]) -> Drawn:
             for row in mounts["responses"]
         ]
         labels = ("speed [1/min]", "velocity, RMS of all orders [mm/s]")
-        made[f"mounts-{number}"] = plots.lines(f"On its mounts: {name}", labels, curves)
-    return made
+        drawn[f"mounts-{number}"] = plots.lines(f"On its mounts: {name}", labels, curves)
+    return drawn
 
 
-def _plots(found: Request, engines: dict[str, Engine], engine: Engine, factors: list[float]) -> Drawn:
+def _plots(case: Request, engines: dict[str, Engine], engine: Engine, factors: list[float]) -> Drawn:
     from autobalance.report import plots
 
-    speed = found.speed_rad_s
-    at = f"at {found.speed_rpm:g} rpm"
+    speed = case.speed_rad_s
+    at = f"at {case.speed_rpm:g} rpm"
     shaking = {name: shaking_force(each, speed) for name, each in engines.items()}
     angle = next(iter(shaking.values())).angle_rad
     curves = {}
@@ -243,7 +241,7 @@ def _plots(found: Request, engines: dict[str, Engine], engine: Engine, factors: 
         name: [order.greatest_force_n for order in force.orders if order.order % 1.0 == 0.0]
         for name, force in shaking.items()
     }
-    made = {
+    drawn = {
         "force-over-angle": plots.over_angle(f"Shaking force {at}", "force [N]", angle, curves),
         "force-polar": plots.polar(
             f"Shaking force by balance factor {at}",
@@ -255,22 +253,22 @@ def _plots(found: Request, engines: dict[str, Engine], engine: Engine, factors: 
         ),
         "orders": plots.bars(f"Shaking force by order {at}", "greatest force [N]", whole, heights),
     }
-    mains = engine_from_job.mains_z_mm(found.crank.anatomy)
+    mains = engine_from_job.mains_z_mm(case.crank.anatomy)
     if len(mains) < 2:
-        return made
+        return drawn
     loads = turn_loads(engines["balanced"], mains, speed)
     axes = ("load along x [N]", "load along y [N]")
-    made["main-bearings-polar"] = plots.polar(
+    drawn["main-bearings-polar"] = plots.polar(
         f"Main bearings, engine's frame, {at}",
         axes,
         [plots.Curve(f"main {n}", *engine.shown(load).T) for n, load in enumerate(loads.main_n, 1)],
     )
-    made["wrist-pins-polar"] = plots.polar(
+    drawn["wrist-pins-polar"] = plots.polar(
         f"Wrist pins, engine's frame, {at}",
         axes,
         [plots.Curve(f"cylinder {n}", *engine.shown(load).T) for n, load in enumerate(loads.wrist_pin_n, 1)],
     )
-    made["crankpins-polar"] = plots.polar(
+    drawn["crankpins-polar"] = plots.polar(
         f"Crankpins, crank's frame, {at}",
         axes,
         [
@@ -278,7 +276,7 @@ def _plots(found: Request, engines: dict[str, Engine], engine: Engine, factors: 
             for n, load in enumerate(loads.crankpin_in_crank_frame_n(), 1)
         ],
     )
-    made["torque-over-angle"] = plots.over_angle(
+    drawn["torque-over-angle"] = plots.over_angle(
         f"Inertia torque {at}", "torque [N·m]", angle, {"balanced": loads.torque_n_m}
     )
-    return made
+    return drawn

@@ -124,20 +124,20 @@ def generate(
     ('counterweight_radius', 52.61, 0.5)
     """
     telling(progress)("building the crank")
-    wanted = None if suggest is None else Wanted.of(suggest)
-    found, engine = _designed(design)
+    aims = None if suggest is None else Wanted.of(suggest)
+    drawn_design, engine = _designed(design)
     changes = {**(settings or {}), **({} if segments is None else {"segments": segments})}
-    found = with_settings(found, changes) if changes else found
-    target = Path(file) if file is not None else _named(found.name)
-    data, triangles, crank = _generated(found, target, unit)
+    drawn_design = with_settings(drawn_design, changes) if changes else drawn_design
+    target = Path(file) if file is not None else _named(drawn_design.name)
+    data, triangles, crank = _generated(drawn_design, target, unit)
     suggestions: Suggestions | Absent = ABSENT
-    if wanted is not None:
+    if aims is not None:
         telling(progress)("trying what would do it")
-        suggestions = _suggestions(found, engine, wanted)
+        suggestions = _suggestions(drawn_design, engine, aims)
     solid = DrawnSolid(file=str(target), sha256=sha256(data).hexdigest(), triangles=triangles)
     report = GenerateReport(
         autobalance=records.Versions.here(),
-        design=table_of(found),
+        design=table_of(drawn_design),
         frame=records.Frame(file_to_rotor=crank.anatomy.file_to_rotor),
         crank=records.Crank.of(crank),
         initial=balance_records.Unbalance.of(Unbalance.of(crank.moments), None),
@@ -145,17 +145,17 @@ def generate(
         outputs=DrawnOutputs(solid=solid),
         suggestions=suggestions,
     )
-    return GenerateResult(report, found, data, target)
+    return GenerateResult(report, drawn_design, data, target)
 
 
-def _suggestions(design: Design, engine: EngineParts | None, wanted: Wanted) -> Suggestions:
+def _suggestions(design: Design, engine: EngineParts | None, target: Wanted) -> Suggestions:
     """Return what would make a drawn crank what is wanted: its sizes, and bores and weights in its webs."""
     from autobalance.balancing.suggestions.metal import suggested_metal
     from autobalance.balancing.suggestions.sizes import suggested_sizes
 
     anatomy = crank_anatomy(design)
     start = exact_moments(design, EXACT_SEGMENTS).moved(anatomy.file_to_rotor)
-    aim = Aim.of(wanted, start, anatomy, engine)
+    aim = Aim.of(target, start, anatomy, engine)
     solid, density = crank_solid(design).moved(anatomy.file_to_rotor), design.density_kg_m3
     sizes = suggested_sizes(design, aim)
     metal = suggested_metal(solid, density * G_PER_MM3_PER_KG_M3, aim, turned=False)

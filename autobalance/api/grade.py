@@ -104,9 +104,9 @@ def grade(
     if known is None or mass_unit.lower() not in G_PER:
         unit, units = (mass_unit, G_PER) if known is not None else (residual_unit, G_MM_PER)
         raise UsageError(f"the unit {unit!r} is not known; expected one of {', '.join(units)}")
-    given = _Given(grade, speed_rpm, mass, mass_unit.lower(), residual, known, planes, centre)
+    question = _Given(grade, speed_rpm, mass, mass_unit.lower(), residual, known, planes, centre)
     try:
-        return GradeResult(_report(given))
+        return GradeResult(_report(question))
     except ValueError as error:
         raise UsageError(str(error)) from None
 
@@ -115,8 +115,8 @@ def _plots(values: dict[str, Any]) -> Drawn:
     """Draw e_per, and U_per where the rotor is known, for the grade and its neighbours over the speed."""
     from autobalance.report import plots
 
-    asked, rpm, mass = values["grade_mm_s"], values["speed_rpm"], values["rotor_mass_g"]
-    grade = values["achieved_grade_mm_s"] if asked is None else asked
+    stated_grade, rpm, mass = values["grade_mm_s"], values["speed_rpm"], values["rotor_mass_g"]
+    grade = values["achieved_grade_mm_s"] if stated_grade is None else stated_grade
     low, high = USUAL_SPEEDS_RPM if rpm is None else (0.1 * rpm, 10.0 * rpm)
     speeds = np.geomspace(low, high, 61)
     specific = {
@@ -127,9 +127,9 @@ def _plots(values: dict[str, Any]) -> Drawn:
     lines = [plots.Curve(f"G {each:.4g}", speeds, e) for each, e in specific.items()]
     at = None if not grade else (rpm, 1e3 * specific_unbalance_mm(grade, rpm * RAD_S_PER_RPM))
     title = "Permissible specific unbalance"
-    made = {"grade-specific": plots.over_speed(title, "e_per [µm]", lines, thick, at)}
+    drawn = {"grade-specific": plots.over_speed(title, "e_per [µm]", lines, thick, at)}
     if mass is None:
-        return made
+        return drawn
     lines = [
         plots.Curve(
             f"G {each:.4g}",
@@ -140,29 +140,29 @@ def _plots(values: dict[str, Any]) -> Drawn:
     ]
     at = None if not grade else (rpm, permissible_unbalance_g_mm(mass, grade, rpm * RAD_S_PER_RPM))
     title = f"Permissible residual unbalance of {mass:g} g"
-    made["grade-permissible"] = plots.over_speed(title, "U_per [g·mm]", lines, thick, at)
-    return made
+    drawn["grade-permissible"] = plots.over_speed(title, "U_per [g·mm]", lines, thick, at)
+    return drawn
 
 
-def _report(given: _Given) -> GradeReport:
-    _check(given)
-    mass = None if given.mass is None else given.mass * G_PER[given.mass_unit]
-    residual = None if given.residual is None else given.residual * G_MM_PER[given.residual_unit]
-    speed = None if given.speed_rpm is None else given.speed_rpm * RAD_S_PER_RPM
+def _report(question: _Given) -> GradeReport:
+    _check(question)
+    mass = None if question.mass is None else question.mass * G_PER[question.mass_unit]
+    residual = None if question.residual is None else question.residual * G_MM_PER[question.residual_unit]
+    speed = None if question.speed_rpm is None else question.speed_rpm * RAD_S_PER_RPM
     permissible = specific = achieved = listed = None
-    if mass is not None and speed is not None and given.grade is not None:
-        permissible = permissible_unbalance_g_mm(mass, given.grade, speed)
-        specific = 1e3 * specific_unbalance_mm(given.grade, speed)
+    if mass is not None and speed is not None and question.grade is not None:
+        permissible = permissible_unbalance_g_mm(mass, question.grade, speed)
+        specific = 1e3 * specific_unbalance_mm(question.grade, speed)
     if mass is not None and speed is not None and residual is not None:
         achieved = achieved_grade_mm_s(residual, mass, speed)
         listed = listed_grade(achieved)
     return GradeReport(
-        grade_mm_s=given.grade,
-        speed_rpm=given.speed_rpm,
+        grade_mm_s=question.grade,
+        speed_rpm=question.speed_rpm,
         rotor_mass_g=mass,
         permissible_g_mm=permissible,
         specific_unbalance_um=specific,
-        planes=() if permissible is None else _planes(given, permissible),
+        planes=() if permissible is None else _planes(question, permissible),
         residual_g_mm=residual,
         achieved_grade_mm_s=achieved,
         listed_grade_mm_s=None if listed is None else listed.grade_mm_s,
@@ -170,39 +170,39 @@ def _report(given: _Given) -> GradeReport:
     )
 
 
-def _planes(given: _Given, permissible_g_mm: float) -> tuple[TolerancePlane, ...]:
+def _planes(question: _Given, permissible_g_mm: float) -> tuple[TolerancePlane, ...]:
     """Return the shares of the tolerance planes that were given."""
-    if given.planes is None:
+    if question.planes is None:
         return ()
-    low, high = given.planes
-    centre = 0.5 * (low + high) if given.centre is None else given.centre
+    low, high = question.planes
+    centre = 0.5 * (low + high) if question.centre is None else question.centre
     share_a, share_b = share_between_planes(permissible_g_mm, centre, low, high)
     return TolerancePlane("A", low, share_a), TolerancePlane("B", high, share_b)
 
 
-def _check(given: _Given) -> None:
+def _check(question: _Given) -> None:
     """Refuse what is impossible or only half given."""
-    numbers = {"--grade": given.grade, "--speed-rpm": given.speed_rpm, "--mass": given.mass}
+    numbers = {"--grade": question.grade, "--speed-rpm": question.speed_rpm, "--mass": question.mass}
     for name, value in numbers.items():
         if value is not None:
             positive(name, value)
-    if given.residual is not None and given.residual != 0.0:
-        if not 0.0 < given.residual < math.inf:
-            raise UsageError(f"--residual is {given.residual:g}; must be ≥ 0")
-        positive("--residual", given.residual)
-    asked = given.grade is not None or given.residual is not None
-    if asked and (given.mass is None or given.speed_rpm is None):
+    if question.residual is not None and question.residual != 0.0:
+        if not 0.0 < question.residual < math.inf:
+            raise UsageError(f"--residual is {question.residual:g}; must be ≥ 0")
+        positive("--residual", question.residual)
+    has_grade = question.grade is not None or question.residual is not None
+    if has_grade and (question.mass is None or question.speed_rpm is None):
         missing = [name for name in ("--mass", "--speed-rpm") if numbers[name] is None]
         raise UsageError(
             f"{' and '.join(missing)} missing; a grade or a residual needs the rotor and its speed"
         )
-    if not asked and not (given.mass is None and given.speed_rpm is None):
+    if not has_grade and not (question.mass is None and question.speed_rpm is None):
         raise UsageError("--grade or --residual is missing; --mass and --speed-rpm alone say nothing")
-    if given.planes is not None and given.grade is None:
+    if question.planes is not None and question.grade is None:
         raise UsageError("--grade is missing; --planes share what a grade permits")
-    if given.centre is not None and given.planes is None:
-        raise UsageError("--planes is missing; --centre tells where between them the mass is")
-    for name, places in (("--centre", (given.centre,)), ("--planes", given.planes or ())):
+    if question.centre is not None and question.planes is None:
+        raise UsageError("--planes is missing; expected it beside --centre")
+    for name, places in (("--centre", (question.centre,)), ("--planes", question.planes or ())):
         for place in places:
             if place is not None:
                 place_mm(name, place)

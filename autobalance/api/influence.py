@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from autobalance.job.files.trials import Trials
 
 LARGEST_CONDITION = 1e4
-"""Above it the readings cannot tell the planes apart."""
+"""Above it the readings cannot distinguish the planes."""
 WARNED_CONDITION = 30.0
 NAMED_SHARE = 0.3
 """Of the weakest combination of weights: planes with at least this are named."""
@@ -38,11 +38,11 @@ class InfluenceResult(VerbResult):
     """Influence coefficients, the weights to add and what they leave."""
 
     def files(self) -> Mapping[str, bytes]:
-        """Return ``reading.toml`` for ``recut``, the unbalance found, if ``[reading]`` tells the planes."""
+        """Return ``reading.toml`` for ``recut``, the unbalance found, if ``[reading]`` names the planes."""
         from autobalance.report.balance.reading_toml import found_unbalance_toml
 
-        told = self.report["input"]["reading"] is not None
-        return {"reading.toml": found_unbalance_toml(self.report).encode()} if told else {}
+        has_reading = self.report["input"]["reading"] is not None
+        return {"reading.toml": found_unbalance_toml(self.report).encode()} if has_reading else {}
 
     @property
     def exit_code(self) -> int:
@@ -78,7 +78,7 @@ def influence(trials: str | Path | Mapping[str, Any]) -> InfluenceResult:
     Raises
     ------
     JobError
-        If a key is wrong, a trial weight changes nothing, or the planes cannot be told apart.
+        If a key is wrong, a trial weight changes nothing, or the planes cannot be distinguished.
 
     Examples
     --------
@@ -103,7 +103,7 @@ def _report(task: Trials) -> InfluenceReport:
     close = [str(plane) for plane, share in zip(task.planes, shares, strict=True) if share >= NAMED_SHARE]
     if condition > LARGEST_CONDITION:
         raise JobError(
-            f"condition is {condition:.3g}; must be at most {LARGEST_CONDITION:g}: the readings do not tell "
+            f"condition is {condition:.3g}; must be at most {LARGEST_CONDITION:g}: the readings cannot set "
             f"the planes {', '.join(close)} apart; choose other planes, speeds or sensors"
         )
     sums, split, warnings = _weights(task, alpha)
@@ -148,20 +148,20 @@ def _weights(task: Trials, alpha: Complex) -> tuple[Complex, list[list[SplitWeig
         limits = np.array([each.limit_g_mm for each in task.fittings])
         sums = limited_weights(alpha, task.initial, task.reading_weights, limits, task.goal)
         return sums, [None] * len(task.planes), []
-    found = fitted_weights(alpha, task.initial, task.reading_weights, task.fittings)
+    weights = fitted_weights(alpha, task.initial, task.reading_weights, task.fittings)
     split = [
         None
         if fitted is None
         else [SplitWeight(angle_deg=_degrees(angle), g_mm=g_mm) for angle, g_mm in sorted(fitted)]
-        for fitted in found.split
+        for fitted in weights.split
     ]
-    if not found.proven:
+    if not weights.proven:
         short = (
-            f"the set found leaves {found.worst:.4g} at worst; none leaves less than {found.bound:.4g}, and "
-            "there was no time to look through all sets between"
+            f"the set found leaves {weights.worst:.4g} at worst; none leaves less than {weights.bound:.4g}; "
+            "no time was left for the sets between"
         )
-        return found.sums_g_mm, split, [short]
-    return found.sums_g_mm, split, []
+        return weights.sums_g_mm, split, [short]
+    return weights.sums_g_mm, split, []
 
 
 def _correction(

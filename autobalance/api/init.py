@@ -114,8 +114,8 @@ def init(
     if method not in KINDS:
         raise UsageError(f"--method is {method!r}; must be one of {', '.join(KINDS)}")
     telling(progress)("reading the crank")
-    found = _found(source, target, unit, density_kg_m3, method, settings)
-    rows = job_rows(found)
+    recognised = _found(source, target, unit, density_kg_m3, method, settings)
+    rows = job_rows(recognised)
     data = write_workbook(rows) if _is_workbook(target) else commented_toml(rows).encode()
     left = [
         key for row in rows if row.active for key, value in leaves(row.value, row.key) if value == FILL_IN
@@ -159,10 +159,10 @@ def _found(
     method: str,
     settings: Sequence[str],
 ) -> Found:
-    asked = _asked(settings)
-    unit = asked.get("unit", unit)
-    keywords = {key: value for key, value in asked.items() if key not in ("file", "unit", "density_kg_m3")}
-    density = asked.get("density_kg_m3", density_kg_m3)
+    changed = _asked(settings)
+    unit = changed.get("unit", unit)
+    keywords = {key: value for key, value in changed.items() if key not in ("file", "unit", "density_kg_m3")}
+    density = changed.get("density_kg_m3", density_kg_m3)
     crank, body, parts = _read(source, target, unit, {"density_kg_m3": density or STEEL_KG_M3, **keywords})
     return Found(
         file=_relative(source, target),
@@ -174,7 +174,7 @@ def _found(
         method=method,
         throws=len(crank.throws),
         hints=_hints(crank),
-        asked=asked,
+        asked=changed,
         body=body,
         parts=parts,
     )
@@ -184,8 +184,8 @@ def _read(
     source: Path, target: Path, unit: str | None, keywords: Mapping[str, Any]
 ) -> tuple[Crank, int | str | None, OtherParts]:
     """Return the crank of a file, its body among several, and what the others are."""
-    given = {"file": str(source), **({} if unit is None else {"unit": unit}), **keywords}
-    crankshaft = _crankshaft(given)
+    values = {"file": str(source), **({} if unit is None else {"unit": unit}), **keywords}
+    crankshaft = _crankshaft(values)
     body = keywords.get("body")
     try:
         crank = Crank(measure_crank(crankshaft, Stopwatch(), try_all_bodies=False), crankshaft)
@@ -194,12 +194,12 @@ def _read(
         parts = assembly_parts(read_bodies(source, unit))
     except BodiesError as several:
         parts = assembly_parts(read_bodies(source, unit))
-        found = _crank_among(parts, several)
-        if found is None:
+        chosen = _crank_among(parts, several)
+        if chosen is None:
             return Crank(_of_pieces(crankshaft, several), crankshaft), None, OtherParts()
-        body, crankshaft = body_key(found), _crankshaft({**given, "body": body_key(found)})
-        assert found.anatomy is not None
-        measured = measured_source(found.body.source, found.anatomy, crankshaft.density_g_mm3)
+        body, crankshaft = body_key(chosen), _crankshaft({**values, "body": body_key(chosen)})
+        assert chosen.anatomy is not None
+        measured = measured_source(chosen.body.source, chosen.anatomy, crankshaft.density_g_mm3)
         crank = Crank(measured, crankshaft)
     located = {"file": _relative(source, target)}
     if unit is not None and needs_unit(source):
@@ -207,12 +207,12 @@ def _read(
     return crank, body, other_parts(parts, body, located, len(crank.throws))
 
 
-def _crankshaft(given: Mapping[str, Any]) -> Crankshaft:
-    found = read_crankshaft(given, Path())
-    if "crankpin_in_file" in given:
-        return found
-    either = replace(found.overrides, crankpin_in_file=None)  # crankpins first, then bores for them
-    return replace(found, overrides=either)
+def _crankshaft(values: Mapping[str, Any]) -> Crankshaft:
+    read_as = read_crankshaft(values, Path())
+    if "crankpin_in_file" in values:
+        return read_as
+    either = replace(read_as.overrides, crankpin_in_file=None)  # crankpins first, then bores for them
+    return replace(read_as, overrides=either)
 
 
 def _of_pieces(crankshaft: Crankshaft, several: BodiesError) -> MeasuredCrank:
@@ -241,8 +241,8 @@ def _asked(settings: Sequence[str]) -> dict[str, Any]:
     if set(values) - {"crankshaft"}:
         other = ", ".join(sorted(set(values) - {"crankshaft"}))
         raise JobError(f"--set {other}: init takes keys of [crankshaft] alone; edit the job for others")
-    found: dict[str, Any] = values.get("crankshaft", {})
-    return found
+    crankshaft: dict[str, Any] = values.get("crankshaft", {})
+    return crankshaft
 
 
 def _hints(crank: Crank) -> dict[str, Any]:

@@ -49,9 +49,9 @@ class InspectResult(VerbResult):
         from autobalance.report.balance.section_text import section_table_text
         from autobalance.report.display_units import ON_SCREEN
 
-        found = self.report.get("section_table")
+        table = self.report.get("section_table")
         u = ON_SCREEN[units]
-        return sections_text(self.report, u) if found is None else section_table_text(found, u)
+        return sections_text(self.report, u) if table is None else section_table_text(table, u)
 
     def picture(self) -> bytes:
         """Return a PNG of the crank with its axis, pins, and faces by their ids."""
@@ -101,29 +101,29 @@ def inspect(
     >>> len(inspect(file, unit="mm", crankpin_in_file=False).report["crank"]["webs"])
     2
     """
-    tell, watch, source = telling(progress, INSPECTED_BEFORE), Stopwatch(), crank
+    notify, watch, source = telling(progress, INSPECTED_BEFORE), Stopwatch(), crank
     if not isinstance(crank, Crank):
-        tell("reading and measuring the crank")
+        notify("reading and measuring the crank")
         with watch.stage("load"):
             crank = _read(crank, settings, keywords)
     elif keywords:
         raise TypeError(f"{', '.join(keywords)}: a crank that is read already takes no keywords")
     with watch.stage("plan"):
-        tell("looking for faces")
+        notify("looking for faces")
         crank = crank.with_faces()
         measured = crank.measured
         faces = offered_faces(measured)
-        tell("weighing the sections")
+        notify("weighing the sections")
         parts = sections(measured.source.solid, measured.anatomy, measured.density_g_mm3)
     warnings = measured.warnings(crank.file)
     weighed = None
     if table is not None:
-        tell("weighing what hangs on the crank")
+        notify("weighing what hangs on the crank")
         weighed, more = weighed_table(crank, parts, source, settings, table)
         warnings = (*warnings, *more)
     suggested = None
     if suggest is not None:
-        tell("trying what would do it")
+        notify("trying what would do it")
         suggested = _suggested(measured, _job_of(source, settings), suggest)
     record = Record(
         command="inspect",

@@ -63,8 +63,8 @@ def weighed_table(
         warnings += oddities(job, measured)
         factor = target_factor(job, measured.anatomy, measured.moments)
         _refuse_oil_twice(job, oil, len(measured.anatomy.throws))
-    found = section_table(measured, parts, job, factor, oil)
-    return (found, _datum_mm(options.datum, crank, found)), warnings
+    table = section_table(measured, parts, job, factor, oil)
+    return (table, _datum_mm(options.datum, crank, table)), warnings
 
 
 def _whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> tuple[Job | None, list[str]]:
@@ -77,10 +77,10 @@ def _whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> tup
     left = [key for key, value in leaves(values) if value == FILL_IN]
     left += [f"[{name}]" for name in NEEDED if name not in values]
     if left:
-        told = (
+        refusal = (
             f"{source}: {left[0]} is not filled in: the section table is of the bare crank, without verdict"
         )
-        return None, [told]
+        return None, [refusal]
     return load(source, settings), []
 
 
@@ -95,7 +95,7 @@ def _refuse_oil_twice(job: Job, oil: float | None, throws: int) -> None:
             )
 
 
-def _datum_mm(datum: float | str, crank: Crank, found: SectionTable) -> float:
+def _datum_mm(datum: float | str, crank: Crank, table: SectionTable) -> float:
     """Return where the plane about which couples count stands."""
     if isinstance(datum, int | float):
         if not math.isfinite(datum):
@@ -103,7 +103,7 @@ def _datum_mm(datum: float | str, crank: Crank, found: SectionTable) -> float:
         return float(datum)
     if datum in ("A", "B"):
         own = default_planes_mm(crank.measured.anatomy)
-        planes = own if found.tolerance is None else found.tolerance.places_mm
+        planes = own if table.tolerance is None else table.tolerance.places_mm
         if planes is None:
             raise JobError(f"datum is {datum}, but there are no tolerance planes; give a number [mm]")
         return planes["AB".index(datum)]

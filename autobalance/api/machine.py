@@ -89,30 +89,30 @@ def machine(machine_file: str | Path | Mapping[str, Any]) -> MachineResult:
     from autobalance.job.files.machine import read_machine
     from autobalance.job.toml.keys import named_in
 
-    given = read_machine(machine_file)
+    case = read_machine(machine_file)
     with named_in(machine_file):
-        return MachineResult(_report(given))
+        return MachineResult(_report(case))
 
 
-def _report(given: Machine) -> MachineReport:
+def _report(case: Machine) -> MachineReport:
     from autobalance.dynamics.balancing_machine import noisy_readings
     from autobalance.dynamics.spun_rotor import spun_rotor
 
-    reported = _reported(given)
-    body = given.body if reported is None else reported.body
+    reported = _reported(case)
+    body = case.body if reported is None else reported.body
     assert body is not None
-    rotor = spun_rotor(body, given.unbalances, given.masses)
-    planes_mm = given.planes_mm if reported is None or given.planes_mm is not None else reported.planes_mm
-    names, places, true = _planes(given, rotor, planes_mm)
-    runs = noisy_readings(true, given.noise, given.runs, given.seed)
+    rotor = spun_rotor(body, case.unbalances, case.masses)
+    planes_mm = case.planes_mm if reported is None or case.planes_mm is not None else reported.planes_mm
+    names, places, true = _planes(case, rotor, planes_mm)
+    runs = noisy_readings(true, case.noise, case.runs, case.seed)
     read = [[_plane(*each) for each in zip(names, places, values, strict=True)] for values in runs]
-    stand, of_stand = _static(given, rotor)
-    corrections, of_drill = _corrections(given, read[0])
+    stand, of_stand = _static(case, rotor)
+    corrections, of_drill = _corrections(case, read[0])
     return MachineReport(
-        input=given.values,
+        input=case.values,
         rotor=_rotor_figures(rotor, planes_mm),
-        sensors=_sensors(given, rotor, planes_mm),
-        nodes=_nodes(given, rotor, planes_mm),
+        sensors=_sensors(case, rotor, planes_mm),
+        nodes=_nodes(case, rotor, planes_mm),
         static=stand,
         runs=[
             MachineRun(planes=planes, left=_left(names, true, values))
@@ -126,19 +126,19 @@ def _report(given: Machine) -> MachineReport:
     )
 
 
-def _reported(given: Machine) -> ReportedRotor | None:
-    if given.report is None:
+def _reported(case: Machine) -> ReportedRotor | None:
+    if case.report is None:
         return None
     from autobalance.verification.reported_rotor import reported_rotor
 
-    return reported_rotor(given.report)
+    return reported_rotor(case.report)
 
 
 def _planes(
-    given: Machine, rotor: SpunRotor, planes_mm: Pair | None
+    case: Machine, rotor: SpunRotor, planes_mm: Pair | None
 ) -> tuple[tuple[str, ...], tuple[float | None, ...], tuple[complex, ...]]:
     """Return name, place and true unbalance of each plane that is read."""
-    if given.kind == "static":
+    if case.kind == "static":
         return ("static",), (None,), (rotor.unbalance_g_mm,)
     if planes_mm is None:
         raise JobError("planes_mm is missing; the report has no tolerance planes to read in")
@@ -187,34 +187,34 @@ def _sensor(name: str, z_mm: float, quantity: str, value: complex, unit: float) 
     )
 
 
-def _sensors(given: Machine, rotor: SpunRotor, planes_mm: Pair | None) -> list[SensorReading] | None:
+def _sensors(case: Machine, rotor: SpunRotor, planes_mm: Pair | None) -> list[SensorReading] | None:
     from autobalance.dynamics import balancing_machine as machines
 
-    if given.kind == "static" or planes_mm is None:
+    if case.kind == "static" or planes_mm is None:
         return None
-    speed, supports = given.speed_rad_s or 0.0, given.bearings_mm or planes_mm
-    if given.kind == "hard":
+    speed, supports = case.speed_rad_s or 0.0, case.bearings_mm or planes_mm
+    if case.kind == "hard":
         forces = machines.support_forces(rotor, supports, speed)
         quantity, unit, places, values = "force_N", N_PER_G_MM_S2, supports, forces
-    elif given.kind == "cradle":
+    elif case.kind == "cradle":
         moments = machines.cradle_moments(rotor, planes_mm, speed)
         quantity, unit, places, values = "moment_N_m", N_M_PER_G_MM2_S2, planes_mm, moments
     else:
-        places = supports if given.kind == "soft" else _node_places(rotor, planes_mm)
-        moved = _displacements(given, rotor, places)
+        places = supports if case.kind == "soft" else _node_places(rotor, planes_mm)
+        moved = _displacements(case, rotor, places)
         quantity, unit, values = "displacement_um", UM_PER_MM, moved
-    names = ("A", "B") if given.kind == "nodal" else ("1", "2")
+    names = ("A", "B") if case.kind == "nodal" else ("1", "2")
     return [_sensor(*each, unit) for each in zip(names, places, (quantity,) * 2, values, strict=True)]
 
 
-def _displacements(given: Machine, rotor: SpunRotor, places: Pair) -> tuple[complex, complex]:
+def _displacements(case: Machine, rotor: SpunRotor, places: Pair) -> tuple[complex, complex]:
     from autobalance.dynamics.balancing_machine import free_displacement, sprung_displacements
 
-    if given.kind == "soft" and given.stiffness_g_s2 > 0.0 and given.speed_rad_s is not None:
+    if case.kind == "soft" and case.stiffness_g_s2 > 0.0 and case.speed_rad_s is not None:
         try:
-            return sprung_displacements(rotor, places, given.stiffness_g_s2, given.speed_rad_s)
+            return sprung_displacements(rotor, places, case.stiffness_g_s2, case.speed_rad_s)
         except ValueError as error:
-            raise JobError(f"speed_rpm is {given.values['speed_rpm']:g}: {error}") from None
+            raise JobError(f"speed_rpm is {case.values['speed_rpm']:g}: {error}") from None
     return free_displacement(rotor, places[0]), free_displacement(rotor, places[1])
 
 
@@ -228,27 +228,27 @@ def _node_places(rotor: SpunRotor, planes_mm: Pair) -> Pair:
         raise JobError(f"planes_mm is [{planes_mm[0]:g}, {planes_mm[1]:g}]: {error}") from None
 
 
-def _nodes(given: Machine, rotor: SpunRotor, planes_mm: Pair | None) -> list[PlaneNode] | None:
+def _nodes(case: Machine, rotor: SpunRotor, planes_mm: Pair | None) -> list[PlaneNode] | None:
     """Return the node of each plane's unbalance; None for the kinds that have none."""
-    if given.kind != "nodal" or planes_mm is None:
+    if case.kind != "nodal" or planes_mm is None:
         return None
     of_B, of_A = _node_places(rotor, planes_mm)
     return [PlaneNode(plane="A", z_mm=of_A), PlaneNode(plane="B", z_mm=of_B)]
 
 
-def _static(given: Machine, rotor: SpunRotor) -> tuple[StaticStand | None, list[str]]:
+def _static(case: Machine, rotor: SpunRotor) -> tuple[StaticStand | None, list[str]]:
     """Return what a static stand shows, and warnings."""
     from autobalance.dynamics.static_stand import static_stand
 
-    if given.kind != "static" or given.stand is None:
+    if case.kind != "static" or case.stand is None:
         return None, []
-    stand, polar = given.stand, given.polar_g_mm2
+    stand, polar = case.stand, case.polar_g_mm2
     if rotor.second_g_mm2 is not None:  # that of the rotor with all that is on it, about the axis
         around = rotor.second_g_mm2[0, 0] + rotor.second_g_mm2[1, 1]
         polar = float(around + abs(rotor.unbalance_g_mm) ** 2 / rotor.mass_g)
     elif polar is not None:
-        polar += sum(each.mass_g * abs(each.offset_mm) ** 2 for each in given.masses)
-    found = static_stand(
+        polar += sum(each.mass_g * abs(each.offset_mm) ** 2 for each in case.masses)
+    stand_result = static_stand(
         abs(rotor.unbalance_g_mm),
         rotor.mass_g,
         stand.friction_lever_mm,
@@ -257,15 +257,15 @@ def _static(given: Machine, rotor: SpunRotor) -> tuple[StaticStand | None, list[
         polar,
     )
     shown = StaticStand(
-        rolls=found.rolls,
-        least_g_mm=found.least_g_mm,
-        rest_within_rad=found.rest_within_rad,
-        roll_time_s=found.roll_time_s,
+        rolls=stand_result.rolls,
+        least_g_mm=stand_result.least_g_mm,
+        rest_within_rad=stand_result.rest_within_rad,
+        roll_time_s=stand_result.roll_time_s,
     )
-    if not found.rolls:
+    if not stand_result.rolls:
         still = (
             f"the rotor does not roll: its unbalance of {abs(rotor.unbalance_g_mm):.4g} g·mm is not over the "
-            f"{found.least_g_mm:.4g} g·mm of rolling friction"
+            f"{stand_result.least_g_mm:.4g} g·mm of rolling friction"
         )
         return shown, [still]
     if polar is None:
@@ -290,21 +290,21 @@ def _left(names: Sequence[str], true: Sequence[complex], read: Sequence[complex]
     )
 
 
-def _corrections(given: Machine, planes: Sequence[PlaneReading]) -> tuple[list[MachineCorrection], list[str]]:
+def _corrections(case: Machine, planes: Sequence[PlaneReading]) -> tuple[list[MachineCorrection], list[str]]:
     """Return what to take off for the first reading, at the heavy side, and warnings."""
-    found, warnings = [], []
+    corrections, warnings = [], []
     for plane in planes:
-        depth = None if given.drill is None else given.drill.depth_mm(plane.g_mm)
-        if given.drill is not None and depth is None:
-            point = given.drill.unbalance_g_mm(0.0)
+        depth = None if case.drill is None else case.drill.depth_mm(plane.g_mm)
+        if case.drill is not None and depth is None:
+            point = case.drill.unbalance_g_mm(0.0)
             what = (
                 "the drill's point alone takes off more" if plane.g_mm < point else "no hole is deep enough"
             )
             warnings.append(f"plane {plane.name}: {plane.g_mm:.4g} g·mm cannot be drilled; {what}")
-        found.append(
+        corrections.append(
             MachineCorrection(plane=plane.name, g_mm=plane.g_mm, angle_deg=plane.angle_deg, depth_mm=depth)
         )
-    return found, warnings
+    return corrections, warnings
 
 
 def _spread(names: Sequence[str], runs: Sequence[Sequence[complex]]) -> list[PlaneSpread]:

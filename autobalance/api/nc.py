@@ -43,10 +43,10 @@ class NcResult(VerbResult):
         from autobalance.machining.run import tool_table
         from autobalance.report.shop.setup_sheet import setup_sheet
 
-        found = {name: text.encode("ascii") for name, text in self.programs.items()}
+        files = {name: text.encode("ascii") for name, text in self.programs.items()}
         if self.run.machine.post == "linuxcnc":
-            found[TOOL_TABLE] = tool_table(self.run.machine.tools).encode("ascii", "replace")
-        return {**found, SHEET: setup_sheet(self.run)}
+            files[TOOL_TABLE] = tool_table(self.run.machine.tools).encode("ascii", "replace")
+        return {**files, SHEET: setup_sheet(self.run)}
 
     def files(self) -> Mapping[str, bytes]:
         """Return the programs, the tool table and the set-up sheet."""
@@ -79,7 +79,7 @@ def nc(
     finish_mm : float or None
         Metal left on every depth, for a first try.
     progress : callable or None
-        Told words and the share done.
+        Called with what runs and the share done, 0 to 1.
 
     Returns
     -------
@@ -104,11 +104,11 @@ def nc(
         if not 0.0 <= finish_mm < 1e4:
             raise UsageError(f"finish_mm is {finish_mm:g}; expected 0 or more")
         tool = replace(tool, finish_mm=float(finish_mm))
-    tell = telling(progress)
-    tell("checking the report")
+    notify = telling(progress)
+    notify("checking the report")
     part = verified_part(Path(report))
     try:
-        run = nc_run(part, tool, tell)
+        run = nc_run(part, tool, notify)
     except JobError as error:
         name = "" if isinstance(machine, Mapping) else f"{Path(machine).name}: "
         raise JobError(f"{name}{error}") from None

@@ -202,37 +202,37 @@ def orders(
     first = _record(record, sample_rate, calibration, quantity, tacho)
     second = None if other is None else _record(other, sample_rate, calibration, quantity, tacho)
     progress("analysing", 0.3)
-    found = analyse(first, question)
+    analysis = analyse(first, question)
     compared = None if second is None else analyse(second, question)
     engine = None if job is None else _job(job, settings)
-    sources = _sources(question, engine, _drive(drive, engine), found, progress)
-    asked = Asked(
+    sources = _sources(question, engine, _drive(drive, engine), analysis, progress)
+    inputs = Asked(
         **_asked(question, first, second, sample_rate, calibration, bearing),
         job=_named(job),
         quantity=quantity,
         drive=_named(drive),
     )
-    causes = explained(found, sources, compared)
+    causes = explained(analysis, sources, compared)
     set_keys: Values = {"job_set": list(settings)} if settings else {}
     return OrdersResult(
-        OrdersReport(**set_keys, input=asked, found=orders_values(found, causes, compared)),
-        analysis=found,
+        OrdersReport(**set_keys, input=inputs, found=orders_values(analysis, causes, compared)),
+        analysis=analysis,
         predicted=() if campbell is None else _predicted(campbell),
     )
 
 
-def _predicted(given: str | Path | Mapping[str, Any]) -> tuple[tuple[float | None, float], ...]:
+def _predicted(source: str | Path | Mapping[str, Any]) -> tuple[tuple[float | None, float], ...]:
     """Return the natural frequencies of a report of ``rotor`` (by speed) or ``torsion`` (at any)."""
     import json
 
-    report = given
-    if isinstance(given, str | Path):
+    report = source
+    if isinstance(source, str | Path):
         try:
-            report = json.loads(Path(given).read_text(encoding="utf-8"))
+            report = json.loads(Path(source).read_text(encoding="utf-8"))
         except OSError as error:
-            raise FileError(f"cannot read {given}: {system_reason(error)}") from None
+            raise FileError(f"cannot read {source}: {system_reason(error)}") from None
         except ValueError:
-            raise FormatError(f"{given} is no report of rotor or torsion: it is not JSON") from None
+            raise FormatError(f"{source} is no report of rotor or torsion: it is not JSON") from None
     try:
         if isinstance(report, Mapping) and "campbell" in report:
             rows = report["campbell"]
@@ -247,35 +247,35 @@ def _predicted(given: str | Path | Mapping[str, Any]) -> tuple[tuple[float | Non
 
 
 def _record(
-    given: str | Path | Mapping[str, ArrayLike],
+    source: str | Path | Mapping[str, ArrayLike],
     sample_rate: float | None,
     calibration: Mapping[str, float | str] | None,
-    wanted: Quantity | None,
+    quantity: Quantity | None,
     tacho: str | None,
 ) -> Record:
     from autobalance.signal.formats import read
     from autobalance.signal.record import Record
     from autobalance.signal.sensitivity import calibration_factor
 
-    if isinstance(given, Mapping):
-        record = Record("arrays", "arrays", _channels(given, sample_rate))
+    if isinstance(source, Mapping):
+        record = Record("arrays", "arrays", _channels(source, sample_rate))
     else:
-        record = read(given, sample_rate)
+        record = read(source, sample_rate)
     factors = {
         name: calibration_factor(name, value, record.channel(name).unit)
         for name, value in (calibration or {}).items()
     }
     record = record.calibrated(factors)
-    if wanted is None:
+    if quantity is None:
         return record
     from autobalance.signal.quantities import DERIVED, as_quantity
 
-    if wanted not in DERIVED:
-        raise FormatError(f"quantity is {wanted!r}; known: {', '.join(DERIVED)}")
-    return as_quantity(record, wanted, tacho)
+    if quantity not in DERIVED:
+        raise FormatError(f"quantity is {quantity!r}; known: {', '.join(DERIVED)}")
+    return as_quantity(record, quantity, tacho)
 
 
-def _channels(given: Mapping[str, ArrayLike], sample_rate: float | None) -> tuple[Channel, ...]:
+def _channels(arrays: Mapping[str, ArrayLike], sample_rate: float | None) -> tuple[Channel, ...]:
     import numpy as np
 
     from autobalance.signal.formats import agreed_rate
@@ -283,50 +283,50 @@ def _channels(given: Mapping[str, ArrayLike], sample_rate: float | None) -> tupl
     from autobalance.signal.record import Channel
 
     rate = agreed_rate("a mapping of samples", None, sample_rate)
-    found = []
-    for header, samples in given.items():
+    channels = []
+    for header, samples in arrays.items():
         values = np.asarray(samples)
         if values.ndim != 1 or values.size < 2 or values.dtype.kind not in "iuf":
             raise FormatError(f"channel {header!r} is no list of numbers longer than 1")
-        found.append(Channel(*named(header), rate, values, header=header))
-    if not found:
+        channels.append(Channel(*named(header), rate, values, header=header))
+    if not channels:
         raise FormatError("the record holds no channel")
-    return tuple(found)
+    return tuple(channels)
 
 
-def _bearing(given: Mapping[str, float]) -> RollingBearing:
+def _bearing(geometry: Mapping[str, float]) -> RollingBearing:
     import math
 
     from autobalance.signal.rolling_bearing import RollingBearing
 
-    for key in given:
+    for key in geometry:
         if key not in BEARING_KEYS:
             raise FormatError(f"bearing: {key} is an unknown key; known: {', '.join(BEARING_KEYS)}")
     for key in BEARING_KEYS[:3]:
-        if key not in given:
+        if key not in geometry:
             raise FormatError(f"bearing: {key} is missing")
-    if float(given["balls"]) % 1.0:
-        raise FormatError(f"bearing: balls is {given['balls']:g}; must be a whole number")
+    if float(geometry["balls"]) % 1.0:
+        raise FormatError(f"bearing: balls is {geometry['balls']:g}; must be a whole number")
     return RollingBearing(
-        int(given["balls"]), float(given["ball"]), float(given["pitch"]),
-        math.radians(float(given.get("contact", 0.0))), float(given.get("speed", 1.0)),
+        int(geometry["balls"]), float(geometry["ball"]), float(geometry["pitch"]),
+        math.radians(float(geometry.get("contact", 0.0))), float(geometry.get("speed", 1.0)),
     )  # fmt: skip
 
 
-def _drive(given: str | Path | Mapping[str, Any] | None, job: Job | None) -> list[Drive]:
+def _drive(file: str | Path | Mapping[str, Any] | None, job: Job | None) -> list[Drive]:
     """Return what the crank drives, by a file of its own and by the job."""
     from autobalance.job.drive import read_drive
 
-    own = [] if given is None else [read_drive(given)]
+    own = [] if file is None else [read_drive(file)]
     return own if job is None or job.drive is None else [*own, job.drive]
 
 
 def _sources(
-    question: Question, job: Job | None, drives: list[Drive], found: Analysis, progress: Progress
+    question: Question, job: Job | None, drives: list[Drive], analysis: Analysis, progress: Progress
 ) -> list[Source]:
     from autobalance.signal.sources import bearing_sources, shaft_source
 
-    speed = None if found.speed.turning is None else found.speed.turning.mean_rpm * RAD_S_PER_RPM
+    speed = None if analysis.speed.turning is None else analysis.speed.turning.mean_rpm * RAD_S_PER_RPM
     known = [source for drive in drives for source in drive.sources(speed)]
     known += [] if question.bearing is None else bearing_sources(question.bearing)
     if job is None:
@@ -336,7 +336,7 @@ def _sources(
     from autobalance.machine_models.order_sources import engine_sources
     from autobalance.runtime import Stopwatch
 
-    turning = found.speed.turning
+    turning = analysis.speed.turning
     speed_rpm = None if turning is None else turning.mean_rpm
     crank = measure_crank(job.crankshaft, Stopwatch())
     moving = engine_sources(job, crank, speed_rpm, question.max_order) + known
@@ -352,10 +352,10 @@ def _torque_sources(job: Job, speed_rpm: float | None) -> list[Source]:
     return torque_sources([(row.order, row.gas_n_m, row.inertia_n_m) for row in rows])
 
 
-def _job(given: str | Path | Job, settings: Sequence[str]) -> Job:
+def _job(source: str | Path | Job, settings: Sequence[str]) -> Job:
     from autobalance.job import load
 
-    return load(Path(given), settings) if isinstance(given, str | Path) else given
+    return load(Path(source), settings) if isinstance(source, str | Path) else source
 
 
 def _asked(
@@ -387,6 +387,6 @@ def _asked(
     }
 
 
-def _named(given: object) -> str | None:
+def _named(source: object) -> str | None:
     """Return the name of a file; None of what was given in memory."""
-    return str(given) if isinstance(given, str | Path) else None
+    return str(source) if isinstance(source, str | Path) else None

@@ -62,12 +62,12 @@ def parts(job: JobSource, crank: Crank | None = None, *, progress: Progress | No
     321.91
     """
     job = jobs.given(job)
-    asked = job.balance.factor
-    if asked is None:
-        found = request(job, crank, progress=progress)
-        factor, odd = found.factor, found.warnings
+    stated = job.balance.factor
+    if stated is None:
+        case = request(job, crank, progress=progress)
+        factor, odd = case.factor, case.warnings
     else:
-        factor, odd = asked, plausibility.odd_alone(job)
+        factor, odd = stated, plausibility.odd_alone(job)
     throws = [(None, job.engine.default), *sorted(job.engine.by_throw.items())]
     return PartsResult(
         PartsReport(
@@ -131,17 +131,17 @@ def _rolled_up(named: Mapping[str, Weight]) -> RolledUp:
 
 
 def _rod(job: Job) -> RodEnds | None:
-    given, length = job.engine.rod, job.engine.rod_length_mm
-    if given is None:
+    ends, length = job.engine.rod, job.engine.rod_length_mm
+    if ends is None:
         return None
     try:
         rod = ConnectingRod.from_two_scales(
-            given.big_end_g, given.small_end_g, length or 1.0, given.inertia_g_mm2
+            ends.big_end_g, ends.small_end_g, length or 1.0, ends.inertia_g_mm2
         )
     except ValueError as error:
         raise JobError(f"{job.path.name}: engine.rod: {error}") from None
     known = length is not None
-    couple = known and given.inertia_g_mm2 is not None
+    couple = known and ends.inertia_g_mm2 is not None
     return RodEnds(
         mass_g=rod.mass_g,
         big_end_g=rod.big_end_g,

@@ -1,4 +1,4 @@
-"""How far a long function is, told in words and as a share."""
+"""How far a long function is, in words and as a share."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ def share_before(words: str, done_before: Sequence[tuple[str, float]]) -> float:
 
 
 def telling(progress: Progress | None, done_before: Sequence[tuple[str, float]] = BALANCED_BEFORE) -> Notify:
-    """Return a function that takes the words of a step and tells them with a share that never falls."""
-    told = 0.0
+    """Return a function that takes the words of a step and passes them on with a share that never falls."""
+    shown = 0.0
 
-    def tell(words: str) -> None:
-        nonlocal told
+    def notify(words: str) -> None:
+        nonlocal shown
         if progress is not None:
-            told = max(told, share_before(words, done_before))
-            progress(words, told)
+            shown = max(shown, share_before(words, done_before))
+            progress(words, shown)
 
-    return tell
+    return notify

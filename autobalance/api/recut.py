@@ -70,7 +70,7 @@ class RecutResult(BalanceResult):
         target = self.folder if folder is None else folder
         return super().write(target, only, paper=paper, units=units, date=date, zero=zero, progress=progress)
 
-    def staged(self, folder: Path, choice: Choice, tell: Notify, staging: Staging) -> Staged:
+    def staged(self, folder: Path, choice: Choice, notify: Notify, staging: Staging) -> Staged:
         """Stage all files for a folder, the page of all stages too; other reports are named from there."""
         from autobalance.report.balance.history import history_page
         from autobalance.report.balance.stage_values import stage_values
@@ -84,7 +84,7 @@ class RecutResult(BalanceResult):
         staging.add(folder / HISTORY, page)
         entry = Page(file=HISTORY, sha256=hashlib.sha256(page).hexdigest())
         record = replace(record, outputs={**record.outputs, "history": entry})
-        values, files = staged_files(record, self.before, folder, choice, tell, staging)
+        values, files = staged_files(record, self.before, folder, choice, notify, staging)
         return values, (*files, folder / HISTORY)
 
 
@@ -128,17 +128,17 @@ def recut(
     from autobalance.report.records.report import Report
     from autobalance.verification.earlier_stage import earlier_stage
 
-    tell, watch = telling(progress), Stopwatch()
+    notify, watch = telling(progress), Stopwatch()
     read = read_reading(reading)
     name = None if isinstance(reading, Mapping) else Path(reading).name
-    tell("reading the crank")
+    notify("reading the crank")
     with watch.stage("load"):
         earlier = earlier_stage(Path(report))
     if earlier.number >= MOST_STAGES:
         raise FormatError(f"{earlier.path.name} is stage {earlier.number}; {MOST_STAGES} stages are the most")
     target = earlier.first_report.parent / f"stage-{earlier.number + 1}" if folder is None else Path(folder)
     try:
-        own, record, before, notes = RecutStage(earlier, read, trust_reading, tell, watch).made(target)
+        own, record, before, notes = RecutStage(earlier, read, trust_reading, notify, watch).made(target)
     except JobError as error:
         raise error if name is None else JobError(f"{name}: {error}") from None
     return RecutResult(Report.of(record), own, record, before, notes, target)

@@ -51,11 +51,11 @@ class RecutStage:
     """One stage: the reading as judged, its likely mistakes, the cuts."""
 
     def __init__(
-        self, earlier: EarlierStage, reading: MachineReading, trust: bool, tell: Notify, watch: Stopwatch
+        self, earlier: EarlierStage, reading: MachineReading, trust: bool, notify: Notify, watch: Stopwatch
     ) -> None:
 
         self.earlier, self.reading, self.trust = earlier, reading, trust
-        self.tell, self.watch = tell, watch
+        self.notify, self.watch = notify, watch
         self.tolerance = earlier.tolerance
         self.accuracy = MachineAccuracy(reading.urr, reading.umar_g_mm)
         self.job = for_recut(earlier.job, reading.correction)
@@ -75,11 +75,13 @@ class RecutStage:
         self.warnings: list[str] = []
 
     def _fitted(self) -> tuple[float, ...]:
-        given = self.reading.bob_weights_g
-        if given is not None and len(given) != len(self.fit_g):
+        weights = self.reading.bob_weights_g
+        if weights is not None and len(weights) != len(self.fit_g):
             throws = len(self.fit_g)
-            raise JobError(f"bob_weights_g has {len(given)} entries; the crank has {throws} throws, one each")
-        return self.fit_g if given is None else given
+            raise JobError(
+                f"bob_weights_g has {len(weights)} entries; the crank has {throws} throws, one each"
+            )
+        return self.fit_g if weights is None else weights
 
     def _off(self) -> Unbalance:
         """Return what the job hangs on the rotor less what was on it."""
@@ -101,11 +103,13 @@ class RecutStage:
 
     def _judged(self, planes: tuple[ReadPlane, ...], key: str, model: Unbalance) -> JudgedReading:
 
-        found = [PlaneReading(self._place(each, key), each.unbalance_g_mm) for each in planes]
-        if len(found) == 2 and found[0].z_mm == found[1].z_mm:
-            raise JobError(f"{key}[2] stands at z = {found[1].z_mm:g} mm as {key}[1]; two planes must differ")
+        readings = [PlaneReading(self._place(each, key), each.unbalance_g_mm) for each in planes]
+        if len(readings) == 2 and readings[0].z_mm == readings[1].z_mm:
+            raise JobError(
+                f"{key}[2] stands at z = {readings[1].z_mm:g} mm as {key}[1]; two planes must differ"
+            )
         zero = math.radians(self.reading.values["zero_deg"])
-        return judged_reading(found, self.accuracy, self._off(), model, self.tolerance.places_mm, zero)
+        return judged_reading(readings, self.accuracy, self._off(), model, self.tolerance.places_mm, zero)
 
     def _place(self, plane: ReadPlane, key: str) -> float | None:
         if plane.at is None:
@@ -116,18 +120,18 @@ class RecutStage:
         raise JobError(f'{key}.at is "{plane.at}", but the report has no tolerance planes; give z_mm')
 
     def made(self, folder: Path) -> Made:
-        """Return the job as it was run, what was found, the crank as it came, and what the stage tells."""
+        """Return the job as it was run, what was found, the crank as it came, and the stage's notes."""
         model = Unbalance.of(self.crank.moments + self.earlier.pressed_in + self.loads)
         judged = self._judged(self.reading.planes, "plane", model)
         if judged.static and self.tolerance.judge == "dynamic":
             self.warnings.append(
                 'one plane was read, but judge is "dynamic": the moment is that of the model'
             )
-        found = self._suspects(judged, model)
+        suspected = self._suspects(judged, model)
         rotor = self._rotor(judged)
         shown = machine_cannot_show(self.accuracy, self.tolerance)
         ended = self._ended(rotor, shown, needs_no_cut(judged, self.tolerance))
-        notes = StageNotes(self.earlier, self.reading, judged, tuple(found), self.fitted_g)
+        notes = StageNotes(self.earlier, self.reading, judged, tuple(suspected), self.fitted_g)
         return self._recorded(ended, notes, folder)
 
     def _rotor(self, judged: JudgedReading) -> Rotor:
@@ -155,7 +159,7 @@ class RecutStage:
                     self.tolerance,
                     self.job.methods,
                     measure,
-                    self.tell,
+                    self.notify,
                     prefer=self.job.prefer,
                     min_gain=self.job.min_gain,
                     cut_anyway=True,
@@ -173,9 +177,9 @@ class RecutStage:
             return []
         cuts = self.earlier.unbalance("residual") - self.earlier.unbalance("initial")
         compared = Comparison(judged, before, cuts, self._per_gram(), self.tolerance.places_mm)
-        found = suspects(compared)
-        if found and not self.trust:
-            worst = found[0]
+        suspected = suspects(compared)
+        if suspected and not self.trust:
+            worst = suspected[0]
             raise JobError(
                 f"{worst.key}: the change of reading is {worst.difference_g_mm:.3g} g·mm off what the "
                 "cuts did; "
@@ -185,9 +189,9 @@ class RecutStage:
             f"{each.key}: {each.says}? The change of reading is {each.difference_g_mm:.3g} g·mm off "
             "what the cuts "
             f"did, {each.left_g_mm:.3g} would be left"
-            for each in found
+            for each in suspected
         ]
-        if not found and not compared.agrees:
+        if not suspected and not compared.agrees:
             change = float(np.linalg.norm(compared.seen(judged.unbalance - before.unbalance)))
             did = float(np.linalg.norm(compared.seen(cuts)))
             off = float(np.linalg.norm(compared.difference))
@@ -196,7 +200,7 @@ class RecutStage:
                 "they differ "
                 f"by {off:.4g} g·mm, more than both uncertainties, and no usual mistake explains it"
             )
-        return found
+        return suspected
 
     def _reading_before(self, model: Unbalance) -> JudgedReading | None:
         """Return what was read before the last cuts: by this file, or as the stage before says."""
@@ -263,11 +267,11 @@ def _bob_weight(throw: Any, grams: float) -> Unbalance:
 
 def earlier_reading(earlier: EarlierStage) -> JudgedReading:
     """Return the reading that an earlier stage went by, as it was judged then."""
-    said = earlier.values["machine_reading"]
+    reading = earlier.values["machine_reading"]
     judged = earlier.unbalance("initial")
-    machine = Unbalance(np.array(said["unbalance_g_mm"]), np.array(said["moment_g_mm2"]))
+    machine = Unbalance(np.array(reading["unbalance_g_mm"]), np.array(reading["moment_g_mm2"]))
     initial = earlier.values["initial"]
-    planes = tuple(PlaneReading(each["z_mm"], complex(*each["unbalance_g_mm"])) for each in said["planes"])
+    planes = tuple(PlaneReading(each["z_mm"], complex(*each["unbalance_g_mm"])) for each in reading["planes"])
     doubts = tuple(float(each["uncertainty_g_mm"]) for each in initial["planes"])
     share = Share(float(initial["uncertainty_g_mm"]), doubts)
-    return JudgedReading(judged, machine, judged - machine, share, planes, math.radians(said["zero_deg"]))
+    return JudgedReading(judged, machine, judged - machine, share, planes, math.radians(reading["zero_deg"]))

@@ -37,8 +37,8 @@ class VerbResult:
     @cached_property
     def report(self) -> Values:
         """What the command writes with ``--json``, as JSON values."""
-        found: Values = encoded(self.content)
-        return found
+        values: Values = encoded(self.content)
+        return values
 
     @property
     def exit_code(self) -> int:
@@ -90,18 +90,18 @@ class VerbResult:
             If an ending is none that this result has.
         """
         folder = Path(folder)
-        made = {f"{self.report['command']}.json": self.json().encode(), **self.files()}
+        files = {f"{self.report['command']}.json": self.json().encode(), **self.files()}
         if only is not None:
-            made = {name: data for name, data in made.items() if name.rsplit(".", 1)[-1] in only}
-            if not made:
+            files = {name: data for name, data in files.items() if name.rsplit(".", 1)[-1] in only}
+            if not files:
                 raise FormatError(f"only is {', '.join(only) or 'empty'}; this result has no such file")
         if folder.exists() and not folder.is_dir():
             raise FileError(f"cannot write to {folder}: it is no folder")
         with Staging([folder]) as staging:
-            for name, data in made.items():
+            for name, data in files.items():
                 staging.add(folder / name, data)
             staging.commit()
-        return tuple(folder / name for name in made)
+        return tuple(folder / name for name in files)
 
     def __repr__(self) -> str:
         shown = ", ".join(f"{key}={value}" for key, value in scalars(self.report)[:4])

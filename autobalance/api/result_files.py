@@ -38,7 +38,7 @@ Staged = tuple[dict[str, Any], tuple[Path, ...]]
 class Ended(Protocol):
     """The end of a run that can be staged."""
 
-    def staged(self, folder: Path, choice: Choice, tell: Notify, staging: Staging) -> Staged:
+    def staged(self, folder: Path, choice: Choice, notify: Notify, staging: Staging) -> Staged:
         """Stage all files for a folder."""
         ...
 
@@ -76,8 +76,8 @@ def _without_slugs(record: Record) -> dict[str, bool]:
     from autobalance.correction import KINDS
 
     assert record.balanced is not None
-    made = record.balanced.result.corrections
-    return {"solid_holds_slugs": False} if any(KINDS[each.kind].pressed_in for each in made) else {}
+    corrections = record.balanced.result.corrections
+    return {"solid_holds_slugs": False} if any(KINDS[each.kind].pressed_in for each in corrections) else {}
 
 
 def _solid_entry(job: Job, crank: MeasuredCrank, record: Record) -> Solid | None:
@@ -108,10 +108,10 @@ def staging_for(folder: Path, copy: Path | None = None) -> Staging:
 
 
 def committed(
-    ended: Ended, folder: Path, choice: Choice, tell: Notify, staging: Staging, copy: Path | None = None
+    ended: Ended, folder: Path, choice: Choice, notify: Notify, staging: Staging, copy: Path | None = None
 ) -> Staged:
     """Stage all files of a run, a copy of the report too where one is wanted, and put them in place."""
-    values, files = ended.staged(folder, choice, tell, staging)
+    values, files = ended.staged(folder, choice, notify, staging)
     if copy is not None:
         from autobalance.report.balance.values import dumps
 
@@ -122,7 +122,7 @@ def committed(
 
 
 def staged_files(
-    record: Record, before: Crank, folder: Path, choice: Choice, tell: Notify, staging: Staging
+    record: Record, before: Crank, folder: Path, choice: Choice, notify: Notify, staging: Staging
 ) -> Staged:
     """Stage the solid, the pages and the report; return the report and the files.
 
@@ -135,13 +135,13 @@ def staged_files(
         Where the files will lie; the report names others as seen from there.
     choice : Choice
         The pages wanted.
-    tell : callable
+    notify : callable
     staging : Staging
     """
     from autobalance.report.records.balance import Page
 
     started = time.perf_counter()
-    tell("writing")
+    notify("writing")
     written, outputs = measured_of(record), dict(record.outputs)
     files: list[Path] = []
 
@@ -162,7 +162,7 @@ def staged_files(
         outputs["solid"] = replace(outputs["solid"], sha256=_sha256(data))
         add(outputs["solid"].file, data)
     record = replace(_named_from(record, before.file, folder), outputs=outputs)
-    for key, (name, page) in _pages(record, before, choice, tell).items():
+    for key, (name, page) in _pages(record, before, choice, notify).items():
         add(name, page)
         outputs[key] = Page(file=name, sha256=_sha256(page))
     seconds = dict(record.seconds)
@@ -211,11 +211,11 @@ def _with_input_file(record: Record, before: Crank) -> tuple[Record, bytes]:
     source = before.measured.source
     data = encode(source.solid.mesh, IN_MEMORY_FORMAT, source.mm_per_unit)
     name = f"input.{IN_MEMORY_FORMAT}"
-    found = replace(record.input, file=name, sha256=_sha256(data), format=IN_MEMORY_FORMAT)
-    return replace(record, input=found), data
+    entry = replace(record.input, file=name, sha256=_sha256(data), format=IN_MEMORY_FORMAT)
+    return replace(record, input=entry), data
 
 
-def _pages(record: Record, before: Crank, choice: Choice, tell: Notify) -> dict[str, tuple[str, bytes]]:
+def _pages(record: Record, before: Crank, choice: Choice, notify: Notify) -> dict[str, tuple[str, bytes]]:
     """Return the pages, sheets and pictures of a run."""
     if not choice.kinds:
         return {}
@@ -224,4 +224,4 @@ def _pages(record: Record, before: Crank, choice: Choice, tell: Notify) -> dict[
     assert record.balanced is not None
     cut = record.balanced.result
     values = showable(report(record))
-    return bundle(Material(values, choice, before.measured.source.solid, cut.to_show, cut.tools, tell))
+    return bundle(Material(values, choice, before.measured.source.solid, cut.to_show, cut.tools, notify))

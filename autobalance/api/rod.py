@@ -92,11 +92,11 @@ def rod(
     _check(density_kg_m3=density_kg_m3, stroke_mm=stroke_mm, speed_rpm=speed_rpm)
     if not 0.0 <= density_pm_kg_m3 < density_kg_m3:
         raise JobError(f"density_pm_kg_m3 is {density_pm_kg_m3:g}; must be 0 to below {density_kg_m3:g}")
-    tell = telling(progress)
-    tell("reading the rod")
+    notify = telling(progress)
+    notify("reading the rod")
     path = Path(file)
     source = read(path, unit, body)
-    tell("measuring the rod")
+    notify("measuring the rod")
     density = density_kg_m3 * G_PER_MM3_PER_KG_M3
     try:
         measured = measure_rod(source, density, density_pm_kg_m3 * G_PER_MM3_PER_KG_M3)

@@ -111,13 +111,13 @@ def rotor(
     if not isinstance(source, Mapping) and Path(source).suffix.lower() in endings():
         density = STEEL_KG_M3 if density_kg_m3 is None else density_kg_m3
         return _of_crank(read_crank(source, unit=unit, density_kg_m3=density), speed_rpm, bearing_n_m)
-    given = {
+    options = {
         "--unit": unit,
         "--density-kg-m3": density_kg_m3,
         "--speed-rpm": speed_rpm,
         "--bearing": bearing_n_m,
     }
-    for name, value in given.items():
+    for name, value in options.items():
         if value is not None:
             raise UsageError(f"{name} is for a crank; a rotor file says it itself")
     return analysed(read_rotor(source))
@@ -131,11 +131,11 @@ def _of_crank(crank: Crank, speed_rpm: float | None, bearing_n_m: float | None) 
         raise UsageError(f"--bearing is {bearing_n_m:g}; must be ≥ 0")
     if speed_rpm is not None and not 0.0 <= speed_rpm < math.inf:
         raise UsageError(f"--speed-rpm is {speed_rpm:g}; must be ≥ 0")
-    made = straight_rotor(crank.measured, SPEED_RPM if speed_rpm is None else speed_rpm, bearing_n_m)
-    result = analysed(read_rotor(made.file))
+    straight = straight_rotor(crank.measured, SPEED_RPM if speed_rpm is None else speed_rpm, bearing_n_m)
+    result = analysed(read_rotor(straight.file))
     equivalent = EquivalentShaft(
         worth=WORTH,
-        z_of_start_mm=made.z_of_start_mm,
+        z_of_start_mm=straight.z_of_start_mm,
         throws=[
             ThrowStiffness(
                 number=number,
@@ -143,7 +143,7 @@ def _of_crank(crank: Crank, speed_rpm: float | None, bearing_n_m: float | None) 
                 across_N_m2=N_M2_PER_N_MM2 * each.across_n_mm2,
                 used_N_m2=N_M2_PER_N_MM2 * each.mean_n_mm2,
             )
-            for number, each in enumerate(made.throws, 1)
+            for number, each in enumerate(straight.throws, 1)
         ],
     )
     return RotorResult(replace(result.content, equivalent=equivalent, notes=[WORTH]))
@@ -185,23 +185,23 @@ def _listed(ready: PreparedRotor, speed_rad_s: float, count: int) -> list[WhirlM
 
 
 def _balanced(request: RotorRequest, ready: PreparedRotor) -> list[AddedUnbalance]:
-    asked = request.balancing
-    if asked is None:
+    balancing = request.balancing
+    if balancing is None:
         return []
     there = [(each.z_m, each.phasor_kg_m) for each in request.rotor.unbalances]
     try:
-        added = modal_correction(ready.reduced, asked.planes_m, asked.modes, asked.rigid, there)
+        added = modal_correction(ready.reduced, balancing.planes_m, balancing.modes, balancing.rigid, there)
     except ValueError as error:
         raise JobError(f"balancing: {error}") from None
-    return added_unbalances(asked.planes_m, added)
+    return added_unbalances(balancing.planes_m, added)
 
 
-def _mapped(request: RotorRequest, given: BeamRotor, upper_rad_s: float) -> list[StiffnessRow]:
-    asked = request.stiffness_map
-    if asked is None:
+def _mapped(request: RotorRequest, rotor_now: BeamRotor, upper_rad_s: float) -> list[StiffnessRow]:
+    stiffness_map = request.stiffness_map
+    if stiffness_map is None:
         return []
-    stiffness = np.geomspace(asked.low_n_m, asked.high_n_m, asked.points)
-    rows: list[list[CriticalSpeed]] = undamped_map(given, stiffness, upper_rad_s, request.max_modes)
+    stiffness = np.geomspace(stiffness_map.low_n_m, stiffness_map.high_n_m, stiffness_map.points)
+    rows: list[list[CriticalSpeed]] = undamped_map(rotor_now, stiffness, upper_rad_s, request.max_modes)
     return [
         StiffnessRow(k_n_m=float(k), criticals=Criticals.of(row))
         for k, row in zip(stiffness, rows, strict=True)
@@ -213,10 +213,10 @@ def _run_up_top(request: RotorRequest) -> float:
 
 
 def _run(request: RotorRequest, ready: PreparedRotor) -> list[RunUp]:
-    asked = request.run_up
-    if asked is None:
+    stated = request.run_up
+    if stated is None:
         return []
     motion = run_up(
-        ready.reduced, asked.start_rad_s, asked.end_rad_s, asked.time_s, request.probes_m, asked.points
+        ready.reduced, stated.start_rad_s, stated.end_rad_s, stated.time_s, request.probes_m, stated.points
     )
     return run_ups(request.probes_m, motion)

@@ -108,29 +108,29 @@ def shafts(
     """
     if reference_z_mm is not None:
         place_mm("--reference-z", reference_z_mm)
-    found = request(job, crank, speed_rpm, progress)
-    anatomy, speed = found.crank.anatomy, found.speed_rad_s
-    engine = engine_from_job.with_moments(found.job, anatomy, found.crank.moments)
-    engine = engine_from_job.balanced_to(engine, found.job, anatomy, found.factor)
+    case = request(job, crank, speed_rpm, progress)
+    anatomy, speed = case.crank.anatomy, case.speed_rad_s
+    engine = engine_from_job.with_moments(case.job, anatomy, case.crank.moments)
+    engine = engine_from_job.balanced_to(engine, case.job, anatomy, case.factor)
     reference = moment_reference_mm(anatomy, reference_z_mm)
     bare = engine.orders(speed, HIGHEST_ORDER)
-    own = [_shaft(shaft, reference) for shaft in found.job.shafts]
+    own = [_shaft(shaft, reference) for shaft in case.job.shafts]
     orders = about(bare, reference)
     turned = [each.mirrored() for each in own] if engine.clockwise else own
     left = about(orders_with_shafts(bare, turned, speed), reference)
     roll = roll_moment_n_m(turned, whole_turn(360), speed)
     report = ShaftsReport(
-        **job_keys(found.job),
-        speed_rpm=found.speed_rpm,
-        balance_factor=found.factor,
+        **job_keys(case.job),
+        speed_rpm=case.speed_rpm,
+        balance_factor=case.factor,
         moments_about_z_mm=reference,
         without=OrdersWithout(orders=[ForceOrder.of(order) for order in orders]),
         proposals=_proposals(bare, engine, speed, shaft_ends_mm(anatomy)),
-        shafts=[Shaft.of(shaft, _weights(given)) for shaft, given in zip(own, found.job.shafts, strict=True)],
+        shafts=[Shaft.of(shaft, _weights(entry)) for shaft, entry in zip(own, case.job.shafts, strict=True)],
         with_=OrdersWith(
             orders=[ForceOrder.of(order) for order in left], greatest_roll_n_m=float(abs(roll).max())
         ),
-        warnings=found.warnings,
+        warnings=case.warnings,
     )
     return ShaftsResult(report, tuple(orders), tuple(left))
 
@@ -158,23 +158,23 @@ def _proposals(
     least = LEAST_DIRECTION * centrifugal_force_n(sum(products), speed)
     lever = max(ends_mm[1] - ends_mm[0], *(abs(each.z_mm) for each in engine.cylinders), 1.0)
     by_order = {order.order: order for order in orders}
-    found: list[Proposal] = []
+    proposals: list[Proposal] = []
     for number, name in ((1.0, "first order"), (2.0, "second order")):
         order = by_order[number]
         if order.greatest_force_n > least:
             z = place_of_least_moment_mm(order)
             shafts = [replace(shaft, z_mm=z) for shaft in cancelling_shafts(order, speed)]
-            found.append(_proposal(f"all of the {name}", shafts, clockwise=engine.clockwise))
+            proposals.append(_proposal(f"all of the {name}", shafts, clockwise=engine.clockwise))
             if number == 1.0 and order.circles_n[1] > least:
                 one = replace(counter_rotating_shaft(order, speed), z_mm=z)
-                found.append(_proposal("its backward part alone", [one], clockwise=engine.clockwise))
+                proposals.append(_proposal("its backward part alone", [one], clockwise=engine.clockwise))
             (order,) = orders_with_shafts([order], shafts, speed)
         if order.greatest_moment_n_m > least * lever * 1e-3:
             pair = couple_shafts(order, speed)
             pair = tuple(each.mirrored() for each in pair) if engine.clockwise else pair
             couples = [CoupleOfShaft.of(shaft, ends_mm) for shaft in pair]
-            found.append(Proposal(what=f"couple of the {name}", shafts=(), couple_shafts=couples))
-    return found
+            proposals.append(Proposal(what=f"couple of the {name}", shafts=(), couple_shafts=couples))
+    return proposals
 
 
 def _proposal(what: str, shafts: list[BalanceShaft], *, clockwise: bool = False) -> Proposal:

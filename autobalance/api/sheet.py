@@ -96,7 +96,7 @@ def sheet(
     if units is None:
         choice = replace(choice, units=(values["job"].get("shop") or {}).get("units") or "metric")
     try:
-        made = _drawn(values, left.source.solid, left.anatomy.file_to_rotor, choice)
+        files = _drawn(values, left.source.solid, left.anatomy.file_to_rotor, choice)
     except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
         raise FormatError(
             f"{path.name} cannot be drawn: {type(error).__name__} at {error}; "
@@ -104,10 +104,10 @@ def sheet(
         ) from None
     outputs = {
         kind: SheetFile(file=SHEETS[kind], sha256=hashlib.sha256(data).hexdigest())
-        for kind, data in made.items()
+        for kind, data in files.items()
     }
     report_made = SheetReport(report=path.name, corrections=len(values["corrections"]), outputs=outputs)
-    return SheetResult(report_made, made)
+    return SheetResult(report_made, files)
 
 
 def _choice(only: Sequence[str], paper: str, units: str, zero: str, date: str | None) -> Choice:
@@ -129,5 +129,5 @@ def _drawn(values: Values, solid: Solid, frame: Any, choice: Choice) -> dict[str
     shown = showable(values)
     left = solid.moved(frame)
     outlines = drawn(shown, left.mesh, listed_metal(shown, left))
-    made = bundle(Material(shown, choice, left, None, (), lambda _: None, outlines))
-    return {kind: data for kind, (_, data) in made.items()}
+    files = bundle(Material(shown, choice, left, None, (), lambda _: None, outlines))
+    return {kind: data for kind, (_, data) in files.items()}

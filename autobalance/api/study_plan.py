@@ -33,7 +33,7 @@ class StudiedPlan:
 def studied_plan(
     job: JobSource,
     crank: Crank | None,
-    tell: Notify,
+    notify: Notify,
     settings: Sequence[str] = (),
 ) -> StudiedPlan:
     """Return the plan of a job (``crank`` in place of its file), or of a report of ``balance`` or ``recut``.
@@ -50,23 +50,23 @@ def studied_plan(
     if isinstance(job, (str, Path)) and Path(job).suffix.lower() == ".json":
         if crank is not None:
             raise FormatError(f"{job} is a report, which has its crank; a crank goes with a job")
-        return _of_report(Path(job), tell, settings)
-    return StudiedPlan(_of_job(jobs.given(job, settings), crank, tell))
+        return _of_report(Path(job), notify, settings)
+    return StudiedPlan(_of_job(jobs.given(job, settings), crank, notify))
 
 
-def _of_job(job: Job, crank: Crank | None, tell: Notify) -> Plan:
+def _of_job(job: Job, crank: Crank | None, notify: Notify) -> Plan:
     from autobalance.studies.plan import planned
 
     if crank is None:
-        return planned(job, tell)
+        return planned(job, notify)
     from autobalance.api.balance import with_crank
     from autobalance.balancing.measured_crank import measured_again
 
     job = with_crank(job, crank)
-    return planned(job, tell, measured_again(crank.measured, job))
+    return planned(job, notify, measured_again(crank.measured, job))
 
 
-def _of_report(path: Path, tell: Notify, settings: Sequence[str]) -> StudiedPlan:
+def _of_report(path: Path, notify: Notify, settings: Sequence[str]) -> StudiedPlan:
     """Make a report's plan again from what it says, and see that it is the same."""
     from autobalance.verification.claims import Claims
     from autobalance.verification.report_file import read_report
@@ -78,7 +78,7 @@ def _of_report(path: Path, tell: Notify, settings: Sequence[str]) -> StudiedPlan
     _check_solid(path, claims)
     job = _claimed_job(claims, settings)
     recut = command == "recut"
-    plan = _recut_again(path, claims, job) if recut else _balanced_again(path, claims, job, tell)
+    plan = _recut_again(path, claims, job) if recut else _balanced_again(path, claims, job, notify)
     _refuse_other_plan(claims, plan)
     return StudiedPlan(plan, sha256(path.read_bytes()).hexdigest())
 
@@ -90,8 +90,8 @@ def _claimed_job(claims: Claims, settings: Sequence[str]) -> Job:
 
     described = _without_nulls(claims.get("job", dict))
     file = Path(str(described.pop("file", claims.name)))
-    given = with_settings(described, settings)
-    return jobs.parse(given, file, settings=tuple(settings), crank_given=True)
+    changed = with_settings(described, settings)
+    return jobs.parse(changed, file, settings=tuple(settings), crank_given=True)
 
 
 def _check_solid(path: Path, claims: Claims) -> None:
@@ -105,7 +105,7 @@ def _check_solid(path: Path, claims: Claims) -> None:
         raise ClaimError(f"{path.name}: {solid} is not the solid of this report: its sha256 differs")
 
 
-def _balanced_again(path: Path, claims: Claims, job: Job, tell: Notify) -> Plan:
+def _balanced_again(path: Path, claims: Claims, job: Job, notify: Notify) -> Plan:
     from autobalance.studies.plan import planned
     from autobalance.verification.solids import input_path
 
@@ -114,7 +114,7 @@ def _balanced_again(path: Path, claims: Claims, job: Job, tell: Notify) -> Plan:
         raise FileError(f"{path.name}: its crank {crank} is not there")
     if sha256(crank.read_bytes()).hexdigest() != claims.get("input.sha256", str):
         raise ClaimError(f"{path.name}: {crank} is not the crank of this report: its sha256 differs")
-    return planned(replace(job, crankshaft=replace(job.crankshaft, file=crank)), tell)
+    return planned(replace(job, crankshaft=replace(job.crankshaft, file=crank)), notify)
 
 
 def _recut_again(path: Path, claims: Claims, job: Job) -> Plan:
@@ -129,11 +129,11 @@ def _recut_again(path: Path, claims: Claims, job: Job) -> Plan:
     claims.same("previous.sha256", sha256(before.read_bytes()).hexdigest())
     reading = claims.get("machine_reading.file", dict)
     stage = recut(before, _without_nulls(reading), trust_reading=True)
-    found, crank = stage.record.balanced, stage.before.measured
-    assert found is not None
+    balanced, crank = stage.record.balanced, stage.before.measured
+    assert balanced is not None
     job = replace(job, crankshaft=stage.job.crankshaft)
-    rotor = rotor_of(job, crank, found.tolerance, claims.get("balance_factor.target", float))
-    return Plan(job, crank, rotor, found.tolerance, found.result)
+    rotor = rotor_of(job, crank, balanced.tolerance, claims.get("balance_factor.target", float))
+    return Plan(job, crank, rotor, balanced.tolerance, balanced.result)
 
 
 def _without_nulls(value: Any) -> Any:
@@ -145,10 +145,11 @@ def _without_nulls(value: Any) -> Any:
 
 def _refuse_other_plan(claims: Claims, plan: Plan) -> None:
     """Refuse a report whose cuts and residual are not those that its job gives: they cannot be made again."""
-    said = [(cut.get("kind"), float(cut.get("depth_mm") or 0.0)) for cut in claims.get("corrections", list)]
-    made = [(cut.kind, cut.depth_mm) for cut in plan.result.corrections]
-    same = len(made) == len(said) and all(
-        one[0] == other[0] and abs(one[1] - other[1]) < SAME_MM for one, other in zip(made, said, strict=True)
+    listed = [(cut.get("kind"), float(cut.get("depth_mm") or 0.0)) for cut in claims.get("corrections", list)]
+    planned_cuts = [(cut.kind, cut.depth_mm) for cut in plan.result.corrections]
+    same = len(planned_cuts) == len(listed) and all(
+        one[0] == other[0] and abs(one[1] - other[1]) < SAME_MM
+        for one, other in zip(planned_cuts, listed, strict=True)
     )
     left = plan.result.residual.magnitude_g_mm - claims.get("residual.magnitude_g_mm", float)
     if not same or abs(left) > SAME_SHARE * plan.tolerance.permissible_g_mm:

@@ -49,7 +49,7 @@ POISSON = 0.3
 """Of the crank's metal, where finite elements need it."""
 MODES_SHOWN = 6
 USUAL_ORDERS = tuple(0.5 * n for n in range(1, 25))
-"""Of which critical speeds are told where nothing says what excites a crank."""
+"""Of which critical speeds are listed where nothing says what excites a crank."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -121,37 +121,39 @@ def _of_chain(file: ChainFile, settings: Sequence[str] = ()) -> TorsionResult:
     model = ExcitedTrain(named, file.chain if file.question.parts.plain else None, file.question, orders)
     model, dampers = with_dampers(model)
     set_keys: Values = {"job_set": list(settings)} if settings else {}
-    asked = _with(file.filled, damping_ratio=model.damping_ratio)
-    return TorsionResult(TorsionReport(**set_keys, input=asked, **_solved(model, dampers)))
+    inputs = _with(file.filled, damping_ratio=model.damping_ratio)
+    return TorsionResult(TorsionReport(**set_keys, input=inputs, **_solved(model, dampers)))
 
 
 def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress | None) -> TorsionResult:
-    found = request(job, crank, None, progress)
-    asked = found.job.torsion or crank_torsion(found.job.raw)
-    with_fem = asked.fem if fem is None else fem
-    made = crank_chain(found.job, found.crank, asked)
-    torques = _cycle_torques(found.job, found.crank)
-    model = _excited(made, asked.question, torques)
-    _check_stations(asked.question, len(model.named.names))
+    case = request(job, crank, None, progress)
+    torsion = case.job.torsion or crank_torsion(case.job.raw)
+    with_fem = torsion.fem if fem is None else fem
+    chain = crank_chain(case.job, case.crank, torsion)
+    torques = _cycle_torques(case.job, case.crank)
+    model = _excited(chain, torsion.question, torques)
+    _check_stations(torsion.question, len(model.named.names))
     model, dampers = with_dampers(model)
-    given = {
-        **jobs.describe(found.job),
-        **_with(asked.filled, fem=with_fem, damping_ratio=model.damping_ratio),
+    values = {
+        **jobs.describe(case.job),
+        **_with(torsion.filled, fem=with_fem, damping_ratio=model.damping_ratio),
     }
-    twists = _twisted(found.crank, asked, progress) if with_fem else None
-    metal = _of_metal(made, twists)
-    modes = None if metal is None else _excited(made, asked.question, None, metal).modes()
+    twists = _twisted(case.crank, torsion, progress) if with_fem else None
+    metal = _of_metal(chain, twists)
+    modes = None if metal is None else _excited(chain, torsion.question, None, metal).modes()
     return TorsionResult(
         TorsionReport(
-            **job_set(found.job),
-            input=given,
-            **_solved(model, dampers, made, metal),
+            **job_set(case.job),
+            input=values,
+            **_solved(model, dampers, chain, metal),
             fem_natural_frequencies_rad_s=None if modes is None else [mode.frequency_rad_s for mode in modes],
             throws=[
-                ThrowFigures.of(number, made, asked.formula, None if twists is None else twists[number - 1])
-                for number in range(1, len(made.shapes) + 1)
+                ThrowFigures.of(
+                    number, chain, torsion.formula, None if twists is None else twists[number - 1]
+                )
+                for number in range(1, len(chain.shapes) + 1)
             ],
-            warnings=found.warnings,
+            warnings=case.warnings,
         )
     )
 
@@ -161,37 +163,39 @@ def _with(filled: Mapping[str, Any], **values: Any) -> Values:
     return {**filled, "torsion": {**filled["torsion"], **values}}
 
 
-def _of_metal(made: CrankChain, twists: Sequence[ThrowTwist] | None) -> TorsionChain | None:
+def _of_metal(chain: CrankChain, twists: Sequence[ThrowTwist] | None) -> TorsionChain | None:
     """Return the chain with the springs of the throws' own metal; None where one of them is not known."""
     known = [each.stiffness for each in twists or () if each.stiffness is not None]
     if twists is None or len(known) < len(twists):
         return None
-    return made.with_throws([each.n_m_rad for each in known])
+    return chain.with_throws([each.n_m_rad for each in known])
 
 
 def _excited(
-    made: CrankChain,
+    of_crank: CrankChain,
     question: TorsionQuestion,
     torques: ThrowTorques | None,
     chain: TorsionChain | None = None,
 ) -> ExcitedTrain:
     """Return a crank's chain, or another in its place, as the train that the job makes of it."""
-    chain = made.chain if chain is None else chain
-    behind = None if torques is None else (made.throw_stations[-1], torques.mean_n_m)
-    named = named_train(chain, made.names, made.diameters_m, question.parts, behind)
+    chain = of_crank.chain if chain is None else chain
+    behind = None if torques is None else (of_crank.throw_stations[-1], torques.mean_n_m)
+    named = named_train(chain, of_crank.names, of_crank.diameters_m, question.parts, behind)
     orders = {each.order for each in question.excitations}
     orders |= set(USUAL_ORDERS) if torques is None else {float(each) for each in torques.orders}
     plain = chain if question.parts.plain else None
-    return ExcitedTrain(named, plain, question, tuple(sorted(orders)), torques, made.throw_stations)
+    return ExcitedTrain(named, plain, question, tuple(sorted(orders)), torques, of_crank.throw_stations)
 
 
-def _twisted(crank: MeasuredCrank, asked: CrankTorsion, progress: Progress | None) -> tuple[ThrowTwist, ...]:
+def _twisted(
+    crank: MeasuredCrank, torsion: CrankTorsion, progress: Progress | None
+) -> tuple[ThrowTwist, ...]:
     from autobalance.machine_models.throw_twist import throw_twists
 
-    shear = asked.shear_modulus_mpa
+    shear = torsion.shear_modulus_mpa
     youngs = 2.0 * (1.0 + POISSON) * shear
-    tell = {} if progress is None else {"progress": progress}
-    return tuple(throw_twists(crank, youngs, shear, asked.fem_size_mm, **tell))
+    notify = {} if progress is None else {"progress": progress}
+    return tuple(throw_twists(crank, youngs, shear, torsion.fem_size_mm, **notify))
 
 
 def _check_stations(question: TorsionQuestion, stations: int) -> None:
@@ -212,14 +216,14 @@ def _cycle_torques(job: Job, crank: MeasuredCrank) -> ThrowTorques | None:
 def _solved(
     model: ExcitedTrain,
     dampers: Sequence[FittedDamper],
-    made: CrankChain | None = None,
+    of_crank: CrankChain | None = None,
     metal: TorsionChain | None = None,
 ) -> Values:
     """Return the fields of ``TorsionReport`` that a chain and a crank have alike."""
     modes = model.modes()
     absorber = model.question.pendulum
     return {
-        "model": TrainFigures.of(model.named, made, None if metal is None else metal.springs_n_m_rad),
+        "model": TrainFigures.of(model.named, of_crank, None if metal is None else metal.springs_n_m_rad),
         "damping": Damping(ratio=model.damping_ratio, dampers=model.damped),
         "natural_frequencies_rad_s": [mode.frequency_rad_s for mode in modes],
         "modes": [TorsionModeFigures.of(model, mode) for mode in modes],

@@ -58,22 +58,22 @@ class VerifyResult(VerbResult):
         """Return the verdict, and what was not checked."""
         from autobalance.report.display_units import ON_SCREEN
 
-        found, chosen = self.checked, ON_SCREEN[units]
-        proven = found.tolerance.is_proven_by(found.residual, found.budget)
-        verdict, worst = "within" if found.within else "ABOVE", found.tolerance.worst(found.residual)
-        said = (
-            f"{self.report['report']}: all {len(found.claims)} claims hold; residual{worst.where} "
+        checked, chosen = self.checked, ON_SCREEN[units]
+        proven = checked.tolerance.is_proven_by(checked.residual, checked.budget)
+        verdict, worst = "within" if checked.within else "ABOVE", checked.tolerance.worst(checked.residual)
+        words = (
+            f"{self.report['report']}: all {len(checked.claims)} claims hold; residual{worst.where} "
             f"{chosen.of_unbalance(worst.residual_g_mm)} of permitted "
-            f"{chosen.of_unbalance(worst.permissible_g_mm)}{_doubt(found, chosen)}: "
-            f"{verdict} tolerance{'' if proven or not found.within else NOT_PROVEN}"
+            f"{chosen.of_unbalance(worst.permissible_g_mm)}{_doubt(checked, chosen)}: "
+            f"{verdict} tolerance{'' if proven or not checked.within else NOT_PROVEN}"
         )
-        lines = [said]
-        if found.agreement is not None:
-            agree = f"volume, first and second moments agree to {found.agreement:.1e}"
+        lines = [words]
+        if checked.agreement is not None:
+            agree = f"volume, first and second moments agree to {checked.agreement:.1e}"
             lines.append(f"Measured a second way, from slices: {agree}")
-        if found.not_checked:
+        if checked.not_checked:
             lines.append("Not checked:")
-            lines += [f"  {each.key}: {each.why}" for each in found.not_checked]
+            lines += [f"  {each.key}: {each.why}" for each in checked.not_checked]
         return "\n".join(lines)
 
 
@@ -98,23 +98,23 @@ def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
     from autobalance.report.balance.values import schema
     from autobalance.report.records.answers import VerifyReport
 
-    found = check_report(Path(report), independent, as_report, schema())
+    checked = check_report(Path(report), independent, as_report, schema())
     values = VerifyReport(
         report=str(report),
         holds=True,
-        within_tolerance=found.within,
-        claims=len(found.claims),
-        residual_g_mm=found.residual.magnitude_g_mm,
-        permissible_g_mm=found.tolerance.permissible_g_mm,
-        agreement=found.agreement,
-        not_checked=found.not_checked,
-        warnings=found.warnings,
+        within_tolerance=checked.within,
+        claims=len(checked.claims),
+        residual_g_mm=checked.residual.magnitude_g_mm,
+        permissible_g_mm=checked.tolerance.permissible_g_mm,
+        agreement=checked.agreement,
+        not_checked=checked.not_checked,
+        warnings=checked.warnings,
     )
-    return VerifyResult(values, found)
+    return VerifyResult(values, checked)
 
 
-def _doubt(found: Checked, units: DisplayUnits) -> str:
+def _doubt(checked: Checked, units: DisplayUnits) -> str:
     """Return how far the residual may be off, where that counts in the verdict."""
-    if found.tolerance.margin == "none" or found.budget is None:
+    if checked.tolerance.margin == "none" or checked.budget is None:
         return ""
-    return f", and its uncertainty of {units.of_unbalance(found.budget.total_g_mm)} counts"
+    return f", and its uncertainty of {units.of_unbalance(checked.budget.total_g_mm)} counts"

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 FACETS_MOST = 50_000
 """Curved facets up to which surfaces are fitted to them, in some 0.5 s; what more of them hide their edges
-tell nearly as surely."""
+show nearly as surely."""
 
 
 BODIES_MOST = 40

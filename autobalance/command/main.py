@@ -53,9 +53,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")
     if not objects.are_asked_for(arguments):
         return _guarded(arguments, is_alone=argv is None)
-    with objects.written_as_objects() as told:
+    with objects.written_as_objects() as objects_out:
         code = _guarded(arguments, is_alone=argv is None)
-        told.end(is_done=code in DONE)
+        objects_out.end(is_done=code in DONE)
         return code
 
 

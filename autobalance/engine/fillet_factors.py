@@ -100,13 +100,13 @@ class FilletShape:
 
     def outside(self, fillet_mm: float) -> tuple[str, ...]:
         """Return which ratios of a fillet are outside of the range of the formulas, in words."""
-        found = []
+        beyond = []
         for name, value in self.ratios(fillet_mm).items():
             low, high = RANGES[name]
             if not low <= value <= high:
                 reach = f"{low:g} to {high:g}" if low > -math.inf else f"at most {high:g}"
-                found.append(f"{MEANING[name]} is {value:.3g}; the factors hold for {reach}")
-        return tuple(found)
+                beyond.append(f"{MEANING[name]} is {value:.3g}; the factors hold for {reach}")
+        return tuple(beyond)
 
     @property
     def crankpin(self) -> FilletFactors:
@@ -121,8 +121,8 @@ class FilletShape:
 
     @property
     def _recess(self) -> float:
-        found = 1.0 + (self.pin_recess_mm + self.journal_recess_mm) / self.pin_mm * (1.8 + 3.2 * self.s)
-        return max(found, 1.0)
+        factor = 1.0 + (self.pin_recess_mm + self.journal_recess_mm) / self.pin_mm * (1.8 + 3.2 * self.s)
+        return max(factor, 1.0)
 
     @property
     def _apart(self) -> float:

@@ -157,7 +157,7 @@ def calibration_of(crank: Scanned, readings: CrankReadings) -> Calibration | Non
     covariance = covariance[:2, :2]
     pm = ONE * np.sqrt(np.diag(covariance))
     difference = None if weighed is None else whole.mass_g - weighed
-    said = [*_odd_diameters(seen, values), *_odd_mass(crank, readings, values, skin)]
+    odd = [*_odd_diameters(seen, values), *_odd_mass(crank, readings, values, skin)]
     return Calibration(
         readings.calibrate,
         float(values[0]),
@@ -168,7 +168,7 @@ def calibration_of(crank: Scanned, readings: CrankReadings) -> Calibration | Non
         difference,
         covariance,
         added,
-        tuple(said),
+        tuple(odd),
     )
 
 

@@ -53,14 +53,14 @@ def order_responses(model: ExcitedTrain) -> list[OrderResponse]:
 
 def _response(model: ExcitedTrain, order: float) -> OrderResponse:
     speeds = model.question.speeds_rad_s
-    found = model.response(order, speeds)
+    motion = model.response(order, speeds)
     first, last = model.named.train.links.T
-    torques = np.abs(found.torques_n_m)
+    torques = np.abs(motion.torques_n_m)
     return OrderResponse(
         order,
         speeds,
-        np.abs(found.angles_rad),
-        np.abs(found.angles_rad[:, last] - found.angles_rad[:, first]),
+        np.abs(motion.angles_rad),
+        np.abs(motion.angles_rad[:, last] - motion.angles_rad[:, first]),
         torques,
         [_stresses_pa(each, model.named.diameters_m) for each in torques],
     )

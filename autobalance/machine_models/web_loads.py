@@ -102,8 +102,8 @@ class _Bay:
     def _metal(self, solid: Solid, pieces: Sequence[tuple[float, Moments]]) -> tuple[complex, complex]:
         """Return unbalance and its moment about z = 0 as complex numbers."""
         moments = sum((each for _, each in pieces), solid.moments(self.density_g_mm3))
-        found = Unbalance.of(moments)
-        both = complex(*found.resultant_g_mm), complex(*found.moment_g_mm2)
+        unbalance = Unbalance.of(moments)
+        both = complex(*unbalance.resultant_g_mm), complex(*unbalance.moment_g_mm2)
         return (both[0].conjugate(), both[1].conjugate()) if self.is_mirrored else both
 
 
@@ -138,7 +138,7 @@ def web_loads(
     metal = solid.moved(anatomy.file_to_rotor)
     pull = cycle.speed_rad_s**2 * N_PER_G_MM_S2
     bays = _bays(job, anatomy, rods_of, metal, density_g_mm3, pull)
-    found: list[WebLoads] = []
+    loads: list[WebLoads] = []
     before = np.zeros(cycle.grid.angle_rad.size)
     for throw, place, load in zip(anatomy.throws, cycle.firing.throws, cycle.crankpins_n, strict=True):
         turned = np.exp(-1j * place.angle_rad)
@@ -152,7 +152,7 @@ def web_loads(
         for web, is_above in zip(webs_beside(anatomy, throw), (False, True), strict=True):
             z = 0.5 * (web.z_min_mm + web.z_max_mm)
             force, moment = (each * turned for each in bay.at(z))
-            found.append(
+            loads.append(
                 WebLoads(
                     throw.number,
                     web.number,
@@ -165,7 +165,7 @@ def web_loads(
                 )
             )
         before = after
-    return found
+    return loads
 
 
 def _bays(

@@ -54,16 +54,16 @@ class Area:
 def loops(area: Area, tool: CuttingTool, left_mm: float) -> list[Array]:
     """Return the closed paths (k, 2) of one layer: of a pocket from the middle out, else from outside in."""
     over = min(tool.step_over_mm, tool.radius_mm)
-    found: list[Array] = []
+    outlines: list[Array] = []
     region = area.centres(tool, left_mm)
     while not region.is_empty:
-        found += [
+        outlines += [
             each
             for each in region.simplified(CHORD_MM).polygons
             if abs(polygon_area_mm2(each)) > LEAST_LOOP_MM2
         ]
         region = region.spread(-over)
-    return found[::-1] if area.is_walled else found
+    return outlines[::-1] if area.is_walled else outlines
 
 
 def _loops(region: Region) -> list[Array]:

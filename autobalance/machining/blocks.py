@@ -1,4 +1,4 @@
-"""What a program tells a machine, before a post writes it in the machine's dialect."""
+"""What a program makes a machine do, before a post writes it in the machine's dialect."""
 
 from __future__ import annotations
 

@@ -73,12 +73,12 @@ def read_program(text: str, rotary: str = "A") -> list[Move]:
     FormatError
         If a line has a code that no program of ours has, or the program does not end.
     """
-    state, found, ended = _State(), list[Move](), False
+    state, moves, ended = _State(), list[Move](), False
     for number, line in enumerate(text.splitlines(), 1):
         for comment in COMMENT.finditer(line):
-            told = CUT.search(comment[1] or comment[2] or "")
-            if told:
-                state.cut = int(told[1])
+            cut_mark = CUT.search(comment[1] or comment[2] or "")
+            if cut_mark:
+                state.cut = int(cut_mark[1])
         code = COMMENT.sub("", line).strip()
         if code in ("", "%") or re.fullmatch(r"O\d+", code):
             continue
@@ -87,13 +87,13 @@ def read_program(text: str, rotary: str = "A") -> list[Move]:
         words = WORD.findall(code)
         if WORD.sub("", code).strip():
             raise FormatError(f"line {number} is not understood: {code}")
-        ended = _line(state, [(letter, float(value)) for letter, value in words], number, rotary, found)
+        ended = _line(state, [(letter, float(value)) for letter, value in words], number, rotary, moves)
     if not ended:
         raise FormatError("the program has no M30")
-    return found
+    return moves
 
 
-def _line(state: _State, words: list[tuple[str, float]], number: int, rotary: str, found: list[Move]) -> bool:
+def _line(state: _State, words: list[tuple[str, float]], number: int, rotary: str, moves: list[Move]) -> bool:
     values: dict[str, float] = {}
     is_motion, ended = False, False
     for letter, value in words:
@@ -110,7 +110,7 @@ def _line(state: _State, words: list[tuple[str, float]], number: int, rotary: st
         elif letter not in "HSPD":
             raise FormatError(f"line {number} has a word {letter} that is not understood")
     if values or is_motion:
-        found.extend(_moved(state, values, number))
+        moves.extend(_moved(state, values, number))
     return ended
 
 

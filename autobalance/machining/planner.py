@@ -301,10 +301,10 @@ class Planner:
         top = max(self._top_anywhere, z) + 1.0
         low, high = np.array([x - reach, y - reach, bottom - 1.0]), np.array([x + reach, y + reach, top])
         near = self.stock.near(pose, low, high)
-        needed = [
+        heights = [
             top_mm(near, disc(step.radius_mm + clear, x, y)) + clear - step.low_mm for step in steps_of(tool)
         ]
-        return float(np.ceil(max(z + clear, *needed) * 100.0) / 100.0)
+        return float(np.ceil(max(z + clear, *heights) * 100.0) / 100.0)
 
     @property
     def _top_anywhere(self) -> float:
@@ -353,18 +353,18 @@ class Planner:
             np.array([*(low - reach), area.bottom_mm - 1.0]),
             np.array([*(high + reach), self._top(setup.name) + 1.0]),
         )
-        needed = [
+        heights = [
             top_mm(near, swept.spread(step.radius_mm + clear)) + clear - step.low_mm
             for step in steps_of(tool)
         ]
-        retract = min(float(np.ceil(max(area.top_mm + clear, *needed) * 100.0) / 100.0), setup.safe_mm)
-        found = list(moves(area, tool, feed, retract))
-        first = next((block for block in found if isinstance(block, Go) and block.x is not None), None)
+        retract = min(float(np.ceil(max(area.top_mm + clear, *heights) * 100.0) / 100.0), setup.safe_mm)
+        blocks = list(moves(area, tool, feed, retract))
+        first = next((block for block in blocks if isinstance(block, Go) and block.x is not None), None)
         if first is None:
             return
         yield Go(x=first.x, y=first.y)
         yield Go(z=retract)
-        yield from found
+        yield from blocks
         yield Go(z=setup.safe_mm)
 
     # --- rims -------------------------------------------------------------------------------------------

@@ -145,17 +145,17 @@ def simulated(part: Part, machine: MachineTool, plan: NcPlan, programs: Sequence
     simulator = Simulator(Stock(part.before, part.anatomy), machine, plan.zero)
     for program in programs:
         simulator.run(program.name, program.moves)
-    found = simulator.found
-    if found.collisions:
-        told = list(dict.fromkeys(each.text for each in found.collisions))
-        more = "" if len(told) <= MOST_TOLD else f"; and {len(told) - MOST_TOLD} more"
-        raise JobError("; ".join(told[:MOST_TOLD]) + more + "; expected a longer tool, or a thinner holder")
-    wanted = {cut.number: planned(part, cut) for cut in part.cuts}
+    result = simulator.found
+    if result.collisions:
+        texts = list(dict.fromkeys(each.text for each in result.collisions))
+        more = "" if len(texts) <= MOST_TOLD else f"; and {len(texts) - MOST_TOLD} more"
+        raise JobError("; ".join(texts[:MOST_TOLD]) + more + "; expected a longer tool, or a thinner holder")
+    expected = {cut.number: planned(part, cut) for cut in part.cuts}
     if machine.finish_mm == 0.0:
-        _refuse_missing(part, programs, found, wanted)
-    gouged, left = differences(part, plan, found)
-    taken = sum((each.mass_g for each in found.taken.values()), 0.0)
-    if gouged > GOUGED_SHARE * taken + THIN_MM * THIN_MM * THIN_MM:
+        _refuse_missing(part, programs, result, expected)
+    gouged, left = differences(part, plan, result)
+    cut_mm3 = sum((each.mass_g for each in result.taken.values()), 0.0)
+    if gouged > GOUGED_SHARE * cut_mm3 + THIN_MM * THIN_MM * THIN_MM:
         raise JobError(
             f"the programs take {gouged:.3g} mm3 beyond the plan; expected a narrower tool, or other cuts"
         )
@@ -165,9 +165,9 @@ def simulated(part: Part, machine: MachineTool, plan: NcPlan, programs: Sequence
     for cut in part.cuts:
         if cut.operation is None:
             continue
-        took = found.taken.get(cut.number, Moments.zero())
-        change = change + wanted[cut.number].scaled(density) - took.scaled(density)
-        if cut.number not in found.taken:
+        took = result.taken.get(cut.number, Moments.zero())
+        change = change + expected[cut.number].scaled(density) - took.scaled(density)
+        if cut.number not in result.taken:
             change = change - cut.pressed_in
         else:
             difference += density * (took.mass_g - float(cut.item["removed_volume_mm3"]))
@@ -177,7 +177,7 @@ def simulated(part: Part, machine: MachineTool, plan: NcPlan, programs: Sequence
         plan,
         tuple(programs),
         part.residual + Unbalance.of(change),
-        {number: density * each.mass_g for number, each in found.taken.items() if number is not None},
+        {number: density * each.mass_g for number, each in result.taken.items() if number is not None},
         difference,
         gouged,
         left,
@@ -185,7 +185,7 @@ def simulated(part: Part, machine: MachineTool, plan: NcPlan, programs: Sequence
 
 
 def _refuse_missing(
-    part: Part, programs: Sequence[Program], found: Simulation, planned_mm3: dict[int, Moments]
+    part: Part, programs: Sequence[Program], simulation: Simulation, planned_mm3: dict[int, Moments]
 ) -> None:
     """Refuse programs that leave much of a cut standing.
 
@@ -196,13 +196,16 @@ def _refuse_missing(
     """
     for program in programs:
         for cut, tool in program.setup.cuts:
-            taken, wanted = found.taken.get(cut.number, Moments.zero()).mass_g, planned_mm3[cut.number].mass_g
+            cut_mm3, due_mm3 = (
+                simulation.taken.get(cut.number, Moments.zero()).mass_g,
+                planned_mm3[cut.number].mass_g,
+            )
             share = HOLE_SHARE if isinstance(cut.operation, HoleOperation) else AREA_SHARE
-            if abs(taken - wanted) > share * wanted + THIN_MM:
+            if abs(cut_mm3 - due_mm3) > share * due_mm3 + THIN_MM:
                 density = part.density_g_mm3
                 raise JobError(
-                    f"cut {cut.number} with tool {tool.number} takes {density * taken:.4g} g of the "
-                    f"{density * wanted:.4g} g planned; expected a tool that gets there, a narrower one say"
+                    f"cut {cut.number} with tool {tool.number} takes {density * cut_mm3:.4g} g of the "
+                    f"{density * due_mm3:.4g} g planned; expected a tool that gets there, a narrower one say"
                 )
 
 
@@ -214,12 +217,12 @@ def planned(part: Part, cut: Listed) -> Moments:
     return (part.before & operation_body(operation)).moments(1.0)
 
 
-def differences(part: Part, plan: NcPlan, found: Simulation) -> tuple[float, float]:
+def differences(part: Part, plan: NcPlan, simulation: Simulation) -> tuple[float, float]:
     """Return the metal that is missing of the corrected solid, and that is still there [mm³].
 
     Cuts that are not programmed count as neither.
     """
-    left = found.stock.left()
+    left = simulation.stock.left()
     try:
         missing, more = part.after - left, left - part.after
     except SolidError as error:
@@ -276,10 +279,10 @@ def refuse_travel(programs: Sequence[Program], stock: Stock, machine: MachineToo
         x, y, z = machine.travel_mm
         length = high - low
         size = {"R": (length, 0.0), "L": (0.0, 0.0)}.get(name, (wide, wide))
-        for letter, needed, there in (("X", size[0], x), ("Y", size[1], y)):
-            if needed > there:
+        for letter, size_mm, there in (("X", size[0], x), ("Y", size[1], y)):
+            if size_mm > there:
                 raise JobError(
-                    f"set-up {name} needs {needed:.1f} mm of {letter} for the crank; "
+                    f"set-up {name} needs {size_mm:.1f} mm of {letter} for the crank; "
                     f"machine.travel_mm has {there:g}"
                 )
         spans = {letter: _span(program.moves, letter) for letter in "XYZ"}
@@ -292,10 +295,10 @@ def refuse_travel(programs: Sequence[Program], stock: Stock, machine: MachineToo
                 )
         if name != "L":
             longest = max(program.setup.tools, key=length_mm)
-            needed = (length if upright else wide) + machine.clearance_mm + longest.stick_out_mm
-            if needed > z:
+            size_mm = (length if upright else wide) + machine.clearance_mm + longest.stick_out_mm
+            if size_mm > z:
                 raise JobError(
-                    f"set-up {name} needs {needed:.1f} mm of Z for the crank and tool {longest.number}; "
+                    f"set-up {name} needs {size_mm:.1f} mm of Z for the crank and tool {longest.number}; "
                     f"machine.travel_mm has {z:g}"
                 )
 

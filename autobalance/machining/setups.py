@@ -52,43 +52,43 @@ def _crankpin(name: str, anatomy: Anatomy) -> int | None:
     return None
 
 
-def _angle(given: float | str, anatomy: Anatomy) -> tuple[float, str]:
-    if not isinstance(given, str):
-        return float(given), f"{given:g} deg from crankpin 1"
-    throw = _crankpin(given, anatomy)
+def _angle(stated: float | str, anatomy: Anatomy) -> tuple[float, str]:
+    if not isinstance(stated, str):
+        return float(stated), f"{stated:g} deg from crankpin 1"
+    throw = _crankpin(stated, anatomy)
     if throw is not None:
         x, y = anatomy.throws[throw].direction
         return math.degrees(math.atan2(float(y), float(x))), f"crankpin {anatomy.throws[throw].number}"
     datums = anatomy.datums
-    if given.lower() == "keyway" and datums is not None and datums.keyways:
+    if stated.lower() == "keyway" and datums is not None and datums.keyways:
         longest = max(datums.keyways, key=lambda key: round(key.z_max_mm - key.z_min_mm, 3))
         return longest.angle_deg, "the keyway's middle"
-    if given.lower() == "keyway":
+    if stated.lower() == "keyway":
         raise JobError(
             'zero.angle is "keyway"; no keyway was found on this crank; expected "crankpin 1" or degrees'
         )
-    raise JobError(f'zero.angle is "{given}"; expected "crankpin 1", "keyway" or degrees')
+    raise JobError(f'zero.angle is "{stated}"; expected "crankpin 1", "keyway" or degrees')
 
 
-def _place(given: float | str, anatomy: Anatomy) -> tuple[float, str]:
-    if not isinstance(given, str):
-        return float(given), f"z = {given:g} mm from the middle of crankpin 1"
-    throw = _crankpin(given, anatomy)
+def _place(stated: float | str, anatomy: Anatomy) -> tuple[float, str]:
+    if not isinstance(stated, str):
+        return float(stated), f"z = {stated:g} mm from the middle of crankpin 1"
+    throw = _crankpin(stated, anatomy)
     if throw is not None:
         pin = anatomy.throws[throw]
         return float(pin.crankpin.centre_mm[2]), f"the middle of crankpin {pin.number}"
     faces = () if anatomy.datums is None else anatomy.datums.faces
-    if given == "F":
+    if stated == "F":
         if faces:
             return faces[0].z_mm, f"face F, the {faces[0].name}"
         web = min(anatomy.webs, key=lambda each: each.z_min_mm)
         return web.z_min_mm, f"face F, the -z face of web {web.number}"
-    named = next((face for face in faces if face.name == given), None)
+    named = next((face for face in faces if face.name == stated), None)
     if named is not None:
         return named.z_mm, f"the {named.name}"
     known = ", ".join(f'"{face.name}"' for face in faces)
     raise JobError(
-        f'zero.z_mm is "{given}"; expected "crankpin 1", "F", mm' + (f", or one of {known}" if known else "")
+        f'zero.z_mm is "{stated}"; expected "crankpin 1", "F", mm' + (f", or one of {known}" if known else "")
     )
 
 
@@ -109,10 +109,10 @@ def placement(setup: SetupName, zero: Zero, rotary_sign: int = 1, rotary_deg: fl
         "B": (out, -across, -along),
         "L": (out, across, along),
     }[setup]
-    found = np.eye(4)
-    found[:3, :3] = np.stack(axes, axis=1)
-    found[2, 3] = zero.z_mm
-    return found
+    frame = np.eye(4)
+    frame[:3, :3] = np.stack(axes, axis=1)
+    frame[2, 3] = zero.z_mm
+    return frame
 
 
 def inverse(motion: Array) -> Array:

@@ -196,7 +196,7 @@ class Simulator:
                 for height, ends in levels
             ]
             cutter = union(bodies)
-        gone = near & cutter
+        metal = near & cutter
         left = near - cutter
         for step in steps_of(tool):
             if step.cuts:
@@ -209,7 +209,7 @@ class Simulator:
                     )
                     if self._hit(left & body, bottom, first, tool, step, pose):
                         break
-        self._cut(group.cut, gone.moved(pose), cutter.moved(pose))
+        self._cut(group.cut, metal.moved(pose), cutter.moved(pose))
 
     def _drilled(self, segments: Sequence[tuple[float, Array]], tool: CuttingTool) -> Solid:
         """Return what a drill takes: down to its deepest at each place; moved aside, all that it sweeps."""
@@ -271,8 +271,8 @@ class Simulator:
         if stock.reach_mm(*stretch) > radius:
             inner, outer = radius * RING_EQUAL_AREA, radius + tool.flute_mm
             cutter = faceted_ring(inner, outer, *stretch, RING_SIDES)
-            gone = stock.near(np.eye(4), *_box(outer, stretch)) & cutter
-            self._cut(move.cut, gone, cutter)
+            metal = stock.near(np.eye(4), *_box(outer, stretch)) & cutter
+            self._cut(move.cut, metal, cutter)
         middle = 0.5 * (stretch[0] + stretch[1])
         for step in steps_of(tool):
             more = step.radius_mm - tool.radius_mm
@@ -285,8 +285,8 @@ class Simulator:
 
     # --- what comes of it -------------------------------------------------------------------------------
 
-    def _cut(self, cut: int | None, gone: Solid, cutter: Solid) -> None:
-        moments = gone.moments(1.0)
+    def _cut(self, cut: int | None, metal: Solid, cutter: Solid) -> None:
+        moments = metal.moments(1.0)
         self.found.taken[cut] = self.found.taken.get(cut, Moments.zero()) + moments
         self.found.stock.cut(cutter)
 
@@ -356,11 +356,11 @@ def _point(place: Place, other: Place) -> Array:
 
 def _levels(segments: Iterable[tuple[float, Array]], top: float) -> list[tuple[float, list[Array]]]:
     """Return the parts of feeds by height, those over all metal left out."""
-    found: dict[float, list[Array]] = {}
+    levels: dict[float, list[Array]] = {}
     for height, ends in segments:
         if height < top:
-            found.setdefault(round(height, 4), []).append(ends)
-    return sorted(found.items())
+            levels.setdefault(round(height, 4), []).append(ends)
+    return sorted(levels.items())
 
 
 def swept(path: Array, radius_mm: float) -> Region:

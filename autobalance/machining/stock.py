@@ -37,12 +37,12 @@ class Stock:
     def near(self, placement: Array, low: Array, high: Array) -> Solid:
         """Return the metal in a box between two corners (3,), in the axes that ``placement`` leads from."""
         box = Solid.box(low, high).moved(placement)
-        found = self._around(placement, low, high) & box
+        metal_near = self._around(placement, low, high) & box
         first, last = box.bounds
         for body, bounds in self.removed:
             if not (np.any(bounds[0] > last) or np.any(first > bounds[1])):
-                found = found - body
-        return found.moved(inverse(placement))
+                metal_near = metal_near - body
+        return metal_near.moved(inverse(placement))
 
     def _around(self, placement: Array, low: Array, high: Array) -> Solid:
         """Return the uncut metal in a box at least as large; the last one is kept for another look."""
@@ -100,5 +100,5 @@ def top_mm(metal: Solid, region: Region) -> float:
     if metal.is_empty:
         return -np.inf
     low, high = metal.bounds[0, 2], metal.bounds[1, 2]
-    found = metal & Solid.prism(region, float(low) - 1.0, float(high) + 1.0)
-    return -np.inf if found.is_empty else float(found.bounds[1, 2])
+    inside = metal & Solid.prism(region, float(low) - 1.0, float(high) + 1.0)
+    return -np.inf if inside.is_empty else float(inside.bounds[1, 2])

@@ -21,14 +21,14 @@ class Step:
 def steps_of(tool: CuttingTool) -> tuple[Step, ...]:
     """Return the parts of a tool from its tip up: flutes, shank, holder."""
     radius = tool.radius_mm
-    found = [Step("flute", radius, 0.0, tool.flute_mm + tool.point_mm, True)]
+    steps = [Step("flute", radius, 0.0, tool.flute_mm + tool.point_mm, True)]
     if tool.stick_out_mm > tool.flute_mm + tool.point_mm:
-        found.append(Step("shank", radius, tool.flute_mm + tool.point_mm, tool.stick_out_mm, False))
+        steps.append(Step("shank", radius, tool.flute_mm + tool.point_mm, tool.stick_out_mm, False))
     at = tool.stick_out_mm
     for diameter, length in tool.holder:
-        found.append(Step("holder", 0.5 * diameter, at, at + length, False))
+        steps.append(Step("holder", 0.5 * diameter, at, at + length, False))
         at += length
-    return tuple(found)
+    return tuple(steps)
 
 
 def widest_mm(tool: CuttingTool) -> float:

@@ -54,9 +54,9 @@ def plot(svg: str) -> str:
     return f'<div class="plot">{svg[max(svg.find("<svg"), 0) :]}</div>'
 
 
-def picture(png: bytes, said: str) -> str:
-    """Return a picture; ``said`` is what it shows, in words."""
-    return f'<img alt="{escape(said)}" src="data:image/png;base64,{b64encode(png).decode()}">'
+def picture(png: bytes, caption: str) -> str:
+    """Return a picture; ``caption`` is what it shows, in words."""
+    return f'<img alt="{escape(caption)}" src="data:image/png;base64,{b64encode(png).decode()}">'
 
 
 def records(rows: Sequence[Mapping[str, Any]], columns: Sequence[str] | None = None) -> str:

@@ -35,7 +35,7 @@ def inertia_unit() -> str:
 
 
 def shown(value: float | None, path: str, digits: int) -> tuple[float | None, int]:
-    """Return a value of the report in the page's units, told by the end of its key, and its decimals."""
+    """Return a value of the report in the page's units, known by the end of its key, and its decimals."""
     u = PAGE_UNITS.get()
     if u.is_metric or value is None:
         return value, digits

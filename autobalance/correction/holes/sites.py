@@ -47,7 +47,7 @@ class Site:
 
     ``sunk_mm`` is how far the entry, the bottom of a hole that is there, lies below that hole's mouth;
     ``oblique_rad`` is the angle between the axis and the normal of the surface that it enters;
-    ``old_point_mm`` is the length of that hole's point, and ``on_shoulder`` tells that the entry lies where
+    ``old_point_mm`` is the length of that hole's point, and ``on_shoulder`` is true of an entry where
     that point begins, not at its tip: a drill of the same point goes on with all of the bottom at once.
     ``least_radius_mm`` is how near to the crank axis the zone lets a hole come; ``surface`` and ``fillets``
     are all of the crank's and the web's, None of a hole that is drilled deeper.

@@ -15,7 +15,7 @@ def assembly_text(stages: Sequence[Mapping[str, Any]], units: DisplayUnits) -> s
     rows: list[Sequence[str]] = [("Assembly", "mass so far", "sum", "at", "permitted", "", "take out")]
     for each in stages:
         shaft = "" if each["shaft"] == CRANK else f" ({each['shaft']})"
-        taken = ", ".join(
+        corrections = ", ".join(
             f"{units.of_unbalance(cut['g_mm'])} at {cut['angle_deg']:.1f}°, z {units.of_length(cut['z_mm'])}"
             for cut in each["corrections"]
         )
@@ -27,7 +27,7 @@ def assembly_text(stages: Sequence[Mapping[str, Any]], units: DisplayUnits) -> s
                 f"{each['sum']['angle_deg']:.1f}°",
                 units.of_unbalance(each["permissible_g_mm"]),
                 "within" if each["within"] else "ABOVE",
-                taken,
+                corrections,
             )
         )
     return table(rows)

@@ -12,13 +12,13 @@ MOVED_MM = 0.05
 
 
 def told_angle(report: Values) -> Values | None:
-    """Return what a report's angles can be told from besides crankpin 1."""
+    """Return what a report's angles can be measured from besides crankpin 1."""
     angle: Values | None = _datums(report).get("angle")
     return angle
 
 
 def told_face(report: Values) -> Values | None:
-    """Return the face from which a report's z can be told: the best one that no cut moves."""
+    """Return the face from which a report's z can be measured: the best one that no cut moves."""
     cuts = [*report["corrections"], *report.get("earlier_corrections", ())]
     moved = [height for cut in cuts if (height := cut.get("face_height_mm")) is not None]
     faces: Sequence[Values] = _datums(report).get("faces", [])

@@ -1,4 +1,4 @@
-"""What people are told of corrections, by what their kinds say of themselves."""
+"""What people read of corrections, by what their kinds say of themselves."""
 
 from __future__ import annotations
 

@@ -12,8 +12,8 @@ Values = Mapping[str, Any]
 
 def reading_toml(report: Values) -> str:
     """Return the first reading of ``machine`` as TOML, in the machine's own way of counting angles."""
-    asked = report["input"]["reading"]
-    convention = Convention.of(asked)
+    reading = report["input"]["reading"]
+    convention = Convention.of(reading)
     lines = [
         f"# What the {report['input']['kind']} machine reads, seed {report['input']['seed']}, first run."
     ]
@@ -24,7 +24,7 @@ def reading_toml(report: Values) -> str:
     if report["bob_weights_g"] is not None:
         lines.append(f"bob_weights_g = [{', '.join(repr(each) for each in report['bob_weights_g'])}]")
     for key, what in (("urr_percent", "unbalance reduction ratio"), ("umar_g_mm", "least residual")):
-        value = asked[key]
+        value = reading[key]
         lines.append(f"# {key}: {what} of the machine, to fill in" if value is None else f"{key} = {value!r}")
     lines += [
         f"rotation = {_text(convention.rotation)}",
@@ -44,28 +44,28 @@ def reading_toml(report: Values) -> str:
 
 def found_unbalance_toml(report: Values) -> str:
     """Return the unbalance that ``influence`` found as a reading, heavy where its weights come off."""
-    told = report["input"]["reading"]
+    reading = report["input"]["reading"]
     lines = ["# The unbalance that trial weights and influence coefficients found."]
-    if told["serial"] is not None:
-        lines.append(f"serial = {_text(told['serial'])}")
-    if told["speed_rpm"] is not None:
-        lines.append(f"speed_rpm = {told['speed_rpm']!r}")
-    if told["bob_weights_g"] is not None:
-        lines.append(f"bob_weights_g = [{', '.join(repr(each) for each in told['bob_weights_g'])}]")
+    if reading["serial"] is not None:
+        lines.append(f"serial = {_text(reading['serial'])}")
+    if reading["speed_rpm"] is not None:
+        lines.append(f"speed_rpm = {reading['speed_rpm']!r}")
+    if reading["bob_weights_g"] is not None:
+        lines.append(f"bob_weights_g = [{', '.join(repr(each) for each in reading['bob_weights_g'])}]")
     lines += [
-        f"attached_fitted = {'true' if told['attached_fitted'] else 'false'}",
-        f"urr_percent = {told['urr_percent']!r}",
-        f"umar_g_mm = {told['umar_g_mm']!r}",
-        f"rotation = {_text(told['rotation'])}",
-        f"zero_deg = {told['zero_deg']!r}",
+        f"attached_fitted = {'true' if reading['attached_fitted'] else 'false'}",
+        f"urr_percent = {reading['urr_percent']!r}",
+        f"umar_g_mm = {reading['umar_g_mm']!r}",
+        f"rotation = {_text(reading['rotation'])}",
+        f"zero_deg = {reading['zero_deg']!r}",
         'reads = "heavy"',
     ]
     for number, weight in enumerate(report["corrections"]):
         lines += ["", "[[plane]]"]
-        if told["at"] is not None:
-            lines.append(f"at = {_text(told['at'][number])}")
-        if told["z_mm"] is not None:
-            lines.append(f"z_mm = {told['z_mm'][number]!r}")
+        if reading["at"] is not None:
+            lines.append(f"at = {_text(reading['at'][number])}")
+        if reading["z_mm"] is not None:
+            lines.append(f"z_mm = {reading['z_mm'][number]!r}")
         lines += [f"g_mm = {weight['g_mm']!r}", f"angle_deg = {weight['remove_angle_deg']!r}"]
     return "\n".join(lines) + "\n"
 

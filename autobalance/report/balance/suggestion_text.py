@@ -8,24 +8,24 @@ from typing import Any
 Values = Mapping[str, Any]
 
 
-def suggestions_text(found: Values | None) -> str:
+def suggestions_text(suggestions: Values | None) -> str:
     """Return the suggestions of a report; nothing where none were asked for."""
-    if found is None:
+    if suggestions is None:
         return ""
-    wanted, now = found["wanted"], found["now"]
-    asked = " and ".join(_quantities(wanted))
-    lines = [f"For {asked}, instead of {' and '.join(_quantities(now, wanted))}:"]
-    lines += [line for each in found["found"] for line in _suggestion(each, wanted)]
-    if not found["found"]:
+    targets, now = suggestions["wanted"], suggestions["now"]
+    aims = " and ".join(_quantities(targets))
+    lines = [f"For {aims}, instead of {' and '.join(_quantities(now, targets))}:"]
+    lines += [line for each in suggestions["found"] for line in _suggestion(each, targets)]
+    if not suggestions["found"]:
         lines.append("  nothing of what was tried does it")
-    lines += [f"  not {_name(each['kind'])}: {each['reason']}" for each in found["refused"]]
+    lines += [f"  not {_name(each['kind'])}: {each['reason']}" for each in suggestions["refused"]]
     return "\n".join(lines)
 
 
-def _suggestion(each: Values, wanted: Values) -> Sequence[str]:
+def _suggestion(each: Values, targets: Values) -> Sequence[str]:
     leaves = each["leaves"]
     reached = "" if each["reached"] else ", not quite what is wanted"
-    measured = " and ".join(_quantities(leaves, {**wanted, "inertia_kg_mm2": 1.0}))
+    measured = " and ".join(_quantities(leaves, {**targets, "inertia_kg_mm2": 1.0}))
     if each["kind"] in ("hole", "weight", "rim"):
         name = each["text"]
     else:

@@ -222,8 +222,8 @@ def _forces(report: Values) -> str:
 
 
 def _first_order(force: Values) -> Values:
-    found: Values = next(order for order in force["orders"] if order["order"] == 1.0)
-    return found
+    first: Values = next(order for order in force["orders"] if order["order"] == 1.0)
+    return first
 
 
 def _changes(report: Values, units: DisplayUnits) -> str:

@@ -15,8 +15,8 @@ Values = dict[str, Any]
 
 def report(record: Record) -> Values:
     """Return the report of a run as JSON values, keys in the order of the interface."""
-    found: Values = encoded(Report.of(record))
-    return found
+    values: Values = encoded(Report.of(record))
+    return values
 
 
 def dumps(values: Mapping[str, Any]) -> str:
@@ -32,8 +32,8 @@ def showable(values: Values) -> Values:
     """Return a report for pages: a question mark for what is no text in the names of files."""
     text = json.dumps(values, ensure_ascii=False)
     shown = text.encode("utf-8", "replace").decode()
-    found: Values = values if shown == text else json.loads(shown)
-    return found
+    shown_values: Values = values if shown == text else json.loads(shown)
+    return shown_values
 
 
 def schema(of: Literal["report", "generate"] = "report") -> Values:

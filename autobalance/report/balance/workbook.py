@@ -1,7 +1,7 @@
 """``balance.xlsx``: the calculation sheet, live: change a weight and the sheet follows.
 
 Every formula is written with its value, so that a program that does not recalculate shows the right numbers.
-What the solid alone tells (its mass and moments) stands in cells of its own, marked as measured.
+What is known from the solid alone (its mass and moments) stands in cells of its own, marked as measured.
 """
 
 from __future__ import annotations
@@ -184,7 +184,7 @@ class _Calculation:
         return numbers
 
     def _measured(self) -> None:
-        """Write what the solid alone tells, before and after: mass, first moments, products about z = 0."""
+        """Write what is known from the solid alone, before and after: mass, first moments, products about z = 0."""
         report = self.report
         attached = at(report, "job.engine.attached") or []
         for state, title in (("before", "The solid before"), ("after", "The solid after")):

@@ -61,13 +61,15 @@ class Counterweight:
     product_g_mm: CounterweightProduct
 
     @classmethod
-    def of(cls, found: balancing.Counterweight) -> Self:
+    def of(cls, counterweight: balancing.Counterweight) -> Self:
         """Return those of a crank."""
         return cls(
-            mass_g=found.mass_g,
-            radius_mm=found.initial_g_mm / found.mass_g,
+            mass_g=counterweight.mass_g,
+            radius_mm=counterweight.initial_g_mm / counterweight.mass_g,
             product_g_mm=CounterweightProduct(
-                initial=found.initial_g_mm, target=found.target_g_mm, final=found.final_g_mm
+                initial=counterweight.initial_g_mm,
+                target=counterweight.target_g_mm,
+                final=counterweight.final_g_mm,
             ),
         )
 
@@ -460,6 +462,8 @@ class Relaxation:
     tried: Annotated[bool, "planned anew with the changes; false: follows from what is left"]
 
     @classmethod
-    def of(cls, found: relaxation.Relaxation) -> Self:
+    def of(cls, relaxation_found: relaxation.Relaxation) -> Self:
         """Return a relaxation with each key of the job that it changes."""
-        return cls(**{**vars(found), "changes": [JobChange.of(each) for each in found.changes]})
+        return cls(
+            **{**vars(relaxation_found), "changes": [JobChange.of(each) for each in relaxation_found.changes]}
+        )

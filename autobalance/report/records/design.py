@@ -94,27 +94,27 @@ class SearchFigures:
     finite_elements: FiniteElements | None
 
     @classmethod
-    def of(cls, found: Found, answer: Chosen) -> Self:
-        """Return that of a search; ``found`` are its designs before any was refined."""
-        options, designs = found.problem.design.search, found.candidates
+    def of(cls, findings: Found, answer: Chosen) -> Self:
+        """Return that of a search; ``findings`` are its designs before any was refined."""
+        options, designs = findings.problem.design.search, findings.candidates
         return cls(
             method=options.method,
             seed=options.seed,
             evaluations=len(designs),
             generations=math.ceil(len(designs) / options.population),
             feasible_share=sum(each.violation <= 0.0 for each in designs) / len(designs),
-            finite_elements=_finite_elements(found, answer),
+            finite_elements=_finite_elements(findings, answer),
         )
 
 
-def _finite_elements(found: Found, answer: Chosen) -> FiniteElements | None:
-    if not found.problem.strengths_wanted:
+def _finite_elements(findings: Found, answer: Chosen) -> FiniteElements | None:
+    if not findings.problem.strengths_wanted:
         return None
     model = answer.found.problem.model
     return FiniteElements(
-        analysed_in_search=len(found.analysed),
-        analysed_when_written=len(answer.found.analysed) - len(found.analysed),
-        not_meshed=sum(not each.values for each in found.analysed),
+        analysed_in_search=len(findings.analysed),
+        analysed_when_written=len(answer.found.analysed) - len(findings.analysed),
+        not_meshed=sum(not each.values for each in findings.analysed),
         model="Gaussian process of the logarithms, over the control points",
         expected_errors=None if model is None else model.errors,
         errors_when_written=answer.told_errors or None,
@@ -175,9 +175,9 @@ class DesignFigures:
     files: Mapping[str, DesignFile]
 
     @classmethod
-    def of(cls, problem: Problem, name: str, made: WrittenDesign, digests: Mapping[str, str]) -> Self:
+    def of(cls, problem: Problem, name: str, design: WrittenDesign, digests: Mapping[str, str]) -> Self:
         """Return those of a design; ``digests`` are the sha256 of its files by name."""
-        free, amounts = problem.free, made.amounts
+        free, amounts = problem.free, design.amounts
         solved: dict[str, float] = {}
         for k, part in enumerate(free.parts):
             solved[f"{part.name}.scale"] = float(amounts.radii_mm[k].mean() / free.start_mm[k].mean())
@@ -186,14 +186,16 @@ class DesignFigures:
                 solved[f"{part.name}.thickness_mm"] = thickness
         return cls(
             id=name,
-            objectives=made.objectives(problem),
-            constraints=[DesignConstraint.of(each) for each in made.constraints],
-            residual=DesignResidual(magnitude_g_mm=made.residual.magnitude_g_mm, worst_share=made.used_share),
+            objectives=design.objectives(problem),
+            constraints=[DesignConstraint.of(each) for each in design.constraints],
+            residual=DesignResidual(
+                magnitude_g_mm=design.residual.magnitude_g_mm, worst_share=design.used_share
+            ),
             clearances=[
                 DesignClearance(
                     neighbour=each.neighbour, least_mm=each.least_mm, at_deg=math.degrees(each.at_rad)
                 )
-                for each in made.clearances
+                for each in design.clearances
             ],
             control_points_mm={
                 str(web.number): free.profiles[web.part].control_points_mm(amounts.radii_mm[web.part])

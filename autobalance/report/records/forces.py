@@ -154,15 +154,15 @@ class InertiaLoads:
 
     @classmethod
     def of(
-        cls, engine: Engine, found: Loads, mains_z_mm: tuple[float, ...], support: Support | None = None
+        cls, engine: Engine, loads: Loads, mains_z_mm: tuple[float, ...], support: Support | None = None
     ) -> Self:
         """Return the loads over a turn.
 
         ``support``: what holds a crank of fewer than two mains; its one main, where it has that, takes the
         force.
         """
-        walls = np.abs(found.wall_n)
-        mains = found.main_n if support is None else [support.force_n] * len(mains_z_mm)
+        walls = np.abs(loads.wall_n)
+        mains = loads.main_n if support is None else [support.force_n] * len(mains_z_mm)
         rows = [load_row(load) for _, load in zip(mains_z_mm, mains, strict=True)]
         return cls(
             main_bearings=[
@@ -178,14 +178,14 @@ class InertiaLoads:
                     wall=LoadRow(float(wall.max()), float(wall.mean())),
                 )
                 for number, (cylinder, crankpin, wrist, wall) in enumerate(
-                    zip(engine.cylinders, found.crankpin_n, found.wrist_pin_n, walls, strict=True), 1
+                    zip(engine.cylinders, loads.crankpin_n, loads.wrist_pin_n, walls, strict=True), 1
                 )
             ],
             support=None if support is None else SupportLoad.of(support),
             torque=InertiaTorque(
-                greatest_n_m=float(found.torque_n_m.max()),
-                least_n_m=float(found.torque_n_m.min()),
-                mean_n_m=float(found.torque_n_m.mean()),
+                greatest_n_m=float(loads.torque_n_m.max()),
+                least_n_m=float(loads.torque_n_m.min()),
+                mean_n_m=float(loads.torque_n_m.mean()),
             ),
         )
 

@@ -12,13 +12,13 @@ from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM
 
 
-def mounts_values(found: MountedAnalysis) -> dict[str, Any]:
+def mounts_values(analysis: MountedAnalysis) -> dict[str, Any]:
     """Return natural frequencies and shapes, responses by factor, the best factor for each named place."""
-    frequencies, shapes = found.mounts.engine.modes()
+    frequencies, shapes = analysis.mounts.engine.modes()
     return {
         "natural_frequencies_hz": _numbers(frequencies / (2.0 * np.pi)),
         "shapes": [_numbers(shape) for shape in shapes.T],
-        "speeds_rpm": _numbers(found.mounts.speeds_rad_s / RAD_S_PER_RPM),
+        "speeds_rpm": _numbers(analysis.mounts.speeds_rad_s / RAD_S_PER_RPM),
         "responses": [
             {
                 "factor": each.factor,
@@ -32,9 +32,9 @@ def mounts_values(found: MountedAnalysis) -> dict[str, Any]:
                 ],
                 "mount_force_rms_N": [_numbers(force) for force in each.mount_forces_n],
             }
-            for each in found.responses
+            for each in analysis.responses
         ],
-        "best_factor_for": dict(found.best),
+        "best_factor_for": dict(analysis.best),
     }
 
 

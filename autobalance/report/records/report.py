@@ -357,47 +357,49 @@ class Report:
     ) = ABSENT
 
     @classmethod
-    def of(cls, found: run.Record) -> Self:
+    def of(cls, record: run.Record) -> Self:
         """Return the report of a run."""
-        balanced, anatomy = found.balanced, found.crank.anatomy
+        balanced, anatomy = record.balanced, record.crank.anatomy
         return cls(
             autobalance=Versions.here(),
-            command=found.command,
+            command=record.command,
             job=None if balanced is None else balanced.job,
-            job_set=(found.job_set if balanced is None else balanced.job_set) or ABSENT,
-            input=Input.of(found.input),
+            job_set=(record.job_set if balanced is None else balanced.job_set) or ABSENT,
+            input=Input.of(record.input),
             frame=Frame(file_to_rotor=anatomy.file_to_rotor),
-            crank=Crank.of(found.crank),
+            crank=Crank.of(record.crank),
             initial=Unbalance.of(
-                found.initial, found.planes_z_mm, None if balanced is None else balanced.result.initial_doubt
+                record.initial,
+                record.planes_z_mm,
+                None if balanced is None else balanced.result.initial_doubt,
             ),
-            warnings=found.warnings,
-            outputs=found.outputs,
-            seconds=Seconds.of(found.seconds),
-            staged=found.staged,
-            true_surfaces=ABSENT if found.surfaces is None else TrueSurfaces.of(found.surfaces, balanced),
-            sections=ABSENT if found.sections is None else [Section.of(part) for part in found.sections],
+            warnings=record.warnings,
+            outputs=record.outputs,
+            seconds=Seconds.of(record.seconds),
+            staged=record.staged,
+            true_surfaces=ABSENT if record.surfaces is None else TrueSurfaces.of(record.surfaces, balanced),
+            sections=ABSENT if record.sections is None else [Section.of(part) for part in record.sections],
             counterweights=ABSENT
-            if found.web_weights is None
-            else [WebWeight.of(weight) for weight in found.web_weights],
-            section_table=ABSENT if found.section_table is None else SectionTable.of(*found.section_table),
-            suggestions=ABSENT if found.suggested is None else Suggestions.of(*found.suggested),
-            faces=_faces(found),
-            **({} if balanced is None else _balanced(balanced, found)),
+            if record.web_weights is None
+            else [WebWeight.of(weight) for weight in record.web_weights],
+            section_table=ABSENT if record.section_table is None else SectionTable.of(*record.section_table),
+            suggestions=ABSENT if record.suggested is None else Suggestions.of(*record.suggested),
+            faces=_faces(record),
+            **({} if balanced is None else _balanced(balanced, record)),
         )
 
 
-def _faces(found: run.Record) -> Sequence[NamedFace | Face] | Absent:
+def _faces(record: run.Record) -> Sequence[NamedFace | Face] | Absent:
     """Return the faces that cuts of a run name, or all that could be cut."""
-    anatomy = found.crank.anatomy
-    if found.balanced is not None:
-        return [NamedFace.of(face, anatomy) for face in found.balanced.faces]
-    return ABSENT if found.faces is None else [Face.of(offer, anatomy) for offer in found.faces]
+    anatomy = record.crank.anatomy
+    if record.balanced is not None:
+        return [NamedFace.of(face, anatomy) for face in record.balanced.faces]
+    return ABSENT if record.faces is None else [Face.of(offer, anatomy) for offer in record.faces]
 
 
-def _balanced(balanced: run.Balanced, found: run.Record) -> dict[str, Any]:
+def _balanced(balanced: run.Balanced, record: run.Record) -> dict[str, Any]:
     """Return the fields that only a balancing run knows."""
-    result, anatomy = balanced.result, found.crank.anatomy
+    result, anatomy = balanced.result, record.crank.anatomy
     weight, left, forces = balanced.counterweight, balanced.overbalance, balanced.forces
     change = result.final_moments.polar_inertia_g_mm2 - result.initial_moments.polar_inertia_g_mm2
     return {
@@ -405,8 +407,8 @@ def _balanced(balanced: run.Balanced, found: run.Record) -> dict[str, Any]:
         "engine": Engine.of(balanced.loads),
         "balance_factor": BalanceFactor(**vars(balanced.factors)),
         "tolerance": Tolerance.of(balanced.tolerance, balanced.job),
-        "residual": Unbalance.of(result.residual, found.planes_z_mm, result.doubt),
-        "corrections": _corrections(balanced, found),
+        "residual": Unbalance.of(result.residual, record.planes_z_mm, result.doubt),
+        "corrections": _corrections(balanced, record),
         "plan_kept": ABSENT if balanced.kept is None else PlanKept.of(balanced.kept),
         "steps": [Step(**vars(step)) for step in result.steps],
         "inertia_change_g_mm2": change,
@@ -421,7 +423,7 @@ def _balanced(balanced: run.Balanced, found: run.Record) -> dict[str, Any]:
         "loads_with_gas": balanced.loads_with_gas or ABSENT,
         "external": [ExternalPart.of(each) for each in balanced.external] or ABSENT,
         "assembly": [
-            AssemblyStage.of(number, each, found.planes_z_mm)
+            AssemblyStage.of(number, each, record.planes_z_mm)
             for number, each in enumerate(balanced.assembly, 1)
         ]
         or ABSENT,

@@ -86,22 +86,22 @@ class RodMeasures:
     @classmethod
     def of(cls, measured: MeasuredRod) -> Self:
         """Return the measures of a rod."""
-        found, eyes, about_centre = measured.rod, measured.eyes, measured.about_centre
+        rod, eyes, about_centre = measured.rod, measured.eyes, measured.about_centre
         return cls(
-            length_mm=found.length_mm,
+            length_mm=rod.length_mm,
             offset_mm=eyes.offset_mm,
             big_end=RodEye.of(eyes, eyes.big),
             small_end=RodEye.of(eyes, eyes.small),
-            mass_g=found.mass_g,
+            mass_g=rod.mass_g,
             volume_mm3=measured.volume_mm3,
             centre_of_mass_mm=measured.moments.centre_mm,
-            centre_from_big_end_mm=found.centre_from_big_end_mm,
-            big_end_g=found.big_end_g,
-            small_end_g=found.small_end_g,
+            centre_from_big_end_mm=rod.centre_from_big_end_mm,
+            big_end_g=rod.big_end_g,
+            small_end_g=rod.small_end_g,
             inertia_kg_mm2=about_centre.polar_inertia_g_mm2 * KG_MM2_PER_G_MM2,
             inertia_tensor_kg_mm2=about_centre.inertia_g_mm2 * KG_MM2_PER_G_MM2,
-            two_mass_inertia_kg_mm2=found.two_mass_inertia_g_mm2 * KG_MM2_PER_G_MM2,
-            couple_inertia_kg_mm2=found.couple_inertia_g_mm2 * KG_MM2_PER_G_MM2,
+            two_mass_inertia_kg_mm2=rod.two_mass_inertia_g_mm2 * KG_MM2_PER_G_MM2,
+            couple_inertia_kg_mm2=rod.couple_inertia_g_mm2 * KG_MM2_PER_G_MM2,
         )
 
 

@@ -84,10 +84,10 @@ class Criticals:
     criticals: Sequence[Critical]
 
     @classmethod
-    def of(cls, found: Sequence[CriticalSpeed]) -> Self:
+    def of(cls, criticals: Sequence[CriticalSpeed]) -> Self:
         return cls(
-            critical_speeds_rad_s=[each.speed_rad_s for each in found],
-            criticals=[Critical(**vars(each)) for each in found],
+            critical_speeds_rad_s=[each.speed_rad_s for each in criticals],
+            criticals=[Critical(**vars(each)) for each in criticals],
         )
 
 
@@ -247,18 +247,18 @@ class Static:
     reactions: Sequence[Reaction]
 
     @classmethod
-    def of(cls, rotor: BeamRotor, found: Sag | None) -> Self:
-        if found is None:
+    def of(cls, rotor: BeamRotor, sag: Sag | None) -> Self:
+        if sag is None:
             free = [Reaction(z_mm=mm(each.z_m), x_N=None, y_N=None) for each in rotor.bearings]
             return cls(deflections=(), reactions=free)
         return cls(
             deflections=[
                 Deflection(z_mm=mm(z), x_um=UM_PER_M * float(x), y_um=UM_PER_M * float(y))
-                for z, (x, y) in zip(found.z_m, found.deflection_m, strict=True)
+                for z, (x, y) in zip(sag.z_m, sag.deflection_m, strict=True)
             ],
             reactions=[
                 Reaction(z_mm=mm(each.z_m), x_N=float(x), y_N=float(y))
-                for each, (x, y) in zip(rotor.bearings, found.reactions_n, strict=True)
+                for each, (x, y) in zip(rotor.bearings, sag.reactions_n, strict=True)
             ],
         )
 
@@ -291,8 +291,8 @@ class BalancingAdvice:
     procedures: Sequence[Procedure]
 
     @classmethod
-    def of(cls, found: Advice) -> Self:
-        return cls(**vars(found))
+    def of(cls, advice: Advice) -> Self:
+        return cls(**vars(advice))
 
 
 @record

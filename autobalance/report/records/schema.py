@@ -78,19 +78,24 @@ def schema_of(record: type, head: Mapping[str, Any], rules: list[Values]) -> Val
     rules : list of dict
         What depends on the values themselves: the schema's ``allOf``.
     """
-    found = Definitions()
-    whole = _object(record, found)
-    return {**head, **whole, **({"allOf": rules} if rules else {}), "$defs": dict(sorted(found.items()))}
+    definitions = Definitions()
+    whole = _object(record, definitions)
+    return {
+        **head,
+        **whole,
+        **({"allOf": rules} if rules else {}),
+        "$defs": dict(sorted(definitions.items())),
+    }
 
 
-def _object(record: type, found: Definitions) -> Values:
+def _object(record: type, definitions: Definitions) -> Values:
     if is_typeddict(record):
         hints = get_type_hints(record, include_extras=True)
-        properties = {name: _schema(hint, found) for name, hint in hints.items()}
+        properties = {name: _schema(hint, definitions) for name, hint in hints.items()}
         required = [name for name in hints if name in record.__required_keys__]  # type: ignore[attr-defined]
         opened = getattr(record, "open_keys", False)
     else:
-        properties, required, opened = _fields(fields_of(record), found)
+        properties, required, opened = _fields(fields_of(record), definitions)
     return {
         "type": "object",
         "properties": properties,
@@ -99,20 +104,22 @@ def _object(record: type, found: Definitions) -> Values:
     }
 
 
-def _fields(fields: Sequence[Field], found: Definitions) -> tuple[Values, list[str], bool]:
+def _fields(fields: Sequence[Field], definitions: Definitions) -> tuple[Values, list[str], bool]:
     """Return the properties of a dataclass, those required, and whether there may be others."""
     properties: Values = {}
     required: list[str] = []
     opened = False
     for each in fields:
         if not each.inline:
-            properties[each.key] = _schema(each.hint, found)
+            properties[each.key] = _schema(each.hint, definitions)
             required += [each.key] if each.required else []
             continue
         record = _record_in(each.hint)
-        inner, needed, open_inside = ({}, [], True) if record is None else _fields(fields_of(record), found)
+        inner, inner_required, open_inside = (
+            ({}, [], True) if record is None else _fields(fields_of(record), definitions)
+        )
         properties |= inner
-        required += [] if _may_lack(each.hint) else needed
+        required += [] if _may_lack(each.hint) else inner_required
         opened |= open_inside or getattr(record, "open_keys", False)
     return properties, required, opened
 
@@ -132,31 +139,35 @@ def _may_lack(hint: Any) -> bool:
     return type(None) in get_args(bare)
 
 
-def _schema(hint: Any, found: Definitions) -> Values:  # noqa: PLR0911 - one return a form
+def _schema(hint: Any, definitions: Definitions) -> Values:  # noqa: PLR0911 - one return a form
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is NotRequired:
-        return _schema(arguments[0], found)
+        return _schema(arguments[0], definitions)
     if origin is Annotated:
         like = next((each.record for each in arguments[1:] if isinstance(each, Like)), arguments[0])
-        return _schema(like, found) | _extras(arguments[1:])
+        return _schema(like, definitions) | _extras(arguments[1:])
     if origin in (Union, types.UnionType):
-        return _one_of(_branches(arguments, found))
+        return _one_of(_branches(arguments, definitions))
     if origin is Literal:
         return {"const": arguments[0]} if len(arguments) == 1 else {"enum": list(arguments)}
     if origin is tuple and arguments[-1] is not Ellipsis:
-        return {"type": "array", "prefixItems": [_schema(each, found) for each in arguments], "items": False}
+        return {
+            "type": "array",
+            "prefixItems": [_schema(each, definitions) for each in arguments],
+            "items": False,
+        }
     if origin in ITERABLE:
-        return {"type": "array", "items": _schema(arguments[0], found)}
+        return {"type": "array", "items": _schema(arguments[0], definitions)}
     if origin is np.ndarray:
         return {"type": "array", "items": {"type": "number"}}
     if origin in MAPPINGS:
-        items = _schema(arguments[1], found)
+        items = _schema(arguments[1], definitions)
         return {"type": "object", **({"additionalProperties": items} if items else {})}
     if is_typeddict(hint) or dataclasses.is_dataclass(hint):
-        name = found.name_of(hint)
-        if name not in found:
-            found[name] = {}  # a record may hold its own kind
-            found[name] = _object(hint, found)
+        name = definitions.name_of(hint)
+        if name not in definitions:
+            definitions[name] = {}  # a record may hold its own kind
+            definitions[name] = _object(hint, definitions)
         return {"$ref": f"#/$defs/{name}"}
     return {} if hint is Any or hint is object else {"type": NAMES[hint]}
 
@@ -165,12 +176,12 @@ ITERABLE = (list, tuple, Sequence)
 MAPPINGS = (dict, Mapping)
 
 
-def _branches(arguments: Sequence[Any], found: Definitions) -> list[Values]:
+def _branches(arguments: Sequence[Any], definitions: Definitions) -> list[Values]:
     """Return the schemas of a union: an array is a way to hold the sequence beside it, or a plain one."""
-    wanted = [each for each in arguments if each is not Absent]
-    sequences = [each for each in wanted if get_origin(each) in ITERABLE]
-    wanted = [each for each in wanted if not (sequences and get_origin(each) is np.ndarray)]
-    return [_schema(each, found) for each in wanted]
+    hints = [each for each in arguments if each is not Absent]
+    sequences = [each for each in hints if get_origin(each) in ITERABLE]
+    hints = [each for each in hints if not (sequences and get_origin(each) is np.ndarray)]
+    return [_schema(each, definitions) for each in hints]
 
 
 def _extras(extras: tuple[Any, ...]) -> Values:
@@ -179,18 +190,18 @@ def _extras(extras: tuple[Any, ...]) -> Values:
     return bounds | ({"description": words[0]} if words else {})
 
 
-def _one_of(found: list[Values]) -> Values:
+def _one_of(schemas: list[Values]) -> Values:
     """Return what allows any of these; a value or null keeps its bounds beside a list of types."""
-    if len(found) == 1:
-        return found[0]
+    if len(schemas) == 1:
+        return schemas[0]
     null = {"type": "null"}
-    others = [each for each in found if each != null]
-    if len(others) == 1 and null in found:
+    others = [each for each in schemas if each != null]
+    if len(others) == 1 and null in schemas:
         only = others[0]
         if "enum" in only:
             return only | {"enum": [*only["enum"], None]}
         if isinstance(only.get("type"), str) and only["type"] != "object":
             return only | {"type": [only["type"], "null"]}
-    if all(set(each) == {"type"} for each in found):
-        return {"type": [each["type"] for each in found]}
-    return {"anyOf": found}
+    if all(set(each) == {"type"} for each in schemas):
+        return {"type": [each["type"] for each in schemas]}
+    return {"anyOf": schemas}

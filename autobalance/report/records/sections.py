@@ -123,14 +123,14 @@ class SectionTable:
     counterweights_wanted: Annotated[Sequence[CounterweightWanted], Bound("maxItems", 2)]
 
     @classmethod
-    def of(cls, found: section_rows.SectionTable, datum_mm: float) -> Self:
+    def of(cls, table: section_rows.SectionTable, datum_mm: float) -> Self:
         """Return a section table, its moments about the plane ``datum_mm``."""
-        total, tolerance = found.unbalance, found.tolerance
+        total, tolerance = table.unbalance, table.tolerance
         return cls(
             datum_mm=datum_mm,
-            rows=[SectionTableRow.of(row, datum_mm) for row in found.rows],
+            rows=[SectionTableRow.of(row, datum_mm) for row in table.rows],
             sums=SectionTableSums(
-                mass_g=found.total.mass_g,
+                mass_g=table.total.mass_g,
                 unbalance_g_mm=total.resultant_g_mm,
                 magnitude_g_mm=total.magnitude_g_mm,
                 moment_g_mm2=total.moment_about_g_mm2(datum_mm),
@@ -138,10 +138,10 @@ class SectionTable:
             planes=[] if tolerance is None else _planes(total, tolerance),
             permissible_g_mm=None if tolerance is None else tolerance.permissible_g_mm,
             judge=None if tolerance is None else tolerance.judge,
-            within=found.is_met,
+            within=table.is_met,
             counterweights_wanted=[
-                CounterweightWanted(web=web, product_g_mm=wanted, change_g_mm=wanted - now)
-                for web, wanted, now in found.products_wanted_g_mm()
+                CounterweightWanted(web=web, product_g_mm=target, change_g_mm=target - now)
+                for web, target, now in table.products_wanted_g_mm()
             ],
         )
 

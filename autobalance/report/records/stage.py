@@ -58,15 +58,15 @@ class StageUnbalance:
     uncertainty_g_mm: float | None
 
     @classmethod
-    def of(cls, found: Unbalance) -> Self:
+    def of(cls, unbalance: Unbalance) -> Self:
         """Return an unbalance without the shares of what it may be off."""
         return cls(
-            unbalance_g_mm=found.unbalance_g_mm,
-            magnitude_g_mm=found.magnitude_g_mm,
-            angle_deg=found.angle_deg,
-            planes=found.planes,
-            moment_g_mm2=found.moment_g_mm2,
-            uncertainty_g_mm=found.uncertainty_g_mm,
+            unbalance_g_mm=unbalance.unbalance_g_mm,
+            magnitude_g_mm=unbalance.magnitude_g_mm,
+            angle_deg=unbalance.angle_deg,
+            planes=unbalance.planes,
+            moment_g_mm2=unbalance.moment_g_mm2,
+            uncertainty_g_mm=unbalance.uncertainty_g_mm,
         )
 
     @classmethod
@@ -348,7 +348,10 @@ class Suggestions:
 
     @classmethod
     def of(
-        cls, aim: suggested.Aim, found: Sequence[suggested.Suggestion], refused: Sequence[suggested.Refused]
+        cls,
+        aim: suggested.Aim,
+        suggestions: Sequence[suggested.Suggestion],
+        refused: Sequence[suggested.Refused],
     ) -> Self:
         """Return what is wanted, what is there, what would do it and what would not."""
         return cls(
@@ -356,6 +359,6 @@ class Suggestions:
                 balance_factor=aim.wanted.balance_factor, inertia_g_mm2=aim.wanted.inertia_g_mm2
             ),
             now=SuggestionState.of(aim, aim.start),
-            found=[Suggestion.of(aim, each) for each in found],
+            found=[Suggestion.of(aim, each) for each in suggestions],
             refused=[RefusedSuggestion(kind=each.kind, reason=each.reason) for each in refused],
         )

@@ -88,8 +88,8 @@ class FilletRow:
 
     @classmethod
     def of(cls, fillet: Fillet) -> Self:
-        found = fillet.fatigue
-        swing = found.equivalent_alternating_MPa
+        fatigue = fillet.fatigue
+        swing = fatigue.equivalent_alternating_MPa
         return cls(
             throw=fillet.throw,
             web=fillet.web,
@@ -103,19 +103,19 @@ class FilletRow:
             outside_of_range=fillet.outside,
             cost_of_cuts=fillet.cost,
             stress=FilletStress(
-                bending_mean_MPa=found.bending_mean_MPa,
-                bending_alternating_MPa=found.bending_alternating_MPa,
-                torsion_mean_MPa=found.torsion_mean_MPa,
-                torsion_alternating_MPa=found.torsion_alternating_MPa,
+                bending_mean_MPa=fatigue.bending_mean_MPa,
+                bending_alternating_MPa=fatigue.bending_alternating_MPa,
+                torsion_mean_MPa=fatigue.torsion_mean_MPa,
+                torsion_alternating_MPa=fatigue.torsion_alternating_MPa,
                 equivalent_alternating_MPa=swing,
-                greatest_MPa=found.greatest_MPa,
+                greatest_MPa=fatigue.greatest_MPa,
             ),
             fatigue_strength_MPa=fillet.fatigue_MPa,
             safety=FilletSafety(
-                gough_pollard=found.gough_pollard,
-                goodman=found.goodman,
+                gough_pollard=fatigue.gough_pollard,
+                goodman=fatigue.goodman,
                 iacs=fillet.fatigue_MPa / swing if swing else None,
-                yielding=found.yielding,
+                yielding=fatigue.yielding,
             ),
             at_rad=fillet.at_rad,
         )

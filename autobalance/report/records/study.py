@@ -87,10 +87,10 @@ class KeyFigureCurves:
     causes: Sequence[KeyFigureCurve]
 
     @classmethod
-    def of(cls, found: KeyFigure) -> Self:
+    def of(cls, figure: KeyFigure) -> Self:
         """Return those of a key figure."""
-        curves = [KeyFigureCurve.of(each) for each in found.curves]
-        return cls(figure=found.name, unit=found.unit, nominal=found.nominal, causes=curves)
+        curves = [KeyFigureCurve.of(each) for each in figure.curves]
+        return cls(figure=figure.name, unit=figure.unit, nominal=figure.nominal, causes=curves)
 
 
 @record

@@ -78,15 +78,15 @@ class TrainFigures:
     couplings: Sequence[CouplingFigures]
 
     @classmethod
-    def of(cls, named: NamedTrain, made: CrankChain | None, metal_n_m_rad: Array | None) -> Self:
-        """Return those of a train; ``made`` is the crank in it, whose own metal has these springs."""
+    def of(cls, named: NamedTrain, chain: CrankChain | None, metal_n_m_rad: Array | None) -> Self:
+        """Return those of a train; ``chain`` is the crank in it, whose own metal has these springs."""
         train = named.train
         return cls(
             stations=named.names,
             inertias_kg_mm2=KG_MM2_PER_KG_M2 * train.inertias_kg_m2,
             stiffness_N_m_rad=train.springs_n_m_rad,
-            ker_wilson_N_m_rad=None if made is None else made.ker_wilson_n_m_rad,
-            carter_N_m_rad=None if made is None else made.carter_n_m_rad,
+            ker_wilson_N_m_rad=None if chain is None else chain.ker_wilson_n_m_rad,
+            carter_N_m_rad=None if chain is None else chain.carter_n_m_rad,
             fem_N_m_rad=metal_n_m_rad,
             links=[[int(a) + 1, int(b) + 1] for a, b in train.links],
             ratios=train.ratios,
@@ -169,16 +169,16 @@ class CriticalFigures:
     phase_sum: NotNegative | None
 
     @classmethod
-    def of(cls, found: CriticalOrder) -> Self:
+    def of(cls, critical: CriticalOrder) -> Self:
         """Return those of a critical order."""
         return cls(
-            order=found.order,
-            frequency_rad_s=found.frequency_rad_s,
-            speed_rad_s=found.speed_rad_s,
-            mode=found.mode + 1,
-            torque_N_m=found.torque_n_m,
-            stress_pa=found.stress_pa,
-            phase_sum=found.phase_sum,
+            order=critical.order,
+            frequency_rad_s=critical.frequency_rad_s,
+            speed_rad_s=critical.speed_rad_s,
+            mode=critical.mode + 1,
+            torque_N_m=critical.torque_n_m,
+            stress_pa=critical.stress_pa,
+            phase_sum=critical.phase_sum,
         )
 
 
@@ -201,13 +201,13 @@ class OrderFigures:
     points: Sequence[ResponsePoint]
 
     @classmethod
-    def of(cls, found: OrderResponse) -> Self:
+    def of(cls, motion: OrderResponse) -> Self:
         rows = zip(
-            found.speeds_rad_s, found.angles_rad, found.torques_n_m, found.twists_rad, found.stresses_pa,
+            motion.speeds_rad_s, motion.angles_rad, motion.torques_n_m, motion.twists_rad, motion.stresses_pa,
             strict=True,
         )  # fmt: skip
         return cls(
-            order=float(found.order),
+            order=float(motion.order),
             points=[
                 ResponsePoint(
                     speed_rad_s=speed,
@@ -326,9 +326,9 @@ class ThrowFigures:
     fem_note: Annotated[str | None, "why its own metal gives no stiffness"]
 
     @classmethod
-    def of(cls, number: int, made: CrankChain, formula: Formula, twist: ThrowTwist | None) -> Self:
+    def of(cls, number: int, chain: CrankChain, formula: Formula, twist: ThrowTwist | None) -> Self:
         """Return those of a throw, numbered from 1."""
-        shape = made.shapes[number - 1]
+        shape = chain.shapes[number - 1]
         metal = None if twist is None else twist.stiffness
         return cls(
             number=number,
@@ -342,8 +342,8 @@ class ThrowFigures:
             web_thickness_mm=shape.web_thickness_mm,
             web_breadth_mm=shape.web_breadth_mm,
             formula=formula,
-            ker_wilson_N_m_rad=made.throws_n_m_rad["ker_wilson"][number - 1],
-            carter_N_m_rad=made.throws_n_m_rad["carter"][number - 1],
+            ker_wilson_N_m_rad=chain.throws_n_m_rad["ker_wilson"][number - 1],
+            carter_N_m_rad=chain.throws_n_m_rad["carter"][number - 1],
             fem_N_m_rad=None if metal is None else metal.n_m_rad,
             fem_error_N_m_rad=None if metal is None else metal.error_n_m_rad,
             fem_levels_N_m_rad=None if metal is None else metal.levels_n_m_rad,

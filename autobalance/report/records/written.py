@@ -72,8 +72,8 @@ def written_schema(of: Literal["report", "generate"]) -> Values:
     """
     if of == "generate":
         return schema_of(GenerateReport, GENERATE_HEAD, [])
-    found = schema_of(Report, REPORT_HEAD, RULES)
-    method = found["$defs"]["job_correction"]["properties"]["method"]
+    schema = schema_of(Report, REPORT_HEAD, RULES)
+    method = schema["$defs"]["job_correction"]["properties"]["method"]
     method["items"]["enum"] = list(KINDS)
-    found["$defs"]["correction"]["properties"]["kind"]["enum"] = list(KINDS)
-    return found
+    schema["$defs"]["correction"]["properties"]["kind"]["enum"] = list(KINDS)
+    return schema

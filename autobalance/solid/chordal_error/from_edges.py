@@ -29,7 +29,7 @@ AS_WIDE = 4.5
 """Facets that meet at more are chords too if neither is so many times as wide as the other, and so are those
 beside them; a chamfer between a plane and a cylinder is not."""
 KNOWN_SHARE, ASKEW_SHARE, STEEP_SHARE = FITTED_SHARE, 0.12, 0.25
-"""Error bars, as shares of the magnitudes of what edges tell: gentle ones between facets of four corners;
+"""Error bars, as shares of the estimates from edges: gentle ones between facets of four corners;
 those beside a triangle, whose sides lie askew to the curvature; steeper ones. Of cranks with over 25 000
 curved facets, 0.005 is found where they were generated, 0.075 where the CAD kernel drew fillets of triangles.
 """

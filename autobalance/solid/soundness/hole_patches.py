@@ -64,7 +64,7 @@ class Patch:
         )
 
 
-def filled(mesh: Mesh, wanted: OpenHoles) -> tuple[Mesh, tuple[Patch, ...]]:
+def filled(mesh: Mesh, allowed: OpenHoles) -> tuple[Mesh, tuple[Patch, ...]]:
     """Close the holes of a mesh as wanted.
 
     Raises
@@ -73,20 +73,20 @@ def filled(mesh: Mesh, wanted: OpenHoles) -> tuple[Mesh, tuple[Patch, ...]]:
         If one is wider than wanted, may be a bore of which nothing was said, or is a bore without other end.
     """
     holes = _holes(mesh)
-    if not holes or wanted.fill_mm <= 0.0:
+    if not holes or allowed.fill_mm <= 0.0:
         return mesh, ()
-    wide = [hole for hole in holes if hole.width > wanted.fill_mm]
+    wide = [hole for hole in holes if hole.width > allowed.fill_mm]
     if wide:
-        raise SolidError(f"the mesh is open: {listed(wide)}; expected none wider than {wanted.fill_mm:g} mm")
-    bores = _bores(holes, wanted)
-    taken = {id(hole) for pair in bores for hole in pair}
+        raise SolidError(f"the mesh is open: {listed(wide)}; expected none wider than {allowed.fill_mm:g} mm")
+    bores = _bores(holes, allowed)
+    in_bores = {id(hole) for pair in bores for hole in pair}
     vertices, triangles, patches, count = [mesh.vertices], [mesh.triangles], [], len(mesh.vertices)
     for one, other in bores:
         triangles.append(_tube(mesh, one, other))
         patches.append(_wall(mesh, one, other))
     surroundings = _Surroundings(mesh)
     for hole in holes:
-        if id(hole) not in taken:
+        if id(hole) not in in_bores:
             points, corners, patch = surroundings.patched(hole, count)
             count += len(points)
             vertices.append(points)
@@ -147,7 +147,7 @@ def _holes(mesh: Mesh) -> list[Hole]:
 
 
 # --- bores --------------------------------------------------------------------------------------------------
-def _bores(holes: Sequence[Hole], wanted: OpenHoles) -> list[tuple[Hole, Hole]]:
+def _bores(holes: Sequence[Hole], allowed: OpenHoles) -> list[tuple[Hole, Hole]]:
     """Return pairs of rims that are the ends of one bore.
 
     Raises
@@ -155,7 +155,7 @@ def _bores(holes: Sequence[Hole], wanted: OpenHoles) -> list[tuple[Hole, Hole]]:
     SolidError
         If a rim may be a bore's and nobody said so, or one of which it was said has no other end.
     """
-    if wanted.keep_open is None:
+    if allowed.keep_open is None:
         doubtful = [hole for hole in holes if hole.along < INTO]
         if doubtful:
             raise SolidError(
@@ -164,7 +164,7 @@ def _bores(holes: Sequence[Hole], wanted: OpenHoles) -> list[tuple[Hole, Hole]]:
             )
         return []
     pairs: list[tuple[Hole, Hole]] = []
-    for place in wanted.keep_open:
+    for place in allowed.keep_open:
         away = [float(np.linalg.norm(hole.centre - place)) for hole in holes]
         one = holes[int(np.argmin(away))]
         if min(away) > one.width:
@@ -263,7 +263,7 @@ def _flat_patch(rim: Array, hole: Hole, edge: float) -> tuple[Array, Array, Indi
     """Return points (n, 3) of a flat patch, the rim's first, their shares of the rim's (n, m), and triangles.
 
     The rim is closed between its own corners; then edges inside are halved until none is much longer than
-    ``edge``. A point's shares tell how far it follows each corner of the rim off the surface: less and less.
+    ``edge``. A point's shares are how far it follows each corner of the rim off the surface: less and less.
     """
     flat = rim - np.outer((rim - hole.centre) @ hole.normal, hole.normal)
     axes = np.linalg.svd(flat - hole.centre, full_matrices=False)[2][:2]
