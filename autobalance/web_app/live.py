@@ -11,13 +11,14 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
+from autobalance import verbs
 from autobalance.errors import AutobalanceError
 from autobalance.web_app.answers import body_of, file_of, refused
 from autobalance.web_app.forms import tables
 from autobalance.web_app.opening import named_files
 from autobalance.web_app.prediction import predicted
 from autobalance.web_app.preview import preview
-from autobalance.web_app.work import DRAWING, MESH, MODEL, VIEW
+from autobalance.web_app.work import ANALYSES, DRAWING, MESH, MODEL, VIEW
 
 if TYPE_CHECKING:
     from autobalance.web_app.project import Project
@@ -49,10 +50,10 @@ class Live:
         from autobalance.crank.parametric.design import PRESETS
         from autobalance.job.template import USUAL_PARTS
 
+        analyses = [{"verb": verb, "says": verbs.VERBS[verb]} for verb in ANALYSES]
         listed, forms = await run_in_threadpool(lambda: (kinds(), tables()))
-        return JSONResponse(
-            {"kinds": listed, "tables": forms, "parts": USUAL_PARTS, "presets": list(PRESETS)}
-        )
+        made_of = {"kinds": listed, "tables": forms, "parts": USUAL_PARTS}
+        return JSONResponse({**made_of, "presets": list(PRESETS), "analyses": analyses})
 
     async def asked(self, request: Request) -> Response:
         """Return what a run was asked for."""

@@ -36,6 +36,7 @@ from autobalance.web_app.work import MODEL, VERBS
 MODULES = (
     "app",
     "buffers",
+    "analyse",
     "board",
     "coarse",
     "correct",

@@ -24,6 +24,9 @@ VIEW = "view.bin"
 MODEL = "model.json"
 DRAWING = "drawing.dxf"
 REPORT = "report.json"
+SUMMARY = "summary.txt"
+ANALYSES = ("forces", "cycle", "strength", "shafts", "parts", "torsion", "study")
+"""Verbs that take a job and cut nothing."""
 MEGABYTE = 1 << 20
 CARD_PIXELS = (560, 380)
 """Of a picture on the board of alternatives."""
@@ -252,22 +255,24 @@ def _bundled(result: BalanceResult, kind: str) -> dict[str, tuple[str, bytes]]:
     return bundle(Material(report, Choice((kind,)), before, ended.solid, ended.tools, lambda _: None))
 
 
-def _forces(request: Asked, place: Place, notify: Progress) -> int:
-    import autobalance as ab
+def _analysed(verb: str) -> Callable[[Asked, Place, Progress], int]:
+    """Return what runs an analysis of the page's job."""
 
-    return _plotted(ab.forces(ab.Job.from_dict(request["job"], folder=place.project), progress=notify), place)
+    def run(request: Asked, place: Place, notify: Progress) -> int:
+        import autobalance as ab
 
+        alone = {"workers": 1} if verb == "study" else {}  # the run is a process of its own already
+        job = ab.Job.from_dict(request["job"], folder=place.project)
+        return _plotted(getattr(ab, verb)(job, progress=notify, **alone), place)
 
-def _cycle(request: Asked, place: Place, notify: Progress) -> int:
-    import autobalance as ab
-
-    return _plotted(ab.cycle(ab.Job.from_dict(request["job"], folder=place.project), progress=notify), place)
+    return run
 
 
 def _plotted(result: VerbResult, place: Place) -> int:
-    """Write a result's report, its files and its plots."""
+    """Write a result's report, its words, its files and its plots."""
     plots = result.plots()
     place.results.mkdir(parents=True, exist_ok=True)
+    (place.results / SUMMARY).write_text(result.text(), encoding="utf-8")
     for name, kinds in plots.items():
         for ending, data in kinds.items():
             (place.results / f"{name}.{ending}").write_bytes(data)
@@ -290,7 +295,6 @@ VERBS: dict[str, Callable[[Asked, Place, Progress], int]] = {
     "nc": _nc,
     "cut": _cut,
     "compare": _compare,
-    "forces": _forces,
-    "cycle": _cycle,
+    **{verb: _analysed(verb) for verb in ANALYSES},
 }
 """What the page may ask for."""

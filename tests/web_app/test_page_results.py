@@ -172,29 +172,34 @@ CYCLE = {"bore_mm": 76.8, "compression_ratio": 13.0, "heat_J": 600.0, "firing_or
 
 @pytest.mark.parametrize(
     ("verb", "some"),
-    [("forces", {"orders", "force-polar"}), ("cycle", {"pressure-over-angle", "torque-orders"})],
+    [
+        ("forces", {"orders", "force-polar"}),
+        ("cycle", {"pressure-over-angle", "torque-orders"}),
+        ("torsion", {"torsion-modes"}),
+    ],
 )
-def test_forces_orders_and_the_cycle_are_computed_and_drawn(
+def test_analyses_of_the_job_are_computed_and_drawn(
     page: Browser, project: Served, verb: str, some: set[str]
 ) -> None:
     project.ask("/api/job", {**small.DRILLED, "cycle": CYCLE}, "PUT")
     page.run("window.dispatchEvent(new Event('focus'))")  # the job was changed elsewhere
     job_text(page, "bore_mm = 76.8")
-    page.click_on(at("tab-see"))
-    page.click_on(f"#{verb}-box summary")
-    page.click_on(f"#plot-{verb}")
-    until(page, f"return document.querySelector('#plots-{verb} img')")
+    page.click_on(at("tab-analyse"))
+    put(page, analysis=verb)
+    page.click_on(at("analyse"))
+    until(page, f"return document.querySelector('#analysis-{verb} img')")
     run = latest(project, verb)
     pictures = {name.removesuffix(".png") for name in run["files"] if name.endswith(".png")}
     assert some <= pictures
     until(
         page,
-        f"const all = [...document.querySelectorAll('#plots-{verb} img')];"
+        f"const all = [...document.querySelectorAll('#analysis-{verb} img')];"
         "for (const each of all) each.loading = 'eager';"
         "return all.length === arguments[0] && all.every(each => each.naturalWidth > 100)",
         len(pictures),
     )
-    shown = page.run(f"return [...document.querySelectorAll('#plots-{verb} img')].map(each => each.alt)")
+    shown = page.run(f"return [...document.querySelectorAll('#analysis-{verb} img')].map(each => each.alt)")
+    assert page.run(f"return document.querySelector('#analysis-{verb} pre').textContent").strip()
     assert set(shown) == {name.replace("-", " ") for name in pictures}
     assert run["report"]["command"] == verb
 

@@ -3,6 +3,7 @@ import { $ } from "/static/tools.js";
 import { askJson, guarded } from "/static/server.js";
 import { CRANKS, changed, emit, on, state, taken } from "/static/job.js";
 import { ending } from "/static/tools.js";
+import * as analyse from "/static/analyse.js";
 import * as board from "/static/board.js";
 import * as correct from "/static/correct.js";
 import * as drag from "/static/drag.js";
@@ -56,11 +57,11 @@ view.onpick = (hit) => { if (current === "open") open.pickedInModel(hit); else i
 
 async function begin() {
   const declared = await askJson("/api/kinds");
-  Object.assign(state, { usual: declared.parts, presets: declared.presets });
+  Object.assign(state, { usual: declared.parts, presets: declared.presets, analyses: declared.analyses });
   limits.setUp(declared.kinds, changed);
   everything.setUp(declared.tables);
   for (const each of [open, parts, correct, see, drag]) each.setUp(view);
-  for (const each of [board, machine, nc]) each.setUp();
+  for (const each of [analyse, board, machine, nc]) each.setUp();
   for (const id of ["unit", "density", "crankpin-in-file"]) $(id).addEventListener("input", changed);
   await project();
   const told = (await askJson("/api/runs")).runs;
@@ -70,7 +71,7 @@ async function begin() {
   for (const each of told.filter((run) => run.verb === "inspect" && run.state === "done").reverse()) if (await opened(each)) break;
   if (shown) await see.show(shown);
   if (compared) await board.board(compared);
-  for (const verb of ["forces", "cycle"]) { const plotted = last([verb]); if (plotted) see.plots(plotted); }
+  for (const { verb } of state.analyses) { const done = last([verb]); if (done) await analyse.show(done); }
   select(tabs[0]);
   for (const going of told.filter((each) => ["waiting", "running"].includes(each.state))) again(going);
 }
@@ -101,7 +102,7 @@ const again = guarded(async (going) => {
   if (going.verb === "inspect") await opened(told);
   else if (["balance", "recut"].includes(going.verb)) emit("show", told);
   else if (going.verb === "compare") await board.board(told);
-  else if (["forces", "cycle"].includes(going.verb)) see.plots(told);
+  else if (analyse.known(going.verb)) await analyse.show(told);
 });
 
 // Another tab may have changed the job meanwhile.

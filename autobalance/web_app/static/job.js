@@ -14,6 +14,7 @@ const NUMBERS = { factor: "factor", grade: "grade", "speed-rpm": "speed_rpm" };
 export const state = {
   file: null,
   tables: {},
+  analyses: [], // { verb, says } of what cuts nothing
   presets: [], // names of cranks that can be drawn
   usual: {}, // group → { name of a part: what it is }, where nothing was weighed yet
   weights: { rotating_g: [], reciprocating_g: [], crankpin_g: [] },

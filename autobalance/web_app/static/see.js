@@ -1,9 +1,8 @@
 // See: the verdict and its numbers as measured, before and after, what was cut, doubts, plots, files.
 import { $, el, measured, row, shown } from "/static/tools.js";
-import { askBuffer, askJson, guarded, say } from "/static/server.js";
-import { applied, emit, job, on, state } from "/static/job.js";
+import { askBuffer, askJson, guarded } from "/static/server.js";
+import { applied, emit, on, state } from "/static/job.js";
 import { balance } from "/static/correct.js";
-import { start, watched } from "/static/runs.js";
 import { polar } from "/static/polar.js";
 import * as drag from "/static/drag.js";
 
@@ -19,7 +18,6 @@ export function setUp(model) {
   on("forgotten", () => clear("No result yet"));
   $("fade").addEventListener("input", fade);
   for (const id of ["section", "section-at"]) $(id).addEventListener("input", section);
-  for (const verb of ["forces", "cycle"]) $(`plot-${verb}`).addEventListener("click", guarded(() => plotted(verb)));
   $("download-job").addEventListener("click", () => save("job.toml", state.text));
 }
 
@@ -161,18 +159,4 @@ function section() {
   const axis = $("section").value, place = view.section(axis, Number($("section-at").value) / 100);
   $("section-at").disabled = axis === "none";
   $("section-says").textContent = place === null ? "" : `${axis} = ${place.toFixed(1)} mm`;
-}
-
-async function plotted(verb) {
-  const told = await watched(() => start(verb, { job: job() }));
-  if (told) plots(told);
-}
-
-export function plots(told) {
-  const pictures = told.files.filter((name) => name.endsWith(".png"));
-  const box = $(`plots-${told.verb}`);
-  box.replaceChildren(...pictures.map((name) => el("figure", {}, el("img", { src: `/api/runs/${told.id}/files/${encodeURIComponent(name)}`, alt: name.replace(/\.png$/, "").replaceAll("-", " "), loading: "lazy" }))));
-  const others = told.files.filter((name) => !name.endsWith(".png"));
-  box.append(el("p", {}, ...others.flatMap((name) => [el("a", { href: `/api/runs/${told.id}/files/${encodeURIComponent(name)}`, download: name, textContent: name }), " "])));
-  if (!pictures.length) say("nothing was drawn");
 }

@@ -13,6 +13,7 @@ export async function ask(path, options = {}) {
   if (!answer.ok) throw new Error((await answer.json().catch(() => ({ error: answer.statusText }))).error);
   return answer;
 }
+export const askText = async (path) => (await ask(path)).text();
 export const askJson = async (path, options) => (await ask(path, options)).json();
 // What a run left for the page; null where it came from elsewhere without that.
 const left = (read) => async (path) => { const answer = await ask(path); return answer.status === 204 ? null : answer[read](); };
