@@ -25,6 +25,7 @@ from autobalance.machine_models.rotor_from_job import attached_moments, crank_fa
 from autobalance.records import ABSENT, Absent
 from autobalance.report.records import balance as balance_records
 from autobalance.report.records import crank as records
+from autobalance.report.records import source
 from autobalance.report.records.generate import (
     DrawnBobWeight,
     DrawnEngine,
@@ -136,9 +137,9 @@ def generate(
         suggestions = _suggestions(drawn_design, engine, aims)
     solid = DrawnSolid(file=str(target), sha256=sha256(data).hexdigest(), triangles=triangles)
     report = GenerateReport(
-        autobalance=records.Versions.here(),
+        autobalance=source.Versions.here(),
         design=table_of(drawn_design),
-        frame=records.Frame(file_to_rotor=crank.anatomy.file_to_rotor),
+        frame=source.Frame(file_to_rotor=crank.anatomy.file_to_rotor),
         crank=records.Crank.of(crank),
         initial=balance_records.Unbalance.of(Unbalance.of(crank.moments), None),
         engine=None if engine is None else _engine(crank, engine),

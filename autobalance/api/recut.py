@@ -75,7 +75,7 @@ class RecutResult(BalanceResult):
         from autobalance.report.balance.history import history_page
         from autobalance.report.balance.stage_values import stage_values
         from autobalance.report.balance.values import report
-        from autobalance.report.records.balance import Page
+        from autobalance.report.records.outputs import Page
 
         record = self.record
         assert record.balanced is not None

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from autobalance.balancing.record import Record
     from autobalance.job import Job
     from autobalance.machine_models.measured import Crank as MeasuredCrank
-    from autobalance.report.records.balance import Solid
+    from autobalance.report.records.outputs import Solid
     from autobalance.runtime import Stopwatch
 
 REPORT = "report.json"
@@ -82,8 +82,8 @@ def _without_slugs(record: Record) -> dict[str, bool]:
 
 def _solid_entry(job: Job, crank: MeasuredCrank, record: Record) -> Solid | None:
     """Return what ``outputs.solid`` says of the file as it would be written; no hash without bytes."""
-    from autobalance.report.records.balance import Solid
     from autobalance.report.records.crank import MassProperties
+    from autobalance.report.records.outputs import Solid
 
     measured = measured_of(record)
     if measured is None:
@@ -138,7 +138,7 @@ def staged_files(
     notify : callable
     staging : Staging
     """
-    from autobalance.report.records.balance import Page
+    from autobalance.report.records.outputs import Page
 
     started = time.perf_counter()
     notify("writing")

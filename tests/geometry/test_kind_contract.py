@@ -27,7 +27,7 @@ from autobalance.report.balance import kinds
 from autobalance.report.balance.values import dumps, schema
 from autobalance.report.display_units import ON_PAPER
 from autobalance.report.encoding import encoded
-from autobalance.report.records.balance import Correction
+from autobalance.report.records.corrections import Correction
 from autobalance.report.sheet.cuts import cut_row
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.cad.kernel import has_kernel

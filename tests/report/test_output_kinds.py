@@ -14,7 +14,7 @@ from autobalance.report import output_kinds
 from autobalance.report.material import Material
 from autobalance.report.output_kind import OutputKind
 from autobalance.report.output_kinds import KINDS, choices, register
-from autobalance.report.records.balance import Outputs
+from autobalance.report.records.outputs import Outputs
 from tests import jobs
 
 PAGE = Path(__file__).parents[2] / "docs" / "outputs.md"

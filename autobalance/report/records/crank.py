@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from autobalance.records import (
@@ -18,107 +17,25 @@ from autobalance.records import (
     Ordinal,
     Pair,
     Positive,
-    Sha256,
     Triple,
     record,
 )
-from autobalance.types import Array
-from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3, wrapped_deg
-from autobalance.version import __version__
+from autobalance.report.records.datums import Datums
+from autobalance.report.records.scan import (
+    AxisUncertainty,
+    Calibration,
+    ScannedJournal,
+    ScannedShaft,
+    ScannedSurface,
+    ScannedThrow,
+)
+from autobalance.units import G_MM2_PER_KG_MM2, wrapped_deg
 
 if TYPE_CHECKING:
-    from autobalance.balancing.record import ChordalErrorEntry, InputFile, MeasuredCrank
+    from autobalance.balancing.record import ChordalErrorEntry, MeasuredCrank
     from autobalance.crank import anatomy as crank_anatomy
-    from autobalance.crank import datums as crank_datums
     from autobalance.crank.scan import ScanFit, ScannedCylinder
-    from autobalance.machine_models import scan_calibration
     from autobalance.rigid_rotor.moments import Moments
-
-LIBRARIES = ("numpy", "scipy", "trimesh", "manifold3d")
-
-
-@record
-class Versions:
-    """The program and the libraries that made the report."""
-
-    version: str
-    numpy: str | None
-    scipy: str | None
-    trimesh: str | None
-    manifold3d: str | None
-
-    @classmethod
-    def here(cls) -> Self:
-        """Return those that are installed."""
-        return cls(version=__version__, **library_versions())
-
-
-@cache
-def library_versions() -> dict[str, str | None]:
-    """Return the version of each library that is installed; looking them up reads files."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    versions: dict[str, str | None] = {}
-    for name in LIBRARIES:
-        try:
-            versions[name] = version(name)
-        except PackageNotFoundError:
-            versions[name] = None
-    return versions
-
-
-@record
-class Input:
-    """The crank file."""
-
-    file: Annotated[str | None, "null: made in memory"]
-    sha256: Sha256
-    format: str | None
-    triangles: Ordinal
-    bodies: Ordinal
-    repairs: Sequence[str]
-
-    @classmethod
-    def of(cls, file: InputFile) -> Self:
-        """Return that of a file as it was read."""
-        return cls(**vars(file))
-
-
-@record
-class Frame:
-    """From file coordinates in mm to the rotor frame."""
-
-    file_to_rotor: Annotated[
-        Sequence[Annotated[Sequence[float], Bound("minItems", 4), Bound("maxItems", 4)]] | Array,
-        Bound("minItems", 4),
-        Bound("maxItems", 4),
-    ]
-
-
-@record
-class ScannedShaft:
-    """A scanned shaft: standard error (``pm``), and how its surface stands off the fit."""
-
-    diameter_pm_mm: NotNegative
-    rms_mm: NotNegative
-    out_of_round_mm: NotNegative
-
-    @classmethod
-    def of(cls, each: ScannedCylinder, **more: float) -> Self:
-        """Return that of a fit; ``more`` are the fields that a main journal has besides."""
-        return cls(
-            diameter_pm_mm=each.diameter_pm_mm,
-            rms_mm=each.rms_mm,
-            out_of_round_mm=each.out_of_round_mm,
-            **more,
-        )
-
-
-@record
-class ScannedJournal(ScannedShaft):
-    """A scanned main journal."""
-
-    journal_run_out_mm: Annotated[NotNegative, "as a dial reads it: twice the distance"]
 
 
 @record
@@ -164,14 +81,6 @@ class Pin:
             width_mm=pin.width_mm,
             scanned=None if each is None else ScannedShaft.of(each),
         )
-
-
-@record
-class ScannedThrow:
-    """Standard errors of a scanned throw."""
-
-    crank_radius_pm_mm: NotNegative
-    angle_pm_deg: NotNegative
 
 
 @record
@@ -332,123 +241,6 @@ class MassProperties:
             centre_of_mass_mm=moments.centre_mm,
             inertia_kg_mm2=moments.inertia_g_mm2 / G_MM2_PER_KG_MM2,
             polar_inertia_kg_mm2=moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2,
-        )
-
-
-@record
-class Keyway:
-    """A slot along a shaft at an end of the crank; depth from the shaft's surface above it."""
-
-    end: Literal["-z", "+z"]
-    angle_deg: Angle
-    width_mm: Positive
-    depth_mm: Positive
-    shaft_diameter_mm: Positive
-    z_min_mm: float
-    z_max_mm: float
-
-
-@record
-class FlangeHole:
-    """A hole of a bolt circle."""
-
-    angle_deg: Angle
-    radius_mm: Positive
-    diameter_mm: Positive
-
-
-@record
-class Flange:
-    """A disc at an end of the crank, its outer face (null: not plane) and its bolt circle."""
-
-    end: Literal["-z", "+z"]
-    diameter_mm: Positive
-    face_z_mm: float | None
-    holes: Sequence[FlangeHole]
-
-
-@record
-class DatumAngle:
-    """What angles are measured from besides crankpin 1, and where it stands."""
-
-    of: Literal["keyway", "flange_hole"]
-    angle_deg: Angle
-
-
-@record
-class DatumFace:
-    """A plane face square to the axis, from which z is measured."""
-
-    of: Literal["flange", "web", "end"]
-    name: str
-    z_mm: float
-
-
-@record
-class Datums:
-    """What can be touched to set the crank up, faces the best first; null or empty where there is none."""
-
-    keyways: Sequence[Keyway]
-    flanges: Sequence[Flange]
-    angle: DatumAngle | None
-    faces: Sequence[DatumFace]
-
-    @classmethod
-    def of(cls, datums: crank_datums.Datums) -> Self:
-        """Return those of a crank."""
-        angle = datums.angle
-        return cls(
-            keyways=[Keyway(**vars(each)) for each in datums.keyways],
-            flanges=[
-                Flange(**{**vars(each), "holes": [FlangeHole(**vars(hole)) for hole in each.holes]})
-                for each in datums.flanges
-            ],
-            angle=None if angle is None else DatumAngle(of=angle[0], angle_deg=angle[1]),
-            faces=[DatumFace(**vars(each)) for each in datums.faces],
-        )
-
-
-@record
-class AxisUncertainty:
-    """Standard errors of a scanned crank's axis: amid the main journals, and of its direction."""
-
-    offset_mm: NotNegative
-    angle_deg: NotNegative
-
-
-@record
-class ScannedSurface:
-    """How rough a scanned crank is, and how sure its axis."""
-
-    roughness_mm: Annotated[NotNegative, "root mean square"]
-    axis_uncertainty: AxisUncertainty
-
-
-@record
-class Calibration:
-    """What a scale and a micrometer say of the scan; of "none" nothing was calibrated by it."""
-
-    by: Literal["skin", "density", "none"]
-    skin_mm: Annotated[float, "how far the scanned surface lies outside the crank's"]
-    skin_pm_mm: NotNegative
-    scale: Annotated[Positive, "of the scan: its lengths over the crank's"]
-    scale_pm: NotNegative
-    density_kg_m3: Positive
-    mass_difference_g: Annotated[float | None, "of the scan as it came less the scale's; null: not weighed"]
-    contradictions: Sequence[str]
-
-    @classmethod
-    def of(cls, calibration: scan_calibration.Calibration) -> Self:
-        """Return that of a scan."""
-        return cls(
-            by=calibration.by,
-            skin_mm=calibration.skin_mm,
-            skin_pm_mm=calibration.skin_pm_mm,
-            scale=calibration.scale,
-            scale_pm=calibration.scale_pm,
-            density_kg_m3=calibration.density_g_mm3 / G_PER_MM3_PER_KG_M3,
-            mass_difference_g=calibration.mass_difference_g,
-            contradictions=calibration.contradictions,
         )
 
 

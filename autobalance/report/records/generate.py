@@ -18,7 +18,8 @@ from autobalance.records import (
     record,
 )
 from autobalance.report.records.balance import Unbalance
-from autobalance.report.records.crank import Crank, Frame, Versions
+from autobalance.report.records.crank import Crank
+from autobalance.report.records.source import Frame, Versions
 from autobalance.report.records.stage import Suggestions
 from autobalance.version import SCHEMA_VERSION
 

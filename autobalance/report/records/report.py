@@ -16,36 +16,36 @@ from autobalance.records import (
     INLINE,
     Absent,
     Angle,
-    Count,
     KgMm2,
     Like,
     NotNegative,
-    Ordinal,
     Pair,
     Positive,
     Triple,
     fields_of,
     record,
 )
-from autobalance.report.records.balance import (
-    BalanceFactor,
+from autobalance.report.records.balance import BalanceFactor, Counterweight, Engine, Tolerance, Unbalance
+from autobalance.report.records.corrections import (
     Correction,
-    Counterweight,
-    Engine,
-    Outputs,
     Overbalance,
     PlanKept,
     Relaxation,
     Step,
-    Tolerance,
-    Unbalance,
     kept_corrections,
 )
-from autobalance.report.records.crank import Crank, Frame, Input, Versions
+from autobalance.report.records.crank import Crank
 from autobalance.report.records.forces import ShakingForce
 from autobalance.report.records.head import JobEcho
+from autobalance.report.records.outputs import Outputs
 from autobalance.report.records.sections import Section, SectionTable
+from autobalance.report.records.source import Frame, Input, Versions
 from autobalance.report.records.stage import AssemblyStage, Staged, Suggestions
+from autobalance.report.records.surfaces import (
+    Face,
+    NamedFace,
+    TrueSurfaces,
+)
 from autobalance.units import wrapped_deg
 from autobalance.version import SCHEMA_VERSION
 
@@ -53,10 +53,7 @@ if TYPE_CHECKING:
     from autobalance.balancing import record as run
     from autobalance.balancing.external import CarriedUnbalance
     from autobalance.balancing.loop import Result
-    from autobalance.crank import anatomy, sections
-    from autobalance.rigid_rotor.moments import Moments
-
-SURFACES = ("plane", "cylinder", "cone", "sphere", "torus")
+    from autobalance.crank import sections
 
 
 @record
@@ -124,55 +121,6 @@ class WebWeight:
 
 
 @record
-class NamedFace:
-    """A face that a correction names; of a scanned one also how it stands off its fitted plane."""
-
-    id: str
-    kind: Literal["plane", "cylinder"]
-    web: Ordinal | None
-    area_mm2: Positive
-    normal: Triple
-    centroid_mm: Triple
-    file_centroid_mm: Triple
-    rms_mm: NotNegative | Absent = ABSENT
-    flatness_mm: Annotated[NotNegative, "between the two planes that hold 95 % of it"] | Absent = ABSENT
-
-    @classmethod
-    def of(cls, face: anatomy.Face, of: anatomy.Anatomy) -> Self:
-        """Return a face of a crank's anatomy."""
-        back = of.rotor_to_file
-        return cls(
-            id=face.id,
-            kind=face.kind,
-            web=face.web,
-            area_mm2=face.area_mm2,
-            normal=face.normal,
-            centroid_mm=face.centroid_mm,
-            file_centroid_mm=back[:3, :3] @ face.centroid_mm + back[:3, 3],
-            rms_mm=ABSENT if face.rms_mm is None else face.rms_mm,
-            flatness_mm=ABSENT if face.flatness_mm is None else face.flatness_mm,
-        )
-
-
-@record
-class Face:
-    """A face that a correction may use."""
-
-    named: Annotated[NamedFace, INLINE]
-    unbalance_per_mm_g_mm: Pair
-    max_depth_mm: NotNegative | None
-
-    @classmethod
-    def of(cls, offer: run.FaceOffer, of: anatomy.Anatomy) -> Self:
-        """Return a face that a correction can use."""
-        return cls(
-            named=NamedFace.of(offer.face, of),
-            unbalance_per_mm_g_mm=offer.unbalance_per_mm_g_mm,
-            max_depth_mm=offer.max_depth_mm,
-        )
-
-
-@record
 class WithSlugs:
     """The corrected crank with its slugs, rotor frame."""
 
@@ -204,60 +152,6 @@ class Forces:
             before=ShakingForce.of(forces.before, all_orders=forces.all_orders),
             after=ShakingForce.of(forces.after, all_orders=forces.all_orders),
         )
-
-
-@record
-class FacesByKind:
-    """How many true surfaces of each kind."""
-
-    plane: Count
-    cylinder: Count
-    cone: Count
-    sphere: Count
-    torus: Count
-    other: Count
-
-
-@record
-class FacetsHide:
-    """What triangles laid over the surfaces would miss."""
-
-    mass_g: float
-    unbalance_g_mm: Pair
-
-
-@record
-class SurfacesOfSolid:
-    """The true surfaces of a solid."""
-
-    faces: FacesByKind
-    facets_hide: FacetsHide
-
-    @classmethod
-    def of(cls, faces: Mapping[str, int], hidden: Moments) -> Self:
-        """Return faces by kind, and what they hold more than triangles laid over them."""
-        known = {kind: faces.get(kind, 0) for kind in SURFACES}
-        return cls(
-            faces=FacesByKind(**known, other=sum(faces.values()) - sum(known.values())),
-            facets_hide=FacetsHide(mass_g=hidden.mass_g, unbalance_g_mm=hidden.first_g_mm[:2]),
-        )
-
-
-@record
-class TrueSurfaces:
-    """Surfaces before and after the cut."""
-
-    before: SurfacesOfSolid
-    after: SurfacesOfSolid | None
-
-    @classmethod
-    def of(cls, before: run.TrueSurfaces, balanced: run.Balanced | None) -> Self:
-        """Return those of a crank before and after it was cut."""
-        written = None if balanced is None else balanced.result.measured
-        after = None
-        if written is not None and written.surfaces is not None and written.hidden is not None:
-            after = SurfacesOfSolid.of(written.surfaces, written.hidden)
-        return cls(before=SurfacesOfSolid.of(before.faces, before.hidden), after=after)
 
 
 @record

@@ -1,0 +1,95 @@
+"""What a report says of a scanned crank: how rough it is, how sure what was fitted, what was calibrated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Literal, Self
+
+from autobalance.records import (
+    NotNegative,
+    Positive,
+    record,
+)
+from autobalance.units import G_PER_MM3_PER_KG_M3
+
+if TYPE_CHECKING:
+    from autobalance.crank.scan import ScannedCylinder
+    from autobalance.machine_models import scan_calibration
+
+
+@record
+class ScannedShaft:
+    """A scanned shaft: standard error (``pm``), and how its surface stands off the fit."""
+
+    diameter_pm_mm: NotNegative
+    rms_mm: NotNegative
+    out_of_round_mm: NotNegative
+
+    @classmethod
+    def of(cls, each: ScannedCylinder, **more: float) -> Self:
+        """Return that of a fit; ``more`` are the fields that a main journal has besides."""
+        return cls(
+            diameter_pm_mm=each.diameter_pm_mm,
+            rms_mm=each.rms_mm,
+            out_of_round_mm=each.out_of_round_mm,
+            **more,
+        )
+
+
+@record
+class ScannedJournal(ScannedShaft):
+    """A scanned main journal."""
+
+    journal_run_out_mm: Annotated[NotNegative, "as a dial reads it: twice the distance"]
+
+
+@record
+class ScannedThrow:
+    """Standard errors of a scanned throw."""
+
+    crank_radius_pm_mm: NotNegative
+    angle_pm_deg: NotNegative
+
+
+@record
+class AxisUncertainty:
+    """Standard errors of a scanned crank's axis: amid the main journals, and of its direction."""
+
+    offset_mm: NotNegative
+    angle_deg: NotNegative
+
+
+@record
+class ScannedSurface:
+    """How rough a scanned crank is, and how sure its axis."""
+
+    roughness_mm: Annotated[NotNegative, "root mean square"]
+    axis_uncertainty: AxisUncertainty
+
+
+@record
+class Calibration:
+    """What a scale and a micrometer say of the scan; of "none" nothing was calibrated by it."""
+
+    by: Literal["skin", "density", "none"]
+    skin_mm: Annotated[float, "how far the scanned surface lies outside the crank's"]
+    skin_pm_mm: NotNegative
+    scale: Annotated[Positive, "of the scan: its lengths over the crank's"]
+    scale_pm: NotNegative
+    density_kg_m3: Positive
+    mass_difference_g: Annotated[float | None, "of the scan as it came less the scale's; null: not weighed"]
+    contradictions: Sequence[str]
+
+    @classmethod
+    def of(cls, calibration: scan_calibration.Calibration) -> Self:
+        """Return that of a scan."""
+        return cls(
+            by=calibration.by,
+            skin_mm=calibration.skin_mm,
+            skin_pm_mm=calibration.skin_pm_mm,
+            scale=calibration.scale,
+            scale_pm=calibration.scale_pm,
+            density_kg_m3=calibration.density_g_mm3 / G_PER_MM3_PER_KG_M3,
+            mass_difference_g=calibration.mass_difference_g,
+            contradictions=calibration.contradictions,
+        )

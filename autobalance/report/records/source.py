@@ -1,0 +1,79 @@
+"""What a report says of the program, of the crank's file and of its place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Self
+
+from autobalance.records import (
+    Bound,
+    Ordinal,
+    Sha256,
+    record,
+)
+from autobalance.types import Array
+from autobalance.version import __version__
+
+if TYPE_CHECKING:
+    from autobalance.balancing.record import InputFile
+
+LIBRARIES = ("numpy", "scipy", "trimesh", "manifold3d")
+
+
+@record
+class Versions:
+    """The program and the libraries that made the report."""
+
+    version: str
+    numpy: str | None
+    scipy: str | None
+    trimesh: str | None
+    manifold3d: str | None
+
+    @classmethod
+    def here(cls) -> Self:
+        """Return those that are installed."""
+        return cls(version=__version__, **library_versions())
+
+
+@cache
+def library_versions() -> dict[str, str | None]:
+    """Return the version of each library that is installed; looking them up reads files."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    versions: dict[str, str | None] = {}
+    for name in LIBRARIES:
+        try:
+            versions[name] = version(name)
+        except PackageNotFoundError:
+            versions[name] = None
+    return versions
+
+
+@record
+class Input:
+    """The crank file."""
+
+    file: Annotated[str | None, "null: made in memory"]
+    sha256: Sha256
+    format: str | None
+    triangles: Ordinal
+    bodies: Ordinal
+    repairs: Sequence[str]
+
+    @classmethod
+    def of(cls, file: InputFile) -> Self:
+        """Return that of a file as it was read."""
+        return cls(**vars(file))
+
+
+@record
+class Frame:
+    """From file coordinates in mm to the rotor frame."""
+
+    file_to_rotor: Annotated[
+        Sequence[Annotated[Sequence[float], Bound("minItems", 4), Bound("maxItems", 4)]] | Array,
+        Bound("minItems", 4),
+        Bound("maxItems", 4),
+    ]
