@@ -24,7 +24,7 @@ export OMP_NUM_THREADS := 1
 # compiled files are kept, also where the machine says otherwise: tests begin a third of a minute sooner
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help demo test quick times lint docs fuzz shaken soak bench ci clean
+.PHONY: help demo test quick times lint docs fuzz shaken soak freecad bench ci clean
 
 help:
 	@echo "make demo    install into $(VENV) and balance the bundled crank; results in $(OUTPUT)/"
@@ -102,6 +102,15 @@ bench: $(VENV)/.installed-dev
 	@$(VENV)/bin/python benchmarks/recognition.py
 	@echo "==> measuring inspect and balance on real and drawn cranks; AUTOBALANCE_CRANKS=FOLDER adds yours"
 	@$(VENV)/bin/python benchmarks/real_cranks.py
+
+freecad: $(VENV)/.installed-dev
+	@script/freecad
+	@echo "==> the FreeCAD workbench without a window: import, every kind of cut, spreadsheet, save, reopen, refusals"
+	@AUTOBALANCE_ROOT=$(CURDIR) AUTOBALANCE_COMMAND=$(CURDIR)/$(VENV)/bin/autobalance freecadcmd tests/freecad/headless.py </dev/null
+	@echo "==> the FreeCAD workbench in a window that nobody sees; its picture is $(OUTPUT)/freecad.png"
+	@mkdir -p $(OUTPUT)
+	@AUTOBALANCE_ROOT=$(CURDIR) AUTOBALANCE_COMMAND=$(CURDIR)/$(VENV)/bin/autobalance AUTOBALANCE_PICTURE=$(CURDIR)/$(OUTPUT)/freecad.png \
+	  QTWEBENGINE_DISABLE_SANDBOX=1 LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a -s "-screen 0 1400x900x24 +extension GLX" freecad tests/freecad/window.py </dev/null
 
 ci:
 	@bash .ci/run

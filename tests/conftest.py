@@ -14,6 +14,8 @@ from _pytest.doctest import DoctestModule
 from tests.coarse import roughen
 from tests.shaken import shaken
 
+collect_ignore = ["freecad"]
+"""Run by FreeCAD: make freecad."""
 LISTED = Path(__file__).with_name("slow.txt")
 """Functions of which a test took a quarter of a second of processor time or more."""
 TIMES = os.environ.get("AUTOBALANCE_TIMES")

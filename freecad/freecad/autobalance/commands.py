@@ -1,0 +1,185 @@
+"""Commands of the workbench; what they do is done by functions that a macro may call, too."""
+
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+
+import FreeCAD
+from freecad.autobalance import program
+from freecad.autobalance.crank import check_source, input_hash, make_crank, shape_of, write_job
+from freecad.autobalance.cuts import make_cuts
+
+ICONS = os.path.join(os.path.dirname(__file__), "icons")
+translate = FreeCAD.Qt.translate if hasattr(FreeCAD, "Qt") else lambda _, text: text
+
+
+def new_crank(preset="single", document=None):
+    """Return a crank that ``autobalance generate`` builds, as a solid of the document."""
+    import Part
+
+    document = document or FreeCAD.ActiveDocument or FreeCAD.newDocument()
+    folder = tempfile.mkdtemp(prefix="autobalance-")
+    try:
+        path = os.path.join(folder, "crank.step")
+        program.run(["generate", preset, "-o", path], folder)
+        made = document.addObject("Part::Feature", "Crank")
+        made.Shape = Part.read(path).Solids[0]
+        return made
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def inspect(source):
+    """Return a group of what is recognised on a crank: axis, main journals, crankpins, webs."""
+    import Part
+    from FreeCAD import Matrix, Placement, Vector
+
+    check_source(source)
+    folder = tempfile.mkdtemp(prefix="autobalance-")
+    try:
+        path = os.path.join(folder, "crank.step")
+        source.Shape.Solids[0].exportStep(path)
+        program.run(["inspect", path, "--json", "found.json"], folder)
+        with open(os.path.join(folder, "found.json"), encoding="utf-8") as stream:
+            found = json.load(stream)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    document, rows = source.Document, found["frame"]["file_to_rotor"]
+    frame = Placement(Matrix(*[value for row in rows for value in row])).inverse()
+    group = document.addObject("App::DocumentObjectGroup", "Recognised")
+    journals = found["crank"]["main_journals"]
+    for name, pins in (("Main journal", journals), ("Crankpin", found["crank"]["throws"])):
+        for each in pins:
+            pin = each.get("crankpin", each)
+            width = pin["width_mm"]
+            start = Vector(*pin["centre_mm"]) - Vector(0, 0, 0.5 * width)
+            shown = document.addObject("Part::Feature", name.replace(" ", ""))
+            shown.Label = "%s %d" % (name, each["number"])
+            shown.Shape = Part.makeCylinder(
+                0.5 * pin["diameter_mm"], width, frame.multVec(start), frame.Rotation.multVec(Vector(0, 0, 1))
+            )
+            group.addObject(shown)
+    return group
+
+
+def verify(crank):
+    """Return the lines of ``autobalance verify`` on a crank's report, made again in a temporary folder."""
+    folder = tempfile.mkdtemp(prefix="autobalance-")
+    try:
+        job = write_job(crank, folder)
+        out = os.path.join(folder, "out")
+        program.run(["balance", job, "-o", out, "--only", "json"], folder)
+        program.run(["verify", os.path.join(out, "report.json")], folder)
+        return "every claim of the report holds"
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def sheet(crank, target):
+    """Write the shop sheet of a balanced crank to a file."""
+    folder = tempfile.mkdtemp(prefix="autobalance-")
+    try:
+        job = write_job(crank, folder)
+        program.run(["balance", job, "-o", os.path.join(folder, "out"), "--only", "pdf"], folder)
+        shutil.copy(os.path.join(folder, "out", "sheet.pdf"), target)
+        return target
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def selected():
+    """Return the one selected object.
+
+    Raises
+    ------
+    CommandError
+        If it is not one.
+    """
+    import FreeCADGui
+
+    found = FreeCADGui.Selection.getSelection()
+    if len(found) != 1:
+        raise program.CommandError("%d objects are selected; select the body of one crank" % len(found))
+    return found[0]
+
+
+class Command:
+    """A button: its words, its icon, and the function behind it."""
+
+    def __init__(self, words, tip, icon, work):
+        self.words, self.tip, self.icon, self.work = words, tip, icon, work
+
+    def GetResources(self):
+        """Return text, tip and icon."""
+        return {
+            "MenuText": translate("autobalance", self.words),
+            "ToolTip": translate("autobalance", self.tip),
+            "Pixmap": os.path.join(ICONS, self.icon),
+        }
+
+    def IsActive(self):
+        """Return whether there is a document."""
+        return FreeCAD.ActiveDocument is not None
+
+    def Activated(self):
+        """Do the work; what goes wrong is one line in the report view, and the document stays as it was."""
+        document = FreeCAD.ActiveDocument
+        document.openTransaction(self.words)
+        try:
+            self.work()
+            document.commitTransaction()
+        except Exception as error:  # a command of a window: nobody is above it
+            document.abortTransaction()
+            FreeCAD.Console.PrintError("autobalance: %s\n" % str(error).splitlines()[0])
+
+
+def _balance():
+    from freecad.autobalance.panel import show
+
+    chosen = selected()
+    if hasattr(chosen, "InputHash"):
+        show(chosen)
+        return
+    show(make_crank(chosen))
+
+
+def _write_job():
+    from PySide import QtGui
+
+    folder = QtGui.QFileDialog.getExistingDirectory(None, "Write job")
+    if folder:
+        write_job(selected(), folder)
+
+
+def _sheet():
+    from PySide import QtCore, QtGui
+
+    path = sheet(selected(), os.path.join(tempfile.mkdtemp(prefix="autobalance-"), "sheet.pdf"))
+    QtGui.QDesktopServices.openUrl(QtCore.QUrl.fromLocalFile(path))
+
+
+def _app():
+    subprocess.Popen([*program.command(), "app"])
+
+
+COMMANDS = {
+    "Autobalance_New": Command(
+        "New crank", "A crank of the generator's presets", "autobalance.svg", new_crank
+    ),
+    "Autobalance_Inspect": Command(
+        "Inspect", "Journals and crankpins as a group", "verify.svg", lambda: inspect(selected())
+    ),
+    "Autobalance_Balance": Command("Balance", "Balance the selected body", "autobalance.svg", _balance),
+    "Autobalance_Cuts": Command(
+        "Cuts", "The cuts as native features", "cuts.svg", lambda: make_cuts(selected())
+    ),
+    "Autobalance_Verify": Command(
+        "Verify", "Check every claim of the report", "verify.svg", lambda: verify(selected())
+    ),
+    "Autobalance_Sheet": Command("Sheet", "Open the shop sheet", "verify.svg", _sheet),
+    "Autobalance_Job": Command("Write job", "Write job and solid to a folder", "cuts.svg", _write_job),
+    "Autobalance_App": Command("App", "Open the app in a browser", "autobalance.svg", _app),
+}
+__all__ = ["COMMANDS", "input_hash", "inspect", "make_cuts", "new_crank", "shape_of", "sheet", "verify"]

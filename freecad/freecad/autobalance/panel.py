@@ -1,0 +1,157 @@
+"""The task panel: weights with their sums, factor, grade, kind; run, cancel, and the list of cuts."""
+
+import json
+
+import FreeCAD
+import FreeCADGui
+from freecad.autobalance.crank import METHODS, PLANS
+from PySide import QtCore, QtGui
+
+LISTS = (
+    ("Rotating", "Rotating weights [g]"),
+    ("Reciprocating", "Reciprocating weights [g]"),
+    ("Crankpin", "Crankpin [g]"),
+)
+NUMBERS = (
+    ("Density", "Density [kg/m³]"),
+    ("Factor", "Balance factor"),
+    ("Grade", "Grade G"),
+    ("SpeedRpm", "Speed [1/min]"),
+)
+
+
+def show(crank):
+    """Open the panel on a balanced crank."""
+    panel = Panel(crank)
+    FreeCADGui.Control.showDialog(panel)
+    return panel
+
+
+class Panel:
+    """What FreeCAD shows in the task view."""
+
+    def __init__(self, crank):
+        self.crank, self.stopped = crank, False
+        self.form = QtGui.QWidget()
+        self.form.setWindowTitle("Balanced crank")
+        layout = QtGui.QFormLayout(self.form)
+        self.fields = {}
+        for name, words in LISTS:
+            field = QtGui.QLineEdit("; ".join("%g" % value for value in getattr(crank, name)))
+            field.textChanged.connect(self.sums)
+            self.fields[name] = field
+            layout.addRow(words, field)
+        for name, words in NUMBERS:
+            self.fields[name] = QtGui.QLineEdit("%g" % getattr(crank, name))
+            self.fields[name].textChanged.connect(self.sums)
+            layout.addRow(words, self.fields[name])
+        for name, values, words in (("Method", METHODS, "Kind of cut"), ("Plan", PLANS, "Plan")):
+            box = QtGui.QComboBox()
+            box.addItems(list(values))
+            box.setCurrentIndex(list(values).index(getattr(crank, name)))
+            self.fields[name] = box
+            layout.addRow(words, box)
+        self.limits = QtGui.QPlainTextEdit("\n".join(crank.Limits))
+        self.limits.setMaximumHeight(60)
+        layout.addRow("Limits, key=value", self.limits)
+        self.bob = QtGui.QLabel()
+        layout.addRow("Bob-weight", self.bob)
+        self.bar = QtGui.QProgressBar()
+        layout.addRow(self.bar)
+        buttons = QtGui.QHBoxLayout()
+        self.go, self.cancel = QtGui.QPushButton("Balance"), QtGui.QPushButton("Cancel")
+        self.go.clicked.connect(self.run)
+        self.cancel.clicked.connect(self.stop)
+        buttons.addWidget(self.go)
+        buttons.addWidget(self.cancel)
+        layout.addRow(buttons)
+        self.said = QtGui.QLabel()
+        self.said.setWordWrap(True)
+        layout.addRow(self.said)
+        self.cuts = QtGui.QTreeWidget()
+        self.cuts.setHeaderLabels(["cut", "depth [mm]", "takes [g]"])
+        self.cuts.itemSelectionChanged.connect(self.light)
+        layout.addRow(self.cuts)
+        self.sums()
+        self.result()
+
+    def values(self, name):
+        """Return the numbers of a field, as people type them."""
+        text = self.fields[name].text().replace(",", ".")
+        return [float(each) for each in text.replace(";", " ").split()]
+
+    def sums(self):
+        """Show the bob-weight: rotating, and its share of the reciprocating."""
+        try:
+            factor = self.values("Factor")[0]
+            total = sum(self.values("Rotating")) + sum(self.values("Crankpin"))
+            self.bob.setText("%.2f g" % (total + factor * sum(self.values("Reciprocating"))))
+        except (ValueError, IndexError):
+            self.bob.setText("–")
+
+    def run(self):
+        """Set the properties and balance."""
+        crank, self.stopped = self.crank, False
+        try:
+            for name, _ in LISTS:
+                setattr(crank, name, self.values(name))
+            for name, _ in NUMBERS:
+                setattr(crank, name, self.values(name)[0])
+        except (ValueError, IndexError):
+            self.said.setText("a weight or number is none; expected numbers with ; between them")
+            return
+        for name in ("Method", "Plan"):
+            setattr(crank, name, self.fields[name].currentText())
+        crank.Limits = [line for line in self.limits.toPlainText().splitlines() if line.strip()]
+        crank.Proxy.tell, crank.Proxy.cancelled = self.tell, self.asked
+        crank.touch()
+        try:
+            crank.Proxy.execute(crank)
+            crank.Document.recompute()
+            self.result()
+        except Exception as error:  # shown to the one who pressed the button
+            self.said.setText(str(error))
+            FreeCAD.Console.PrintError("autobalance: %s\n" % str(error).splitlines()[0])
+        finally:
+            crank.Proxy.tell = crank.Proxy.cancelled = None
+
+    def tell(self, words, share):
+        """Show how far it is."""
+        self.bar.setValue(round(100 * share))
+        self.bar.setFormat("%s %%p %%" % words)
+
+    def asked(self):
+        """Let the window live while the command works; return whether it was cancelled."""
+        QtCore.QCoreApplication.processEvents()
+        return self.stopped
+
+    def stop(self):
+        """Cancel."""
+        self.stopped = True
+
+    def result(self):
+        """List the cuts, and say what is left."""
+        crank = self.crank
+        self.cuts.clear()
+        if not crank.Report:
+            return
+        self.said.setText(
+            "%s: residual %.2f of %.2f g mm permitted. %s"
+            % (crank.Outcome.replace("_", " "), crank.Residual, crank.Permissible, crank.Reason)
+        )
+        for cut in json.loads(crank.Report)["corrections"]:
+            row = QtGui.QTreeWidgetItem(
+                [cut["label"], "%.3f" % cut["depth_mm"], "%.2f" % cut["removed_mass_g"]]
+            )
+            self.cuts.addTopLevelItem(row)
+
+    def light(self):
+        """Light up the cut of the selected row, where its native feature is there."""
+        FreeCADGui.Selection.clearSelection()
+        for row in self.cuts.selectedItems():
+            for found in self.crank.Document.getObjectsByLabel(row.text(0)):
+                FreeCADGui.Selection.addSelection(found)
+
+    def getStandardButtons(self):
+        """Show Close alone."""
+        return int(QtGui.QDialogButtonBox.Close)

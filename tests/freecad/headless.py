@@ -1,0 +1,235 @@
+"""The workbench without a window; run by ``freecadcmd`` (see ``make freecad``), ends with 0 or 1.
+
+Each check prints a line. Cranks are built by the command itself; nothing of the package is imported.
+"""
+
+import json
+import os
+import shutil
+import sys
+import tempfile
+import traceback
+
+import FreeCAD
+import Part
+
+ROOT = os.environ["AUTOBALANCE_ROOT"]
+import freecad  # noqa: E402
+
+freecad.__path__.append(os.path.join(ROOT, "freecad", "freecad"))
+from freecad.autobalance import commands, cuts, program  # noqa: E402
+from freecad.autobalance import crank as cranks  # noqa: E402
+
+KINDS = {
+    "drill": ("drill.diameters_mm=[10.0]",),
+    "axial": ('drill.direction="axial"', "drill.diameters_mm=[10.0]"),
+    "slug": ("slug.diameters_mm=[12.0]", "slug.lengths_mm=[8.0, 12.0]"),
+    "mill": (),
+    "shoulder": (),
+    "turn": (),
+}
+REMOVED = 5e-5
+"""Share by which a cut that FreeCAD rebuilds may take more or less than is listed: its Volume integrates without
+a tolerance, which is worth 3e-5 of a hole through a round rim; the kernel by itself agrees to 1e-5."""
+RESIDUAL = 0.01
+"""Share of what is permitted by which FreeCAD's residual may differ."""
+
+
+def document(name="check"):
+    made = FreeCAD.newDocument(name)
+    return made, commands.new_crank("single", made)
+
+
+def balanced(kind, made, source):
+    obj = cranks.make_crank(source, made)
+    obj.Method = "drill" if kind == "axial" else kind
+    obj.Limits = list(KINDS[kind])
+    obj.Rotating, obj.Reciprocating = [300.0], [300.0]
+    obj.Factor, obj.Grade = (0.12, 40.0) if kind != "slug" else (0.3, 40.0)
+    made.recompute()
+    assert obj.Outcome, "the command did not end: see above"
+    return obj
+
+
+def check_kind(kind):
+    """Each cut, rebuilt by FreeCAD from the report alone, takes what is listed; so does their tree."""
+    made, source = document()
+    obj = balanced(kind, made, source)
+    report = json.loads(obj.Report)
+    assert report["corrections"], kind
+    tree = commands.make_cuts(obj)
+    worst = 0.0
+    left = source.Shape.Solids[0]
+    for place, cut in enumerate(report["corrections"]):
+        if cut["kind"] == "add":
+            continue
+        tool = next(each for each in made.Objects if each.Label == cut["label"])
+        share = abs(left.common(tool.Shape).Volume / cut["removed_volume_mm3"] - 1.0)
+        worst, left = max(worst, share), left.cut(tool.Shape)
+        assert share <= REMOVED, (kind, place, share)
+    x, y = cuts.residual_by_freecad(obj, tree.Shape)
+    u, v = report["residual"]["unbalance_g_mm"]
+    off = ((x - u) ** 2 + (y - v) ** 2) ** 0.5 / obj.Permissible
+    assert off <= RESIDUAL, (kind, off)
+    print(
+        "%s: %d cuts, volume within %.1e, residual within %.2f %%"
+        % (kind, len(report["corrections"]), worst, 100 * off)
+    )
+    FreeCAD.closeDocument(made.Name)
+
+
+def check_spreadsheet():
+    """A cell drives the weights: the solid follows; nothing runs where nothing has changed; all is saved."""
+    made, source = document()
+    sheet = made.addObject("Spreadsheet::Sheet", "Sheet")
+    sheet.set("B1", "300")
+    sheet.set("B2", "300")
+    made.recompute()
+    obj = cranks.make_crank(source, made)
+    obj.Method, obj.Factor, obj.Grade = "drill", 0.12, 40.0
+    obj.Limits = ["drill.diameters_mm=[10.0]"]
+    obj.setExpression("Rotating", "list(Sheet.B1)")
+    obj.setExpression("Reciprocating", "list(Sheet.B2)")
+    made.recompute()
+    first, volume, hash_ = list(obj.Depths), obj.Shape.Volume, obj.InputHash
+    assert first and list(obj.Reciprocating) == [300.0]
+    tree = commands.make_cuts(obj)
+    obj.touch()
+    made.recompute()
+    assert obj.InputHash == hash_
+    obj.Plan = "kept"
+    sheet.set("B2", "280")
+    made.recompute()
+    assert len(obj.Depths) == len(first) and list(obj.Depths) != first, (first, obj.Depths)
+    assert obj.Shape.Volume != volume
+    assert "plan_kept" in json.loads(obj.Report)
+    apart = abs(tree.Shape.Volume - obj.Shape.Volume)
+    assert apart < 1e-5 * volume < 0.1 * abs(obj.Shape.Volume - volume), (
+        "the native tree does not follow",
+        apart,
+    )
+    path = os.path.join(tempfile.mkdtemp(), "saved.FCStd")
+    depths = list(obj.Depths)
+    made.saveAs(path)
+    FreeCAD.closeDocument(made.Name)
+    again = FreeCAD.openDocument(path)
+    found = next(each for each in again.Objects if hasattr(each, "InputHash"))
+    assert list(found.Depths) == depths
+    found.touch()
+    again.recompute()
+    assert found.InputHash and list(found.Depths) == depths
+    print("spreadsheet: depths %s then %s, kept, saved and opened" % (first, depths))
+    FreeCAD.closeDocument(again.Name)
+
+
+def check_thesis():
+    """The case of the thesis: the drafted crank, its weights in a spreadsheet, shoulders of 2.787 mm."""
+    import Mesh
+
+    made = FreeCAD.newDocument("thesis")
+    source = made.addObject("Mesh::Feature", "Crank")
+    source.Mesh = Mesh.Mesh(os.path.join(ROOT, "fixtures", "crf250r", "drafted", "crank.stl"))
+    sheet = made.addObject("Spreadsheet::Sheet", "Weights")
+    for cell, value in {"B1": 95.04, "B2": 39.00, "B3": 261.5, "B4": 114.65}.items():
+        sheet.set(cell, str(value))
+    made.recompute()
+    obj = cranks.make_crank(source, made)
+    obj.CrankpinInFile, obj.Factor, obj.Grade, obj.SpeedRpm = False, 0.28, 6.3, 15200.0
+    obj.Method = "shoulder"
+    obj.Limits = limits_of_the_thesis()
+    obj.setExpression("Rotating", "list(Weights.B1; Weights.B2)")
+    obj.setExpression("Reciprocating", "list(Weights.B3)")
+    obj.setExpression("Crankpin", "list(Weights.B4)")
+    made.recompute()
+    assert obj.Depths, obj.Reason
+    assert all(abs(depth - 2.787) < 5e-3 for depth in obj.Depths), list(obj.Depths)
+    print("thesis: depths %s mm" % ["%.3f" % depth for depth in obj.Depths])
+    FreeCAD.closeDocument(made.Name)
+
+
+def limits_of_the_thesis():
+    """Return the keys of the bundled job's [correction] but its method."""
+    import tomllib
+
+    with open(os.path.join(ROOT, "fixtures", "crf250r", "drafted", "factor-0.28.toml"), "rb") as stream:
+        table = tomllib.load(stream)["correction"]
+    return ["%s=%s" % (key, json.dumps(value)) for key, value in table.items() if key != "method"]
+
+
+def check_refusals():
+    """Each thing that cannot be is one line, and nothing is changed."""
+    made, source = document()
+    count = len(made.Objects)
+    two = made.addObject("Part::Feature", "Two")
+    two.Shape = Part.makeCompound([Part.makeBox(1, 1, 1), Part.makeBox(1, 1, 1, FreeCAD.Vector(5, 0, 0))])
+    flat = made.addObject("Part::Feature", "Sketch")
+    flat.Shape = Part.makeCircle(3.0)
+    for wrong, why in ((None, "nothing is selected"), (two, "2 solids"), (flat, "no solid")):
+        try:
+            cranks.make_crank(wrong, made)
+        except program.CommandError as error:
+            assert why in str(error) and "\n" not in str(error), error
+        else:
+            raise AssertionError("%s was taken" % why)
+    assert len(made.Objects) == count + 2
+    obj = balanced("drill", made, source)
+    volume, report = obj.Shape.Volume, obj.Report
+    for change, why in (
+        (lambda: setattr(obj, "SpeedRpm", -1.0), "speed_rpm"),
+        (
+            lambda: (
+                setattr(obj, "SpeedRpm", 6000.0),
+                setattr(obj, "Factor", 0.2),
+                os.environ.__setitem__("AUTOBALANCE_COMMAND", "/nowhere/autobalance"),
+            ),
+            "not at /nowhere",
+        ),
+    ):
+        change()
+        try:
+            obj.Proxy.execute(obj)
+        except program.CommandError as error:
+            assert why in str(error) and "\n" not in str(error), error
+        else:
+            raise AssertionError("%s was taken" % why)
+        assert (obj.Shape.Volume, obj.Report) == (volume, report)
+    os.environ["AUTOBALANCE_COMMAND"] = COMMAND
+    obj.Proxy.cancelled = lambda: True
+    try:
+        obj.Proxy.execute(obj)
+    except program.CommandError as error:
+        assert "cancelled" in str(error)
+    else:
+        raise AssertionError("it was not cancelled")
+    assert (obj.Shape.Volume, obj.Report) == (volume, report)
+    obj.Proxy.loads({"version": 99})
+    obj.Proxy.onDocumentRestored(obj)
+    assert obj.Report == report
+    print("refusals: no selection, two solids, a sketch, a bad job, no command, a cancel, another version")
+    FreeCAD.closeDocument(made.Name)
+
+
+COMMAND = os.environ["AUTOBALANCE_COMMAND"]
+
+
+def main():
+    failed = 0
+    checks = [("kind " + kind, lambda kind=kind: check_kind(kind)) for kind in KINDS]
+    checks += [("spreadsheet", check_spreadsheet), ("thesis", check_thesis), ("refusals", check_refusals)]
+    wanted = os.environ.get("AUTOBALANCE_CHECKS", "")
+    for name, check in checks:
+        if wanted and wanted not in name:
+            continue
+        try:
+            check()
+        except BaseException:
+            failed += 1
+            print("FAILED: %s" % name)
+            traceback.print_exc(file=sys.stdout)
+    print("%d failed" % failed)
+    sys.stdout.flush()
+    shutil.rmtree(os.environ.get("FREECAD_USER_HOME", "") or "/nonexistent", ignore_errors=True)
+    os._exit(int(failed > 0))
+
+
+main()
