@@ -181,8 +181,9 @@ class BalanceResult(VerbResult):
             Made where it is missing.
         only : tuple of str or None
             Kinds of file wanted beside the solid: ``html``, ``pdf``, ``xlsx``, ``png``, ``dxf``, ``tools``,
-            ``certificate``, ``card`` (bob-weights), ``csv`` (hole list). ``json``, the report, is always
-            written. None: ``html``, ``pdf``, ``xlsx`` and ``png``.
+            ``certificate``, ``card`` (bob-weights), ``csv`` (hole list), ``reading`` (reading.toml, to fill
+            in). ``json``, the report, is always written. None: ``html``, ``pdf``, ``xlsx``, ``png`` and
+            ``reading``.
         paper : str
             ``A4`` or ``Letter``, for ``sheet.pdf``.
         units : str

@@ -138,6 +138,7 @@ def staged_files(
     notify : callable
     staging : Staging
     """
+    from autobalance.report.output_kinds import to_fill
     from autobalance.report.records.outputs import Page
 
     started = time.perf_counter()
@@ -163,6 +164,10 @@ def staged_files(
         add(outputs["solid"].file, data)
     record = replace(_named_from(record, before.file, folder), outputs=outputs)
     for key, (name, page) in _pages(record, before, choice, notify).items():
+        if key in to_fill():
+            if not (folder / name).exists():  # a reading that was filled in stays
+                add(name, page)
+            continue
         add(name, page)
         outputs[key] = Page(file=name, sha256=_sha256(page))
     seconds = dict(record.seconds)

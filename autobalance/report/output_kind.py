@@ -22,6 +22,9 @@ class OutputKind(NamedTuple):
         Material of a run → bytes by the same keys.
     is_usual : bool
         Whether it is written where nothing is chosen.
+    is_to_fill : bool
+        Whether people write into it afterwards: then it is not listed in ``outputs``, and one that lies there
+        is left as it is.
     require : callable
         Raises ``FormatError`` where the extra that it needs is not installed.
     """
@@ -31,3 +34,4 @@ class OutputKind(NamedTuple):
     make: Callable[[Material], Mapping[str, bytes]]
     is_usual: bool = True
     require: Callable[[], None] = lambda: None
+    is_to_fill: bool = False

@@ -41,6 +41,11 @@ def usual() -> tuple[str, ...]:
     return tuple(name for name, kind in _KINDS.items() if kind.is_usual)
 
 
+def to_fill() -> frozenset[str]:
+    """Return the keys of files that people write into afterwards."""
+    return frozenset(key for kind in _KINDS.values() if kind.is_to_fill for key in kind.files)
+
+
 def choices() -> tuple[str, ...]:
     """Return what can be chosen: ``json``, which is always written, and the kinds."""
     return ("json", *_KINDS)
@@ -126,6 +131,12 @@ def _tools(material: Material) -> dict[str, bytes]:
     return {"tools": tool_bodies(material, TOOLS.endswith("step"))} if material.report["corrections"] else {}
 
 
+def _reading(material: Material) -> dict[str, bytes]:
+    from autobalance.report.shop.reading_template import reading_template
+
+    return {"reading": reading_template(material.report).encode()}
+
+
 register(OutputKind("html", {"html": "report.html"}, _page))
 register(OutputKind("pdf", {"pdf": "sheet.pdf"}, _sheet))
 register(OutputKind("xlsx", {"xlsx": "balance.xlsx"}, _workbook))
@@ -135,3 +146,4 @@ register(OutputKind("card", {"card": "bob-weights.pdf"}, _card, is_usual=False))
 register(OutputKind("csv", {"csv": "holes.csv"}, _hole_list, is_usual=False))
 register(OutputKind("dxf", {"dxf": "drawing.dxf"}, _drawing, is_usual=False, require=_require_ezdxf))
 register(OutputKind("tools", {"tools": TOOLS}, _tools, is_usual=False))
+register(OutputKind("reading", {"reading": "reading.toml"}, _reading, is_to_fill=True))

@@ -12,6 +12,7 @@ from typing import Any, Literal
 from autobalance.errors import JobError
 from autobalance.job.files.reading_keys import AS_READ, READS, Convention
 from autobalance.job.toml.keys import Key, Values, read_document
+from autobalance.job.toml.typed_units import refuse_unfilled
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.units import G_MM_PER_OZ_IN
 
@@ -68,7 +69,7 @@ def read_reading(source: str | Path | Mapping[str, Any]) -> MachineReading:
     JobError
         If a key is unknown, missing or impossible.
     """
-    return read_document(source, "reading file", READING_KEYS, _reading)
+    return read_document(source, "reading file", READING_KEYS, _reading, refuse_unfilled)
 
 
 def _reading(values: Values) -> MachineReading:

@@ -93,7 +93,11 @@ def optional(keys: tuple[Key, ...]) -> tuple[Key, ...]:
 
 
 def read_document(
-    source: str | Path | Mapping[str, Any], what: str, keys: tuple[Key, ...], maker: Callable[[Values], T]
+    source: str | Path | Mapping[str, Any],
+    what: str,
+    keys: tuple[Key, ...],
+    maker: Callable[[Values], T],
+    check: Callable[[Mapping[str, Any]], None] = lambda _: None,
 ) -> T:
     """Read a TOML file, or its structure, strictly and make something of its values.
 
@@ -107,6 +111,8 @@ def read_document(
         All that may stand at its top level.
     maker : callable
         Takes the values, defaults filled in.
+    check : callable
+        Takes the structure as it stands, and refuses it before anything else does.
 
     Raises
     ------
@@ -117,10 +123,12 @@ def read_document(
         file's name.
     """
     if isinstance(source, Mapping):
+        check(source)
         return maker(read(in_base_units(source), keys))
     path = Path(source)
     raw = toml_of(text_of(path, what), path.name)
     with named_in(source):
+        check(raw)
         return maker(read(in_base_units(raw), keys))
 
 

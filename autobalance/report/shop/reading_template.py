@@ -1,0 +1,47 @@
+"""``reading.toml`` beside a report: what the balancing machine is to read, filled in but for its numbers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from autobalance.job.toml.typed_units import FILL_IN
+
+URR_PERCENT, UMAR_G_MM = 95.0, 0.5
+"""Of a hard-bearing machine in order: usual values to begin with."""
+
+
+def reading_template(report: Mapping[str, Any]) -> str:
+    """Return the reading file of a report, with "FILL IN" where only the machine knows."""
+    job = report["job"]
+    serial = (job.get("job") or {}).get("serial") or report.get("serial")
+    inch = (job.get("shop") or {}).get("units") == "inch"
+    fit = [round(each["fit_g"], 2) for each in report["engine"]["bob_weights"]]
+    amount, unit = ("oz_in", "oz·in") if inch else ("g_mm", "g·mm")
+    lines = [
+        "# What the balancing machine reads on the corrected crank: amount and angle of each plane. Then:",
+        "#   autobalance recut report.json reading.toml",
+        *([] if serial is None else [f"serial = {json.dumps(serial, ensure_ascii=False)}"]),
+        f"bob_weights_g = {fit}          # clamped on, one a throw",
+        f"urr_percent = {URR_PERCENT:g}             # unbalance reduction ratio, and",
+        f"umar_g_mm = {UMAR_G_MM:g}               # least residual: usual of a hard-bearing machine in order",
+        'rotation = "ccw"             # sense in which angles count, seen from +z: "ccw" or "cw"',
+        "zero_deg = 0.0               # the machine's zero mark, ccw from crankpin 1",
+        'reads = "heavy"              # "heavy": where the metal is too much; "light": where to add',
+    ]
+    planes = report["tolerance"]["planes"] if report["tolerance"]["judge"] == "dynamic" else []
+    for plane in planes or [None]:
+        place = (
+            []
+            if plane is None
+            else [f'at = "{plane["name"]}"                     # z {plane["z_mm"]:.2f} mm']
+        )
+        lines += [
+            "",
+            "[[plane]]",
+            *place,
+            f'{amount} = "{FILL_IN}"             # [{unit}]',
+            f'angle_deg = "{FILL_IN}"        # from the zero mark',
+        ]
+    return "\n".join(lines) + "\n"
