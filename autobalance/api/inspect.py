@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.crank import Crank, read_crank
-from autobalance.api.inspect_sections import TableOptions, weighed_table
+from autobalance.api.inspect_sections import TableOptions, loaded, weighed_table
 from autobalance.api.progress import INSPECTED_BEFORE, telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.chordal_correction import facet_entry
@@ -121,6 +121,8 @@ def inspect(
         notify("weighing what hangs on the crank")
         weighed, more = weighed_table(crank, parts, source, settings, table)
         warnings = (*warnings, *more)
+    hung_on, more = loaded(crank, source, settings)
+    warnings = (*warnings, *more)
     suggested = None
     if suggest is not None:
         notify("trying what would do it")
@@ -145,6 +147,7 @@ def inspect(
         seconds=watch.seconds,
         job_set=tuple(settings),
         section_table=weighed,
+        loaded=hung_on,
         suggested=suggested,
     )
     from autobalance.report.records.report import Report

@@ -10,13 +10,13 @@ from pathlib import Path
 from autobalance.api.crank import Crank
 from autobalance.balancing.plausibility import oddities
 from autobalance.crank.sections import Section
-from autobalance.errors import JobError
+from autobalance.errors import AutobalanceError, JobError
 from autobalance.job import Job
 from autobalance.job.read import WORKBOOKS, load, tables_of
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.toml.typed_units import FILL_IN, leaves, length_mm
 from autobalance.machine_models.rotor_from_job import check_engine, default_planes_mm, target_factor
-from autobalance.machine_models.section_rows import SectionTable, section_table
+from autobalance.machine_models.section_rows import SectionTable, loaded_table, section_table
 
 DATUMS = ("A", "B", "front", "rear", "centre")
 NEEDED = ("engine", "balance", "correction")
@@ -65,6 +65,24 @@ def weighed_table(
         _refuse_oil_twice(job, oil, len(measured.anatomy.throws))
     table = section_table(measured, parts, job, factor, oil)
     return (table, _datum_mm(options.datum, crank, table)), warnings
+
+
+def loaded(
+    crank: Crank, source: Crank | Job | str | Path, settings: Sequence[str]
+) -> tuple[SectionTable | None, list[str]]:
+    """Return a job's crank with what hangs on it, and why not; neither where no whole job was given.
+
+    What is wrong with the job's other tables is a warning: a crank can be inspected without them.
+    """
+    try:
+        job, _ = _whole_job(source, settings)
+        if job is None:
+            return None, []
+        check_engine(job, crank.measured.anatomy)
+        factor = target_factor(job, crank.measured.anatomy, crank.measured.moments)
+        return loaded_table(crank.measured, job, factor), []
+    except AutobalanceError as error:
+        return None, [f"{error}; the crank is inspected without its bob-weights"]
 
 
 def _whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> tuple[Job | None, list[str]]:

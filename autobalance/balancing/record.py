@@ -189,7 +189,8 @@ class Record:
     ``warnings`` are what a user should know of the job and the crank, one line each. ``surfaces`` are the
     crank's as read, where its file keeps true ones. ``staged`` is what only a stage after the first
     has; its corrections count on from ``cuts_before``. ``section_table`` has the plane [mm] that its moments
-    are about; ``suggested`` is an aim with what would reach it and what would not.
+    are about; ``loaded`` is the crank with all that a job hangs on it;
+    ``suggested`` is an aim with what would reach it and what would not.
     """
 
     command: Literal["balance", "inspect", "recut"]
@@ -209,4 +210,5 @@ class Record:
     cuts_before: int = 0
     job_set: tuple[str, ...] = ()
     section_table: tuple[SectionTable, float] | None = None
+    loaded: SectionTable | None = None
     suggested: tuple[Aim, Sequence[Suggestion], Sequence[Refused]] | None = None

@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json == "-":
         say(dumps(done.report).removesuffix("\n"))
     else:
-        say(balance_text(done.report, ON_SCREEN[arguments.units]))
+        say(balance_text(done.report, ON_SCREEN[arguments.units], folder))
         say("\nWritten: " + ", ".join(str(path) for path in done.files))
     return judged(done.result, arguments)
 

@@ -131,6 +131,15 @@ def section_table(
     return SectionTable(tuple(rows), tolerance_of(job, crank.anatomy, crank.moments))
 
 
+def loaded_table(crank: Crank, job: Job, factor: float) -> SectionTable:
+    """Return a crank as one row, with all that a job hangs on it."""
+    rows = [SectionRow("web", None, "the crank", crank.moments)]
+    if job.engine.oil_g_mm3 is not None:
+        rows += oil_rows(crank, job.engine.oil_g_mm3)
+    rows += _hung_on(crank, job, factor)
+    return SectionTable(tuple(rows), tolerance_of(job, crank.anatomy, crank.moments))
+
+
 def _metal(crank: Crank, sections: Sequence[Section], holes: Sequence[HoleMetal]) -> list[SectionRow]:
     """Return the crank's own rows: webs and counterweights with their holes filled, and the holes."""
     filled = {(part.kind, part.number): part.moments for part in sections}

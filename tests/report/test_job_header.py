@@ -67,6 +67,14 @@ def test_the_serial_of_a_reading_goes_before_that_of_the_job() -> None:
     assert "stage 2" in text
 
 
+def test_a_further_stage_carries_the_reading_that_it_answers() -> None:
+    report = headed(1)
+    reading = dict(report["initial"], magnitude_g_mm=35.25)
+    report |= {"stages": [{"stage": 2, "reading": reading}]}
+    text = " ".join(PdfReader(io.BytesIO(pdf(report, None))).pages[0].extract_text().split())
+    assert "Stage 2, answers the reading: 35.25 g·mm at 180.0°, plane A" in text
+
+
 def test_page_history_and_workbook_have_them(logo: Path) -> None:
     report = headed(1, logo) | {"outputs": {}}
     shown = page(report, plans.crank().mesh)

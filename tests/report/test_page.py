@@ -240,6 +240,21 @@ def test_forces_stand_on_the_page_where_the_report_has_them(report: dict[str, An
     assert "h-forces" not in page({**report, "forces": None}, a_box().mesh)
 
 
+def test_orders_that_are_zero_have_no_row(report: dict[str, Any]) -> None:
+    text = page(report, a_box().mesh)
+    for k, order in enumerate(report["forces"]["before"]["orders"]):
+        for key, value in order.items():
+            largest = max(abs(value or 0.0), abs(report["forces"]["after"]["orders"][k][key] or 0.0))
+            if key in {"force_x_n", "force_y_n", "greatest_force_n"}:
+                shown = f'data-path="forces.before.orders.{k}.{key}"' in text
+                assert shown == (largest >= 0.05)
+
+
+def test_notes_stand_under_the_cuts(report: dict[str, Any]) -> None:
+    text = page({**report, "notes": ["no drill of 14 mm is used"]}, a_box().mesh)
+    assert text.index('class="list"') < text.index("no drill of 14 mm is used")
+
+
 def test_a_fine_view_is_decimated_and_says_so_numbers_never(report: dict[str, Any]) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 120, endpoint=False)
     ring = Solid.revolved(np.stack([30.0 + 10.0 * np.cos(angle), 10.0 * np.sin(angle)], axis=1), 100)

@@ -22,6 +22,7 @@ def inspect_text(report: Values, units: DisplayUnits) -> str:
         _measured(report, units),
         _anatomy(report, units),
         _bare(report, units),
+        _with_bob_weights(report.get("with_bob_weights"), units),
         _counterweights(report, units),
         _faces(report, units),
         suggestions_text(report.get("suggestions")),
@@ -186,6 +187,31 @@ def _bare(report: Values, units: DisplayUnits) -> str:
         for plane in initial["planes"]
     ]
     return "\n".join(lines)
+
+
+def _with_bob_weights(loaded: Values | None, units: DisplayUnits) -> str:
+    """Return how far off the crank is with all that its job hangs on it, and what that takes."""
+    if not loaded:
+        return ""
+    hung = ", ".join(
+        f"{each['kind']}{'' if each['number'] is None else ' ' + str(each['number'])}"
+        f" {units.of_bob_weight(each['mass_g'])}"
+        for each in loaded["hung_on"]
+    )
+    rows: list[Sequence[str]] = [("With bob-weights", "take off", "at", "or add at", "permitted", "")]
+    for each in loaded["planes"]:
+        plane = "" if each["z_mm"] is None else f"plane {each['name']} (z {units.of_length(each['z_mm'])})"
+        rows.append(
+            (
+                f"  {plane or each['name']}",
+                units.of_unbalance(each["magnitude_g_mm"]),
+                degrees(each["angle_deg"]),
+                degrees(each["add_at_deg"]),
+                units.of_unbalance(each["permissible_g_mm"]),
+                "within" if each["within"] else "ABOVE",
+            )
+        )
+    return table(rows) + f"\n  on the crank: {hung or 'nothing'}; nothing is planned"
 
 
 def _faces(report: Values, units: DisplayUnits) -> str:

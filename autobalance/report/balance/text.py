@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from autobalance.report.balance.kinds import angle_deg, verb
@@ -26,10 +28,13 @@ def unproven(report: Values) -> str:
     return NOT_PROVEN.upper() if is_unproven(report) else ""
 
 
-def balance_text(report: Values, units: DisplayUnits) -> str:
-    """Return the summary of a balancing run: the verdict, what to cut, before and after."""
+def balance_text(report: Values, units: DisplayUnits, folder: Path | None = None) -> str:
+    """Return the summary of a balancing run: the verdict, what to cut, before and after.
+
+    ``folder`` is where the report lies: its crank is named from where one stands then.
+    """
     parts = [
-        _heading(report, units),
+        _heading(report, units, folder),
         _corrections(report, units),
         _before_and_after(report, units),
         _factor(report, units),
@@ -51,8 +56,8 @@ def _assembly(report: Values, units: DisplayUnits) -> str:
     return assembly_text(report["assembly"], units)
 
 
-def _heading(report: Values, units: DisplayUnits) -> str:
-    lines = [f"{report['input']['file']}: {OUTCOMES[report['outcome']]}{unproven(report)}"]
+def _heading(report: Values, units: DisplayUnits, folder: Path | None) -> str:
+    lines = [f"{input_path(report, folder)}: {OUTCOMES[report['outcome']]}{unproven(report)}"]
     lines += [in_units(report["reason"], units)] if report["reason"] else []
     lines += [f"  {in_units(line, units)}" for line in relaxation_lines(report)]
     facets = report["crank"]["facet_error"] or {}
@@ -62,6 +67,17 @@ def _heading(report: Values, units: DisplayUnits) -> str:
         lines.append(f"what the facets hide is added to all that was measured: {hidden}")
     lines += [facets["reason"]] if facets.get("reason") else []
     return "\n".join(lines)
+
+
+def input_path(report: Values, folder: Path | None) -> str:
+    """Return the crank's file from where one stands; as the report names it where its folder is not known."""
+    file = str(report["input"]["file"])
+    if folder is None or report["input"]["file"] is None:
+        return file
+    try:
+        return os.path.relpath(folder / file)
+    except ValueError:  # another drive
+        return file
 
 
 LESS_THAN_A_SIDE_DEG = 179.0

@@ -9,6 +9,8 @@ from autobalance.report.page.cells import cell
 from autobalance.wording import at, escape, number
 
 Report = Mapping[str, Any]
+NOTHING = 0.05
+"""Forces [N] and moments [N·m] of orders below it are shown as 0.0, and are left out."""
 
 
 def forces(report: Report) -> str:
@@ -22,7 +24,7 @@ def forces(report: Report) -> str:
         f'<tr><th scope="row">{escape(name)}</th>'
         f"{cell(report, f'forces.before.{path}', 1)}{cell(report, f'forces.after.{path}', 1)}</tr>"
         for path, name in _force_rows(forces["before"])
-        if at(report, f"forces.before.{path}") is not None and at(report, f"forces.after.{path}") is not None
+        if _is_told(at(report, f"forces.before.{path}"), at(report, f"forces.after.{path}"), path)
     )
     if not rows:
         return ""
@@ -31,6 +33,13 @@ def forces(report: Report) -> str:
 <p class="lead">Shaking forces in N, moments in N·m. x runs along the first cylinder, y across it.</p>
 <div class="scroll"><table><thead><tr><th scope="col"></th><th scope="col">Before</th><th scope="col">After</th></tr></thead>
 <tbody>{rows}</tbody></table></div></section>"""
+
+
+def _is_told(before: float | None, after: float | None, path: str) -> bool:
+    """Return whether a row is there in both, and is no order that is zero in both."""
+    if before is None or after is None:
+        return False
+    return not path.startswith("orders.") or max(abs(before), abs(after)) >= NOTHING
 
 
 def loads_with_gas(report: Report) -> str:

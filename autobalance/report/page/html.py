@@ -124,7 +124,6 @@ def _page(
 <h1>{MARKS[good]}<span data-path="outcome">{outcome_words(report)}</span></h1>
 <p>{_said(verdict(report))}</p>
 {_reason(report)}
-{_notes(report)}
 </div>
 </header>
 <main>
@@ -274,7 +273,7 @@ def _cuts(
 {_key(data)}<p class="hint" aria-hidden="true">Drag to turn · wheel to zoom · right-drag to move</p>
 <p class="key" id="no3d" hidden>This browser shows no 3D view; the picture stands in for it.</p>
 </div>
-<div class="list">{_cut_table(report)}</div>
+<div class="list">{_cut_table(report)}{_notes(report)}</div>
 {_toolbar(bool(pieces))}
 </div>
 <p class="sr" id="said" role="status" aria-live="polite"></p>

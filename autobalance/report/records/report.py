@@ -46,6 +46,7 @@ from autobalance.report.records.surfaces import (
     NamedFace,
     TrueSurfaces,
 )
+from autobalance.report.records.with_bob_weights import WithBobWeights
 from autobalance.units import wrapped_deg
 from autobalance.version import SCHEMA_VERSION
 
@@ -241,6 +242,10 @@ class Report:
     sections: Sequence[Section] | Absent = ABSENT
     counterweights: Sequence[WebWeight] | Absent = ABSENT
     section_table: SectionTable | Absent = ABSENT
+    with_bob_weights: (
+        Annotated[WithBobWeights | None, "inspect of a job that says what hangs on the crank, and how well"]
+        | Absent
+    ) = ABSENT
     suggestions: (
         Annotated[
             Suggestions,
@@ -277,6 +282,7 @@ class Report:
             if record.web_weights is None
             else [WebWeight.of(weight) for weight in record.web_weights],
             section_table=ABSENT if record.section_table is None else SectionTable.of(*record.section_table),
+            with_bob_weights=ABSENT if record.loaded is None else WithBobWeights.of(record.loaded),
             suggestions=ABSENT if record.suggested is None else Suggestions.of(*record.suggested),
             faces=_faces(record),
             **({} if balanced is None else _balanced(balanced, record)),

@@ -67,6 +67,20 @@ def judged_words(report: Report, zero: Zero) -> str:
     )
 
 
+def reading_words(report: Report, u: DisplayUnits, zero: Zero) -> list[str]:
+    """Return the stage and the reading that a further stage's cuts answer; nothing of the first stage."""
+    stages = report.get("stages")
+    reading = stages[-1].get("reading") if stages else None
+    if not stages or reading is None:
+        return []
+    places = [f"{u.of_unbalance(reading['magnitude_g_mm'])} at {_heavy(reading, zero)}"]
+    places += [
+        f"plane {plane['name']} {u.of_unbalance(plane['magnitude_g_mm'])} at {_heavy(plane, zero)}"
+        for plane in reading["planes"]
+    ]
+    return [f"Stage {stages[-1]['stage']}, answers the reading: {', '.join(places)} (heavy side)."]
+
+
 def bob_table(report: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
     """List the bob-weight of each throw: what is clamped on, its tolerance, its mass without the pin."""
     units = "g" if u.is_metric else "g (oz)"

@@ -134,6 +134,7 @@ class _Story:
         self.parts.append(prose(outcome_words(report), 11.0, bold=True))
         told = f"Lengths in {u.length}, masses in {u.mass}, unbalance in {u.unbalance}. "
         self.parts.append(prose(told + machine_page.judged_words(report, self.zero), 7.5, SOFT))
+        self.parts += [prose(text, 8.0) for text in machine_page.reading_words(report, u, self.zero)]
         if report.get("reason"):
             self.parts.append(prose(in_units(str(report["reason"]), u), 8.0, BAD))
         if note := work(report).get("note"):
