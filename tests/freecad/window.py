@@ -43,8 +43,13 @@ def main():
     shown.cuts.topLevelItem(0).setSelected(True)
     assert len(FreeCADGui.Selection.getSelection()) == 1
     for each in document.Objects:
-        each.ViewObject.Visibility = each in (obj,)
-    FreeCADGui.activeDocument().activeView().viewIsometric()
+        each.ViewObject.Visibility = each is obj or each.Label.startswith("cut ")
+    view = FreeCADGui.activeDocument().activeView()
+    view.setCameraOrientation(
+        FreeCAD.Rotation(FreeCAD.Vector(0, 0, 1), -125) * FreeCAD.Rotation(FreeCAD.Vector(1, 0, 0), 65)
+    )
+    for tool in [each for each in document.Objects if each.Label.startswith("cut ")]:
+        tool.ViewObject.ShapeColor = (0.71, 0.25, 0.06)
     FreeCADGui.SendMsgToActiveView("ViewFit")
     for _ in range(20):
         QtCore.QCoreApplication.processEvents()
