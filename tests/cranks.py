@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw, Web
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
 
 

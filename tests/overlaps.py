@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 
 HEAD_RADIUS, STEM_RADIUS, HEAD_THICKNESS = 4.0, 0.1, 0.5

@@ -11,7 +11,8 @@ import numpy as np
 
 from autobalance.report.sheet.drawing import Drawings, drawn
 from autobalance.report.sheet.listed_metal import listed_metal
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from tests.jobs import ROOT
 
 KINDS = ("drill", "slug", "mill", "shoulder", "turn", "add")

@@ -15,7 +15,7 @@ import autobalance as ab
 from autobalance.report.metal import pieces_of
 from autobalance.report.sheet.drawing import drawings
 from autobalance.report.sheet.listed_metal import listed_metal
-from autobalance.solid.csg.solid import Region
+from autobalance.solid.csg.region import Region
 from tests import jobs, mixed_kinds
 
 

@@ -33,8 +33,9 @@ from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Pin
 from autobalance.errors import CorrectionError
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Shape
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Raising, Tool
 from autobalance.types import Array
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.solid.csg.solid import Region
+from autobalance.solid.csg.region import Region
 from autobalance.types import Array
 
 OUTLINE_MM = 0.1

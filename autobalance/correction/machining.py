@@ -15,8 +15,8 @@ from autobalance.correction.contract import Item
 from autobalance.correction.outline import outline_of
 from autobalance.correction.trace import stated_number, stated_size, stated_unit, stated_vector
 from autobalance.errors import FormatError
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import outline_points
-from autobalance.solid.csg.solid import Region
 from autobalance.types import Array
 
 SEGMENTS = 720

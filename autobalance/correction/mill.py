@@ -35,8 +35,9 @@ from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError, FormatError
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Prism, Shape, outline_area_mm2, outline_points
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
 from autobalance.wording import degrees, number

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.correction.contract import Item
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import (
     Arc,
     Joined,
@@ -21,7 +22,6 @@ from autobalance.solid.csg.shape import (
     outline_area_mm2,
     polygon_area_mm2,
 )
-from autobalance.solid.csg.solid import Region
 from autobalance.types import Array
 
 UPRIGHT = 1.0 - 1e-9

@@ -40,8 +40,9 @@ from autobalance.correction.overlap import overlaps
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Shape
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array

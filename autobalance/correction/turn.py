@@ -24,8 +24,9 @@ from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
 from autobalance.ranges import POSITIVE
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Joined, Shape, equal_area
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.csg.tool import Tool, ring
 from autobalance.solid.mesh.mesh import least_and_greatest
 from autobalance.types import Array

@@ -13,7 +13,8 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Pin, Web
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
 
 SLICE_MM = 1.0

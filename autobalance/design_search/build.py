@@ -9,7 +9,8 @@ import numpy as np
 
 from autobalance.design_search.outlines import PAST_MM, past, sector_mm
 from autobalance.design_search.sections import round_mm
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 if TYPE_CHECKING:

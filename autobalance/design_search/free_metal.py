@@ -16,7 +16,8 @@ from autobalance.errors import JobError
 from autobalance.job.files.design import DesignJob, FreePart
 from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 RAYS = 181

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from autobalance.design_search.profile import Profile
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 PAST_MM = 1e-5

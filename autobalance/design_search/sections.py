@@ -17,7 +17,7 @@ import numpy as np
 from autobalance.design_search.profile import AreaMoments, Profile
 from autobalance.errors import JobError
 from autobalance.job.files.design import Hole
-from autobalance.solid.csg.solid import Region
+from autobalance.solid.csg.region import Region
 from autobalance.types import Array
 
 STRAIGHT_NODES, DRAFTED_NODES = 2, 4

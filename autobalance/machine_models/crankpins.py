@@ -7,7 +7,8 @@ import math
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import JobError
 from autobalance.machine_models.measured import Crank
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 PIN_SEGMENTS = 96

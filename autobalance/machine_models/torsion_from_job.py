@@ -17,7 +17,8 @@ from autobalance.job import Job
 from autobalance.job.model.torsion import CrankTorsion
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.rotor_from_job import total_g
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from autobalance.units import M_PER_MM
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from autobalance.job.files.machine_tool import CuttingTool
 from autobalance.machining.blocks import Block, Go
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import polygon_area_mm2
-from autobalance.solid.csg.solid import Region
 from autobalance.types import Array
 
 CHORD_MM = 0.002

@@ -26,7 +26,8 @@ from autobalance.machining.part import Listed, Part
 from autobalance.machining.setups import SetupName, Zero, inverse, placement, rotary_deg, zero_of
 from autobalance.machining.stock import Stock, disc, top_mm
 from autobalance.machining.tool_body import steps_of, widest_mm
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 ORDER: tuple[SetupName, ...] = ("R", "T", "B", "L")

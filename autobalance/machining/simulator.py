@@ -19,8 +19,9 @@ from autobalance.machining.setups import SetupName, Zero, placement
 from autobalance.machining.stock import ROUND, SIDES, Stock
 from autobalance.machining.tool_body import Step, steps_of, widest_mm
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import equal_area
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
 
 TOUCH_MM3 = 1e-3

@@ -8,7 +8,8 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
 from autobalance.machining.setups import inverse
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
 
 SIDES = 96

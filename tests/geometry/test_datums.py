@@ -13,7 +13,8 @@ from autobalance.crank.anatomy import Overrides
 from autobalance.crank.datums import Datums
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from tests.cranks import make_crank, tilted
 from tests.generated import generated_crank

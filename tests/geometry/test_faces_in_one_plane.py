@@ -5,7 +5,8 @@ import numpy as np
 from autobalance.correction.faces.trace import FaceTrace
 from autobalance.correction.trace import Before, Metal
 from autobalance.crank.anatomy import Anatomy, Face
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 
 GROOVE = Region.circle(14.0, 48) - Region.circle(10.0, 48)
 PLATE = Solid.prism(Region.rectangle([-30.0, -30.0], [30.0, 30.0]), 0.0, 10.0) - Solid.prism(

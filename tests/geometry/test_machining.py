@@ -14,6 +14,7 @@ from autobalance.solid.cad.build import moved
 from autobalance.solid.cad.kernel import has_kernel
 from autobalance.solid.cad.step_file import read_step_file
 from autobalance.solid.cad.surface import CylinderFace, PlaneFace, Surface
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import (
     Arc,
     Bar,
@@ -30,7 +31,7 @@ from autobalance.solid.csg.shape import (
     polygon,
     tessellated,
 )
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Drilling, Lowering, Raising, placed, ring, twist_drill, wedge
 
 pytestmark = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")

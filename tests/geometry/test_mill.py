@@ -19,7 +19,8 @@ from autobalance.correction.pockets.pocket import Pocket
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from tests.coarse import bundled_corners
 from tests.cranks import Shape, make_crank, tilted

@@ -17,7 +17,8 @@ from autobalance.correction.shoulder import ShoulderCut, ShoulderLimits, cuts
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw, Web
 from autobalance.crank.faces import find_faces
 from autobalance.errors import SolidError
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid, union
 from tests.generated import generated_crank
 from tests.jobs import write_stl
 

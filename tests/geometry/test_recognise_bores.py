@@ -7,7 +7,8 @@ import pytest
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid, union
 from tests.cranks import tilted
 from tests.sweeps import SWEPT
 

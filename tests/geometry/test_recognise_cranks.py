@@ -10,7 +10,8 @@ import pytest
 from autobalance.crank.anatomy import Anatomy, Overrides, PinHint
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid, union
 from tests.cranks import Shape, make_crank, tilted
 
 ROUNDING_MM = 1e-6

@@ -11,7 +11,8 @@ from autobalance.crank.anatomy import Overrides
 from autobalance.crank.recognition.alignment import misalignment_warning
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid, union
 from tests.cranks import Shape, make_crank, tilted
 from tests.sweeps import SWEPT
 

@@ -15,7 +15,8 @@ from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.recognition.webs import refuse_incomplete
 from autobalance.errors import RecognitionError
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid, union
 
 SEGMENTS = 32
 PHASES_DEG = (0.0, 120.0, 240.0, 240.0, 120.0, 0.0)

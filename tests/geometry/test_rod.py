@@ -14,8 +14,9 @@ from autobalance.engine.conrod import cut_at_centre_of_mass
 from autobalance.errors import RecognitionError
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.kernel import has_kernel
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Prism, Without, circle, polygon, tessellated
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read, source_of
 from autobalance.types import Array
 from tests.cranks import make_crank

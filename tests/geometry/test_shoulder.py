@@ -11,7 +11,8 @@ from autobalance.correction.kind import Workpiece
 from autobalance.correction.shoulder import KIND, ShoulderCut, ShoulderLimits, cuts, shared_depths
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
 from autobalance.errors import CorrectionError
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 
 RHO = 7.85e-3

@@ -12,7 +12,8 @@ from autobalance.correction.faces.trace import BESIDE_DEG, FaceTrace
 from autobalance.correction.rings.trace import EQUAL_AREA, RING_SIDES, RingTrace
 from autobalance.correction.trace import Before, Metal, Reading
 from autobalance.crank.anatomy import Face
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.verification.shared_out import _told_apart, shared_out
 
 NEAR_MM = 6e-5

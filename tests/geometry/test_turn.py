@@ -8,7 +8,8 @@ from autobalance.correction import turn
 from autobalance.correction.turn import TurnLimits
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from tests.cranks import make_crank, tilted
 from tests.geometry.test_drill import assert_same, difference

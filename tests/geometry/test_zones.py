@@ -19,7 +19,8 @@ from autobalance.correction.slug import SlugCut
 from autobalance.crank.anatomy import Anatomy, CounterweightOutline, Overrides
 from autobalance.crank.parametric.design import preset
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from tests.cranks import Shape, make_crank
 from tests.generated import GeneratedCrank, generated_crank

@@ -15,7 +15,8 @@ from autobalance.api.fem import FemResult, fem
 from autobalance.command import main
 from autobalance.errors import FileError, JobError, SolidError
 from autobalance.fem_analysis import mesher
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import encode
 
 E_PA, NU, DENSITY = 210e9, 0.3, 7850.0

@@ -21,7 +21,7 @@ from autobalance.engine.fatigue import Fatigue, FatigueMetal
 from autobalance.engine.fillet_factors import FilletShape, fatigue_strength_MPa
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.machine_models.torsion_from_job import sides_of_throws
-from autobalance.solid.csg.solid import Region
+from autobalance.solid.csg.region import Region
 
 STEEL = {"tensile_MPa": 800.0, "yield_MPa": 550.0}
 BALANCE = {"factor": 0.5, "grade": 6.3, "speed_rpm": 6000}

@@ -18,7 +18,8 @@ from autobalance.fem_analysis.throw_load import throw_loads
 from autobalance.fem_analysis.two_level import TwoLevelSolver
 from autobalance.machine_models import throw_stress
 from autobalance.machine_models.solid_meshes import bodies_of_solid
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 
 pytest.importorskip("netgen")
 pytest.importorskip("skfem")

@@ -17,7 +17,8 @@ from autobalance.fem_analysis.twist import twist_stiffness
 from autobalance.machine_models.crankpins import with_crankpins
 from autobalance.machine_models.solid_meshes import bodies_of_solid
 from autobalance.machine_models.throw_twist import throw_twists
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 
 WORTH = 0.2
 """The formulas are fits to measured crankshafts: 10 to 20 % of stiffness."""

@@ -13,7 +13,7 @@ import pytest
 from ezdxf.document import Drawing
 
 from autobalance.report.sheet.dxf import LAYERS, dxf
-from autobalance.solid.csg.solid import Region
+from autobalance.solid.csg.region import Region
 from tests import plans
 
 CLOSE = 1e-9

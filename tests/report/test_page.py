@@ -16,7 +16,8 @@ from autobalance.report.metal import Piece, pieces_of
 from autobalance.report.page.html import _notes, page
 from autobalance.report.page.shown import Shown, coarse_pieces
 from autobalance.report.sheet.listed_metal import listed_metal
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.sourced import Shared
 from autobalance.wording import at, number, signed
 from tests import jobs, plans

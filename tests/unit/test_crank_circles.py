@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from autobalance.crank.recognition.circles import corners_of, fit_circle, whole_circle
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.slicing.slices import cross_sections
 from autobalance.types import Array
 

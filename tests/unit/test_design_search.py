@@ -10,7 +10,7 @@ import pytest
 from autobalance.design_search.neighbours import OtherShaft, Piston, Rod, circle_mm, least_clearance
 from autobalance.design_search.profile import Profile, fitted_radii_mm, refuse_crossing
 from autobalance.errors import JobError
-from autobalance.solid.csg.solid import Region
+from autobalance.solid.csg.region import Region
 
 PROFILE = Profile.even((math.radians(95.0), math.radians(250.0)), 11, 26.0)
 RADII = 45.0 + 9.0 * np.random.default_rng(3).random(11)

@@ -5,7 +5,8 @@ import pytest
 
 from autobalance.solid.csg import difference
 from autobalance.solid.csg.difference import differences
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 
 BLOCK = Solid.prism(Region.rectangle([0.0, 0.0], [4.0, 3.0]), 0.0, 5.0)
 NOTCHED = BLOCK - Solid.prism(Region.rectangle([3.0, -1.0], [9.0, 1.0]), 4.0, 9.0)

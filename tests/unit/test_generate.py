@@ -21,8 +21,9 @@ from autobalance.crank.parametric.generate import crank_solid, exact_moments
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.errors import JobError
 from autobalance.job.files.crank_design import read_design, table_of, with_settings
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Bar, tessellated
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.solid import Solid
 from fixtures import make
 from tests.generated import generated_crank, random_placement
 

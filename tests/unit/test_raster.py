@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from autobalance.correction.faces.cover import Cover
-from autobalance.solid.csg.solid import Region
+from autobalance.solid.csg.region import Region
 from autobalance.solid.slicing.raster import Raster
 
 

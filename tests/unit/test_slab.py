@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.measure import mesh_moments
 from autobalance.solid.slicing.slab import Part, Slab
 from tests.cranks import Shape, make_crank, tilted

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.solid.csg.solid import Region
+from autobalance.solid.csg.region import Region
 from autobalance.solid.slicing.slices import FEW_CORNERS, thinned
 from autobalance.types import Array
 

@@ -12,7 +12,8 @@ from autobalance.command import main
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.report.balance.values import schema
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 
 ENGINE = {"stroke_mm": 58.0, "rotating_g": {"rod": 250.0}, "reciprocating_g": {"piston": 262.0}}
 SINGLE = {"preset": "single", "engine": ENGINE, "segments": 32}

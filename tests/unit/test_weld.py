@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from autobalance.errors import SolidError
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh import mesh as mesh_module
 from autobalance.solid.mesh.measure import mesh_moments
 from autobalance.solid.mesh.mesh import (

@@ -16,8 +16,9 @@ from autobalance.balancing.suggestions.wanted import Aim, Bore, Change, Missing,
 from autobalance.crank.anatomy import Web
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import tessellated
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.csg.tool import ring
 from autobalance.types import Array
 

@@ -14,7 +14,7 @@ from autobalance.correction.faces.depth_limit import DepthLimit
 from autobalance.correction.faces.layer import FaceLayer
 from autobalance.correction.faces.patches import AXIAL
 from autobalance.crank.anatomy import Anatomy, Pin
-from autobalance.solid.csg.solid import Region
+from autobalance.solid.csg.region import Region
 from autobalance.types import Array
 
 BARE = 0.98

@@ -17,7 +17,7 @@ from autobalance.correction.kind import Workpiece
 from autobalance.correction.outline import loops_area_mm2, region_outline
 from autobalance.crank.anatomy import Face
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.solid import Region
+from autobalance.solid.csg.region import Region
 from autobalance.types import Array
 from autobalance.wording import degrees, number
 

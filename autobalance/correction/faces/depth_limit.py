@@ -19,7 +19,7 @@ import numpy as np
 
 from autobalance.correction.faces.cover import Cover, doubled_areas
 from autobalance.correction.faces.layer import FaceLayer, Layer
-from autobalance.solid.csg.solid import Region
+from autobalance.solid.csg.region import Region
 from autobalance.types import Array, Indices
 
 JOINED = 1e-3

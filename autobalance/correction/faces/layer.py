@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from autobalance.correction.faces.curve import DepthCurve
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh, least_and_greatest, longest_sides
 from autobalance.solid.slicing.slices import Spans, cross_sections, thinned
 from autobalance.types import Array, Indices

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from autobalance.correction.faces.layer import FaceLayer
 from autobalance.errors import CorrectionError
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Prism, Shape, Without, polygon, reversed_outline
-from autobalance.solid.csg.solid import Region
 from autobalance.solid.csg.tool import Lowering
 from autobalance.types import Array
 

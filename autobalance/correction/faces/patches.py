@@ -14,8 +14,9 @@ from autobalance.correction.refusals import STEP
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Shape
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import wedge
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array

@@ -27,7 +27,8 @@ from autobalance.correction.trace import (
 )
 from autobalance.crank.anatomy import Face
 from autobalance.errors import FormatError
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 LEAN = 1.0

@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 from autobalance.correction.faces.layer import Layer
 from autobalance.correction.faces.patches import face_region, farthest_mm
 from autobalance.crank.anatomy import Anatomy, Face
-from autobalance.solid.csg.solid import Region
+from autobalance.solid.csg.region import Region
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 

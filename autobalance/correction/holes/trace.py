@@ -33,7 +33,8 @@ from autobalance.correction.trace import (
 )
 from autobalance.errors import FormatError
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from autobalance.correction.holes.sites import in_sectors
 from autobalance.correction.refusals import Sectors
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Arc, Line, Outline, outline_points
-from autobalance.solid.csg.solid import Region
 
 CLEAR_MM = 1.0
 """How far over the cheek the tool starts, and how far the cutter keeps from what stands there."""

@@ -23,8 +23,9 @@ from autobalance.correction.trace import (
     where_listed,
 )
 from autobalance.errors import FormatError
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import outline_area_mm2
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.solid import Solid
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ import numpy as np
 
 from autobalance.report.balance import kinds
 from autobalance.report.metal import Piece
-from autobalance.solid.csg.solid import Polygons, Region, Solid
+from autobalance.solid.csg.region import Polygons, Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.slicing.slices import cross_sections
 from autobalance.types import Array

@@ -12,7 +12,7 @@ import numpy as np
 from autobalance.errors import FormatError
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem
 from autobalance.report.sheet.drawing import Drawings, WebDrawing, webs_cut
-from autobalance.solid.csg.solid import Polygons
+from autobalance.solid.csg.region import Polygons
 from autobalance.wording import file_name
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ import numpy as np
 from autobalance.correction.holes.hole import drill_body
 from autobalance.correction.holes.surface import Axis
 from autobalance.report.sheet.drawing import webs_cut
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 Item = Mapping[str, Any]

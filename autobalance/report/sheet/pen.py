@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.report.sheet.lettering import POINTS_PER_MM, font_of, width_mm
-from autobalance.solid.csg.solid import Polygons
+from autobalance.solid.csg.region import Polygons
 from autobalance.types import Array
 
 INK, SOFT, RULE, ACCENT, METAL, GONE = "#17191c", "#5d636b", "#c9c9c4", "#1c5d8f", "#e4e6e8", "#b5400f"

@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance.report.sheet.cuts import side_of
 from autobalance.report.sheet.drawing import Drawings, WebDrawing, webs_cut
-from autobalance.solid.csg.solid import Region
+from autobalance.solid.csg.region import Region
 from autobalance.types import Array
 
 Item = Mapping[str, Any]

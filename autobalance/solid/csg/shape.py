@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.solid.csg.solid import Region, Solid, triangulated, union
+from autobalance.solid.csg.region import Region, triangulated
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh, without_collapsed
 from autobalance.types import Array, Indices
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.solid.csg.solid import Polygons
+from autobalance.solid.csg.region import Polygons
 from autobalance.types import Array, Flags, Indices
 
 CELLS = 256

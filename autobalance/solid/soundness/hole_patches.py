@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.errors import SolidError
-from autobalance.solid.csg.solid import triangulated
+from autobalance.solid.csg.region import triangulated
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import unit_at_vertices
 from autobalance.solid.soundness.hole_surfaces import INTO, Hole, Surface, surface_around

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from autobalance.errors import SolidError
-from autobalance.solid.csg.solid import Solid, triangulated
+from autobalance.solid.csg.region import triangulated
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.adjacency import sides_of
 from autobalance.solid.mesh.components import components
 from autobalance.solid.mesh.measure import signed_volume_mm3
