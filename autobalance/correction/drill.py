@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from autobalance.correction.contract import Correction, Count, Figures, Item, Variety
@@ -16,6 +16,7 @@ from autobalance.correction.holes.drill_series import SAME_MM
 from autobalance.correction.holes.drill_sizes import likely_sizes_mm
 from autobalance.correction.holes.drill_words import no_place, why_none
 from autobalance.correction.holes.hole import Hole, hole_shape, keep_apart
+from autobalance.correction.holes.largest_fit import ended_by, widest_mm
 from autobalance.correction.holes.sites import Places, Site, in_sectors, make_holes, reach_of
 from autobalance.correction.holes.trace import DrillTrace
 from autobalance.correction.holes.walls import HoleLimits
@@ -253,8 +254,37 @@ def cuts(
         drill_cuts += _deepened(search, density_g_mm3, limits)
     cuts = [cut for cut in drill_cuts if cut is not None]
     if not cuts:
-        raise CorrectionError(why_none(limits, diameters, seen, anatomy))
+        largest = ""
+        if seen and search_level and limits.diameters_mm is not None:
+            largest = _largest(lambda asked: _fits(solid, anatomy, density_g_mm3, target, asked), limits)
+        raise CorrectionError(why_none(limits, diameters, seen, anatomy) + largest)
     return cuts
+
+
+def _fits(solid: Solid, anatomy: Anatomy, density_g_mm3: float, target: Towards, limits: DrillLimits) -> bool:
+    try:
+        cuts(solid, anatomy, density_g_mm3, target, limits)
+    except CorrectionError:
+        return False
+    return True
+
+
+def _largest(fits: Callable[[DrillLimits], bool], limits: DrillLimits) -> str:
+    """Return which drill does fit, and which limit keeps a wider one out."""
+    asked = min(limits.at_hand_mm)
+    one = replace(limits, diameters_mm=(asked,))
+    widest = widest_mm(lambda diameter: fits(replace(one, diameters_mm=(diameter,))), asked)
+    if widest is None:
+        return ""
+    shallow = 0.25 * limits.min_depth_mm
+    ended = ended_by(
+        {
+            f"min_wall_mm = {limits.min_wall_mm:g}": lambda: fits(replace(one, min_wall_mm=0.0)),
+            f"min_depth_mm = {limits.min_depth_mm:g}": lambda: fits(replace(one, min_depth_mm=shallow)),
+        },
+        "the counterweight's size",
+    )
+    return f"; the largest that fits is {widest:g} mm, ended by {ended}"
 
 
 SAME_POINT = 0.03

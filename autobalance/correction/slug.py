@@ -13,6 +13,7 @@ from autobalance.correction.contract import Apart, Correction, Count, Cut, Figur
 from autobalance.correction.faces.patches import heavy_vector
 from autobalance.correction.holes.cut import SAME_MM, HoleCut, HoleSearch, Towards, direction_at, is_kept_hole
 from autobalance.correction.holes.hole import Hole, hole_shape, keep_apart
+from autobalance.correction.holes.largest_fit import ended_by, widest_mm
 from autobalance.correction.holes.sites import Places, Site
 from autobalance.correction.holes.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn, fills
 from autobalance.correction.holes.slug_limits import SlugLimits
@@ -293,8 +294,37 @@ def cuts(work: Workpiece, target: Towards, limits: SlugLimits, search_level: int
                 if length + seat <= deepest
             ]
     if not slug_cuts:
-        raise CorrectionError(_why_none(limits))
+        largest = _largest(work, target, limits) if search_level else ""
+        raise CorrectionError(_why_none(limits) + largest)
     return slug_cuts
+
+
+def _largest(work: Workpiece, target: Towards, limits: SlugLimits) -> str:
+    """Return which slug of the least length does fit, and which limit keeps a wider one out."""
+    asked, length = min(limits.diameters_mm), min(limits.lengths_mm)
+
+    def fits(diameter_mm: float, **changed: Any) -> bool:
+        try:
+            cuts(work, target, replace(limits, **{**_one(diameter_mm, length), **changed}))
+        except CorrectionError:
+            return False
+        return True
+
+    widest = widest_mm(fits, asked)
+    if widest is None:
+        return ""
+    ended = ended_by(
+        {
+            f"min_wall_mm = {limits.min_wall_mm:g}": lambda: fits(asked, min_wall_mm=0.0),
+            f"lengths_mm = {length:g}": lambda: fits(asked, lengths_mm=(0.25 * length,)),
+        },
+        "the counterweight's size",
+    )
+    return f"; the largest that fits is {widest:g} mm, ended by {ended}"
+
+
+def _one(diameter_mm: float, length_mm: float) -> dict[str, Any]:
+    return {"diameters_mm": (diameter_mm,), "lengths_mm": (length_mm,)}
 
 
 def _why_none(limits: SlugLimits) -> str:
