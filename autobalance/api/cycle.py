@@ -11,8 +11,9 @@ from autobalance import job as jobs
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import Request, job_set, request
 from autobalance.api.result import Values, VerbResult
-from autobalance.errors import UsageError
+from autobalance.errors import JobError, UsageError
 from autobalance.job import Job, JobSource
+from autobalance.records import ABSENT
 from autobalance.report.plot_files import Plots
 from autobalance.runtime import Progress
 from autobalance.units import RAD_S_PER_RPM
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from autobalance.api.crank import Crank
     from autobalance.engine.cycle.analysis import CycleAnalysis
     from autobalance.machine_models.cycle_films import CycleFilms
+    from autobalance.machine_models.flexible_cycle import FlexibleCycle
 
 DEFAULT_FACTORS = (0.0, 0.28, 0.5, 0.64, 1.0)
 SERIES = "cycle.csv"
@@ -33,6 +35,7 @@ class CycleResult(VerbResult):
     analysis: CycleAnalysis
     factors: tuple[float, ...]
     films: CycleFilms | None = None
+    flexible: FlexibleCycle | None = None
 
     def text(self, units: str = "metric") -> str:
         """Return the cycle as lines for people; always metric."""
@@ -42,9 +45,11 @@ class CycleResult(VerbResult):
 
     def plots(self) -> Plots:
         """Return pressure, indicator diagrams, torque, orders, polar loads and speed."""
-        from autobalance.report.engine.cycle_plots import cycle_plots
+        from autobalance.report.engine.cycle_plots import cycle_plots, flexible_plots
 
-        return Plots(cycle_plots(self.analysis, self.factors, self.films, self.report["sweep"]))
+        made = cycle_plots(self.analysis, self.factors, self.films, self.report["sweep"])
+        bent = {} if self.flexible is None else flexible_plots(self.analysis, self.flexible)
+        return Plots({**made, **bent})
 
     def files(self) -> Mapping[str, bytes]:
         """Return the series by angle as a CSV file."""
@@ -70,6 +75,7 @@ def cycle(
     factors: Sequence[float] | None = None,
     *,
     sweep_rpm: Sequence[float] | None = None,
+    flexible: bool = False,
     crank: Crank | None = None,
     progress: Progress | None = None,
 ) -> CycleResult:
@@ -87,6 +93,8 @@ def cycle(
     sweep_rpm : sequence of float or None
         Lowest and highest speed [rpm] and how many between, at which every factor is evaluated too, at the
         pressures of the one speed. In Python: the speeds themselves.
+    flexible : bool
+        Let the crank bend too, on its mains as springs: [bearings] of the job.
 
     Returns
     -------
@@ -107,6 +115,7 @@ def cycle(
     from autobalance.machine_models.engine_from_job import as_measured
     from autobalance.machine_models.firing_from_job import check_cycle, firing_engine
     from autobalance.report.records.cycle import CycleReport
+    from autobalance.report.records.flexible import Flexible
 
     compared_factors, speeds = checked_factors(factors), _checked_sweep(sweep_rpm)
     read = jobs.given(job)
@@ -119,6 +128,7 @@ def cycle(
     assert case.job.cycle is not None  # the firing engine needs it
     films, of_factors, of_sweep = _films(case, analysis, compared_factors, speeds)
     absorber = case.job.cycle.absorber
+    bent = _flexible(case, analysis) if flexible else None
     report = CycleReport(
         **job_set(case.job),
         input=_input(case.job, analysis),
@@ -129,9 +139,24 @@ def cycle(
         else pendulum_figures(analysis, absorber.pendulum, absorber.swing_rad, absorber.reduction),
         sweep=sweep_rows(analysis, speeds, compared_factors, of_sweep) if speeds else None,
         films=None if films is None else film_table(films),
+        flexible=ABSENT if bent is None else Flexible.of(bent, analysis),
         warnings=case.warnings,
     )
-    return CycleResult(report, analysis, compared_factors, films)
+    return CycleResult(report, analysis, compared_factors, films, bent)
+
+
+def _flexible(case: Request, analysis: CycleAnalysis) -> FlexibleCycle:
+    """Return the cycle of the crank as it bends on its mains."""
+    from autobalance.job.bearings import stiffnesses_n_mm
+    from autobalance.machine_models.flexible_cycle import flexible_cycle
+
+    stiffness = case.job.bearings_n_mm
+    if stiffness is None:
+        raise JobError(
+            f"{case.job.path.name}: [bearings] is missing; --flexible needs k_N_mm, the mains' stiffness"
+        )
+    mains = stiffnesses_n_mm(stiffness, len(case.crank.anatomy.main_journals))
+    return flexible_cycle(analysis, case.job, case.crank, mains)
 
 
 def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:

@@ -81,6 +81,7 @@ class Job:
     drive: Drive | None = None
     mounts: Mounts | None = None
     strength: Strength | None = None
+    bearings_n_mm: float | tuple[float, ...] | None = None
     filled: Mapping[str, Any] = field(default_factory=dict)
     keep: Path | Mapping[str, Any] | None = None
 
@@ -274,6 +275,7 @@ def _job(raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str
         "drive": lambda: _drive(values),
         "mounts": lambda: _mounts(values),
         "strength": lambda: _strength(values),
+        "bearings_n_mm": lambda: (values.get("bearings") or {}).get("k_N_mm"),
     }
     for name, maker in makers.items():
         with faults.gathered():
@@ -358,7 +360,7 @@ def _filled(job: Job, values: Values) -> Values:
         **({} if job.torsion is None else job.torsion.filled),
         **({"study": plain(values["study"])} if "study" in job.raw else {}),
         **({} if job.drive is None else {"drive": plain(values["drive"])}),
-        **{key: plain(values[key]) for key in ("mounts", "mount", "strength") if key in job.raw},
+        **{key: plain(values[key]) for key in ("mounts", "mount", "strength", "bearings") if key in job.raw},
         **({"job": plain(values["job"])} if "job" in job.raw else {}),
         **({"shop": located(plain(values["shop"]), job.path.parent)} if "shop" in job.raw else {}),
         **({"assembly": [dict(each.values) for each in job.assembly]} if job.assembly else {}),

@@ -18,7 +18,7 @@ OF_TORSION = (
     *("torsion", "excitation", "pendulum", "speed_rpm", "points"),
     *("gear", "branch", "coupling", "damper"),
 )
-OF_FEW = ("cycle", "assembly", "drive", "mounts", "mount", "strength", *OF_TORSION)
+OF_FEW = ("cycle", "assembly", "drive", "mounts", "mount", "strength", "bearings", *OF_TORSION)
 """Tables that few jobs hold; their declarations load what they are about."""
 TOP_KEYS = (
     *("crankshaft", "engine", "original", "balance", "correction", "shafts", "study", "job", "shop"),
@@ -60,6 +60,10 @@ def _of_few(held: Collection[str]) -> tuple[Key, ...]:
         from autobalance.job.strength import STRENGTH
 
         keys.append(STRENGTH)
+    if "bearings" in held:
+        from autobalance.job.bearings import BEARINGS
+
+        keys.append(BEARINGS)
     if any(key in held for key in OF_TORSION):
         from autobalance.job.torsion import OF_A_JOB
 

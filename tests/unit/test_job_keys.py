@@ -43,6 +43,7 @@ FITTING: Mapping[str, Any] = {
     "damper": [{"station": 1, "kind": "ring", "inertia_kg_mm2": 9.0, "N_m_rad": 1e4, "N_m_s_rad": 1.0}],
     "damper.kind": "ring",
     "drive": {"shaft": [{"name": "pump", "speed": 2.0}]},
+    "bearings.k_N_mm": 1e5,
     "strength.factor": {"bending": 2.0, "torsion": 1.5},
     "drive.belt.length_mm": 900.0,
     "drive.belt.pulley_mm": 50.0,

@@ -15,9 +15,11 @@ from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM, RAD_S_PER_RPM
 if TYPE_CHECKING:
     from autobalance.bearings.orbit import Orbits
     from autobalance.machine_models.cycle_films import CycleFilms
+    from autobalance.machine_models.flexible_cycle import FlexibleCycle
 
 Plots = dict[str, Mapping[str, bytes]]
 HIGHEST_DRAWN = 8
+UM_PER_MM = 1e3
 AXES = ("load along x [N]", "load along y [N]")
 
 
@@ -165,6 +167,24 @@ def _sweep(rows: Sequence[Mapping[str, Any]]) -> Plots:
         if any(curve.x.size for curve in curves):
             drawn[name] = plots.lines(f"{title} by balance factor", ("speed [1/min]", label), curves)
     return drawn
+
+
+def flexible_plots(found: CycleAnalysis, bent: FlexibleCycle) -> Plots:
+    """Draw the orbits of the journals on their springs, and how far the webs bend."""
+    from autobalance.report import plots
+
+    at = f"at {found.speed_rad_s / RAD_S_PER_RPM:g} rpm"
+    count = found.grid.even_rad.size
+    paths = UM_PER_MM * bent.orbit_mm[:, :count]
+    paths = paths.conj() if found.firing.engine.clockwise else paths
+    curves = [plots.Curve(f"main {n}", path.real, path.imag) for n, path in enumerate(paths, 1)]
+    moments = {f"web {each.web}": found.grid.even(each.bending_n_m) for each in bent.webs}
+    labels, span = ("along x [µm]", "along y [µm]"), 180 * found.firing.strokes
+    angle = found.grid.even_rad
+    return {
+        "journal-orbits": plots.polar(f"Journals on their springs {at}", labels, curves),
+        "web-bending": plots.over_angle(f"Bending of the webs {at}", "moment [N·m]", angle, moments, span),
+    }
 
 
 def _films(films: CycleFilms, at: str) -> Plots:

@@ -26,6 +26,8 @@ def cycle_text(report: Values) -> str:
         blocks.append(_sweep(report["sweep"]))
     if report.get("films") is not None:
         blocks.append(_films(report["films"]))
+    if report.get("flexible") is not None:
+        blocks.append(_flexible(report["flexible"]))
     if report.get("pendulum") is not None:
         blocks.append(_pendulum(report["pendulum"]))
     return "\n\n".join(blocks)
@@ -205,6 +207,27 @@ def _films(films: Values) -> str:
                 )
             )
     return table(rows)
+
+
+def _flexible(found: Values) -> str:
+    rows: list[Sequence[str]] = [("Bends, on springs", "greatest load", "at", "mean", "rigid", "orbit up to")]
+    for each in found["main_journals"]:
+        rows.append(
+            (
+                f"main {each['number']}, {each['stiffness_N_mm']:g} N/mm",
+                f"{each['greatest_N']:.0f} N",
+                f"{each['at_deg']:.1f}°",
+                f"{each['mean_N']:.0f} N",
+                f"{each['rigid_greatest_N']:.0f} N",
+                f"{each['greatest_orbit_um']:.1f} µm",
+            )
+        )
+    webs: list[Sequence[str]] = [("Web", "throw", "bending moment")]
+    for each in found["webs"]:
+        low, high = each["bending_N_m"]
+        webs.append((f"{each['web']}", f"{each['throw']}", f"{low:.1f} to {high:.1f} N·m"))
+    off = f"Main loads differ by up to {100.0 * found['rigid_difference']:.3g} % from a rigid crank's"
+    return f"{table(rows)}\n{off}\n\n{table(webs)}"
 
 
 def _micrometres(film_mm: float | None) -> str:

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from autobalance.engine.cycle.figures import CycleSummary, PendulumFigures, SweepRow
 from autobalance.machine_models.cycle_films import FilmTable
 from autobalance.records import ABSENT, INLINE, Absent, Positive, record
+from autobalance.report.records.flexible import Flexible
 from autobalance.report.records.head import Head, JobEcho
 
 
@@ -23,4 +24,5 @@ class CycleReport(Head):
     pendulum: PendulumFigures | None
     sweep: Sequence[SweepRow] | None
     films: FilmTable | None
+    flexible: Flexible | Absent = ABSENT
     warnings: Sequence[str]

@@ -1,0 +1,33 @@
+"""The table [bearings] of a job: how stiff the main bearings hold the crank."""
+
+from __future__ import annotations
+
+from autobalance.errors import JobError
+from autobalance.job.toml.convert import Large
+from autobalance.job.toml.keys import Key
+from autobalance.ranges import POSITIVE
+
+BEARINGS = Key(
+    "bearings",
+    says="the main bearings as springs, for a crank that bends",
+    default=None,
+    verbs="cycle",
+    keys=(Key("k_N_mm", Large | tuple[Large, ...], "stiffness of every main, or of each [N/mm]", POSITIVE),),
+)
+
+
+def stiffnesses_n_mm(found: float | tuple[float, ...], mains: int) -> tuple[float, ...]:
+    """Return the stiffness of each main [N/mm].
+
+    Raises
+    ------
+    JobError
+        If a list has not one for each.
+    """
+    if isinstance(found, tuple):
+        if len(found) != mains:
+            raise JobError(
+                f"bearings.k_N_mm has {len(found)} entries; expected one, or {mains}: one each main"
+            )
+        return found
+    return (found,) * mains

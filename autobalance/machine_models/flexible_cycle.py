@@ -1,0 +1,152 @@
+"""The cycle of a crank that bends: main loads, journal orbits and web moments on springs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy
+from autobalance.dynamics.crank_bending import throw_bending
+from autobalance.dynamics.crank_on_springs import CrankOnSprings, Stretch
+from autobalance.dynamics.crank_torsion import ThrowShape
+from autobalance.engine.cycle.analysis import CycleAnalysis
+from autobalance.engine.cycle.firing_engine import as_complex
+from autobalance.job import Job
+from autobalance.machine_models.engine_from_job import beside_the_rods, mains_z_mm
+from autobalance.machine_models.measured import Crank
+from autobalance.machine_models.rotor_from_crank import E_GPA, MPA_PER_GPA, NU
+from autobalance.machine_models.torsion_from_job import throw_shapes, webs_beside
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.types import Array, Complex
+from autobalance.units import N_M_PER_N_MM, N_PER_G_MM_S2
+
+SAME_MM = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class WebMoment:
+    """Bending moment in a throw's plane in the middle of a web (n,) [N·m]."""
+
+    throw: int
+    web: int
+    bending_n_m: Array
+
+
+@dataclass(frozen=True, eq=False)
+class FlexibleCycle:
+    """What bending does over the cycle.
+
+    Attributes
+    ----------
+    main_n : (m, n) complex
+        Loads of the crank on its mains, engine's frame, x + iy [N].
+    orbit_mm : (m, n) complex
+        Where the journals are, engine's frame [mm].
+    webs : tuple of WebMoment
+    rigid_difference : float
+        Greatest difference to a main load of the rigid crank, over the greatest of these.
+    """
+
+    stiffness_n_mm: tuple[float, ...]
+    main_n: Complex
+    orbit_mm: Complex
+    webs: tuple[WebMoment, ...]
+    rigid_difference: float
+
+
+def flexible_cycle(
+    cycle: CycleAnalysis, job: Job, crank: Crank, stiffness_n_mm: tuple[float, ...], stiffer: float = 1.0
+) -> FlexibleCycle:
+    """Return the cycle of a crank that bends on springs.
+
+    Parameters
+    ----------
+    cycle : CycleAnalysis
+        Of the same crank, rigid.
+    job : Job
+    crank : Crank
+    stiffness_n_mm : tuple of float
+        Of each main [N/mm].
+    stiffer : float
+        Times which the crank is as stiff as it is.
+    """
+    anatomy = crank.anatomy
+    back = np.exp(-1j * cycle.grid.angle_rad)
+    mains = mains_z_mm(anatomy)
+    solid = crank.source.solid.moved(anatomy.file_to_rotor)
+    webs = [(throw, web) for throw in anatomy.throws for web in webs_beside(anatomy, throw)]
+    places = [
+        *(float(z) for z in solid.bounds[:, 2]),
+        *mains,
+        *(0.5 * (web.z_min_mm + web.z_max_mm) for _, web in webs),
+        *(cylinder.z_mm for cylinder in cycle.firing.engine.cylinders),
+        *(z for _, z in beside_the_rods(job, anatomy)),
+    ]
+    nodes = np.unique(np.round(np.array(places) / SAME_MM) * SAME_MM)
+    node = {place: int(np.argmin(np.abs(nodes - place))) for place in places}
+    forces = np.zeros((len(nodes), back.size), dtype=np.complex128)
+    pull = cycle.speed_rad_s**2 * N_PER_G_MM_S2
+    for place in range(len(nodes) - 1):
+        piece = solid.above(nodes[place]).below(nodes[place + 1])
+        ends = Unbalance.of(piece.moments(crank.density_g_mm3)).in_planes(nodes[place], nodes[place + 1])
+        for at, vector in zip((place, place + 1), ends, strict=True):
+            forces[at] += pull * _seen(job, vector)
+    for part, z in beside_the_rods(job, anatomy):
+        forces[node[z]] += pull * _seen(job, Unbalance.of(part).resultant_g_mm)
+    for cylinder, load in zip(cycle.firing.engine.cylinders, cycle.loads.crankpin_n, strict=True):
+        forces[node[cylinder.z_mm]] += as_complex(load) * back
+    springs = np.zeros(len(nodes))
+    at_mains = [node[z] for z in mains]
+    springs[at_mains] = stiffness_n_mm
+    beam = CrankOnSprings(_stretches(cycle, anatomy, throw_shapes(crank), nodes, stiffer), springs)
+    moved = beam.deflections_mm(forces)[at_mains]
+    loads = np.array(stiffness_n_mm)[:, None] * moved
+    left = forces.copy()
+    left[at_mains] -= loads
+    rigid = as_complex(cycle.loads.main_n)
+    moments = []
+    for throw, web in webs:
+        z = 0.5 * (web.z_min_mm + web.z_max_mm)
+        arms = np.maximum(z - nodes, 0.0)
+        turned = np.exp(-1j * cycle.firing.throws[throw.number - 1].angle_rad)
+        moments.append(WebMoment(throw.number, web.number, N_M_PER_N_MM * (turned * (arms @ left)).real))
+    return FlexibleCycle(
+        stiffness_n_mm,
+        loads / back,
+        moved / back,
+        tuple(moments),
+        float(np.abs(loads / back - rigid).max() / np.abs(rigid).max()),
+    )
+
+
+def _seen(job: Job, vector_g_mm: Array) -> complex:
+    """Return a vector of the rotor's frame as the engine's model has it: mirrored, where clockwise."""
+    found = complex(*vector_g_mm)
+    return found.conjugate() if job.engine.clockwise else found
+
+
+def _stretches(
+    cycle: CycleAnalysis, anatomy: Anatomy, shapes: tuple[ThrowShape, ...], nodes: Array, stiffer: float
+) -> list[Stretch]:
+    """Return the beam: of the nearest throw between the outermost mains, beyond them of a journal."""
+    youngs = E_GPA * MPA_PER_GPA
+    bendings = [throw_bending(shape, youngs, youngs / (2.0 * (1.0 + NU))) for shape in shapes]
+    pins = np.array([throw.crankpin.centre_mm[2] for throw in anatomy.throws])
+    mains = mains_z_mm(anatomy)
+    found = []
+    for low, high in pairwise(nodes):
+        middle = 0.5 * float(low + high)
+        nearest = int(np.argmin(np.abs(pins - middle)))
+        length = float(high - low)
+        if mains[0] < middle < mains[-1]:
+            bending, angle = bendings[nearest], cycle.firing.throws[nearest].angle_rad
+            both = bending.in_plane_n_mm2, bending.across_n_mm2
+            found.append(Stretch(length, stiffer * both[0], stiffer * both[1], angle))
+        else:
+            shape = shapes[nearest]
+            round_bar = math.pi / 64.0 * (shape.journal_mm**4 - shape.journal_bore_mm**4) * youngs
+            found.append(Stretch(length, stiffer * round_bar, stiffer * round_bar))
+    return found

@@ -1,0 +1,184 @@
+"""A crank that bends on springs against beams in closed form and statics."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import autobalance as ab
+from autobalance.command.main import main
+from autobalance.crank.parametric.design import PRESETS
+from autobalance.crank.parametric.generate import crank_solid
+from autobalance.dynamics.crank_on_springs import CrankOnSprings, Stretch
+from autobalance.errors import JobError
+from autobalance.machine_models.flexible_cycle import flexible_cycle
+from autobalance.machine_models.web_loads import web_loads
+
+EI = 210e3 * math.pi / 64.0 * 50.0**4
+
+
+def loads(count: int, at: int, force: complex) -> Any:
+    found = np.zeros((count, 1), dtype=np.complex128)
+    found[at] = force
+    return found
+
+
+def test_a_beam_on_two_springs_sinks_as_in_closed_form() -> None:
+    """F L³/(48 EI) and half of F on each spring; across its plane three times as stiff."""
+    half = Stretch(100.0, EI, 3.0 * EI)
+    beam = CrankOnSprings([half, half], np.array([5e4, 0.0, 5e4]))
+    moved = beam.deflections_mm(loads(3, 1, 1000.0 + 500.0j))[:, 0]
+    assert moved[[0, 2]] == pytest.approx((1000.0 + 500.0j) / 1e5, rel=1e-9)
+    sunk = 200.0**3 / (48.0 * EI)
+    assert moved[1] - moved[0] == pytest.approx(1000.0 * sunk + 500.0j * sunk / 3.0, rel=1e-9)
+
+
+def test_a_plane_of_bending_turns_with_its_angle() -> None:
+    halves = [Stretch(100.0, EI, 4.0 * EI, 0.7)] * 2
+    turn = np.exp(0.7j)
+    plain = CrankOnSprings([Stretch(100.0, EI, 4.0 * EI)] * 2, np.array([1e5, 0.0, 1e5]))
+    turned = CrankOnSprings(halves, np.array([1e5, 0.0, 1e5]))
+    assert turned.deflections_mm(loads(3, 1, 300.0 * turn)) == pytest.approx(
+        turn * plain.deflections_mm(loads(3, 1, 300.0 + 0.0j)), rel=1e-9
+    )
+
+
+def test_two_spans_share_their_loads_as_a_continuous_beam() -> None:
+    """F in the middle of each: 5/16 F outside, 11/8 F in the middle, on supports that do not give."""
+    half = Stretch(100.0, EI, EI)
+    springs = 1e12 * np.array([1.0, 0.0, 1.0, 0.0, 1.0])
+    forces = loads(5, 1, 1600.0) + loads(5, 3, 1600.0)
+    moved = CrankOnSprings([half] * 4, springs).deflections_mm(forces)
+    assert (springs[:, None] * moved)[[0, 2, 4], 0].real == pytest.approx([500.0, 2200.0, 500.0], rel=1e-4)
+
+
+def test_a_beam_that_nothing_holds_is_refused() -> None:
+    with pytest.raises(ValueError, match="springs under two mains"):
+        CrankOnSprings([Stretch(1.0, EI, EI)], np.array([1e5, 0.0])).deflections_mm(loads(2, 0, 1.0))
+
+
+@lru_cache(maxsize=2)
+def crank(name: str = "single") -> ab.Crank:
+    mesh = crank_solid(PRESETS[name], 24).mesh
+    return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+
+
+def job(several: bool = False, **tables: Any) -> ab.Job:
+    cycle: dict[str, Any] = {"bore_mm": 76.8, "compression_ratio": 12.0, "heat_J": 600.0}
+    return ab.Job.from_dict(
+        {
+            "engine": {
+                "rod_length_mm": 140.0,
+                "rotating_g": {"big_end": 134.0},
+                "reciprocating_g": {"piston": 260.0},
+                "attached": [{"name": "a", "mass_g": 0.0, "unbalance_g_mm": [90.0, 30.0], "z_mm": 70.0}],
+            },
+            "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 6000},
+            "correction": {"method": "drill"},
+            "cycle": {**cycle, "firing_order": [1, 3, 4, 2]} if several else cycle,
+            "bearings": {"k_N_mm": 1e5},
+            **tables,
+        }
+    )
+
+
+@pytest.mark.parametrize("stiffness", [1e3, [2e4, 7e5], 1e9])
+def test_two_mains_carry_what_a_rigid_cranks_do(stiffness: Any) -> None:
+    """Statics alone decides; the journal stands off by the load over the stiffness."""
+    found = ab.cycle(job(bearings={"k_N_mm": stiffness}), crank=crank(), flexible=True)
+    flexible, rigid = found.report["flexible"], found.report["loads"]["main_journals"]
+    assert flexible["rigid_difference"] < 1e-6
+    for one, other in zip(flexible["main_journals"], rigid, strict=True):
+        assert one["greatest_N"] == pytest.approx(other["greatest_N"], rel=1e-6)
+        assert one["mean_N"] == pytest.approx(other["mean_N"], rel=1e-6)
+        assert one["greatest_orbit_um"] == pytest.approx(1e3 * one["greatest_N"] / one["stiffness_N_mm"])
+
+
+def test_webs_of_two_mains_bend_as_sections_cut_by_hand() -> None:
+    found = ab.cycle(job(), crank=crank())
+    own = crank().measured
+    bent = flexible_cycle(found.analysis, job(), own, (1e5, 1e5)).webs
+    cut = web_loads(found.analysis, job(), own.anatomy, own.source.solid, own.density_g_mm3)
+    for one, other in zip(bent, cut, strict=True):
+        assert (one.throw, one.web) == (other.throw, other.web)
+        assert one.bending_n_m == pytest.approx(
+            other.bending_n_m, abs=1e-6 * float(np.abs(other.bending_n_m).max())
+        )
+
+
+def test_several_mains_on_hard_springs_are_a_continuous_crank() -> None:
+    """The sum of the mains is that of the rigid crank; the shares differ, whatever the springs."""
+    found = ab.cycle(job(several=True), crank=crank("inline-4"))
+    own = crank("inline-4").measured
+    hard = flexible_cycle(found.analysis, job(several=True), own, (1e9,) * 5)
+    soft = flexible_cycle(found.analysis, job(several=True), own, (1e3,) * 5)
+    rigid = found.analysis.loads.main_n[..., 0] + 1j * found.analysis.loads.main_n[..., 1]
+    for each in (hard, soft):
+        assert each.main_n.sum(axis=0) == pytest.approx(rigid.sum(axis=0), abs=1e-6 * np.abs(rigid).max())
+        assert each.rigid_difference > 0.01
+    stiffer = flexible_cycle(found.analysis, job(several=True), own, (1e3,) * 5, stiffer=1e4)
+    z = np.array([main.centre_mm[2] for main in crank("inline-4").main_journals])
+    line = np.polynomial.polynomial.polyfit(z, stiffer.orbit_mm[:, 100].real, 1)
+    straight = np.polynomial.polynomial.polyval(z, line)
+    assert stiffer.orbit_mm[:, 100].real == pytest.approx(straight, abs=1e-3 * np.abs(straight).max())
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        ({"k_N_mm": 0.0}, "bearings.k_N_mm is 0; must be > 0"),
+        ({"k_N_mm": [1e5]}, "bearings.k_N_mm has 1 entries; expected one, or 2: one each main"),
+        ({}, "bearings.k_N_mm is missing"),
+    ],
+)
+def test_impossible_bearings_are_refused(tables: dict[str, Any], said: str) -> None:
+    with pytest.raises(JobError, match=said.split(";", maxsplit=1)[0]):
+        ab.cycle(job(bearings=tables), crank=crank(), flexible=True)
+
+
+def test_a_job_without_bearings_is_refused() -> None:
+    values = {key: table for key, table in job().raw.items() if key != "bearings"}
+    with pytest.raises(JobError, match=r"\[bearings\] is missing; --flexible needs k_N_mm"):
+        ab.cycle(ab.Job.from_dict(values), crank=crank(), flexible=True)
+
+
+def test_the_command_tells_orbits_and_moments(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    crank().write(tmp_path / "crank.stl")
+    (tmp_path / "job.toml").write_text(
+        """
+[crankshaft]
+file = "crank.stl"
+unit = "mm"
+density_kg_m3 = 7850.0
+[engine]
+rod_length_mm = 140.0
+[engine.reciprocating_g]
+piston = 260.0
+[balance]
+factor = 0.5
+grade = 6.3
+speed_rpm = 6000
+[correction]
+method = "drill"
+[cycle]
+bore_mm = 76.8
+compression_ratio = 12.0
+heat_J = 600.0
+[bearings]
+k_N_mm = 1e5
+""",
+        encoding="utf-8",
+    )
+    assert main(["cycle", str(tmp_path / "job.toml"), "--flexible"]) == 0
+    text = capsys.readouterr().out
+    assert "Bends, on springs" in text
+    assert "bending moment" in text
+
+
+def test_orbits_and_moments_are_drawn() -> None:
+    made = ab.cycle(job(), crank=crank(), flexible=True).plots()
+    assert {"journal-orbits", "web-bending"} <= set(made)
