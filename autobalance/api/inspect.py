@@ -23,8 +23,10 @@ from autobalance.machine_models.measured import Crank as MeasuredSolid
 from autobalance.machine_models.rotor_from_job import default_planes_mm
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Progress, Stopwatch
+from autobalance.solid.formats.registry import needs_unit
 
 if TYPE_CHECKING:
+    from autobalance.balancing.against import AgainstDrawing
     from autobalance.balancing.suggestions.wanted import Aim, Refused, Suggestion
     from autobalance.crank.anatomy import Face
 
@@ -35,6 +37,7 @@ class InspectResult(VerbResult):
 
     crank: Crank
     faces: tuple[Face, ...]
+    against: AgainstDrawing | None = None
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
@@ -54,11 +57,23 @@ class InspectResult(VerbResult):
         return sections_text(self.report, u) if table is None else section_table_text(table, u)
 
     def picture(self) -> bytes:
-        """Return a PNG of the crank with its axis, pins, and faces by their ids."""
+        """Return a PNG of the crank with its axis, pins, and faces by their ids.
+
+        Of a scan, or held against a drawing, it is seen a second time in the colours of its distance from the
+        surfaces recognised in it, or from the drawing.
+        """
         from autobalance.report.pictures.anatomy import crank_picture
 
         measured = self.crank.measured
-        return crank_picture(measured.source.solid.mesh, measured.anatomy, self.faces)
+        mesh, below = measured.source.solid.mesh, None
+        if self.against is not None or measured.anatomy.scan is not None:
+            from autobalance.crank.deviations import deviations_mm
+            from autobalance.report.pictures.deviation import deviation_image
+
+            held = self.against
+            off = deviations_mm(mesh, measured.anatomy) if held is None else held.distances_mm
+            below = deviation_image(mesh.moved(measured.anatomy.file_to_rotor), off)
+        return crank_picture(mesh, measured.anatomy, self.faces, below=below)
 
 
 @documented
@@ -68,6 +83,7 @@ def inspect(
     settings: Sequence[str] = (),
     table: TableOptions | None = None,
     suggest: Mapping[str, Any] | None = None,
+    against: str | Path | Crank | None = None,
     progress: Progress | None = None,
     **keywords: Any,
 ) -> InspectResult:
@@ -86,6 +102,8 @@ def inspect(
         Wanted inertia_kg_mm2, or balance_factor of a job, for example inertia_kg_mm2=2900, for which changes
         are suggested; alone: the job's factor. ``report["suggestions"]`` then says which bores, weights or
         turned rims would do it, each one tried. Empty: the factor that the job asks for.
+    against : path, Crank or None
+        Drawing, or another crank, that this one is held against: distances of its surface, mass, unbalance.
     **keywords
         Those of ``read_crank``, where ``crank`` is a path.
 
@@ -127,6 +145,10 @@ def inspect(
     if suggest is not None:
         notify("trying what would do it")
         suggested = _suggested(measured, _job_of(source, settings), suggest)
+    held = None
+    if against is not None:
+        notify("holding the crank against the drawing")
+        held = _held_against(crank, against)
     record = Record(
         command="inspect",
         input=input_file(crank.file, measured),
@@ -149,10 +171,27 @@ def inspect(
         section_table=weighed,
         loaded=hung_on,
         suggested=suggested,
+        against=held,
     )
     from autobalance.report.records.report import Report
 
-    return InspectResult(Report.of(record), crank, tuple(candidates.face for candidates in faces))
+    return InspectResult(Report.of(record), crank, tuple(candidates.face for candidates in faces), held)
+
+
+def _held_against(crank: Crank, against: Crank | str | Path) -> AgainstDrawing:
+    """Hold a crank against a drawing, of the same unit where its format carries none."""
+    from autobalance.balancing.against import against_drawing
+
+    own = crank.crankshaft
+    if not isinstance(against, Crank):
+        path = Path(against)
+        against = read_crank(
+            path,
+            unit=(own.unit or "mm") if needs_unit(path) else None,
+            density_kg_m3=crank.density_kg_m3,
+            crankpin_in_file=own.overrides.crankpin_in_file,
+        )
+    return against_drawing(crank.measured, against.measured, str(against.file or "in memory"))
 
 
 def _job_of(source: Crank | Job | str | Path, settings: Sequence[str]) -> Job | None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from autobalance.types import Array
 
 if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
+    from autobalance.balancing.against import AgainstDrawing
     from autobalance.balancing.external import CarriedUnbalance
     from autobalance.balancing.kept import KeptPlan
     from autobalance.balancing.loop import Result
@@ -212,3 +213,4 @@ class Record:
     section_table: tuple[SectionTable, float] | None = None
     loaded: SectionTable | None = None
     suggested: tuple[Aim, Sequence[Suggestion], Sequence[Refused]] | None = None
+    against: AgainstDrawing | None = None

@@ -81,6 +81,7 @@ VERB = Verb(
         "fill_holes_mm": Option(usual="0", unset=True),
         "keep_open": NOT_TYPED,
         "suggest": SUGGEST,
+        "against": Option(metavar="FILE", endings=endings),
     },
     writes=(_add_no_crankpin, _add_sections, add_json, add_units, add_progress),
 )
@@ -129,6 +130,7 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
 
     options = VERB.keywords(arguments)
     path, suggest, settings = Path(options.pop("crank")), options.pop("suggest"), options.pop("settings")
+    against = options.pop("against")
     table, fill = _table(arguments), options.pop("fill_holes_mm")
     if fill is not None and not 0.0 <= fill < float("inf"):
         raise UsageError(f"--fill-holes-mm is {fill:g}; must be >= 0")
@@ -139,14 +141,14 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
             table = None  # the crank's own sections are enough
         keywords = {**_of_a_file(path, options), "fill_holes_mm": fill or 0.0}
         with bodies_named("--body N", "--body all", "or --no-crankpin for a pressed-up crank in pieces"):
-            return inspect(path, progress=progress, suggest=suggest, table=table, **keywords)
+            return inspect(path, progress=progress, suggest=suggest, table=table, against=against, **keywords)
     for name, value in options.items():
         if value is not None and name != "crankpin_in_file":
             option = VERB.flag(name)
             raise UsageError(f"{option} beside a job: it says its own; --set crankshaft.... changes it")
     if fill is not None:
         settings = [*settings, f"crankshaft.fill_holes_mm={fill}"]
-    return inspect(path, progress=progress, settings=settings, suggest=suggest, table=table)
+    return inspect(path, progress=progress, settings=settings, suggest=suggest, table=table, against=against)
 
 
 def _table(arguments: argparse.Namespace) -> TableOptions | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from autobalance.report.balance.scan_text import scan_lines
+from autobalance.report.balance.scan_text import against_text, scan_lines
 from autobalance.report.balance.section_text import section_heads
 from autobalance.report.balance.suggestion_text import suggestions_text
 from autobalance.report.balance.text import Values
@@ -25,6 +25,7 @@ def inspect_text(report: Values, units: DisplayUnits) -> str:
         _with_bob_weights(report.get("with_bob_weights"), units),
         _counterweights(report, units),
         _faces(report, units),
+        against_text(report.get("against"), report["crank"], units),
         suggestions_text(report.get("suggestions")),
     ]
     return "\n\n".join(part for part in parts if part)

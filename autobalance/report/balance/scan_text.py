@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -38,3 +39,23 @@ def _calibration(values: Values, units: DisplayUnits) -> list[str]:
         return [*lines, f"  density calibrated: {values['density_kg_m3']:.1f} kg/m³"]
     scale = f"{values['scale']:.6f} ± {values['scale_pm']:.6f}"
     return [*lines, f"  skin calibrated: {skin} on the surface, scale of the scan {scale}"]
+
+
+def against_text(against: Values | None, crank: Values, units: DisplayUnits) -> str:
+    """Return how a crank differs from its drawing; empty where it was held against none."""
+    if against is None:
+        return ""
+    place = ", ".join(units.of_length(value) for value in against["worst_at_mm"])
+    u = [units.of_unbalance(math.hypot(*pair)) for pair in (
+        against["unbalance_g_mm"], against["unbalance_difference_g_mm"])]  # fmt: skip
+    length = {name: units.of_length(against[f"{name}_mm"]) for name in ("mean", "rms", "p95", "worst")}
+    return "\n".join(
+        [
+            f"Against {against['file']}",
+            f"  the surface lies {length['mean']} outside on average, rms {length['rms']},"
+            f" 95 % within {length['p95']}",
+            f"  farthest off: {length['worst']} at {place} (rotor frame)",
+            f"  mass {units.of_mass(crank['mass_g'])}, the drawing's {units.of_mass(against['mass_g'])}",
+            f"  the drawing's unbalance {u[0]}, this one's differs by {u[1]}",
+        ]
+    )

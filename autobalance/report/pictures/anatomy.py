@@ -26,7 +26,12 @@ ROUND = 1.02
 
 
 def crank_picture(
-    mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face], width: int = 1200, height: int = 800
+    mesh: Mesh,
+    anatomy: Anatomy,
+    faces: Sequence[Face],
+    width: int = 1200,
+    height: int = 800,
+    below: Image | None = None,
 ) -> bytes:
     """Return a PNG of a crank from two sides.
 
@@ -39,6 +44,8 @@ def crank_picture(
         Drawn in colours, labelled with their ids.
     width, height : int
         Of the picture [pixels].
+    below : image or None
+        Put below it, as wide as it.
     """
     placed = mesh.moved(anatomy.file_to_rotor)
     owner, names, colours = _owners(placed, anatomy, faces)
@@ -46,7 +53,8 @@ def crank_picture(
     stacked = min(width / across, 0.5 * height / along) > min(0.5 * width / across, height / along)
     size = (width, height // 2) if stacked else (width // 2, height)
     views = [_view(placed, colours[owner], owner, names, looks, *size) for looks in VIEWS]
-    return png(np.concatenate(views, axis=0 if stacked else 1))
+    image = np.concatenate(views, axis=0 if stacked else 1)
+    return png(image if below is None else np.concatenate([image, below]))
 
 
 def _owners(mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face]) -> tuple[Indices, list[str], Array]:

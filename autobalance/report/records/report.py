@@ -25,6 +25,7 @@ from autobalance.records import (
     fields_of,
     record,
 )
+from autobalance.report.records.against import Against
 from autobalance.report.records.balance import BalanceFactor, Counterweight, Engine, Tolerance, Unbalance
 from autobalance.report.records.corrections import (
     Correction,
@@ -254,6 +255,7 @@ class Report:
         ]
         | Absent
     ) = ABSENT
+    against: Annotated[Against, "only with --against: how a crank differs from its drawing"] | Absent = ABSENT
 
     @classmethod
     def of(cls, record: run.Record) -> Self:
@@ -284,6 +286,7 @@ class Report:
             section_table=ABSENT if record.section_table is None else SectionTable.of(*record.section_table),
             with_bob_weights=ABSENT if record.loaded is None else WithBobWeights.of(record.loaded),
             suggestions=ABSENT if record.suggested is None else Suggestions.of(*record.suggested),
+            against=ABSENT if record.against is None else Against.of(record.against),
             faces=_faces(record),
             **({} if balanced is None else _balanced(balanced, record)),
         )

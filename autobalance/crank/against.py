@@ -1,0 +1,146 @@
+"""A crank held against another, a scan against its drawing: aligned on axis and throws, then on all points.
+
+Distances are from the nearest of many points on the drawing, along the surface's own direction there
+(point to plane), and least squares over them gives the last of the alignment.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.solid.roughness.estimate import vertex_areas
+from autobalance.types import Array, Indices
+
+POINTS = 400_000
+"""Points on the drawing's surface."""
+TRIED = 2_000
+"""Points of the scan by which alignments are compared ..."""
+FITTED = 20_000
+"""... and by which the best one is refined, in so many rounds."""
+ROUNDS = 12
+OUTLIER = 4.0
+"""Points farther off than so many times the typical distance do not count in the alignment: dents, cuts."""
+BESIDE = 3.0
+"""Nearest points that lie aside by more spacings than this are not below: at an edge, or beyond a hole."""
+
+
+@dataclass(frozen=True, eq=False)
+class Aligned:
+    """A crank aligned with another one.
+
+    ``motion`` (4, 4) takes the other's rotor frame to this one's, ``turn`` (4, 4) the same by axis and throws
+    alone; ``distances_mm`` (n,) are those of this one's vertices from the other's surface, outside positive,
+    and ``weights`` (n,) the areas that they stand for.
+    """
+
+    motion: Array
+    turn: Array
+    distances_mm: Array
+    weights: Array
+
+
+def aligned(mesh: Mesh, anatomy: Anatomy, other: Mesh, other_anatomy: Anatomy) -> Aligned:
+    """Align a crank with another, both meshes in their files' coordinates [mm]."""
+    here, there = mesh.moved(anatomy.file_to_rotor), other.moved(other_anatomy.file_to_rotor)
+    surface = _Surface.of(there)
+    areas = vertex_areas(here)
+    tried = _some(here.vertices, TRIED)
+    turns = list(_turns(anatomy, other_anatomy))
+    turn = min(turns, key=lambda each: float(np.median(np.abs(surface.distances(_back(tried, each))))))
+    motion = _refined(_some(here.vertices, FITTED), surface, turn)
+    return Aligned(motion, turn, surface.distances(_back(here.vertices, motion)), areas)
+
+
+def _some(points: Array, count: int) -> Array:
+    return points[:: max(1, len(points) // count)]
+
+
+def _back(points: Array, motion: Array) -> Array:
+    placed: Array = (points - motion[:3, 3]) @ motion[:3, :3]
+    return placed
+
+
+def _turns(anatomy: Anatomy, other: Anatomy) -> Iterator[Array]:
+    """Yield motions (4, 4) by which axis and crankpin 1 meet the other's throws, either end first."""
+    for sense in (1.0, -1.0):
+        for throw in other.throws:
+            pin = throw.crankpin.centre_mm
+            angle = -math.atan2(sense * pin[1], pin[0])
+            c, s = math.cos(angle), math.sin(angle)
+            turn = np.eye(4)
+            about_z = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+            turn[:3, :3] = about_z @ np.diag([1.0, sense, sense])
+            turn[2, 3] = anatomy.throws[0].crankpin.centre_mm[2] - sense * pin[2]
+            yield turn
+
+
+@dataclass(frozen=True, eq=False)
+class _Surface:
+    """Points (n, 3) on a surface with its directions (n, 3) there, and how far apart they are."""
+
+    points: Array
+    normals: Array
+    spacing_mm: float
+    tree: object
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> _Surface:
+        from scipy.spatial import cKDTree
+
+        area = 0.5 * mesh.doubled_areas
+        rng = np.random.default_rng(0)
+        owner = np.searchsorted(np.cumsum(area), (np.arange(POINTS) + 0.5) * area.sum() / POINTS)
+        owner = owner.clip(max=len(area) - 1)
+        u, v = rng.random((2, POINTS))
+        u, v = np.where(u + v > 1.0, 1.0 - u, u), np.where(u + v > 1.0, 1.0 - v, v)
+        a, b, c = (mesh.vertices.take(column.take(owner), axis=0) for column in mesh.triangles.T)
+        points = a + u[:, None] * (b - a) + v[:, None] * (c - a)
+        normals = mesh.area_vectors.take(owner, axis=0) / mesh.doubled_areas.take(owner)[:, None]
+        return cls(points, normals, math.sqrt(float(area.sum()) / POINTS), cKDTree(points))
+
+    def below(self, points: Array) -> Indices:
+        """Return which of its points are nearest to points (n, 3)."""
+        return np.asarray(self.tree.query(points)[1])  # type: ignore[attr-defined]
+
+    def distances(self, points: Array) -> Array:
+        """Return how far points (n, 3) lie outside."""
+        nearest = self.below(points)
+        arm = points - self.points.take(nearest, axis=0)
+        along = np.einsum("ij,ij->i", arm, self.normals.take(nearest, axis=0))
+        whole = np.linalg.norm(arm, axis=1)
+        aside = np.sqrt(np.maximum(whole**2 - along**2, 0.0)) > BESIDE * self.spacing_mm
+        return np.asarray(np.where(aside, np.copysign(whole, along), along))
+
+
+def _refined(points: Array, surface: _Surface, turn: Array) -> Array:
+    """Return a motion by which points lie on a surface best, by least squares point to plane."""
+    motion = turn.copy()
+    for _ in range(ROUNDS):
+        local = _back(points, motion)
+        nearest = surface.below(local)
+        normals = surface.normals.take(nearest, axis=0)
+        off = np.einsum("ij,ij->i", local - surface.points.take(nearest, axis=0), normals)
+        typical = max(1.4826 * float(np.median(np.abs(off))), 1e-6)
+        keep = np.abs(off) < OUTLIER * typical
+        rows = np.concatenate([np.cross(local[keep], normals[keep]), normals[keep]], axis=1)
+        step = np.linalg.lstsq(rows, -off[keep], rcond=None)[0]
+        moved = np.eye(4)
+        moved[:3, :3] = _turned(step[:3])
+        moved[:3, 3] = step[3:]
+        motion = motion @ np.linalg.inv(moved)
+        if float(np.abs(step).max()) < 1e-7:
+            break
+    return motion
+
+
+def _turned(vector: Array) -> Array:
+    from scipy.spatial.transform import Rotation
+
+    turn: Array = Rotation.from_rotvec(vector).as_matrix()
+    return turn
