@@ -1,6 +1,6 @@
 """The tree of errors that a user can cause; each owns its exit code."""
 
-LONGEST = 1500
+LONGEST_MESSAGE = 1500
 """Characters of a message; a file may hold a name as long as itself."""
 MOST_LINES = 20
 """Further faults of one file that are listed; more are counted."""
@@ -14,8 +14,8 @@ def one_line(text: str) -> str:
     >>> print(one_line("two\nlines"))
     two\nlines
     """
-    shown = "".join(each if each.isprintable() else repr(each)[1:-1] for each in text[:LONGEST])
-    return shown if len(text) <= LONGEST else f"{shown} ..."
+    shown = "".join(each if each.isprintable() else repr(each)[1:-1] for each in text[:LONGEST_MESSAGE])
+    return shown if len(text) <= LONGEST_MESSAGE else f"{shown} ..."
 
 
 class AutobalanceError(Exception):

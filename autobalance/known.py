@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any, TypeVar
 
-MOST = 24
+KEPT_OF_A_KIND = 24
 """Results kept of each kind: solids of some megabytes."""
 T = TypeVar("T")
 
@@ -29,7 +29,7 @@ class Known:
             kept[key] = of, work()
         kept.move_to_end(key)
         result: T = kept[key][1]
-        while len(kept) > MOST:
+        while len(kept) > KEPT_OF_A_KIND:
             kept.popitem(last=False)
         return result
 

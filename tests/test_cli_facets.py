@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.balancing.chordal_correction import COARSE, needed
+from autobalance.balancing.chordal_correction import MAX_DOUBT, needed
 from autobalance.crank.parametric.design import preset
 from autobalance.crank.parametric.generate import crank_solid, exact_moments
 from autobalance.machine_models.facet_correction import FacetCorrection
@@ -153,13 +153,15 @@ def test_what_is_needed_falls_as_the_square() -> None:
         judge="dynamic",
     )
     found = error(1.0, 20.0, 0.0, 0.0)
-    most = COARSE * tolerance.permissible_g_mm
+    most = MAX_DOUBT * tolerance.permissible_g_mm
     assert needed(found, tolerance, Share(most, (0.0, 0.0))) is None
     resultant = needed(found, tolerance, Share(4.0 * most, (0.0, 0.0)))
     assert resultant is not None
     assert resultant.finer == pytest.approx(2.0)
     assert resultant.sag_mm == pytest.approx(0.01)
-    plane = needed(found, tolerance, Share(most, (0.0, 9.0 * COARSE * tolerance.planes[1].permissible_g_mm)))
+    plane = needed(
+        found, tolerance, Share(most, (0.0, 9.0 * MAX_DOUBT * tolerance.planes[1].permissible_g_mm))
+    )
     assert plane is not None
     assert plane.finer == pytest.approx(3.0)
     assert "of plane B in doubt" in plane.text

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from autobalance.fem_analysis.mesher import SurfaceSolid
     from autobalance.job.files.fem import FemJob
 
-EXACT = (".step", ".stp")
+TRUE_SURFACE_ENDINGS = (".step", ".stp")
 """Endings of files of which the mesher takes the true surfaces."""
 FINEST_MM = 1e-3
 """Edges shorter than this, where crankpin and bore meet, are merged before meshing."""
@@ -135,7 +135,7 @@ def _read(job: FemJob) -> tuple[SurfaceSolid | Path, FemFile]:
     need_libraries()
     if job.crankpin_in_file is False:
         return _with_crankpins(job)
-    if job.file.suffix.lower() in EXACT:
+    if job.file.suffix.lower() in TRUE_SURFACE_ENDINGS:
         digest = sha256(file_bytes(job.file)).hexdigest()
         return job.file, FemFile(file=job.file.name, sha256=digest, format="step", repairs=())
     source = read(job.file, job.unit, job.body)

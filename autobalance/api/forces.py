@@ -54,7 +54,7 @@ class ForcesResult(VerbResult):
         return Plots({**drawn, **_mount_plots(self.report["mounts"])} if "mounts" in self.report else drawn)
 
 
-BEYOND = (-0.5, 1.5)
+FACTORS_ON_MOUNTS = (-0.5, 1.5)
 """Balance factors on mounts: below 0 the crank is underbalanced on purpose, above 1 overbalanced."""
 
 
@@ -112,7 +112,7 @@ def forces(
     """
     if not 0.0 <= transverse_weight < float("inf"):
         raise UsageError(f"--transverse-weight is {transverse_weight:g}; must be ≥ 0")
-    least, most = BEYOND if mounts else (0.0, 1.0)
+    least, most = FACTORS_ON_MOUNTS if mounts else (0.0, 1.0)
     if not all(least <= factor <= most for factor in factors):
         listed = ",".join(f"{factor:g}" for factor in factors)
         raise UsageError(f"--factors is {listed!r}; each must be {least:g} to {most:g}")

@@ -23,7 +23,7 @@ from autobalance.balancing.machine_reading import (
 from autobalance.balancing.measured_crank import input_file, measured_source, work_on_faces
 from autobalance.balancing.reading_mistakes import (
     DOUBTS,
-    EXPLAINS,
+    MAX_LEFT,
     Comparison,
     Suspect,
     bob_weight_fit,
@@ -226,7 +226,7 @@ class RecutStage:
             return
         fitted = bob_weight_fit(seen(off), seen(self._per_gram()))
         difference = float(np.linalg.norm(seen(off)))
-        if fitted is not None and fitted[1] <= EXPLAINS * difference:
+        if fitted is not None and fitted[1] <= MAX_LEFT * difference:
             self.warnings.append(
                 f"bob_weights_g: the reading is {difference:.4g} g·mm off what the model says; "
                 "bob-weights that are "

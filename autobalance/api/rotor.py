@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 SPEED_RPM = 3000.0
 """Of a crank, where nothing is said."""
-BEYOND = 10.0
+SPEED_MULTIPLE = 10.0
 """Critical speeds are looked for up to so many times a single speed."""
 
 
@@ -125,7 +125,7 @@ def rotor(
 
 def _of_crank(crank: Crank, speed_rpm: float | None, bearing_n_m: float | None) -> RotorResult:
     """Compute the straight rotor in a crank's place."""
-    from autobalance.machine_models.rotor_from_crank import N_M2_PER_N_MM2, WORTH, straight_rotor
+    from autobalance.machine_models.rotor_from_crank import MEANING, N_M2_PER_N_MM2, straight_rotor
 
     if bearing_n_m is not None and not 0.0 <= bearing_n_m < math.inf:
         raise UsageError(f"--bearing is {bearing_n_m:g}; must be ≥ 0")
@@ -134,7 +134,7 @@ def _of_crank(crank: Crank, speed_rpm: float | None, bearing_n_m: float | None) 
     straight = straight_rotor(crank.measured, SPEED_RPM if speed_rpm is None else speed_rpm, bearing_n_m)
     result = analysed(read_rotor(straight.file))
     equivalent = EquivalentShaft(
-        worth=WORTH,
+        worth=MEANING,
         z_of_start_mm=straight.z_of_start_mm,
         throws=[
             ThrowStiffness(
@@ -146,13 +146,13 @@ def _of_crank(crank: Crank, speed_rpm: float | None, bearing_n_m: float | None) 
             for number, each in enumerate(straight.throws, 1)
         ],
     )
-    return RotorResult(replace(result.content, equivalent=equivalent, notes=[WORTH]))
+    return RotorResult(replace(result.content, equivalent=equivalent, notes=[MEANING]))
 
 
 def analysed(request: RotorRequest) -> RotorResult:
     """Compute what a request asks."""
     speeds = request.speeds_rad_s
-    upper = float(speeds[-1]) if len(speeds) > 1 else BEYOND * float(speeds[0])
+    upper = float(speeds[-1]) if len(speeds) > 1 else SPEED_MULTIPLE * float(speeds[0])
     planes = request.balancing.planes_m if request.balancing else ()
     modes = max(request.max_modes, 2 * request.balancing.modes + 2 if request.balancing else 0)
     ready = prepared(request.rotor, max(upper, _run_up_top(request)), modes, (*request.probes_m, *planes))

@@ -17,7 +17,7 @@ from autobalance.solid.chordal_error.estimate import ChordalError
 if TYPE_CHECKING:
     from autobalance.balancing import record
 
-COARSE = 1.0 / 3.0
+MAX_DOUBT = 1.0 / 3.0
 """Share of a permissible value that facets may put in doubt before a mesh is too coarse for the grade."""
 
 
@@ -58,9 +58,9 @@ def needed(facets: ChordalError, tolerance: Tolerance, share: Share) -> record.F
         planes = zip(share.planes_g_mm, tolerance.planes, strict=True)
         used += [hidden / plane.permissible_g_mm for hidden, plane in planes]
     place = int(np.argmax(used))
-    if used[place] <= COARSE:
+    if used[place] <= MAX_DOUBT:
         return None
-    finer = math.sqrt(used[place] / COARSE)
+    finer = math.sqrt(used[place] / MAX_DOUBT)
     names = ["the resultant", *(f"plane {plane.name}" for plane in tolerance.planes)]
     hidden = (share.resultant_g_mm, *share.planes_g_mm)[place]
     permitted = hidden / used[place]

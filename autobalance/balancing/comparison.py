@@ -22,7 +22,7 @@ from autobalance.runtime import Notify
 
 MOST_CAPACITY = 64.0
 """Multiples of the initial unbalance beyond which capacity is plenty."""
-SAME = 1e-3
+EQUAL_SHARE = 1e-3
 """Share by which two figures must differ to count as better or worse."""
 
 
@@ -85,7 +85,7 @@ class Row:
         if other.outcome != "within_tolerance":
             return True
         pairs = list(zip(self._costs(), other._costs(), strict=True))
-        slack = [SAME * max(abs(a), abs(b)) if math.isfinite(a + b) else 0.0 for a, b in pairs]
+        slack = [EQUAL_SHARE * max(abs(a), abs(b)) if math.isfinite(a + b) else 0.0 for a, b in pairs]
         return all(a <= b + s for (a, b), s in zip(pairs, slack, strict=True)) and any(
             a < b - s for (a, b), s in zip(pairs, slack, strict=True)
         )

@@ -31,7 +31,7 @@ SAME_VOLUME = 1e-9
 """Share by which the volume read back may differ from that of the loose triangles written."""
 DISAGREE = 0.02
 """Share of the metal moved by which true surfaces and triangles may differ, beyond what facets hide."""
-CONTRADICTS = 5e-3
+CONTRADICTION = 5e-3
 """Share of the metal moved by which cuts one by one may differ from all of them together."""
 ADD_UP = 1e-3
 """The same of all cuts as they are listed, beyond what files round to."""
@@ -240,7 +240,7 @@ def _refuse_contradiction(
         for (cut, depth), mine in zip(cut_depths, own, strict=True)
     ]
     total, removed_mm3 = sum(volumes), -whole.mass_g / density_g_mm3
-    if abs(total - removed_mm3) > CONTRADICTS * sum(map(abs, volumes)):
+    if abs(total - removed_mm3) > CONTRADICTION * sum(map(abs, volumes)):
         raise SolidError(
             f"the cuts take {total:.6g} mm³ one by one, but {removed_mm3:.6g} mm³ are gone: the file's edges "
             "lie off its faces there; expected a file whose edges lie on their faces, or a mesh of the part"

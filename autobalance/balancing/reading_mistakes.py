@@ -32,7 +32,7 @@ KEYS: dict[Cause, str] = {
 }
 FITTED = ("turned", "scaled", "bob_weights")
 """Causes with a number that is fitted: they count what they leave twice."""
-EXPLAINS = 0.25
+MAX_LEFT = 0.25
 """Of the difference: a cause that leaves at most this is a suspect."""
 LEAST_FACTOR = 1.5
 SHARE_OF_CUTS = 0.1
@@ -107,7 +107,7 @@ def suspects(compared: Comparison) -> list[Suspect]:
     difference = float(np.linalg.norm(compared.difference))
     suspect_of: dict[Cause, Suspect] = {}
     for cause, left, says in _tried(compared):
-        if left <= EXPLAINS * difference and (cause not in suspect_of or left < suspect_of[cause].left_g_mm):
+        if left <= MAX_LEFT * difference and (cause not in suspect_of or left < suspect_of[cause].left_g_mm):
             suspect_of[cause] = Suspect(cause, difference, left, says)
     return sorted(suspect_of.values(), key=lambda each: each.rank)
 

@@ -18,7 +18,7 @@ import numpy as np
 from autobalance.types import Array
 
 NEWTON_STEPS = 10
-ENOUGH = 1e-3
+CONVERGED_CHANGE = 1e-3
 """Relative change after which the next step, its square, does not count."""
 NEAREST = 1.0 - 1e-6
 """Eccentricity ratio that stands for all beyond it: the film's force grows without bound there."""
@@ -98,7 +98,7 @@ def squeeze_velocity(ratio: Array, force: Polar, guess: Polar | None = None) -> 
         new = (tt * radial - rt * tangential) / det, (rr * tangential - rt * radial) / det
         change = np.hypot(new[0] - velocity[0], new[1] - velocity[1])
         velocity = new
-        if (change <= ENOUGH * np.hypot(*new)).all():
+        if (change <= CONVERGED_CHANGE * np.hypot(*new)).all():
             break
     return velocity
 

@@ -28,7 +28,7 @@ ACCURACY = 5e-7
 FINER = 0.1
 """Of that, where a path is closed by Newton's method."""
 CLOSING_STEPS = 12
-TRIED = 1e-4
+RATIO_STEP = 1e-4
 """Step of the eccentricity ratio for the derivative of a cycle's end by its start."""
 
 
@@ -232,12 +232,18 @@ def _closed(motion: _Motion, start: Array, each: int) -> tuple[Array, npt.NDArra
     most = 0.999 * CONTACT
     for step in range(1, CLOSING_STEPS + 1):
         tried = np.concatenate(
-            [start, start + np.array([[TRIED], [0.0]]), start + np.array([[0.0], [TRIED]])], axis=1
+            [
+                start,
+                start + np.array([[RATIO_STEP], [0.0]]),
+                start + np.array([[0.0], [RATIO_STEP]]),
+            ],
+            axis=1,
         )
         paths, ends = _cycle(motion.of(np.tile(np.arange(cases), 3)), tried, FINER * ACCURACY)
         middle = ends[:, :cases]
         slopes = (
-            np.stack([ends[:, cases : 2 * cases] - middle, ends[:, 2 * cases :] - middle], axis=1) / TRIED
+            np.stack([ends[:, cases : 2 * cases] - middle, ends[:, 2 * cases :] - middle], axis=1)
+            / RATIO_STEP
         )
         slopes = np.moveaxis(slopes, -1, 0)
         change = middle - start

@@ -246,7 +246,7 @@ def _stretch(pin: Pin, less_mm: float) -> tuple[float, float]:
 def _room_along_axis_mm(face: Face, stretches: Sequence[tuple[float, float]]) -> float:
     """Return how high metal may stand on a face before it is over one of some stretches of the axis."""
     up = float(face.normal[2])
-    if abs(up) < ALONG:
+    if abs(up) < MIN_AXIAL_NORMAL:
         return math.inf
     z, most = float(face.centroid_mm[2]), math.inf
     for low, high in stretches:
@@ -262,12 +262,12 @@ def _room_inside_mm(places: Array, out: Array, radius_mm: float) -> float:
     if radius_mm <= 0.0 or not len(places) or float(free_mm2.min()) <= 0.0:
         return 0.0
     square, along = float(out @ out), places @ out
-    if square < ALONG**4:  # along the axis
+    if square < MIN_AXIAL_NORMAL**4:  # along the axis
         return math.inf
     return float(((np.sqrt(along**2 + square * free_mm2) - along) / square).min())
 
 
-ALONG = 0.1
+MIN_AXIAL_NORMAL = 0.1
 """Component along the axis that the normal of a face has, at least, from which metal grows towards rods."""
 
 

@@ -23,7 +23,7 @@ from autobalance.solid.csg.solid import Solid, union
 MUCH = 0.3
 """Share of the lesser of two cuts up to which both may want the same metal. Plans count that twice at first;
 each pass of cutting and planning again leaves about that share of the error."""
-NOTHING = 1e-6
+ROUNDING_SHARE = 1e-6
 """Share of it that is no metal, but the rounding of two outlines that touch."""
 STEPS = 5
 """How often the depth that two cuts may both have is halved upon: to 3 % of the deeper one."""
@@ -67,7 +67,7 @@ def overlaps(
         one, other = cuts[first], cuts[second]
         deepest = max(one.max_depth_mm, other.max_depth_mm)
         share = _shared(one, other, deepest)
-        if share <= NOTHING:
+        if share <= ROUNDING_SHARE:
             continue
         both.append(Overlap(first, second))
         if share > MUCH:

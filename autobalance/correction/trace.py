@@ -30,7 +30,7 @@ measured then, and found to be other than claimed."""
 SLACK_MM = 0.2
 FAR_MM = 1e4
 """Beyond any crank."""
-MOST = 1e6
+GREATEST_VALUE = 1e6
 """No length [mm] or density [kg/m³] of a correction is greater."""
 ON_PLANE = 0.999
 """Cosine between normals of facets of one plane, at least."""
@@ -207,9 +207,9 @@ def stated_number(item: Item, key: str) -> float:
     value = item.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise FormatError(f"{key} of a correction of kind {item.get('kind')!r} is no number")
-    if abs(value) > MOST:
+    if abs(value) > GREATEST_VALUE:
         raise FormatError(
-            f"{key} of a correction of kind {item.get('kind')!r} is {value:g}; at most {MOST:g}"
+            f"{key} of a correction of kind {item.get('kind')!r} is {value:g}; at most {GREATEST_VALUE:g}"
         )
     return float(value)
 

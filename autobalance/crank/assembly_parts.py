@@ -24,11 +24,11 @@ Role = Literal[
     "crank", "rod", "wrist_pin", "small_end_bearing", "big_end_bearing", "piston", "on_piston", "other"
 ]
 
-WITHIN = 1.02
+BORE_RADII = 1.02
 """A pin or bearing lies within this many radii of the eye's bore: drawn with no play, or pressed in."""
 BUSH = 0.7
 """A bearing in an eye leaves at least this share of the bore's radius free."""
-LONG = 1.25
+WRIST_PIN_WIDTHS = 1.25
 """A wrist pin is longer than this many widths of the small end; bushes are not."""
 LEAST_CRANK = 0.05
 """A crank has at least this share of the largest body's volume."""
@@ -38,7 +38,7 @@ ON_PIN = 0.05
 """The big end's axis is the crankpin's when they are apart by less than this share of the bore's radius."""
 ROOM = 0.02
 """Rings and clips stand out of the piston's box by at most this share of its size."""
-ALIKE = 1e-3
+EQUAL_VOLUME_SHARE = 1e-3
 """Bodies whose volumes differ by less are the same part again."""
 
 
@@ -130,9 +130,9 @@ def _beside_a_rod(body: BodySource, rods: Sequence[RodEyes]) -> AssemblyPart:
             radius = 0.5 * eye.diameter_mm
             middle = 0.0 if eye is eyes.big else eyes.offset_mm
             holds_middle = float(placed[:, 2].min()) < middle < float(placed[:, 2].max())
-            if float(away.max()) > WITHIN * radius or not holds_middle:
+            if float(away.max()) > BORE_RADII * radius or not holds_middle:
                 continue
-            if eye is eyes.small and float(np.ptp(placed[:, 2])) > LONG * eye.width_mm:
+            if eye is eyes.small and float(np.ptp(placed[:, 2])) > WRIST_PIN_WIDTHS * eye.width_mm:
                 return AssemblyPart(body, "wrist_pin", number)
             if float(away.min()) > BUSH * radius:
                 role: Role = "small_end_bearing" if eye is eyes.small else "big_end_bearing"

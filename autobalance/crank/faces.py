@@ -32,7 +32,7 @@ MOST_OF = 0.7
 """... and followed up if the cells around it hold this share of that area."""
 ONE_DIRECTION = (2e-3, 1e-3)
 """Triangles face one way when their unit normals differ by less than this, narrowed in steps [rad]."""
-FLAT = 2e-6
+FLAT_SHARE = 2e-6
 """Vertices this near to a plane lie on it, as a share of the part's diagonal plus its distance from the
 file's origin: a few roundings of float32."""
 SQUARE_RAD = 0.02
@@ -63,7 +63,7 @@ def find_faces(mesh: Mesh, anatomy: Anatomy, surfaces: Surfaces | None = None) -
     if anatomy.scan is not None:
         return tuple(_named(_scanned_faces(mesh, anatomy, anatomy.scan), anatomy, mesh.diagonal_mm))
     low, high = mesh.bounds
-    flat = FLAT * (mesh.diagonal_mm + float(np.abs([low, high]).max()))
+    flat = FLAT_SHARE * (mesh.diagonal_mm + float(np.abs([low, high]).max()))
     size = mesh.doubled_areas
     surface = 0.5 * float(size.sum())
     look = _Look(mesh, anatomy, size, surface, flat)

@@ -21,7 +21,7 @@ SLICE_MM = 1.0
 """Thickness of the slices in which a web's holes are closed."""
 SLANT = 1.5
 """How far a hole may move across in a slice, over its thickness: 56° from the axis."""
-AROUND = 1.02
+OUTLINE_RADII = 1.02
 """Over a pin's radius: where its own outline is looked for."""
 END = 0.02
 """Share of a pin's length at its ends where webs and fillets may begin."""
@@ -89,7 +89,7 @@ def _room_in_pin(solid: Solid, anatomy: Anatomy, pin: Pin) -> Solid:
     (low, high), z = pin.z_range_mm, float(pin.centre_mm[2])
     x, y = (float(each) for each in pin.centre_mm[:2])
     slab = solid.above(low + END * (high - low)).below(high - END * (high - low))
-    circle = Region.circle(0.5 * AROUND * pin.diameter_mm, 128, (x, y))
+    circle = Region.circle(0.5 * OUTLINE_RADII * pin.diameter_mm, 128, (x, y))
     outline = _filled((Solid.prism(circle, low, high) & slab).shadow())
     if outline.is_empty:
         return Solid.nothing()

@@ -21,7 +21,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 RAYS = 181
-FAR = 2.0
+FAR_RATIO = 2.0
 LEAST_HOLD_MM = 0.5
 SNAP_MM = 1e-3
 SECTIONS = 5
@@ -127,7 +127,7 @@ def free_metal(design: DesignJob, crank: Crank) -> FreeMetal:
     solid = crank.source.solid.moved(crank.anatomy.file_to_rotor)
     bodies, starts, webs, bounds, errors = [], [], [], [], []
     region = Solid.nothing()
-    far = FAR * float(np.abs(solid.bounds[:, :2]).max())
+    far = FAR_RATIO * float(np.abs(solid.bounds[:, :2]).max())
     for index, part in enumerate(design.parts):
         webs_here = [_free_web(part, index, number, crank, solid) for number in part.webs]
         body, start, error = _body(part, webs_here[0], solid)

@@ -39,7 +39,7 @@ G_MM2_PER_KG_MM2 = 1000.0
 LOAD, STRESS, FREQUENCY = "greatest_main_load_N", "greatest_stress_MPa", "first_frequency_hz"
 AIM = 1e-9
 """Share of the permissible value that is left by the solution, by the profiles' own moments."""
-ALLOWED = 0.01
+MAX_SHARE = 0.01
 """Share of every permissible value that a written design may leave."""
 STEPS = 12
 
@@ -317,7 +317,7 @@ class Problem:
         """Return everything a design must keep; ``exact`` sweeps finely."""
         share = self.tolerance(moments).used_share(residual)
         constraints = [
-            Constraint("residual", share, ALLOWED, "share of permissible", ALLOWED - share, ALLOWED)
+            Constraint("residual", share, MAX_SHARE, "share of permissible", MAX_SHARE - share, MAX_SHARE)
         ]
         amounts, envelope = self.amounts(variables), self.design.envelope
         for k in range(len(self.free.parts)):

@@ -23,7 +23,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 T_MM3_PER_G_MM3 = 1e-6
-NEAR = 0.03
+SURFACE_SHARE = 0.03
 """Share of a pin's radius by which a surface of it may be off, faceted as it is."""
 
 
@@ -111,7 +111,7 @@ def _facets_on(body: ElasticBody, pin: Pin, z_mm: tuple[float, float], name: str
     corners = body.mesh.p[:, body.mesh.facets[:, facets]]
     radius = 0.5 * pin.diameter_mm
     off = np.hypot(corners[0] - pin.centre_mm[0], corners[1] - pin.centre_mm[1])
-    slack = NEAR * radius
+    slack = SURFACE_SHARE * radius
     on = (np.abs(off - radius) < slack).all(axis=0)
     on &= ((corners[2] > z_mm[0] - slack) & (corners[2] < z_mm[1] + slack)).all(axis=0)
     if not on.any():

@@ -10,7 +10,7 @@ import numpy as np
 from autobalance.design_search.build import with_profiles
 from autobalance.design_search.envelope import Amounts, Constraint
 from autobalance.design_search.neighbours import Clearance
-from autobalance.design_search.problem import ALLOWED, Problem
+from autobalance.design_search.problem import MAX_SHARE, Problem
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid
@@ -19,7 +19,7 @@ from autobalance.solid.mesh.measure import soup_moments
 from autobalance.types import Array
 
 PASSES = 6
-ENOUGH = 0.1
+AIM_SHARE = 0.1
 """Share of what is allowed that is aimed at: the frame found again on the file moves by its rounding."""
 FORMAT = "stl"
 
@@ -73,7 +73,7 @@ def written(problem: Problem, variables: Array) -> WrittenDesign:
         design = _made(problem, solved)
         if best is None or design.used_share < best.used_share:
             best = design
-        if best.used_share <= ENOUGH * ALLOWED:
+        if best.used_share <= AIM_SHARE * MAX_SHARE:
             break
         off = design.residual.components - problem.residual(problem.moments(solved)[0]).components
     assert best is not None

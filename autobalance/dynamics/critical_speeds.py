@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import splu
 
 from autobalance.dynamics.rotor_matrices import Sparse
-from autobalance.dynamics.rotor_preparation import KEPT, SPARE_MODES, PreparedRotor
+from autobalance.dynamics.rotor_preparation import KEPT_FREQUENCIES, SPARE_MODES, PreparedRotor
 from autobalance.dynamics.rotor_reduction import ReducedRotor, reduced_rotor
 from autobalance.dynamics.whirl_modes import (
     OVERDAMPED,
@@ -25,7 +25,7 @@ from autobalance.types import Array, Complex
 
 SCANNED = 120
 """Speeds at which frequencies are compared with the speed, where no direct solution exists."""
-SAME = 1e-8
+EQUAL_SPEED_SHARE = 1e-8
 """Relative distance of two critical speeds that are reported as one."""
 SECANT_STEPS = 4
 
@@ -48,7 +48,7 @@ def critical_speeds(prepared: PreparedRotor, upper_rad_s: float) -> list[Critica
     """
     if upper_rad_s <= 0.0:
         return []
-    reduced = reduced_rotor(prepared.matrices, KEPT * upper_rad_s, least=SPARE_MODES)
+    reduced = reduced_rotor(prepared.matrices, KEPT_FREQUENCIES * upper_rad_s, least=SPARE_MODES)
     if prepared.rotor.constant_bearings and reduced.conservative(0.0):
         criticals = _direct(reduced, upper_rad_s)
     else:
@@ -64,7 +64,7 @@ def _pairs_as_one(criticals: list[CriticalSpeed]) -> list[CriticalSpeed]:
     """
     kept: list[CriticalSpeed] = []
     for each in criticals:
-        if kept and each.speed_rad_s - kept[-1].speed_rad_s <= SAME * each.speed_rad_s:
+        if kept and each.speed_rad_s - kept[-1].speed_rad_s <= EQUAL_SPEED_SHARE * each.speed_rad_s:
             kept[-1] = CriticalSpeed(kept[-1].speed_rad_s, None, kept[-1].log_decrement)
         else:
             kept.append(each)

@@ -29,7 +29,7 @@ SECTORS = 24
 ROUNDS = 60
 SECONDS = 40.0
 """Longest time of the solver; ``bound`` shows what is not proven by then."""
-OVER = 1e-7
+ROUNDING_SHARE = 1e-7
 """Relative, by which a sum may pass its limit: rounding."""
 TIE = 1e-7
 """What a weight costs against the residual: of equal sets, the smaller is taken."""
@@ -349,7 +349,7 @@ class _Search:
 
     def _allowed(self, weights: FittedWeights) -> bool:
         limits = np.array([each.limit_g_mm for each in self.fittings])
-        return bool((np.abs(weights.sums_g_mm) <= (1.0 + OVER) * limits).all())
+        return bool((np.abs(weights.sums_g_mm) <= (1.0 + ROUNDING_SHARE) * limits).all())
 
     def _refine(self, program: _Program, x: Array) -> None:
         """Touch each circle where the solution is, and cut the chosen arcs into four."""

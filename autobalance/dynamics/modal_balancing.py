@@ -18,7 +18,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from autobalance.dynamics.critical_speeds import SAME
+from autobalance.dynamics.critical_speeds import EQUAL_SPEED_SHARE
 from autobalance.dynamics.rotor_reduction import ReducedRotor
 from autobalance.types import Array, Complex
 
@@ -59,7 +59,7 @@ def modal_shapes(reduced: ReducedRotor, count: int) -> tuple[Array, Complex]:
 def _same(square: float, shape: Complex, other: tuple[float, Complex]) -> bool:
     """Return whether two modes are the same motion in two planes."""
     alike = abs(np.vdot(shape, other[1])) / (np.linalg.norm(shape) * np.linalg.norm(other[1]))
-    return bool(abs(square / other[0] - 1.0) <= 1e3 * SAME and alike > 1.0 - 1e-6)
+    return bool(abs(square / other[0] - 1.0) <= 1e3 * EQUAL_SPEED_SHARE and alike > 1.0 - 1e-6)
 
 
 def modal_correction(

@@ -21,7 +21,7 @@ REDUCTION_ERROR = 1e-5
 """Of a frequency in Campbell diagrams; single modes and critical speeds are refined to less."""
 MOST_STIFF = 1e13
 """Times the stiffness of a bearing up to which rounding of the shaft's leaves three digits of it."""
-KEPT = 4.0
+KEPT_FREQUENCIES = 4.0
 """Modes kept in a reduction: up to so many times the highest frequency asked for."""
 SPARE_MODES = 2
 TRIES = 5
@@ -68,7 +68,7 @@ def prepared(
     stations = _stations(rotor, stations_m)
     matrices, top = _divided(rotor, stations, top_speed_rad_s, modes)
     _check_rounding(matrices)
-    keep = KEPT * top
+    keep = KEPT_FREQUENCIES * top
     for _ in range(TRIES):
         reduced = reduced_rotor(matrices, keep, least=2 * modes // 2 + SPARE_MODES)
         coarse = modes_at(reduced, top_speed_rad_s, modes)[:: max(1, modes // 4)]

@@ -20,7 +20,7 @@ from autobalance.types import Array
 
 ROUNDING = 1e-12
 """Share of the greatest 1/ω² below which a planar mode is rounding."""
-MORE = 1e-9
+KEPT_ENERGY_SHARE = 1e-9
 """Share of a static shape's energy beyond the kept modes from which it is kept too."""
 
 
@@ -157,7 +157,7 @@ def _static_shapes(matrices: RotorMatrices, kept: Array, shifted: Array) -> Arra
     for _ in range(2):  # twice, for rounding
         answers = answers - kept @ (kept.T @ (mass @ answers))
     energy, mix = np.linalg.eigh(answers.T @ shifted @ answers)
-    answers = answers @ mix[:, energy > MORE] / np.sqrt(energy[energy > MORE])
+    answers = answers @ mix[:, energy > KEPT_ENERGY_SHARE] / np.sqrt(energy[energy > KEPT_ENERGY_SHARE])
     size, mix = np.linalg.eigh(answers.T @ (mass @ answers))
     return np.asarray(answers @ mix / np.sqrt(size))
 

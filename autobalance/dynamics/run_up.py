@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from autobalance.dynamics.rotor_reduction import ReducedRotor
 from autobalance.types import Array, Complex
 
-KEPT = 3.0
+KEPT_SPEEDS = 3.0
 """Planar modes are kept up to so many times the highest speed."""
 PRECISION = 1e-7
 STIFF = 10.0
@@ -57,7 +57,7 @@ def run_up(
     points : int
         Times of the result, evenly spaced.
     """
-    kept = _lowest(reduced, KEPT * max(start_rad_s, end_rad_s))
+    kept = _lowest(reduced, KEPT_SPEEDS * max(start_rad_s, end_rad_s))
     size = 2 * kept.basis.shape[1]
     acceleration = (end_rad_s - start_rad_s) / duration_s
     unbalances = [(each.z_m, each.phasor_kg_m) for each in kept.matrices.rotor.unbalances]

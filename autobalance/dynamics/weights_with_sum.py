@@ -10,7 +10,7 @@ from autobalance.types import Array
 
 Fitted = tuple[float, float]
 """A weight that is fitted: where [rad] and how much [g·mm]."""
-OVER = 1e-7
+ROUNDING = 1e-7
 """Relative, by which a sum may pass what the stock makes: rounding."""
 
 
@@ -44,7 +44,7 @@ def weights_with_sum(total_g_mm: complex, stock_g_mm: Array) -> tuple[Fitted, ..
     same = [weight for weight in stock if math.isclose(weight, size, rel_tol=1e-7)]
     if same:
         return ((angle, same[0]),)
-    pairs = [(a, b) for a in stock for b in stock if a <= b and b - a <= size <= (a + b) * (1.0 + OVER)]
+    pairs = [(a, b) for a in stock for b in stock if a <= b and b - a <= size <= (a + b) * (1.0 + ROUNDING)]
     if pairs:
         a, b = min(pairs, key=sum)
         turn_a = math.acos(max(-1.0, min(1.0, (size**2 + a**2 - b**2) / (2.0 * size * a))))

@@ -28,7 +28,7 @@ ONE_VALUE = 1e-8
 ONE_VECTOR = 1e-6
 """Share of a second vector beside the first below which both are one mode."""
 NEWTON_STEPS = 3
-CLOSE = 1e-12
+CLOSE_SHARE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,7 +206,7 @@ def refined(reduced: ReducedRotor, speed_rad_s: float, modes: Sequence[WhirlMode
         for _ in range(NEWTON_STEPS):
             step, vector = _newton(mass, damping, stiffness, value, vector)
             value = value - step
-            if abs(step) <= CLOSE * abs(value):
+            if abs(step) <= CLOSE_SHARE * abs(value):
                 break
         if conservative:
             value = 1j * value.imag

@@ -15,7 +15,7 @@ from autobalance.types import Array, Indices
 
 INTEGRATED_ORDER = 4
 """Exact for the mass of straight elements; curved ones lose nothing that counts."""
-FLATTENED = 0.2
+FLATTENED_SHARE = 0.2
 """An element of which the Jacobian falls below this share of its mean gets straight edges."""
 CHUNK = 4000
 GAUSS = (0.5854101966249685, 0.1381966011250105)
@@ -285,7 +285,7 @@ def _distorted(mesh: Any) -> NDArray[np.bool_]:
     reference = np.concatenate([np.eye(3, 4, 1), np.full((3, 1), 0.25)], axis=1)  # corners and middle
     jacobian = mesh.mapping().detDF(reference)
     mean = jacobian.mean(axis=1)
-    distorted: NDArray[np.bool_] = (jacobian / mean[:, None]).min(axis=1) < FLATTENED
+    distorted: NDArray[np.bool_] = (jacobian / mean[:, None]).min(axis=1) < FLATTENED_SHARE
     return distorted
 
 

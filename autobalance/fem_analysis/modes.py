@@ -21,13 +21,13 @@ SHIFT = 0.3
 """The shift, as a frequency over that of a wave along the body: below the first mode of all but needles."""
 RIGID_SHARE = 1e-4
 """A rigid motion's ω² is rounding: far below this share of the shift's."""
-MORE = 6
+EXTRA_MODES = 6
 """Modes found beyond those asked for: a round body has each bending mode twice, and Lanczos may find the
 second one late."""
 SLICES = 40
-THIN = 1e-12
+THIN_SHARE = 1e-12
 """A slice with less moment of inertia, as a share of the greatest, is nodes on the axis: it does not turn."""
-CLEAR = 0.6
+KIND_SHARE = 0.6
 """Share of the kinetic energy that makes a kind."""
 
 
@@ -116,7 +116,7 @@ def _lowest(
     factor = factorised(stiffness + shift * mass)
     inverse = LinearOperator((size, size), matvec=factor.solve, dtype=np.float64)
     start = np.random.default_rng(1).standard_normal(size)
-    count_sought = min(count + MORE, size - 1)
+    count_sought = min(count + EXTRA_MODES, size - 1)
     values, vectors = eigsh(
         stiffness,
         k=count_sought,
@@ -177,7 +177,7 @@ class SliceMotions:
         tilt = self._tilt(moved[:, 2] - mean[self.number, 2])
         shares: dict[Kind, float] = {"bending": across + tilt, "torsion": torsion, "axial": along}
         best = max(shares, key=lambda name: shares[name])
-        return best if shares[best] >= CLEAR * total else "mixed"
+        return best if shares[best] >= KIND_SHARE * total else "mixed"
 
     def _tilt(self, along: Array) -> float:
         """Return the energy of the slices' rotation about axes across."""
@@ -199,7 +199,7 @@ class SliceMotions:
 
 def _over(moment: Array, arm: Array) -> Array:
     """Return how fast slices turn; one with nothing off its axis does not."""
-    quotient: Array = np.divide(moment, arm, out=np.zeros_like(arm), where=arm > THIN * arm.max())
+    quotient: Array = np.divide(moment, arm, out=np.zeros_like(arm), where=arm > THIN_SHARE * arm.max())
     return quotient
 
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.crank.assembly_parts import ALIKE, AssemblyPart, Role
+from autobalance.crank.assembly_parts import EQUAL_VOLUME_SHARE, AssemblyPart, Role
 from autobalance.job.template import OtherParts
 
 TABLES: Mapping[Role, str] = {
@@ -68,7 +68,7 @@ def other_parts(
 def _per_throw(rods: Sequence[AssemblyPart], throws: int) -> int:
     """Return how many rods share a crankpin, where all are alike and spread evenly."""
     volumes = [part.body.source.volume_mm3 for part in rods]
-    alike = bool(volumes) and max(volumes) - min(volumes) <= ALIKE * max(volumes)
+    alike = bool(volumes) and max(volumes) - min(volumes) <= EQUAL_VOLUME_SHARE * max(volumes)
     return len(rods) // throws if alike and len(rods) % throws == 0 else 1
 
 

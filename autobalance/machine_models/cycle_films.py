@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 FILM_ANGLE_STRIDE = 2
 """Angles of the grid from one force to the next: a degree, and two where there are many bearings."""
-FEW = 100
+FEW_BEARINGS = 100
 """Bearings up to which they are not many."""
 
 
@@ -117,7 +117,7 @@ def _orbits(
     """Return the orbits of journals under forces (k, n) on their bushes."""
     from autobalance.bearings.orbit import film_orbits
 
-    every = FILM_ANGLE_STRIDE if len(force_n) <= FEW else 2 * FILM_ANGLE_STRIDE
+    every = FILM_ANGLE_STRIDE if len(force_n) <= FEW_BEARINGS else 2 * FILM_ANGLE_STRIDE
     even = force_n[:, : firing.grid.even_rad.size : every].T
     return film_orbits(
         firing.grid.even_rad[::every],

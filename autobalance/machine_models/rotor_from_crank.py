@@ -24,7 +24,7 @@ N_M2_PER_N_MM2 = 1e-6
 WEIGHTLESS = 8.0
 """Density of the shaft [kg/m³], a thousandth of steel's: the discs have the crank's mass."""
 LEAST_SHARE = 1e-9
-WORTH = (
+MEANING = (
     "A throw bends more easily in its own plane than across it, and throws point different ways; a straight"
     " shaft has one stiffness, the mean of both. An estimate of size alone: free in space the bundled"
     " motocross single came out at 1.24 kHz, its solid at 1.6 kHz in one plane and 2.4 kHz in the other; a"

@@ -25,7 +25,7 @@ SHARES_OF_RADIUS = (0.4, 0.3)
 """Size of elements on a curved surface, over its radius, the second where the mesher fails at the first."""
 LONGEST_S = 45.0
 """Time for the meshes of all throws [s]: on some solids the mesher never ends."""
-SAME = 1e-5
+EQUAL_MOMENTS_SHARE = 1e-5
 """Throws whose volume, first and second moments agree to this share are alike."""
 
 
@@ -73,7 +73,7 @@ def throw_twists(
             continue
         piece = solid.above(ends[0]).below(ends[1])
         looks = _looks(piece, throw, ends)
-        alike = [each for other, each in known if np.allclose(looks, other, rtol=SAME)]
+        alike = [each for other, each in known if np.allclose(looks, other, rtol=EQUAL_MOMENTS_SHARE)]
         try:
             stiffness = alike[0] if alike else _twisted(piece, material, size_mm, deadline)
         except SolidError as error:  # the formulas still hold: the rest of the report is worth having

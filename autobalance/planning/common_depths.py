@@ -150,7 +150,7 @@ def _on_steps(task: Task, groups: Groups, plan: Plan, bounds: tuple[Array, Array
     return min(tried, key=lambda here: key(here.share))
 
 
-TRIED = 12
+TRIED_GROUPS = 12
 
 
 def _nearest(
@@ -163,4 +163,4 @@ def _nearest(
     every = list(product(*choices))
     judged = rows @ plan.predicted.components + (np.array(every) - now) @ slopes @ rows.T
     shares = np.hypot(judged[:, 0::2], judged[:, 1::2]).max(axis=1)
-    return [every[k] for k in in_order(shares)[:TRIED].tolist()]
+    return [every[k] for k in in_order(shares)[:TRIED_GROUPS].tolist()]

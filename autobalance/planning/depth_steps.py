@@ -13,12 +13,12 @@ from autobalance.planning.task import Task, part_of
 from autobalance.planning.ties import in_order, is_less
 from autobalance.types import Array
 
-WORTH = 1e-4
+WORTH_SHARE = 1e-4
 """Share of the cost that another step of the depths must save."""
 COMBINATIONS = 50_000
 """Roundings tried, at most."""
 STEPS_ASIDE = 3
-EXACT = 12
+EXACT_COMBINATIONS = 12
 """Combinations of steps that are looked at on the exact curves."""
 
 
@@ -35,7 +35,7 @@ def settled(task: Task, depths: Array) -> Plan:
         aim=task.aim,
         bounds_mm=bounds_of(task, cut_now),
         cost=task.cost,
-        worth=WORTH,
+        worth=WORTH_SHARE,
     )
     whole = np.zeros(len(depths))
     whole[cut_now] = plan.depths_mm
@@ -120,7 +120,7 @@ def _best_combination(task: Task, plan: Plan, chosen: Sequence[int], choices: Se
         judged = (judged[..., None, :] + (steps - plan.depths_mm[k])[:, None] * slope).reshape(-1, len(rows))
     shares = np.hypot(judged[:, 0::2], judged[:, 1::2]).max(axis=1)
     best: Plan | None = None
-    for place in in_order(shares)[:EXACT].tolist():
+    for place in in_order(shares)[:EXACT_COMBINATIONS].tolist():
         depths = plan.depths_mm.copy()
         depths[list(chosen)] = _combination(choices, place)
         here = judged_plan(task.residual, task.tolerance, task.cuts, depths)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from autobalance.planning.ties import rounded
 from autobalance.types import Array
 
-NOTHING = 1e-11
+ZERO_ENTRY = 1e-11
 """Entries of a tableau of numbers near 1 below which nothing is left but rounding."""
 FIRM = 1e-6
 """Entries of a row by which it is not divided while it has a greater one: columns that differ in their last
@@ -86,18 +86,18 @@ def least_cost(cost: Array, rows: Array, most: Array, bounds: tuple[Array, Array
 
 def _solved(tableau: Array, basic: NDArray[np.intp], free: NDArray[np.intp]) -> bool:
     """Exchange variables of a tableau until its first column is not below zero; return whether it is."""
-    nothing = NOTHING * (1.0 + float(np.abs(tableau[:-1, 0]).max()))
+    nothing = ZERO_ENTRY * (1.0 + float(np.abs(tableau[:-1, 0]).max()))
     for _ in range(PIVOTS * sum(tableau.shape)):
         row = int(np.argmin(rounded(tableau[:-1, 0])))
         if tableau[row, 0] >= -nothing:
             return True
         columns = 1 + np.flatnonzero(tableau[row, 1:] < -FIRM)
         if not len(columns):
-            columns = 1 + np.flatnonzero(tableau[row, 1:] < -NOTHING)
+            columns = 1 + np.flatnonzero(tableau[row, 1:] < -ZERO_ENTRY)
         if not len(columns):
             return False
         ratios = np.maximum(tableau[-1, columns], 0.0) / -tableau[row, columns]
-        near = columns[ratios <= ratios.min() + NOTHING]
+        near = columns[ratios <= ratios.min() + ZERO_ENTRY]
         column = int(near[np.argmin(rounded(tableau[row, near]))])  # of equals the one that rounds least
         _exchange(tableau, row, column)
         basic[row], free[column - 1] = free[column - 1], basic[row]

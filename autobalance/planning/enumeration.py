@@ -38,9 +38,9 @@ MOST_SETS = 100_000
 """Sets or halves of sets held at once; where a level has more, the search ends."""
 MOST_MEETINGS = 600_000
 """Halves that meet, likewise."""
-TRIED = 8
+TRIED_SETS = 8
 """Sets of each size and level that are tried on the exact curves, at most: the lightest."""
-BEYOND = 1.25
+LEVEL_RISE = 1.25
 """How far the levels rise beyond the least weight of sets that are too many to look at."""
 CLIPS = 3
 """How often the rest goes again along the chords that have not come to an end."""
@@ -104,7 +104,7 @@ def lightest_set(
                 if serves(depths):
                     best, chosen = weight, depths
                     break
-        if best <= level or level > min(BEYOND * unseen, possible * field.weight.max()):
+        if best <= level or level > min(LEVEL_RISE * unseen, possible * field.weight.max()):
             break
     return chosen, unseen
 
@@ -218,7 +218,7 @@ class _Sets:
         """Yield weight and depths of sets up to a weight, lightest first, and forget them all."""
         order = in_order(self.found.weight)
         most = int((self.found.weight <= top).sum())
-        tried, self.found = self.found.part(order[: min(most, TRIED)]), self.found.part(order[most:])
+        tried, self.found = self.found.part(order[: min(most, TRIED_SETS)]), self.found.part(order[most:])
         low, high = self.field.depth_mm[:, 0], self.field.depth_mm[:, 2]
         for weight, members, deep in zip(tried.weight.tolist(), tried.sets, tried.deep, strict=True):
             depths = np.zeros(len(low))

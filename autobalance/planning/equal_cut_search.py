@@ -30,9 +30,9 @@ MOST_ALIKE = 6
 """Cuts in a set, at most."""
 MOST_HALVES = 5_000
 MOST_MET = 300_000
-NEAR = 1.3
+MISS_RATIO = 1.3
 """How much farther than enough halves may miss each other, since slopes differ a little from effects."""
-TRIED = 6
+TRIED_SETS = 6
 """Sets kept of each depth, at most: those that leave least."""
 SETTLED = 3
 """Sets settled on the exact curves, at most: the shallowest."""
@@ -115,7 +115,7 @@ class _Alike:
         along = np.clip(-(left * way).sum(axis=1) / size, -0.5 * self.step_mm, 0.5 * self.step_mm)
         left = left + along[:, None] * way
         share = np.hypot(left[:, 0::2], left[:, 1::2]).max(axis=1)
-        best = [row for row in in_order(share)[:TRIED].tolist() if share[row] <= 1.0]
+        best = [row for row in in_order(share)[:TRIED_SETS].tolist() if share[row] <= 1.0]
         return [(self.members[met[row]], depth_mm + float(along[row])) for row in best]
 
     def _meeting(self, level: int, target: Array, count: int) -> Indices:
@@ -131,7 +131,7 @@ class _Alike:
         slack = 1.0 + 0.5 * self.step_mm * count * float(
             np.linalg.norm(self.slopes[level][there], axis=1).max()
         )
-        radius = NEAR * math.sqrt(0.5 * len(target))
+        radius = MISS_RATIO * math.sqrt(0.5 * len(target))
         distance = float(np.linalg.norm(target))
         towards = target / max(distance, 1e-12)
         reach = np.sort(effects[there] @ towards)

@@ -26,12 +26,12 @@ where several cuts are offered for one place. Below 3 %, plans of many holes too
 of their metal."""
 NODES = 100
 """Branches looked at, at most: a limit that gives the same answer on every machine, unlike seconds."""
-NEAR = 0.06
+NEAR_BOUND_SHARE = 0.06
 """How near the bound over all cuts an answer from a quarter of them is taken for good, as a share.
 
 Looks at more cuts took most of the time and found nothing lighter by more than 0.4 %.
 """
-FEW = (56, 100, 250)
+CUT_COUNTS = (56, 100, 250)
 """How many cuts the integer programme looks at: the best few, then those that could still be better."""
 OUT_OF_REACH = 1.0
 """Cost above the bound, in usual corrections, that only excess residual makes: the most cuts are for that."""
@@ -57,7 +57,7 @@ def solve(
     looked_at: set[int] = set()
     for size in sizes:
         few = sorted(_promising(relaxed, answer, value - bound)[:size])
-        if looked_at.issuperset(few) or (size == FEW[-1] and value - bound < OUT_OF_REACH):
+        if looked_at.issuperset(few) or (size == CUT_COUNTS[-1] and value - bound < OUT_OF_REACH):
             break
         looked_at.update(few)
         depths_mm, here = _solve_few(
@@ -72,7 +72,7 @@ def solve(
             value = here
             best = np.zeros(count)
             best[few] = depths_mm
-        near = NEAR if 4 * len(looked_at) >= count else 0.0
+        near = NEAR_BOUND_SHARE if 4 * len(looked_at) >= count else 0.0
         if value - bound <= max(2.0 * slack, near) * abs(value) + 1e-6:
             break
     return best, bound

@@ -20,12 +20,12 @@ from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 
-MORE = 6
+EXTRA_CUTS = 6
 """How many more cuts are tried."""
 HALVINGS = 4
 LOOKS = 4
 """How often to look for metal four times deeper."""
-TRIED = 3
+NAMED_RELAXATIONS = 3
 """Relaxations named, at most."""
 
 
@@ -117,7 +117,7 @@ def relaxations(tried: Attempt, more_of_the_same: bool = True) -> list[Relaxatio
             relaxed = _relaxed(tried, number, way)
             relaxations_found += [] if relaxed is None else [relaxed]
     relaxations_found += _remedies(tried)
-    return sorted(relaxations_found, key=lambda relaxed: round(relaxed.metal_g or 0.0, 6))[:TRIED]
+    return sorted(relaxations_found, key=lambda relaxed: round(relaxed.metal_g or 0.0, 6))[:NAMED_RELAXATIONS]
 
 
 RemedyText = tuple[str, tuple[Change, ...]]
@@ -164,7 +164,7 @@ def _more(tried: Attempt, limits: Limits, more: MoreCuts) -> Relaxation | None:
         ]
         return replace(tried.candidates, counts=tuple(counts))
 
-    enough = [count for count in range(1, MORE + 1) if tried.may_do(offer(count))]
+    enough = [count for count in range(1, EXTRA_CUTS + 1) if tried.may_do(offer(count))]
     least = next((count for count in enough if tried.plan(offer(count)).share <= 1.0), None)
     if least is None:
         return None

@@ -15,7 +15,7 @@ from autobalance.types import Array
 
 ROUNDED = 0.05
 """Share of the permissible value that rounding a printed angle may be worth."""
-ENOUGH = 0.5
+ONE_PLACE_SHARE = 0.5
 """Share of the permissible value that metal added in one place may leave; else it is named in two."""
 
 
@@ -90,7 +90,7 @@ def _added(short: Shortfall) -> str:
         z = float(residual.moment_g_mm2 @ residual.resultant_g_mm) / size
         after = residual - Unbalance(residual.resultant_g_mm, z * residual.resultant_g_mm)
         low, high = sorted(short.places_mm or (plane.z_mm for plane in tolerance.planes))
-        if low <= z <= high and tolerance.used_share(after) <= ENOUGH:
+        if low <= z <= high and tolerance.used_share(after) <= ONE_PLACE_SHARE:
             metal = _vector(-residual.resultant_g_mm, permissible)
             return f"add {metal} from throw 1, at z {round(z, 1) + 0.0} mm"
     a, b = short.places_mm or (tolerance.planes[0].z_mm, tolerance.planes[1].z_mm)

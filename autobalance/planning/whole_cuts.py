@@ -19,7 +19,7 @@ from autobalance.planning.depth_steps import finished, rounding_share, settled
 from autobalance.planning.depths import AIM, Plan, judged_plan, plan_depths
 from autobalance.planning.enumeration import lightest_set
 from autobalance.planning.fewest_setups import WHOLE_CUTS_SHARE, enough_share, has_steps, rank, simplest
-from autobalance.planning.milp import FEW, NODES, solve
+from autobalance.planning.milp import CUT_COUNTS, NODES, solve
 from autobalance.planning.milp_model import EXCESS_WEIGHT, add_points, breakpoints
 from autobalance.planning.nominal_depths import nominal_plan
 from autobalance.planning.task import Task, is_discrete, usual
@@ -111,7 +111,7 @@ def _chosen_plan(
     for extra in (1, 2):
         if first.share > ROUNDED or plan.share <= ROUNDED:
             break
-        again = finished(task, _chosen(task, int(np.count_nonzero(plan.depths_mm)) + extra, FEW))
+        again = finished(task, _chosen(task, int(np.count_nonzero(plan.depths_mm)) + extra, CUT_COUNTS))
         plan = again if again.share < plan.share * (1.0 - aim) else plan
     return plan
 
@@ -129,7 +129,7 @@ def _simplest(task: Task, start_mm: Array | None) -> Plan:
     if not is_discrete(task.candidates) or plan.share > HOPELESS or is_simple:
         return plan
     sparing = replace(task, prefer="fewest_holes", aim=FEW_AIM)
-    few = finished(sparing, _chosen(sparing, 0, FEW[:1], rounds=1, nodes=FEW_NODES))
+    few = finished(sparing, _chosen(sparing, 0, CUT_COUNTS[:1], rounds=1, nodes=FEW_NODES))
     return simplest(task, [plan, few], search=False)
 
 
@@ -143,7 +143,7 @@ def _first(task: Task) -> Plan:
     few, unseen_g = _few(task)
     if few is not None and _weight(task, few) <= (1.0 + UNSEEN) * unseen_g:
         return few
-    plan = _chosen(task, 0, FEW) if few is None else _chosen(task, 0, FEW[:1], rounds=1)
+    plan = _chosen(task, 0, CUT_COUNTS) if few is None else _chosen(task, 0, CUT_COUNTS[:1], rounds=1)
     if few is None or max(plan.share, few.share) > task.aim * (1.0 + 1e-6):
         return few if few is not None and few.share < plan.share else plan
     return few if _weight(task, few) < _weight(task, plan) else plan

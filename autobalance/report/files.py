@@ -19,7 +19,7 @@ from types import TracebackType
 from autobalance.errors import FileError, system_reason
 from autobalance.runtime import to_clean, uninterrupted, was_read
 
-SHOWN = 40
+NAME_LETTERS = 40
 """Letters of a file's name that stand in its temporary one."""
 LEFT_OVER = re.compile(
     r"\..{1,40}\.(?:(?P<machine>[0-9a-f]{8})-)?(?P<process>\d{1,10})-[0-9a-f]{8}\.part", re.DOTALL
@@ -140,7 +140,9 @@ def _temporary(path: Path) -> Path:
 
     It is no longer than the name itself may be, and says whose it is: see ``_sweep``.
     """
-    return path.with_name(f".{path.name[:SHOWN]}.{_machine()}-{os.getpid()}-{secrets.token_hex(4)}.part")
+    return path.with_name(
+        f".{path.name[:NAME_LETTERS]}.{_machine()}-{os.getpid()}-{secrets.token_hex(4)}.part"
+    )
 
 
 @cache

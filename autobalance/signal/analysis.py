@@ -12,7 +12,7 @@ from autobalance.signal.axes import Circles, circles
 from autobalance.signal.bearing import Defect, Envelope, defects, envelope, liveliest_band
 from autobalance.signal.checks import aliasing_note, clipped_share, filled
 from autobalance.signal.crossings import Crossing, crossings
-from autobalance.signal.long_records import LONG, sines_of, thinned
+from autobalance.signal.long_records import MAX_WHOLE, sines_of, thinned
 from autobalance.signal.modes import Mode, modes_of_run_up, modes_of_sweep, modes_of_transfer
 from autobalance.signal.order_lines import OrderLines, order_lines
 from autobalance.signal.record import Channel, Record
@@ -338,9 +338,9 @@ def _bearing(
 ) -> tuple[Envelope | None, list[Defect] | None]:
     if question.bearing is None and question.band_hz is None:
         return None, None
-    if len(channel) > LONG:
-        warnings.append(f"the envelope is of the first {LONG / channel.sample_rate_hz:.6g} s")
-        channel = Channel(channel.name, channel.unit, channel.sample_rate_hz, channel.values(0, LONG))
+    if len(channel) > MAX_WHOLE:
+        warnings.append(f"the envelope is of the first {MAX_WHOLE / channel.sample_rate_hz:.6g} s")
+        channel = Channel(channel.name, channel.unit, channel.sample_rate_hz, channel.values(0, MAX_WHOLE))
     band = question.band_hz or liveliest_band(channel)
     band_envelope = envelope(channel, *band)
     if question.bearing is None or speed.turning is None:

@@ -9,7 +9,7 @@ from autobalance.signal.record import Channel
 from autobalance.signal.sines import Sine, find_sines
 from autobalance.types import Array
 
-LONG = 1 << 24
+MAX_WHOLE = 1 << 24
 """Samples up to which a record is transformed whole: 5 minutes at 50 kHz."""
 PIECE = 1 << 22
 MODE_SAMPLES = 1 << 22
@@ -24,7 +24,7 @@ def sines_of(channel: Channel, window_name: str, most: int) -> list[Sine]:
     """
     if most == 0:
         return []
-    if len(channel) <= LONG:
+    if len(channel) <= MAX_WHOLE:
         return find_sines(channel.values(), channel.sample_rate_hz, window_name, most)
     rate = channel.sample_rate_hz
     starts = range(0, len(channel) - PIECE + 1, PIECE)

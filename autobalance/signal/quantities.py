@@ -7,7 +7,7 @@ from typing import Literal
 
 from autobalance.errors import FormatError
 from autobalance.signal.header import spelled
-from autobalance.signal.long_records import LONG
+from autobalance.signal.long_records import MAX_WHOLE
 from autobalance.signal.record import Channel, Record
 from autobalance.signal.spectra import integrated, quantity
 
@@ -41,8 +41,8 @@ def as_quantity(record: Record, target: Quantity, tacho: str | None) -> Record:
 
 
 def _as(channel: Channel, target: Quantity) -> Channel:
-    if len(channel) > LONG:
-        raise FormatError(f"{channel.name} has {len(channel)} samples; up to {LONG} can be integrated")
+    if len(channel) > MAX_WHOLE:
+        raise FormatError(f"{channel.name} has {len(channel)} samples; up to {MAX_WHOLE} can be integrated")
     spelled_as = quantity(spelled(channel.unit))
     assert spelled_as is not None  # asked before
     times, size = spelled_as

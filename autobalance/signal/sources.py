@@ -23,7 +23,7 @@ BEARING_NAMES = {
     "ball_defect": "ball striking (2 BSF)",
 }
 BEARING_HARMONICS = 3
-NOTHING = 1e-6
+CANCELLED = 1e-6
 """Share of the engine's greatest order below which an order cancels."""
 
 
@@ -80,9 +80,9 @@ def mass_sources(
     sources = []
     for order in orders:
         kept = with_shafts.get(order.order, order)
-        if alone[order.order] <= NOTHING * force and kept.greatest_moment_n_m <= NOTHING * moment:
+        if alone[order.order] <= CANCELLED * force and kept.greatest_moment_n_m <= CANCELLED * moment:
             continue
-        if kept.greatest_force_n <= NOTHING * force and kept.greatest_moment_n_m <= NOTHING * moment:
+        if kept.greatest_force_n <= CANCELLED * force and kept.greatest_moment_n_m <= CANCELLED * moment:
             continue
         sources.append(
             Source(
@@ -144,7 +144,7 @@ def torque_sources(orders: Sequence[tuple[float, float, float]]) -> list[Source]
     return [
         Source(order, f"torque of the cycle: gas {gas:.4g} N·m, inertia {inertia:.4g} N·m")
         for order, gas, inertia in orders
-        if max(gas, inertia) > NOTHING * greatest
+        if max(gas, inertia) > CANCELLED * greatest
     ]
 
 

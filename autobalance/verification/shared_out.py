@@ -74,7 +74,7 @@ def shared_out(
                 mixed.append(piece)
         owned = union([piece for k in candidates for piece in mine[k]])
         for k in candidates:
-            shares = any(_shared_mm3(rooms[k], piece) > NOTHING * piece.volume_mm3 for piece in mixed)
+            shares = any(_shared_mm3(rooms[k], piece) > ROUNDING_SHARE * piece.volume_mm3 for piece in mixed)
             if (shares or _is_short(parts[k], mine[k])) and not rooms[k].is_empty:
                 left = (metal & rooms[k]) - owned  # not of pieces built anew: those fill where they are thin
                 more = _pieces(left, near_mm)
@@ -99,15 +99,15 @@ def _is_short(part: Claims, pieces: Sequence[Solid]) -> bool:
     return listed - sum(piece.volume_mm3 for piece in pieces) > SHARE * listed
 
 
-NOTHING = 1e-9
+ROUNDING_SHARE = 1e-9
 """Share of a piece that is left of it where nothing should be."""
-MOST = 0.95
+OWN_SHARE = 0.95
 """Share of a piece in a correction's room from which all of it is that correction's."""
 
 
 def _holds(room: Solid, piece: Solid) -> bool:
     """Return whether a piece lies in a room but for what a boolean between near planes may lose."""
-    return _shared_mm3(room, piece) > MOST * piece.volume_mm3
+    return _shared_mm3(room, piece) > OWN_SHARE * piece.volume_mm3
 
 
 def _hides(piece: Solid, room: Solid, part: Claims) -> bool:

@@ -30,7 +30,7 @@ ANALYSES = ("forces", "cycle", "strength", "shafts", "parts", "torsion", "study"
 MEGABYTE = 1 << 20
 CARD_PIXELS = (560, 380)
 """Of a picture on the board of alternatives."""
-SEEN = 0.2
+SOLID_READ_SHARE = 0.2
 """The share of ``inspect`` at which its solid can be looked at."""
 
 Asked = dict[str, Any]
@@ -120,7 +120,7 @@ def _read(table: Asked, place: Place, notify: Progress) -> Crank:
     source = read_crank(crankshaft)
     mesh = source.solid.mesh
     place.keep(MESH, bare_mesh(mesh, ()))
-    notify("recognising", SEEN)
+    notify("recognising", SOLID_READ_SHARE)
     try:
         return Crank(recognise_and_measure(crankshaft, source), crankshaft)
     except RecognitionError:  # for a user to say what is what

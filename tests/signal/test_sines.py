@@ -92,7 +92,7 @@ def test_spectrum_reads_a_sine_s_amplitude_on_a_bin(name: str) -> None:
 
 
 def test_long_record_is_put_together_from_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(long_records, "LONG", 1 << 17)
+    monkeypatch.setattr(long_records, "MAX_WHOLE", 1 << 17)
     monkeypatch.setattr(long_records, "PIECE", 1 << 16)
     t = np.arange((1 << 18) + 5000) / 50_000.0
     values = (0.5 * np.cos(2.0 * np.pi * 1234.567 * t + 0.4)).astype(np.float32)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.known import MOST, Known, once, using
+from autobalance.known import KEPT_OF_A_KIND, Known, once, using
 from autobalance.solid.formats.read import read
 from tests.jobs import BUNDLED
 
@@ -44,8 +44,8 @@ def test_other_settings_are_other_questions() -> None:
 
 
 def test_the_oldest_is_forgotten() -> None:
-    keys = [*range(MOST), 0, MOST, 1, 0]  # 0 was asked for again, so 1 goes
-    assert answers(Known(), *keys) == [*range(MOST), 0, MOST, MOST + 1, 0]
+    keys = [*range(KEPT_OF_A_KIND), 0, KEPT_OF_A_KIND, 1, 0]  # 0 was asked for again, so 1 goes
+    assert answers(Known(), *keys) == [*range(KEPT_OF_A_KIND), 0, KEPT_OF_A_KIND, KEPT_OF_A_KIND + 1, 0]
 
 
 def test_failures_are_not_kept() -> None:

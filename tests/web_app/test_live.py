@@ -21,7 +21,7 @@ from autobalance.web_app.meshes import crank_mesh, creases
 from autobalance.web_app.prediction import linear_model, predicted
 from autobalance.web_app.preview import preview
 from autobalance.web_app.trial import tried
-from autobalance.web_app.work import MESH, MODEL, SEEN, VERBS, Place
+from autobalance.web_app.work import MESH, MODEL, SOLID_READ_SHARE, VERBS, Place
 from tests import jobs
 from tests.web_app import small
 
@@ -234,7 +234,7 @@ def test_a_solid_can_be_looked_at_before_it_is_recognised(tmp_path: Path) -> Non
     seen: dict[str, tuple[str, int]] = {}
 
     def tell(words: str, share: float) -> None:
-        if share >= SEEN and (place.own / MESH).exists():
+        if share >= SOLID_READ_SHARE and (place.own / MESH).exists():
             head, arrays = unpacked((place.own / MESH).read_bytes())
             seen[words] = head["frame"], len(arrays["triangles"]) // 3
 

@@ -22,7 +22,7 @@ from autobalance.types import Array
 G_MM2_PER_KG_MM2 = 1000.0
 LEAST_DIRECTION = 1e-6
 """Throws whose directions add up to less than this, each, cancel each other out."""
-ALONG = 0.5
+MIN_COSINE = 0.5
 """A web counts towards the factor where its crankpin's direction has this cosine with the factor's."""
 NEAR_FACTOR, NEAR_INERTIA = 1e-4, 1e-5
 """How near trials go: of a factor, and as a share of an inertia."""
@@ -171,7 +171,7 @@ class Aim:
         webs = self.counterweights()
         if self.direction is None:
             return webs
-        return [(web, towards) for web, towards in webs if float(towards @ self.direction) > ALONG]
+        return [(web, towards) for web, towards in webs if float(towards @ self.direction) > MIN_COSINE]
 
 
 @dataclass(frozen=True)

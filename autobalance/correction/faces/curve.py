@@ -12,7 +12,7 @@ from autobalance.types import Array
 
 NODES = (5, 9)
 """Samples of a piece, and how many where that is too few: every other one must predict those between."""
-CLOSE = 1e-5
+CHECK_SHARE = 1e-5
 """By how much these may be off, as a share of the greatest: all together are far nearer."""
 SPLITS = 3
 """How often a piece is split where they are farther off, which happens at a kink."""
@@ -91,7 +91,7 @@ class DepthCurve:
             sampled |= {depth: self._sample(depth) for depth in depths if depth not in sampled}
             exact = np.stack([sampled[depth] for depth in depths])
             off = np.abs(rule.check @ exact[::2] - exact[1::2])
-            if is_close := bool((off <= CLOSE * self._scale).all()):
+            if is_close := bool((off <= CHECK_SHARE * self._scale).all()):
                 break
         if splits and not is_close:
             inner = self._breaks[np.abs(self._breaks - middle) < 0.5 * half]

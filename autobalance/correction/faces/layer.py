@@ -34,7 +34,7 @@ ABOVE_AND_BELOW = 3
 IN_LINE = 1.0 / 32.0
 """Share of the grain by which a corner of a section may be out of line and be left out: a cut face's area
 changes by a millionth at most, while booleans take as long as there are corners."""
-FLAT = 1.0 - 1e-5
+MIN_COSINE = 1.0 - 1e-5
 """Triangles whose normal has at least this component along the face's are planes that face the same way."""
 
 
@@ -90,7 +90,7 @@ class Layer:
     @cached_property
     def upward(self) -> Indices:
         """The rows of triangles that lie on planes that face the same way."""
-        return np.flatnonzero(self.leans >= FLAT * self.areas)
+        return np.flatnonzero(self.leans >= MIN_COSINE * self.areas)
 
     @cached_property
     def backward(self) -> Indices:

@@ -126,7 +126,7 @@ def auto_patches(
     limits : FaceLimits
         ``sector_deg`` takes the place of the heavy side.
     search_level : int
-        0: of each web the face whose metal stands farthest out, among those worth at least ``WORTHWHILE`` of
+        0: of each web the face whose metal stands farthest out, among those worth at least ``WORTH_SHARE`` of
         the web's best; 1: every face of some worth; 2: the same, each in two halves with their own depths,
         left and right of the heavy direction.
 
@@ -162,7 +162,7 @@ def auto_patches(
     return [patch for *_, patches in offers for patch in patches]
 
 
-WORTHWHILE = 0.3
+WORTH_SHARE = 0.3
 SOME_WORTH = 0.05
 AXIAL = 0.7
 """A web face looks along the axis when its normal has at least this component along it."""
@@ -181,7 +181,7 @@ def _farthest_out_of_each_web(
         most = max(each[1] for each in of_web)
         chosen.append(
             max(
-                (each for each in of_web if each[1] >= WORTHWHILE * most),
+                (each for each in of_web if each[1] >= WORTH_SHARE * most),
                 key=lambda each: round(each[2], 9),  # of equals the first
             )
         )

@@ -31,7 +31,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
-LEAN = 1.0
+LEAN_SHARE = 1.0
 """How far beside a face metal is looked for, as a share of the depth: if it went elsewhere, that is found."""
 BESIDE_MM = 0.1
 WHOLE_FACE = 0.98
@@ -146,7 +146,7 @@ class FaceTrace:
         ends = sorted((stated_number(self.item, "face_height_mm"), stated_number(self.item, "new_height_mm")))
         slack, to_face = slack_mm(ends[1] - ends[0]), face_frame(stated_unit(self.item, "normal"))
         under = face_region(crank.mesh, crank.anatomy, self._stated_face(crank), to_face)
-        outline = under.grown(LEAN * (ends[1] - ends[0]) + BESIDE_MM)
+        outline = under.grown(LEAN_SHARE * (ends[1] - ends[0]) + BESIDE_MM)
         if not self.adds:
             outline = outline + _hanging_together(crank, to_face, under, ends[0], slack)
         room = Solid.prism(outline, ends[0] - slack, ends[1] + slack).moved(to_face.T)

@@ -17,7 +17,7 @@ from autobalance.types import Array
 CLEARANCE = 5.0
 """Grains between what stands on a face and the tool: it keeps clear of the fillet, and its outline needs no
 more corners than that (a few µm on a crank of 150 mm; the ring of metal left weighs milligrams)."""
-KEPT = 16
+FACES_KEPT = 16
 """Faces of a mesh that are remembered: about as many as are offered together."""
 
 
@@ -82,7 +82,7 @@ def under_face(
     known = seen.get(key)
     if known is None:
         known = UnderFace.of(mesh, anatomy, face, to_face, down_to_mm, grain_mm)
-        for oldest in list(seen)[: max(0, len(seen) - KEPT + 1)]:
+        for oldest in list(seen)[: max(0, len(seen) - FACES_KEPT + 1)]:
             seen.pop(oldest, None)  # another thread may have done it
         seen[key] = known
     return known

@@ -39,7 +39,7 @@ EQUAL_AREA = equal_area(RING_SIDES)
 """A thin ring over a turned radius, its sides, and by how much its corners lie out for a circle's area."""
 CLEAN = 0.01
 """Share by which the area of a turned surface may differ from that of the rings without flaps on it."""
-SEEN = 0.25
+FLAP_SHARE = 0.25
 """Share of what faces the axis that lies at a radius where flaps on the old rim may be the rest."""
 CORNERS = 1.001
 """The corners of a tool's prism stick out of the circle of its area by this factor at most."""
@@ -158,7 +158,7 @@ class RingTrace:
             claimed_mm * CORNERS + near,
         )
         there = ((across[facing] >= low) & (across[facing] <= high)).all(axis=1)
-        is_seen = low <= most <= high or float(weight[there].sum()) >= SEEN * float(weight.sum())
+        is_seen = low <= most <= high or float(weight[there].sum()) >= FLAP_SHARE * float(weight.sum())
         new = claimed_mm if is_seen else most
         turned = facing & (np.abs(across - most).max(axis=1) <= near + (CORNERS - 1.0) * most)
         return new, surface_moments(corners[turned])

@@ -13,7 +13,7 @@ from autobalance.types import Array
 LARGEST_GAP_RAD = math.radians(10.0)
 PEG_RAD = (math.radians(-185.0), math.radians(-175.0))
 """Where a pressure is taken for that of the intake: about bottom dead centre before compression."""
-WHOLE = 1e-6
+WHOLE_SHARE = 1e-6
 """A record's length is a whole number of cycles within this share of one."""
 
 
@@ -59,9 +59,9 @@ class Trace:
         angle, pressure = np.asarray(angle_rad, np.float64), np.asarray(pressure_mpa, np.float64)
         _check_steps(angle)
         covered = float(angle[-1] - angle[0])
-        count = max(1, math.ceil(covered / span_rad - WHOLE))
+        count = max(1, math.ceil(covered / span_rad - WHOLE_SHARE))
         missing = count * span_rad - covered
-        if missing <= LARGEST_GAP_RAD * (1.0 + WHOLE):
+        if missing <= LARGEST_GAP_RAD * (1.0 + WHOLE_SHARE):
             return cls._of_cycles(angle, pressure, span_rad, count)
         if _is_closed_part(angle, span_rad):
             return cls(angle, pressure[None, :], span_rad, whole=False)
@@ -75,9 +75,9 @@ class Trace:
     def _of_cycles(cls, angle: Array, pressure: Array, span_rad: float, count: int) -> Trace:
         first = float(angle[0])
         place = angle - first
-        cycle = np.minimum(np.floor(place / span_rad + WHOLE), count - 1).astype(np.int64)
+        cycle = np.minimum(np.floor(place / span_rad + WHOLE_SHARE), count - 1).astype(np.int64)
         inside = place < count * span_rad * (
-            1.0 - WHOLE / count
+            1.0 - WHOLE_SHARE / count
         )  # the repeated end is the next cycle's start
         local = np.clip(place[inside] - cycle[inside] * span_rad, 0.0, None)
         grid = local[np.unique(np.round(local / SAME_RAD), return_index=True)[1]]
@@ -164,7 +164,7 @@ def _check_steps(angle: Array) -> None:
             f" {where + 2}; angles must increase"
         )
     widest = int(np.argmax(steps))
-    if steps[widest] > LARGEST_GAP_RAD * (1.0 + WHOLE):
+    if steps[widest] > LARGEST_GAP_RAD * (1.0 + WHOLE_SHARE):
         raise ValueError(
             f"has no row between {math.degrees(angle[widest]):g}° and {math.degrees(angle[widest + 1]):g}°;"
             f" gaps may be at most {math.degrees(LARGEST_GAP_RAD):g}°"

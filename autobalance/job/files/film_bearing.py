@@ -19,7 +19,7 @@ TABLED = 33
 """Speeds of the table; linear between them."""
 LOWEST = 0.02
 """Share of the highest speed below which the coefficients stay: a film at rest has no stiffness."""
-BEYOND = 10.0
+SPEED_MULTIPLE = 10.0
 """A single speed is looked beyond by as much, for critical speeds."""
 
 
@@ -34,7 +34,7 @@ def film_bearing(place: str, z_m: float, values: Mapping[str, Any], asked_rad_s:
     load = values["load_N"]
     if not any(load):
         raise JobError(f"{place}.load_N is [0, 0]; a film without load has no direction")
-    top = float(asked_rad_s[-1]) * (BEYOND if len(asked_rad_s) == 1 else 1.0)
+    top = float(asked_rad_s[-1]) * (SPEED_MULTIPLE if len(asked_rad_s) == 1 else 1.0)
     if top <= 0.0:
         raise JobError(f"{place} needs a speed_rpm above 0; a film carries nothing at rest")
     speeds = np.geomspace(LOWEST * top, top, TABLED)

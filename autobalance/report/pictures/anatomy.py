@@ -21,7 +21,7 @@ METAL, JOURNAL, CRANKPIN = (0.72, 0.73, 0.75), (0.55, 0.68, 0.85), (0.93, 0.68, 
 AXIS_COLOUR = (30, 60, 200)
 LEAST_PIXELS = 40
 """A part of which fewer pixels are seen gets no label in that view."""
-ROUND = 1.02
+CYLINDER_RADII = 1.02
 """Triangles within a cylinder's radius and this much more are the cylinder's."""
 
 
@@ -70,7 +70,9 @@ def _owners(mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face]) -> tuple[Indice
     for name, pin, colour in pins:
         low, high = pin.z_range_mm
         away = np.hypot(middle[:, 0] - pin.centre_mm[0], middle[:, 1] - pin.centre_mm[1])
-        inside = (middle[:, 2] > low) & (middle[:, 2] < high) & (away < 0.5 * ROUND * pin.diameter_mm)
+        inside = (
+            (middle[:, 2] > low) & (middle[:, 2] < high) & (away < 0.5 * CYLINDER_RADII * pin.diameter_mm)
+        )
         owner[inside] = len(names)
         names.append(name)
         colours.append(colour)

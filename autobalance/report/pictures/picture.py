@@ -18,7 +18,7 @@ STEEL = (0.70, 0.73, 0.76)
 SHALLOW, DEEP = (0.97, 0.78, 0.40), (0.86, 0.33, 0.09)
 LIFT_SHARE = 2e-4
 """Coloured surfaces are drawn this much nearer to the eye than the metal they lie on, as a share of its size."""
-SEEN = 60
+NUMBERED_PIXELS = 60
 """Pixels of a coloured surface above which it is numbered."""
 
 
@@ -94,7 +94,7 @@ def _marks(drawn: Picture, start: int, coats: Sequence[Surface], numbers: Sequen
     places = np.argwhere(coloured)[order, ::-1].astype(np.float64)
     marks: dict[int, Array] = {}
     for label, seen in zip(numbers, np.split(places, np.cumsum(counts))[:-1], strict=True):
-        if len(seen) > SEEN and label not in marks:
+        if len(seen) > NUMBERED_PIXELS and label not in marks:
             marks[label] = seen[np.argmin(((seen - seen.mean(axis=0)) ** 2).sum(axis=1))]
     return marks
 

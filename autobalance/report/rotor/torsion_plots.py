@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Values = Mapping[str, Any]
-SHOWN = 5
+DRAWN_MODES = 5
 MARKED = 30
 """Critical speeds drawn, those of the greatest torque first."""
 
@@ -24,7 +24,7 @@ def torsion_plots(report: Values) -> dict[str, dict[str, bytes]]:
     stations = np.arange(1, len(report["model"]["stations"]) + 1, dtype=float)
     curves = [
         Curve(f"{mode['frequency_hz']:.1f} Hz", stations, np.array(mode["shape"]))
-        for mode in report["modes"][:SHOWN]
+        for mode in report["modes"][:DRAWN_MODES]
     ]
     if curves:
         labels = ("station [-]", "angle, greatest 1 [-]")
@@ -89,4 +89,4 @@ def _torques(response: list[Values], damping: Values) -> dict[str, bytes]:
     labels = ("speed [1/min]", "greatest torque [N·m]")
     undamped = damping["ratio"] == 0.0 and not damping["dampers"]
     title = "Torsional response, undamped: peaks have no limit" if undamped else "Torsional response"
-    return lines(title, labels, curves[:SHOWN])
+    return lines(title, labels, curves[:DRAWN_MODES])

@@ -8,7 +8,7 @@ from typing import Any
 from autobalance.report.tables import table
 
 Values = Mapping[str, Any]
-SHOWN = 12
+LISTED_ROWS = 12
 
 
 def torsion_text(report: Values) -> str:
@@ -102,8 +102,8 @@ def _modes(report: Values) -> str:
     rows: list[Sequence[str]] = [
         ("Mode", "frequency", *(["by its metal"] if metal else []), "nodes", "shape")
     ]
-    for number, mode in enumerate(report["modes"][:SHOWN], 1):
-        shape = " ".join(f"{each:+.3f}" for each in mode["shape"][:SHOWN])
+    for number, mode in enumerate(report["modes"][:LISTED_ROWS], 1):
+        shape = " ".join(f"{each:+.3f}" for each in mode["shape"][:LISTED_ROWS])
         own = [f"{metal[number - 1]:.2f} Hz"] if metal else []
         rows.append((str(number), f"{mode['frequency_hz']:.2f} Hz", *own, str(mode["nodes"]), shape))
     return table(rows) if len(rows) > 1 else "One inertia alone: nothing twists"
@@ -122,9 +122,9 @@ def _critical(critical: Sequence[Values]) -> str:
             "" if each["stress_MPa"] is None else f"{each['stress_MPa']:.4g} MPa",
             "" if each["phase_sum"] is None else f"{each['phase_sum']:.3g}",
         )
-        for each in critical[:SHOWN]
+        for each in critical[:LISTED_ROWS]
     ]
-    more = len(critical) - SHOWN
+    more = len(critical) - LISTED_ROWS
     return table(rows) + (f"\n... and {more} more" if more > 0 else "")
 
 

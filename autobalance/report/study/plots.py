@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 Values = dict[str, Any]
 
 BINS = 40
-MOST = 8
+DRAWN_CAUSES = 8
 """Causes drawn in one picture."""
 CURVES = 5
 
@@ -55,7 +55,7 @@ def _histogram(values: Values, shares: NDArray[np.float64]) -> dict[str, bytes]:
 def _causes(values: Values) -> dict[str, bytes]:
     """Return each cause's share of the resultant's variance, and of what is judged (Sobol, total)."""
     total = {each["name"]: each["total"] for each in values["sobol"]["shares"]}
-    causes = values["contributions"][:MOST]
+    causes = values["contributions"][:DRAWN_CAUSES]
     at = np.arange(len(causes))[::-1]
 
     def draw(axes: Axes) -> None:
@@ -72,7 +72,7 @@ def _causes(values: Values) -> dict[str, bytes]:
 
 def _tornado(figure: Values) -> dict[str, bytes]:
     """Return bars from −pm to +pm of each cause, from the figure as planned."""
-    causes, nominal = figure["causes"][:MOST], figure["nominal"]
+    causes, nominal = figure["causes"][:DRAWN_CAUSES], figure["nominal"]
     at = np.arange(len(causes))[::-1]
 
     def draw(axes: Axes) -> None:

@@ -23,7 +23,7 @@ from autobalance.types import Array
 TIMES = {"time": 1.0, "t": 1.0, "zeit": 1.0}
 TIME_UNITS = {None: 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}
 ANGLE_UNITS = {"deg": 1.0, "°": 1.0, "rad": 180.0 / np.pi}
-UNEVEN = 0.25
+UNEVEN_SHARE = 0.25
 """A sample may stand this share of a step off its place before the record counts as uneven."""
 
 
@@ -123,7 +123,7 @@ def _even(path: Path, seconds: Array) -> tuple[float, NDArray[np.intp]]:
     n = len(seconds)
     step = (seconds[-1] - seconds[0]) / (n - 1)
     off = np.abs(seconds - seconds[0] - step * np.arange(n)).max()
-    if off > max(UNEVEN * step, 1.05 * _resolution(seconds)):
+    if off > max(UNEVEN_SHARE * step, 1.05 * _resolution(seconds)):
         step = float(np.median(steps))
         if not step > 0.0:
             raise FormatError(f"{path.name}: the time is too coarse for its steps; give more digits")
@@ -131,7 +131,7 @@ def _even(path: Path, seconds: Array) -> tuple[float, NDArray[np.intp]]:
             rows = np.round((seconds - seconds[0]) / step)
             step = (seconds[-1] - seconds[0]) / rows[-1]
         off = np.abs(seconds - seconds[0] - step * rows).max()
-        if off > max(UNEVEN * step, 1.05 * _resolution(seconds)) or (np.diff(rows) < 1).any():
+        if off > max(UNEVEN_SHARE * step, 1.05 * _resolution(seconds)) or (np.diff(rows) < 1).any():
             worst = int(np.argmax(np.abs(seconds - seconds[0] - step * rows))) + 1
             raise FormatError(f"{path.name}: the time steps are uneven (data row {worst}, step {step:g} s)")
     else:
@@ -161,7 +161,7 @@ def _by_angle(path: Path, sheet: _Sheet, places: list[int], at: int, notes: list
     degrees = sheet.columns[:, at] * (_angle_scale(sheet, at) or 1.0)
     steps = np.diff(degrees)
     step = float(np.mean(steps)) if len(steps) else 0.0
-    if not step > 0.0 or not np.allclose(steps, step, rtol=UNEVEN, atol=1e-9):
+    if not step > 0.0 or not np.allclose(steps, step, rtol=UNEVEN_SHARE, atol=1e-9):
         raise FormatError(f"{path.name}: the angle does not grow in even steps")
     others = [place for place in places if place != at]
     channels = _channels(sheet, others, sheet.columns, 360.0 / step)

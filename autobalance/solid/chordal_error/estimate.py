@@ -32,7 +32,7 @@ LOOSE_SHARE = 1.5
 MAX_SAG_RATIO = 100.0
 """Metal between facets and a surface over the estimate from their angles, at most: slivers hide much at
 small angles, but a surface that was fitted to the wrong facets hundreds of times as much."""
-MANY = 30_000
+MANY_TRIANGLES = 30_000
 """Triangles from which on they are so small that degree 2 is enough."""
 
 
@@ -124,7 +124,7 @@ def chordal_error_of(look: Look, density_g_mm3: float) -> ChordalError:
 def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> ChordalError:
     """Integrate what lies between the facets and their surfaces."""
     parts = _triangles_of(look, surface_of, len(surfaces))
-    rule = SIX_POINTS if len(look.mesh.triangles) < MANY else THREE_POINTS
+    rule = SIX_POINTS if len(look.mesh.triangles) < MANY_TRIANGLES else THREE_POINTS
     lenses = []
     for surface, mine in zip(surfaces, parts, strict=True):
         corners = look.mesh.vertices.take(look.mesh.triangles.take(mine, axis=0), axis=0)

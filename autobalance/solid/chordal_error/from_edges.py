@@ -18,7 +18,7 @@ from autobalance.solid.chordal_error.look import Look
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.types import Array, Flags, Indices
 
-BESIDE = 0.3
+BESIDE_SHARE = 0.3
 """Angle on the other side of a facet, as a share of the least that an arc has there, from which on the facets
 go on turning; beyond a blunt edge between two surfaces of the part there is less, or nothing."""
 FLAT_SHARE = 0.1
@@ -131,7 +131,7 @@ def _goes_on(look: Look, turns: _Turns) -> Flags:
         products = twice * away[:, upper[0]] * away[:, upper[1]]
         both = np.einsum("ij,ij->i", square.take(facet, axis=0), products)
         beyond = 0.5 * (both - np.einsum("ij,ij->i", first.take(facet, axis=0), away))
-        ongoing |= beyond * np.sign(angle) > BESIDE * part * np.abs(angle)
+        ongoing |= beyond * np.sign(angle) > BESIDE_SHARE * part * np.abs(angle)
     return ongoing
 
 

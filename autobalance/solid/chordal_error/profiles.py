@@ -19,7 +19,7 @@ ON_TUBE, LONGEST = 3e-4, 2.0
 points lie roughly on some arc, and those of a tapered nose with a keyway on one of two metres."""
 ASIDE = 0.2
 """How far a facet's direction may leave the half-plane through its middle and the axis [rad]."""
-ALONG = 0.01
+MAX_AXIAL_SHARE = 0.01
 """Share of a facet's direction along the axis, at most, in what may be a cylinder about it."""
 IDLE_AXES = 8
 """So many axes in a row about which nothing was found are enough: a free-form surface has none."""
@@ -59,7 +59,7 @@ def find_revolved(look: Look, surfaces: list[Revolved], surface_of: Indices) -> 
         free = (surface_of[i] < 0) & (surface_of[j] < 0)
         i, j = i[free], j[free]
         around = Around.of(look, i, j, point, axis)
-        for slopes in ((-1.0, ALONG), (ON_SURFACE, 1.0 - 1e-8)):
+        for slopes in ((-1.0, MAX_AXIAL_SHARE), (ON_SURFACE, 1.0 - 1e-8)):
             faces, patches = around.patches(*slopes)
             for fitted, place in fitted_profiles(look, faces, patches, point, axis):
                 start = patches.starts[place]

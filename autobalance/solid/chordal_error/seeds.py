@@ -17,7 +17,7 @@ from autobalance.solid.chordal_error.revolved import Revolved, cylindrical
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.types import Array, Flags, Indices
 
-LEAST = 6
+LEAST_FACETS = 6
 """Facets of a piece that is looked at."""
 LEAST_POINTS = 8
 """Corners that a cylinder is fitted to at least; five would make one of any."""
@@ -31,7 +31,7 @@ POINTS_MOST = 200
 """Corners that a cylinder is fitted to at most."""
 LEANING = 0.2
 """Part of a facet's direction along the axis of its cylinder, at most."""
-WORTH = 0.999
+WORTH_SHARE = 0.999
 """Share of all smooth faces' estimate that is looked at; the pieces that share the rest are not worth it."""
 
 
@@ -80,7 +80,7 @@ def find_leftover_cylinders(look: Look, surfaces: list[Revolved], surface_of: In
     for piece, fits in tries.grouped(_cylinders(look, points, tries, tight)):
         left = piece
         for seed, fitted in fits:
-            if len(left) < LEAST:
+            if len(left) < LEAST_FACETS:
                 break
             if np.isin(seed, left).all():
                 left = _taken(look, points, fitted, left, len(seed), tight, surfaces, surface_of)
@@ -105,7 +105,7 @@ def find_joined(
         for piece, fits in tries.grouped(_profiles(points, tries, point, axis, tight)):
             left = piece
             for seed, fitted in fits:
-                if len(left) < LEAST:
+                if len(left) < LEAST_FACETS:
                     break
                 if np.isin(seed, left).all():
                     left = _taken(look, points, fitted, left, len(seed), tight, surfaces, surface_of)
@@ -124,7 +124,7 @@ def _taken(
 ) -> Indices:
     """Give a surface the faces on it if they are enough for a seed of ``size``; return those left."""
     on = _on(look, points, fitted, left, tight)
-    if on.sum() < max(LEAST, size // 2):
+    if on.sum() < max(LEAST_FACETS, size // 2):
         return left
     surface_of[left[on]] = len(surfaces)
     surfaces.append(fitted)
@@ -146,12 +146,12 @@ def _pieces(look: Look, surface_of: Indices) -> list[Indices]:
 
 def _worth(look: Look, pieces: list[Indices], surface_of: Indices) -> list[Indices]:
     """Return the pieces at which most is at stake, the greatest first."""
-    pieces = [piece for piece in pieces if len(piece) >= LEAST]
+    pieces = [piece for piece in pieces if len(piece) >= LEAST_FACETS]
     stake = np.array([float(look.at_stake[piece].sum()) for piece in pieces])
     order = np.argsort(-stake, kind="stable")[:PIECES_MOST]
     beyond = stake.sum() - np.cumsum(stake[order])  # with all the lesser ones
     whole = float(look.at_stake.sum())
-    enough = int(np.count_nonzero(beyond + stake[order] > (1.0 - WORTH) * whole))
+    enough = int(np.count_nonzero(beyond + stake[order] > (1.0 - WORTH_SHARE) * whole))
     return [pieces[place] for place in order[:enough].tolist()]
 
 

@@ -16,11 +16,11 @@ from autobalance.types import Array, Flags, Indices
 
 CROWD = 16
 """Faces of a strip from which on its circle is no accident, even if a few ends lie off it."""
-ALIKE = 0.03
+EQUAL_CIRCLE_SHARE = 0.03
 """How far radius and centre of two chords' circles may differ, as a share of the radius."""
 CHORD_RATIO = 0.8, 1.25
 """Sag of a chord compared with what its width asks, for most chords of a strip."""
-UNEVEN = 4.5
+MAX_SAG_RATIO = 4.5
 """Sag of a chord compared with the median of its strip, at most: twice as wide, four times as deep."""
 FEW, UNEVEN_OF_FEW = 8, 1.3
 """Any trapezoid has a circle through its corners: strips of fewer chords must be even."""
@@ -129,7 +129,7 @@ def _turning(look: Look, chords: Chords, members: Indices, sets: Sets) -> Flags:
     beside = (a >= 0) & (b >= 0) & (a != b)
     a, b = a[beside], b[beside]
     turning = np.abs(np.einsum("ij,ij->i", direction[a], direction[b])) < 1.0 - 1e-7
-    turning &= np.abs(size[a] - size[b]) < ALIKE * np.minimum(size[a], size[b])
+    turning &= np.abs(size[a] - size[b]) < EQUAL_CIRCLE_SHARE * np.minimum(size[a], size[b])
     false = np.zeros(len(size), dtype=bool)
     a, b = a[turning], b[turning]
     count = sets.sizes
@@ -190,8 +190,8 @@ def _strips(chords: Chords) -> Indices:
         apart = centre[b] - centre[a]
         apart -= np.einsum("ij,ij->i", apart, axis[a])[:, None] * axis[a]
         least = np.minimum(radius[a], radius[b])
-        alike = (face[one] == face[other]) & (np.abs(radius[a] - radius[b]) < ALIKE * least)
-        alike &= np.linalg.norm(apart, axis=1) < ALIKE * least
+        alike = (face[one] == face[other]) & (np.abs(radius[a] - radius[b]) < EQUAL_CIRCLE_SHARE * least)
+        alike &= np.linalg.norm(apart, axis=1) < EQUAL_CIRCLE_SHARE * least
         alike &= np.abs(np.einsum("ij,ij->i", axis[a], axis[b])) > 0.999
         links.append(np.stack([a[alike], b[alike]], axis=1))
     return numbered_components(np.concatenate(links), count)[0]
@@ -213,7 +213,7 @@ def _is_chord(look: Look, cylinder: Revolved, faces: Indices) -> Flags:
         return np.zeros(len(faces), dtype=bool)
     if len(faces) < FEW and not _turns_twice(look, cylinder, faces):
         return np.zeros(len(faces), dtype=bool)
-    uneven = UNEVEN if len(faces) >= FEW else UNEVEN_OF_FEW
+    uneven = MAX_SAG_RATIO if len(faces) >= FEW else UNEVEN_OF_FEW
     return np.asarray(depth < uneven * np.median(depth))
 
 

@@ -15,7 +15,7 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.measure import mesh_moments
 from autobalance.types import Array
 
-NOTHING = 1e-7
+ROUNDING_SHARE = 1e-7
 """Share of a solid that may be left to count twice when it was united: rounding of coordinates."""
 HALVINGS = 8
 """How often a box around doubled metal is halved, at most, before uniting is given up."""
@@ -66,7 +66,7 @@ def united(solid: Solid) -> Solid:
     OverlapError
         If the layers cannot be parted, or metal counts as negative.
     """
-    left = NOTHING * solid.volume_mm3
+    left = ROUNDING_SHARE * solid.volume_mm3
     result = _united(solid, left, HALVINGS)
     wrong = self_overlap(result)
     if wrong is not None and wrong.volume_mm3 > left:

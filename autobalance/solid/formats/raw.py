@@ -13,7 +13,7 @@ from autobalance.types import Array, Floats, Indices
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 """What some editors begin a text with."""
-SHOWN = 40
+SHOWN_CHARACTERS = 40
 """Characters of a wrong line that an error shows."""
 CORNERS_MOST = 100_000
 """Corners of one face."""
@@ -133,4 +133,4 @@ def text_of(array: Array) -> list[str]:
 
 def shown(line: bytes) -> str:
     """Return the beginning of a line that an error shows."""
-    return line[:SHOWN].decode("ascii", "replace").replace("\n", " ")
+    return line[:SHOWN_CHARACTERS].decode("ascii", "replace").replace("\n", " ")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-SHOWN = 12
+LISTED_BODIES = 12
 """Bodies that are listed, the largest."""
 
 
 def few(entries: Sequence[str]) -> str:
     """Return entries in one line, the first of them where they are many."""
-    more = len(entries) - SHOWN
-    return "; ".join(entries[:SHOWN]) + (f"; and {more} smaller ones" if more > 0 else "")
+    more = len(entries) - LISTED_BODIES
+    return "; ".join(entries[:LISTED_BODIES]) + (f"; and {more} smaller ones" if more > 0 else "")
 
 
 def listed(entries: Sequence[str]) -> str:

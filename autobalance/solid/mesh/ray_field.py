@@ -23,7 +23,7 @@ LENGTH_LEAST = 1e-8
 """Shorter stretches, as a share of the diagonal, are rounding where surfaces touch."""
 SHIFT = np.array([0.3090, 0.5772, 0.4142])
 """Where in their cells, along each axis of the frame, planes and rays stand."""
-MANY = 4 * CHUNK
+TRIANGLES_AT_ONCE = 4 * CHUNK
 """Triangles at a time: a quarter of them is cut."""
 Whole = NDArray[np.int64]
 Levels = NDArray[np.int32]
@@ -129,8 +129,8 @@ def _segments(places: Array, triangles: Indices) -> Segments:
     """
     level = np.ceil(places).astype(np.int32)  # a corner lies below the planes from its own on
     segments = []
-    for start in range(0, len(triangles), MANY):
-        corners = np.ascontiguousarray(triangles[start : start + MANY].T)
+    for start in range(0, len(triangles), TRIANGLES_AT_ONCE):
+        corners = np.ascontiguousarray(triangles[start : start + TRIANGLES_AT_ONCE].T)
         corners = corners.take(np.flatnonzero(_apart(level[1], corners)), axis=1)
         rows = np.flatnonzero(_apart(level[0], corners) | _apart(level[2], corners))
         segments.append(_cut(places, level[1], corners.take(rows, axis=1)))

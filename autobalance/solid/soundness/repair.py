@@ -18,7 +18,7 @@ from autobalance.types import Array, Flags, Indices
 
 PLACES_SHOWN = 4
 """How many open edges an error names."""
-NEAR = 1e-7
+WELD_SHARE = 1e-7
 """Distance of vertices that are one point, as a share of the diagonal: single precision leaves as much."""
 PLANE = 1e-4
 """How far a rim may leave its plane, as a share of the diagonal."""
@@ -113,10 +113,10 @@ def _drop_copies(mesh: Mesh, crowd: Indices) -> tuple[Mesh, list[str]]:
 
 
 def _weld_near(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """Weld vertices on open edges that are nearer to each other than ``NEAR`` of the diagonal."""
+    """Weld vertices on open edges that are nearer to each other than ``WELD_SHARE`` of the diagonal."""
     from scipy.spatial import cKDTree
 
-    reach = NEAR * mesh.diagonal_mm
+    reach = WELD_SHARE * mesh.diagonal_mm
     loose = np.unique(open_edges(mesh.triangles))
     pairs = cKDTree(mesh.vertices[loose]).query_pairs(reach, output_type="ndarray")
     if len(pairs) == 0:
