@@ -33,6 +33,7 @@ from autobalance.theory.bearings import (
     squeeze_film,
 )
 from autobalance.theory.kinematics import dead_centres, greatest_piston_speed, piston_harmonics, piston_motion
+from autobalance.theory.machines import index_test, repeated_readings
 from autobalance.theory.tolerance import (
     achieved_grade,
     convert_unbalance,
@@ -80,6 +81,7 @@ __all__ = [
     "greatest_piston_speed",
     "harmonic_coefficient",
     "harmonic_series",
+    "index_test",
     "journal_friction_n_m",
     "mean_bearing_loads",
     "oil_viscosity_mm2_s",
@@ -88,6 +90,7 @@ __all__ = [
     "piston_harmonics",
     "piston_motion",
     "plane_shares",
+    "repeated_readings",
     "rolling_friction_n_m",
     "second_order_pair",
     "section_sums",

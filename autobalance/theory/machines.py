@@ -1,0 +1,124 @@
+"""What readings tell of the balancing machine: tooling by an index test, scatter by repetition."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+SCATTERS = 2.0
+"""Standard deviations of a reading that count as the least residual that the machine can show."""
+
+
+@dataclass(frozen=True)
+class IndexTest:
+    """Unbalance of crank and tooling in one plane, and the scatter that readings beyond two leave."""
+
+    crank_g_mm: float
+    crank_deg: float
+    tooling_g_mm: float
+    tooling_deg: float
+    scatter_g_mm: float | None
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """Mean of repeated readings of one plane, their scatter, and the least residual that can be shown."""
+
+    mean_g_mm: float
+    mean_deg: float
+    scatter_g_mm: float
+    umar_g_mm: float
+
+
+def index_test(
+    turned_deg: Sequence[float], readings_g_mm: Sequence[float], readings_deg: Sequence[float]
+) -> IndexTest:
+    """Separate the unbalance of a crank from that of its tooling, by readings with the crank turned on it.
+
+    In the tooling's frame a reading is T + C e^(iθ), the crank turned by θ; two readings at 0° and 180° give
+    both exactly, T = (R₁ + R₂)/2 and C = (R₁ − R₂)/2, more of them by least squares.
+
+    Parameters
+    ----------
+    turned_deg : sequence of float
+        How far the crank was turned on its tooling for each reading [deg].
+    readings_g_mm, readings_deg : sequence of float
+        What was read, counted from a mark on the tooling [g·mm, deg].
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two readings, or the crank was never turned.
+
+    References
+    ----------
+    ISO 21940-14:2012, 180° index.
+
+    Examples
+    --------
+    >>> found = index_test(turned_deg=[0.0, 180.0], readings_g_mm=[30.0, 10.0], readings_deg=[0.0, 180.0])
+    >>> round(found.crank_g_mm, 6), round(found.tooling_g_mm, 6)
+    (20.0, 10.0)
+    """
+    read = _vectors(readings_g_mm, readings_deg)
+    turned = np.exp(1j * np.radians(np.asarray(turned_deg, dtype=np.float64)))
+    if len(read) != len(turned) or len(read) < 2:
+        raise ValueError(f"{len(turned)} angles and {len(read)} readings; expected two or more of each")
+    table = np.stack([turned, np.ones(len(turned))], axis=1)
+    if np.linalg.cond(table) > 1e6:
+        raise ValueError("the crank was not turned on its tooling; turn it by 180° for the second reading")
+    solution, *_ = np.linalg.lstsq(table, read)
+    crank, tooling = complex(solution[0]), complex(solution[1])
+    spare = 2 * (len(read) - 2)
+    off = read - table @ np.array([crank, tooling])
+    scatter = math.sqrt(float((np.abs(off) ** 2).sum()) / spare) if spare else None
+    return IndexTest(abs(crank), _degrees(crank), abs(tooling), _degrees(tooling), scatter)
+
+
+def repeated_readings(readings_g_mm: Sequence[float], readings_deg: Sequence[float]) -> Repeated:
+    """Return the mean of repeated readings, their scatter, and the least residual that they can show.
+
+    The scatter is the standard deviation of x and of y of one reading, both together; the least residual is
+    two of them.
+
+    Parameters
+    ----------
+    readings_g_mm, readings_deg : sequence of float
+        Two or more readings of one plane, the rotor taken off and put on again between them [g·mm, deg].
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two.
+
+    References
+    ----------
+    ISO 21940-21:2012, minimum achievable residual unbalance.
+
+    Examples
+    --------
+    >>> round(repeated_readings(readings_g_mm=[10.0, 11.0, 12.0], readings_deg=[0.0, 0.0, 0.0]).umar_g_mm, 3)
+    1.414
+    """
+    read = _vectors(readings_g_mm, readings_deg)
+    if len(read) < 2:
+        raise ValueError(f"{len(read)} reading; expected two or more")
+    mean = complex(read.mean())
+    scatter = math.sqrt(float((np.abs(read - mean) ** 2).sum()) / (2 * (len(read) - 1)))
+    return Repeated(abs(mean), _degrees(mean), scatter, SCATTERS * scatter)
+
+
+def _vectors(sizes_g_mm: Sequence[float], angles_deg: Sequence[float]) -> NDArray[np.complex128]:
+    sizes = np.asarray(sizes_g_mm, dtype=np.float64)
+    angles = np.radians(np.asarray(angles_deg, dtype=np.float64))
+    if sizes.shape != angles.shape:
+        raise ValueError(f"{len(sizes)} sizes and {len(angles)} angles; expected as many")
+    return np.asarray(sizes * np.exp(1j * angles), dtype=np.complex128)
+
+
+def _degrees(value: complex) -> float:
+    return math.degrees(math.atan2(value.imag, value.real)) % 360.0
