@@ -1,4 +1,4 @@
-"""Solids with booleans; nothing unchecked leaves. Over 400 lines: only here is the kernel's status seen.
+"""Solids with booleans; nothing unchecked leaves: only here is the kernel's status seen.
 
 manifold3d does not raise: an open mesh becomes an empty solid with a status, an inverted one a solid of
 negative volume, and both travel on through booleans. Everything here looks at the status first.
