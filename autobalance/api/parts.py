@@ -17,7 +17,7 @@ from autobalance.errors import JobError
 from autobalance.job import Job, JobSource
 from autobalance.job.model import ThrowParts, Weight
 from autobalance.report.plot_files import Drawn, Plots
-from autobalance.report.records.forces import PartsReport, PartWeight, RodEnds, RolledUp, ThrowWeights
+from autobalance.report.records.parts import PartsReport, PartWeight, RodEnds, RolledUp, ThrowWeights
 from autobalance.runtime import Progress
 
 if TYPE_CHECKING:

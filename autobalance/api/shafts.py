@@ -29,9 +29,9 @@ from autobalance.job.model import BalanceShaftEntry
 from autobalance.machine_models import engine_from_job
 from autobalance.machine_models.engine_from_job import moment_reference_mm, shaft_ends_mm
 from autobalance.report.plot_files import Drawn, Plots
-from autobalance.report.records.forces import (
+from autobalance.report.records.forces import ForceOrder
+from autobalance.report.records.shafts import (
     CoupleOfShaft,
-    ForceOrder,
     OrdersWith,
     OrdersWithout,
     Proposal,

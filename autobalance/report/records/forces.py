@@ -1,36 +1,28 @@
-"""Inertia forces of an engine as reports hold them, and the reports of `forces`, `shafts` and `parts`."""
+"""Inertia forces of an engine as reports hold them, and the report of `forces`."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 
-from autobalance.engine.complete_balance import BoltOnWeight
 from autobalance.engine.dead_centres import DeadCentres, FirstOrderCounterweight
 from autobalance.engine.factor_advice import FactorAdvice, FactorRow
 from autobalance.engine.force_summary import LoadRow, load_row
 from autobalance.engine.force_summary import ShakingForce as EngineForce
 from autobalance.engine.loads import Loads, Support
-from autobalance.engine.shafts import BalanceShaft, CoupleShaft
 from autobalance.engine.whole_engine import Engine, Order
 from autobalance.records import (
     ABSENT,
     Absent,
-    Angle,
-    Count,
-    Key,
     NotNegative,
     Ordinal,
-    Pair,
     Positive,
-    Share,
     record,
 )
 from autobalance.report.records.head import JobReport
-from autobalance.units import wrapped_deg
 
 
 @record
@@ -237,191 +229,3 @@ class ForcesReport(JobReport):
 # --- balance shafts -----------------------------------------------------------------------------------------
 
 Sense = Literal["forward", "backward"]
-
-
-def _sense(shaft: BalanceShaft | CoupleShaft) -> Sense:
-    return "forward" if shaft.forward else "backward"
-
-
-def _phase_deg(angle_rad: float) -> float:
-    return wrapped_deg(math.degrees(angle_rad))
-
-
-@record
-class ShaftWeight:
-    """A weight that is bolted on a balance shaft."""
-
-    name: str
-    eccentricity_mm: float
-    cad_g: float
-    weighed_g: float | None
-    deviation: float | None
-    cad_product_g_mm: float
-    product_g_mm: float
-
-    @classmethod
-    def of(cls, weight: BoltOnWeight) -> Self:
-        """Return a weight with its products."""
-        return cls(
-            **vars(weight),
-            deviation=weight.deviation,
-            cad_product_g_mm=weight.cad_product_g_mm,
-            product_g_mm=weight.product_g_mm,
-        )
-
-
-@record
-class Shaft:
-    """A balance shaft."""
-
-    order: Ordinal
-    sense: Sense
-    product_g_mm: float
-    phase_deg: Angle
-    place_mm: Pair
-    z_mm: float
-    weights: Sequence[ShaftWeight]
-
-    @classmethod
-    def of(cls, shaft: BalanceShaft, weights: Sequence[BoltOnWeight] = ()) -> Self:
-        """Return a shaft with what is bolted on it."""
-        return cls(
-            order=shaft.order,
-            sense=_sense(shaft),
-            product_g_mm=shaft.product_g_mm,
-            phase_deg=_phase_deg(shaft.phase_rad),
-            place_mm=[shaft.x_mm, shaft.y_mm],
-            z_mm=shaft.z_mm,
-            weights=[ShaftWeight.of(each) for each in weights],
-        )
-
-
-@record
-class CoupleUnbalance:
-    """One of the two unbalances of a couple shaft."""
-
-    z_mm: float
-    product_g_mm: float
-    phase_deg: Angle
-
-
-@record
-class CoupleOfShaft:
-    """A couple shaft, with its unbalances at two places along the axis."""
-
-    order: Ordinal
-    sense: Sense
-    couple_g_mm2: float
-    phase_deg: Angle
-    unbalances: Sequence[CoupleUnbalance]
-
-    @classmethod
-    def of(cls, shaft: CoupleShaft, z_mm: tuple[float, float]) -> Self:
-        """Return a couple shaft with its unbalances at two places."""
-        return cls(
-            order=shaft.order,
-            sense=_sense(shaft),
-            couple_g_mm2=shaft.couple_g_mm2,
-            phase_deg=_phase_deg(shaft.phase_rad),
-            unbalances=[
-                CoupleUnbalance(
-                    z_mm=each.z_mm, product_g_mm=each.product_g_mm, phase_deg=_phase_deg(each.phase_rad)
-                )
-                for each in shaft.between(*z_mm)
-            ],
-        )
-
-
-@record
-class Proposal:
-    """Shafts that would cancel something."""
-
-    what: str
-    shafts: Sequence[Shaft]
-    couple_shafts: Sequence[CoupleOfShaft] = ()
-
-
-@record
-class OrdersWithout:
-    """Orders without balance shafts."""
-
-    orders: Sequence[ForceOrder]
-
-
-@record
-class OrdersWith(OrdersWithout):
-    """Orders with the job's shafts."""
-
-    greatest_roll_n_m: NotNegative
-
-
-@record
-class ShaftsReport(JobReport):
-    """Balance shafts that would cancel orders 1 and 2, and what the job's own leave."""
-
-    command: Literal["shafts"] = "shafts"
-    speed_rpm: Positive
-    balance_factor: float
-    moments_about_z_mm: float
-    without: OrdersWithout
-    proposals: Sequence[Proposal]
-    shafts: Sequence[Shaft]
-    with_: Annotated[OrdersWith, Key("with")]
-    warnings: Sequence[str]
-
-
-# --- weights ------------------------------------------------------------------------------------------------
-
-
-@record
-class PartWeight:
-    """A part's weight and by how much it may be off."""
-
-    name: str
-    mass_g: NotNegative
-    pm_g: NotNegative
-
-
-@record
-class RolledUp:
-    """Weights of parts that move alike, summed up."""
-
-    mass_g: NotNegative
-    pm_g: NotNegative
-    parts: Sequence[PartWeight]
-
-
-@record
-class ThrowWeights:
-    """The weights on a throw; number None: on every throw that has none of its own."""
-
-    number: Ordinal | None
-    rods: Count
-    rotating: RolledUp
-    reciprocating: RolledUp
-    crankpin: RolledUp
-    balance_factor: Share
-    bob_weight_g: float
-    bob_weight_pm_g: NotNegative
-    bob_weight_pin_fitted_g: float
-
-
-@record
-class RodEnds:
-    """A connecting rod as two masses, and what these miss of its inertia."""
-
-    mass_g: Positive
-    big_end_g: NotNegative
-    small_end_g: NotNegative
-    centre_from_big_end_mm: float | None
-    couple_inertia_kg_mm2: float | None
-
-
-@record
-class PartsReport(JobReport):
-    """The weights of a job rolled up, and its bob-weights."""
-
-    command: Literal["parts"] = "parts"
-    throws: Sequence[ThrowWeights]
-    rod: RodEnds | None
-    warnings: Sequence[str]
