@@ -104,7 +104,8 @@ def run(words, folder, tell=None, cancelled=None):
         elif tell is not None and "stage" in told:
             tell(str(told["stage"]), float(told["share"]))
     if error is not None or process.returncode not in (0, 4):
-        raise CommandError(error or "autobalance ended with exit code %d and no word" % process.returncode)
+        last = warnings[-1] if warnings else "no word"
+        raise CommandError(error or "autobalance ended with exit code %d: %s" % (process.returncode, last))
     return process.returncode, warnings
 
 
