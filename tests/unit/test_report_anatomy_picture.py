@@ -9,7 +9,7 @@ import numpy as np
 
 from autobalance.crank.faces import find_faces
 from autobalance.report.pictures.anatomy import crank_picture
-from autobalance.report.pictures.lettering import draw_line, draw_text, text_dots
+from autobalance.report.pictures.lettering import draw_labels, draw_line
 from tests.cranks import Shape, make_crank, tilted
 
 
@@ -30,18 +30,23 @@ def pixels(png: bytes) -> np.ndarray:
     return np.cumsum(rows, axis=0, dtype=np.uint8).reshape(height, width, 3)
 
 
-def test_letters_are_seven_dots_high_and_six_apart() -> None:
-    dots = text_dots("w1-a")
-    assert dots.shape == (7, 23)
-    assert dots[:, 5].sum() == 0  # the space between letters
-    assert text_dots("1")[:, 2].all()  # the stem
+def test_text_is_letters_of_a_font() -> None:
+    """A wider letter takes more ink than a point, and every letter some."""
+    ink = []
+    for letter in "W.a7":
+        drawn = draw_labels(np.full((40, 40, 3), 200, dtype=np.uint8), [(letter, 20, 20)])
+        ink.append(int((drawn.max(axis=2) < 128).sum()))
+    assert min(ink) > 0
+    assert ink[0] > ink[1]
 
 
 def test_text_stays_inside_the_image() -> None:
     image = np.zeros((40, 80, 3), dtype=np.uint8)
-    draw_text(image, "w1-a", 79, 39)
-    assert image[-1].any()
-    draw_text(image, "a text far too long for it", 40, 20)  # is left out, and raises nothing
+    drawn = draw_labels(image, [("w1-a", 79, 39)])
+    white = np.argwhere((drawn == 255).all(axis=2))
+    assert len(white)
+    assert white.max(axis=0)[0] >= 30  # near its pixel, as far as the border lets it
+    assert draw_labels(image, [("a text far too long for it", 40, 20)]).shape == image.shape
 
 
 def test_a_line_ends_at_the_border() -> None:

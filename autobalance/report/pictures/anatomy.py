@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.crank.anatomy import Anatomy, Face, Pin
-from autobalance.report.pictures.lettering import draw_line, draw_text
+from autobalance.report.pictures.lettering import draw_labels, draw_line
 from autobalance.report.pictures.zbuffer import Camera, Image, Picture, png, render
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array, Indices
@@ -96,14 +96,15 @@ def _view(
     image = picture.image.copy()
     _draw_axis(image, picture, mesh)
     seen = np.where(picture.triangle >= 0, owner[picture.triangle], 0)
+    labels = []
     for number, name in enumerate(names):
         if number == 0:
             continue
         here = seen == number
         if np.count_nonzero(here) >= LEAST_PIXELS:
             row, column = _inner_pixel(here)
-            draw_text(image, name, column, row)
-    return image
+            labels.append((name, column, row))
+    return draw_labels(image, labels)
 
 
 def _draw_axis(image: Image, picture: Picture, mesh: Mesh) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import ON_SCREEN, DisplayUnits, UnitSystem
 from autobalance.report.metal import Piece
+from autobalance.report.pictures.labels import placed
 from autobalance.report.pictures.zbuffer import Camera, Image, Picture, Surface, png, render_each
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
@@ -18,6 +19,8 @@ STEEL = (0.70, 0.73, 0.76)
 SHALLOW, DEEP = (0.97, 0.78, 0.40), (0.86, 0.33, 0.09)
 LIFT_SHARE = 2e-4
 """Coloured surfaces are drawn this much nearer to the eye than the metal they lie on, as a share of its size."""
+DISC, BESIDE = 14.0, 34.0
+"""Radius of the disc around a number, and how far it stands from what it numbers [pixels]."""
 NUMBERED_PIXELS = 60
 """Pixels of a coloured surface above which it is numbered."""
 
@@ -118,10 +121,14 @@ def _with_text(
     large, small = ImageFont.load_default(22), ImageFont.load_default(15)
     ink, soft = (23, 25, 28), (93, 99, 107)
     pen.text((28, 24), title.capitalize(), ink, large)
-    for label, place in marks.items():
-        x, y = (float(v) for v in place)
+    at = [(float(place[0]), float(place[1])) for place in marks.values()]
+    places = placed(at, [(2.0 * DISC, 2.0 * DISC)] * len(at), canvas.size, BESIDE)
+    for label in places:
+        pen.line((*label.mark, *label.middle), fill=ink, width=1)
+        pen.ellipse((label.mark[0] - 2, label.mark[1] - 2, label.mark[0] + 2, label.mark[1] + 2), fill=ink)
+    for number, (_, (x, y)) in zip(marks, places, strict=True):
         pen.ellipse((x - 13, y - 13, x + 13, y + 13), fill=ink)
-        pen.text((x, y), str(label), (255, 255, 255), small, anchor="mm")
+        pen.text((x, y), str(number), (255, 255, 255), small, anchor="mm")
     if depths:
         _scale(pen, (28, canvas.height - 40), depths, small, soft, u)
     return np.asarray(canvas, dtype=np.uint8)
