@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from autobalance.report.pictures.anatomy import VIEWS
-from autobalance.report.pictures.lettering import draw_text
+from autobalance.report.pictures.lettering import draw_labels
 from autobalance.report.pictures.zbuffer import Camera, Image, render
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
@@ -48,6 +48,8 @@ def _draw_scale(image: Image, most_um: int) -> None:
     left, top = (image.shape[1] - wide) // 2, image.shape[0] - 3 * tall
     bar = coloured(np.linspace(-1.0, 1.0, wide))
     image[top : top + tall, left : left + wide] = np.round(255.0 * bar).astype(np.uint8)[None]
+    labels = []
     for share in (-1.0, 0.0, 1.0):
-        text = f"{share * most_um:+.0f}" if share else "0 um"
-        draw_text(image, text, left + round(0.5 * (share + 1.0) * wide), top + 2 * tall)
+        text = f"{share * most_um:+.0f}" if share else "0 µm"
+        labels.append((text, left + round(0.5 * (share + 1.0) * wide), top + 2 * tall))
+    image[:] = draw_labels(image, labels)
