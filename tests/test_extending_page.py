@@ -71,7 +71,7 @@ def test_four_files_and_four_lines_are_enough(tree: Path, tmp_path: Path) -> Non
     assert '"format": "tri"' in report
     rows = (tmp_path / "out" / "cuts.csv").read_text(encoding="utf-8").splitlines()
     assert rows[0] == "number,kind,web,depth_mm,removed_mass_g"
-    assert "1,notch,1," in rows[1]
+    assert any(",notch,1," in row for row in rows)  # numbered in the order in which one makes them
     assert '"command": "webs"' in (tmp_path / "webs.json").read_text(encoding="utf-8")
 
 
