@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.parametric.design import PRESETS
+from autobalance.crank.recognition.alignment import misalignment_warning
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.scan import ScanFit
 from autobalance.errors import RecognitionError
@@ -81,6 +84,16 @@ def test_what_a_journal_is_out_of_round_is_measured() -> None:
     _, fit = _recognised(there.mesh)
     for each in (*fit.journals, *fit.crankpins):
         assert each.out_of_round_mm == pytest.approx(0.03, abs=0.006)
+
+
+def test_a_bent_crank_is_named() -> None:
+    there = scan("single", 0.005, edge_mm=EDGE_MM, seed=0)
+    found, fit = _recognised(there.mesh)
+    assert misalignment_warning(found) is None
+    off = replace(fit.journals[1], run_out_mm=0.12)
+    bent = replace(found, journal_misalignment_mm=0.06, scan=replace(fit, journals=(fit.journals[0], off)))
+    said = str(misalignment_warning(bent))
+    assert said.startswith("the crank is bent: main journal 2 runs out by 0.12 mm; the main journals are not")
 
 
 @pytest.mark.parametrize("name", ["camshaft", "propeller shaft"])

@@ -9,6 +9,9 @@ COAXIAL_SHARE = 1e-4
 crank radius. Files are rounded to less; and at a tenth of what the axis' position may be off (0.1 %), a crank
 of 2.6 kg and 27 mm is out of balance by 7 g·mm, about all that G 6.3 permits it at 15 000 rpm."""
 
+BENT_MM = 0.03
+"""Run-out from which a crank is called bent: shops straighten from 0.02 to 0.05 mm on."""
+
 
 def misalignment_warning(anatomy: Anatomy) -> str | None:
     """Say that main journals are out of line, if they are: the axis then is but their mean."""
@@ -16,8 +19,20 @@ def misalignment_warning(anatomy: Anatomy) -> str | None:
     within = COAXIAL_SHARE * min(throw.crank_radius_mm for throw in anatomy.throws)
     if off <= within:
         return None
+    bent = _bent(anatomy)
     return (
-        f"the main journals are not coaxial: one is {off:.3g} mm off their common axis, more than "
+        f"{bent}the main journals are not coaxial: one is {off:.3g} mm off their common axis, more than "
         f"{within:.2g} mm; everything is measured about that axis, which axis_point_mm and axis_direction or "
         "main_journals can set"
     )
+
+
+def _bent(anatomy: Anatomy) -> str:
+    """Name a scanned crank bent whose journals run out by more than noise and wear."""
+    if anatomy.scan is None:
+        return ""
+    run_out = [each.run_out_mm or 0.0 for each in anatomy.scan.journals]
+    worst = max(range(len(run_out)), key=run_out.__getitem__)
+    if run_out[worst] < BENT_MM + 6.0 * anatomy.scan.axis_offset_mm:
+        return ""
+    return f"the crank is bent: main journal {worst + 1} runs out by {run_out[worst]:.3g} mm; "
