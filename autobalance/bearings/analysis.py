@@ -298,7 +298,7 @@ def _with_orbit(case: PlainCase, states: tuple[State, ...]) -> Analysis:
         return Analysis(states)
     orbits = film_orbits(
         history.angle_rad,
-        np.repeat(history.force_N[:, None, :], len(known), axis=1),
+        np.repeat(history.sense * history.force_N[:, None, :], len(known), axis=1),
         [state.speed_rad_s for state in states[: len(known)]],
         known,
         bearing.diameter_m,
@@ -306,6 +306,7 @@ def _with_orbit(case: PlainCase, states: tuple[State, ...]) -> Analysis:
         bearing.clearance_m,
         history.bush_speed_rad_s,
     )
+    orbits = replace(orbits, eccentricity=history.sense * orbits.eccentricity)
     if alone:
         load = float(np.hypot(*history.force_N.T).mean())
         frictions = [

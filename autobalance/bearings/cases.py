@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from autobalance.bearings.film import JournalBearing
 from autobalance.bearings.heat_balance import Supply
 from autobalance.bearings.oil import Oil
@@ -71,11 +73,20 @@ class DryCase:
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """Force of the journal on the bush (n, 2) [N] over equal steps of the angle (n,) of one cycle [rad]."""
+    """Force of the journal on the bush (n, 2) [N] over equal steps of the angle (n,) of one cycle [rad].
+
+    ``clockwise``: journal and angle turn so, seen from +z, against x to y.
+    """
 
     angle_rad: Array
     force_N: Array
     bush_speed_rad_s: float = 0.0
+    clockwise: bool = False
+
+    @property
+    def sense(self) -> Array:
+        """What makes x and y (2,) those of an engine that turns from x to y, and back."""
+        return np.array([1.0, -1.0 if self.clockwise else 1.0])
 
 
 @dataclass(frozen=True, eq=False)

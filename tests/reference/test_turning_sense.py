@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -186,3 +187,43 @@ def test_a_reports_job_keeps_its_link_rods() -> None:
     first = ab.Job.from_dict({**job(False).raw, "engine": engine})
     again = read_again(first)
     assert again.engine.of_throw(1).links == first.engine.of_throw(1).links != ()
+
+
+def test_films_through_a_cycle_turn_with_the_engine(tmp_path: Path) -> None:
+    """Of an engine and its mirror image, from what `cycle --series` writes: equal films, e_y negated."""
+    made = []
+    for mirrored in (False, True):
+        path = tmp_path / f"{mirrored}.csv"
+        path.write_bytes(ab.cycle(job(mirrored), crank=crank(mirrored)).series_csv())
+        history = {"file": str(path), "x": "main_1_x_N", "y": "main_1_y_N"}
+        film = {
+            "kind": "hydrodynamic",
+            "speed_rpm": 5000,
+            "diameter_mm": 38.0,
+            "length_mm": 40.0,
+            "radial_clearance_mm": 0.03,
+            "viscosity_Pa_s": 0.02,
+            "history": {**history, **({"turns": "cw"} if mirrored else {})},
+        }
+        made.append(ab.bearing(film))
+    one, other = (each.report["orbit"] for each in made)
+    assert one["least_film_mm"] == pytest.approx(other["least_film_mm"], rel=1e-6)
+    assert one["at_deg"] == other["at_deg"]
+    series = [np.loadtxt(io.BytesIO(each.files()["orbit.csv"]), delimiter=",", skiprows=1) for each in made]
+    assert series[0] == pytest.approx(series[1] * [1.0, 1.0, -1.0, 1.0], abs=5e-4)  # to its period
+    unmirrored = {**film, "history": history}
+    assert ab.bearing(unmirrored).report["orbit"]["least_film_mm"] != pytest.approx(one["least_film_mm"])
+
+
+def test_a_history_turns_one_way_or_the_other() -> None:
+    film = {
+        "kind": "hydrodynamic",
+        "speed_rpm": 5000,
+        "diameter_mm": 38.0,
+        "length_mm": 40.0,
+        "radial_clearance_mm": 0.03,
+        "viscosity_Pa_s": 0.02,
+        "history": {"turns": "left"},
+    }
+    with pytest.raises(JobError, match=r"history\.turns is 'left'"):
+        ab.bearing(film)

@@ -30,6 +30,7 @@ from autobalance.job.toml.table import Table
 from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
+Turns = Literal["ccw", "cw"]
 Kind = Literal["dry", "hydrodynamic", "rolling", "squeeze_film"]
 Given = str | Path | Mapping[str, Any] | None
 """A history in place of the one that a file names."""
@@ -38,7 +39,7 @@ FEWEST_CELLS = (8, 4)
 MOST_CELLS = 100_000
 
 OIL_KEYS = ("viscosity_mm2_s", "density_kg_m3", "temperature_C", "supply_C", "heat_capacity_J_kg_K")
-HISTORY_KEYS = ("file", "x", "y", "bush_speed_rpm")
+HISTORY_KEYS = ("file", "x", "y", "bush_speed_rpm", "turns")
 ROLLING_KEYS = {
     "palmgren": ("f0", "f1"),
     "skf": ("r1", "s1", "bore_mm", "outer_mm", "mu_bl", "mu_ehl", "k_rs", "k_z", "seal_N_mm", "drag_N_mm"),
@@ -295,6 +296,11 @@ def _with_history(case: PlainCase, reader: _Reader, folder: Path, source: Given)
 
 def _history(reader: _Reader, folder: Path, source: Given) -> History:
     table = reader.inner("history", HISTORY_KEYS) if "history" in reader else _Reader({}, "history", ())
+    turns = table.value("turns", Turns, default="ccw")
+    return replace(_forces(table, folder, source), clockwise=turns == "cw")
+
+
+def _forces(table: _Reader, folder: Path, source: Given) -> History:
     bush = table.value("bush_speed_rpm", float, ANY, 0.0) * RAD_S_PER_RPM
     if isinstance(source, Mapping):
         return history_of_arrays(source, bush)
