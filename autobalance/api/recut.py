@@ -40,7 +40,7 @@ class RecutResult(BalanceResult):
     @cached_property
     def history(self) -> str:
         """The page of all stages."""
-        from autobalance.report.balance.history import history_page
+        from autobalance.report.page.history import history_page
 
         return history_page(self.report)
 
@@ -72,9 +72,9 @@ class RecutResult(BalanceResult):
 
     def staged(self, folder: Path, choice: Choice, notify: Notify, staging: Staging) -> Staged:
         """Stage all files for a folder, the page of all stages too; other reports are named from there."""
-        from autobalance.report.balance.history import history_page
         from autobalance.report.balance.stage_values import stage_values
         from autobalance.report.balance.values import report
+        from autobalance.report.page.history import history_page
         from autobalance.report.records.outputs import Page
 
         record = self.record

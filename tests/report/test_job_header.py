@@ -12,8 +12,8 @@ from PIL import Image
 from pypdf import PdfReader
 
 import autobalance as ab
-from autobalance.report.balance.history import history_page
 from autobalance.report.balance.workbook import xlsx
+from autobalance.report.page.history import history_page
 from autobalance.report.page.html import page
 from autobalance.report.sheet.sheet import pdf
 from tests import jobs, plans
@@ -73,6 +73,21 @@ def test_a_further_stage_carries_the_reading_that_it_answers() -> None:
     report |= {"stages": [{"stage": 2, "reading": reading}]}
     text = " ".join(PdfReader(io.BytesIO(pdf(report, None))).pages[0].extract_text().split())
     assert "Stage 2, answers the reading: 35.25 g·mm at 180.0°, plane A" in text
+
+
+def test_the_history_draws_every_stage_and_plane() -> None:
+    report = headed(1)
+    stage = {
+        "stage": 1, "serial": None, "report": "report.json", "outcome": "within_tolerance",
+        "bob_weights_g": [], "speed_rpm": None, "corrections": 1, "removed_mass_g": 1.0, "reading": None,
+        "expected": None,
+        "deviation": None, "predicted": report["residual"], "suspects": [],
+    }  # fmt: skip
+    second = stage | {"stage": 2, "reading": report["initial"]}
+    text = history_page({**report, "stages": [stage, second]})
+    assert text.count("<svg") == 1 + len(report["tolerance"]["planes"])
+    for name in ("1 left", "2 read", "2 left"):
+        assert text.count(f">{name}</text>") == 1 + len(report["tolerance"]["planes"])
 
 
 def test_page_history_and_workbook_have_them(logo: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from autobalance.report.page_units import PAGE_UNITS, unbalance
@@ -26,6 +26,26 @@ def figure(
         f"<figure><figcaption><h3>{title}</h3><span class=soft>{unbalance(start)} → {unbalance(end)} of "
         f"{unbalance(limit)} {PAGE_UNITS.get().unbalance}</span></figcaption><div class=pair>{left}{right}</div></figure>"
     )
+
+
+def stages_figure(title: str, points: Sequence[tuple[str, Sequence[float]]], permitted_g_mm: float) -> str:
+    """Return one plot of vectors in order, each named at its tip, a line from one to the next."""
+    full = max([permitted_g_mm, *(math.hypot(*vector) for _, vector in points)])
+    per, middle = RADIUS / full, SIZE / 2.0
+    tips = [(middle - per * y, middle - per * x) for _, (x, y) in points]  # rotor x is up, y is left
+    path = "L".join(f"{x:.2f} {y:.2f}" for x, y in tips)
+    marks = "".join(
+        f'<circle class="tip is" cx="{x:.2f}" cy="{y:.2f}" r="3"/>'
+        f'<text x="{x + 5.0:.2f}" y="{y + 4.0 + 9.0 * (k % 2):.2f}">{name}</text>'
+        for k, ((name, _), (x, y)) in enumerate(zip(points, tips, strict=True))
+    )
+    sizes = [(name, unbalance(math.hypot(*vector)), whole_degrees(vector)) for name, vector in points]
+    said = "; ".join(f"stage {name}: {size} at {angle}" for name, size, angle in sizes)
+    return f"""<figure><figcaption><h3>{title}</h3><span class=soft>outer ring {unbalance(full)} {PAGE_UNITS.get().unbalance}</span></figcaption>
+<svg viewBox="0 0 {SIZE:g} {SIZE + 8:g}" role="img" aria-label="{said}"><title>{said}</title>
+<circle class=grid cx="{middle}" cy="{middle}" r="{RADIUS}"/><path class=grid d="M{middle} {middle - RADIUS}V{middle + RADIUS}M{middle - RADIUS} {middle}H{middle + RADIUS}"/>
+<circle class=zone cx="{middle}" cy="{middle}" r="{max(per * permitted_g_mm, 0.8):.2f}"/>{_degrees(middle, middle)}
+<path class="vector is" fill="none" d="M{path}"/>{marks}</svg></figure>"""
 
 
 def _plot(

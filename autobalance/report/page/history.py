@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from autobalance.report.job_header import html_header
+from autobalance.report.pictures.polar import stages_figure
+from autobalance.report.style import page_style
 
 Values = Mapping[str, Any]
 
-STYLE = (
-    "body{font-family:sans-serif;margin:2em;color:#111}table{border-collapse:collapse}"
-    "th,td{border:1px solid #999;padding:.3em .6em;text-align:right}th{background:#eee}"
-    ".logo{height:40px}.work div{display:flex;gap:.5em}.work dd{margin:0}"
-    "td:first-child,th:first-child{text-align:left}.within{font-weight:bold}"
-)
 OUTCOMES = {
     "within_tolerance": "within tolerance",
     "already_within_tolerance": "within tolerance, no further cut",
@@ -52,16 +48,38 @@ def history_page(report: Values) -> str:
         for stage in stages
         for each in stage["suspects"]
     )
-    return (
-        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>'
-        f"<style>{STYLE}</style></head><body>{html_header(report)}<h1>{html.escape(title)}</h1>"
-        f"<p>Judged {html.escape(tolerance['judge'])}: {permitted}. Angles count counter-clockwise "
-        "seen from +z, "
-        "from crankpin 1; they point to the heavy side.</p>"
-        f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
-        + (f"<h2>Doubts</h2><ul>{notes}</ul>" if notes else "")
-        + "</body></html>\n"
+    good = stages[-1]["outcome"] != "above_tolerance" if stages else True
+    doubts = f"<section><h2>Doubts</h2><ul>{notes}</ul></section>" if notes else ""
+    state = "good" if good else "bad"
+    words = f"Judged {html.escape(tolerance['judge'])}: {permitted}. Angles count counter-clockwise "
+    return "\n".join(
+        [
+            '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">',
+            f"<title>{html.escape(title)}</title><style>{page_style()}</style></head><body>",
+            f'<header class="top">{html_header(report)}<div class="verdict {state}">',
+            f"<h1>{html.escape(title)}</h1><p>{words}seen from +z, from crankpin 1; they point",
+            " to the heavy side.</p></div></header>",
+            '<main><section><h2>Stages</h2><div class="scroll"><table>',
+            f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div></section>",
+            '<section><h2>Heavy side, stage by stage</h2><div class="plots">',
+            f"{''.join(_polars(stages, tolerance))}</div></section>{doubts}</main></body></html>\n",
+        ]
     )
+
+
+def _polars(stages: Sequence[Values], tolerance: Values) -> Iterator[str]:
+    """Return a plot of the resultant and of each plane: what was read and left at each stage."""
+    limits: list[tuple[str, int | None, Values]] = [("Resultant", None, tolerance)]
+    limits += [(f"Plane {plane['name']}", k, plane) for k, plane in enumerate(tolerance["planes"])]
+    for name, k, limit in limits:
+        points = []
+        for stage in stages:
+            for key, what in (("reading", "read"), ("predicted", "left")):
+                found = stage[key]
+                if found is not None and (k is None or k < len(found["planes"])):
+                    vector = (found if k is None else found["planes"][k])["unbalance_g_mm"]
+                    points.append((f"{stage['stage']} {what}", vector))
+        yield stages_figure(html.escape(name), points, limit["permissible_g_mm"])
 
 
 def _row(stage: Values) -> str:
