@@ -35,7 +35,7 @@ speed_rpm = 6000
 method = METHOD
 """
 COARSE = {"segments": 24}
-SLUG = '"slug"\nslug = { diameters_mm = [10.0], lengths_mm = [8.0], max_slugs = 1 }'
+SLUG = '"slug"\nmin_gain_percent = 0.0\nslug = { diameters_mm = [10.0], lengths_mm = [8.0], max_slugs = 1 }'
 WORDS = {"autobalance", "job", "notes", "reason", "relaxations", "seconds", "warnings"}
 """What no report's files show, whatever was cut."""
 BY_PLANNER = {"corrections[].depth_left_mm"}

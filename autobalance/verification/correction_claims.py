@@ -122,6 +122,8 @@ def check_nothing_cut(claims: Claims) -> None:
     """Check that no correction is listed, but for those of a kept plan that are not made."""
     if "plan_kept" not in claims.values:
         claims.same("corrections", [])
+        if "faces" in claims.values:
+            claims.same("faces", [])
         return
     parts = claims.entries("corrections")
     for part in parts:
