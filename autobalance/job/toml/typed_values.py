@@ -17,6 +17,7 @@ UNIT_BY_ENDING = {
     "_N_m_s_rad": "N·m·s/rad",
     "_N_m_rad": "N·m/rad",
     "_N_um": "N/µm",
+    "_k_N_mm": "N/mm",  # of a spring
     "_N_mm": "N·mm",
     "_N_m": "N·m",
     "_n_mm": "N/mm",
