@@ -23,6 +23,7 @@ WRITTEN = {
     "balanced.stl",
     "crank-after.png",
     "crank-before.png",
+    "reading.toml",
     "report.html",
     "report.json",
     "sheet.pdf",

@@ -277,6 +277,7 @@ def test_layers_of_a_few_roundings_are_confirmed(tmp_path: Path) -> None:
         judge = "static"
         [correction]
         method = "shoulder"
+        shoulder = { min_step_mm = 0.0 }
         """,
         encoding="utf-8",
     )

@@ -197,8 +197,8 @@ def test_a_crank_too_light_in_its_counterweight_is_told_so() -> None:
     assert result.outcome == "above_tolerance"
     assert result.solid is None
     assert result.corrections == ()
-    assert "no face" in str(result.reason)
-    assert "at 180.0°" in str(result.reason)
+    assert "the counterweights are too light by" in str(result.reason)
+    assert "on each of 2 counterweights" in str(result.reason)
 
 
 def test_unequal_depths_correct_a_couple() -> None:

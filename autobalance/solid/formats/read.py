@@ -141,7 +141,8 @@ def read(
             "source",
             lambda: (_sha256(file_bytes(path)), type(body), *how),
             None,
-            lambda: source_of_bytes(file_bytes(path), *how),
+            # one by one: a tuple of arguments would hold the file's bytes while the solid is built
+            lambda: source_of_bytes(file_bytes(path), name, unit, body, pressed_up, unite, holes),
         )
     except (FormatError, SolidError) as error:
         raise _named(path, error) from None
