@@ -7,7 +7,7 @@ import { polar } from "/static/polar.js";
 import * as drag from "/static/drag.js";
 
 const OUTCOMES = { within_tolerance: "Within tolerance", already_within_tolerance: "Already within tolerance", above_tolerance: "Above tolerance" };
-const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook",  "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages" };
+const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook",  "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages", "reading.toml": "Reading to fill in", "certificate.pdf": "Certificate" };
 const CAUSES = { facets: "facets of the file", rounding: "rounding of the file", axis: "the axis", density: "density", weights: "weights", attached: "attached parts", depth: "depths", machine: "the machine" };
 let view = null;
 
