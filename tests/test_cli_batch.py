@@ -99,6 +99,7 @@ def test_each_row_has_its_result(whole: Path) -> None:
     assert min(b - a for a, b in itertools.pairwise(places)) > 25.0  # no number stands on another
 
 
+@pytest.mark.skipif("AUTOBALANCE_SHAKEN" in os.environ, reason="holds two processes to the last digit")
 def test_a_row_is_what_balance_gives(work: Path, whole: Path) -> None:
     assert main(["balance", str(work / "job.toml"), "--no-report", "-o", str(work / "alone")]) in (0, 4)
     name = "balanced.stl"

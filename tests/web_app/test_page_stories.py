@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import sys
 import tomllib
 from pathlib import Path
@@ -66,6 +67,7 @@ def downloaded(page: Browser, name: str) -> str:
     return found
 
 
+@pytest.mark.skipif("AUTOBALANCE_SHAKEN" in os.environ, reason="holds two processes to the last digit")
 def test_the_motocross_crank_from_a_dropped_file_to_its_solid(
     window: Browser, app: Served, tmp_path: Path
 ) -> None:

@@ -160,6 +160,7 @@ def test_a_taken_name_gets_a_number(app: Served) -> None:
     assert kept == ["part.obj", "part-2.obj"]
 
 
+@pytest.mark.skipif("AUTOBALANCE_SHAKEN" in os.environ, reason="holds two processes to the last digit")
 def test_a_balance_is_that_of_the_function(app: Served, tmp_path: Path) -> None:
     run = app.ask("/api/runs", {"verb": "balance", "job": job()})
     assert run.status == 202
