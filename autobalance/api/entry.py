@@ -59,9 +59,14 @@ def _viewed(value: Any) -> Any:
         return Entry(value)
     if not isinstance(value, list):
         return value
-    if value and all(isinstance(item, Mapping) for item in value):
+    if value and is_tables(value):
         return Entries(value)
     return tuple(_viewed(item) for item in value)
+
+
+def is_tables(value: Any) -> bool:
+    """Return whether a value of a report is a list of tables, which may be empty."""
+    return isinstance(value, list) and all(isinstance(each, Mapping) for each in value)
 
 
 class Entries(tuple[Entry, ...]):

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from autobalance.api.entry import Entries
+from autobalance.api.entry import Entries, is_tables
 from autobalance.errors import FileError, FormatError, UsageError
 from autobalance.report.encoding import encoded
 from autobalance.report.files import Staging
@@ -120,7 +120,7 @@ class VerbResult:
         value: Any = self.report
         for name in key.split("."):
             value = value.get(name) if isinstance(value, Mapping) else None
-        if not (isinstance(value, list) and all(isinstance(each, Mapping) for each in value)):
+        if not is_tables(value):
             known = ", ".join(_lists("", self.report)) or "none"
             raise UsageError(f"the report has no list {key!r}; its lists: {known}")
         return Entries(value)
@@ -138,7 +138,7 @@ def _lists(place: str, values: Mapping[str, Any]) -> Iterator[str]:
     for key, value in values.items():
         if isinstance(value, Mapping):
             yield from _lists(f"{place}{key}.", value)
-        elif isinstance(value, list) and value and all(isinstance(each, Mapping) for each in value):
+        elif value and is_tables(value):
             yield f"{place}{key}"
 
 

@@ -99,13 +99,13 @@ def strength(
     from autobalance.report.records.strength import FilletState, StrengthReport
 
     asked = _asked(source, speed_rpm, crank, settings, progress)
-    analysis, found, elements = _cycle(asked, asked.crank), None, None
+    analysis, before, elements = _cycle(asked, asked.crank), None, None
     after = fillets(asked.job, asked.crank, analysis)
     if fem:
         elements, costs = _by_elements(asked, analysis, after, progress)
         after = fillets(asked.job, asked.crank, analysis, costs)
     if asked.before is not None:
-        found = FilletState.of(fillets(asked.job, asked.before, _cycle(asked, asked.before)))
+        before = FilletState.of(fillets(asked.job, asked.before, _cycle(asked, asked.before)))
     state = FilletState.of(after)
     content = StrengthReport(
         **job_set(asked.job),
@@ -114,7 +114,7 @@ def strength(
         speed_rpm=asked.speed_rpm,
         fillets=state.fillets,
         least=state.least,
-        before=found,
+        before=before,
         fem=elements,
         warnings=asked.warnings,
     )
@@ -138,8 +138,8 @@ def _asked(
     job = jobs.given(source, settings)
     check_cycle(job)
     checked_strength(job)
-    found = request(job, crank, speed_rpm, progress)
-    return _Asked(found.job, found.crank, None, None, found.speed_rpm, found.warnings)
+    case = request(job, crank, speed_rpm, progress)
+    return _Asked(case.job, case.crank, None, None, case.speed_rpm, case.warnings)
 
 
 def _of_report(path: Path, speed_rpm: float | None, progress: Progress | None) -> _Asked:
@@ -178,13 +178,13 @@ def _by_elements(
     number = 1 if least is None else least.throw
     throw = asked.crank.anatomy.throws[number - 1]
     own = [side for side in sides(asked.job, asked.crank, cycle) if side.loads.throw == number]
-    tell = progress or no_progress
+    notify = progress or no_progress
     costs: Costs | None = None
     boxes = [] if asked.before is None else cut_boxes(asked.before, asked.crank, throw)
-    found = throw_by_elements(asked.crank, throw, own, limits, boxes, tell)
+    throw_stress = throw_by_elements(asked.crank, throw, own, limits, boxes, notify)
     if asked.before is not None:
-        costs = costs_of(throw_by_elements(asked.before, throw, own, limits, (), tell), found)
-    return ThrowElements.of(number, found, own, costs), costs
+        costs = costs_of(throw_by_elements(asked.before, throw, own, limits, (), notify), throw_stress)
+    return ThrowElements.of(number, throw_stress, own, costs), costs
 
 
 def _cycle(asked: _Asked, crank: MeasuredCrank) -> CycleAnalysis:

@@ -14,6 +14,7 @@ import numpy as np
 from autobalance.crank.anatomy import Anatomy, Pin, Web
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.shape import polygon_area_mm2
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
 
@@ -132,10 +133,5 @@ def _heights_mm(slab: Solid, web: Web) -> Array:
 
 def _filled(region: Region) -> Region:
     """Return a region without its holes: outlines that run clockwise are left out."""
-    outer = [line for line in region.polygons if _area_mm2(line) > 0.0]
+    outer = [line for line in region.polygons if polygon_area_mm2(line) > 0.0]
     return Region.of(outer)
-
-
-def _area_mm2(line: np.typing.NDArray[np.float64]) -> float:
-    x, y = line.T
-    return 0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())

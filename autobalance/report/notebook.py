@@ -89,10 +89,6 @@ def _text(value: Any) -> str:
 def balance(report: Mapping[str, Any]) -> str:
     """Return a run's verdict, what it left of the unbalance, and its cuts."""
     good = report["outcome"] != "above_tolerance"
-    judged = [polar.figure("Resultant", report["initial"], report["residual"], report["tolerance"])]
-    for place, plane in enumerate(report["tolerance"]["planes"]):
-        ends = report["initial"]["planes"][place], report["residual"]["planes"][place]
-        judged.append(polar.figure(f"Plane {escape(plane['name'])}", *ends, plane))
     cuts = report["corrections"]
     removed_g = sum(each["removed_mass_g"] for each in cuts)
     title = f"{len(cuts)} cut{'s' * (len(cuts) != 1)}, {number(removed_g)} g removed"
@@ -100,6 +96,6 @@ def balance(report: Mapping[str, Any]) -> str:
     return box(
         f'<h3 class="{style}">{outcome_words(report)}</h3><p>{escape(verdict(report))}</p>',
         f"<p>{escape(report['reason'])}</p>" if report["reason"] else "",
-        row(*judged),
+        row(*polar.figures(report)),
         f"<h4>{title}</h4>{records(cuts, CUT_COLUMNS)}" if cuts else "",
     )

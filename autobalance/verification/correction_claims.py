@@ -85,8 +85,7 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
     if not parts:
         _check_sum(claims, parts, change)
         claims.hold("corrections")
-        if "faces" in claims.values:
-            claims.same("faces", [])
+        _check_no_faces(claims)
         return
     traces = []
     first = int(parts[0].get("number", int)) if first_number is None else first_number
@@ -122,14 +121,18 @@ def check_nothing_cut(claims: Claims) -> None:
     """Check that no correction is listed, but for those of a kept plan that are not made."""
     if "plan_kept" not in claims.values:
         claims.same("corrections", [])
-        if "faces" in claims.values:
-            claims.same("faces", [])
+        _check_no_faces(claims)
         return
     parts = claims.entries("corrections")
     for part in parts:
         if not _is_kept_unused(claims, part):
             raise ClaimError(f"{claims.name}: {part.place} has a depth, but the crank was not cut")
     _check_plan_kept(claims, parts)
+
+
+def _check_no_faces(claims: Claims) -> None:
+    if "faces" in claims.values:
+        claims.same("faces", [])
 
 
 def _is_kept_unused(claims: Claims, part: Claims) -> bool:

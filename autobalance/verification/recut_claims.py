@@ -29,7 +29,7 @@ from autobalance.verification.checked import (
     ended,
 )
 from autobalance.verification.claims import BOTH, BUDGET, CORRECTED, FILES, INPUT, RECORD, Claims
-from autobalance.verification.correction_claims import Change, check_corrections
+from autobalance.verification.correction_claims import Change, check_corrections, check_nothing_cut
 from autobalance.verification.earlier_stage import claimed_tolerance
 from autobalance.verification.report_file import read_report
 from autobalance.verification.solids import Given
@@ -69,7 +69,7 @@ def check_recut(held: Held) -> Checked:
         check_corrections(claims, change, _first_number(before))
     else:
         claims.hold("outputs.solid")
-        claims.same("corrections", [])
+        check_nothing_cut(claims)
     new = new + solids.pressed_in(claims)
     solids.check_with_slugs(claims, new)
     claims.against("the reading, resolved into its planes again")

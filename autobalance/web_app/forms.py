@@ -19,11 +19,12 @@ def tables() -> list[dict[str, Any]]:
 
     What is a list of tables, or has names of a user's own, is for the job's text.
     """
-    return [
+    forms = (
         {"table": table.name, "says": table.says, "keys": list(_fields(table.keys, ""))}
         for table in job_tables()
-        if table.name != BY_ITSELF and not table.many and any(_fields(table.keys, ""))
-    ]
+        if table.name != BY_ITSELF and not table.many
+    )
+    return [form for form in forms if form["keys"]]
 
 
 def _fields(keys: tuple[Key, ...], path: str) -> Iterator[dict[str, Any]]:

@@ -347,14 +347,10 @@ def _toolbar(has_pieces: bool) -> str:
 
 
 def _planes(report: Report) -> str:
-    figures = [polar.figure("Resultant", report["initial"], report["residual"], report["tolerance"])]
-    for k, plane in enumerate(report["tolerance"]["planes"]):
-        pair = (report["initial"]["planes"][k], report["residual"]["planes"][k])
-        figures.append(polar.figure(f"Plane {escape(plane['name'])}", *pair, plane))
     return f"""<section aria-labelledby="h-planes"><h2 id="h-planes">Heavy side, before and after</h2>
 <p class="lead">Each arrow points to the heavy side. The dashed circle is what is permitted; “after” is drawn to its
 scale, the dotted circle around its tip is the uncertainty.</p>
-<div class="plots">{"".join(figures)}</div></section>"""
+<div class="plots">{"".join(polar.figures(report))}</div></section>"""
 
 
 def _passes(report: Report) -> str:

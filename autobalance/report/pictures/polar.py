@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from autobalance.report.page_units import PAGE_UNITS, unbalance
-from autobalance.wording import angle_deg, number, whole_degrees
+from autobalance.wording import angle_deg, escape, number, whole_degrees
 
 SIZE = 200.0
 RADIUS = 74.0
@@ -26,6 +26,14 @@ def figure(
         f"<figure><figcaption><h3>{title}</h3><span class=soft>{unbalance(start)} → {unbalance(end)} of "
         f"{unbalance(limit)} {PAGE_UNITS.get().unbalance}</span></figcaption><div class=pair>{left}{right}</div></figure>"
     )
+
+
+def figures(report: Mapping[str, Any]) -> list[str]:
+    """Return the figures of a run: of the resultant, and of each tolerance plane."""
+    before, after, permitted = report["initial"], report["residual"], report["tolerance"]
+    planes = zip(before["planes"], after["planes"], permitted["planes"], strict=True)
+    of_planes = [figure(f"Plane {escape(each[2]['name'])}", *each) for each in planes]
+    return [figure("Resultant", before, after, permitted), *of_planes]
 
 
 def stages_figure(title: str, points: Sequence[tuple[str, Sequence[float]]], permitted_g_mm: float) -> str:

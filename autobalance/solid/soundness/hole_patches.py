@@ -18,7 +18,7 @@ from autobalance.solid.csg.region import triangulated
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import unit_at_vertices
 from autobalance.solid.soundness.hole_surfaces import INTO, Hole, Surface, surface_around
-from autobalance.solid.soundness.open_edges import open_edges, rims
+from autobalance.solid.soundness.open_edges import doubled_area_vector, open_edges, rims
 from autobalance.solid.soundness.open_holes import OpenHoles
 from autobalance.types import Array, Indices
 
@@ -132,8 +132,7 @@ def _holes(mesh: Mesh) -> list[Hole]:
     holes = []
     for rim in rims(edges):
         corners = mesh.vertices.take(rim, axis=0)
-        local = corners - corners.mean(axis=0)
-        normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+        normal = doubled_area_vector(corners)
         size = float(np.linalg.norm(normal))
         width = float(np.linalg.norm(corners[:, None] - corners[None], axis=2).max())
         unit = normal / max(size, 1e-300)

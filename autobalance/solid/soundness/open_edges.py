@@ -6,7 +6,7 @@ import numpy as np
 
 from autobalance.solid.mesh.mesh import hash_numbers
 from autobalance.solid.mesh.tetrahedra import CHUNK
-from autobalance.types import Indices
+from autobalance.types import Array, Indices
 
 
 def is_closed(triangles: Indices) -> bool:
@@ -61,3 +61,10 @@ def rims(edges: Indices) -> list[Indices]:
                 seen[at] = len(path)
                 path.append(at)
     return loops
+
+
+def doubled_area_vector(rim: Array) -> Array:
+    """Return twice the area within a closed rim (k, 3), along its normal."""
+    local = rim - rim.mean(axis=0)
+    vector: Array = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    return vector

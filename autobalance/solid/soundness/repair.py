@@ -13,7 +13,7 @@ from autobalance.solid.mesh.measure import signed_volume_mm3
 from autobalance.solid.mesh.mesh import Mesh, hash_numbers, sorted_with_rows, without_collapsed
 from autobalance.solid.mesh.zero_volume_parts import without_crumbs
 from autobalance.solid.soundness.hole_patches import open_holes_text
-from autobalance.solid.soundness.open_edges import is_closed, open_edges, rims
+from autobalance.solid.soundness.open_edges import doubled_area_vector, is_closed, open_edges, rims
 from autobalance.types import Array, Flags, Indices
 
 PLACES_SHOWN = 4
@@ -188,7 +188,7 @@ def _fill_holes(mesh: Mesh) -> tuple[Mesh, list[str]]:
 def _cap(rim: Array, flat_mm: float, area_most_mm2: float) -> Indices | None:
     """Return triangles (k, 3) over the corners of a plane rim, or None if it is not plane or too large."""
     local = rim - rim.mean(axis=0)
-    normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    normal = doubled_area_vector(rim)
     size = float(np.linalg.norm(normal))
     if size / 2.0 > area_most_mm2:
         return None
