@@ -99,6 +99,7 @@ def own_standard_output() -> None:
     every option ("HighsMipSolverData::transformNewIntegerFeasibleSolution", scipy 1.17), which would stand
     in the midst of a report on standard output.
     """
+    global _owns_standard_output  # noqa: PLW0603
     stream = sys.stdout
     if sys.platform == "win32" or not isinstance(stream, TextIOWrapper):
         return
@@ -115,6 +116,15 @@ def own_standard_output() -> None:
     sys.stdout = open(  # noqa: SIM115
         own, "w", encoding=stream.encoding, errors=stream.errors, buffering=1 if stream.line_buffering else -1
     )
+    _owns_standard_output = True
+
+
+_owns_standard_output = False
+
+
+def owns_standard_output() -> bool:
+    """Return whether what libraries write on descriptor 1 goes nowhere, in a process that is our own."""
+    return _owns_standard_output
 
 
 # --- the files of a command ---------------------------------------------------------------------------------

@@ -12,9 +12,9 @@ import time
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, milp
 
 from autobalance.dynamics.weights_with_sum import Fitted, places_with_sum, weights_with_sum
+from autobalance.integer_program import IntegerProgram, solution
 from autobalance.types import Array, Complex
 
 ACCURACY = 0.007
@@ -284,17 +284,21 @@ class _Search:
         cost = np.where(whole, TIE, 0.0)
         cost[0] = 1.0
         low, high = zip(*((low, high) for _, low, high in program.rows), strict=True)
-        result = milp(
-            cost,
-            integrality=whole.astype(int),
-            bounds=Bounds(np.array([0.0, *program.lower]), np.array([np.inf, *program.upper])),
-            constraints=LinearConstraint(matrix, np.array(low), np.array(high)),
-            options={"mip_rel_gap": SOLVER_GAP, "time_limit": max(1.0, seconds)},
+        found = solution(
+            IntegerProgram(
+                cost,
+                whole.astype(int),
+                np.array([0.0, *program.lower]),
+                np.array([np.inf, *program.upper]),
+                matrix,
+                np.array(low),
+                np.array(high),
+                {"mip_rel_gap": SOLVER_GAP, "time_limit": max(1.0, seconds)},
+            )
         )
-        if result.x is None:
+        if found.x is None:
             return None, 0.0
-        bound = result.fun if result.mip_dual_bound is None else result.mip_dual_bound
-        return np.asarray(result.x), max(0.0, float(bound) - float(cost[1:].sum()))
+        return found.x, max(0.0, found.bound - float(cost[1:].sum()))
 
     # --- its solution ---------------------------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.correction.kind import Candidates
+from autobalance.integer_program import IntegerProgram, solution
 from autobalance.planning.depths import AIM
 from autobalance.planning.dual_simplex import least_cost
 from autobalance.planning.milp_model import POINTS, SIDES, MilpModel, breakpoints, effects_at
@@ -207,15 +208,18 @@ def _solve_few(
     nodes: int,
 ) -> tuple[Array, float]:
     """Solve the mixed-integer programme: λ for each breakpoint, a switch for each cut, the excess share."""
-    from scipy.optimize import Bounds, LinearConstraint, milp
-
     rules = MilpModel(task, tables, effects, least_count)
-    answer = milp(
-        rules.cost,
-        integrality=rules.integrality,
-        bounds=Bounds(rules.lower, rules.upper),
-        constraints=LinearConstraint(rules.matrix, rules.lower_rows, rules.upper_rows),
-        options={"mip_rel_gap": slack, "node_limit": nodes, "presolve": False, "disp": False},
+    answer = solution(
+        IntegerProgram(
+            rules.cost,
+            rules.integrality,
+            rules.lower,
+            rules.upper,
+            rules.matrix,
+            rules.lower_rows,
+            rules.upper_rows,
+            {"mip_rel_gap": slack, "node_limit": nodes, "presolve": False, "disp": False},
+        )
     )
     depths = np.zeros(len(task.cuts))
     if answer.x is None:
@@ -224,4 +228,4 @@ def _solve_few(
         if answer.x[rules.switch + k] > 0.5:
             depth = float(answer.x[rules.first[k] : rules.first[k + 1]] @ tables[k])
             depths[k] = min(max(depth, cut.least_depth_mm), cut.max_depth_mm)
-    return depths, float(answer.fun)
+    return depths, answer.cost

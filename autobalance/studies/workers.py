@@ -20,7 +20,12 @@ from multiprocessing.connection import wait as wait_for_end
 from typing import Any, Protocol
 
 from autobalance.errors import FileError, UsageError
-from autobalance.runtime import hear_signals, one_thread_of_linear_algebra, starting_process
+from autobalance.runtime import (
+    hear_signals,
+    one_thread_of_linear_algebra,
+    own_standard_output,
+    starting_process,
+)
 from autobalance.solid.csg.threads import booleans_in_one_thread
 from autobalance.version import __version__
 
@@ -123,6 +128,7 @@ class InThisProcess:
 
 def _begin_worker() -> None:
     """Leave Ctrl-C to the parent, keep to one core, and end when the parent is gone, however it went."""
+    own_standard_output()
     one_thread_of_linear_algebra()
     booleans_in_one_thread()
     hear_signals()

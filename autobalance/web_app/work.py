@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from autobalance.runtime import own_standard_output
+
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
@@ -54,6 +56,7 @@ class Place:
 def work(verb: str, request: Asked, folders: tuple[str, ...], memory_mb: int, pipe: Connection) -> None:
     """Run a verb and write its results; send words, share and the end through ``pipe``."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's to deal with
+    own_standard_output()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("MPLBACKEND", "agg")
     limit_memory(memory_mb)

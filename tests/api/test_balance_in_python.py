@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.bundled import bundled_folder
+from tests.unit.test_milp import printing_milp
 
 CRANKS = bundled_folder() / "crf250r" / "drafted"
 JOB = CRANKS / "factor-0.28.toml"
@@ -162,6 +163,25 @@ def test_two_threads_may_balance_at_once(result: ab.BalanceResult) -> None:
     for thread in threads:
         thread.join()
     assert found == [result.residual.magnitude_g_mm] * 2
+
+
+def test_threads_that_plan_holes_print_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+    """Not even at the descriptor, past Python, where HiGHS prints a line on some processors."""
+    crank = ab.generate("inline-4", segments=32, settings={"counterweight.radius_mm": 70.0}).crank
+    job = ab.Job.from_dict(
+        {
+            "balance": {"factor": 0.0, "grade": 2.5, "speed_rpm": 9000.0},
+            "correction": {"method": "drill", "prefer": "most_inertia_removed"},
+        }
+    )
+    with (
+        pytest.MonkeyPatch.context() as patched,
+        ThreadPoolExecutor(2) as threads,
+    ):
+        printing_milp(patched)
+        found = [each.outcome for each in threads.map(lambda _: ab.balance(job, crank=crank), range(2))]
+    assert found == ["within_tolerance"] * 2
+    assert capfd.readouterr().out == ""
 
 
 def _in_another_process(path: str) -> ab.BalanceResult:

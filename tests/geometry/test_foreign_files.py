@@ -65,9 +65,8 @@ def test_a_file_that_brings_the_kernel_down_says_so(step: bytes) -> None:
 
 def test_a_reader_that_is_killed_is_one_line(step: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     read_foreign_file("step", step)
-    child = foreign_files._child
-    assert child is not None
-    monkeypatch.setattr(child, "send", lambda _message: child.process.send_signal(signal.SIGKILL))
+    (child,) = foreign_files.readers._idle
+    monkeypatch.setattr(child, "send", lambda *_message: child.process.send_signal(signal.SIGKILL))
     with pytest.raises(FormatError, match="SIGKILL"):
         read_foreign_file("step", step)
     assert read_foreign_file("step", step).unit == "mm"
@@ -75,8 +74,7 @@ def test_a_reader_that_is_killed_is_one_line(step: bytes, monkeypatch: pytest.Mo
 
 def test_who_is_interrupted_leaves_no_reader_behind(step: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     read_foreign_file("step", step)
-    child = foreign_files._child
-    assert child is not None
+    (child,) = foreign_files.readers._idle
 
     def interrupted() -> None:
         raise KeyboardInterrupt

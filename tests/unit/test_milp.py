@@ -4,13 +4,17 @@ import math
 import os
 import time
 from concurrent.futures import ThreadPoolExecutor
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 import pytest
+import scipy.optimize
 
+from autobalance import integer_program
+from autobalance.child_process import Child
 from autobalance.correction.contract import Prefer
 from autobalance.correction.kind import Candidates
+from autobalance.errors import AutobalanceError
 from autobalance.planning.depths import AIM
 from autobalance.planning.milp import _unpriced, greatest_multiple, least_share
 from autobalance.planning.whole_cuts import choose
@@ -62,12 +66,26 @@ def test_fewest_holes_drills_deep_instead_of_often() -> None:
     assert mass_g(candidates, light.depths_mm) < mass_g(candidates, few.depths_mm)
 
 
-def test_four_threads_plan_alike_and_leave_standard_output_alone(capfd: pytest.CaptureFixture[str]) -> None:
+def printing_milp(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let HiGHS print here as it does where it repairs a solution, which depends on the processor."""
+    quiet = scipy.optimize.milp
+
+    def printing(*arguments: Any, **options: Any) -> Any:
+        os.write(1, b"HighsMipSolverData::transformNewIntegerFeasibleSolution tmpSolver.run();")
+        return quiet(*arguments, **options)
+
+    monkeypatch.setattr(scipy.optimize, "milp", printing)
+
+
+def test_four_threads_plan_alike_and_leave_standard_output_alone(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    printing_milp(monkeypatch)
     candidates, residual = holes([10.0], [-40.0, 40.0], places=8), at_planes(500.0 + 0.0j, 300.0 + 200.0j)
 
     def planned(_: int) -> list[float]:
         depths: list[float] = choose(
-            residual, tolerance(100.0), candidates, prefer="fewest_holes"
+            residual, tolerance(100.0), candidates, prefer="most_inertia_removed"
         ).depths_mm.tolist()
         return depths
 
@@ -76,7 +94,23 @@ def test_four_threads_plan_alike_and_leave_standard_output_alone(capfd: pytest.C
     assert any(first)
     assert others == [first] * 3
     os.write(1, b"still here")
-    assert capfd.readouterr().out.endswith("still here")
+    assert capfd.readouterr().out == "still here"
+
+
+def test_a_process_of_a_command_solves_in_itself_and_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    candidates, residual = holes([10.0], [-40.0, 40.0], places=8), at_planes(500.0 + 0.0j, 300.0 + 200.0j)
+    elsewhere = choose(residual, tolerance(100.0), candidates, prefer="most_inertia_removed")
+    monkeypatch.setattr(integer_program, "owns_standard_output", lambda: True)
+    monkeypatch.delattr(integer_program, "solvers")
+    here = choose(residual, tolerance(100.0), candidates, prefer="most_inertia_removed")
+    assert here.depths_mm.tolist() == elsewhere.depths_mm.tolist()
+
+
+def test_a_solver_that_ends_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    candidates, residual = holes([10.0], [-40.0, 40.0], places=8), at_planes(500.0 + 0.0j, 300.0 + 200.0j)
+    monkeypatch.setattr(Child, "send", lambda child, _program: child.process.kill())
+    with pytest.raises(AutobalanceError, match=r"solver's process ended \(exit code -9\)"):
+        choose(residual, tolerance(100.0), candidates, prefer="most_inertia_removed")
 
 
 def inertia(candidates: Candidates, depths_mm: Array) -> float:
