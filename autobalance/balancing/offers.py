@@ -107,7 +107,19 @@ def best_offer(
     plan = harmless(initial, tolerance, best.candidates, best.plan)
     plan = worthwhile(initial, tolerance, best.candidates, plan)
     coarse = settable(initial, tolerance, best.candidates, plan)
-    return replace(best, plan=coarse, notes=(*best.notes, *_too_fine(best.candidates, plan, coarse)))
+    notes = (*best.notes, *_too_fine(best.candidates, plan, coarse), *_unequal(best.candidates, coarse))
+    return replace(best, plan=coarse, notes=notes)
+
+
+def _unequal(candidates: Candidates, plan: Plan) -> tuple[str, ...]:
+    """Return that cuts which were to be equal are not, where they are not."""
+    pairs = zip(candidates.cuts, plan.depths_mm.tolist(), strict=True)
+    different = {(setting_of(cut), round(depth, 6)) for cut, depth in pairs if depth > 0.0}
+    if not candidates.equal or len(different) < 2:
+        return ()
+    return (
+        f"no equal cuts at the positions keep the tolerance: the plan has {len(different)} different ones",
+    )
 
 
 def _too_fine(candidates: Candidates, plan: Plan, coarse: Plan) -> tuple[str, ...]:

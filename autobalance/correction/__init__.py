@@ -75,6 +75,7 @@ def joined(parts: Sequence[Candidates]) -> Candidates:
         tuple(varieties),
         notes,
         tuple(overlaps),
+        equal=len(parts) == 1 and parts[0].equal,
     )
 
 

@@ -17,6 +17,7 @@ from autobalance.correction.holes.drill_sizes import likely_sizes_mm
 from autobalance.correction.holes.drill_words import no_place, why_none
 from autobalance.correction.holes.hole import Hole, hole_shape, keep_apart
 from autobalance.correction.holes.largest_fit import ended_by, widest_mm
+from autobalance.correction.holes.positions import positions_of, unused_notes
 from autobalance.correction.holes.sites import Places, Site, in_sectors, make_holes, reach_of
 from autobalance.correction.holes.trace import DrillTrace
 from autobalance.correction.holes.walls import HoleLimits
@@ -149,7 +150,8 @@ class Drill(Kind[DrillLimits]):
             apart=apart,
             counts=tuple(counts),
             varieties=(few,),
-            notes=no_place(limits, radii),
+            notes=(*no_place(limits, radii), *_nothing_at(work.anatomy, limits, drill_cuts)),
+            equal=limits.positions is not None,
         )
 
     def is_kept(self, cut: DrillCut, item: Item) -> bool:
@@ -170,7 +172,7 @@ class Drill(Kind[DrillLimits]):
             Otherwise({"zone": "web"}, 'holes in the webs\' halves away from the crankpins (zone = "web")'),
             Otherwise({"zone": "anywhere"}, 'holes outside the counterweights (zone = "anywhere")'),
         ]
-        return *ways, *wider[ZONES.index(limits.zone) :]
+        return *ways, *wider[ZONES.index(limits.held_zone) :]
 
     def label(self, item: Item) -> str:
         return f"drill {item['drill']}" if item.get("drill") else f"drill ⌀{item['diameter_mm']:g}"
@@ -198,6 +200,12 @@ class Drill(Kind[DrillLimits]):
 
 
 KIND = Drill()
+
+
+def _nothing_at(anatomy: Anatomy, limits: DrillLimits, cuts: Sequence[DrillCut]) -> tuple[str, ...]:
+    axes = [(cut.web, cut.hole.axis) for cut in cuts]
+    room = f"min_wall_mm = {limits.min_wall_mm:g} and max_obliquity_deg = {limits.max_obliquity_deg:g}"
+    return unused_notes(limits.positions, axes, anatomy, room)
 
 
 def _sizes_mm(work: Workpiece, limits: DrillLimits, search_level: int) -> tuple[float, ...]:
@@ -238,7 +246,13 @@ def cuts(
     refuse_wide("drill", diameters, limits.min_wall_mm, anatomy, limits.direction)
     oblique = math.radians(limits.max_obliquity_deg)
     places = Places(
-        limits.direction, limits.sectors_deg, direction_at(target), search_level, limits.zone, oblique
+        limits.direction,
+        limits.sectors_deg,
+        direction_at(target),
+        search_level,
+        limits.held_zone,
+        oblique,
+        positions_of(limits.positions, anatomy),
     )
     search = HoleSearch.on(solid, anatomy, places)
     half_point = math.radians(0.5 * limits.point_angle_deg)
@@ -250,7 +264,7 @@ def cuts(
         sites = search.sites(group[-1] + limits.min_wall_mm)
         seen |= bool(sites)
         drill_cuts += [_cut(*each, limits, density_g_mm3) for each in search.holes(sites, group, room)]
-    if limits.deepen:
+    if limits.may_deepen:
         drill_cuts += _deepened(search, density_g_mm3, limits)
     cuts = [cut for cut in drill_cuts if cut is not None]
     if not cuts:
@@ -296,13 +310,15 @@ def _deepened(search: HoleSearch, density_g_mm3: float, limits: DrillLimits) -> 
     anatomy = search.anatomy
     half_point = math.radians(0.5 * limits.point_angle_deg)
     room = HoleLimits(limits.min_wall_mm, half_point, limits.min_step_mm, limits.max_depth_mm)
+    positions = search.places.positions
     fitting = [
-        (replace(site, least_radius_mm=least_radius_mm(anatomy, web, limits.zone)), 0.5 * diameter)
+        (replace(site, least_radius_mm=least_radius_mm(anatomy, web, limits.held_zone)), 0.5 * diameter)
         for web in anatomy.webs
         for site, radius in old_sites(search.surface, web, limits.direction, limits.min_wall_mm)
         for diameter in fitting_mm(limits.at_hand_mm, radius)
         if in_sectors(site.angle_rad, limits.sectors_deg)
-        and in_zone(anatomy, web, site.angle_rad, limits.zone)
+        and in_zone(anatomy, web, site.angle_rad, limits.held_zone)
+        and (positions is None or any(each.holds(site.axis, web) for each in positions))
     ]
     if not fitting:
         return

@@ -85,7 +85,10 @@ class Workpiece:
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Candidate cuts of a kind on a workpiece, what they have to share, and notes for the user."""
+    """Candidate cuts of a kind on a workpiece, what they have to share, and notes for the user.
+
+    ``equal``: one tool and one depth, in as few cuts as keep the tolerance, wherever such are found.
+    """
 
     cuts: tuple[Cut, ...]
     shared: tuple[SharedDepth, ...] = ()
@@ -95,6 +98,7 @@ class Candidates:
     varieties: tuple[Variety, ...] = ()
     notes: tuple[str, ...] = ()
     overlaps: tuple[Overlap, ...] = ()
+    equal: bool = False
 
 
 L = TypeVar("L", bound=Limits)

@@ -197,7 +197,7 @@ def _by_setting(task: Task, among: Sequence[int]) -> dict[str, list[int]]:
     return by_setting
 
 
-def alike_everywhere(task: Task, enough: float) -> Iterator[Plan]:
+def alike_everywhere(task: Task, enough: float, most_cuts: int = MOST_ALIKE) -> Iterator[Plan]:
     """Yield plans of the fewest cuts of one setting and one depth, for each setting."""
     rows = judged_rows(task.tolerance) / enough
     target = -rows @ task.residual.components
@@ -205,7 +205,7 @@ def alike_everywhere(task: Task, enough: float) -> Iterator[Plan]:
         alike = _Alike.of(task, members, rows)
         if alike is None:
             continue
-        for count in range(1, MOST_ALIKE + 1):
+        for count in range(1, min(most_cuts, len(members)) + 1):
             good = _settled(task, alike.sets(target, count), enough)
             if good:
                 yield from good

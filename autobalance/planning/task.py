@@ -83,5 +83,6 @@ def part_of(task: Task, few: Sequence[int]) -> Task:
         ),
         candidates.notes,
         tuple(moved(pair) for pair in candidates.overlaps if both(pair)),
+        candidates.equal,
     )
     return replace(task, candidates=part)

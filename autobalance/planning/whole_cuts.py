@@ -18,15 +18,21 @@ from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depth_steps import finished, rounding_share, settled
 from autobalance.planning.depths import AIM, Plan, judged_plan, plan_depths
 from autobalance.planning.enumeration import lightest_set
+from autobalance.planning.equal_cut_search import alike_everywhere
 from autobalance.planning.fewest_setups import WHOLE_CUTS_SHARE, enough_share, has_steps, rank, simplest
 from autobalance.planning.milp import CUT_COUNTS, NODES, solve
 from autobalance.planning.milp_model import EXCESS_WEIGHT, add_points, breakpoints
 from autobalance.planning.nominal_depths import nominal_plan
 from autobalance.planning.task import Task, is_discrete, usual
+from autobalance.planning.ties import key
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
 
+EQUAL_CUTS_SHARE = 0.75
+"""Share of the permissible value that cuts of one tool and one depth may leave, for being equal."""
+MOST_EQUAL = 16
+"""Cuts of one tool and one depth, at most."""
 ROUNDS = 4
 REFINED = 0.9
 """Share of the former residual below which another look at the exact curves is worth its time; nor is it
@@ -87,6 +93,11 @@ def _chosen_plan(
     aim: float,
 ) -> Plan:
     """Return what ``choose`` does, with depths as the solvers leave them."""
+    if candidates.equal:
+        equal = _equal(Task(residual, tolerance, candidates, "simple", aim, *usual(candidates)), start_mm)
+        if equal is not None:
+            return equal
+        prefer, candidates = "simple", replace(candidates, equal=False)
     if prefer == "same_setup":
         prefer = "simple"  # which tools and places go first was decided with the candidates
     if prefer == "simple" and candidates.cuts:
@@ -116,6 +127,17 @@ def _chosen_plan(
     return plan
 
 
+def _equal(task: Task, start_mm: Array | None) -> Plan | None:
+    """Return the fewest cuts of one tool and one depth that keep the tolerance; None: no such cuts do."""
+    if start_mm is not None and start_mm.any():
+        groups = Groups.apart(task, start_mm)
+        kept = common_depths(task, groups, EQUAL_CUTS_SHARE) if len(groups.members) == 1 else None
+        if kept is not None:
+            return kept
+    plans = [*alike_everywhere(task, EQUAL_CUTS_SHARE, MOST_EQUAL)]
+    return min(plans, key=lambda plan: (rank(task, plan)[1], key(plan.share)), default=None)
+
+
 def _simplest(task: Task, start_mm: Array | None) -> Plan:
     """Return the simplest plan; an earlier one's cuts and common depths are kept if they still serve."""
     if start_mm is not None and start_mm.any():
@@ -135,6 +157,8 @@ def _simplest(task: Task, start_mm: Array | None) -> Plan:
 
 def is_enough(plan: Plan, candidates: Candidates) -> bool:
     """Return whether a plan leaves so little that looking for other cuts is not worth it."""
+    if candidates.equal and plan.share <= EQUAL_CUTS_SHARE:
+        return True
     return plan.share <= (WHOLE_CUTS_SHARE if has_steps(candidates) else AIM * (1.0 + 1e-6))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,16 @@ class Hole:
     mass_g: float
     unbalance_g_mm: float
     force_N: float | None
+
+
+@dataclass(frozen=True)
+class DrillStep:
+    """What one more step of depth takes off with a drill."""
+
+    drill: str
+    diameter_mm: float
+    mass_g: float
+    unbalance_g_mm: float
 
 
 @dataclass(frozen=True)
@@ -237,6 +248,61 @@ def drilled_hole(
     mass = cylinder_mass_g(diameter_mm, depth_mm, density_kg_m3)
     unbalance = mass * radius_mm
     return Hole(mass, unbalance, None if speed_rpm is None else centrifugal_force_n(unbalance, speed_rpm))
+
+
+def drill_chart(
+    radius_mm: float,
+    series: str = "mm",
+    diameters_mm: Sequence[float] = (),
+    step_mm: float = 0.1,
+    density_kg_m3: float = STEEL_KG_M3,
+) -> list[DrillStep]:
+    """Return what each drill of a shop takes off at a radius with one more step of depth.
+
+    A deeper hole is the same hole moved on by the step, so its point does not count.
+
+    Parameters
+    ----------
+    radius_mm : float
+        Where the drill cuts: of an axial hole its axis; of a radial one the rim less the depth that is
+        reached and a third of the point [mm].
+    series : str
+        mm, inch, letter or number.
+    diameters_mm : sequence of float
+        Drills at hand, instead of a series [mm].
+    step_mm : float
+        Of depth [mm].
+    density_kg_m3 : float
+        Of what is drilled.
+
+    Raises
+    ------
+    ValueError
+        If there is no such series, or a size is no size.
+
+    References
+    ----------
+    π/4 d² ρ a step; series of ISO 235 and ASME B94.11M.
+
+    Examples
+    --------
+    >>> [(row.drill, round(row.unbalance_g_mm, 3)) for row in drill_chart(60.0, diameters_mm=[8.0, 10.0])]
+    [('8 mm', 2.367), ('10 mm', 3.699)]
+    """
+    from typing import get_args
+
+    from autobalance.correction.holes.drill_series import Series, drills_of
+
+    if series not in get_args(Series):
+        raise ValueError(f"series is {series!r}; must be one of {', '.join(get_args(Series))}")
+    if not all(size > 0.0 for size in (radius_mm, step_mm, density_kg_m3, *diameters_mm)):
+        raise ValueError("radius, step, density and diameters must be > 0")
+    drills = {f"{size:g} mm": size for size in diameters_mm} or drills_of(series)
+    rows = []
+    for name, diameter in drills.items():
+        mass = cylinder_mass_g(diameter, step_mm, density_kg_m3)
+        rows.append(DrillStep(name, diameter, mass, mass * radius_mm))
+    return rows
 
 
 def shaft_roll_moment_n_m(

@@ -20,6 +20,8 @@ DEEPER_MM = 2e-3
 """A depth may pass its limit by what a file's rounding moves a face."""
 THINNER_MM = 5e-3
 """Walls are printed to hundredths of a millimetre, limits are kept exactly."""
+OFF_POSITION_DEG = 3.0
+"""How far off a position the axis of an old hole may lie that counts as the one there."""
 BESIDE_DEG = 0.05
 
 
@@ -105,6 +107,14 @@ def check_within_limits(part: Claims, limits: Limits | None) -> None:
             raise ClaimError(
                 f"{part.name}: {part.path('wall_left_mm')} is {wall:.9g}; job.correction.{kind}.min_wall_mm "
                 f"is {least:.9g}"
+            )
+    positions = getattr(limits, "positions", None)
+    if positions is not None:
+        angle = part.get("angle_deg", float)
+        if all(abs((angle - each[0] + 180.0) % 360.0 - 180.0) > OFF_POSITION_DEG for each in positions):
+            raise ClaimError(
+                f"{part.name}: {part.path('angle_deg')} is {angle:.9g}, at none of "
+                f"job.correction.{kind}.positions"
             )
     sectors = getattr(limits, "sectors_deg", None)
     if sectors is not None:

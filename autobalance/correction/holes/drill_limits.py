@@ -59,6 +59,11 @@ class DrillLimits(Limits):
     sectors_deg : tuple of (float, float)
         Where the axes of holes may lie: angles in the rotor frame, counter-clockwise from the first to
         the second; (0, 360) is all around.
+    positions : tuple of tuple of float, or None
+        The only places for holes, the same drill and one stop depth in as few as do, wherever that keeps the
+        tolerance: [angle_deg, z_mm] of radial holes, [angle_deg, z_mm, radius_mm] of axial ones, which are
+        entered from the side of the web that z_mm is nearer to. A blind hole that is there is deepened;
+        ``zone`` does not count.
     zone : "counterweights", "web" or "anywhere"
         The counterweight, as far as its rim's arc goes and down to the main journals' fillets; the half of
         any web away from the crankpin; or all of any web.
@@ -70,7 +75,7 @@ class DrillLimits(Limits):
         Blind holes that are there may be deepened by a drill of their diameter (to 2 %); the depth then
         counts from the end of the old full diameter (where the old point is another one: from the old bottom
         on the axis), from ``min_step_mm`` on; ``max_depth_mm`` holds for old and new together. None: only in
-        ``recut``.
+        ``recut`` and at ``positions``.
     """
 
     direction: Direction = "radial"
@@ -85,6 +90,7 @@ class DrillLimits(Limits):
     min_wall_mm: Annotated[float, NOT_NEGATIVE] = 3.0
     min_spacing_mm: Annotated[float, NOT_NEGATIVE] = 3.0
     sectors_deg: Sectors = ((0.0, 360.0),)
+    positions: tuple[tuple[float, ...], ...] | None = None
     zone: Zone = "counterweights"
     max_obliquity_deg: Annotated[float, OBLIQUITY] = 15.0
     min_step_mm: Annotated[float, POSITIVE] = 0.1
@@ -99,6 +105,7 @@ class DrillLimits(Limits):
         if self.diameters_mm is not None:
             refuse_sizes("drill", "diameters_mm", "diameter", self.diameters_mm)
         self._refuse_series()
+        self._refuse_positions()
         refuse_sectors("drill", self.sectors_deg)
         refuse_out_of_range("drill", self)
         if not self.min_depth_mm <= self.max_depth_mm < math.inf:
@@ -127,6 +134,29 @@ class DrillLimits(Limits):
             if isinstance(part, str) and part not in SERIES:
                 expected = ", ".join(map(repr, SERIES))
                 raise CorrectionError(f"drill.series is {part!r}; must be one of {expected}, or a diameter")
+
+    def _refuse_positions(self) -> None:
+        if self.positions is None:
+            return
+        refuse_sizes("drill", "positions", "position", self.positions)
+        numbers = 2 if self.direction == "radial" else 3
+        form = "[angle_deg, z_mm]" if numbers == 2 else "[angle_deg, z_mm, radius_mm]"
+        for place, each in enumerate(self.positions, 1):
+            if len(each) != numbers or (numbers == 3 and not each[2] > 0.0):
+                raise CorrectionError(
+                    f"drill.positions[{place}] is {list(each)}; must be {form} of a "
+                    f"hole that is {self.direction}"
+                )
+
+    @property
+    def held_zone(self) -> Zone:
+        """Where holes may lie: anywhere, where their positions are named."""
+        return self.zone if self.positions is None else "anywhere"
+
+    @property
+    def may_deepen(self) -> bool:
+        """Whether holes that are there may be deepened."""
+        return self.positions is not None if self.deepen is None else self.deepen
 
     @property
     def at_hand_mm(self) -> tuple[float, ...]:

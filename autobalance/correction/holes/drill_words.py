@@ -21,6 +21,17 @@ def no_place(limits: DrillLimits, radii_mm: Sequence[float]) -> tuple[str, ...]:
 
 def why_none(limits: DrillLimits, diameters_mm: Sequence[float], seen: bool, anatomy: Anatomy) -> str:
     """Return why no hole fits anywhere, and what would make one fit."""
+    if limits.positions is not None:
+        sizes = (
+            f"{min(diameters_mm):g} to {max(diameters_mm):g}"
+            if len(diameters_mm) > 1
+            else f"{diameters_mm[0]:g}"
+        )
+        return (
+            f"drill.positions: no hole of {sizes} mm fits at any of them with min_wall_mm = "
+            f"{limits.min_wall_mm:g}, min_depth_mm = {limits.min_depth_mm:g} and max_obliquity_deg = "
+            f"{limits.max_obliquity_deg:g}; choose a smaller drill or wall, or other positions"
+        )
     zoned = limits.zone != "anywhere"
     if limits.zone == "counterweights" and not any(web.counterweight for web in anatomy.webs):
         return 'drill.zone = "counterweights": no web has a counterweight; zone = "anywhere" takes any web'

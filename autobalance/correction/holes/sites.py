@@ -10,6 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from autobalance.correction.holes.hole import Hole, drill_body
+from autobalance.correction.holes.positions import Position
 from autobalance.correction.holes.surface import CONTINUATION_RAD, Axis, Surface
 from autobalance.correction.holes.walls import HoleLimits, cross2, greatest_depth_mm, wall_left_mm
 from autobalance.correction.holes.zones import (
@@ -137,6 +138,8 @@ class Places:
     zone : "counterweights", "web" or "anywhere"
     most_oblique_rad : float
         Greatest angle between a hole's axis and the normal of the surface that it enters.
+    positions : tuple of Position or None
+        The only places, instead of a grid of angles.
     """
 
     direction: Direction
@@ -145,12 +148,16 @@ class Places:
     search_level: int = 0
     zone: Zone = "anywhere"
     most_oblique_rad: float = CONTINUATION_RAD
+    positions: tuple[Position, ...] | None = None
 
-    def angles(self, anatomy: Anatomy, web: Web) -> list[float]:
-        """Return the angles to be tried on a web."""
+    def spots(self, anatomy: Anatomy, web: Web) -> list[tuple[float, Position | None]]:
+        """Return the angles to be tried on a web [rad], each with the position that it is of, if of one."""
+        if self.positions is not None:
+            here = [each for each in self.positions if each.is_in(web)]
+            return [(each.angle_rad, each) for each in here if in_sectors(each.angle_rad, self.sectors_deg)]
         middle = 0.5 * (web.z_min_mm + web.z_max_mm)
         angles: list[float] = site_angles(self.sectors_deg, self.wanted(middle), self.search_level).tolist()
-        return [angle for angle in angles if in_zone(anatomy, web, angle, self.zone)]
+        return [(angle, None) for angle in angles if in_zone(anatomy, web, angle, self.zone)]
 
 
 @dataclass(frozen=True)
@@ -183,7 +190,7 @@ def find_sites(
     for web in anatomy.webs:
         near = surface.within(web.z_min_mm - margin_mm, web.z_max_mm + margin_mm)
         fillets, least_mm = fillets_of(anatomy, web), least_radius_mm(anatomy, web, places.zone)
-        for angle in places.angles(anatomy, web):
+        for angle, position in places.spots(anatomy, web):
             key = (web.number, angle)
             if key not in rims:
                 rims[key] = _rim(near, web, angle)
@@ -192,12 +199,15 @@ def find_sites(
                 continue
             r_hat = np.array([math.cos(angle), math.sin(angle), 0.0])
             if places.direction == "radial":
-                start = r_hat * outside + np.array([0.0, 0.0, rim.z_mm])
+                z_mm = rim.z_mm if position is None else position.z_mm
+                start = r_hat * outside + np.array([0.0, 0.0, z_mm])
                 lines = [(near, Axis(start, -r_hat))]
             else:
-                at = r_hat * (rim.least_radius_mm - margin_mm - 1e-3)
+                out = rim.least_radius_mm - margin_mm - 1e-3
+                at = r_hat * (out if position is None else position.radius_mm)
                 low, high = np.array([0.0, 0.0, -1e4]), np.array([0.0, 0.0, 1e4])
                 lines = [(surface, Axis(at + low, -low / 1e4)), (surface, Axis(at + high, -high / 1e4))]
+                lines = lines if position is None else [lines[position.side(web)]]
             for within, line in lines:
                 site = _site(within, web, angle, line, margin_mm, least, fillets)
                 if site is not None and site.oblique_rad <= places.most_oblique_rad + ROUNDING_RAD:

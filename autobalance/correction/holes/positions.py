@@ -1,0 +1,79 @@
+"""The only places for holes that a job names: a pattern of bolt holes, or holes that are there already."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from autobalance.correction.holes.surface import Axis
+from autobalance.crank.anatomy import Anatomy, Web
+from autobalance.errors import CorrectionError
+
+AT_MM = 0.5
+"""How far off a position the axis of a hole may lie that is taken for the one there."""
+
+
+@dataclass(frozen=True)
+class Position:
+    """Where a hole's axis lies, rotor frame; ``radius_mm`` is that of an axial hole, else nan."""
+
+    angle_rad: float
+    z_mm: float
+    radius_mm: float = math.nan
+
+    def is_in(self, web: Web) -> bool:
+        return web.z_min_mm <= self.z_mm <= web.z_max_mm
+
+    def side(self, web: Web) -> int:
+        """Return the side from which an axial hole is entered: 0 from -z, 1 from +z."""
+        return int(self.z_mm > 0.5 * (web.z_min_mm + web.z_max_mm))
+
+    def holds(self, axis: Axis, web: Web) -> bool:
+        """Return whether a hole's axis is the one here, entered from the same side."""
+        x, y, z = axis.entry_mm.tolist()
+        radius, inward_z = math.hypot(x, y), float(axis.inward[2])
+        aside = radius * abs(math.remainder(math.atan2(y, x) - self.angle_rad, math.tau))
+        if math.isnan(self.radius_mm):
+            return aside <= AT_MM and abs(z - self.z_mm) <= AT_MM
+        from_side = int(inward_z < 0.0)
+        return aside <= AT_MM and abs(radius - self.radius_mm) <= AT_MM and from_side == self.side(web)
+
+
+def positions_of(listed: Sequence[Sequence[float]] | None, anatomy: Anatomy) -> tuple[Position, ...] | None:
+    """Return the positions of a job; None where it names none.
+
+    Raises
+    ------
+    CorrectionError
+        If one lies in no web.
+    """
+    if listed is None:
+        return None
+    positions = []
+    for number, (angle_deg, z_mm, *radius_mm) in enumerate(listed, 1):
+        position = Position(math.radians(angle_deg), z_mm, *radius_mm)
+        if not any(position.is_in(web) for web in anatomy.webs):
+            webs = ", ".join(f"{web.z_min_mm:.4g} to {web.z_max_mm:.4g}" for web in anatomy.webs)
+            raise CorrectionError(
+                f"drill.positions[{number}]: z_mm = {z_mm:g} lies in no web; webs reach over z {webs} mm"
+            )
+        positions.append(position)
+    return tuple(positions)
+
+
+def unused_notes(
+    listed: Sequence[Sequence[float]] | None,
+    axes: Sequence[tuple[int, Axis]],
+    anatomy: Anatomy,
+    limits: str,
+) -> tuple[str, ...]:
+    """Return a note on each position where no drill fits; ``axes`` are the webs and axes of those that do."""
+    webs = {web.number: web for web in anatomy.webs}
+    positions = positions_of(listed, anatomy) or ()
+    return tuple(
+        f"no drill at hand fits at drill.positions[{number}] ({math.degrees(each.angle_rad):g}°, z "
+        f"{each.z_mm:g} mm) with {limits}"
+        for number, each in enumerate(positions, 1)
+        if not any(each.holds(axis, webs[web]) for web, axis in axes)
+    )
