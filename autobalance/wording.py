@@ -7,6 +7,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from autobalance.units import wrapped_deg
+
 OUTCOMES = {
     "within_tolerance": "Within tolerance",
     "already_within_tolerance": "Already within tolerance",
@@ -61,8 +63,8 @@ def signed(value: float | None, digits: int = 2) -> str:
 
 
 def angle_deg(vector: Any) -> float:
-    """Return the direction of a vector in the xy plane, 0 to 360 [deg]."""
-    return math.degrees(math.atan2(vector[1], vector[0])) % 360.0
+    """Return the direction of a vector in the xy plane, 0 to below 360 [deg]."""
+    return wrapped_deg(math.degrees(math.atan2(vector[1], vector[0])))
 
 
 def degrees(value_deg: float, digits: int = 1) -> str:

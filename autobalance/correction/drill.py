@@ -35,6 +35,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
+from autobalance.units import wrapped_deg
 from autobalance.wording import number
 
 
@@ -89,7 +90,7 @@ class DrillCut(HoleCut):
             point_mm=hole.point_mm,
             deepened_from_mm=self.site.sunk_mm or None,
             deepened_at=None if not self.site.sunk_mm else "shoulder" if self.site.on_shoulder else "bottom",
-            angle_deg=math.degrees(self.site.angle_rad) % 360.0,
+            angle_deg=wrapped_deg(math.degrees(self.site.angle_rad)),
             entry_radius_mm=math.hypot(entry[0], entry[1]),
             inward=[float(v) for v in hole.axis.inward],
             wall_left_mm=self.site.wall_left_mm(hole.radius_mm, depth_mm, hole.half_point_rad),

@@ -18,6 +18,7 @@ from autobalance.errors import FormatError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import outline_points
 from autobalance.types import Array
+from autobalance.units import wrapped_deg
 
 SEGMENTS = 720
 """Parts of a full circle in an outline that a cutter follows: it is off by 1e-5 of the radius."""
@@ -137,7 +138,7 @@ def radial_error(operation: HoleOperation) -> tuple[float, float]:
 
 def angle_deg(operation: HoleOperation) -> float:
     """Return at which angle of the rotor frame a radial hole is entered."""
-    return math.degrees(math.atan2(float(operation.entry_mm[1]), float(operation.entry_mm[0]))) % 360.0
+    return wrapped_deg(math.degrees(math.atan2(float(operation.entry_mm[1]), float(operation.entry_mm[0]))))
 
 
 def is_along_axis(operation: HoleOperation) -> bool:

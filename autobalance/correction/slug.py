@@ -32,6 +32,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
+from autobalance.units import wrapped_deg
 from autobalance.wording import number
 
 SEAT_MM = 0.02
@@ -191,7 +192,7 @@ class Slug(Kind[SlugLimits]):
 
     def remedy_text(self, cut: SlugCut) -> str:
         """Return which slug, and where."""
-        angle = math.degrees(cut.site.angle_rad) % 360.0
+        angle = wrapped_deg(math.degrees(cut.site.angle_rad))
         return (
             f"one axial slug of {2.0 * cut.hole.radius_mm:g} × {cut.length_mm:g} mm "
             f"({cut.limits.density_kg_m3:g} kg/m³) in web {cut.web} at {angle:.0f}°"

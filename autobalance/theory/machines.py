@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.units import wrapped_deg
+
 SCATTERS = 2.0
 """Standard deviations of a reading that count as the least residual that the machine can show."""
 
@@ -121,4 +123,4 @@ def _vectors(sizes_g_mm: Sequence[float], angles_deg: Sequence[float]) -> NDArra
 
 
 def _degrees(value: complex) -> float:
-    return math.degrees(math.atan2(value.imag, value.real)) % 360.0
+    return wrapped_deg(math.degrees(math.atan2(value.imag, value.real)))

@@ -138,3 +138,9 @@ def test_a_scan_with_holes_is_closed_balanced_and_verified(
     assert result.report["crank"]["mass_g"] == pytest.approx(whole, abs=0.3)
     result.write(tmp_path / "out", only=("json",))
     assert ab.verify(tmp_path / "out" / "report.json").holds
+
+
+def test_an_open_box_too_small_for_areas_is_refused_without_dividing_by_them() -> None:
+    box = Solid.box(np.zeros(3), np.ones(3)).mesh
+    with pytest.raises(SolidError):
+        _closed(Mesh(box.vertices * 1e-170, box.triangles[:-1]), 15.0)

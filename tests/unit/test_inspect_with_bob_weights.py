@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,9 @@ def test_it_is_what_balance_begins_with(tmp_path: Path) -> None:
     found, initial = inspected.report["with_bob_weights"], ab.balance(ab.read_job(path)).report["initial"]
     for each, plane in zip(found["planes"], [initial, *initial["planes"]], strict=True):
         assert each["unbalance_g_mm"] == pytest.approx(plane["unbalance_g_mm"], abs=1e-6)
-        assert (each["angle_deg"] + 180.0) % 360.0 == pytest.approx(each["add_at_deg"])
+        assert math.remainder(each["angle_deg"] + 180.0 - each["add_at_deg"], 360.0) == pytest.approx(
+            0.0, abs=1e-9
+        )
     assert found["within"] is False
     text = inspected.text()
     assert f"{initial['magnitude_g_mm']:.2f} g·mm" in text

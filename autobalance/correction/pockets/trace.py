@@ -26,6 +26,7 @@ from autobalance.errors import FormatError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import outline_area_mm2
 from autobalance.solid.csg.solid import Solid
+from autobalance.units import wrapped_deg
 
 
 @dataclass(frozen=True)
@@ -89,8 +90,8 @@ class PocketTrace:
             "web": web_at(metal.crank.anatomy, float(centre[2])),
             "inner_radius_mm": float(radius.min()),
             "outer_radius_mm": float(radius.max()),
-            "start_deg": math.degrees(middle + float(off.min())) % 360.0,
-            "end_deg": math.degrees(middle + float(off.max())) % 360.0,
+            "start_deg": wrapped_deg(math.degrees(middle + float(off.min()))),
+            "end_deg": wrapped_deg(math.degrees(middle + float(off.max()))),
             **({"side": round(up)} if "side" in self.item else {}),
             "face_z_mm": up * cheek,
             "depth_mm": cheek + floor,

@@ -24,6 +24,8 @@ from autobalance.types import Array, Indices
 
 SHOWN = 6
 """Holes that a refusal lists."""
+TINY = 1e-300
+"""In place of an area, or added to a length, of triangles so small that it is 0."""
 WIDEST = 0.4
 """A rim wider than this share of a mesh's diagonal is where the rest of the part begins."""
 AROUND = 0.7
@@ -135,11 +137,12 @@ def _holes(mesh: Mesh) -> list[Hole]:
         normal = doubled_area_vector(corners)
         size = float(np.linalg.norm(normal))
         width = float(np.linalg.norm(corners[:, None] - corners[None], axis=2).max())
-        unit = normal / max(size, 1e-300)
+        unit = normal / max(size, TINY)
         opposite = np.roll(rim, -1) * count + rim
         beside = owner[order[np.searchsorted(key, opposite, sorter=order).clip(max=len(key) - 1)]]
-        facing = mesh.area_vectors.take(beside, axis=0) / mesh.doubled_areas.take(beside)[:, None]
-        length = np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1)
+        areas = np.maximum(mesh.doubled_areas.take(beside), TINY)
+        facing = mesh.area_vectors.take(beside, axis=0) / areas[:, None]
+        length = np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1) + TINY
         along = float(np.average(np.abs(facing @ unit), weights=length))
         holes.append(Hole(rim, corners.mean(axis=0), unit, width, along))
     return holes
