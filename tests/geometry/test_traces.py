@@ -72,6 +72,30 @@ def test_a_flap_beside_a_turned_rim_does_not_count_in_its_rate(flapped: bool) ->
     assert np.allclose(value, [exact, 0.0], rtol=0.0, atol=max(within, 1e-3 * abs(exact)))
 
 
+@pytest.mark.parametrize("stands_out_mm", [0.033, 0.2])
+def test_the_rate_of_a_faceted_rim_is_of_what_its_corners_leave(stands_out_mm: float) -> None:
+    """Of the facets a strip at each corner alone is turned; a flap at the new radius hides their edges."""
+    radius, density, sides = 70.0, 7.85e-3, 24
+    corners = radius + stands_out_mm
+    angles = 2.0 * np.pi / sides * np.arange(-3, 4)
+    half = corners * np.column_stack([np.cos(angles), np.sin(angles)])
+    rim = Solid.prism(Region.of([np.concatenate([np.zeros((1, 2)), half])]), 0.0, 10.0)
+    strips = rim - Solid.revolved(np.array([[0, -1], [radius, -1], [radius, 11], [0, 11]]), 3600)
+    flap = ring(radius + 0.01, radius + 0.01001, 120.0, 240.0)
+    metal = Metal((strips, flap), density, cast(Any, None), None, 0.0, NEAR_MM)
+    read = RingTrace({"kind": "turn"}).rates(metal, radius)["unbalance_per_mm_g_mm"]
+    value, within = (read.value, read.within) if isinstance(read, Reading) else (read, 0.0)
+    in_middle = corners * np.cos(np.pi / sides)  # of a facet; the turned circle comes out of it beside that
+    bare = np.arccos(min(in_middle / radius, 1.0))
+    ends = np.pi / sides - bare  # half of a strip
+    strip = density * 10.0 * radius**2 * ends
+    exact = -strip * sum(
+        (1.0 if abs(k) == 3 else 2.0) * np.cos(k * 2.0 * np.pi / sides) for k in range(-3, 4)
+    )
+    assert within <= 0.3 * abs(exact)
+    assert value[0] == pytest.approx(exact, abs=within)
+
+
 def test_pieces_are_whole_where_making_them_anew_loses_metal(monkeypatch: pytest.MonkeyPatch) -> None:
     """manifold3d takes long slivers out of what it is given, at times with much that hangs there."""
     flake = block(60.0, 20.0, 20.00001)

@@ -35,8 +35,10 @@ BESIDE_MM = 0.25
 """How far the tool reaches beyond a web's faces, so that no skin is left; never over a quarter of the gap."""
 RING_MM = 0.05
 RING_SIDES = 360
+GRAINS_OF_RING = 32.0
 EQUAL_AREA = equal_area(RING_SIDES)
-"""A thin ring over a turned radius, its sides, and by how much its corners lie out for a circle's area."""
+"""A thin ring over a turned radius, its sides, how many roundings the thinnest is thick at least, and by how
+much its corners lie out for a circle's area."""
 CLEAN = 0.01
 """Share by which the area of a turned surface may differ from that of the rings without flaps on it."""
 FLAP_SHARE = 0.25
@@ -168,21 +170,16 @@ def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, An
     """Return what one more millimetre of radius changes: from the turned surface, where it can be believed.
 
     Flaps may hang on the metal where the old rim hardly stood out. So the metal in two thin rings over the
-    new radius counts too: flaps have no volume. With m(δ) the moments of what lies within δ of the radius,
-    (4 m(δ) − m(2δ)) / 2δ is dm/dδ to second order; m(δ)/δ, to first, shows how far to trust it. The surface
-    is believed as far as the rings confirm it: where the rim hardly stands out, some is rounded away.
+    new radius counts too: flaps have no volume. The surface is believed as far as the rings confirm it:
+    where the rim hardly stands out, some is rounded away.
     """
     exact = rates(turned.scaled(-metal.density_g_mm3))
     if math.isnan(radius_mm):  # nothing faces the axis
         return exact
     low, high = (float(f(piece.bounds[k][2] for piece in metal.pieces)) for k, f in ((0, min), (1, max)))
-    thin, thick = (
-        _within(metal, radius_mm + step, low - SLACK_MM, high + SLACK_MM) for step in (RING_MM, 2.0 * RING_MM)
-    )
-    rate = (thin.scaled(4.0) - thick).scaled(0.5 / RING_MM)
-    doubt = rate - thin.scaled(1.0 / RING_MM)
-    measured, off = (rates(each.scaled(-metal.density_g_mm3)) for each in (rate, doubt))
-    rounding = 4.0 * metal.near_mm / RING_MM * metal.density_g_mm3 * thin.mass_g / RING_MM * radius_mm
+    rate, first_order, ring_mm = _rate_by_rings(metal, radius_mm, low - SLACK_MM, high + SLACK_MM)
+    measured, off = (rates(each.scaled(-metal.density_g_mm3)) for each in (rate, rate - first_order))
+    rounding = 4.0 * metal.near_mm / ring_mm * metal.density_g_mm3 * first_order.mass_g * radius_mm
     reach = {"unbalance_per_mm_g_mm": 1.0, "moment_per_mm_g_mm2": max(abs(low), abs(high))}
     clean = abs(turned.mass_g - rate.mass_g) <= CLEAN * rate.mass_g
     readings: dict[str, Any] = {}
@@ -193,7 +190,29 @@ def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, An
     return readings
 
 
-def _within(metal: Metal, radius_mm: float, low_mm: float, high_mm: float) -> Moments:
-    """Return volume moments (density 1) of the metal within a radius about the axis."""
-    rod = faceted_ring(0.0, radius_mm * EQUAL_AREA, low_mm, high_mm, RING_SIDES)
-    return sum(((piece & rod).moments(1.0) for piece in metal.pieces), Moments.zero())
+def _rate_by_rings(
+    metal: Metal, radius_mm: float, low_mm: float, high_mm: float
+) -> tuple[Moments, Moments, float]:
+    """Return dm/dδ of the metal m(δ) within δ of a radius, to second and to first order, and δ [mm].
+
+    (4 m(δ) − m(2δ)) / 2δ is dm/dδ to second order, m(δ)/δ to first, which shows how far to trust it. The
+    corners of a faceted rim may stand out by less than 2δ: rings are halved until that changes nothing.
+    """
+
+    def within(step_mm: float) -> Moments:
+        rod = faceted_ring(0.0, (radius_mm + step_mm) * EQUAL_AREA, low_mm, high_mm, RING_SIDES)
+        return sum(((piece & rod).moments(1.0) for piece in metal.pieces), Moments.zero())
+
+    def second_order(thin: Moments, thick: Moments, step_mm: float) -> Moments:
+        return (thin.scaled(4.0) - thick).scaled(0.5 / step_mm)
+
+    step = RING_MM
+    thin, thick = within(step), within(2.0 * step)
+    rate = second_order(thin, thick, step)
+    while step > GRAINS_OF_RING * metal.near_mm:
+        finer_thin = within(0.5 * step)
+        finer = second_order(finer_thin, thin, 0.5 * step)
+        if abs(finer.mass_g - rate.mass_g) <= CLEAN * abs(finer.mass_g):
+            break
+        thin, rate, step = finer_thin, finer, 0.5 * step
+    return rate, thin.scaled(1.0 / step), step
