@@ -251,6 +251,22 @@ def test_what_is_listed_is_what_was_taken(run: tuple[dict[str, Any], Any, Any]) 
     np.testing.assert_allclose(unbalance, DENSITY_G_MM3 * change.first_g_mm[:2], atol=1e-6 * size)
 
 
+@pytest.mark.parametrize("run", ["mill", "turn"], indirect=True)
+def test_what_a_pass_predicted_is_held_against_what_it_took(
+    run: tuple[dict[str, Any], Any, Any], crank: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Predicted on facets, taken of true surfaces: both agree within a twentieth of what is moved."""
+    report, _, _ = run
+    (step,) = report["steps"]
+    moved = sum(math.hypot(*item["unbalance_change_g_mm"]) for item in report["corrections"])
+    assert 1e-6 * moved < abs(step["predicted_g_mm"] - step["measured_g_mm"]) < 0.05 * moved
+    false = {**report, "steps": [{**step, "predicted_g_mm": step["predicted_g_mm"] + 0.2 * moved}]}
+    edited = crank.parent / report["corrections"][0]["kind"] / "out" / "edited.json"
+    edited.write_text(json.dumps(false), encoding="utf-8")
+    assert main(["verify", str(edited)]) == 3
+    assert "steps[1].predicted_g_mm is " in capsys.readouterr().err
+
+
 def test_places_are_told_in_the_files_coordinates(run: tuple[dict[str, Any], Any, Any]) -> None:
     report, _, after = run
     frame = np.array(report["frame"]["file_to_rotor"])
