@@ -1,4 +1,4 @@
-"""Cuts planned on simulated scans, made on the true crank: python -m benchmarks.scan_cuts [--cases N].
+"""Cuts planned on simulated scans, made on the true crank: benchmarks.scan_cuts [--cases N] [--first N].
 
 A scan with noise, and a skin within the accuracy stated, is balanced; the bodies of its tools are taken from
 the true crank, meshed more finely. What that leaves about its true axis is held against the report: within
@@ -79,10 +79,11 @@ def main() -> None:
     """Print the lines and the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", type=int, default=100)
-    count = parser.parse_args().cases
+    parser.add_argument("--first", type=int, default=0)
+    asked = parser.parse_args()
     table: dict[tuple[str, float, str], list[bool]] = defaultdict(list)
     refused = 0
-    for number in range(count):
+    for number in range(asked.first, asked.first + asked.cases):
         begun = time.process_time()
         name, sigma, kind, within, line = one(number)
         refused += within is None

@@ -113,6 +113,9 @@ class Face:
     rms_mm, flatness_mm : float or None
         Of a scanned face: root mean square of its points' distance from the fitted plane, and the distance of
         the two planes that hold 95 % of it; None where it was drawn.
+    centroid_pm_mm : (3,) float or None
+    normal_pm_deg : float or None
+        Standard errors of a scanned face.
     """
 
     id: str
@@ -126,6 +129,8 @@ class Face:
     surfaces: tuple[int, ...] = ()
     rms_mm: float | None = None
     flatness_mm: float | None = None
+    centroid_pm_mm: Array | None = None
+    normal_pm_deg: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -99,6 +99,8 @@ def _scanned_faces(mesh: Mesh, anatomy: Anatomy, fit: ScanFit) -> list[Face]:
                 0.5 * face.flatness_mm,
                 rms_mm=face.rms_mm,
                 flatness_mm=face.flatness_mm,
+                centroid_pm_mm=face.centroid_pm_mm,
+                normal_pm_deg=face.normal_pm_deg,
             )
         )
     return faces

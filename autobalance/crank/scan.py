@@ -16,23 +16,44 @@ class ScannedCylinder:
 
     ``out_of_round_mm`` is the greatest less the least radius of its mean section; ``run_out_mm`` what a dial
     would read of a main journal, were the crank turned about the common axis: twice its centre's distance.
+    ``centre_pm_mm`` (3,) is of its centre in the rotor frame.
     """
 
+    centre_pm_mm: Array
     diameter_pm_mm: float
+    width_pm_mm: float
     rms_mm: float
     out_of_round_mm: float
     covered: float
     run_out_mm: float | None = None
 
 
+@dataclass(frozen=True)
+class ScannedWeb:
+    """Standard errors of a web, and of its counterweight's outline where it has one (0: none)."""
+
+    z_min_pm_mm: float
+    z_max_pm_mm: float
+    rim_radius_pm_mm: float = 0.0
+    rim_rms_mm: float = 0.0
+    fan_angle_pm_deg: float = 0.0
+    skew_pm_deg: float = 0.0
+    thickness_pm_mm: float = 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class ScannedFace:
-    """A plane face as scanned: rows of the mesh's triangles, file coordinates [mm]."""
+    """A plane face as scanned: rows of the mesh's triangles, file coordinates [mm].
+
+    ``centroid_pm_mm`` (3,) are its standard errors in the rotor frame.
+    """
 
     rows: NDArray[np.int64]
     normal: Array
     centroid_mm: Array
     area_mm2: float
+    centroid_pm_mm: Array
+    normal_pm_deg: float
     rms_mm: float
     flatness_mm: float
 
@@ -53,7 +74,8 @@ class ScanFit:
         That middle, z in the rotor frame.
     journals, crankpins : tuple of ScannedCylinder
     crank_radius_pm_mm, angle_pm_deg : tuple of float
-        Of each throw.
+        Of each throw; angles from throw 1, its own in the file.
+    webs : tuple of ScannedWeb
     faces : tuple of ScannedFace
     """
 
@@ -66,4 +88,5 @@ class ScanFit:
     crankpins: tuple[ScannedCylinder, ...]
     crank_radius_pm_mm: tuple[float, ...]
     angle_pm_deg: tuple[float, ...]
+    webs: tuple[ScannedWeb, ...]
     faces: tuple[ScannedFace, ...]

@@ -31,7 +31,16 @@ def _recognised(mesh: Mesh) -> tuple[Anatomy, ScanFit]:
     return found, found.scan
 
 
-def _compare(there: Scan, mesh: Mesh, sigma_mm: float) -> None:
+def _rims(found: Anatomy, fit: ScanFit, radius_mm: float, sigma_mm: float) -> None:
+    """The farthest of a thousand points would be off by three σ; least squares is not."""
+    for web, each in zip(found.webs, fit.webs, strict=True):
+        if web.outline is not None:
+            off = abs(web.outline.rim_radius_mm - radius_mm)
+            assert off < min(0.5 * sigma_mm + 1e-3, SURE * each.rim_radius_pm_mm + 1e-3)
+            assert each.rim_rms_mm == pytest.approx(sigma_mm, rel=0.35)
+
+
+def _compare(there: Scan, mesh: Mesh, sigma_mm: float) -> tuple[Anatomy, ScanFit]:
     """Hold what is recognised against the truth: by the noise, and by the standard errors stated."""
     found, fit = _recognised(mesh)
     true = there.truth
@@ -53,19 +62,30 @@ def _compare(there: Scan, mesh: Mesh, sigma_mm: float) -> None:
     for error, pm in pairs:
         assert abs(error) < 0.5 * sigma_mm + 0.005
         assert abs(error) < SURE * pm + 1e-3
-    for a, b, pm in zip(found.throws, true.throws, fit.angle_pm_deg, strict=True):
-        angle = (a.angle_deg - b.angle_deg + 180.0) % 360.0 - 180.0
+    for a, b, c in [
+        *zip(found.main_journals, true.main_journals, fit.journals, strict=True),
+        *((a.crankpin, b.crankpin, c)
+          for a, b, c in zip(found.throws, true.throws, fit.crankpins, strict=True)),
+    ]:  # fmt: skip
+        assert (np.abs(a.centre_mm - b.centre_mm) <= SURE * c.centre_pm_mm + 1e-3).all()
+        assert abs(a.width_mm - b.width_mm) < SURE * c.width_pm_mm
+    for one, other, pm in zip(found.throws, true.throws, fit.angle_pm_deg, strict=True):
+        angle = (one.angle_deg - other.angle_deg + 180.0) % 360.0 - 180.0
         assert abs(angle) < max(0.02, SURE * pm)
-    for web, wanted in zip(found.webs, true.webs, strict=True):
+    for web, wanted, own in zip(found.webs, true.webs, fit.webs, strict=True):
+        assert abs(web.z_min_mm - wanted.z_min_mm) < SURE * own.z_min_pm_mm + 1e-3
+        assert abs(web.z_max_mm - wanted.z_max_mm) < SURE * own.z_max_pm_mm + 1e-3
         assert web.counterweight == wanted.counterweight
         assert web.z_min_mm == pytest.approx(wanted.z_min_mm, abs=sigma_mm + 0.005)
         assert web.z_max_mm == pytest.approx(wanted.z_max_mm, abs=sigma_mm + 0.005)
+    return found, fit
 
 
 @pytest.mark.parametrize(("sigma_mm", "seed"), [(0.005, 0), (0.05, 1)])
 def test_a_scanned_crank_is_found_to_a_fraction_of_its_noise(sigma_mm: float, seed: int) -> None:
     there = scan("single", sigma_mm, edge_mm=EDGE_MM, seed=seed)
-    _compare(there, there.mesh, sigma_mm)
+    found, fit = _compare(there, there.mesh, sigma_mm)
+    _rims(found, fit, 52.0, sigma_mm)
 
 
 def test_a_decimated_scan_is_found() -> None:

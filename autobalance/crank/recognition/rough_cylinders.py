@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +10,6 @@ import numpy as np
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.rough_doubts import cut_or_stand, grade_for
 from autobalance.crank.recognition.rough_fits import Fit, Region, fit_circle_along_z, rows_near
-from autobalance.crank.recognition.rough_planes import RoughPlane
 from autobalance.crank.recognition.rough_runs import rough_slack_mm
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.errors import RecognitionError
@@ -29,9 +27,6 @@ CREDIBLE_MM = 0.1
 """No more is believed of the neighbourhoods of a mesh that was decimated to a few large triangles."""
 ROUGHEST_MM = 0.15
 """Rougher surfaces are not judged."""
-FILLET_SHARE, FACE_MM, ALIKE_MM = 0.3, 0.5, 1.0
-"""A face is beside a cylinder up to this share of the radius, and this much, from its end; the two fillets
-are alike when they differ by less than the last [mm]."""
 BORE_REACH = 2.0
 """A crankpin's bores are looked for in webs so many of its radii deep."""
 
@@ -44,6 +39,11 @@ class RoughMesh:
     directions: Array
     at_vertex: Array
     local_mm: float
+
+    @property
+    def edge_mm(self) -> float:
+        """Edge of an even triangle of the middle one's area [mm]."""
+        return math.sqrt(2.0 / math.sqrt(3.0) * float(np.median(self.mesh.doubled_areas)))
 
     @classmethod
     def of(cls, mesh: Mesh) -> RoughMesh:
@@ -80,11 +80,16 @@ class RoughMesh:
 
 @dataclass(frozen=True, eq=False)
 class RoughCylinder:
-    """A fitted cylinder: where it is, its points and the mesh's vertices that are on it."""
+    """A fitted cylinder: where it is, its points and the mesh's vertices that are on it.
+
+    ``middle_pm_mm`` and ``width_pm_mm`` are the standard errors of its middle's height and its length.
+    """
 
     run: CylinderRun
     region: Region
     fit: Fit
+    middle_pm_mm: float = 0.0
+    width_pm_mm: float = 0.0
 
 
 def cylinder_region(
@@ -138,29 +143,6 @@ def fitted_cylinder(
     region = cylinder_region(rough, long, normals, here, slack)
     fit = fit_circle_along_z(region, here.centre, here.radius)
     return RoughCylinder(replace(here, centre=fit.values[:2], radius=float(fit.values[2])), region, fit)
-
-
-def between_faces(each: RoughCylinder, planes: Sequence[RoughPlane]) -> RoughCylinder:
-    """Put a cylinder midway between the faces beside it, where its two fillets are alike.
-
-    A fillet begins where nobody can say on a rough surface; a face's height is the mean of all its points.
-    """
-    run = each.run
-    reach = FILLET_SHARE * run.radius + FACE_MM
-    below = [
-        p.centroid[2] for p in planes if p.normal[2] > 0.0 and -FACE_MM < run.z_low - p.centroid[2] < reach
-    ]
-    above = [
-        p.centroid[2] for p in planes if p.normal[2] < 0.0 and -FACE_MM < p.centroid[2] - run.z_high < reach
-    ]
-    if not (below and above):
-        return each
-    low, high = max(below), min(above)
-    fillets = run.z_low - low, high - run.z_high
-    if abs(fillets[0] - fillets[1]) > ALIKE_MM:
-        return each
-    fillet = max(0.5 * (fillets[0] + fillets[1]), 0.0)
-    return replace(each, run=replace(run, z_low=low + fillet, z_high=high - fillet))
 
 
 def fitted_bores(

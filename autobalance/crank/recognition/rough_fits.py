@@ -195,6 +195,10 @@ class Noise:
         covariance: Array = solver @ self._covariance(patches) @ solver.T
         return covariance
 
+    def height_pm_mm(self, fit: Fit) -> float:
+        """Return the standard error of a fit's first value: of a plane its height [mm]."""
+        return math.sqrt(max(float(self.of(fit)[0, 0]), 0.0))
+
     @property
     def by_reach(self) -> tuple[tuple[float, float], ...]:
         """Reach [mm] and standard deviation [mm] of each field, white noise (0) last."""

@@ -7,7 +7,6 @@ with all its vertices, the main journals together with their common axis.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
@@ -17,22 +16,23 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.layout import JournalLayout
+from autobalance.crank.recognition.rough_certainty import FittedCrank, scan_fit
 from autobalance.crank.recognition.rough_cylinders import (
     CREDIBLE_MM,
     ROUGHEST_MM,
     RoughCylinder,
     RoughMesh,
-    between_faces,
     covered_share,
     cylinder_region,
     fitted_bores,
     fitted_cylinder,
 )
-from autobalance.crank.recognition.rough_fits import Fit, Noise, fit_line, noise_of
-from autobalance.crank.recognition.rough_planes import RoughPlane, rough_planes
+from autobalance.crank.recognition.rough_ends import between_faces, with_ends
+from autobalance.crank.recognition.rough_fits import Fit, fit_line, noise_of
+from autobalance.crank.recognition.rough_planes import rough_planes
+from autobalance.crank.recognition.rough_rims import with_rims
 from autobalance.crank.recognition.rough_runs import rough_runs, rough_stack
 from autobalance.crank.recognition.section_stack import SectionStack, rotated, turn_to_z
-from autobalance.crank.scan import ScanFit, ScannedCylinder, ScannedFace
 from autobalance.errors import RecognitionError
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
@@ -132,8 +132,12 @@ def _fitted(
     planes = rough_planes(
         rough.mesh, long.vertices, normals, rough.at_vertex, min(rough.local_mm, CREDIBLE_MM)
     )
-    journals = [between_faces(each, planes) for each in journals]
-    pins = pins if bores else [between_faces(each, planes) for each in pins]
+    noise = noise_of([each.fit for each in (*journals, *pins)])
+    sure = [(plane, noise.height_pm_mm(plane.fit)) for plane in planes]
+    journals = [with_ends(each, long, sure, rough.edge_mm) for each in journals]
+    pins = [
+        between_faces(each, sure) if bores else with_ends(each, long, sure, rough.edge_mm) for each in pins
+    ]
     heights = sorted((plane.centroid[2], plane.area_mm2) for plane in planes)
     long = replace(
         long,
@@ -144,8 +148,11 @@ def _fitted(
         line.values[:2], tuple(each.run for each in journals), tuple(each.run for each in pins), settled=True
     )
     anatomy = finish(long, fitted)
-    noise = noise_of([each.fit for each in (*journals, *pins)])
-    return replace(anatomy, scan=_scan_fit(long, line, journals, pins, covered, axis_at, planes, noise))
+    measured = FittedCrank(
+        long, line, tuple(journals), tuple(pins), covered, axis_at, sure, noise, rough.edge_mm
+    )
+    anatomy, webs = with_rims(anatomy, rough, normals, measured)
+    return replace(anatomy, scan=scan_fit(measured, webs))
 
 
 def _on_line(line: Fit, z: float) -> Array:
@@ -176,87 +183,3 @@ def _refuse_uncovered(cylinders: Sequence[RoughCylinder], journals: int, covered
                 f"looked for the surface of {where}: it stands {each.fit.rms_mm:.2g} mm off a cylinder,"
                 f" others {typical:.2g} mm{settles}"
             )
-
-
-def _scan_fit(
-    long: SectionStack,
-    line: Fit,
-    journals: Sequence[RoughCylinder],
-    pins: Sequence[RoughCylinder],
-    covered: Sequence[float],
-    axis_at: Sequence[Array],
-    planes: Sequence[RoughPlane],
-    noise: Noise,
-) -> ScanFit:
-    covariance = noise.of(line)
-    axis_pm = math.sqrt(float(max(np.linalg.eigvalsh(covariance[:2, :2])[-1], 0.0)))
-    angle_pm = math.sqrt(float(max(np.linalg.eigvalsh(covariance[2:4, 2:4])[-1], 0.0)))
-    cylinders = []
-    for number, (each, share) in enumerate(zip((*journals, *pins), covered, strict=True)):
-        own = noise.of(each.fit)
-        off = float(np.linalg.norm(each.run.centre - axis_at[number]))
-        cylinders.append(
-            ScannedCylinder(
-                2.0 * math.sqrt(max(float(own[2, 2]), 0.0)),
-                each.fit.rms_mm,
-                _out_of_round_mm(each),
-                share,
-                2.0 * off if number < len(journals) else None,
-            )
-        )
-    radius_pm, throw_pm = [], []
-    for number, each in enumerate(pins, len(journals)):
-        arm = each.run.centre - axis_at[number]
-        radius = float(np.linalg.norm(arm))
-        lever = np.array([1.0, each.run.z_mid - line.middle_mm])
-        both = np.zeros((2, 2))
-        for i in range(2):
-            for k in range(2):
-                both[i, k] = lever @ covariance[np.ix_([i, i + 2], [k, k + 2])] @ lever
-        both += noise.of(each.fit)[:2, :2]
-        along = arm / radius
-        across = np.array([-along[1], along[0]])
-        radius_pm.append(math.sqrt(max(float(along @ both @ along), 0.0)))
-        throw_pm.append(math.degrees(math.sqrt(max(float(across @ both @ across), 0.0)) / radius))
-    back, shift = long.turn[:3, :3].T, long.turn[:3, 3]
-    faces = tuple(
-        ScannedFace(
-            plane.rows,
-            back @ plane.normal,
-            back @ (plane.centroid - shift),
-            plane.area_mm2,
-            plane.rms_mm,
-            plane.flatness_mm,
-        )
-        for plane in planes
-    )
-    fits = [each.fit for each in (*journals, *pins)]
-    weights = np.array([fit.weights.sum() for fit in fits])
-    squares = np.array([fit.rms_mm**2 for fit in fits])
-    return ScanFit(
-        math.sqrt(float(weights @ squares / weights.sum())),
-        noise.by_reach,
-        axis_pm,
-        math.degrees(angle_pm),
-        line.middle_mm - pins[0].run.z_mid,
-        tuple(cylinders[: len(journals)]),
-        tuple(cylinders[len(journals) :]),
-        tuple(radius_pm),
-        tuple(throw_pm),
-        faces,
-    )
-
-
-def _out_of_round_mm(each: RoughCylinder) -> float:
-    """Return the greatest less the least radius of the mean section, of up to five waves a turn."""
-    fit = each.fit
-    angle = np.arctan2(fit.points[:, 1] - each.run.centre[1], fit.points[:, 0] - each.run.centre[0])
-    turns = np.arange(2, 6)
-    rows = np.concatenate([np.cos(np.outer(angle, turns)), np.sin(np.outer(angle, turns))], axis=1)
-    left = rows.T * fit.weights
-    size = np.linalg.lstsq(left @ rows, left @ fit.residuals, rcond=None)[0]
-    around = np.linspace(0.0, 2.0 * math.pi, 360, endpoint=False)
-    section = (
-        np.concatenate([np.cos(np.outer(around, turns)), np.sin(np.outer(around, turns))], axis=1) @ size
-    )
-    return float(np.ptp(section))

@@ -29,6 +29,8 @@ NECK = (0.7, 1.15)
 """What is of a journal's or crankpin's size lies between these, as shares of the least and most."""
 NECK_WIDTH = 0.1
 """It is at least this long, as a share of the least crankpin's radius."""
+ROUGH_FILLET = 0.2
+"""Fillets of a scanned crank are lower than this share of their cylinder's radius."""
 RIM_SHARE = 0.99
 """The rim is where the counterweight reaches at least this share of its greatest radius."""
 
@@ -178,6 +180,12 @@ def _edge(long: SectionStack, low: float, high: float, run: CylinderRun, upward:
     levels = (long.levels_mm >= low) & (long.levels_mm <= high)
     if levels.any():
         return float(long.levels_mm[levels][np.argmax(long.level_areas_mm2[levels])])
+    if long.blur_mm > 0.0:  # sections of a rough fillet show no circle, and are taken for the web
+        reach = ROUGH_FILLET * run.radius
+        low, high = (low, high + reach) if upward else (low - reach, high)
+        near = long.levels_mm[(long.levels_mm >= low) & (long.levels_mm <= high)]
+        if len(near):
+            return float(near[0] if upward else near[-1])
     z = long.vertices[:, 2]
     near = long.vertices[(z >= low) & (z <= high)]
     outside = near[distances(near, run.centre) > (1.0 + CENTRED) * run.radius]

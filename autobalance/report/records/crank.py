@@ -25,9 +25,11 @@ from autobalance.report.records.scan import (
     AxisUncertainty,
     Calibration,
     ScannedJournal,
+    ScannedOutline,
     ScannedShaft,
     ScannedSurface,
     ScannedThrow,
+    ScannedWeb,
 )
 from autobalance.units import G_MM2_PER_KG_MM2, wrapped_deg
 
@@ -118,6 +120,7 @@ class WebOutline:
     fan_angle_deg: Annotated[float, Bound("minimum", 0), Bound("maximum", 360)]
     thickness_mm: Positive
     skew_deg: Annotated[float, Bound("minimum", -90), Bound("maximum", 90)] | Absent = ABSENT
+    scanned: Annotated[ScannedOutline | None, INLINE] = None
 
 
 @record
@@ -129,11 +132,13 @@ class Web:
     z_max_mm: float
     counterweight: bool
     outline: WebOutline | Absent | None = ABSENT
+    scanned: Annotated[ScannedWeb | None, INLINE] = None
 
     @classmethod
-    def of(cls, web: crank_anatomy.Web) -> Self:
+    def of(cls, web: crank_anatomy.Web, scan: ScanFit | None = None) -> Self:
         """Return that of a web."""
         shape = web.outline
+        each = None if scan is None else scan.webs[web.number - 1]
         return cls(
             number=web.number,
             z_min_mm=web.z_min_mm,
@@ -146,7 +151,11 @@ class Web:
                 fan_angle_deg=min(math.degrees(shape.fan_angle_rad), 360.0),
                 thickness_mm=shape.thickness_mm,
                 skew_deg=math.degrees(shape.skew_rad),
+                scanned=None if each is None else ScannedOutline.of(each),
             ),
+            scanned=None
+            if each is None
+            else ScannedWeb(z_min_pm_mm=each.z_min_pm_mm, z_max_pm_mm=each.z_max_pm_mm),
         )
 
 
@@ -267,7 +276,7 @@ class Crank:
             body=MassProperties.of(crank.moments, crank.volume_mm3),
             main_journals=[Journal.of(pin, scan) for pin in anatomy.main_journals],
             throws=[Throw.of(throw, scan) for throw in anatomy.throws],
-            webs=[Web.of(web) for web in anatomy.webs],
+            webs=[Web.of(web, scan) for web in anatomy.webs],
             journal_misalignment_mm=anatomy.journal_misalignment_mm,
             facet_error=None if error is None else FacetError.of(error),
             datums=None if anatomy.datums is None else Datums.of(anatomy.datums),

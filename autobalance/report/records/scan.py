@@ -8,28 +8,33 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from autobalance.records import (
     NotNegative,
     Positive,
+    Triple,
     record,
 )
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 if TYPE_CHECKING:
-    from autobalance.crank.scan import ScannedCylinder
+    from autobalance.crank import scan
     from autobalance.machine_models import scan_calibration
 
 
 @record
 class ScannedShaft:
-    """A scanned shaft: standard error (``pm``), and how its surface stands off the fit."""
+    """A scanned shaft: standard errors (``pm``), and how its surface stands off the fit."""
 
+    centre_pm_mm: Triple
     diameter_pm_mm: NotNegative
+    width_pm_mm: NotNegative
     rms_mm: NotNegative
     out_of_round_mm: NotNegative
 
     @classmethod
-    def of(cls, each: ScannedCylinder, **more: float) -> Self:
+    def of(cls, each: scan.ScannedCylinder, **more: float) -> Self:
         """Return that of a fit; ``more`` are the fields that a main journal has besides."""
         return cls(
+            centre_pm_mm=each.centre_pm_mm,
             diameter_pm_mm=each.diameter_pm_mm,
+            width_pm_mm=each.width_pm_mm,
             rms_mm=each.rms_mm,
             out_of_round_mm=each.out_of_round_mm,
             **more,
@@ -48,7 +53,37 @@ class ScannedThrow:
     """Standard errors of a scanned throw."""
 
     crank_radius_pm_mm: NotNegative
-    angle_pm_deg: NotNegative
+    angle_pm_deg: Annotated[NotNegative, "from throw 1; throw 1's own in the file"]
+
+
+@record
+class ScannedOutline:
+    """Standard errors of a scanned counterweight, and how its rim stands off the fitted one."""
+
+    rim_radius_pm_mm: NotNegative
+    rms_mm: NotNegative
+    fan_angle_pm_deg: NotNegative
+    thickness_pm_mm: NotNegative
+    skew_pm_deg: NotNegative
+
+    @classmethod
+    def of(cls, each: scan.ScannedWeb) -> Self:
+        """Return that of a web."""
+        return cls(
+            rim_radius_pm_mm=each.rim_radius_pm_mm,
+            rms_mm=each.rim_rms_mm,
+            fan_angle_pm_deg=each.fan_angle_pm_deg,
+            thickness_pm_mm=each.thickness_pm_mm,
+            skew_pm_deg=each.skew_pm_deg,
+        )
+
+
+@record
+class ScannedWeb:
+    """Standard errors of a scanned web."""
+
+    z_min_pm_mm: NotNegative
+    z_max_pm_mm: NotNegative
 
 
 @record

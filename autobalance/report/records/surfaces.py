@@ -37,6 +37,8 @@ class NamedFace:
     normal: Triple
     centroid_mm: Triple
     file_centroid_mm: Triple
+    centroid_pm_mm: Annotated[Triple, "standard errors in the rotor frame"] | Absent = ABSENT
+    normal_pm_deg: NotNegative | Absent = ABSENT
     rms_mm: NotNegative | Absent = ABSENT
     flatness_mm: Annotated[NotNegative, "between the two planes that hold 95 % of it"] | Absent = ABSENT
 
@@ -52,6 +54,8 @@ class NamedFace:
             normal=face.normal,
             centroid_mm=face.centroid_mm,
             file_centroid_mm=back[:3, :3] @ face.centroid_mm + back[:3, 3],
+            centroid_pm_mm=ABSENT if face.centroid_pm_mm is None else face.centroid_pm_mm,
+            normal_pm_deg=ABSENT if face.normal_pm_deg is None else face.normal_pm_deg,
             rms_mm=ABSENT if face.rms_mm is None else face.rms_mm,
             flatness_mm=ABSENT if face.flatness_mm is None else face.flatness_mm,
         )

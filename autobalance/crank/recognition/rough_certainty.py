@@ -1,0 +1,158 @@
+"""How sure is what was fitted to a scan: standard errors from residuals that neighbours share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.crank.recognition.rough_cylinders import RoughCylinder
+from autobalance.crank.recognition.rough_fits import Fit, Noise
+from autobalance.crank.recognition.rough_planes import RoughPlane
+from autobalance.crank.recognition.section_stack import SectionStack
+from autobalance.crank.scan import ScanFit, ScannedCylinder, ScannedFace, ScannedWeb
+from autobalance.types import Array
+
+
+@dataclass(frozen=True, eq=False)
+class FittedCrank:
+    """All that was fitted, in the turned axes.
+
+    ``line`` is the common axis, ``axis_at`` where it is (2,) at each cylinder's middle; ``planes`` come with
+    the standard errors of their heights [mm], ``noise`` is what all errors share.
+    """
+
+    long: SectionStack
+    line: Fit
+    journals: tuple[RoughCylinder, ...]
+    pins: tuple[RoughCylinder, ...]
+    covered: Sequence[float]
+    axis_at: Sequence[Array]
+    planes: Sequence[tuple[RoughPlane, float]]
+    noise: Noise
+    edge_mm: float
+
+    @property
+    def origin_pm_mm(self) -> float:
+        """Standard error of the height of crankpin 1, from which z counts [mm]."""
+        return self.pins[0].middle_pm_mm
+
+    def axis_covariance_at(self, z_mm: float) -> Array:
+        """Return the covariance (2, 2) of the axis' place at a height."""
+        covariance = self.noise.of(self.line)
+        lever = np.array([1.0, z_mm - self.line.middle_mm])
+        return np.array(
+            [[lever @ covariance[np.ix_([i, i + 2], [k, k + 2])] @ lever for k in range(2)] for i in range(2)]
+        )
+
+    def height_pm_mm(self, z_mm: float) -> float:
+        """Return the standard error of a face's height over crankpin 1; a section's step without a plane."""
+        near = [pm for plane, pm in self.planes if abs(plane.centroid[2] - z_mm) < 1e-6]
+        own = max(near) if near else self.long.blur_mm / 3.0
+        return math.hypot(own, self.origin_pm_mm)
+
+
+def scan_fit(made: FittedCrank, webs: Sequence[ScannedWeb]) -> ScanFit:
+    """Return how a scanned crank was fitted."""
+    line, noise = made.line, made.noise
+    covariance = noise.of(line)
+    journals, pins = made.journals, made.pins
+    arms = [each.run.centre - at for each, at in zip((*journals, *pins), made.axis_at, strict=True)]
+    own = [noise.of(each.fit) for each in (*journals, *pins)]
+    places = [
+        own[number][:2, :2] + made.axis_covariance_at(each.run.z_mid)
+        for number, each in enumerate((*journals, *pins))
+    ]
+    along, across = _by_direction(arms[len(journals) :], places[len(journals) :])
+    radii = [float(np.linalg.norm(arm)) for arm in arms[len(journals) :]]
+    angles = [pm / radius for pm, radius in zip(across, radii, strict=True)]
+    turned = [angles[0], *(math.hypot(angle, angles[0]) for angle in angles[1:])]
+    x_axis = arms[len(journals)] / radii[0]
+    frame = np.array([x_axis, [-x_axis[1], x_axis[0]]])
+    fits = [each.fit for each in (*journals, *pins)]
+    cylinders = []
+    for number, each in enumerate((*journals, *pins)):
+        rotor = frame @ places[number] @ frame.T
+        centre_pm = np.sqrt(np.maximum(np.diag(rotor), 0.0))
+        if number >= len(journals):  # about the axis it turns with crankpin 1, which settles x
+            arm, turn = frame @ arms[number], angles[0]
+            centre_pm = np.hypot(centre_pm, turn * np.abs([arm[1], arm[0]]))
+        height_pm = math.hypot(each.middle_pm_mm, made.origin_pm_mm)
+        centre_pm = np.array([*centre_pm, height_pm])
+        if number == len(journals):
+            centre_pm[1:] = 0.0
+        cylinders.append(
+            ScannedCylinder(
+                centre_pm,
+                2.0 * math.sqrt(max(float(own[number][2, 2]), 0.0)),
+                each.width_pm_mm,
+                each.fit.rms_mm,
+                _out_of_round_mm(each),
+                made.covered[number],
+                2.0 * float(np.linalg.norm(arms[number])) if number < len(journals) else None,
+            )
+        )
+    weights = np.array([fit.weights.sum() for fit in fits])
+    squares = np.array([fit.rms_mm**2 for fit in fits])
+    return ScanFit(
+        math.sqrt(float(weights @ squares / weights.sum())),
+        noise.by_reach,
+        math.sqrt(float(max(np.linalg.eigvalsh(covariance[:2, :2])[-1], 0.0))),
+        math.degrees(math.sqrt(float(max(np.linalg.eigvalsh(covariance[2:4, 2:4])[-1], 0.0)))),
+        line.middle_mm - pins[0].run.z_mid,
+        tuple(cylinders[: len(journals)]),
+        tuple(cylinders[len(journals) :]),
+        tuple(along),
+        tuple(math.degrees(angle) for angle in turned),
+        tuple(webs),
+        tuple(_face(made, plane, pm) for plane, pm in made.planes),
+    )
+
+
+def _by_direction(arms: Sequence[Array], places: Sequence[Array]) -> tuple[list[float], list[float]]:
+    """Return standard errors of crankpins' places, away from the axis and across."""
+    both = []
+    for arm, covariance in zip(arms, places, strict=True):
+        unit = arm / np.linalg.norm(arm)
+        both.append(
+            [
+                math.sqrt(max(float(way @ covariance @ way), 0.0))
+                for way in (unit, np.array([-unit[1], unit[0]]))
+            ]
+        )
+    return [pm[0] for pm in both], [pm[1] for pm in both]
+
+
+def _face(made: FittedCrank, plane: RoughPlane, height_pm_mm: float) -> ScannedFace:
+    long = made.long
+    back, shift = long.turn[:3, :3].T, long.turn[:3, 3]
+    slopes = made.noise.of(plane.fit)[1:, 1:]
+    lean = math.sqrt(float(max(np.linalg.eigvalsh(slopes)[-1], 0.0)))
+    border_pm = 0.5 * made.edge_mm
+    return ScannedFace(
+        plane.rows,
+        back @ plane.normal,
+        back @ (plane.centroid - shift),
+        plane.area_mm2,
+        np.array([border_pm, border_pm, math.hypot(height_pm_mm, made.origin_pm_mm)]),
+        math.degrees(lean),
+        plane.rms_mm,
+        plane.flatness_mm,
+    )
+
+
+def _out_of_round_mm(each: RoughCylinder) -> float:
+    """Return the greatest less the least radius of the mean section, of up to five waves a turn."""
+    fit = each.fit
+    angle = np.arctan2(fit.points[:, 1] - each.run.centre[1], fit.points[:, 0] - each.run.centre[0])
+    turns = np.arange(2, 6)
+    rows = np.concatenate([np.cos(np.outer(angle, turns)), np.sin(np.outer(angle, turns))], axis=1)
+    left = rows.T * fit.weights
+    size = np.linalg.lstsq(left @ rows, left @ fit.residuals, rcond=None)[0]
+    around = np.linspace(0.0, 2.0 * math.pi, 360, endpoint=False)
+    section = (
+        np.concatenate([np.cos(np.outer(around, turns)), np.sin(np.outer(around, turns))], axis=1) @ size
+    )
+    return float(np.ptp(section))
