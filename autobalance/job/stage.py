@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from autobalance.correction import KINDS
+from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.job.read import Job, parse
 
 USUAL = "simple"
@@ -28,4 +29,6 @@ def for_recut(job: Job, correction: Mapping[str, Any] | None) -> Job:
             own = table.get(name) or {}
             table[name] = {**own, "deepen": True} if own.get("deepen") is None else own
     again = parse({**job.raw, "correction": table}, job.path, crank_given=True)
-    return replace(again, settings=job.settings, crankshaft=job.crankshaft)
+    # a scale and a micrometer were read on the crank before it was cut
+    crankshaft = replace(job.crankshaft, readings=CrankReadings())
+    return replace(again, settings=job.settings, crankshaft=crankshaft)

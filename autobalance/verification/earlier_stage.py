@@ -19,6 +19,7 @@ from autobalance.rigid_rotor.tolerance import Tolerance, TolerancePlane
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.formats.read import Source, read
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.verification.claimed_scan import with_scan
 from autobalance.verification.claims import Claims
 from autobalance.verification.premises import claimed_anatomy, claimed_job
 from autobalance.verification.report_file import read_report
@@ -94,6 +95,7 @@ def earlier_stage(path: Path) -> EarlierStage:
     job = claimed_job(claims)
     anatomy = claimed_anatomy(claims)
     solid, source = left_solid(path, claims, job)
+    anatomy = with_scan(claims, anatomy, source.solid.mesh)
     cuts = (*claims.values.get("earlier_corrections", ()), *claims.get("corrections", list))
     return EarlierStage(
         path,

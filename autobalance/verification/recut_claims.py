@@ -28,6 +28,7 @@ from autobalance.verification.checked import (
     check_verdict,
     ended,
 )
+from autobalance.verification.claimed_scan import with_scan
 from autobalance.verification.claims import BOTH, BUDGET, CORRECTED, FILES, INPUT, RECORD, Claims
 from autobalance.verification.correction_claims import Change, check_corrections, check_nothing_cut
 from autobalance.verification.earlier_stage import claimed_tolerance
@@ -64,7 +65,12 @@ def check_recut(held: Held) -> Checked:
         new = left.moments + hidden
         claims.against(BOTH)
         change = Change(
-            crank_before.source, left.source, left.moments - crank_before.bare, anatomy, job, held.files
+            crank_before.source,
+            left.source,
+            left.moments - crank_before.bare,
+            crank_before.anatomy,
+            job,
+            held.files,
         )
         check_corrections(claims, change, _first_number(before))
     else:
@@ -121,7 +127,8 @@ def _tolerance(claims: Claims, job: Job, before: Mapping[str, Any]) -> Tolerance
     claims.near("tolerance.permissible_g_mm", permissible, permissible)
     claims.same("tolerance", before["tolerance"])
     claims.same("frame", before["frame"])
-    recognised = ("main_journals", "throws", "webs", "journal_misalignment_mm", "datums")
+    recognised = ["main_journals", "throws", "webs", "journal_misalignment_mm", "datums"]
+    recognised += [key for key in ("roughness_mm", "axis_uncertainty") if key in before["crank"]]
     # not equal to the last digit: angles went from degrees to radians and back
     claims.at("crank", claims.get("crank", dict)).alike({key: before["crank"][key] for key in recognised})
     claims.near("balance_factor.target", float(before["balance_factor"]["target"]), 1.0)
@@ -149,6 +156,8 @@ def _old_solid(held: Held, job: Job, anatomy: Anatomy) -> Given:
     pressed_up = untouched and not crankshaft.crankpin_in_file
     source = held.files.read(path, crankshaft.unit, body, pressed_up=pressed_up, holes=crankshaft.holes)
     solids.check_source(claims, source)
+    key = ("scan", id(source), id(claims.values))
+    anatomy = held.files.once(key, lambda: with_scan(claims, anatomy, source.solid.mesh))
     return solids.check_crank(claims, job, source, anatomy, anatomy.file_to_rotor, held.files)
 
 

@@ -107,7 +107,10 @@ def scan_fit(made: FittedCrank, webs: Sequence[ScannedWeb]) -> ScanFit:
         tuple(along),
         tuple(math.degrees(angle) for angle in turned),
         tuple(webs),
-        tuple(_face(made, plane, pm) for plane, pm in made.planes),
+        tuple(
+            scanned_face(plane, noise, made.long.turn, math.hypot(pm, made.origin_pm_mm), made.edge_mm)
+            for plane, pm in made.planes
+        ),
     )
 
 
@@ -125,19 +128,23 @@ def _by_direction(arms: Sequence[Array], places: Sequence[Array]) -> tuple[list[
     return [pm[0] for pm in both], [pm[1] for pm in both]
 
 
-def _face(made: FittedCrank, plane: RoughPlane, height_pm_mm: float) -> ScannedFace:
-    long = made.long
-    back, shift = long.turn[:3, :3].T, long.turn[:3, 3]
-    slopes = made.noise.of(plane.fit)[1:, 1:]
-    lean = math.sqrt(float(max(np.linalg.eigvalsh(slopes)[-1], 0.0)))
-    border_pm = 0.5 * made.edge_mm
+def scanned_face(
+    plane: RoughPlane, noise: Noise, turn: Array, height_pm_mm: float, edge_mm: float
+) -> ScannedFace:
+    """Return a plane found in axes to which ``turn`` (4, 4) leads from the file's, in the file's.
+
+    ``height_pm_mm`` is the standard error of its height, ``edge_mm`` a triangle's edge.
+    """
+    back, shift = turn[:3, :3].T, turn[:3, 3]
+    slopes = noise.of(plane.fit)[1:, 1:]
+    border_pm = 0.5 * edge_mm
     return ScannedFace(
         plane.rows,
         back @ plane.normal,
         back @ (plane.centroid - shift),
         plane.area_mm2,
-        np.array([border_pm, border_pm, math.hypot(height_pm_mm, made.origin_pm_mm)]),
-        math.degrees(lean),
+        np.array([border_pm, border_pm, height_pm_mm]),
+        math.degrees(math.sqrt(float(max(np.linalg.eigvalsh(slopes)[-1], 0.0)))),
         plane.rms_mm,
         plane.flatness_mm,
     )

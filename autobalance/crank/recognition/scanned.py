@@ -16,7 +16,7 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.layout import JournalLayout
-from autobalance.crank.recognition.rough_certainty import FittedCrank, scan_fit
+from autobalance.crank.recognition.rough_certainty import FittedCrank, scan_fit, scanned_face
 from autobalance.crank.recognition.rough_cylinders import (
     CREDIBLE_MM,
     ROUGHEST_MM,
@@ -33,6 +33,7 @@ from autobalance.crank.recognition.rough_planes import rough_planes
 from autobalance.crank.recognition.rough_rims import with_rims
 from autobalance.crank.recognition.rough_runs import rough_runs, rough_stack
 from autobalance.crank.recognition.section_stack import SectionStack, rotated, turn_to_z
+from autobalance.crank.scan import ScannedFace
 from autobalance.errors import RecognitionError
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
@@ -183,3 +184,19 @@ def _refuse_uncovered(cylinders: Sequence[RoughCylinder], journals: int, covered
                 f"looked for the surface of {where}: it stands {each.fit.rms_mm:.2g} mm off a cylinder,"
                 f" others {typical:.2g} mm{settles}"
             )
+
+
+def plane_faces(mesh: Mesh, frame: Array) -> tuple[ScannedFace, ...]:
+    """Return the plane faces square to the axis of a scanned mesh; ``frame`` is from file to rotor."""
+    rough = RoughMesh.of(mesh)
+    planes = rough_planes(
+        mesh,
+        rotated(mesh.vertices, frame),
+        rough.directions @ frame[:3, :3].T,
+        rough.at_vertex,
+        min(rough.local_mm, CREDIBLE_MM),
+    )
+    noise = noise_of([plane.fit for plane in planes])
+    return tuple(
+        scanned_face(plane, noise, frame, noise.height_pm_mm(plane.fit), rough.edge_mm) for plane in planes
+    )

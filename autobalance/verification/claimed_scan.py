@@ -1,0 +1,58 @@
+"""What a report says of a scanned crank's fit, with the plane faces of the solid as it is now."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from autobalance.crank.anatomy import Anatomy
+from autobalance.crank.recognition.scanned import plane_faces
+from autobalance.crank.scan import ScanFit, ScannedCylinder, ScannedWeb
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.verification.claims import Claims
+
+
+def with_scan(claims: Claims, anatomy: Anatomy, mesh: Mesh) -> Anatomy:
+    """Return the anatomy of a stage with the scan's fit; unchanged where the crank was drawn.
+
+    The frame stays that of the first stage, and so do all standard errors in it: the crank is the same. Its
+    faces are looked for in what was left of it, ``mesh`` in file coordinates [mm].
+    """
+    if "roughness_mm" not in claims.get("crank", dict):
+        return anatomy
+    throws = claims.entries("crank.throws")
+    fit = ScanFit(
+        roughness_mm=float(claims.get("crank.roughness_mm", float)),
+        noise_by_reach=(),  # a stage's uncertainty is that of its reading
+        axis_offset_mm=float(claims.get("crank.axis_uncertainty.offset_mm", float)),
+        axis_angle_deg=float(claims.get("crank.axis_uncertainty.angle_deg", float)),
+        axis_middle_mm=0.0,
+        journals=tuple(_cylinder(part) for part in claims.entries("crank.main_journals")),
+        crankpins=tuple(_cylinder(part.at("crankpin", part.get("crankpin", dict))) for part in throws),
+        crank_radius_pm_mm=tuple(float(part.get("crank_radius_pm_mm", float)) for part in throws),
+        angle_pm_deg=tuple(float(part.get("angle_pm_deg", float)) for part in throws),
+        webs=tuple(_web(part) for part in claims.entries("crank.webs")),
+        faces=plane_faces(mesh, anatomy.file_to_rotor),
+    )
+    return replace(anatomy, scan=fit)
+
+
+def _cylinder(part: Claims) -> ScannedCylinder:
+    runs_out = "journal_run_out_mm" in part.values
+    return ScannedCylinder(
+        part.array("centre_pm_mm", (3,)),
+        float(part.get("diameter_pm_mm", float)),
+        float(part.get("width_pm_mm", float)),
+        float(part.get("rms_mm", float)),
+        float(part.get("out_of_round_mm", float)),
+        covered=1.0,
+        run_out_mm=float(part.get("journal_run_out_mm", float)) if runs_out else None,
+    )
+
+
+def _web(part: Claims) -> ScannedWeb:
+    ends = float(part.get("z_min_pm_mm", float)), float(part.get("z_max_pm_mm", float))
+    if part.values.get("outline") is None:
+        return ScannedWeb(*ends)
+    outline = part.at("outline", part.get("outline", dict))
+    keys = ("rim_radius_pm_mm", "rms_mm", "fan_angle_pm_deg", "skew_pm_deg", "thickness_pm_mm")
+    return ScannedWeb(*ends, *(float(outline.get(key, float)) for key in keys))
