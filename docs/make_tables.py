@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
@@ -17,7 +17,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from autobalance.job.files.declared import DECLARED, keys_of  # noqa: E402
+from autobalance.job.files.declared import DECLARED, forms_of  # noqa: E402
 from autobalance.job.files.design_keys import DESIGN_KEYS  # noqa: E402
 from autobalance.job.read_engine import WEIGHTS  # noqa: E402
 from autobalance.job.tables import OF_TORSION, job_tables  # noqa: E402
@@ -25,7 +25,9 @@ from autobalance.job.toml.keys import FILLED, REQUIRED, Key  # noqa: E402
 from autobalance.job.toml.text import toml_value  # noqa: E402
 
 DOCS = ROOT / "docs"
-PAGES = tuple(DOCS / f"{name}.md" for name in ("job-file", "cycle", "other-files", "nc", "strength"))
+PAGES = tuple(
+    DOCS / f"{name}.md" for name in ("job-file", "cycle", "bearings", "other-files", "nc", "strength")
+)
 BLOCK = re.compile(r"<!-- keys of ([a-z -]+?) -->\n.*?<!-- end -->", re.DOTALL)
 OF_WORDS = ("share",)
 """Units that are words of the meaning."""
@@ -43,13 +45,27 @@ def blocks() -> dict[str, str]:
         if named.named is not None
         for form in named.named.forms
     )
-    files = {name: DESIGN_KEYS if name == "design-file" else keys_of(name) for name in DECLARED}
-    return found | {name: of_tables(keys) for name, keys in files.items()}
+    files = {name: {"": DESIGN_KEYS} if name == "design-file" else forms_of(name) for name in DECLARED}
+    return found | {name: of_forms(forms) for name, forms in files.items()}
+
+
+def of_forms(forms: Mapping[str, tuple[Key, ...]]) -> str:
+    """Return the tables of each form; those inside them once, at the end."""
+    if len(forms) == 1:
+        return of_tables(*forms.values())
+    parts = [f"{form}:\n\n{HEAD}\n" + "\n".join(rows(top(keys))) for form, keys in forms.items()]
+    inside = {key.name: key for keys in forms.values() for key in keys if inner(key)}
+    return "\n\n".join([*parts, *(part for key in inside.values() for part in of_table(key, ""))])
+
+
+def top(keys: tuple[Key, ...]) -> tuple[Key, ...]:
+    """Return the plain keys of a form."""
+    return tuple(key for key in keys if not inner(key))
 
 
 def of_tables(keys: tuple[Key, ...]) -> str:
     """Return the tables of keys, those inside them after them; plain keys of a file first."""
-    plain = tuple(key for key in keys if not inner(key))
+    plain = top(keys)
     parts = [f"{HEAD}\n" + "\n".join(rows(plain))] if plain else []
     for key in keys:
         if inner(key):

@@ -39,8 +39,8 @@ WRITTEN: Mapping[str, str] = {
 }
 """Name → module of ``report.records`` and record of what a verb writes with ``--json``."""
 READ = (
-    *("job", "reading", "trials", "machine", "machine-tool-file", "rotor-file", "chain-file", "drive-file"),
-    *("bench-file", "engine-bench-file", "fem-file", "design-file"),
+    *("job", "reading", "trials", "machine", "machine-tool-file", "bearing-file", "rotor-file"),
+    *("chain-file", "drive-file", "bench-file", "engine-bench-file", "fem-file", "design-file"),
 )
 """TOML files that are read."""
 NAMES = (
@@ -82,10 +82,10 @@ def schema(name: str) -> Values:
 
 
 def _read(name: str) -> Values:
-    from autobalance.job.files.declared import keys_of
+    from autobalance.job.files.declared import forms_of
     from autobalance.job.toml.keys import json_schema
 
-    return json_schema(f"{name.removesuffix('-file').upper()}.toml of autobalance", keys_of(name))
+    return json_schema(f"{name.removesuffix('-file').upper()}.toml of autobalance", *forms_of(name).values())
 
 
 def _report(name: str) -> Values:

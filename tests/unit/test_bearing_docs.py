@@ -12,7 +12,8 @@ import pytest
 import autobalance as ab
 from autobalance.bearings.reynolds import reynolds
 from autobalance.bearings.short_bearing import ocvirk
-from autobalance.job.files.bearing import HISTORY_KEYS, KEYS, OIL_KEYS, ROLLING_KEYS
+from autobalance.job.files.bearing_keys import BEARING_FORMS, HISTORY_KEYS, OIL_KEYS
+from autobalance.job.toml.keys import names
 
 TEXT = (Path(__file__).resolve().parents[2] / "docs" / "bearings.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)
@@ -25,7 +26,7 @@ def test_the_first_file_runs() -> None:
 
 
 def test_every_key_is_documented() -> None:
-    keys = {key for keys in (*KEYS.values(), *ROLLING_KEYS.values(), OIL_KEYS, HISTORY_KEYS) for key in keys}
+    keys = {key for each in (*BEARING_FORMS.values(), OIL_KEYS, HISTORY_KEYS) for key in names(each)}
     assert {key for key in keys if f"`{key}`" not in TEXT and f"\n{key} = " not in TEXT} - {
         "oil",
         "history",

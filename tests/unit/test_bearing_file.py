@@ -278,7 +278,7 @@ BAD = {
     "mu is -0.1; must be ≥ 0": {**DRY, "mu": -0.1},
     "mu is 'wet'; must be a number": {**DRY, "mu": "wet"},
     "speed_rpm is 0; must be > 0": {**DRY, "speed_rpm": 0},
-    "speed_rpm has 0 entries": {**DRY, "speed_rpm": []},
+    "speed_rpm is an empty list; must have 1 to 10000": {**DRY, "speed_rpm": []},
     "speed_rpm is -1; must be > 0": {**DRY, "speed_rpm": [3000, -1]},
     "viscosity_Pa_s is 0; must be > 0": {**FILM, "viscosity_Pa_s": 0},
     "viscosity_Pa_s is missing; give it, must be > 0, or an": without(FILM, "viscosity_Pa_s"),

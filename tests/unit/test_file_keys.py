@@ -11,7 +11,7 @@ from jsonschema import Draft202012Validator
 import autobalance as ab
 from autobalance.api.schema import READ
 from autobalance.errors import JobError
-from autobalance.job.files.declared import DECLARED, keys_of
+from autobalance.job.files.declared import DECLARED, forms_of
 from autobalance.job.toml.keys import Key, read
 from autobalance.job.toml.typed_units import in_base_units
 from tests.unit import test_job_keys
@@ -37,11 +37,13 @@ def test_every_file_has_its_schema() -> None:
     assert set(READ) == {"job", *DECLARED}
 
 
-@pytest.mark.parametrize("name", DECLARED)
-def test_what_the_reader_refuses_the_schema_refuses(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("name", "form"), [(name, form) for name in DECLARED for form in forms_of(name)])
+def test_what_the_reader_refuses_the_schema_refuses(
+    name: str, form: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     if name == "drive-file":  # its gears are no torsional train's
         monkeypatch.setattr(test_job_keys, "FITTING", {})
-    keys, schema = keys_of(name), Draft202012Validator(ab.schema(name))
+    keys, schema = forms_of(name)[form], Draft202012Validator(ab.schema(name))
     said = partial(complaint, keys)
     base = {key.name: sample(key, key.name) for key in keys if needed(key)}
     base |= {"solid": {"file": "body.stl"}} if name == "fem-file" else {}
@@ -49,8 +51,12 @@ def test_what_the_reader_refuses_the_schema_refuses(name: str, monkeypatch: pyte
     if own != keys:  # the others are a job's, whose test they have
         base |= START
     assert said(base) == []
-    for key, path, raw in every_key(own, base):
-        where, good = told(path), sample(key, dotted(path))
+    for key, path, held in every_key(own, base):
+        raw, where, good = held, told(path), sample(key, dotted(path))
+        for other in (each.name for each in own if each.instead == path[0]):
+            if len(path) == 1:
+                both_refuse(with_value(raw, path, good), f"{other} and ", said, schema)
+            raw = with_value(raw, (other,), None)
         fits = with_value(raw, path, good)
         assert said(fits) == [], where
         assert [each.message for each in schema.iter_errors(fits)] == [], where

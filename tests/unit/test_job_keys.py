@@ -66,6 +66,7 @@ FITTING: Mapping[str, Any] = {
     "correction.drill.min_depth_mm": 3.0,
     "correction.drill.max_depth_mm": 20.0,
     "correction.drill.max_obliquity_deg": 10.0,
+    "grid": [120, 40],
 }
 """Tables and values that fit together, by their path without places in lists."""
 

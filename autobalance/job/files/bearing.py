@@ -21,57 +21,30 @@ from autobalance.bearings.cases import (
 from autobalance.bearings.film import JournalBearing
 from autobalance.bearings.heat_balance import Supply
 from autobalance.bearings.oil import Oil
-from autobalance.bearings.reynolds import Boundary
 from autobalance.bearings.rolling import FourSources, Palmgren, RollingBearing
 from autobalance.errors import JobError
+from autobalance.job.files.bearing_keys import (
+    FEWEST_CELLS,
+    HISTORY_KEYS,
+    MOST_CELLS,
+    MOST_SPEEDS,
+    PALMGREN_KEYS,
+    SKF_KEYS,
+    form_of,
+)
 from autobalance.job.files.history import history_of_arrays, read_history
 from autobalance.job.toml.document import text_of, toml_of
+from autobalance.job.toml.keys import Values, names, plain, read
 from autobalance.job.toml.table import Table
-from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
+from autobalance.job.toml.typed_units import in_base_units
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
-Turns = Literal["ccw", "cw"]
 Kind = Literal["dry", "hydrodynamic", "rolling", "squeeze_film"]
+Model = Literal["palmgren", "skf"]
 Given = str | Path | Mapping[str, Any] | None
 """A history in place of the one that a file names."""
-MOST_SPEEDS = 10_000
-FEWEST_CELLS = (8, 4)
-MOST_CELLS = 100_000
-
-OIL_KEYS = ("viscosity_mm2_s", "density_kg_m3", "temperature_C", "supply_C", "heat_capacity_J_kg_K")
-HISTORY_KEYS = ("file", "x", "y", "bush_speed_rpm", "turns")
-ROLLING_KEYS = {
-    "palmgren": ("f0", "f1"),
-    "skf": ("r1", "s1", "bore_mm", "outer_mm", "mu_bl", "mu_ehl", "k_rs", "k_z", "seal_N_mm", "drag_N_mm"),
-}
-KEYS: dict[str, tuple[str, ...]] = {
-    "dry": ("diameter_mm", "load_N", "rotating_load_N", "mu", "torque_N_m"),
-    "hydrodynamic": (
-        "diameter_mm",
-        "length_mm",
-        "radial_clearance_mm",
-        "viscosity_Pa_s",
-        "load_N",
-        "eccentricity_ratio",
-        "attitude_deg",
-        "solver",
-        "boundary",
-        "grid",
-        "oil",
-        "history",
-    ),
-    "rolling": ("model", "mean_diameter_mm", "kinematic_viscosity_mm2_s", "load_N", "count", "oil"),
-    "squeeze_film": ("load_N", "film_mm", "viscosity_Pa_s", "length_mm", "width_mm", "oil"),
-}
-"""Keys of each kind besides ``kind`` and ``speed_rpm``; a rolling bearing's model adds its constants."""
-
-OIL_POINTS = ((40.0, 100.0), (100.0, 11.0))
-"""Of an oil that names none: an SAE 30."""
-SERIES = {"file": "series.csv", "x": "main_1_x_N", "y": "main_1_y_N"}
-"""File and columns of a history that names none."""
-
-UP_TO_ONE = Rule("must be 0 to 1: the journal touches its bush at 1", least=0.0, most=1.0)
-ABOVE_ZERO_KELVIN = Rule("must be above -273.15", above=-273.15)
+SERIES_COLUMNS = {"x": "main_1_x_N", "y": "main_1_y_N"}
+"""Columns of a history whose file names none, as `cycle --series` writes them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,68 +89,49 @@ def load_bearing(path: str | Path, history: Given = None) -> BearingFile:
 
 def parse_bearing(raw: Mapping[str, Any], folder: Path = Path(), history: Given = None) -> BearingFile:
     """Return the bearing that a TOML document says; its history's file is relative to ``folder``."""
-    reader = _Reader(dict(raw), "", None)
-    kind: Kind = reader.value("kind", Kind)
-    known = ("kind", "speed_rpm", *KEYS[kind])
+    table = Table(dict(raw), "", None)
+    kind: Kind = table.value("kind", Kind)
     if kind == "rolling":
-        known += ROLLING_KEYS[reader.value("model", Literal["palmgren", "skf"], default="palmgren")]
-    Table(reader.table.raw, "", known)
-    speeds = reader.value("speed_rpm", float | tuple[float, ...], POSITIVE, 3000.0)
-    speeds = speeds if isinstance(speeds, tuple) else (speeds,)
-    if not 1 <= len(speeds) <= MOST_SPEEDS:
+        table.optional("model", Model)
+    values = read(in_base_units(raw), form_of(raw))
+    speeds = values["speed_rpm"] if isinstance(values["speed_rpm"], tuple) else (values["speed_rpm"],)
+    if len(speeds) > MOST_SPEEDS:
         raise JobError(f"speed_rpm has {len(speeds)} entries; must have 1 to {MOST_SPEEDS}")
-    case = _case(kind, reader)
+    case = _case(kind, values)
     if isinstance(case, PlainCase):
-        case = _with_history(case, reader, folder, history)
+        case = _with_history(case, values, folder, history)
     elif history is not None:
         raise JobError(f'a history is given, but kind is "{kind}"; only "hydrodynamic" has a film to follow')
-    return BearingFile(kind, speeds, case, reader.described)
+    return BearingFile(kind, speeds, case, _described(values))
 
 
-def _case(kind: Kind, reader: _Reader) -> Case:
+def _described(values: Values) -> dict[str, Any]:
+    """Return the file with its defaults filled in, without tables that are not there."""
+    oil = values.get("oil")
+    if oil is not None:
+        heated = oil["supply_C"] is not None
+        unused = "temperature_C" if heated else "supply_C", None if heated else "heat_capacity_J_kg_K"
+        values = {**values, "oil": {key: value for key, value in oil.items() if key not in unused}}
+    absent = [key for key in ("oil", "history") if values.get(key) is None]
+    described: dict[str, Any] = plain({key: value for key, value in values.items() if key not in absent})
+    return described
+
+
+def _case(kind: Kind, values: Values) -> Case:
     if kind == "dry":
-        return _dry(reader)
+        return _dry(values)
     if kind == "rolling":
-        return _rolling(reader)
-    return _plates(reader) if kind == "squeeze_film" else _plain(reader)
+        return _rolling(values)
+    return _plates(values) if kind == "squeeze_film" else _plain(values)
 
 
-class _Reader:
-    """A table that notes what it was asked for, so that the report can list the file with its defaults."""
-
-    def __init__(self, raw: object, path: str, known: tuple[str, ...] | None) -> None:
-        self.table = Table(raw, path, known)
-        self.described: dict[str, Any] = dict(self.table.raw)
-
-    def __contains__(self, key: str) -> bool:
-        return key in self.table
-
-    def value(self, key: str, hint: Any, rule: Rule = ANY, default: Any = ...) -> Any:
-        """Return a value; required where no default is given."""
-        if key in self.table or default is ...:
-            return self.table.value(key, hint, rule)
-        self.described[key] = _listed(default)
-        return default
-
-    def inner(self, key: str, known: tuple[str, ...]) -> _Reader:
-        """Return a table inside this one."""
-        reader = _Reader(self.table.raw[key], self.table.place(key), known)
-        self.described[key] = reader.described
-        return reader
-
-
-def _listed(value: Any) -> Any:
-    """Return tuples as the lists of a file."""
-    return [_listed(item) for item in value] if isinstance(value, tuple) else value
-
-
-def _dry(reader: _Reader) -> DryCase:
+def _dry(values: Values) -> DryCase:
     case = DryCase(
-        reader.value("diameter_mm", float, POSITIVE) * M_PER_MM,
-        reader.value("load_N", float, NOT_NEGATIVE),
-        reader.value("rotating_load_N", float, NOT_NEGATIVE, 0.0),
-        reader.value("mu", float, NOT_NEGATIVE, None),
-        reader.value("torque_N_m", float, NOT_NEGATIVE, None),
+        values["diameter_mm"] * M_PER_MM,
+        values["load_N"],
+        values["rotating_load_N"],
+        values["mu"],
+        values["torque_N_m"],
     )
     if (case.mu is None) == (case.torque_N_m is None):
         fault = "mu is missing" if case.mu is None else "mu and torque_N_m are both given"
@@ -187,92 +141,78 @@ def _dry(reader: _Reader) -> DryCase:
     return case
 
 
-def _plain(reader: _Reader) -> PlainCase:
+def _plain(values: Values) -> PlainCase:
     bearing = JournalBearing(
-        reader.value("diameter_mm", float, POSITIVE) * M_PER_MM,
-        reader.value("length_mm", float, POSITIVE) * M_PER_MM,
-        reader.value("radial_clearance_mm", float, POSITIVE) * M_PER_MM,
+        *(M_PER_MM * values[key] for key in ("diameter_mm", "length_mm", "radial_clearance_mm"))
     )
     if not bearing.clearance_m < bearing.radius_m:
         clearance = bearing.clearance_m / M_PER_MM
         raise JobError(f"radial_clearance_mm is {clearance:g}; must be less than half of diameter_mm")
-    solver: Solver = reader.value("solver", Solver, default="reynolds")
-    load = reader.value("load_N", float, NOT_NEGATIVE, None)
-    ratio = reader.value("eccentricity_ratio", float, UP_TO_ONE, None)
+    solver: Solver = values["solver"]
+    load, ratio = values["load_N"], values["eccentricity_ratio"]
     if solver != "petroff" and load is not None and ratio is not None:
         raise JobError(
             "load_N and eccentricity_ratio are both given; each follows from the other: leave one out"
         )
-    if solver != "petroff" and "attitude_deg" in reader:
+    if solver != "petroff" and values["attitude_deg"] is not None:
         raise JobError(f'attitude_deg is given, but solver is "{solver}", which finds it; leave it out')
-    lubricant = _lubricant(reader, "viscosity_Pa_s")
+    lubricant = _lubricant(values, "viscosity_Pa_s")
     if lubricant.supply is not None and (load is None or solver == "petroff"):
         raise JobError("oil.supply_C needs load_N and a solver of the film to balance its heat")
+    if solver == "petroff" and values["attitude_deg"] is None:
+        values["attitude_deg"] = 0.0
+    if values["boundary"] is None:
+        values["boundary"] = "half" if solver == "ocvirk" else "reynolds"
+    if solver == "ocvirk" and values["boundary"] != "half":
+        raise JobError(f'boundary is "{values["boundary"]}"; solver "ocvirk" has "half" only')
     return PlainCase(
         bearing,
         lubricant,
         solver,
-        _boundary(reader, solver),
-        _grid(reader),
+        values["boundary"],
+        _grid(values["grid"]),
         load,
         ratio,
-        math.radians(reader.value("attitude_deg", float, ANY, 0.0 if solver == "petroff" else None) or 0.0),
+        math.radians(values["attitude_deg"] or 0.0),
         None,
     )
 
 
-def _boundary(reader: _Reader, solver: Solver) -> Boundary:
-    boundary: Boundary = reader.value(
-        "boundary", Boundary, default="half" if solver == "ocvirk" else "reynolds"
-    )
-    if solver == "ocvirk" and boundary != "half":
-        raise JobError(f'boundary is "{boundary}"; solver "ocvirk" has "half" only')
-    return boundary
-
-
-def _grid(reader: _Reader) -> tuple[int, int]:
-    around, along = reader.value("grid", tuple[int, int], ANY, (120, 40))
-    for name, cells, fewest in zip(("around", "along"), (around, along), FEWEST_CELLS, strict=True):
+def _grid(grid: tuple[int, int]) -> tuple[int, int]:
+    for name, cells, fewest in zip(("around", "along"), grid, FEWEST_CELLS, strict=True):
         if cells < fewest:
             raise JobError(f"grid has {cells} cells {name}; must have at least {fewest}")
-    if around * along > MOST_CELLS:
-        raise JobError(f"grid has {around * along} cells; must have at most {MOST_CELLS}")
-    return around, along
+    if grid[0] * grid[1] > MOST_CELLS:
+        raise JobError(f"grid has {grid[0] * grid[1]} cells; must have at most {MOST_CELLS}")
+    return grid
 
 
-def _lubricant(reader: _Reader, key: str, heats: bool = True) -> Lubricant:
+def _lubricant(values: Values, key: str, heats: bool = True) -> Lubricant:
     """Return the viscosity that ``key`` gives, or the oil of [oil]; ``heats``: a film that may balance it."""
-    if "oil" not in reader:
-        if key not in reader:
-            raise JobError(f"{key} is missing; give it, must be > 0, or an [oil] table")
-        value = reader.value(key, float, POSITIVE)
+    table = values["oil"]
+    if table is None:
+        value = values[key]
         return Lubricant(value, None) if key == "viscosity_Pa_s" else Lubricant(None, value)
-    if key in reader:
-        raise JobError(f"{key} and [oil] are both given; the viscosity must come from one of them")
-    reader.described[key] = None
-    table = reader.inner("oil", OIL_KEYS)
-    points = table.value("viscosity_mm2_s", tuple[tuple[float, float], tuple[float, float]], ANY, OIL_POINTS)
-    density = table.value("density_kg_m3", float, POSITIVE, 860.0)
     try:
-        oil = Oil.of_points(points, density)
+        oil = Oil.of_points(table["viscosity_mm2_s"], table["density_kg_m3"])
     except ValueError as error:
         raise JobError(f"oil.viscosity_mm2_s: {error}") from None
-    if "supply_C" not in table:
-        celsius = table.value("temperature_C", float, ABOVE_ZERO_KELVIN)
-        _flows(oil, celsius, "oil.temperature_C")
-        return Lubricant(oil=oil, celsius=celsius)
-    if "temperature_C" in table:
+    celsius, supply = table["temperature_C"], table["supply_C"]
+    if celsius is None and supply is None:
+        raise JobError("oil.temperature_C is missing; it must be above -273.15")
+    if celsius is not None and supply is not None:
         raise JobError(
             "oil.temperature_C and oil.supply_C are both given; the supply's heat balance finds it"
         )
+    if celsius is not None:
+        _flows(oil, celsius, "oil.temperature_C")
+        return Lubricant(oil=oil, celsius=celsius)
     if not heats:
         raise JobError(
             'oil.supply_C is given; only a "hydrodynamic" film balances its heat: give temperature_C'
         )
-    supply = table.value("supply_C", float, ABOVE_ZERO_KELVIN)
     _flows(oil, supply, "oil.supply_C")
-    heat = table.value("heat_capacity_J_kg_K", float, POSITIVE, 2000.0)
-    return Lubricant(oil=oil, supply=Supply(supply, heat))
+    return Lubricant(oil=oil, supply=Supply(supply, table["heat_capacity_J_kg_K"]))
 
 
 def _flows(oil: Oil, celsius: float, where: str) -> None:
@@ -285,73 +225,54 @@ def _flows(oil: Oil, celsius: float, where: str) -> None:
         raise JobError(f"{where} is {celsius:g}; the oil of viscosity_mm2_s has no viscosity there")
 
 
-def _with_history(case: PlainCase, reader: _Reader, folder: Path, source: Given) -> PlainCase:
+def _with_history(case: PlainCase, values: Values, folder: Path, source: Given) -> PlainCase:
     """Add the history, and see that there is some load."""
-    if "history" in reader or source is not None:
-        return replace(case, history=_history(reader, folder, source))
+    if values["history"] is not None or source is not None:
+        return replace(case, history=_history(values, folder, source))
     if case.solver != "petroff" and case.load_N is None and case.eccentricity_ratio is None:
         raise JobError("load_N is missing; a film needs load_N, eccentricity_ratio or a [history] of loads")
     return case
 
 
-def _history(reader: _Reader, folder: Path, source: Given) -> History:
-    table = reader.inner("history", HISTORY_KEYS) if "history" in reader else _Reader({}, "history", ())
-    turns = table.value("turns", Turns, default="ccw")
-    return replace(_forces(table, folder, source), clockwise=turns == "cw")
-
-
-def _forces(table: _Reader, folder: Path, source: Given) -> History:
-    bush = table.value("bush_speed_rpm", float, ANY, 0.0) * RAD_S_PER_RPM
+def _history(values: Values, folder: Path, source: Given) -> History:
+    """Return the loads by angle; columns that the table does not name are noted in it."""
+    table = values["history"] or read({}, HISTORY_KEYS)
+    usual = {"x": "x_N", "y": "y_N"} if source is not None else SERIES_COLUMNS
+    for column in usual:
+        table[column] = table[column] or usual[column]
+    bush = table["bush_speed_rpm"] * RAD_S_PER_RPM
     if isinstance(source, Mapping):
-        return history_of_arrays(source, bush)
-    if source is not None:
-        columns = table.value("x", str, default="x_N"), table.value("y", str, default="y_N")
-        return read_history(Path(source), *columns, bush)
-    file, x, y = (table.value(key, str, default=usual) for key, usual in SERIES.items())
-    return read_history(folder / file, x, y, bush)
+        history = history_of_arrays(source, bush)
+    else:
+        path = folder / table["file"] if source is None else Path(source)
+        history = read_history(path, table["x"], table["y"], bush)
+    return replace(history, clockwise=table["turns"] == "cw")
 
 
-def _rolling(reader: _Reader) -> RollingCase:
-    model = reader.value("model", str, default="palmgren")
-    bearing = RollingBearing(
-        reader.value("mean_diameter_mm", float, POSITIVE),
-        _palmgren(reader) if model == "palmgren" else _four_sources(reader),
-    )
+def _rolling(values: Values) -> RollingCase:
+    model = _palmgren(values) if values["model"] == "palmgren" else _four_sources(values)
     return RollingCase(
-        bearing,
-        _lubricant(reader, "kinematic_viscosity_mm2_s", heats=False),
-        reader.value("load_N", float, NOT_NEGATIVE),
-        reader.value("count", int, COUNTED, 1),
+        RollingBearing(values["mean_diameter_mm"], model),
+        _lubricant(values, "kinematic_viscosity_mm2_s", heats=False),
+        values["load_N"],
+        values["count"],
     )
 
 
-def _palmgren(reader: _Reader) -> Palmgren:
-    return Palmgren(reader.value("f0", float, NOT_NEGATIVE), reader.value("f1", float, NOT_NEGATIVE, 0.0))
+def _palmgren(values: Values) -> Palmgren:
+    return Palmgren(**{key: values[key] for key in names(PALMGREN_KEYS)})
 
 
-def _four_sources(reader: _Reader) -> FourSources:
-    model = FourSources(
-        reader.value("r1", float, NOT_NEGATIVE),
-        reader.value("s1", float, NOT_NEGATIVE),
-        reader.value("bore_mm", float, POSITIVE),
-        reader.value("outer_mm", float, POSITIVE),
-        reader.value("mu_bl", float, NOT_NEGATIVE, 0.15),
-        reader.value("mu_ehl", float, NOT_NEGATIVE, 0.05),
-        reader.value("k_rs", float, NOT_NEGATIVE, 6e-8),
-        reader.value("k_z", float, NOT_NEGATIVE, 3.1),
-        reader.value("seal_N_mm", float, NOT_NEGATIVE, 0.0),
-        reader.value("drag_N_mm", float, NOT_NEGATIVE, 0.0),
-    )
+def _four_sources(values: Values) -> FourSources:
+    model = FourSources(**{key: values[key] for key in names(SKF_KEYS)})
     if not model.bore_mm < model.outer_mm:
         raise JobError(f"bore_mm is {model.bore_mm:g}; must be less than outer_mm, {model.outer_mm:g}")
     return model
 
 
-def _plates(reader: _Reader) -> PlatesCase:
+def _plates(values: Values) -> PlatesCase:
     return PlatesCase(
-        _lubricant(reader, "viscosity_Pa_s", heats=False),
-        reader.value("load_N", float, NOT_NEGATIVE),
-        reader.value("film_mm", float, POSITIVE) * M_PER_MM,
-        reader.value("length_mm", float, POSITIVE) * M_PER_MM,
-        reader.value("width_mm", float, POSITIVE) * M_PER_MM,
+        _lubricant(values, "viscosity_Pa_s", heats=False),
+        values["load_N"],
+        *(M_PER_MM * values[key] for key in ("film_mm", "length_mm", "width_mm")),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
@@ -23,6 +23,7 @@ from autobalance.dynamics.bench_rotor import (
 from autobalance.dynamics.speed_control import SpeedControl
 from autobalance.errors import JobError
 from autobalance.job.files.bearing import parse_bearing
+from autobalance.job.files.bearing_keys import PALMGREN_KEYS, SKF_KEYS
 from autobalance.job.toml.keys import FILLED, Key, Values, names, read_document
 from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.units import (
@@ -75,17 +76,12 @@ PLAIN_KEYS = (
     Key("radial_clearance_mm", float, "hydrodynamic: of each bearing", POSITIVE, None),
     Key("viscosity_Pa_s", float, "hydrodynamic: dynamic, of the oil", POSITIVE, None),
 )
-CONSTANTS = ("f0", "f1", "r1", "s1", "bore_mm", "outer_mm", "mu_bl", "mu_ehl", "k_rs", "k_z")
-CATALOGUED = ("seal_N_mm", "drag_N_mm")
 ROLLING_KEYS = (
     Key("model", Literal["palmgren", "skf"], "rolling: how friction is found", default=None),
     Key("mean_diameter_mm", float, "rolling: (d + D)/2", POSITIVE, None),
     Key("kinematic_viscosity_mm2_s", float, "rolling: of the oil", POSITIVE, None),
     Key("count", int, "rolling, hydrodynamic: bearings alike that share the load", COUNTED, None),
-    *(
-        Key(name, float, "rolling: constant of the model", NOT_NEGATIVE, None)
-        for name in (*CONSTANTS, *CATALOGUED)
-    ),
+    *(replace(key, default=None) for key in (*PALMGREN_KEYS, *SKF_KEYS)),
     Key("oil", says="rolling: instead of the viscosity", keys=OIL_KEYS, default=None),
 )
 BEARING_KEYS = (

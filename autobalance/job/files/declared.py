@@ -14,6 +14,7 @@ DECLARED: Mapping[str, str] = {
     "trials": "files.trials:TRIALS_KEYS",
     "machine": "files.machine:MACHINE_KEYS",
     "machine-tool-file": "files.machine_tool:MACHINE_TOOL_KEYS",
+    "bearing-file": "files.bearing_keys:BEARING_FORMS",
     "rotor-file": "files.rotor:ROTOR",
     "chain-file": "files.torsion:CHAIN",
     "drive-file": "drive:DRIVE_KEYS",
@@ -25,10 +26,12 @@ DECLARED: Mapping[str, str] = {
 """Name → module of ``job`` and its declaration; a name alone is the verb's that reads it."""
 
 
-def keys_of(name: str) -> tuple[Key, ...]:
-    """Return the keys at the top level of a file."""
+def forms_of(name: str) -> Mapping[str, tuple[Key, ...]]:
+    """Return the keys at the top level of a file, by its form; most have one, without a name."""
     module, declaration = DECLARED[name].split(":")
-    keys: tuple[Key, ...] = getattr(import_module(f"autobalance.job.{module}"), declaration)
-    if keys is DESIGN_KEYS:
-        return (*(key for key in job_tables() if key.name in START_TABLES), *keys)
-    return keys
+    declared = getattr(import_module(f"autobalance.job.{module}"), declaration)
+    if isinstance(declared, Mapping):
+        return declared
+    if declared is DESIGN_KEYS:
+        declared = (*(key for key in job_tables() if key.name in START_TABLES), *declared)
+    return {"": declared}

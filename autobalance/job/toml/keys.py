@@ -183,6 +183,10 @@ def value_of(table: Table, key: Key) -> Any:
     where, there = table.place(key.name), key.name in table
     if key.many:
         return _many(table, key)
+    if key.instead and key.instead in table:
+        if there:
+            raise JobError(f"{where} and {_shown_name(table, key.instead)} are both given; leave one out")
+        return None
     if not there and key.default is REQUIRED and (key.is_table or key.missing):
         bracketed = f"[{where}]" if key.is_table and key.hint is None else where
         raise JobError(f"{bracketed} is missing" + (f"; {key.missing}" if key.missing else ""))
@@ -198,6 +202,11 @@ def value_of(table: Table, key: Key) -> Any:
         empty = "empty" if value == "" else "an empty list"
         raise JobError(f"{where} is {empty}; {key.not_empty}")
     return value
+
+
+def _shown_name(table: Table, name: str) -> str:
+    where = table.place(name)
+    return f"[{where}]" if isinstance(table.raw[name], dict) else where
 
 
 def _table_value(raw: object, key: Key, where: str) -> Values:
@@ -276,9 +285,10 @@ SIMPLE = {
 }
 
 
-def json_schema(title: str, keys: tuple[Key, ...]) -> Values:
-    """Return the JSON Schema (draft 2020-12) of a file whose top level holds these keys."""
-    return {"$schema": DRAFT, "title": title, **_table_schema(keys)}
+def json_schema(title: str, *forms: tuple[Key, ...]) -> Values:
+    """Return the JSON Schema (draft 2020-12) of a file whose top level holds the keys of one of its forms."""
+    tables = [_table_schema(keys) for keys in forms]
+    return {"$schema": DRAFT, "title": title, **(tables[0] if len(tables) == 1 else {"anyOf": tables})}
 
 
 def _table_schema(keys: tuple[Key, ...]) -> Values:
