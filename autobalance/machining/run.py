@@ -23,6 +23,7 @@ from autobalance.machining.tool_body import length_mm
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Notify
+from autobalance.solid.csg.solid import union
 
 THIN_MM = 0.02
 """Half the thickness of what is rounding between two solids, not metal: facets of one round wall."""
@@ -218,18 +219,22 @@ def planned(part: Part, cut: Listed) -> Moments:
 
 
 def differences(part: Part, plan: NcPlan, simulation: Simulation) -> tuple[float, float]:
-    """Return the metal that is missing of the corrected solid, and that is still there [mm³].
+    """Return the metal that is missing of the corrected solid, and what of the plan is still there [mm³].
 
-    Cuts that are not programmed count as neither.
+    What no program touches is as it was: only what tools took, and what they should take, is looked at.
     """
-    left = simulation.stock.left()
+    left_out = {cut.number for cut, _ in plan.not_programmed}
+    operations = [
+        cut.operation
+        for cut in part.cuts
+        if cut.number not in left_out and cut.operation is not None and not isinstance(cut.operation, str)
+    ]
+    taken = union([body for body, _ in simulation.stock.removed])
+    due = part.before & union([operation_body(operation) for operation in operations])
     try:
-        missing, more = part.after - left, left - part.after
+        missing, more = part.after & taken, (due - taken) - part.after
     except SolidError as error:
         raise JobError(f"the simulated solid cannot be compared: {error}") from None
-    for cut, _ in plan.not_programmed:
-        if cut.operation is not None and not isinstance(cut.operation, str):
-            more = more - operation_body(cut.operation)
     gouged, still = (
         sum(piece.volume_mm3 for piece in each.thicker_pieces(THIN_MM)) if not each.is_empty else 0.0
         for each in (missing, more)
