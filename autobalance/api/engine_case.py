@@ -66,7 +66,7 @@ def request(
         from autobalance.balancing.external import with_external
 
         tolerance = rotor_from_job.tolerance_of(job, measured.anatomy, measured.moments)
-        job, _ = with_external(job, measured, tolerance, factor)
+        job = with_external(job, measured, tolerance, factor)
     return Request(job, measured, factor, speed, float(rpm), odd)
 
 

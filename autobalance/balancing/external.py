@@ -31,26 +31,36 @@ class CarriedUnbalance:
     pm_g_mm: float
 
 
-def with_external(
-    job: Job, crank: Crank, tolerance: Tolerance, factor: float
-) -> tuple[Job, tuple[CarriedUnbalance, ...]]:
-    """Return a job with its external parts attached as they are to be, and what each carries."""
+def with_external(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Job:
+    """Return a job whose external parts are attached with what they must carry, where that is asked for."""
+    balance = job.balance
+    if balance.external != "solve":
+        return job
+    return attached_to(job, carried(balance.external_parts, _bare(job, crank, tolerance, factor), tolerance))
+
+
+def carried_unbalances(job: Job, tolerance: Tolerance, residual: Unbalance) -> tuple[CarriedUnbalance, ...]:
+    """Return what the external parts of a job carry, and by how much they may be off beside a residual.
+
+    Parameters
+    ----------
+    job : Job
+        As ``with_external`` returns it: solved parts are the last that are attached.
+    tolerance : Tolerance
+    residual : Unbalance
+        Of the crank as it was left, its external parts on it.
+    """
     balance = job.balance
     parts = balance.external_parts
-    if balance.external == "none" or not parts:
-        return job, ()
+    if balance.external == "none":
+        return ()
+    targets: list[Array] = [np.zeros(2) for _ in parts]
     if balance.external == "detroit":
         targets = [np.array(part.unbalance_g_mm) for part in parts]
-    elif balance.external == "neutral":
-        targets = [np.zeros(2) for _ in parts]
-    else:
-        targets = carried(parts, _bare(job, crank, tolerance, factor), tolerance)
-    fitted = attached_to(job, targets) if balance.external == "solve" else job
-    residual = Unbalance(np.zeros(2), np.zeros(2))  # where the crank is cut
     if balance.external == "solve":
-        residual = Unbalance.of(crank.moments + _loads(fitted, crank, tolerance, factor))
+        targets = [np.array(each.unbalance_g_mm) for each in job.engine.attached[-len(parts) :]]
     allowed = _pm_g_mm(parts, residual, tolerance)
-    return fitted, tuple(CarriedUnbalance(*each, allowed) for each in zip(parts, targets, strict=True))
+    return tuple(CarriedUnbalance(*each, allowed) for each in zip(parts, targets, strict=True))
 
 
 def attached_to(job: Job, unbalances_g_mm: Sequence[Floats | Sequence[float]]) -> Job:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from autobalance import job as jobs
 from autobalance.balancing import chordal_correction, measured_crank, uncertainty_budget
 from autobalance.balancing.comparison import Row, compare
-from autobalance.balancing.external import with_external
+from autobalance.balancing.external import carried_unbalances, with_external
 from autobalance.balancing.kept import KeptPlan, balanced_as_kept, refuse_other_crank
 from autobalance.balancing.loop import Result, balance, planned
 from autobalance.balancing.measured_crank import input_file, work_on_faces
@@ -65,7 +65,7 @@ def balanced_record(
         odd = oddities(job, crank)
         factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
         tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
-        job, external = with_external(job, crank, tolerance, factor)
+        job = with_external(job, crank, tolerance, factor)
         rotor = rotor_of(job, crank, tolerance, factor)
         with_gas, missing = _before_with_gas(job, crank)
     with _Stages(watch, progress) as stages:
@@ -90,8 +90,6 @@ def balanced_record(
     if kept is not None and record.balanced is not None:
         record = replace(record, balanced=replace(record.balanced, kept=kept, faces=kept.faces))
     record = replace(record, warnings=(*odd, *missing))
-    if external and record.balanced is not None:
-        record = replace(record, balanced=replace(record.balanced, external=external))
     record = with_forces(record, job, crank, result)
     if with_gas is not None and record.balanced is not None:
         after = _gas_loads(job, crank, result.solid or crank.source.solid, result.final_moments)
@@ -290,6 +288,7 @@ def record_of(
             result=result,
             job_set=job.settings,
             assembly=_staged_assembly(job, tolerance, result.residual),
+            external=carried_unbalances(job, tolerance, result.residual),
             faces=_named_faces(result),
         ),
     )

@@ -31,4 +31,5 @@ def for_recut(job: Job, correction: Mapping[str, Any] | None) -> Job:
     again = parse({**job.raw, "correction": table}, job.path, crank_given=True)
     # a scale and a micrometer were read on the crank before it was cut
     crankshaft = replace(job.crankshaft, readings=CrankReadings())
-    return replace(again, settings=job.settings, crankshaft=crankshaft)
+    engine = replace(again.engine, attached=job.engine.attached)  # with external parts that were solved
+    return replace(again, settings=job.settings, crankshaft=crankshaft, engine=engine)

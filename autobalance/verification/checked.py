@@ -70,6 +70,7 @@ AS_RECORDED: Mapping[str, float] = {
     "forces": 1e-9,
     "loads_with_gas": 1e-5,
     "assembly": 1e-9,
+    "external": 1e-7,
 }
 """Keys that are compared with a record made anew, and the share by which numbers may differ: the metal
 between two mains is cut out before the solid is written, or after."""

@@ -13,9 +13,11 @@ from typing import Any
 from autobalance.report.balance import kinds
 from autobalance.report.balance.relaxation_text import relaxation_lines
 from autobalance.report.display_units import ON_SCREEN, UnitSystem, in_units
+from autobalance.report.engine_words import turning_words
 from autobalance.report.job_header import html_header, stage_words
 from autobalance.report.metal import Piece
 from autobalance.report.page.cells import cell, span
+from autobalance.report.page.external import external
 from autobalance.report.page.forces import forces, loads_with_gas
 from autobalance.report.page.inputs import inputs
 from autobalance.report.page.view import view_data
@@ -101,6 +103,7 @@ def _page(
         _numbers(report),
         _cuts(report, body, pieces, still, view_note),
         _planes(report),
+        external(report),
         _passes(report),
         forces(report),
         loads_with_gas(report),
@@ -262,7 +265,7 @@ def _cuts(
     note = f" {escape(view_note)}" if view_note else ""
     lead = (
         "Select a row and the part lights up; click the part and its row is marked. Angles are counter-clockwise "
-        f"from crankpin 1, seen from +z.{note}"
+        f"from crankpin 1, seen from +z.{turning_words(report)}{note}"
     )
     return f"""<section id="cuts" aria-labelledby="h-cuts"><h2 id="h-cuts">{_cuts_title(report)}</h2>
 <p class="lead">{lead}</p>

@@ -9,12 +9,14 @@ from reportlab.platypus import Flowable, KeepTogether, Spacer
 
 from autobalance.engine.washers import stack
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem, both_g, plain
+from autobalance.report.engine_words import external_words, turning_words
 from autobalance.report.sheet.document import PAPERS_MM, Paper, prose, template, written
 from autobalance.report.sheet.lettering import POINTS_PER_MM
-from autobalance.report.sheet.machine_page import fit_g
+from autobalance.report.sheet.machine_page import external_table, fit_g
 from autobalance.report.sheet.pen import SOFT
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.title_block import MARGIN_MM, Sheet
+from autobalance.report.sheet.zero import Zero
 from autobalance.wording import at, file_name
 
 Report = Mapping[str, Any]
@@ -31,7 +33,7 @@ def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", 
     told = (
         f"{file_name(report)}, balance factor {factor:.4f}. Each bob-weight: crankpin parts + rods × "
         "(rotating + factor × reciprocating). All off by their tolerance at once use a tenth of what is "
-        "permitted."
+        f"permitted.{turning_words(report)}"
     )
     story: list[Flowable] = [
         prose("Bob-weights", 15.0, bold=True, after=1.6),
@@ -39,6 +41,11 @@ def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", 
     ]
     for throws, bob in _alike(report):
         story += [Spacer(1.0, 3.0 * POINTS_PER_MM), _throws(report, throws, bob, u, wide - 2.0 * MARGIN_MM)]
+    if report.get("external"):
+        parts = external_table(report, u, wide - 2.0 * MARGIN_MM, Zero.of(report, "crankpin"))
+        heading = prose("External balance, angles ccw from crankpin 1", 12.0, bold=True)
+        story.append(Spacer(1.0, 3.0 * POINTS_PER_MM))
+        story.append(KeepTogether([heading, prose(external_words(report), 8.0), parts]))
     return written(sheet, paper, [template("card", sheet, 0.0)], story)[1]
 
 

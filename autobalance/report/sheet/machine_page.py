@@ -9,6 +9,7 @@ from typing import Any
 from reportlab.platypus import Flowable
 
 from autobalance.report.display_units import DisplayUnits, both_g, both_g_mm
+from autobalance.report.engine_words import turning_words
 from autobalance.report.sheet.cuts import cut_row
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.zero import Zero
@@ -64,7 +65,36 @@ def judged_words(report: Report, zero: Zero) -> str:
     grade = f"G {report['tolerance']['grade_mm_s']:g} at {report['tolerance']['speed_rpm']:g} rpm"
     return (
         f"Judged: {judged}, by {grade}. Angles, ccw seen from +z from {zero.name}, point to the heavy side."
+        f"{turning_words(report)}"
     )
+
+
+def external_table(report: Report, u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
+    """List what damper, flexplate or flywheel carry, the change from now, and by how much each may be off."""
+    columns = [
+        Column("part", 40.0, "left"),
+        Column(f"z {u.length}", 20.0),
+        Column(f"must carry {u.unbalance}", 30.0),
+        Column("heavy at", 20.0),
+        Column(f"to add {u.unbalance}", 30.0),
+        Column("at", 20.0),
+        Column(f"may be off by {u.unbalance}", 30.0),
+    ]
+    rows = []
+    for part in report["external"]:
+        change = {"unbalance_g_mm": part["change_g_mm"]}
+        rows.append(
+            [
+                str(part["name"]),
+                u.mm(part["z_mm"]),
+                both_g_mm(part["magnitude_g_mm"], u),
+                _heavy(part, zero),
+                both_g_mm(math.hypot(*part["change_g_mm"]), u),
+                _heavy(change, zero),
+                f"± {u.g_mm(part['pm_g_mm'])}",
+            ]
+        )
+    return table(wide_mm, columns, rows, row_mm=5.4)
 
 
 def reading_words(report: Report, u: DisplayUnits, zero: Zero) -> list[str]:

@@ -14,6 +14,7 @@ from reportlab.platypus import (
 )
 
 from autobalance.report.display_units import ON_PAPER, UnitSystem, in_units
+from autobalance.report.engine_words import external_words
 from autobalance.report.job_header import work
 from autobalance.report.sheet import machine_page
 from autobalance.report.sheet.cheeks import cheeks
@@ -231,6 +232,11 @@ class _Story:
             self._gap(2.0)
             self._kept("Bob-weights on the crankpins", words, machine_page.bob_table(report, u, wide))
         self._gap(2.0)
+        if report.get("external"):
+            words = prose(external_words(report), 7.0, SOFT)
+            parts = machine_page.external_table(report, u, wide, zero)
+            self._kept("External balance: what the parts carry", words, parts)
+            self._gap(2.0)
         self._overbalance()
         self._kept("Readings after machining", machine_page.readings_table(u, wide))
         if report.get("assembly"):
