@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pypdf import PdfReader
 
 import autobalance as ab
-from autobalance.balancing.external import carried, with_external
+from autobalance.balancing.external import carried, carried_unbalances, with_external
 from autobalance.command import main
 from autobalance.errors import JobError
 from autobalance.job.model import ExternalPart
@@ -137,6 +138,36 @@ def test_solved_parts_leave_nothing_to_cut_and_verify_agrees(
     assert main(["verify", str(out / "report.json")]) == 0
 
 
+def test_a_further_stage_paper_and_page_know_the_parts(folder: Path) -> None:
+    """What a machine reads with the parts on is what is cut; what is left is what they may be off by."""
+    first = folder / "first"
+    ab.balance(job(folder, "solve")).write(first, only=("json", "pdf", "card", "html"))
+    texts = [
+        " ".join(" ".join(page.extract_text() for page in PdfReader(first / name).pages).split())
+        for name in ("sheet.pdf", "bob-weights.pdf")
+    ]
+    external = json.loads((first / "report.json").read_text("utf-8"))["external"]
+    for text in (*texts, (first / "report.html").read_text("utf-8")):
+        for part in external:
+            assert part["name"] in text
+    assert f"{external[0]['magnitude_g_mm']:.2f}" in texts[0]
+    reading = {
+        "urr_percent": 95.0,
+        "umar_g_mm": 0.5,
+        "plane": [
+            {"at": "A", "g_mm": 120.0, "angle_deg": 200.0},
+            {"at": "B", "g_mm": 80.0, "angle_deg": 190.0},
+        ],
+    }
+    stage = ab.recut(first / "report.json", reading)
+    stage.write(first / "stage-2", only=("json",))
+    assert ab.verify(first / "stage-2" / "report.json").holds
+    assert stage.report["initial"]["planes"][0]["magnitude_g_mm"] == pytest.approx(120.0)
+    for part, before in zip(stage.report["external"], external, strict=True):
+        assert part["unbalance_g_mm"] == pytest.approx(before["unbalance_g_mm"])
+        assert 0.0 < part["pm_g_mm"] < before["pm_g_mm"]
+
+
 def raw(folder: Path) -> dict[str, Any]:
     import tomllib
 
@@ -156,7 +187,9 @@ def test_neutral_carries_nothing_and_detroit_what_is_fitted(folder: Path) -> Non
         )
         crank = ab.generate("single", segments=24).crank
         tolerance = tolerance_of(made, crank.measured.anatomy, crank.measured.moments)
-        fitted, (damper,) = with_external(made, crank.measured, tolerance, 0.5)
+        fitted = with_external(made, crank.measured, tolerance, 0.5)
+        residual = Unbalance(np.zeros(2), np.zeros(2))
+        (damper,) = carried_unbalances(fitted, tolerance, residual)
         attached[name] = [each.unbalance_g_mm for each in fitted.engine.attached]
         assert damper.unbalance_g_mm.tolist() == ([0.0, 0.0] if name == "neutral" else [-2000.0, 50.0])
     assert attached == {"neutral": [], "detroit": [(-2000.0, 50.0)]}
