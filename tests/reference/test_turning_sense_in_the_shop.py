@@ -78,7 +78,17 @@ VECTORS = re.compile(
     r"(^|_)(unbalance(_change|_per_mm)?_g_mm|moment(_per_mm)?_g_mm2|position_mm|inward|entry_mm|"
     r"centre(_of_mass)?_mm)$"
 )
-OWN = ("input", "outputs", "seconds", "job", "frame", "previous", "stages", "faces", "warnings")
+OWN: tuple[str, ...] = (
+    "input",
+    "outputs",
+    "seconds",
+    "job",
+    "frame",
+    "previous",
+    "stages",
+    "faces",
+    "warnings",
+)
 OWN += ("inertia_kg_mm2",)
 
 
