@@ -6,45 +6,57 @@ from collections.abc import Iterator
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
 
+from autobalance.job.limits import correction_key
 from autobalance.job.tables import job_tables
 from autobalance.job.toml.keys import FILLED, REQUIRED, Key
-from autobalance.job.toml.typed_values import UNIT_BY_ENDING
+from autobalance.job.toml.typed_values import UNIT_BY_ENDING, unit_of_name
 
 BY_ITSELF = "correction"
 """The table that has forms of its own, by the kinds of correction."""
+Form = dict[str, Any]
 
 
-def tables() -> list[dict[str, Any]]:
-    """Return every table of a job that is no list, with those of its keys that hold plain values.
-
-    What is a list of tables, or has names of a user's own, is for the job's text.
-    """
+def tables() -> list[Form]:
+    """Return every table of a job with its keys; ``many`` says that it is a list of such tables."""
+    declared = (table for table in job_tables() if table.name != BY_ITSELF)
     forms = (
-        {"table": table.name, "says": table.says, "keys": list(_fields(table.keys, ""))}
-        for table in job_tables()
-        if table.name != BY_ITSELF and not table.many
+        {"table": table.name, "says": table.says, "many": table.many, "keys": list(_fields(table.keys, ""))}
+        for table in declared
     )
     return [form for form in forms if form["keys"]]
 
 
-def _fields(keys: tuple[Key, ...], path: str) -> Iterator[dict[str, Any]]:
+def limits(kind: str) -> list[Form]:
+    """Return the keys that limit one kind of correction."""
+    (table,) = (each for each in correction_key().keys if each.name == kind)
+    return list(_fields(table.keys, ""))
+
+
+def _fields(keys: tuple[Key, ...], path: str) -> Iterator[Form]:
     for key in keys:
-        if key.many or key.named is not None or key.hint is dict:
+        if key.hint is dict:
             continue
-        if key.keys and key.hint is None:
+        if key.keys and key.hint is None and not key.many:
             yield from _fields(key.keys, f"{path}{key.name}.")
             continue
-        plain = key.default is not REQUIRED and key.default is not FILLED and key.default is not None
-        choices = _choices(key.hint)
-        yield {
-            "key": f"{path}{key.name}",
-            "words": f"{path}{_words(key)}".replace(".", ": ").replace("_", " "),
-            "unit": key.unit,
-            "kind": "choice" if choices else _kind(key.hint),
-            "choices": choices,
-            "default": _text(key.default) if plain else key.usual,
-            "says": key.says,
-        }
+        yield {**_field(key), "key": f"{path}{key.name}", "words": _path_words(key, path)}
+
+
+def _field(key: Key) -> Form:
+    """Return what one key is: a plain value, rows of a table, or values by free names."""
+    plain = key.default is not REQUIRED and key.default is not FILLED and key.default is not None
+    form = {"unit": key.unit, "choices": [], "default": "", "says": key.says.replace("`", "")}
+    if key.many:
+        return {**form, "kind": "rows", "fields": list(_fields(key.keys, ""))}
+    if key.named is not None:
+        return {**form, "kind": "named", "unit": key.unit or unit_of_name(key.name)}
+    choices = _choices(key.hint)
+    usual = _text(key.default) if plain else key.usual.replace("`", "")
+    return {**form, "kind": "choice" if choices else _kind(key.hint), "choices": choices, "default": usual}
+
+
+def _path_words(key: Key, path: str) -> str:
+    return f"{path}{_words(key)}".replace(".", ": ").replace("_", " ")
 
 
 def _words(key: Key) -> str:
@@ -69,7 +81,8 @@ def _kind(hint: Any) -> str:
         return "list"
     if origin in (Union, UnionType):
         kinds = {_kind(each) for each in get_args(hint) if each is not type(None)}
-        return "list" if "list" in kinds else "number" if "number" in kinds else "text"
+        ordered = ("list", "number", "text", "bool")
+        return next((kind for kind in ordered if kind in kinds), "text")
     return "number" if hint in (int, float) else "text"
 
 

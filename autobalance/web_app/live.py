@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import MISSING, fields
 from typing import TYPE_CHECKING, Any
 
 from starlette.concurrency import run_in_threadpool
@@ -14,11 +13,11 @@ from starlette.routing import Route
 from autobalance import verbs
 from autobalance.errors import AutobalanceError
 from autobalance.web_app.answers import body_of, file_of, refused
-from autobalance.web_app.forms import tables
+from autobalance.web_app.forms import limits, tables
 from autobalance.web_app.opening import named_files
 from autobalance.web_app.prediction import predicted
 from autobalance.web_app.preview import preview
-from autobalance.web_app.work import ANALYSES, DRAWING, MESH, MODEL, VIEW
+from autobalance.web_app.work import ANALYSES, MESH, MODEL, VIEW
 
 if TYPE_CHECKING:
     from autobalance.web_app.project import Project
@@ -40,7 +39,7 @@ class Live:
             Route("/api/runs/{run}/mesh", self.mesh),
             Route("/api/runs/{run}/view", self.view),
             Route("/api/runs/{run}/model", self.model),
-            Route("/api/runs/{run}/drawing", self.drawing),
+            Route("/api/runs/{run}/papers/{name}", self.paper),
             Route("/api/runs/{run}/predict", self.predict, methods=["POST"]),
             Route("/api/runs/{run}/preview", self.preview, methods=["POST"]),
         ]
@@ -48,11 +47,13 @@ class Live:
     async def kinds(self, _: Request) -> Response:
         """Return what forms are made of: kinds and tables with their keys, usual parts, presets."""
         from autobalance.crank.parametric.design import PRESETS
+        from autobalance.engine.grade import GRADES
         from autobalance.job.template import USUAL_PARTS
 
         analyses = [{"verb": verb, "says": verbs.VERBS[verb]} for verb in ANALYSES]
         listed, forms = await run_in_threadpool(lambda: (kinds(), tables()))
-        made_of = {"kinds": listed, "tables": forms, "parts": USUAL_PARTS}
+        grades = [{"grade": each.grade_mm_s, "machinery": each.what} for each in GRADES]
+        made_of = {"kinds": listed, "tables": forms, "parts": USUAL_PARTS, "grades": grades}
         return JSONResponse({**made_of, "presets": list(PRESETS), "analyses": analyses})
 
     async def asked(self, request: Request) -> Response:
@@ -72,10 +73,11 @@ class Live:
         """Give what a run left for the page: what was found out, or the linear model of its cuts."""
         return self._own(request.path_params["run"], MODEL)
 
-    async def drawing(self, request: Request) -> Response:
-        """Give the drawing for CAD."""
-        path = self._project.own(request.path_params["run"], DRAWING)
-        return file_of(path, DRAWING)
+    async def paper(self, request: Request) -> Response:
+        """Give a certificate, a card, a list or a drawing of a result."""
+        run, name = request.path_params["run"], request.path_params["name"]
+        made = (self._json(request, MODEL) or {}).get("papers", [])
+        return file_of(self._project.own(run, name) if name in made else None, name)
 
     async def predict(self, request: Request) -> Response:
         """Predict what other depths and turns of a result's cuts would leave."""
@@ -102,7 +104,7 @@ class Live:
         try:
             return JSONResponse(await run_in_threadpool(preview, report, values, self._project.folder))
         except AutobalanceError as error:
-            return JSONResponse({"why": str(error)})
+            return JSONResponse({"why": self._project.as_named(str(error))})
 
     def _own(self, run: str, name: str) -> Response:
         """Give one of the page's own files; nothing where a result came from elsewhere without it."""
@@ -121,23 +123,6 @@ def kinds() -> list[dict[str, Any]]:
     from autobalance.correction import KINDS
 
     return [
-        {
-            "name": name,
-            "verb": kind.verb,
-            "noun": kind.noun,
-            "datum": kind.datum,
-            "keys": [
-                {
-                    "key": each.name,
-                    "default": None if each.default is MISSING else _plain(each.default),
-                    "list": "tuple" in str(each.type),
-                }
-                for each in fields(kind.limits)
-            ],
-        }
+        {"name": name, "verb": kind.verb, "noun": kind.noun, "datum": kind.datum, "keys": limits(name)}
         for name, kind in KINDS.items()
     ]
-
-
-def _plain(value: Any) -> Any:
-    return [_plain(each) for each in value] if isinstance(value, tuple) else value

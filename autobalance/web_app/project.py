@@ -72,6 +72,11 @@ class Project:
         """Return where the page's own files of a run go."""
         return self.folder / OWN / run
 
+    def as_named(self, message: str) -> str:
+        """Return a message that names the project's files as people do: without where they lie here."""
+        folder = re.escape(str(self.folder))
+        return re.sub(rf"{folder}/(?:{RUNS}|{re.escape(OWN)})/[0-9a-f]{{12}}/|{folder}/", "", message)
+
     def forget(self, run: str) -> None:
         """Take all files of a run away."""
         for folder in (self.run_folder(run), self.own_folder(run)):

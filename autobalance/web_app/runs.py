@@ -106,6 +106,15 @@ class Runs:
         self._project.forget(run_id)
         return True
 
+    def delete(self, run_id: str) -> bool:
+        """Take a run away with its files; False where there is none."""
+        if not self.cancel(run_id):
+            return False
+        with self._lock:
+            self._runs.pop(run_id, None)
+        self._project.forget(run_id)
+        return True
+
     def close(self) -> None:
         """End all work; no process is left."""
         self._closed = True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -33,37 +34,21 @@ from autobalance.web_app.project import JOB, RUN_ID, Project, TooLarge, is_plain
 from autobalance.web_app.runs import Runs
 from autobalance.web_app.work import MODEL, VERBS
 
-MODULES = (
-    "app",
-    "buffers",
-    "analyse",
-    "board",
-    "coarse",
-    "correct",
-    "drag",
-    "everything",
-    "handles",
-    "job",
-    "limits",
-    "machine",
-    "nc",
-    "open",
-    "parts",
-    "picking",
-    "polar",
-    "runs",
-    "see",
-    "server",
-    "tools",
-    "view",
-)
-STATIC = {
-    **{f"{name}.js": ("web_app", f"static/{name}.js", "text/javascript") for name in MODULES},
-    "app.css": ("web_app", "static/app.css", "text/css"),
-    "icon.svg": ("web_app", "static/icon.svg", "image/svg+xml"),
-    "three.min.js": ("report", "assets/three.min.js", "text/javascript"),
-}
-"""The page's own files: name → where it lies in the package, and its type."""
+TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".json": "application/json"}
+
+
+def _static() -> dict[str, tuple[str, str, str]]:
+    """Return the page's own files: name → where it lies in the package, and its type."""
+    names = (each.name for each in resources.files("autobalance.web_app").joinpath("static").iterdir())
+    own = {
+        name: ("web_app", f"static/{name}", TYPES[Path(name).suffix])
+        for name in names
+        if Path(name).suffix in TYPES
+    }
+    return {**own, "three.min.js": ("report", "assets/three.min.js", TYPES[".js"])}
+
+
+STATIC = _static()
 OTHERS = (".toml", ".xlsx", ".json")
 """Endings of files that may be opened besides cranks: jobs and reports."""
 
@@ -105,6 +90,7 @@ class Pages:
             Route("/api/runs", self.all_runs),
             Route("/api/runs", self.start, methods=["POST"]),
             Route("/api/runs/{run}", self.one_run),
+            Route("/api/runs/{run}", self.delete, methods=["DELETE"]),
             Route("/api/runs/{run}/cancel", self.cancel, methods=["POST"]),
             Route("/api/runs/{run}/report", self.report),
             Route("/api/runs/{run}/files/{name}", self.result),
@@ -210,7 +196,7 @@ class Pages:
         try:
             run = await run_in_threadpool(self._opened, path, apart)
         except AutobalanceError as error:
-            return refused(str(error), 400)
+            return refused(self._project.as_named(str(error)), 400)
         return JSONResponse({"run": run, "job": _jsonable(job_of(self._project))})
 
     async def example(self, request: Request) -> Response:
@@ -313,6 +299,12 @@ class Pages:
         """Return one run."""
         run = self._runs.state_of(request.path_params["run"])
         return refused("there is no such run", 404) if run is None else JSONResponse(run)
+
+    async def delete(self, request: Request) -> Response:
+        """Take a run away with all its files; what still runs is ended first."""
+        if not await run_in_threadpool(self._runs.delete, request.path_params["run"]):
+            return refused("there is no such run", 404)
+        return JSONResponse({"runs": self._runs.all()})
 
     async def cancel(self, request: Request) -> Response:
         """End a run."""

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.runtime import own_standard_output
+from autobalance.web_app.project import Project
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -24,11 +25,13 @@ if TYPE_CHECKING:
 MESH = "mesh.bin"
 VIEW = "view.bin"
 MODEL = "model.json"
-DRAWING = "drawing.dxf"
+DRAWING = "dxf"
 REPORT = "report.json"
 SUMMARY = "summary.txt"
 ANALYSES = ("forces", "cycle", "strength", "shafts", "parts", "torsion", "study")
 """Verbs that take a job and cut nothing."""
+PAPERS = ("certificate", "card", "csv")
+"""Kinds of files that the page gives beside those that the command writes."""
 MEGABYTE = 1 << 20
 CARD_PIXELS = (560, 380)
 """Of a picture on the board of alternatives."""
@@ -69,7 +72,7 @@ def work(verb: str, request: Asked, folders: tuple[str, ...], memory_mb: int, pi
         code = VERBS[verb](request, Place(*(Path(each) for each in folders)), notify)
         pipe.send(("done", code))
     except AutobalanceError as error:
-        pipe.send(("failed", error.exit_code, str(error)))
+        pipe.send(("failed", error.exit_code, Project(Path(folders[0])).as_named(str(error))))
     except MemoryError:
         pipe.send(
             ("failed", AutobalanceError.exit_code, f"not enough memory for this file in {memory_mb} MB")
@@ -169,23 +172,38 @@ def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
     from autobalance.web_app.prediction import linear_model
 
     result.write(place.results, progress=notify)
-    drawing = _drawing(result)
-    if drawing is not None:
-        place.keep(DRAWING, drawing)
-    model = {**linear_model(result), "drawing": drawing is not None}
+    notify("writing certificate, card and drawing", 0.97)
+    papers = _papers(result)
+    for name, data in papers.items():
+        place.keep(name, data)
+    model = {**linear_model(result), "papers": list(papers)}
     place.keep(MODEL, json.dumps(model, allow_nan=False).encode())
     place.keep(VIEW, result_view(result))
     return result.exit_code
 
 
-def _drawing(result: BalanceResult) -> bytes | None:
-    """Return the drawing for CAD, which the command writes only where it is asked; None without its extra."""
+def _papers(result: BalanceResult) -> dict[str, bytes]:
+    """Return the files that the command writes only where they are asked for; the drawing with its extra."""
     from autobalance.errors import FormatError
+    from autobalance.report.balance.values import showable
+    from autobalance.report.bundle import bundle, choice_of
+    from autobalance.report.material import Material
+    from autobalance.report.output_kinds import KINDS
 
+    record = result.record.balanced
+    assert record is not None
+    kinds = [*PAPERS]
     try:
-        return _bundled(result, "dxf")["dxf"][1] if result.corrections else None
-    except FormatError:
-        return None
+        KINDS[DRAWING].require()
+        kinds += [DRAWING] if result.corrections else []
+    except FormatError:  # without its extra
+        pass
+    before, report = result.before.measured.source.solid, showable(result.report)
+    units = (report["job"].get("shop") or {}).get("units") or "metric"
+    choice = choice_of(kinds, "A4", units)
+    ended = record.result
+    made = bundle(Material(report, choice, before, ended.solid, ended.tools, lambda _: None))
+    return dict(made.values())
 
 
 def _cut(request: Asked, place: Place, notify: Progress) -> int:
@@ -243,19 +261,6 @@ def _picture(result: BalanceResult) -> bytes:
     report, before = showable(result.report), result.before.measured.source.solid
     shown = Shown.of(report, before, record.result.solid, record.result.tools)
     return pictures(report, before.mesh, shown.body, shown.pieces, CARD_PIXELS)[1]
-
-
-def _bundled(result: BalanceResult, kind: str) -> dict[str, tuple[str, bytes]]:
-    """Return the files of one kind that a report's folder may hold."""
-    from autobalance.report.balance.values import showable
-    from autobalance.report.bundle import bundle
-    from autobalance.report.material import Choice, Material
-
-    record = result.record.balanced
-    assert record is not None
-    ended, before = record.result, result.before.measured.source.solid
-    report = showable(result.report)
-    return bundle(Material(report, Choice((kind,)), before, ended.solid, ended.tools, lambda _: None))
 
 
 def _analysed(verb: str) -> Callable[[Asked, Place, Progress], int]:

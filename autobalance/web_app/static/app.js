@@ -1,6 +1,6 @@
 // The page: what the user knows goes into a job, the server's functions do the work, their numbers are shown.
 import { $ } from "/static/tools.js";
-import { askJson, guarded } from "/static/server.js";
+import { askJson, behind, guarded } from "/static/server.js";
 import { CRANKS, changed, emit, on, state, taken } from "/static/job.js";
 import { ending } from "/static/tools.js";
 import * as analyse from "/static/analyse.js";
@@ -13,8 +13,11 @@ import * as machine from "/static/machine.js";
 import * as nc from "/static/nc.js";
 import * as open from "/static/open.js";
 import * as parts from "/static/parts.js";
+import * as place from "/static/place.js";
 import * as runs from "/static/runs.js";
+import * as settings from "/static/settings.js";
 import * as see from "/static/see.js";
+import { t, translated } from "/static/words.js";
 import { View } from "/static/view.js";
 
 const view = new View($("model"), $("canvas"), $("model-note"));
@@ -32,6 +35,7 @@ function select(tab) {
     $(each.getAttribute("aria-controls")).hidden = !chosen;
   }
   current = tab.id.replace("tab-", "");
+  place.keep({ tab: current });
   const result = ["see", "machine"].includes(current) && view.sets.result;
   view.use(result ? "result" : "crank");
   view.point(null);
@@ -50,29 +54,41 @@ tabs.forEach((tab, place) => {
     event.preventDefault();
   });
 });
+on("result", ({ id }) => place.keep({ run: id }));
 on("tab", (name) => select($(`tab-${name}`)));
 view.onpick = (hit) => { if (current === "open") open.pickedInModel(hit); else if (current === "correct") correct.pickedInModel(hit); };
+
+// On a narrow page the model is folded away until a person, or a row that turns it, asks for it.
+function fold(folded) {
+  document.body.dataset.view = folded ? "folded" : "open";
+  $("fold").setAttribute("aria-expanded", String(!folded));
+  $("fold").textContent = folded ? t("Show the model") : t("Hide the model");
+}
+$("fold").addEventListener("click", () => fold(document.body.dataset.view !== "folded"));
+on("look", () => fold(false));
 
 // --- start ------------------------------------------------------------------------------------------------
 
 async function begin() {
   const declared = await askJson("/api/kinds");
-  Object.assign(state, { usual: declared.parts, presets: declared.presets, analyses: declared.analyses });
+  Object.assign(state, { declared, usual: declared.parts, presets: declared.presets, analyses: declared.analyses });
+  translated(document.body);
   limits.setUp(declared.kinds, changed);
-  everything.setUp(declared.tables);
-  for (const each of [open, parts, correct, see, drag]) each.setUp(view);
-  for (const each of [analyse, board, machine, nc]) each.setUp();
-  for (const id of ["unit", "density", "crankpin-in-file"]) $(id).addEventListener("input", changed);
+  for (const each of [open, correct, see, drag]) each.setUp(view);
+  for (const each of [parts, everything, analyse, board, machine, nc, runs, settings]) each.setUp();
+  for (const id of ["judge", "unit", "density", "crankpin-in-file"]) $(id).addEventListener("input", changed);
   await project();
   const told = (await askJson("/api/runs")).runs;
   runs.list(told);
   const last = (verbs) => told.filter((each) => verbs.includes(each.verb) && each.state === "done").pop();
-  const shown = last(["balance", "recut"]), compared = last(["compare"]);
+  const before = place.left();
+  const shown = told.find((each) => each.id === before.run && each.state === "done") || last(["balance", "recut"]), compared = last(["compare"]);
   for (const each of told.filter((run) => run.verb === "inspect" && run.state === "done").reverse()) if (await opened(each)) break;
   if (shown) await see.show(shown);
   if (compared) await board.board(compared);
   for (const { verb } of state.analyses) { const done = last([verb]); if (done) await analyse.show(done); }
-  select(tabs[0]);
+  select($(`tab-${before.tab}`) || tabs[0]);
+  scrollTo(0, before.top || 0);
   for (const going of told.filter((each) => ["waiting", "running"].includes(each.state))) again(going);
 }
 
@@ -106,7 +122,7 @@ const again = guarded(async (going) => {
 });
 
 // Another tab may have changed the job meanwhile.
-window.addEventListener("focus", guarded(async () => {
+window.addEventListener("focus", behind(async () => {
   const found = await askJson("/api/project");
   if (found.job_text !== state.text) await project();
   runs.list((await askJson("/api/runs")).runs);

@@ -31,7 +31,7 @@ export async function show(told) {
   run = told.id;
   model = await askLeft(`/api/runs/${run}/model`);
   $("drag-box").hidden = !model?.cuts?.length;
-  if ($("drag-box").hidden) { clear(); return null; }
+  if ($("drag-box").hidden) { const left = model; clear(); return left; }
   depths = model.cuts.map((cut) => cut.depth_mm);
   turns = model.cuts.map(() => 0);
   sliders = [];

@@ -1,6 +1,7 @@
 // What the page knows: the crank, the parts, what is asked. It becomes the job that the commands take.
+import { redraw } from "/static/store.js";
 import { $, debounced, ending, typed } from "/static/tools.js";
-import { guarded, put } from "/static/server.js";
+import { behind, put } from "/static/server.js";
 import { correction, takeCorrection } from "/static/limits.js";
 
 // Endings of crank files, and those of formats without a unit: the server writes them into the page.
@@ -9,11 +10,10 @@ export const CRANKS = endings("cranks");
 export const UNITLESS = endings("unitless");
 export const JOBS = ["toml", "xlsx"];
 export const GROUPS = { rotating_g: "Rotating", reciprocating_g: "Reciprocating", crankpin_g: "On or in the crankpin" };
-const NUMBERS = { factor: "factor", grade: "grade", "speed-rpm": "speed_rpm" };
-
 export const state = {
   file: null,
   tables: {},
+  declared: null, // kinds, tables, grades, parts: what forms are made of
   analyses: [], // { verb, says } of what cuts nothing
   presets: [], // names of cranks that can be drawn
   usual: {}, // group → { name of a part: what it is }, where nothing was weighed yet
@@ -25,7 +25,19 @@ export const state = {
 
 const listeners = {};
 export const on = (name, work) => (listeners[name] ||= []).push(work);
-export const emit = (name, ...given) => { for (const work of listeners[name] || []) work(...given); };
+export const emit = (name, ...given) => {
+  for (const work of listeners[name] || []) work(...given);
+  redraw();
+};
+
+// A key of the job by its dotted path; tables that are empty once it is taken away go, too.
+export const at = (path) => path.split(".").reduce((values, name) => values?.[name], state.tables);
+export function keep(path, value) {
+  const names = path.split("."), last = names.pop(), way = [state.tables];
+  for (const name of names) way.push((way.at(-1)[name] ||= {}));
+  if (value === undefined) delete way.at(-1)[last]; else way.at(-1)[last] = value;
+  for (let k = names.length; k > 0 && !Object.keys(way[k]).length; k--) delete way[k - 1][names[k - 1]];
+}
 
 export function crankshaft() {
   const found = { ...(state.tables.crankshaft || {}), file: state.file, density_kg_m3: typed($("density").value) };
@@ -70,12 +82,11 @@ export function job() {
   const engine = { ...(state.tables.engine || {}) };
   for (const group of Object.keys(GROUPS)) engine[group] = byName(state.weights[group]);
   if (!Object.keys(engine.crankpin_g).length) delete engine.crankpin_g;
-  const asked = Object.fromEntries(Object.entries(NUMBERS).map(([id, key]) => [key, typed($(id).value)]));
-  const balance = { ...(state.tables.balance || {}), ...asked, judge: $("judge").value };
+  const balance = { ...(state.tables.balance || {}), judge: $("judge").value };
   return { ...state.tables, crankshaft: crankshaft(), engine, balance, correction: correction(state.tables.correction || {}) };
 }
 
-const kept = debounced(guarded(async () => {
+const kept = debounced(behind(async () => {
   if (!state.file) return;
   state.text = (await put("/api/job", job())).job_text;
   $("job-text").textContent = state.text;
@@ -97,7 +108,6 @@ export function taken(tables) {
   for (const group of Object.keys(GROUPS)) state.weights[group] = Object.entries(engine[group] || {}).map(rowOf);
   const empty = Object.values(state.weights).every((rows) => !rows.length);
   if (empty) for (const group of Object.keys(GROUPS)) state.weights[group] = Object.entries(state.usual[group] || {}).map(([name, hint]) => ({ name, g: "", pm: "", pieces: "", hint }));
-  for (const [id, key] of Object.entries(NUMBERS)) if (balance[key] !== undefined) $(id).value = balance[key];
   if (balance.judge) $("judge").value = balance.judge;
   takeCorrection(tables.correction || {});
   emit("taken");

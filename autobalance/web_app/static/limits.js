@@ -1,12 +1,15 @@
 // The kinds of correction with their limits, faces and angles: the job's [correction], as a form.
-import { $, el, listTyped, typed } from "/static/tools.js";
+import { html, render } from "/static/preact.min.js";
+import { $, el } from "/static/tools.js";
+import { Field } from "/static/fields.js";
+import { t } from "/static/words.js";
 
 const WORDS = { faces: "", sector_deg: "", sectors_deg: "" };
 export const kinds = { list: [], of: (name) => kinds.list.find((kind) => kind.name === name) };
 export const faces = new Set(); // ids, and points of a job's file as JSON; none: chosen by the program
 export const isPoint = (face) => face.startsWith("[");
 export const zones = { list: [] }; // { from, to, allowed }
-const given = {}; // kind → key → text
+const given = {}; // kind → key → value
 const TOP = ["faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm", "depth_step_mm"]; // may stand above the kinds' tables
 let others = []; // methods of a job beyond the two that the form shows
 
@@ -33,36 +36,15 @@ const has = (key) => methods().some((name) => kinds.of(name)?.keys.some((each) =
 
 // The form of the kinds that are chosen.
 export function shown() {
-  const boxes = methods().flatMap((name) => {
-    const kind = kinds.of(name);
-    if (!kind) return [];
-    const fields = kind.keys.filter(({ key }) => !(key in WORDS)).map((each) => field(name, each));
-    return [el("fieldset", { className: "fields" }, el("legend", { textContent: `${kind.noun}: limits` }), ...fields)];
-  });
-  $("limits").replaceChildren(...boxes);
+  const chosen = methods().map(kinds.of).filter((kind) => kind);
+  render(html`${chosen.map((kind) => html`<fieldset class="fields" key=${kind.name}><legend>${t("{kind}: limits", { kind: t(kind.noun) })}</legend>${kind.keys.filter(({ key }) => !(key in WORDS)).map((field) => html`<${Limit} kind=${kind.name} field=${field}/>`)}</fieldset>`)}`, $("limits"));
   $("faces-box").hidden = !has("faces");
   $("zones-box").hidden = !has("sector_deg") && !has("sectors_deg");
 }
 
-function field(kind, { key, default: usual, list }) {
-  const words = key.replaceAll("_", " ").replace(/ (mm|deg|kg m3)$/, (unit) => ` [${{ " mm": "mm", " deg": "°", " kg m3": "kg/m³" }[unit]}]`);
-  const now = given[kind]?.[key] ?? "";
-  const values = { data: { key: `${kind}.${key}` } };
-  let input;
-  if (typeof usual === "boolean") {
-    input = el("select", {}, ...["", "true", "false"].map((value) => el("option", { value, textContent: { "": `usual: ${usual ? "yes" : "no"}`, true: "yes", false: "no" }[value] })));
-  } else input = el("input", { inputMode: list || typeof usual === "string" ? "text" : "decimal", placeholder: usual === null ? "" : Array.isArray(usual) ? usual.join(", ") : String(usual) });
-  delete values.data;
-  input.id = `limit-${kind}-${key}`;
-  input.value = String(now);
-  input.addEventListener("input", () => { (given[kind] ||= {})[key] = input.value; told(); });
-  return el("label", {}, words, input);
-}
-
-function value(text, { default: usual, list }) {
-  if (typeof usual === "boolean") return text === "true";
-  if (list) return listTyped(text);
-  return typed(text);
+function Limit({ kind, field }) {
+  const set = (value) => { (given[kind] ||= {})[field.key] = value; shown(); told(); };
+  return html`<${Field} id=${`limit-${kind}-${field.key}`} field=${field} now=${given[kind]?.[field.key]} set=${set}/>`;
 }
 
 // The table [correction] of the job: what is filled in; keys that the page does not show stay.
@@ -73,10 +55,9 @@ export function correction(before) {
   made.method = names.length === 1 ? names[0] : names;
   for (const name of names) {
     const table = {};
-    for (const each of kinds.of(name)?.keys || []) {
-      const { key } = each, text = given[name]?.[key];
+    for (const { key } of kinds.of(name)?.keys || []) {
       if (key in WORDS) Object.assign(table, word(key));
-      else if (text !== undefined && String(text).trim() !== "") table[key] = value(String(text), each);
+      else if (given[name]?.[key] !== undefined) table[key] = given[name][key];
     }
     if (Object.keys(table).length) made[name] = table;
   }
@@ -145,7 +126,7 @@ export function takeCorrection(table) {
       if (key === "faces") { if (Array.isArray(found)) for (const face of found) faces.add(typeof face === "string" ? face : JSON.stringify(face)); }
       else if (key === "sector_deg") zones.list = [{ from: found[0], to: found[1], allowed: true }];
       else if (key === "sectors_deg") zones.list = found.filter(([a, b]) => !(a === 0 && b === 360)).map(([from, to]) => ({ from, to, allowed: true }));
-      else given[name][key] = Array.isArray(found) ? found.join("; ") : String(found);
+      else given[name][key] = found;
     }
   }
   shown();

@@ -1,7 +1,8 @@
 // Open: files and folders dropped or chosen, the crank in a tree, what is in doubt, and what a user says of it.
-import { $, arrows, el, ending, measured } from "/static/tools.js";
+import { $, arrows, el, ending, measured, withUnit } from "/static/tools.js";
 import { askBuffer, askJson, askLeft, guarded, post, say } from "/static/server.js";
 import { CRANKS, JOBS, UNITLESS, changed, crankshaft, emit, on, state, taken } from "/static/job.js";
+import { t } from "/static/words.js";
 import { start } from "/static/runs.js";
 
 let view = null;
@@ -15,6 +16,7 @@ export function setUp(shown) {
     dropped(files);
   });
   $("open").addEventListener("click", async () => { await sending; open(); });
+  $("unit").addEventListener("change", async () => { await sending; if (state.file) open(); });
   for (const kind of ["dragover", "dragleave", "drop"]) document.addEventListener(kind, (event) => {
     event.preventDefault();
     $("drop").classList.toggle("over", kind === "dragover");
@@ -30,9 +32,17 @@ export function setUp(shown) {
 }
 
 export function chosen() {
-  $("chosen").textContent = state.file || "No file yet";
+  $("chosen").textContent = state.file ? `${state.file}${size()}` : t("No file yet");
   $("unit-field").hidden = !UNITLESS.includes(ending(state.file));
   $("forget-overrides").hidden = !(state.tables.crankshaft?.main_journals || state.tables.crankshaft?.crankpins);
+}
+
+// How long the crank is in the unit that the page took: a wrong one is seen at once.
+function size() {
+  const report = state.inspected?.report;
+  if (!report || !UNITLESS.includes(ending(state.file))) return "";
+  const webs = report.crank.webs, ends = [...webs.map((web) => web.z_min_mm), ...webs.map((web) => web.z_max_mm)];
+  return `: ${t("read in {unit}; {length} from the first web to the last", { unit: $("unit").value, length: withUnit(Math.max(...ends) - Math.min(...ends), 0, "mm") })}`;
 }
 
 // --- files ------------------------------------------------------------------------------------------------
@@ -54,7 +64,11 @@ const send = (file, apart) => post0(`/api/files?name=${encodeURIComponent(file.n
 const post0 = (path, body) => askJson(path, { method: "POST", body });
 
 let sending = Promise.resolve();
-export const dropped = (files) => (sending = taking(files));
+// What was dropped is opened at once; a file without a unit in the unit that the page shows beside it.
+export function dropped(files) {
+  sending = taking(files);
+  sending.then((opens) => opens && open());
+}
 const taking = guarded(async (files) => {
   if (!files.length) return;
   const crank = files.find((file) => CRANKS.includes(ending(file.name)));
@@ -62,8 +76,9 @@ const taking = guarded(async (files) => {
   $("chosen").textContent = `sending ${files.map((file) => file.name).join(", ")} …`;
   try {
     if (files.some((file) => file.name === "report.json")) await result(files);
-    else await crankAndJob(files);
+    else return await crankAndJob(files);
   } finally { chosen(); }
+  return false;
 });
 
 async function result(files) {
@@ -87,7 +102,7 @@ async function crankAndJob(files) {
   forget();
   taken(tables);
   changed();
-  if (job && crankThere(await askJson("/api/project"))) await open();
+  return (await askJson("/api/project")).files.includes(state.file);
 }
 // A crank to begin with: the bundled one with its weights, or one from a preset's dimensions.
 const example = guarded(async (preset) => {
@@ -97,7 +112,6 @@ const example = guarded(async (preset) => {
   changed();
   await open();
 });
-const crankThere = (project) => project.files.includes(state.file) && (!UNITLESS.includes(ending(state.file)) || state.tables.crankshaft?.unit);
 
 function forget() {
   state.inspected = null;
@@ -109,7 +123,15 @@ function forget() {
 
 // --- the crank --------------------------------------------------------------------------------------------
 
-export const open = guarded(async () => {
+let going = null; // what is being opened: asked twice, it is opened once
+export function open() {
+  const what = JSON.stringify(crankshaft());
+  if (going?.what === what) return going.end;
+  const mine = { what, end: opens().finally(() => { if (going === mine) going = null; }) };
+  going = mine;
+  return mine.end;
+}
+const opens = guarded(async () => {
   if (!state.file) throw new Error("choose a crank file first");
   const mine = ++opening;
   $("model").dataset.state = "loading";
@@ -164,6 +186,7 @@ export async function show(id, fresh = false) {
   cylinders();
   doubts(reasons(report));
   if (fresh && report.crank.main_journals.length < 2 && !state.tables.balance?.tolerance_planes_mm) $("judge").value = "static";
+  chosen();
   emit("opened");
   if (fresh) changed();
 }

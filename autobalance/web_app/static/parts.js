@@ -1,56 +1,56 @@
-// Parts: the table of weights, and what they do to the crank as one types.
-import { $, debounced, el, predicted, shown } from "/static/tools.js";
+// Parts: weights, targets and engine, and what they do to the crank as one types.
+import { html, useEffect, useRef } from "/static/preact.min.js";
+import { $, debounced, shown, withUnit } from "/static/tools.js";
 import { post } from "/static/server.js";
 import { GROUPS, changed, job, on, state, sumOf } from "/static/job.js";
-import { polar } from "/static/polar.js";
+import { mount, redraw, signal } from "/static/store.js";
+import { t } from "/static/words.js";
+import { Engine, Targets } from "/static/engine.js";
+import { Everything } from "/static/everything.js";
+import { Polars } from "/static/polar.js";
+import { RodPicture } from "/static/rod-picture.js";
+
+const preview = signal({ found: null, why: "" });
+const touched = signal(""); // the part whose row is being typed in
 
 export function setUp() {
-  on("taken", rows);
-  on("job", preview);
-  on("opened", preview);
-  on("forgotten", () => { $("preview").hidden = true; });
-  for (const id of ["factor", "grade", "speed-rpm", "judge"]) $(id).addEventListener("input", changed);
-  rows();
+  on("job", ask);
+  on("opened", ask);
+  on("forgotten", () => { preview.value = { found: null, why: "" }; });
+  mount(Parts, $("panel-parts"));
 }
 
-function rows() {
-  $("weights").replaceChildren(...Object.entries(GROUPS).map(([group, title]) => {
-    const add = el("button", { type: "button", textContent: "Add a part", "aria-label": `Add a part: ${title}`, data: { testid: `add-${group}` } });
-    add.addEventListener("click", () => {
-      state.weights[group].push({ name: "", g: "", pm: "", pieces: "" });
-      rows();
-      [...document.querySelectorAll(`[data-group=${group}] [data-testid=weight-name]`)].pop()?.focus();
-    });
-    return el("div", { className: "weights", role: "group", "aria-label": title }, el("h2", {}, `${title} `, el("small", { textContent: "name, pieces, g each, ± g" })), ...state.weights[group].map((row, place) => line(group, row, place)), el("p", { className: "quiet", data: { testid: `sum-${group}` } }), add);
-  }));
-  sums();
+function Parts() {
+  return html`<${Facts}/><p class="quiet" id="preview-why" aria-live="polite">${preview.value.why}</p>
+    <div class="beside"><div><p class="quiet">${t("Weights of one connecting rod; crankpin parts of one throw. Rows of a spreadsheet may be pasted into any field.")}</p>
+    <div id="weights">${Object.entries(GROUPS).map(([group, title]) => html`<${Group} group=${group} title=${t(title)}/>`)}</div></div><${RodPicture} part=${touched.value}/></div>
+    <${Targets}/><${Engine}/><${Everything}/><${PreviewPolars}/>`;
 }
 
-// What each group weighs, and how many of its rows were not weighed yet.
-function sums() {
-  for (const [group, rows] of Object.entries(state.weights)) {
-    const total = sumOf(rows), open = rows.filter((row) => row.raw === undefined && String(row.g).trim() === "").length;
-    const words = [total === null ? "" : `${shown(total, 2)} g in all`, open ? `${open} not weighed: not in the job` : ""];
-    document.querySelector(`[data-testid=sum-${group}]`).textContent = words.filter((each) => each).join("; ");
-  }
+// --- weights ----------------------------------------------------------------------------------------------
+
+function Group({ group, title }) {
+  const rows = state.weights[group], added = useRef(false), box = useRef(null);
+  useEffect(() => { if (added.current) [...box.current.querySelectorAll("[data-testid=weight-name]")].pop()?.focus(); added.current = false; });
+  const total = sumOf(rows), open = rows.filter((row) => row.raw === undefined && String(row.g).trim() === "").length;
+  const words = [total === null ? "" : t("{sum} g in all", { sum: shown(total, 2) }), open ? t("{count} not weighed: not in the job", { count: open }) : ""];
+  const add = () => { rows.push({ name: "", g: "", pm: "", pieces: "" }); added.current = true; redraw(); };
+  return html`<div class="weights" role="group" aria-label=${title} ref=${box}><h2>${title} <small>${t("name, pieces, g each, ± g")}</small></h2>
+    ${rows.map((row, place) => html`<${Row} group=${group} title=${title} row=${row} place=${place}/>`)}
+    <p class="quiet" data-testid=${`sum-${group}`}>${words.filter((each) => each).join("; ")}</p>
+    <button type="button" aria-label=${`${t("Add a part")}: ${title}`} data-testid=${`add-${group}`} onClick=${add}>${t("Add a part")}</button></div>`;
 }
 
-function line(group, row, place) {
-  const made = el("div", { data: { testid: "weight-row", group } });
-  for (const [key, words] of [["name", "name"], ["pieces", "pieces"], ["g", "mass of each in grams"], ["pm", "plus or minus in grams"]]) {
-    const input = el("input", { value: row[key], "aria-label": `${GROUPS[group]}, part ${place + 1}: ${words}`, data: { testid: `weight-${key}` } });
-    if (key !== "name") input.inputMode = "decimal";
-    if (key !== "name" && row.raw !== undefined) { input.readOnly = true; input.placeholder = key === "g" ? "in the job" : ""; }
-    if (key === "pieces" && row.raw === undefined) input.placeholder = "1";
-    if (key === "name" && row.hint) input.title = row.hint;
-    input.addEventListener("input", () => { row[key] = input.value; sums(); changed(); });
-    made.append(input);
-  }
-  const remove = el("button", { type: "button", textContent: "×", "aria-label": `Remove ${row.name || "this part"}` });
-  remove.addEventListener("click", () => { state.weights[group].splice(place, 1); rows(); changed(); });
-  made.append(remove);
-  made.addEventListener("paste", (event) => pasted(event, group, place));
-  return made;
+const COLUMNS = [["name", "name"], ["pieces", "pieces"], ["g", "mass of each in grams"], ["pm", "plus or minus in grams"]];
+function Row({ group, title, row, place }) {
+  const cell = ([key, words]) => {
+    const fixed = key !== "name" && row.raw !== undefined;
+    const placeholder = fixed && key === "g" ? t("in the job") : key === "pieces" && !fixed ? "1" : "";
+    return html`<input value=${row[key]} aria-label=${`${title}, ${t("part {number}", { number: place + 1 })}: ${t(words)}`} data-testid=${`weight-${key}`} inputMode=${key === "name" ? "text" : "decimal"}
+      readOnly=${fixed} placeholder=${placeholder} title=${key === "name" ? t(row.hint || "") : ""} onFocus=${() => { touched.value = row.name; }} onInput=${({ target }) => { row[key] = target.value; changed(); }}/>`;
+  };
+  const remove = () => { state.weights[group].splice(place, 1); changed(); };
+  return html`<div data-testid="weight-row" data-group=${group} onPaste=${(event) => pasted(event, group, place)}>${COLUMNS.map(cell)}<button type="button" aria-label=${t("Remove {name}", { name: row.name || t("this part") })} onClick=${remove}>×</button></div>`;
 }
 
 // Rows of a spreadsheet: name, grams, plus or minus; a row without a number is a heading.
@@ -61,32 +61,40 @@ function pasted(event, group, place) {
   const number = (text) => (text || "").replace(/\s*g$/, "").replace(",", ".");
   const found = cells.map(([name, g, pm]) => ({ name: name.replace(/\s+/g, "_"), g: number(g), pm: number(pm).replace("±", ""), pieces: "" })).filter((row) => row.name && row.g !== "" && Number.isFinite(Number(row.g)));
   state.weights[group].splice(place, 1, ...found);
-  rows();
   changed();
 }
 
 // --- as one types -----------------------------------------------------------------------------------------
 
 let asked = 0;
-const preview = debounced(async () => {
+const ask = debounced(async () => {
   if (!state.inspected) return;
   const mine = ++asked;
   let found = null, why = "";
   try { found = await post(`/api/runs/${state.inspected.id}/preview`, job()); } catch (error) { why = error.message; }
   if (mine !== asked) return;
   if (found?.why) { why = found.why.replace(/^job\.toml: /, ""); found = null; }
-  $("preview-why").textContent = why;
-  $("preview").hidden = !found;
-  if (!found) return;
-  const factor = found.balance_factor.initial;
-  const facts = [
-    ...found.bob_weights.map((each) => [`Bob-weight, throw ${each.throw}`, each.mass_g, "g"]),
-    ["Balance factor before", factor, ""],
-    ["Unbalance before", found.initial.magnitude_g_mm, "g·mm"],
-    ["Permitted", found.tolerance.permissible_g_mm, "g·mm"],
-  ];
-  $("preview-facts").replaceChildren(...facts.flatMap(([name, value, unit]) => [el("dt", { textContent: name }), el("dd", {}, predicted(value, unit ? 2 : 4), ` ${unit}`)]));
-  const places = found.initial.planes.map((plane, k) => [`Plane ${plane.name}`, plane, found.tolerance.planes[k].permissible_g_mm]);
-  const plots = [["Resultant", found.initial, found.tolerance.permissible_g_mm], ...places];
-  $("preview-polar").replaceChildren(...plots.map(([name, unbalance, permitted]) => polar(name, [{ ...unbalance, name: "before" }], permitted)));
+  preview.value = { found, why };
 }, 200);
+
+const Predicted = ({ value, digits, unit = "" }) => html`<span class="predicted" data-predicted=${String(value)}>${unit ? withUnit(value, digits, unit) : shown(value, digits)}</span>`;
+
+function Facts() {
+  const { found } = preview.value;
+  const facts = !found ? [] : [
+    ...found.bob_weights.map((each) => [t("Bob-weight, throw {number}", { number: each.throw }), each.mass_g, "g"]),
+    [t("Balance factor before"), found.balance_factor.initial, ""],
+    [t("Unbalance before"), found.initial.magnitude_g_mm, "g·mm"],
+    [t("Permitted"), found.tolerance.permissible_g_mm, "g·mm"],
+  ];
+  return html`<div id="preview" data-testid="preview" hidden=${!found}><h2>${t("Before anything is cut")} <small>${t("predicted from the measured crank")}</small></h2>
+    <dl id="preview-facts">${facts.map(([name, value, unit]) => html`<dt>${name}</dt><dd><${Predicted} value=${value} digits=${unit ? 2 : 4} unit=${unit}/></dd>`)}</dl></div>`;
+}
+
+function PreviewPolars() {
+  const { found } = preview.value;
+  if (!found) return null;
+  const places = found.initial.planes.map((plane, k) => [`${t("Plane")} ${plane.name}`, plane, found.tolerance.planes[k].permissible_g_mm]);
+  const plots = [[t("Resultant"), found.initial, found.tolerance.permissible_g_mm], ...places];
+  return html`<div class="polars" id="preview-polar"><${Polars} plots=${plots.map(([name, unbalance, permitted]) => [name, [{ ...unbalance, name: "before" }], permitted])}/></div>`;
+}

@@ -1,7 +1,10 @@
 // Runs: several at once, each followed to its end; a page that comes back finds them.
-import { $, el } from "/static/tools.js";
-import { askJson, guarded, post, say } from "/static/server.js";
-import { emit } from "/static/job.js";
+import { html } from "/static/preact.min.js";
+import { $ } from "/static/tools.js";
+import { askJson, guarded, post, remove, say } from "/static/server.js";
+import { emit, state } from "/static/job.js";
+import { mount, signal } from "/static/store.js";
+import { t } from "/static/words.js";
 
 const ENDED = ["done", "failed", "cancelled"];
 const following = new Map(); // id → { resolve, reject }
@@ -56,8 +59,7 @@ export function list(runs) {
   $("cancel").dataset.run = shown ? shown.id : "";
   const last = shown || runs.find((each) => each.id === newest) || runs.findLast((each) => each.verb !== "inspect") || runs.at(-1);
   if (last) progress(last); // a page that comes after the end of a run shows that end
-  const items = runs.filter((each) => each.verb !== "inspect" || !ENDED.includes(each.state)).slice(-8).reverse();
-  $("run-list").replaceChildren(...items.map(item));
+  listed.value = runs.filter((each) => each.verb !== "inspect" || !ENDED.includes(each.state)).reverse();
 }
 
 function progress(told) {
@@ -68,19 +70,31 @@ function progress(told) {
   $("progress").lastElementChild.textContent = `${told.verb}: ${told.words}`;
 }
 
-function item(told) {
-  const text = el("span", { textContent: `${told.verb}${words[told.id] ? ` ${words[told.id]}` : ""}: ${told.state === "running" ? `${told.words}, ${Math.round(100 * told.share)} %` : told.state}${told.error ? ` – ${told.error}` : ""}` });
-  const made = el("li", { data: { run: told.id, state: told.state } }, text);
-  if (!ENDED.includes(told.state)) {
-    const end = el("button", { type: "button", textContent: "Cancel", "aria-label": `Cancel ${told.verb} ${told.id}` });
-    end.addEventListener("click", guarded(() => cancel(told.id)));
-    made.append(end);
-  } else if (told.state === "done" && ["balance", "recut"].includes(told.verb)) {
-    const show = el("button", { type: "button", textContent: "Show", "aria-label": `Show ${told.verb} ${told.id}` });
-    show.addEventListener("click", () => emit("show", told));
-    made.append(show);
-  }
-  return made;
+const listed = signal([]);
+const all = signal(false);
+const FEW = 5;
+export const setUp = () => mount(RunList, $("run-list"));
+
+// The runs of the project, the latest first: shown, cancelled, taken away.
+function RunList() {
+  const runs = listed.value, some = all.value ? runs : runs.slice(0, FEW);
+  const more = runs.length > FEW && html`<li><button type="button" onClick=${() => { all.value = !all.value; }}>${all.value ? t("Only the latest") : t("All {count} runs", { count: runs.length })}</button></li>`;
+  return html`${some.map((told) => html`<${Item} key=${told.id} told=${told}/>`)}${more}`;
+}
+
+function Item({ told }) {
+  const { id, verb } = told, done = told.state === "done" && ["balance", "recut"].includes(verb);
+  const doing = told.state === "running" ? `${told.words}, ${Math.round(100 * told.share)} %` : t(told.state);
+  const button = (words, work) => html`<button type="button" aria-label=${`${t(words)} ${verb} ${id}`} onClick=${work}>${t(words)}</button>`;
+  return html`<li data-run=${id} data-state=${told.state} aria-current=${state.result?.id === id ? "true" : undefined}><span>${verb}${words[id] ? ` ${words[id]}` : ""}: ${doing}${told.error ? ` – ${told.error}` : ""}</span>
+    <span class="buttons">${done ? button("Show", () => { emit("show", told); emit("tab", "see"); }) : ""}${ENDED.includes(told.state) ? button("Delete", guarded(() => taken(told))) : button("Cancel", guarded(() => cancel(id)))}</span></li>`;
+}
+
+// Take a run away; what is shown of it goes with it.
+async function taken({ id }) {
+  const { runs } = await remove(`/api/runs/${id}`);
+  if (state.result?.id === id) { state.result = null; emit("begun"); emit("gone"); }
+  list(runs);
 }
 
 export const cancel = (id) => post(`/api/runs/${id}/cancel`, {});

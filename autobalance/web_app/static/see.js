@@ -3,19 +3,20 @@ import { $, el, measured, row, shown } from "/static/tools.js";
 import { askBuffer, askJson, guarded } from "/static/server.js";
 import { applied, emit, on, state } from "/static/job.js";
 import { balance } from "/static/correct.js";
-import { polar } from "/static/polar.js";
+import { drawn } from "/static/polar.js";
+import { t } from "/static/words.js";
 import * as drag from "/static/drag.js";
 
 const OUTCOMES = { within_tolerance: "Within tolerance", already_within_tolerance: "Already within tolerance", above_tolerance: "Above tolerance" };
-const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook",  "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages", "reading.toml": "Reading to fill in", "certificate.pdf": "Certificate" };
+const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook",  "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages", "reading.toml": "Reading to fill in", "certificate.pdf": "Certificate", "bob-weights.pdf": "Bob-weight card", "holes.csv": "List of holes", "drawing.dxf": "Drawing (DXF)" };
 const CAUSES = { facets: "facets of the file", rounding: "rounding of the file", axis: "the axis", density: "density", weights: "weights", attached: "attached parts", depth: "depths", machine: "the machine" };
 let view = null;
 
 export function setUp(model) {
   view = model;
   on("show", (told) => guarded(show)(told));
-  on("begun", () => { clear("Working …"); });
-  on("forgotten", () => clear("No result yet"));
+  on("begun", () => { clear(t("Working …")); });
+  for (const name of ["forgotten", "gone"]) on(name, () => clear(t("No result yet")));
   $("fade").addEventListener("input", fade);
   for (const id of ["section", "section-at"]) $(id).addEventListener("input", section);
   $("download-job").addEventListener("click", () => save("job.toml", state.text));
@@ -25,9 +26,10 @@ function clear(words) {
   $("verdict").dataset.outcome = "";
   $("verdict").textContent = words;
   $("reason").textContent = "";
-  for (const id of ["relaxations", "polars", "more-files"]) $(id).replaceChildren();
+  for (const id of ["relaxations", "more-files"]) $(id).replaceChildren();
+  drawn($("polars"), []);
   drag.clear();
-  for (const id of ["numbers", "cuts", "cuts-says", "steps", "doubt-box", "download-solid", "download-report", "download-drawing"]) $(id).hidden = true;
+  for (const id of ["numbers", "cuts", "cuts-says", "steps", "doubt-box", "download-solid", "download-report"]) $(id).hidden = true;
   for (const id of ["numbers", "cuts", "steps", "budget"]) $(id).tBodies[0].replaceChildren();
 }
 
@@ -41,7 +43,7 @@ export async function show(told) {
   files(told, report);
   relaxations(report);
   const [left] = await Promise.all([drag.show(told), model(told.id)]);
-  if (left?.drawing) Object.assign($("download-drawing"), { hidden: false, href: `/api/runs/${told.id}/drawing`, download: "drawing.dxf" });
+  for (const name of left?.papers || []) $("more-files").append(el("a", { textContent: t(FILES[name] || name), href: `/api/runs/${told.id}/papers/${name}`, download: name }));
   drag.grips();
   emit("result", state.result);
   $("reason").textContent = report.reason || "";
@@ -72,7 +74,7 @@ function numbers(report) {
   }
   $("numbers").hidden = false;
   const plots = [["Resultant", report.initial, report.residual, report.tolerance.permissible_g_mm], ...report.residual.planes.map((plane, k) => [`Plane ${plane.name}`, report.initial.planes[k], plane, report.tolerance.planes[k].permissible_g_mm])];
-  $("polars").replaceChildren(...plots.map(([name, before, after, permitted]) => polar(name, [{ ...before, name: "before" }, { ...after, name: "after" }], permitted)));
+  drawn($("polars"), plots.map(([name, before, after, permitted]) => [name, [{ ...before, name: "before" }, { ...after, name: "after" }], permitted]));
 }
 
 // Where each cut is, in the order of indexing; a click on a row turns the view to it.
@@ -105,6 +107,7 @@ function turner(cut) {
 }
 function turnTo(cut, made) {
   for (const each of $("cuts").tBodies[0].rows) each.setAttribute("aria-selected", String(each === made));
+  emit("look");
   view.turnTo(outOf(cut));
 }
 
@@ -126,7 +129,7 @@ function files(told, report) {
   if (solid) link($("download-solid"), solid);
   link($("download-report"), "report.json");
   const more = told.files.filter((name) => name !== "report.json" && name !== solid);
-  $("more-files").replaceChildren(...more.map((name) => link(el("a", { textContent: FILES[name] || name }), name)));
+  $("more-files").replaceChildren(...more.map((name) => link(el("a", { textContent: t(FILES[name] || name) }), name)));
 }
 
 function save(name, text) {

@@ -20,13 +20,18 @@ const left = (read) => async (path) => { const answer = await ask(path); return 
 export const askBuffer = left("arrayBuffer");
 export const askLeft = left("json");
 export const post = (path, body) => askJson(path, { method: "POST", body: JSON.stringify(body) });
+export const remove = (path) => askJson(path, { method: "DELETE" });
 export const put = (path, body) => askJson(path, { method: "PUT", body: JSON.stringify(body) });
 export const say = (text) => { $("error").textContent = text || ""; };
 
 // Work that a person began: what goes wrong is said, what was said before goes.
 export function guarded(work) {
+  const done = behind(work);
+  return (...given) => { say(""); return done(...given); };
+}
+// Work behind the page's back: what went wrong with a person's own stays to be read.
+export function behind(work) {
   return async (...given) => {
-    say("");
     try { return await work(...given); } catch (error) { say(error.message); return undefined; }
   };
 }

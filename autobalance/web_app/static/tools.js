@@ -1,4 +1,7 @@
 // Small helpers: elements, numbers, tables.
+import { decimal } from "/static/words.js";
+import { digitsOf, toShown, unitOf, unitOfKey } from "/static/units.js";
+
 export const $ = (id) => document.getElementById(id);
 
 export function el(name, values = {}, ...children) {
@@ -12,15 +15,17 @@ export function el(name, values = {}, ...children) {
   return made;
 }
 
-// What is measured names its key in the report; what is predicted says so; what is not known is a dash.
-export function measured(key, value, digits = 2) {
+// What is measured names its key in the report, by which it has its unit; what is predicted says so.
+export function measured(key, value, digits = 2, unit = unitOfKey(key)) {
   if (value === null || value === undefined) return el("span", { textContent: shown(value) });
-  return el("span", { textContent: shown(value, digits), data: { key, value: String(value) } });
+  return el("span", { textContent: shown(value, digits, unit), data: { key, value: String(value) } });
 }
-export function predicted(value, digits = 2) {
-  return el("span", { className: "predicted", textContent: shown(value, digits), data: { predicted: String(value) } });
+export function predicted(value, digits = 2, unit = "") {
+  return el("span", { className: "predicted", textContent: shown(value, digits, unit), data: { predicted: String(value) } });
 }
-export const shown = (value, digits = 2) => value === null || value === undefined ? "–" : value.toFixed(digits).replace(/^-(0(\.0+)?)$/, "$1").replace("-", "\u2212");
+// A number in the page's units and the reader's locale; what is not known is a dash.
+export const shown = (value, digits = 2, unit = "") => value === null || value === undefined ? "–" : decimal(toShown(value, unit), digitsOf(digits, unit));
+export const withUnit = (value, digits, unit) => `${shown(value, digits, unit)} ${unitOf(unit)}`;
 
 export function row(cells, head = 0) {
   const made = el("tr");

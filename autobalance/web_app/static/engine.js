@@ -1,0 +1,58 @@
+// Engine and targets: what a job usually says of them, in the order in which people know it.
+import { html } from "/static/preact.min.js";
+import { JobField } from "/static/fields.js";
+import { at, changed, keep, state } from "/static/job.js";
+import { shown, withUnit } from "/static/tools.js";
+import { t } from "/static/words.js";
+
+export const declared = (table, key) => state.declared.tables.find((each) => each.table === table).keys.find((each) => each.key === key);
+const PLACE = [["engine", "rod_length_mm"], ["engine", "rods_per_throw"], ["engine", "layout.bank_deg"], ["engine", "layout.kind"], ["engine", "turns"], ["cycle", "bore_mm"], ["cycle", "compression_ratio"], ["cycle", "heat_J"], ["cycle", "firing_order"], ["cycle", "flywheel_kg_mm2"]];
+const VERDICT = [["balance", "margin"], ["balance", "tolerance_planes_mm"], ["balance", "overbalance_g_mm"], ["balance", "external"]];
+const LISTS = [["engine", "attached"], ["balance", "external_part"], ["engine", "throw"]];
+const PAPERS = ["customer", "engine", "serial", "operator", "note"].map((key) => ["job", key]);
+export const SHOWN = [...PLACE, ...VERDICT, ...LISTS, ...PAPERS];
+const HALVES = { 45: "45°", 60: "60°", 72: "72°", 90: "90°", 180: "180°" };
+
+export function Targets() {
+  const named = (key, id, words) => html`<${JobField} table="balance" field=${declared("balance", key)} id=${id} testid=${id} label=${words} list=${id === "grade" ? "grades" : undefined}/>`;
+  return html`<h2>${t("Targets")}</h2><div class="fields wide" id="targets">
+    ${named("factor", "factor", `${t("Balance factor")} [0–1]`)}${named("grade", "grade", `${t("Grade G")} [mm/s]`)}${named("speed_rpm", "speed-rpm", `${t("Highest speed")} [1/min]`)}</div>
+    <datalist id="grades">${state.declared.grades.map(({ grade, machinery }) => html`<option value=${grade}>${machinery}</option>`)}</datalist>
+    ${at("balance.factor") === "original" ? html`<p class="quiet">${t("Weights of the original parts")}</p>${["rotating_g", "reciprocating_g", "crankpin_g"].map((key) => html`<${JobField} table="original" field=${declared("original", key)}/>`)}` : ""}`;
+}
+
+export function Engine() {
+  const fields = (list) => list.map(([table, key]) => html`<${JobField} table=${table} field=${declared(table, key)}/>`);
+  return html`<details id="engine" open><summary>${t("Engine")} <small>${facts()}</small></summary>
+    <div class="fields wide"><label>${t("Layout")}<select id="layout" data-testid="layout" value=${layout()} onInput=${({ target }) => lay(target.value)}>
+      <option value="line">${t("in line: one rod on a pin")}</option>${Object.entries(HALVES).map(([angle, text]) => html`<option value=${angle}>${t("V {angle}: two rods on a pin", { angle: text })}</option>`)}
+      ${layout() === "own" ? html`<option value="own">${t("as the job has it")}</option>` : ""}</select></label>${fields(PLACE)}</div>
+    <details id="verdict-keys"><summary>${t("Planes, margin, what is left on purpose")}</summary><div class="fields wide">${fields(VERDICT)}</div></details>
+    <details id="lists"><summary>${t("Attached parts, external parts, throws that differ")}</summary>${fields(LISTS)}</details>
+    <details id="paper-keys"><summary>${t("On the certificate: customer, engine, serial number")}</summary><div class="fields wide">${fields(PAPERS)}</div></details></details>`;
+}
+
+// The layout as rods on a pin and their banks say it.
+function layout() {
+  const rods = at("engine.rods_per_throw") ?? 1, bank = at("engine.layout.bank_deg");
+  if (rods === 1 && (bank === undefined || bank === 0)) return "line";
+  if (rods === 2 && Array.isArray(bank) && bank.length === 2 && bank[0] === -bank[1] && 2 * bank[1] in HALVES) return String(2 * bank[1]);
+  return "own";
+}
+function lay(angle) {
+  const between = Number(angle) / 2;
+  keep("engine.rods_per_throw", angle === "line" ? undefined : 2);
+  keep("engine.layout.bank_deg", angle === "line" ? undefined : [-between, between]);
+  changed();
+}
+
+// What crank and keys together say: cylinders, stroke, displacement, rod ratio.
+function facts() {
+  const throws = state.inspected?.report.crank?.throws;
+  if (!throws?.length) return "";
+  const cylinders = throws.length * (at("engine.rods_per_throw") ?? 1), stroke = 2 * throws[0].crank_radius_mm, bore = at("cycle.bore_mm"), rod = at("engine.rod_length_mm");
+  const found = [t("{count} cylinders", { count: cylinders }), `${t("stroke")} ${withUnit(stroke, 2, "mm")}`];
+  if (typeof bore === "number") found.push(`${shown((cylinders * Math.PI * bore ** 2 * stroke) / 4e3, 0)} cm³`);
+  if (typeof rod === "number") found.push(`${t("rod to stroke")} ${shown(rod / stroke, 2)}`);
+  return found.join(", ");
+}

@@ -1,0 +1,149 @@
+"""A V8 from the scale to the certificate, in the app alone: with a crank file, or with none on a phone."""
+
+from __future__ import annotations
+
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests import jobs
+from tests.generated import generated_crank
+from tests.report.browser import Browser, missing
+from tests.web_app.page import (
+    READY,
+    at,
+    balanced,
+    job_text,
+    latest,
+    load,
+    nothing_wrong,
+    numbers,
+    put,
+    text_of,
+    until,
+)
+from tests.web_app.serving import Served
+
+pytestmark = [
+    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
+    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
+    pytest.mark.slow,
+]
+WEIGHED = {
+    "connecting_rod_big_end": 220,
+    "big_end_bearing": 25,
+    "connecting_rod_small_end": 80,
+    "piston": 230,
+    "wrist_pin": 50,
+}
+BOB_WEIGHT_G = 2 * (220 + 25) + 0.5 * 2 * (80 + 230 + 50)
+TYPE = """
+const row = [...document.querySelectorAll("[data-testid=weight-row]")]
+  .find(each => each.querySelector("[data-testid=weight-name]").value === arguments[0]);
+const field = row.querySelector("[data-testid=weight-g]");
+field.value = arguments[1];
+field.dispatchEvent(new Event("input", { bubbles: true }));
+"""
+GIVEN = "const link = document.querySelector(arguments[0]); return link ? link.href : ''"
+
+
+def weighed_and_described(page: Browser) -> None:
+    """Enter what the scale says, the engine, and what is wanted."""
+    page.click_on(at("tab-parts"))
+    for name, grams in WEIGHED.items():
+        page.run(TYPE, name, str(grams))
+    put(page, factor="0,5", grade=6.3, speed_rpm=6500, layout=90, key_engine_rod_length_mm=145)
+    put(page, key_cycle_bore_mm=94, key_cycle_compression_ratio=11, key_cycle_heat_J=1500)
+    put(page, key_cycle_firing_order="1-8-4-3-6-5-7-2", key_balance_margin="none")
+    put(page, key_job_customer="Ann")
+    page.run("document.getElementById('lists').open = true")
+    page.click_on("#key-engine-attached-add")
+    until(page, "return document.getElementById('key-engine-attached-1-name')")
+    values = {"name": "flywheel", "mass_g": 9000, "unbalance_g_mm": "0; 0", "z_mm": 300, "pm_g_mm": 20}
+    for key, value in values.items():
+        put(page, **{f"key_engine_attached-1-{key}": value})
+    job = tomllib.loads(job_text(page, "pm_g_mm = 20"))
+    assert job["engine"]["layout"] == {"bank_deg": [-45, 45]}
+    assert job["engine"]["rods_per_throw"] == 2
+    assert job["engine"]["attached"] == [{**values, "unbalance_g_mm": [0, 0]}]
+    assert job["cycle"]["firing_order"] == [1, 8, 4, 3, 6, 5, 7, 2]
+    until(page, "return !document.getElementById('preview').hidden")
+    script = "return Number(document.querySelector('#preview-facts [data-predicted]').dataset.predicted)"
+    until(page, f"{script} === {BOB_WEIGHT_G}")
+
+
+def papers(page: Browser, app: Served) -> dict[str, bytes]:
+    """Take the sheet, the certificate and the card from the page's links."""
+    found = {}
+    for name in ("certificate.pdf", "bob-weights.pdf", "holes.csv"):
+        link = page.run(GIVEN, f'a[download="{name}"]')
+        found[name] = app.ask(link.removeprefix(app.base)).body
+    return found
+
+
+def programmed_and_spun(page: Browser, app: Served) -> dict[str, Any]:
+    """Write NC programs from an example of a machine file, then follow a reading of the machine."""
+    page.click_on(at("tab-machine"))
+    page.run("document.getElementById('nc-box').open = true")
+    page.click_on(at("nc-example"))
+    page.click_on(at("nc"))
+    until(page, "return !document.getElementById('setups').hidden")
+    assert latest(app, "nc")["report"]["not_programmed"] == []
+    put(page, umar=5, g_mm_1=400, angle_1=200, g_mm_2=300, angle_2=20)
+    page.click_on(at("recut"))
+    until(page, "return document.querySelectorAll('[data-testid=stages] tbody tr').length === 2")
+    return latest(app, "recut")
+
+
+def story(page: Browser, app: Served) -> None:
+    weighed_and_described(page)
+    assert balanced(page) == "within_tolerance"
+    report = latest(app, "balance")["report"]
+    assert [each["mass_g"] for each in report["engine"]["bob_weights"]] == [BOB_WEIGHT_G] * 4
+    assert report["corrections"]
+    assert numbers(page)["residual.magnitude_g_mm"] == report["residual"]["magnitude_g_mm"]
+    made = papers(page, app)
+    assert made["certificate.pdf"].startswith(b"%PDF")
+    assert made["bob-weights.pdf"].startswith(b"%PDF")
+    assert len(made["holes.csv"].decode().splitlines()) > len(report["corrections"])
+    recut = programmed_and_spun(page, app)
+    assert recut["report"]["outcome"] == "within_tolerance"
+    assert text_of(page, "error") == ""
+
+
+def test_a_v8_is_built_without_a_file_but_the_crank(window: Browser, app: Served, tmp_path: Path) -> None:
+    crank = tmp_path / "my v8.stl"
+    jobs.write_stl(crank, generated_crank("v8-crossplane", segments=24).soup.astype(np.float64))
+    page = load(window, app)
+    with nothing_wrong(page, app):
+        found = page.call("POST", "/element", {"using": "css selector", "value": at("file-input")})
+        page.call("POST", f"/element/{next(iter(found.values()))}/value", {"text": str(crank)})
+        until(page, READY)  # a drop opens at once
+        assert page.run("return document.querySelectorAll('[data-kind=throw]').length") == 4
+        story(page, app)
+
+
+def test_a_v8_is_built_on_a_phone_from_nothing(window: Browser, app: Served) -> None:
+    window.resize(390, 844)
+    app.ask("/api/job", {}, "PUT")
+    page = load(window, app)
+    try:
+        with nothing_wrong(page, app):
+            put(page, preset="v8-crossplane")
+            page.click_on(at("draw-preset"))
+            until(page, READY)
+            assert page.run("return getComputedStyle(document.getElementById('stage')).display") == "none"
+            story(page, app)
+            page.click_on(at("tab-see"))
+            page.click_on(at("turn-to"))  # a cut in the list: the model comes to the page
+            assert page.run("return document.getElementById('model').clientHeight") > 200
+            for tab in ("open", "parts", "correct", "see", "analyse", "machine"):
+                page.click_on(at(f"tab-{tab}"))
+                wide = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+                assert page.run(f"return {wide}") <= 0, tab
+    finally:
+        page.resize(1400, 900)
