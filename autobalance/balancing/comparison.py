@@ -11,6 +11,7 @@ from autobalance.balancing.loop import Outcome, Result, balance
 from autobalance.balancing.measuring import in_memory, on_true_surfaces
 from autobalance.balancing.offers import Offers, workpiece
 from autobalance.balancing.rotor import Rotor
+from autobalance.balancing.web_metal import THINNED_SHARE, least_share, web_metal
 from autobalance.correction import Limits
 from autobalance.correction.contract import Correction, Prefer, setting_of
 from autobalance.correction.kind import Candidates, Workpiece
@@ -51,6 +52,8 @@ class Row:
         Least metal left beside what is cut: see ``wall_left_mm``.
     different : int
         Cuts of different settings or depths.
+    thinnest_share : float or None
+        Least share of its metal between crankpin and main journal that a web keeps.
     capacity : float or None
         The multiple of the initial unbalance that these limits can still correct, at most; infinite:
         more than ``MOST_CAPACITY``.
@@ -69,6 +72,7 @@ class Row:
     wall_left_mm: float | None = None
     capacity: float | None = None
     different: int = 0
+    thinnest_share: float | None = None
 
     @property
     def name(self) -> str:
@@ -78,7 +82,7 @@ class Row:
     def beats(self, other: Row) -> bool:
         """Return whether this is within tolerance and nowhere worse than another, and somewhere better.
 
-        Metal moved, change of inertia, number of cuts and least wall left are what counts.
+        Metal moved, change of inertia, number of cuts, least wall left and metal left in the webs count.
         """
         if self.outcome != "within_tolerance":
             return False
@@ -92,7 +96,8 @@ class Row:
 
     def _costs(self) -> tuple[float, ...]:
         wall = math.inf if self.wall_left_mm is None else self.wall_left_mm
-        return self.moved_g or 0.0, abs(self.inertia_change_g_mm2 or 0.0), float(self.cuts), -wall
+        kept = 1.0 if self.thinnest_share is None else self.thinnest_share
+        return self.moved_g or 0.0, abs(self.inertia_change_g_mm2 or 0.0), float(self.cuts), -wall, -kept
 
 
 def compare(
@@ -151,7 +156,10 @@ def beaten_by(rows: Sequence[Row]) -> dict[str, list[str]]:
 
 
 def ranked(rows: Sequence[Row], prefer: Prefer) -> list[Row]:
-    """Return the rows within tolerance, the best first, as a job prefers; equals by metal."""
+    """Return the rows within tolerance, the best first, as a job prefers.
+
+    Of equals those come first that do not thin a web behind its crankpin, then those of least metal.
+    """
 
     def key(row: Row) -> tuple[float, ...]:
         moved, inertia = row.moved_g or 0.0, row.inertia_change_g_mm2 or 0.0
@@ -163,7 +171,8 @@ def ranked(rows: Sequence[Row], prefer: Prefer) -> list[Row]:
             "least_inertia_change": (abs(inertia),),
             "most_inertia_removed": (inertia,),
         }
-        return (*first[prefer], moved)
+        thins = row.thinnest_share is not None and row.thinnest_share < THINNED_SHARE
+        return (*first[prefer], thins, moved)
 
     good = [row for row in rows if row.outcome in ("within_tolerance", "already_within_tolerance")]
     return sorted(good, key=key)
@@ -200,7 +209,8 @@ def why_recommended(order: Sequence[Row], rows: Sequence[Row], prefer: Prefer) -
 def _figures(row: Row) -> str:
     cuts = f"{row.cuts} cut{'' if row.cuts == 1 else 's'}, {row.different} different"
     wall = "" if row.wall_left_mm is None else f", {row.wall_left_mm:.1f} mm of wall left"
-    return f"{cuts}, {row.moved_g or 0.0:.1f} g moved{wall}"
+    thin = "" if row.thinnest_share is None else f", {100.0 * row.thinnest_share:.0f} % of webs' metal kept"
+    return f"{cuts}, {row.moved_g or 0.0:.1f} g moved{wall}{thin}"
 
 
 def _row(
@@ -220,6 +230,7 @@ def _row(
         different=len({(setting_of(cut), round(depth, 6)) for cut, depth in result.made}),
         depths_mm=tuple(float(c.depth_mm) for c in result.corrections),
         wall_left_mm=wall_left_mm(result.corrections, rotor.anatomy),
+        thinnest_share=least_share(web_metal(rotor.solid, result.solid, rotor.anatomy)),
         capacity=capacity,
     )
 

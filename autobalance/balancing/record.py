@@ -14,6 +14,7 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.balancing.kept import KeptPlan
     from autobalance.balancing.loop import Result
     from autobalance.balancing.suggestions.wanted import Aim, Refused, Suggestion
+    from autobalance.balancing.web_metal import WebMetal
     from autobalance.correction.contract import Correction
     from autobalance.crank.anatomy import Anatomy, Face
     from autobalance.crank.sections import Section, WebWeight
@@ -171,6 +172,7 @@ class Balanced:
     assembly: tuple[AssemblyStage, ...] = ()
     faces: tuple[Face, ...] = ()
     kept: KeptPlan | None = None
+    web_metal: tuple[WebMetal, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

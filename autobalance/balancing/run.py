@@ -28,6 +28,7 @@ from autobalance.balancing.record import (
 )
 from autobalance.balancing.rotor import Rotor
 from autobalance.balancing.scan_share import scan_share
+from autobalance.balancing.web_metal import web_metal
 from autobalance.correction import Limits, finishing
 from autobalance.correction.faces.cut import FaceCut
 from autobalance.crank.anatomy import Anatomy, Face
@@ -290,6 +291,7 @@ def record_of(
             assembly=_staged_assembly(job, tolerance, result.residual),
             external=carried_unbalances(job, tolerance, result.residual),
             faces=_named_faces(result),
+            web_metal=web_metal(crank.source.solid, result.solid, crank.anatomy),
         ),
     )
 

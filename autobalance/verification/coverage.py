@@ -17,6 +17,7 @@ NOT_CHECKED: Mapping[str, str] = {
     "seconds": "how long a run took does not follow from the files",
     "warnings": "words for people",
     "notes": "words for people",
+    "weak_places": "words for people; webs and walls were checked",
     "reason": "words for people, from plans that were tried",
     "relaxations": "limits that the cuts did not have, from plans that were tried",
     "plan_kept": "the report whose cuts were kept is not read",

@@ -45,7 +45,7 @@ def least_radius_mm(anatomy: Anatomy, web: Web, zone: Zone) -> float:
     """Return the radius at which a counterweight begins: that of the main journals and fillets beside it."""
     if zone != "counterweights":
         return 0.0
-    fillets = (_fillet(journal, web) for journal in anatomy.main_journals)
+    fillets = (fillet_of(journal, web) for journal in anatomy.main_journals)
     return max((each.radius_mm + each.least_mm for each in fillets if each is not None), default=0.0)
 
 
@@ -78,7 +78,7 @@ class Fillet:
 def fillets_of(anatomy: Anatomy, web: Web) -> tuple[Fillet, ...]:
     """Return the fillets on both sides of a web."""
     pins: list[Pin] = [*anatomy.main_journals, *(throw.crankpin for throw in anatomy.throws)]
-    fillets = (_fillet(pin, web) for pin in pins)
+    fillets = (fillet_of(pin, web) for pin in pins)
     return tuple(each for each in fillets if each is not None)
 
 
@@ -90,7 +90,7 @@ def in_fillets(corners: Array, fillets: tuple[Fillet, ...]) -> NDArray[np.bool_]
     return held
 
 
-def _fillet(pin: Pin, web: Web) -> Fillet | None:
+def fillet_of(pin: Pin, web: Web) -> Fillet | None:
     """Return where a cylinder's fillet meets a web; None where the cylinder is not beside that web.
 
     A web with a counterweight thicker than its hub begins, as it was recognised, above the fillet.

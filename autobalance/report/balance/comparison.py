@@ -56,6 +56,7 @@ def _row(row: Row, rank: int | None, beaten_by: Sequence[str]) -> ComparedRow:
         different_cuts=row.different,
         depths_mm=row.depths_mm,
         wall_left_mm=row.wall_left_mm,
+        web_metal_share=row.thinnest_share,
         capacity=None if plenty else row.capacity,
         capacity_is_plenty=plenty,
         rank=rank,
@@ -76,6 +77,7 @@ def comparison_text(values: Mapping[str, Any], units: DisplayUnits) -> str:
         "different",
         "deepest",
         "wall left",
+        "webs keep",
         "capacity",
     )
     rows = [head] + [_cells(row, units) for row in values["rows"]]
@@ -105,7 +107,7 @@ def comparison_html(values: Mapping[str, Any], units: DisplayUnits) -> str:
     ordered = sorted(values["rows"], key=lambda row: math.inf if row["rank"] is None else row["rank"])
     lines = []
     for row in ordered:
-        name, rank, verdict, residual, metal, _, cuts, different, _, wall, _ = _cells(row, units)
+        name, rank, verdict, residual, metal, _, cuts, different, _, wall, *_ = _cells(row, units)
         cells = (rank, name.strip(), verdict, residual, metal, cuts, different, wall)
         lines.append("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>")
     title = "".join(f"<th>{escape(word)}</th>" for word in head)
@@ -123,7 +125,7 @@ def _name(row: Mapping[str, Any]) -> str:
 def _cells(row: Mapping[str, Any], units: DisplayUnits) -> tuple[str, ...]:
     name, verdict = "  " + _name(row), VERDICTS[row["outcome"]]
     if row["outcome"] is None:
-        return (name, "", verdict, *[""] * 8)
+        return (name, "", verdict, *[""] * 9)
     depths = row["depths_mm"]
     capacity = "plenty" if row["capacity_is_plenty"] else f"{row['capacity']:.2f}"
     return (
@@ -137,5 +139,6 @@ def _cells(row: Mapping[str, Any], units: DisplayUnits) -> tuple[str, ...]:
         str(row["different_cuts"]),
         units.of_length(max(abs(depth) for depth in depths)) if depths else "",
         "" if row["wall_left_mm"] is None else f"{fixed(row['wall_left_mm'] / units.mm_per_length, 2)}",
+        "" if row["web_metal_share"] is None else f"{100.0 * row['web_metal_share']:.0f} %",
         capacity,
     )

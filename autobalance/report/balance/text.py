@@ -87,7 +87,8 @@ LESS_THAN_A_SIDE_DEG = 179.0
 def _corrections(report: Values, units: DisplayUnits) -> str:
     if not report["corrections"]:
         return ""
-    notes = [f"  {in_units(note, units)}" for note in report.get("notes", ())]
+    told = (*report.get("weak_places", ()), *report.get("notes", ()))
+    notes = [f"  {in_units(note, units)}" for note in told]
     return "\n".join(["What to cut"] + [_correction(each, units) for each in report["corrections"]] + notes)
 
 

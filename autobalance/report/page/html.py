@@ -158,7 +158,10 @@ def _stage(report: Report) -> str:
 
 def _notes(report: Report) -> str:
     """Return kinds without a place, drills that were not used, and the like; nothing where all is said."""
-    items = "".join(f"<li>{_said(note)}</li>" for note in report.get("notes") or ())
+    items = "".join(
+        f"<li>{_said(note)}</li>"
+        for note in (*(report.get("weak_places") or ()), *(report.get("notes") or ()))
+    )
     return f'<ul class="notes">{items}</ul>' if items else ""
 
 

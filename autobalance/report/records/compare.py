@@ -27,6 +27,9 @@ class ComparedRow:
     different_cuts: Count
     depths_mm: Sequence[float]
     wall_left_mm: float | None
+    web_metal_share: Annotated[
+        NotNegative | None, "least share of its metal between crankpin and main journal that a web keeps"
+    ]
     capacity: NotNegative | None
     capacity_is_plenty: bool
     rank: Ordinal | None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 import numpy as np
 
 from autobalance.balancing.loop import Outcome
+from autobalance.balancing.web_metal import weak_places
 from autobalance.correction import KINDS
 from autobalance.machine_models.loads_with_gas import LoadsWithGas
 from autobalance.records import (
@@ -19,6 +20,7 @@ from autobalance.records import (
     KgMm2,
     Like,
     NotNegative,
+    Ordinal,
     Pair,
     Positive,
     Triple,
@@ -123,6 +125,15 @@ class WebWeight:
 
 
 @record
+class WebMetal:
+    """Metal of a web between crankpin and main journal, before and after the cuts."""
+
+    web: Ordinal
+    thinnest_before_mm: NotNegative
+    thinnest_mm: NotNegative
+
+
+@record
 class WithSlugs:
     """The corrected crank with its slugs, rotor frame."""
 
@@ -205,6 +216,19 @@ class Report:
         Annotated[
             Sequence[str],
             "Kinds of correction without a place, and drills that were not used, each with its reason",
+        ]
+        | Absent
+    ) = ABSENT
+    web_metal: (
+        Annotated[
+            Sequence[WebMetal],
+            "Least metal of each web between its crankpin and main journal, along the axis, within the web",
+        ]
+        | Absent
+    ) = ABSENT
+    weak_places: (
+        Annotated[
+            Sequence[str], "Webs that the cuts thin, walls that are thin for their hole, holes near a fillet"
         ]
         | Absent
     ) = ABSENT
@@ -322,6 +346,8 @@ def _balanced(balanced: run.Balanced, record: run.Record) -> dict[str, Any]:
         "overbalance": None if left is None else Overbalance.of(left, anatomy),
         "relaxations": [Relaxation.of(each) for each in result.relaxations],
         "notes": result.notes,
+        "web_metal": [WebMetal(**vars(each)) for each in balanced.web_metal],
+        "weak_places": weak_places(balanced.web_metal, result.corrections, anatomy, record.cuts_before + 1),
         "final_with_slugs": WithSlugs.of(result),
         "loads_with_gas": balanced.loads_with_gas or ABSENT,
         "external": [ExternalPart.of(each) for each in balanced.external] or ABSENT,

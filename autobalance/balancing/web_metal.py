@@ -1,0 +1,199 @@
+"""How thin cuts leave the webs: metal behind crankpins, walls of holes, fillets beside them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.correction.contract import Correction
+from autobalance.correction.holes.zones import Fillet, fillet_of
+from autobalance.crank.anatomy import Anatomy, Pin, Web
+from autobalance.solid.csg.solid import Solid
+from autobalance.types import Array, Indices
+
+COLUMNS = 48
+"""Columns of metal across the greater side of what is looked at, in each direction."""
+OFF_GRID = 0.37
+"""Where in its cell a column stands: beside the edges that round numbers have."""
+CIRCLES = 33
+WITHIN_PINS = 0.9
+"""Share of a pin's radius within which columns stand: edges of the web are chamfered."""
+BORED_SHARE = 0.5
+"""Columns with less metal than this share of the web's thickness go through bores and drillings."""
+THINNED_SHARE = 0.9
+"""Metal that is left, as a share of what was there, below which it is said."""
+NEAR_DIAMETERS = 0.25
+"""Wall, or distance to a fillet, in diameters of the hole, below which it is said."""
+MOST_PAIRS = 2_000_000
+
+
+@dataclass(frozen=True)
+class WebMetal:
+    """Least metal along the axis between a web's crankpin and its main journal, before and after the cuts."""
+
+    web: int
+    thinnest_before_mm: float
+    thinnest_mm: float
+
+
+def web_metal(before: Solid, after: Solid | None, anatomy: Anatomy) -> tuple[WebMetal, ...]:
+    """Return the least metal of each web that carries a crankpin, as columns along the axis meet it.
+
+    Metal counts within the web's own thickness, what is in front of a hole and behind it together; columns
+    through bores and oil drillings that were there are left out.
+    """
+    was = _placed(before, anatomy)
+    now = was if after is None else _placed(after, anatomy)
+    rows = []
+    for web in anatomy.webs:
+        columns = _columns(anatomy, web)
+        if not len(columns):
+            continue
+        ends = web.z_min_mm, web.z_max_mm
+        there = _lengths_mm(was, columns, ends)
+        solid = there >= BORED_SHARE * (ends[1] - ends[0])
+        if solid.any():
+            left = there if now is was else _lengths_mm(now, columns, ends)
+            rows.append(WebMetal(web.number, float(there[solid].min()), max(float(left[solid].min()), 0.0)))
+    return tuple(rows)
+
+
+def least_share(metal: Sequence[WebMetal]) -> float | None:
+    """Return the least share of its metal that a web keeps; None where no web carries a crankpin."""
+    return min((each.thinnest_mm / each.thinnest_before_mm for each in metal), default=None)
+
+
+def weak_places(
+    metal: Sequence[WebMetal], corrections: Sequence[Correction], anatomy: Anatomy, first: int = 1
+) -> tuple[str, ...]:
+    """Return what cuts weaken, a line each: webs, walls thin for their hole, holes near a fillet."""
+    lines = [
+        f"web {each.web}: {each.thinnest_mm:.1f} mm of metal left between crankpin and main journal, "
+        f"{each.thinnest_before_mm:.1f} mm before"
+        for each in metal
+        if each.thinnest_mm < THINNED_SHARE * each.thinnest_before_mm
+    ]
+    for number, cut in enumerate(corrections, first):
+        diameter = cut.details.get("diameter_mm")
+        if diameter is None or cut.axis is None:
+            continue
+        name, distance = _nearest_fillet(cut, 0.5 * float(diameter), anatomy)
+        wall = cut.details.get("wall_left_mm")
+        near, thin = NEAR_DIAMETERS * diameter, wall is not None and float(wall) < NEAR_DIAMETERS * diameter
+        if distance < near:
+            lines.append(
+                f"cut {number}: {distance:.1f} mm from the fillet of {name}, "
+                f"{distance / diameter:.2f} of its diameter of {diameter:g} mm"
+            )
+        elif thin and wall is not None:
+            lines.append(
+                f"cut {number}: a wall of {wall:.1f} mm beside it, {wall / diameter:.2f} of its diameter of "
+                f"{diameter:g} mm"
+            )
+    return tuple(lines)
+
+
+def _nearest_fillet(cut: Correction, radius_mm: float, anatomy: Anatomy) -> tuple[str, float]:
+    """Return the fillet nearest to a hole, and how far it is."""
+    webs = [web for web in anatomy.webs if web.number == cut.web]
+    named = [(f"main journal {each.number}", each) for each in anatomy.main_journals]
+    pins: list[tuple[str, Pin]] = [*named, *((f"crankpin {t.number}", t.crankpin) for t in anatomy.throws)]
+    every = [
+        (name, _distance_mm(cut, radius_mm, fillet))
+        for web in webs
+        for name, pin in pins
+        if (fillet := fillet_of(pin, web)) is not None
+    ]
+    return min(every, key=lambda each: each[1], default=("", math.inf))
+
+
+def _distance_mm(cut: Correction, radius_mm: float, fillet: Fillet) -> float:
+    """Return the distance from a hole's cylinder to the circles between which a fillet lies."""
+    assert cut.axis is not None
+    turn = np.linspace(0.0, math.tau, 721)
+    ring = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    points = []
+    for length in (0.0, fillet.least_mm):
+        flat = fillet.centre_mm[:2] + (fillet.radius_mm + length) * ring
+        points.append(np.column_stack([flat, np.full(len(flat), fillet.z_mm + fillet.sense * length)]))
+    off = np.concatenate(points) - cut.position_mm
+    along = off @ cut.axis
+    across = np.linalg.norm(off - along[:, None] * cut.axis, axis=1)
+    beyond = np.maximum(np.maximum(-along, along - cut.depth_mm), 0.0)
+    return float(np.hypot(np.maximum(across - radius_mm, 0.0), beyond).min())
+
+
+def _columns(anatomy: Anatomy, web: Web) -> Array:
+    """Return where columns stand (n, 2): between a web's pins, on a grid."""
+    pins: list[Pin] = [throw.crankpin for throw in anatomy.throws_of(web)]
+    pins += [journal for journal in anatomy.main_journals if fillet_of(journal, web) is not None]
+    if len(pins) < 2 or not anatomy.throws_of(web):
+        return np.zeros((0, 2))
+    centres = np.array([pin.centre_mm[:2] for pin in pins[:2]])
+    radii = np.array([WITHIN_PINS * 0.5 * pin.diameter_mm for pin in pins[:2]])
+    low, high = (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
+    step = float((high - low).max()) / COLUMNS
+    x, y = (np.arange(low[k] + OFF_GRID * step, high[k], step) for k in range(2))
+    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    inside = np.zeros(len(grid), dtype=bool)
+    for share in np.linspace(0.0, 1.0, CIRCLES):
+        centre, radius = (1.0 - share) * centres[0] + share * centres[1], radii @ [1.0 - share, share]
+        inside |= np.hypot(*(grid - centre).T) <= radius
+    kept: Array = grid[inside]
+    return kept
+
+
+def _placed(solid: Solid, anatomy: Anatomy) -> Array:
+    """Return a solid's triangles (m, 3, 3), rotor frame."""
+    frame = anatomy.file_to_rotor
+    vertices = solid.mesh.vertices @ frame[:3, :3].T + frame[:3, 3]
+    corners: Array = vertices.take(solid.mesh.triangles, axis=0)
+    return corners
+
+
+def _lengths_mm(corners: Array, columns: Array, ends_mm: tuple[float, float]) -> Array:
+    """Return how much metal each column (n,) meets between two z.
+
+    Where it leaves the metal less where it enters, both held to the ends: Σ ± min(max(z, z₁), z₂).
+    """
+    lengths = np.zeros(len(columns))
+    for rows, points in _pairs(corners, columns):
+        (ax, ay), (bx, by), (cx, cy) = (corners[rows, k, :2].T for k in range(3))
+        x, y = columns[points].T
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        u = (bx - x) * (cy - y) - (by - y) * (cx - x)
+        v = (cx - x) * (ay - y) - (cy - y) * (ax - x)
+        w = area - u - v
+        sense = np.sign(area)
+        hit = (sense != 0.0) & (np.minimum(np.minimum(u * sense, v * sense), w * sense) >= 0.0)
+        weights = np.stack([u, v, w], axis=1)[hit] / area[hit, None]
+        z = (corners[rows[hit], :, 2] * weights).sum(axis=1)
+        np.add.at(lengths, points[hit], sense[hit] * np.clip(z, *ends_mm))
+    return lengths
+
+
+def _pairs(corners: Array, columns: Array) -> Iterator[tuple[Indices, Indices]]:
+    """Yield triangles and the columns that stand in their boxes, by their numbers, some at a time."""
+    low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
+    x, at = np.unique(columns[:, 0], return_inverse=True)
+    first, last = np.searchsorted(x, low[:, 0]), np.searchsorted(x, high[:, 0], side="right")
+    near = (last > first) & (high[:, 1] >= columns[:, 1].min()) & (low[:, 1] <= columns[:, 1].max())
+    chosen = np.flatnonzero(near)
+    starts = np.searchsorted(at, np.arange(len(x) + 1))  # columns are in rising order of x
+    from_, to = starts[first[chosen]], starts[last[chosen]]
+    count = to - from_
+    begin = 0
+    while begin < len(chosen):
+        total = np.cumsum(count[begin:])
+        end = begin + max(int(np.searchsorted(total, MOST_PAIRS, side="right")), 1)
+        here = slice(begin, end)
+        rows = np.repeat(chosen[here], count[here])
+        offset = np.arange(len(rows)) - np.repeat(np.cumsum(count[here]) - count[here], count[here])
+        points = np.repeat(from_[here], count[here]) + offset
+        y = columns[points, 1]
+        inside = (y >= low[rows, 1]) & (y <= high[rows, 1])
+        yield rows[inside], points[inside]
+        begin = end
