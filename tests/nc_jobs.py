@@ -81,9 +81,10 @@ def outer_faces(crank: Path) -> list[str]:
     return [largest[web].id for web in wanted]
 
 
-def balanced(folder: Path, name: str, segments: int = 48) -> Path:
-    """Balance a generated crank by one kind of cut; return its report."""
+def balanced(folder: Path, name: str, segments: int = 48, change: tuple[str, str] = ("", "")) -> Path:
+    """Balance a generated crank by one kind of cut, words of which may be changed; return its report."""
     correction, factor, grade = CORRECTIONS[name]
+    correction = correction.replace(*change)
     folder.mkdir(parents=True, exist_ok=True)
     crank = ab.generate("single", file="crank.stl", settings={"segments": segments})
     (folder / "crank.stl").write_bytes(crank.data)

@@ -17,9 +17,11 @@ from autobalance.command import main
 from autobalance.correction.machining import HoleOperation
 from autobalance.errors import FormatError, JobError
 from autobalance.job.files.machine_tool import read_machine_tool
+from autobalance.job.toml.text import toml_text
 from autobalance.machining.interpreter import read_program
 from autobalance.machining.part import Part
-from autobalance.machining.run import NcRun, nc_run, simulated
+from autobalance.machining.run import NcRun, nc_run, refuse_travel, simulated
+from autobalance.machining.stock import Stock
 from tests import nc_jobs
 
 pytestmark = pytest.mark.slow
@@ -256,3 +258,88 @@ def test_programs_are_text_in_python(report: Path) -> None:
     result = ab.nc(report, nc_jobs.machine(), finish_mm=0.2)
     assert list(result.programs) == ["setup-R.ngc"]
     assert "0.2 mm are left on every depth" in result.programs["setup-R.ngc"]
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_the_command_refuses_a_machine_file_in_one_line(
+    report: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    values, why = BAD[name]
+    machine = tmp_path / "machine.toml"
+    machine.write_text(toml_text(values), encoding="utf-8")
+    assert main(["nc", str(report), str(machine), "-o", str(tmp_path / "nc")]) == 3
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert why in error
+    assert [each.name for each in tmp_path.iterdir()] == ["machine.toml"]
+
+
+def other_version(values: dict[str, Any]) -> None:
+    values["schema_version"] = "0.1"
+
+
+def no_cuts(values: dict[str, Any]) -> None:
+    values["corrections"] = []
+
+
+OTHER_REPORTS: dict[str, tuple[Callable[[dict[str, Any]], None], str]] = {
+    "another version": (other_version, "schema_version"),
+    "no cuts": (no_cuts, "corrections"),
+}
+
+
+@pytest.mark.parametrize("name", OTHER_REPORTS)
+def test_the_command_refuses_another_report_in_one_line(
+    report: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    edit, why = OTHER_REPORTS[name]
+    folder = tmp_path / "copy"
+    shutil.copytree(report.parent.parent, folder)
+    machine = tmp_path / "machine.toml"
+    machine.write_text(TOML, encoding="utf-8")
+    path = folder / "out" / "report.json"
+    values = json.loads(path.read_text(encoding="utf-8"))
+    edit(values)
+    path.write_text(json.dumps(values), encoding="utf-8")
+    assert main(["nc", str(path), str(machine), "-o", str(tmp_path / "nc")]) == 3
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert why in error
+    assert not (tmp_path / "nc").exists()
+
+
+@pytest.mark.parametrize(("report_name", "machine_name"), [("none.json", "machine.toml"), ("", "none.toml")])
+def test_what_is_not_there_is_one_line(
+    report: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], report_name: str, machine_name: str
+) -> None:
+    (tmp_path / "machine.toml").write_text(TOML, encoding="utf-8")
+    path = tmp_path / report_name if report_name else report
+    assert main(["nc", str(path), str(tmp_path / machine_name), "-o", str(tmp_path / "nc")]) == 3
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert (report_name or machine_name) in error
+    assert not (tmp_path / "nc").exists()
+
+
+def test_a_report_above_tolerance_is_programmed_and_ends_with_4(tmp_path: Path) -> None:
+    path = nc_jobs.balanced(
+        tmp_path / "crank", "radial", change=(" }", ", max_depth_mm = 2.5, max_holes = 1 }")
+    )
+    assert json.loads(path.read_text(encoding="utf-8"))["outcome"] == "above_tolerance"
+    machine = tmp_path / "machine.toml"
+    machine.write_text(TOML, encoding="utf-8")
+    assert main(["nc", str(path), str(machine), "-o", str(tmp_path / "nc")]) == 4
+    values = json.loads((tmp_path / "nc" / "nc.json").read_text(encoding="utf-8"))
+    assert values["not_programmed"] == []
+    assert values["simulated"]["used_share"] > 1.0
+
+
+def test_a_tool_is_not_driven_into_the_table(tmp_path: Path) -> None:
+    upright = nc_jobs.part_of(nc_jobs.balanced(tmp_path / "axial", "axial"))
+    run = nc_run(upright, read_machine_tool(nc_jobs.machine()))
+    stock = Stock(upright.before, upright.anatomy)
+    edit = moved("Z", -200.0)
+    low = [replace(program, moves=tuple(read_program(edit(program.text)))) for program in run.programs]
+    refuse_travel(run.programs, stock, run.machine, run.zero)
+    with pytest.raises(JobError, match=r"tool 1 goes [\d.]+ mm below the crank's end, into the table"):
+        refuse_travel(low, stock, run.machine, run.zero)
