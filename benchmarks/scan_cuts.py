@@ -29,6 +29,7 @@ KINDS = ("shoulder", "drill", "mill")
 EDGE_MM, FINE_MM = 1.8, 0.7
 ACCURACY_MM = 0.03
 DENSITY_G_MM3 = 7.85e-3
+DRILLS = {"diameters_mm": [6.0, 8.0, 10.0, 12.0], "max_holes": 12}
 PISTON_G, BIG_END_G, FACTOR = 250.0, 150.0, 0.6
 
 
@@ -61,7 +62,7 @@ def one(number: int) -> tuple[str, float, str, bool | None, str]:
         "crankshaft": {"density_kg_m3": 1e6 * DENSITY_G_MM3, "scan_accuracy_mm": ACCURACY_MM},
         "engine": {"rotating_g": {"big_end": BIG_END_G}, "reciprocating_g": {"piston": PISTON_G}},
         "balance": {"factor": FACTOR, "grade": 250, "speed_rpm": 8000, "judge": "static"},
-        "correction": {"method": kind},
+        "correction": {"method": kind, **({"drill": DRILLS} if kind == "drill" else {})},
     }
     try:
         crank = ab.crank_from_mesh(there.mesh.vertices, there.mesh.triangles, 1e6 * DENSITY_G_MM3)

@@ -12,6 +12,7 @@ from autobalance import correction
 from autobalance.balancing.measuring import Measure, Measured, in_memory, refuse_sum
 from autobalance.balancing.offers import BestOffer, Offers, best_offer, why_not_used, workpiece
 from autobalance.balancing.rotor import Rotor
+from autobalance.balancing.taken import taken_of_scan
 from autobalance.correction import Limits
 from autobalance.correction.contract import Correction, Cut, Prefer
 from autobalance.correction.kind import Candidates
@@ -361,10 +362,14 @@ def _in_turn(
         for pair in candidates.overlaps
         if pair.first in place and pair.second in place
     ]
-    if not both or (measured_cuts and all(measured_cuts)):  # those were measured in turn already
+    if measured_cuts and all(measured_cuts):  # those were measured in turn already
+        return corrections, both
+    is_scan = rotor.anatomy.scan is not None
+    if not (both or is_scan):
         return corrections, both
     cuts = [(candidates.cuts[k], float(done.depths_mm[k])) for k in chosen]
-    return taken_in_turn(rotor.solid, rotor.anatomy, rotor.density_g_mm3, cuts, corrections, both), both
+    in_turn = taken_in_turn(rotor.solid, rotor.anatomy, rotor.density_g_mm3, cuts, corrections, both)
+    return (taken_of_scan(rotor, cuts, in_turn) if is_scan else in_turn), both
 
 
 def planned(

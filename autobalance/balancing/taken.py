@@ -1,4 +1,4 @@
-"""Corrections as they were measured on true surfaces, tool by tool, instead of as the facets have them."""
+"""Corrections as they were measured tool by tool: on true surfaces, or on the metal of a scan."""
 
 from __future__ import annotations
 
@@ -53,6 +53,31 @@ def _measured(rotor: Rotor, planned: Correction, pressed_in: Any, took: EachTake
         volume = abs(correction.depth_mm) * loops_area_mm2(details["outline"])
         correction = replace(correction, tool_volume_mm3=volume)
     return correction if took.hole is None else _in_old_hole(correction, frame @ took.hole)
+
+
+def taken_of_scan(
+    rotor: Rotor, cut_depths: Made, corrections: Sequence[Correction]
+) -> tuple[Correction, ...]:
+    """Return corrections as measured on the metal that each tool takes of a rough surface, one after another.
+
+    Where that begins is planned on the fitted plane; how much it is, its waves and rounded edges decide.
+    """
+    left, frame = rotor.solid, rotor.anatomy.file_to_rotor
+    measured = []
+    for (cut, depth), planned in zip(cut_depths, corrections, strict=True):
+        if cut.adds_metal:
+            measured.append(planned)
+            continue
+        tool = cut.tool(depth).moved(rotor.anatomy.rotor_to_file)
+        metal = tool & left
+        if metal.is_empty:
+            measured.append(planned)
+            continue
+        left = left - tool
+        change = cut.pressed_in(depth) - metal.moments(rotor.density_g_mm3, frame)
+        area = planned.details.get("new_face_area_mm2", 0.0)
+        measured.append(as_taken(planned, change, None, area, metal.volume_mm3))
+    return tuple(measured)
 
 
 def _outline(took: EachTaken, normal: Array, frame: Array) -> dict[str, Any]:

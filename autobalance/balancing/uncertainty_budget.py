@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from autobalance.balancing.scan_share import ScanShare
 from autobalance.correction.contract import Correction
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.balance_factor import bob_weight_moments
@@ -50,7 +51,7 @@ class UncertaintyBudget:
     facets : ChordalError
     spacing_mm : float
         Between two numbers that the file can distinguish, at the far end of the crank.
-    scan : Share or None
+    scan : ScanShare or None
         What noise, the scanner and the fitted axis leave uncertain, of a scanned crank.
     calibrated : bool
         Whether ``crank`` has what its facets hide, by a scale or a micrometer.
@@ -63,7 +64,7 @@ class UncertaintyBudget:
     factor: float
     facets: ChordalError
     spacing_mm: float
-    scan: Share | None = None
+    scan: ScanShare | None = None
     calibrated: bool = False
 
     def budget(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget:
@@ -87,7 +88,7 @@ class UncertaintyBudget:
                     places=places,
                 ),
                 "rounding": rounding_share(self.crank, self.spacing_mm, places),
-                **({} if self.scan is None else {"scan": self.scan}),
+                **({} if self.scan is None else {"scan": self.scan.after(rates)}),
                 "axis": displacement_share(self.crank, self.anatomy.journal_misalignment_mm, places),
                 "density": Share.of(
                     bare.scaled(share) + self._factor_moved(self.crank.scaled(share)), places

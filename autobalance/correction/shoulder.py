@@ -217,6 +217,7 @@ def _cut(
         under.room,
         None if patch.within is None else patch.within.moved(to_face),
         grain,
+        0.0 if face.rms_mm is None else grain,
     )
     if not layer.holds_its_face:
         return None

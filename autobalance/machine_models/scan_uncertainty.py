@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,10 +26,64 @@ ONE = 1.96
 
 @dataclass(frozen=True, eq=False)
 class ScanUncertainty:
-    """How far a scan may put the mass (95 %) and, as a share of the budget, the unbalance."""
+    """How far a scan may put the mass (95 %) and the unbalance.
+
+    Attributes
+    ----------
+    mass_pm_g : float
+    at_random : Share
+        Of noise and of the fitted axis.
+    acting : (k, 2) float
+        What a millimetre of skin, and a scale that is off by 1, do to resultant and planes.
+    skin_and_scale : (2, 2) float
+        Their covariance.
+    places : (float, float), optional
+        Where planes A and B stand [mm].
+    """
 
     mass_pm_g: float
-    share: Share
+    at_random: Share
+    acting: Array
+    skin_and_scale: Array
+    places: Places
+
+    @property
+    def share(self) -> Share:
+        """Of the budget, before anything is cut."""
+        return self.after(())
+
+    def after(self, rates: Sequence[Moments]) -> Share:
+        """Return the share of the budget once cuts are made that change so much with a millimetre of depth.
+
+        Skin is metal that is not there. Depths that count from the metal leave it on the new faces too; tools
+        that stand where they stand take it off with them: the greater of both counts.
+        """
+        whole = self._evenly(self.acting)
+        if not rates:
+            return root_sum([self.at_random, whole], self.places)
+        moved = np.zeros(len(self.acting))
+        for rate in rates:
+            moved += _vectors(rate, self.places) * (1.0 if rate.mass_g <= 0.0 else -1.0)
+        cut = self._evenly(self.acting + np.stack([moved, np.zeros(len(moved))], axis=1))
+        pairs = zip(whole.planes_g_mm, cut.planes_g_mm, strict=True)
+        greater = Share(
+            max(whole.resultant_g_mm, cut.resultant_g_mm), tuple(max(one, other) for one, other in pairs)
+        )
+        return root_sum([self.at_random, greater], self.places)
+
+    def _evenly(self, acting: Array) -> Share:
+        sizes = [
+            ONE * math.sqrt(max(float(np.trace(rows @ self.skin_and_scale @ rows.T)), 0.0))
+            for rows in (acting[number : number + 2] for number in range(0, len(acting), 2))
+        ]
+        return Share(sizes[0], tuple(sizes[1:]))
+
+
+def _vectors(change: Moments, places: Places) -> Array:
+    """Return what a change does to the resultant and the planes (2 [+ 4])."""
+    unbalance = Unbalance.of(change)
+    planes = () if places is None else unbalance.in_planes(*places)
+    return np.concatenate([unbalance.resultant_g_mm, *planes])
 
 
 def scan_uncertainty(
@@ -73,18 +128,13 @@ def scan_uncertainty(
     acting = np.stack([levers @ surface.area, _stretched(crank, places)], axis=1)
     even = noise[:1, :1] + acting[:1] @ skin_and_scale @ acting[:1].T
     vectors = [_lengths(noise, number) for number in range(1, len(noise), 2)]
-    evenly = [
-        ONE * math.sqrt(max(float(np.trace(rows @ skin_and_scale @ rows.T)), 0.0))
-        for rows in (acting[number : number + 2] for number in range(1, len(acting), 2))
-    ]
     shares = [
         Share(vectors[0], tuple(vectors[1:])),
-        Share(evenly[0], tuple(evenly[1:])),
         _of_axis(crank, fit, places),
         _of_moments(crank.scaled(ONE * math.radians(fit.angle_pm_deg[0])), places),
     ]
     mass = ONE * math.sqrt(max(float(even[0, 0]), 0.0))
-    return ScanUncertainty(mass, root_sum(shares, places))
+    return ScanUncertainty(mass, root_sum(shares, places), acting[1:], skin_and_scale, places)
 
 
 def systematic(accuracy_mm: float, diagonal_mm: float) -> Array:
@@ -101,11 +151,7 @@ def mass_noise_g(mesh: Mesh, fit: ScanFit, density_g_mm3: float) -> float:
 
 def _stretched(crank: Moments, places: Places) -> Array:
     """Return what a scale that is off by 1 does to mass, resultant and planes (1 + 2 [+ 4])."""
-    changes = [3.0 * crank.mass_g, *(4.0 * crank.first_g_mm[:2])]
-    if places is not None:
-        for vector in Unbalance.of(crank).in_planes(*places):
-            changes += [4.0 * part for part in vector]
-    return np.array(changes)
+    return np.array([3.0 * crank.mass_g, *(4.0 * _vectors(crank, places))])
 
 
 @dataclass(frozen=True, eq=False)

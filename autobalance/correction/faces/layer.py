@@ -160,6 +160,9 @@ class FaceLayer:
         The part of space to which the cut keeps, in the face's frame.
     grain_mm : float
         Lengths below it are rounding.
+    rough_mm : float
+        Of a scanned face: its waves reach down to here, and sections show the holes between them; the section
+        at this depth stands for those above it.
     """
 
     section: Callable[[float], Region]
@@ -169,6 +172,7 @@ class FaceLayer:
     room: Region
     within: Solid | None
     grain_mm: float
+    rough_mm: float = 0.0
     _depths: list[float] = field(default_factory=list)
     _kept: dict[float, Region] = field(default_factory=dict)
     _spared: dict[float, Region] = field(default_factory=dict)
@@ -184,6 +188,7 @@ class FaceLayer:
 
     def kept(self, depth_mm: float) -> Region:
         """Return the section at a depth of the metal that hangs together with the face."""
+        depth_mm = max(depth_mm, self.rough_mm)
         if depth_mm in self._kept:
             return self._kept[depth_mm]
         place = bisect_right(self._depths, depth_mm)
@@ -206,6 +211,7 @@ class FaceLayer:
 
     def spared(self, depth_mm: float) -> Region:
         """Return the shadow of other metal down to a depth: of every section looked at, and of the last."""
+        depth_mm = max(depth_mm, self.rough_mm)
         self.kept(depth_mm)
         shadow = Region.of([])
         for depth in self._depths:
@@ -215,6 +221,7 @@ class FaceLayer:
 
     def taken(self, depth_mm: float) -> Region:
         """Return the shadow of what hangs together with the face, in every section looked at and the last."""
+        depth_mm = max(depth_mm, self.rough_mm)
         shadow = self.outline + self.kept(depth_mm)
         for depth in self._depths:
             if depth <= depth_mm:
@@ -232,7 +239,9 @@ class FaceLayer:
             return numbers_of(self.section_moments(depth))
 
         scale = moments_scale(self.outline, self.height_mm)
-        return DepthCurve(at, self.grain_mm, most_mm, scale, breaks_mm)
+        if self.rough_mm == 0.0:
+            return DepthCurve(at, self.grain_mm, most_mm, scale, breaks_mm)
+        return DepthCurve(at, 0.0, most_mm, scale, np.append(breaks_mm, self.rough_mm))
 
 
 def plane_moments(region: Region, z_mm: float) -> Moments:

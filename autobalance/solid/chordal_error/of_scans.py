@@ -19,10 +19,11 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import smoothed_normals, unit_at_vertices
 from autobalance.types import Array
 
-MASS_SHARE, UNBALANCE_SHARE = 1.5, 1.0
+MASS_SHARE, UNBALANCE_SHARE = 1.5, 1.5
 """Error bars as shares of the estimates: an edge rounded by less than a triangle is cut off, and no parabola
 says by how much. Cranks with edges of 0.5 mm, meshed at 1 to 2 mm, lack 1.4 to 2.4 times the mass and 1.4 to
-1.8 times the unbalance that is estimated."""
+1.8 times the unbalance that is estimated. That always lacks the same way: beside errors that are as likely
+either way it wants more room than its size (100 cuts planned on scans: 1.0 covered the truth 91 times)."""
 
 
 def chordal_error_of_scan(mesh: Mesh, density_g_mm3: float, frame: Array) -> ChordalError:
