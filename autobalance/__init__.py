@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from autobalance.api.init import init as init
     from autobalance.api.inspect import inspect as inspect
     from autobalance.api.job import read_job as read_job
+    from autobalance.api.jobs import jobs as jobs
     from autobalance.api.machine import machine as machine
     from autobalance.api.nc import nc as nc
     from autobalance.api.orders import orders as orders

@@ -26,6 +26,7 @@ VERBS: dict[str, str] = {
     "bench": "simulate a rotor under speed control in its bearings, beside what was measured",
     "rotor": "a shaft on bearings: critical speeds, modes, unbalance response, modal balancing",
     "recut": "plan further cuts on a corrected crank, from what a balancing machine read on it",
+    "jobs": "list the jobs of a folder of results, find some, statistics of a series",
     "nc": "write NC programs for a report's cuts, simulated on the solid from their own text",
     "sheet": "draw the shop sheet and the drawing again from a report, on other paper, in other units",
     "torsion": "torsional vibration of a crank or a chain: frequencies, critical orders, torque, stress",

@@ -119,6 +119,7 @@ def balanced(crank: ab.Crank, folder: Path) -> bool:
     print(checked.holds, checked.within_tolerance)
     print(ab.recut(report, READING).text())
     print(ab.nc(report, TOOL).text())
+    print(ab.jobs(report.parent).text())
     print(ab.sheet(report, only=("pdf",)).text())
     with_cycle = ab.Job.from_dict({**tables, "cycle": CYCLE, "strength": STRENGTH})
     spread = {**PARTS, "rotating_g": {"big_end": {"g": 134.04, "pm": 0.5}}}

@@ -24,6 +24,7 @@ WRITTEN: Mapping[str, str] = {
     "grade": "grade.GradeReport",
     "init": "answers.InitReport",
     "influence": "influence.InfluenceReport",
+    "jobs": "jobs.JobsReport",
     "machine-report": "machine.MachineReport",
     "nc": "nc.NcReport",
     "orders": "orders.OrdersReport",

@@ -99,6 +99,7 @@ CALLS: Mapping[str, str] = {
     "grade": "grade --grade 6.3 --speed-rpm 9000 --mass 2000",
     "influence": "influence trials.toml",
     "inspect": "inspect job.toml --sections --suggest inertia_kg_mm2=2000",
+    "jobs": "jobs . --find done",
     "machine": "machine machine.toml",
     "nc": "nc done/report.json tool.toml -o programs",
     "orders": "orders signal.csv --speed-rpm 1500",
