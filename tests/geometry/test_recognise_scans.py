@@ -116,6 +116,24 @@ def test_a_bent_crank_is_named() -> None:
     assert said.startswith("the crank is bent: main journal 2 runs out by 0.12 mm; the main journals are not")
 
 
+def test_what_main_journals_of_a_bent_scan_run_out_is_told() -> None:
+    """Bent to a parabola along the whole crank; each journal's own arm of the dial, by hand."""
+    bow = 0.6
+    there = scan("inline-3", 0.02, edge_mm=2.6, wear=Wear(bow_mm=bow), seed=0)
+    found, fit = _recognised(there.mesh)
+    assert (len(found.main_journals), len(found.throws), len(found.webs)) == (4, 3, 6)
+    z = there.mesh.moved(there.truth.file_to_rotor).vertices[:, 2]
+    low, high = float(z.min()), float(z.max())
+    middles = np.array([journal.centre_mm[2] for journal in there.truth.main_journals])
+    aside = bow * ((middles - 0.5 * (low + high)) / (0.5 * (high - low))) ** 2
+    weights = [journal.width_mm * journal.diameter_mm for journal in there.truth.main_journals]
+    line = np.polynomial.Polynomial.fit(middles, aside, 1, w=np.sqrt(weights))
+    run_out = [each.run_out_mm for each in fit.journals]
+    assert run_out == pytest.approx(2.0 * np.abs(aside - line(middles)), abs=0.1)
+    assert max(each or 0.0 for each in run_out) > 0.2
+    assert str(misalignment_warning(found)).startswith("the crank is bent: main journal")
+
+
 @pytest.mark.parametrize("name", ["camshaft", "propeller shaft"])
 def test_a_part_that_is_no_crank_is_refused(name: str) -> None:
     mesh = mesh_of_soup(wrong_part(name, 0.03, edge_mm=1.6).corners.astype(np.float32))

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Overrides
-from autobalance.crank.recognition.alignment import misalignment_warning
+from autobalance.crank.recognition.alignment import misalignment_warning, run_outs_mm
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.recognition.webs import refuse_incomplete
 from autobalance.errors import RecognitionError
+from autobalance.report.records.crank import Journal
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
 
@@ -52,6 +53,9 @@ def test_every_journal_and_throw_is_found_and_the_misalignment_said(share: float
     )
     assert 0.5 * share * MAIN_MM < found.journal_misalignment_mm < 2.0 * share * MAIN_MM
     assert misalignment_warning(found) is not None
+    run_outs = run_outs_mm(found)
+    assert max(run_outs) == pytest.approx(2.0 * found.journal_misalignment_mm)
+    assert [Journal.of(each, found).journal_run_out_mm for each in found.main_journals] == list(run_outs)
 
 
 @pytest.mark.parametrize("seed", range(1, 5))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from autobalance.crank.anatomy import Anatomy
 
 COAXIAL_SHARE = 1e-4
@@ -13,10 +15,26 @@ BENT_MM = 0.03
 """Run-out from which a crank is called bent: shops straighten from 0.02 to 0.05 mm on."""
 
 
+def run_outs_mm(anatomy: Anatomy) -> tuple[float, ...]:
+    """Return what a dial would read of each main journal, were the crank turned about the common axis.
+
+    That is twice the distance of its centre; nothing of a drawn crank whose journals are coaxial.
+    """
+    if anatomy.scan is not None:
+        return tuple(each.run_out_mm or 0.0 for each in anatomy.scan.journals)
+    if anatomy.journal_misalignment_mm <= _coaxial_mm(anatomy):
+        return ()
+    return tuple(2.0 * math.hypot(*journal.centre_mm[:2]) for journal in anatomy.main_journals)
+
+
+def _coaxial_mm(anatomy: Anatomy) -> float:
+    return COAXIAL_SHARE * min(throw.crank_radius_mm for throw in anatomy.throws)
+
+
 def misalignment_warning(anatomy: Anatomy) -> str | None:
     """Say that main journals are out of line, if they are: the axis then is but their mean."""
     off = anatomy.journal_misalignment_mm
-    within = COAXIAL_SHARE * min(throw.crank_radius_mm for throw in anatomy.throws)
+    within = _coaxial_mm(anatomy)
     if off <= within:
         return None
     bent = _bent(anatomy)
@@ -31,7 +49,7 @@ def _bent(anatomy: Anatomy) -> str:
     """Name a scanned crank bent whose journals run out by more than noise and wear."""
     if anatomy.scan is None:
         return ""
-    run_out = [each.run_out_mm or 0.0 for each in anatomy.scan.journals]
+    run_out = run_outs_mm(anatomy)
     worst = max(range(len(run_out)), key=run_out.__getitem__)
     if run_out[worst] < BENT_MM + 6.0 * anatomy.scan.axis_offset_mm:
         return ""

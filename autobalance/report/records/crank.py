@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
+from autobalance.crank.recognition.alignment import run_outs_mm
 from autobalance.records import (
     ABSENT,
     INLINE,
@@ -24,7 +25,6 @@ from autobalance.report.records.datums import Datums
 from autobalance.report.records.scan import (
     AxisUncertainty,
     Calibration,
-    ScannedJournal,
     ScannedOutline,
     ScannedShaft,
     ScannedSurface,
@@ -42,26 +42,29 @@ if TYPE_CHECKING:
 
 @record
 class Journal:
-    """A main journal; of a scanned one also standard errors (``pm``), and how it stands off the fit."""
+    """A main journal; of a scanned one also standard errors (``pm``), and how it stands off the fit.
+
+    It runs out where the journals are not coaxial, or were scanned.
+    """
 
     number: Ordinal
     centre_mm: Triple
     diameter_mm: Positive
     width_mm: NotNegative
-    scanned: Annotated[ScannedJournal | None, INLINE]
+    journal_run_out_mm: Annotated[NotNegative, "as a dial reads it: twice the distance"] | Absent
+    scanned: Annotated[ScannedShaft | None, INLINE]
 
     @classmethod
-    def of(cls, pin: crank_anatomy.MainJournal, scan: ScanFit | None) -> Self:
+    def of(cls, pin: crank_anatomy.MainJournal, anatomy: crank_anatomy.Anatomy) -> Self:
         """Return that of a journal."""
-        each = None if scan is None else scan.journals[pin.number - 1]
+        number, run_outs = pin.number - 1, run_outs_mm(anatomy)
         return cls(
             number=pin.number,
             centre_mm=pin.centre_mm,
             diameter_mm=pin.diameter_mm,
             width_mm=pin.width_mm,
-            scanned=None
-            if each is None
-            else ScannedJournal.of(each, journal_run_out_mm=each.run_out_mm or 0.0),
+            journal_run_out_mm=run_outs[number] if run_outs else ABSENT,
+            scanned=None if anatomy.scan is None else ScannedShaft.of(anatomy.scan.journals[number]),
         )
 
 
@@ -274,7 +277,7 @@ class Crank:
         scan = anatomy.scan
         return cls(
             body=MassProperties.of(crank.moments, crank.volume_mm3),
-            main_journals=[Journal.of(pin, scan) for pin in anatomy.main_journals],
+            main_journals=[Journal.of(pin, anatomy) for pin in anatomy.main_journals],
             throws=[Throw.of(throw, scan) for throw in anatomy.throws],
             webs=[Web.of(web, scan) for web in anatomy.webs],
             journal_misalignment_mm=anatomy.journal_misalignment_mm,

@@ -29,23 +29,15 @@ class ScannedShaft:
     out_of_round_mm: NotNegative
 
     @classmethod
-    def of(cls, each: scan.ScannedCylinder, **more: float) -> Self:
-        """Return that of a fit; ``more`` are the fields that a main journal has besides."""
+    def of(cls, each: scan.ScannedCylinder) -> Self:
+        """Return that of a fit."""
         return cls(
             centre_pm_mm=each.centre_pm_mm,
             diameter_pm_mm=each.diameter_pm_mm,
             width_pm_mm=each.width_pm_mm,
             rms_mm=each.rms_mm,
             out_of_round_mm=each.out_of_round_mm,
-            **more,
         )
-
-
-@record
-class ScannedJournal(ScannedShaft):
-    """A scanned main journal."""
-
-    journal_run_out_mm: Annotated[NotNegative, "as a dial reads it: twice the distance"]
 
 
 @record
