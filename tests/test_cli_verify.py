@@ -141,6 +141,7 @@ def test_a_falsified_number_is_found(path: str, output: Path, capsys: pytest.Cap
         ("crank.webs.0.number", True, "webs.1..number is of the wrong type: True; expected integer"),
         ("crank.throws.0.angle_deg", 360.0, "throws.1..angle_deg is 360.0; expected less than 360"),
         ("initial.angle_deg", 1e29, "initial.angle_deg is 1e.29; expected less than 360"),
+        ("corrections.0.normal.0", None, "corrections.1..normal"),
         ("schema_version", True, "schema_version is True"),
         ("outputs.solid.file", "", "outputs.solid.file is ''; expected the name of a file beside it"),
     ],

@@ -194,12 +194,14 @@ def _check_file_place(part: Claims, rotor_to_file: Array) -> None:
         part.near("file_position_mm", place, max(float(np.linalg.norm(place)), 1.0))
     if part.values.get("file_axis") is None:
         return
-    axis = next((part.values[key] for key in ("inward", "normal") if part.values.get(key) is not None), None)
-    if axis is None:
-        axis = [0.0, 0.0, -part.get("side", float)] if "side" in part.values else [0.0, 0.0, 1.0]
-    elif "inward" not in part.values and not KINDS[part.get("kind", str)].adds_metal:
-        axis = [-each for each in axis]
-    part.near("file_axis", rotor_to_file[:3, :3] @ np.asarray(axis, dtype=np.float64), 1.0)
+    stated = next((key for key in ("inward", "normal") if part.values.get(key) is not None), None)
+    if stated is not None:
+        axis = part.array(stated, (3,))
+    else:
+        axis = np.array([0.0, 0.0, -part.get("side", float) if "side" in part.values else 1.0])
+    if stated == "normal" and not KINDS[part.get("kind", str)].adds_metal:
+        axis = -axis
+    part.near("file_axis", rotor_to_file[:3, :3] @ axis, 1.0)
 
 
 def _check_faces(claims: Claims, crank: Before) -> None:

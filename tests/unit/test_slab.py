@@ -67,3 +67,9 @@ def test_an_empty_slab_weighs_nothing() -> None:
     box = Solid.box(np.zeros(3), np.ones(3)).mesh
     assert Slab(box.vertices, box.triangles).moments((0.5, 0.5), 1.0).mass_g == 0.0
     assert Slab(box.vertices, box.triangles).moments((2.0, 3.0), 1.0).mass_g == 0.0
+
+
+def test_nothing_is_left_above_and_below_nothing() -> None:
+    box = Solid.box(np.zeros(3), np.ones(3))
+    assert box.above(2.0).below(3.0).is_empty
+    assert box.below(-1.0).above(-2.0).is_empty

@@ -200,11 +200,15 @@ class Solid:
 
     def above(self, z_mm: float) -> Solid:
         """Return the part with z ≥ ``z_mm``."""
-        return Solid(self._body.trim_by_plane((0.0, 0.0, 1.0), z_mm))
+        return self._trimmed((0.0, 0.0, 1.0), z_mm)
 
     def below(self, z_mm: float) -> Solid:
         """Return the part with z ≤ ``z_mm``."""
-        return Solid(self._body.trim_by_plane((0.0, 0.0, -1.0), -z_mm))
+        return self._trimmed((0.0, 0.0, -1.0), -z_mm)
+
+    def _trimmed(self, normal: tuple[float, float, float], offset_mm: float) -> Solid:
+        # manifold3d makes a body of not-a-number where there is nothing to trim: its bounds are infinite
+        return self if self.is_empty else Solid(self._body.trim_by_plane(normal, offset_mm))
 
     def section(self, z_mm: float) -> Region:
         return Region(self._body.slice(z_mm))
