@@ -298,6 +298,27 @@ def test_a_trace_gives_back_the_cycle_it_was_made_of(
     np.testing.assert_allclose(again["main_1_x_N"], got["main_1_x_N"], atol=1.0)
 
 
+def test_each_cycle_of_a_trace_has_its_closed_work(
+    job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of constant pressures the work is p ΔV, 0 from −180° to 180°; of one that falls at the top p₁ − p₂."""
+    angles = np.arange(-360.0, 1080.0, 1.0)
+    later = angles >= 360.0
+    inside = np.mod(angles + 360.0, 720.0) - 360.0
+    pressure = np.where((inside >= 0.0) & (inside < 180.0), np.where(later, 30.0, 20.0), 10.0)
+    rows = [f"{a:.1f},{p!r}" for a, p in zip(angles.tolist(), pressure.tolist(), strict=True)]
+    (tmp_path / "pressure.csv").write_text("\n".join(["angle_deg,pressure_bar", *rows]), "utf-8")
+    text = JOB.replace("[cycle]", '[cycle]\nmodel = "trace"').replace("heat_J = 900.0\n", "")
+    job.write_text(text.replace("compression_ratio = 13.0\n", ""), "utf-8")
+    found = run(capsys, job)["cylinder"]
+    swept_m3 = found["swept_cm3"] * 1e-6
+    expected = [rise * 1e5 * swept_m3 for rise in (10.0, 20.0)]
+    assert found["closed_work_by_cycle_J"] == pytest.approx(expected, rel=1e-3)
+    assert found["closed_work_J"] == pytest.approx(np.mean(found["closed_work_by_cycle_J"]), rel=1e-9)
+    job.write_text(JOB, "utf-8")
+    assert run(capsys, job)["cylinder"]["closed_work_by_cycle_J"] is None
+
+
 def test_motored_and_with_wall_heat(job: Path, capsys: pytest.CaptureFixture[str]) -> None:
     job.write_text(JOB.replace("heat_J = 900.0", 'model = "motored"'), "utf-8")
     motored = run(capsys, job)

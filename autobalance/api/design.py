@@ -133,6 +133,7 @@ def _fingerprint(job: DesignJob, crank_sha256: str) -> str:
 
 def _result(findings: Found, started: float, notify: Progress) -> DesignResult:
     from autobalance.design_search.chosen import chosen, with_refined
+    from autobalance.design_search.remedies import remedies
     from autobalance.design_search.start import judged_start
     from autobalance.report.design.values import front_of, infeasible_reason, step_notes
     from autobalance.report.records.design import DesignFigures, DesignReport, SearchFigures, StartFigures
@@ -162,7 +163,7 @@ def _result(findings: Found, started: float, notify: Progress) -> DesignResult:
         front=front,
         best=best,
         outcome="found" if answer.kept else "infeasible",
-        reason=None if answer.kept else infeasible_reason(picked[0]),
+        reason=None if answer.kept else infeasible_reason(picked[0], lambda: remedies(problem)),
         notes=step_notes({file for files in files_of.values() for file in files}),
         seconds=time.perf_counter() - started,
     )

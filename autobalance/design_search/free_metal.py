@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,10 +21,14 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
+T = TypeVar("T")
+
 RAYS = 181
 FAR_RATIO = 2.0
 LEAST_HOLD_MM = 0.5
 SNAP_MM = 1e-3
+OFF_HOLD_MM = 0.01
+"""Room between a spline and the hold radius: where the two touch, the CAD kernel finds fault."""
 SECTIONS = 5
 """Heights of a web at which the held disc is looked for."""
 
@@ -145,6 +150,38 @@ def free_metal(design: DesignJob, crank: Crank) -> FreeMetal:
     return FreeMetal(
         design.parts, bodies, starts, max(errors), webs, solid, held, region, far, moments, drillings, bounds
     )
+
+
+def regathered(free: FreeMetal, part: int, angles_rad: Array) -> FreeMetal:
+    """Return free metal with a part's control points (n,) at other angles.
+
+    Where these stand apart the spline stays within them, so they may lie beyond the envelope, which the
+    outline keeps.
+    """
+    body = free.bodies[part]
+    if np.array_equal(angles_rad, body.profile.angles_rad):
+        return free
+    web = next(web for web in free.webs if web.part == part)
+    angles = np.linspace(*free.parts[part].sector_rad, RAYS)
+    profile = Profile(angles_rad, body.profile.hold_radius_mm)
+    outline = _radii_mm(free.solid.section(0.5 * sum(web.z_mm)), angles + web.turn_rad)[1]
+    start, error = fitted_radii_mm(profile, angles, np.maximum(outline, profile.hold_radius_mm))
+    start = np.maximum(start, profile.hold_radius_mm) + 0.5 * body.slope * (web.z_mm[1] - web.z_mm[0])
+    bounds = free.bounds_mm[part].copy()
+    thickest = (free.parts[part].thickness_mm or (0.0, web.z_mm[1] - web.z_mm[0]))[1]
+    bounds[:, 0] = np.maximum(bounds[:, 0], profile.least_radii_mm + body.slope * thickest + OFF_HOLD_MM)
+    bounds[:, 1] *= 3.0 / (1.0 + 2.0 * math.cos(float(np.diff(angles_rad).max())))
+    return replace(
+        free,
+        bodies=_with(free.bodies, part, replace(body, profile=profile)),
+        start_mm=_with(free.start_mm, part, start),
+        bounds_mm=_with(free.bounds_mm, part, bounds),
+        fit_error_mm=max(free.fit_error_mm, error),
+    )
+
+
+def _with(values: Sequence[T], place: int, value: T) -> list[T]:
+    return [value if k == place else each for k, each in enumerate(values)]
 
 
 def _drillings(design: DesignJob, free: Solid) -> Solid:

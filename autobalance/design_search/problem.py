@@ -37,6 +37,8 @@ from autobalance.types import Array
 
 G_MM2_PER_KG_MM2 = 1000.0
 LOAD, STRESS, FREQUENCY = "greatest_main_load_N", "greatest_stress_MPa", "first_frequency_hz"
+COLUMNS = {"mass_g": 4, "polar_inertia_kg_mm2": 5}
+"""Columns of the gradient of the moments."""
 AIM = 1e-9
 """Share of the permissible value that is left by the solution, by the profiles' own moments."""
 MAX_SHARE = 0.01

@@ -85,6 +85,17 @@ class Profile:
         places = np.linspace(0.0, 1.0, 8 * self.count)
         return self.hold_radius_mm / float(np.linalg.norm(self.basis(places) @ self.directions, axis=1).min())
 
+    @cached_property
+    def least_radii_mm(self) -> Array:
+        """Radii (n,) of control points, anyhow apart, whose spline just touches the hold radius."""
+        apart = np.cos(np.diff(self.angles_rad))
+        radii = np.ones(self.count)
+        radii[1:-1] = 6.0 / (4.0 + apart[:-1] + apart[1:])
+        places = np.linspace(0.0, 1.0, 32 * self.count)
+        least = float(np.linalg.norm(self.basis(places) @ self.control_points_mm(radii), axis=1).min())
+        result: Array = self.hold_radius_mm / min(least, 1.0) * radii
+        return result
+
     def control_points_mm(self, radii_mm: Array) -> Array:
         """Return the control points (n, 2)."""
         return np.asarray(radii_mm)[:, None] * self.directions

@@ -8,27 +8,37 @@ import numpy as np
 from scipy.optimize import minimize
 
 from autobalance.design_search.candidates import Candidate, judged
-from autobalance.design_search.problem import Problem
+from autobalance.design_search.problem import COLUMNS, G_MM2_PER_KG_MM2, Problem
 from autobalance.types import Array
 
 REFINEMENTS = 60
 TIMES = 3
 """Times that it begins again from where it ended: the balance is met exactly only there."""
-COLUMNS = {"mass_g": 4, "polar_inertia_kg_mm2": 5}
-"""Columns of the gradient of the moments."""
+PER_UNIT = {"mass_g": 1.0, "polar_inertia_kg_mm2": 1.0 / G_MM2_PER_KG_MM2}
+"""Objectives in their own units, of a unit of their columns."""
 CLEAR_MM = 1e-3
 """Room that the constraints of a refined design keep: met exactly, rounding would break them."""
 INDEPENDENT = 1e-6
+EACH = 2
+"""Of the places along an outline, those that the descent keeps within limits one by one."""
 
 
 def refined(problem: Problem, candidate: Candidate, objective: int) -> Candidate:
     """Return a design improved in one objective by gradients, its balance kept; itself where it cannot be."""
-    name = problem.design.search.objectives[objective]
-    if name.removeprefix("-") not in COLUMNS:
+    name, _ = problem.signed_objectives[objective]
+    if name not in COLUMNS:
         return candidate
+    weights = np.zeros(len(problem.signed_objectives))
+    weights[objective] = 1.0
+    return refined_sum(problem, candidate, weights)
+
+
+def refined_sum(problem: Problem, candidate: Candidate, weights: Array) -> Candidate:
+    """Return a design improved in a weighted sum of the objectives, weights (k,) of masses and inertias."""
+    pull = pull_of(problem, weights)
     for _ in range(TIMES):
-        better = judged(problem, _descended(problem, candidate.variables, name))
-        gain = candidate.objectives[objective] - better.objectives[objective]
+        better = judged(problem, _descended(problem, candidate.variables, pull))
+        gain = float(weights @ (candidate.objectives - better.objectives))
         mended = better.violation < candidate.violation
         if not mended and not (gain > 0.0 and better.violation <= 0.0):
             break
@@ -36,14 +46,25 @@ def refined(problem: Problem, candidate: Candidate, objective: int) -> Candidate
     return candidate
 
 
-def _descended(problem: Problem, start: Array, name: str) -> Array:
-    """Return where sequential quadratic programming ends; variables as shares of their bounds."""
-    sign, column = (-1.0 if name.startswith("-") else 1.0), COLUMNS[name.removeprefix("-")]
+def pull_of(problem: Problem, weights: Array) -> Array:
+    """Return what a unit of each column (6,) of the moments' gradient costs by weights (k,) of objectives."""
+    pull = np.zeros(6)
+    for weight, (name, sign) in zip(weights, problem.signed_objectives, strict=True):
+        if weight:
+            pull[COLUMNS[name]] += weight * sign * PER_UNIT[name]
+    return pull
+
+
+def _descended(problem: Problem, start: Array, pull: Array) -> Array:
+    """Return where sequential quadratic programming ends; variables as shares of their bounds.
+
+    ``pull`` (6,) is what a unit of each column of the moments' gradient costs.
+    """
     low, high = problem.bounds.T
     span = high - low
     loose = span > 0.0
     first, slopes = problem.moments(start)
-    descent = sign * slopes[loose, column] * span[loose]
+    descent = slopes[loose] @ pull * span[loose]
     scale = float(np.linalg.norm(descent)) or 1.0
     kept = _independent_rows(problem, slopes[loose] * span[loose, None])
 
@@ -54,10 +75,10 @@ def _descended(problem: Problem, start: Array, name: str) -> Array:
 
     def value(shares: Array) -> tuple[float, Array]:
         moments, gradient = problem.moments(variables(shares))
-        amount = moments.polar_inertia_g_mm2 if column == 5 else moments.mass_g
-        begun = first.polar_inertia_g_mm2 if column == 5 else first.mass_g
-        slope: Array = sign * gradient[loose, column] * span[loose] / scale
-        return sign * (amount - begun) / scale, slope
+        grown_g = moments.mass_g - first.mass_g
+        grown_g_mm2 = moments.polar_inertia_g_mm2 - first.polar_inertia_g_mm2
+        slope: Array = gradient[loose] @ pull * span[loose] / scale
+        return (pull[4] * grown_g + pull[5] * grown_g_mm2) / scale, slope
 
     def balance(shares: Array) -> Array:
         moments = problem.moments(variables(shares))[0]
@@ -74,7 +95,9 @@ def _descended(problem: Problem, start: Array, name: str) -> Array:
         moments = problem.moments(at)[0]
         constraints, _ = problem.constraints(at, moments, problem.residual(moments), exact=False)
         every = (*constraints[1:], *problem.predicted_limits(at))
-        return np.array([max(min(each.margin / each.scale, 10.0), -10.0) - CLEAR_MM for each in every])
+        worst = np.array([each.margin / each.scale for each in every])
+        every_margin: Array = np.concatenate([worst, *outline_margins(problem, at)])
+        return every_margin.clip(-10.0, 10.0) - CLEAR_MM
 
     answer: Any = minimize(  # type: ignore[call-overload]
         value,
@@ -89,6 +112,24 @@ def _descended(problem: Problem, start: Array, name: str) -> Array:
         options={"maxiter": REFINEMENTS, "ftol": 1e-9},
     )
     return variables(np.clip(np.asarray(answer.x), 0.0, 1.0))
+
+
+def outline_margins(problem: Problem, variables: Array) -> list[Array]:
+    """Return how far each part's outline keeps the envelope and its least curvature, place by place.
+
+    The worst place alone jumps along the outline from one step to the next, at which the descent ended early.
+    """
+    amounts, margins = problem.amounts(variables), []
+    for k, part in enumerate(problem.free.parts):
+        profile, radii = problem.free.profiles[k], amounts.radii_mm[k]
+        if problem.design.envelope.radius_mm is not None:
+            far = np.linalg.norm(profile.outline_mm(radii), axis=1)
+            margins.append(problem.design.envelope.radius_mm - far[::EACH])
+        if part.min_curvature_radius_mm > 0.0:
+            thickness = amounts.thickness_mm[k] or problem.free.thickness_mm(k)
+            least = profile.curvature_radii_mm(problem.free.bodies[k].radii_at(radii, thickness))[1:-1]
+            margins.append(1.0 - part.min_curvature_radius_mm / least[::EACH])
+    return margins
 
 
 def _independent_rows(problem: Problem, slopes: Array) -> Array:

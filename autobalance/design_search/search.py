@@ -14,7 +14,9 @@ import numpy as np
 
 from autobalance.design_search.analyses import analysed_next
 from autobalance.design_search.candidates import Candidate, Found, completed, judged
+from autobalance.design_search.level_sets import CLOSE, Closeness, LevelSet, begun, level_sets
 from autobalance.design_search.problem import Problem
+from autobalance.design_search.refine import refined_sum
 from autobalance.design_search.strength_model import Analysed
 from autobalance.design_search.tasks import each_done, problem_of
 from autobalance.errors import FileError
@@ -88,11 +90,12 @@ def searched(
     SolidError
         If no design of the first generation can be meshed, where finite elements are asked.
     """
+    pool = workers or InThisProcess()
+    problem, begin = _begun(problem, pool)
     low, high = problem.bounds.T
     span = high - low
     options = problem.design.search
-    algorithm = _algorithm(problem)
-    pool = workers or InThisProcess()
+    algorithm = _algorithm(problem, begin)
     findings = Found(problem, ())
     by_number = {generation.number: generation for generation in known}
     number, looked_at = 0, 0
@@ -120,6 +123,33 @@ def searched(
     return findings
 
 
+def _begun(problem: Problem, pool: Workers) -> tuple[Problem, list[Array]]:
+    """Return the problem with its control points where they serve best, and the variables to begin from."""
+    level = level_sets(problem)
+    if not level:
+        return problem, []
+    if not problem.design.search.refine:
+        return begun(problem, level, CLOSE[0])
+    different = {tuple(np.concatenate(_angles(begun(problem, level, close)[0]))): close for close in CLOSE}
+    close_by = list(different.values())
+    first = each_done(pool, _refined_task, problem, [(level[:1], close) for close in close_by])
+    worth = [(each.violation, float(level[0].weights @ each.objectives)) for each in first]
+    best = close_by[min(range(len(close_by)), key=lambda place: worth[place])]
+    refined = each_done(pool, _refined_task, problem, [([level[0], each], best) for each in level])
+    return begun(problem, level, best)[0], [each.variables for each in refined]
+
+
+def _angles(problem: Problem) -> list[Array]:
+    return [profile.angles_rad for profile in problem.free.profiles]
+
+
+def _refined_task(task: tuple[Any, tuple[Sequence[LevelSet], Closeness]]) -> Candidate:
+    """Return the last level set made better, its control points gathered as the first asks."""
+    level, close = task[1]
+    problem, variables = begun(problem_of(task[0]), level, close)
+    return refined_sum(problem, judged(problem, variables[-1]), level[-1].weights)
+
+
 def _judged_all(problem: Problem, rows: Sequence[Array], workers: Workers) -> list[Candidate]:
     parts = [rows[begin : begin + AT_ONCE] for begin in range(0, len(rows), AT_ONCE)]
     return [candidate for part in each_done(workers, _judged_task, problem, parts) for candidate in part]
@@ -130,8 +160,8 @@ def _judged_task(task: tuple[Any, Sequence[Array]]) -> list[Candidate]:
     return [judged(problem, row) for row in task[1]]
 
 
-def _algorithm(problem: Problem) -> Any:
-    """Return pymoo's algorithm, set up: the start and designs around it first."""
+def _algorithm(problem: Problem, seeds: Sequence[Array]) -> Any:
+    """Return pymoo's algorithm, set up: the start, the level sets (v,) and designs around the start first."""
     try:
         from pymoo.algorithms.moo.nsga2 import NSGA2
         from pymoo.core.problem import Problem as Space
@@ -143,17 +173,19 @@ def _algorithm(problem: Problem) -> Any:
     options = problem.design.search
     low, high = problem.bounds.T
     span = np.where(high > low, high - low, 1.0)
-    start = np.clip((problem.start - low) / span, 0.0, 1.0)
+    start, *others = [np.clip((each - low) / span, 0.0, 1.0) for each in (problem.start, *seeds)]
     count = len(start)
     if options.method == "cmaes":
         from pymoo.algorithms.soo.nonconvex.cmaes import CMAES  # takes seconds to import
 
         space = Space(n_var=count, n_obj=1, xl=0.0, xu=1.0)
-        algorithm: Any = CMAES(x0=start, sigma=0.2, restarts=0, popsize=options.population)
+        algorithm: Any = CMAES(
+            x0=others[0] if others else start, sigma=0.2, restarts=0, popsize=options.population
+        )
     else:
         space = Space(n_var=count, n_obj=len(options.objectives), n_ieq_constr=1, xl=0.0, xu=1.0)
         algorithm = NSGA2(
-            pop_size=options.population, sampling=_first(start, options.population, options.seed)
+            pop_size=options.population, sampling=_first([start, *others], options.population, options.seed)
         )
     algorithm.setup(
         space, termination=get_termination("n_eval", options.evaluations), seed=options.seed, verbose=False
@@ -161,14 +193,15 @@ def _algorithm(problem: Problem) -> Any:
     return algorithm
 
 
-def _first(start: Array, count: int, seed: int) -> Array:
-    """Return the first population: the start, designs around it, and designs anywhere."""
+def _first(begin: Sequence[Array], count: int, seed: int) -> Array:
+    """Return the first population: the start and the level sets, designs around it, and designs anywhere."""
+    start = begin[0]
     draw = np.random.default_rng(seed)
     near = start + 0.15 * draw.standard_normal((count // 2, len(start)))
     level = draw.random((count - count // 2, 1))
     anywhere = np.clip(level + 0.3 * draw.standard_normal((count - count // 2, len(start))), 0.0, 1.0)
     first = np.concatenate([np.clip(near, 0.0, 1.0), anywhere])
-    first[0] = start
+    first[: len(begin)] = begin[:count]
     return first
 
 

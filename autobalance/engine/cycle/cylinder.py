@@ -220,6 +220,14 @@ class CylinderCycle:
         return self.integral(low, high, self.pressure_mpa)
 
     @cached_property
+    def closed_work_by_cycle_n_mm(self) -> tuple[float, ...] | None:
+        """The same of each cycle of a measured trace [N·mm]; None where the pressure is computed."""
+        if self.trace is None:
+            return None
+        low, high = self.exchange.closed_ends_rad(self.chamber)
+        return tuple(self.integral(low, high, cycle.at) for cycle in self.trace.each)
+
+    @cached_property
     def pumping_work_n_mm(self) -> float:
         """∫ p dV over the rest of the cycle, negative where gas exchange costs work [N·mm]."""
         low, high = self.exchange.closed_ends_rad(self.chamber)

@@ -12,6 +12,7 @@ from autobalance.engine.dead_centres import DeadCentres
 from autobalance.records import (
     ABSENT,
     INLINE,
+    JOULES,
     NEWTONS,
     Absent,
     Angle,
@@ -47,6 +48,7 @@ class CylinderFigures:
     swept_cm3: Positive
     peak_temperature_K: float | None
     imep_scatter_mpa: Bar | None
+    closed_work_by_cycle_n_mm: Annotated[tuple[float, ...] | None, JOULES]
     wall_heat_n_mm: Joules | None
 
     @classmethod
@@ -64,6 +66,7 @@ class CylinderFigures:
             swept_cm3=cycle.chamber.swept_mm3 * 1e-3,
             peak_temperature_K=cycle.peak_temperature_k,
             imep_scatter_mpa=cycle.scatter_mpa(),
+            closed_work_by_cycle_n_mm=cycle.closed_work_by_cycle_n_mm,
             wall_heat_n_mm=None if cycle.part is None else cycle.part.wall_heat_n_mm,
         )
 

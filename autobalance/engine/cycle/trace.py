@@ -91,6 +91,11 @@ class Trace:
         result: Array = self.pressure_mpa.mean(axis=0)
         return result
 
+    @property
+    def each(self) -> list[Trace]:
+        """Its cycles, each a trace."""
+        return [Trace(self.angle_rad, row[None, :], self.span_rad, self.whole) for row in self.pressure_mpa]
+
     def shifted(self, by_rad: float) -> Trace:
         """Return the trace with an angle added to its angles."""
         return Trace(self.angle_rad + by_rad, self.pressure_mpa, self.span_rad, self.whole)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from autobalance.design_search.exact import PARTS, WHOLE
 from autobalance.design_search.problem import Problem
+from autobalance.design_search.remedies import Remedy
 from autobalance.design_search.written import WrittenDesign
 from autobalance.report.records.design import DesignFigures
+
+MOST_REMEDIES = 2
+"""Changes that are named, the smallest first."""
 
 
 def front_of(problem: Problem, designs: Sequence[DesignFigures]) -> tuple[list[str], dict[str, str]]:
@@ -30,18 +34,29 @@ def front_of(problem: Problem, designs: Sequence[DesignFigures]) -> tuple[list[s
     return kept, best
 
 
-def infeasible_reason(design: WrittenDesign) -> str:
-    """Say what the least violated design breaks, and which limit to release."""
+def infeasible_reason(design: WrittenDesign, tried: Callable[[], Sequence[Remedy]]) -> str:
+    """Say what the least violated design breaks, and what helps; ``tried`` tries changes for the balance."""
     worst = min(design.constraints, key=lambda each: each.margin / each.scale)
     by = -worst.margin
     if worst.name == "residual":
         return (
             f"no design meets the balance: the nearest leaves {worst.value:.3g} of the permissible value; "
-            "release envelope.radius_mm, radius_mm, thickness_mm or symmetric, or change the factor"
+            f"{_what_helps(tried())}"
         )
     return (
         f"no design keeps everything: the least violated breaks {worst.name} ({worst.limit:g} {worst.unit}) "
         f"by {by:.3g} {worst.unit}; release that limit by as much"
+    )
+
+
+def _what_helps(tried: Sequence[Remedy]) -> str:
+    serving = [each.words for each in tried if each.serves]
+    if serving:
+        return f"what meets it, tried: {'; or '.join(serving[:MOST_REMEDIES])}"
+    words = "; ".join(each.words for each in tried)
+    return (
+        f"none of these meets it, tried: {words}; free further webs, a wider sector_deg, or metal nearer to "
+        "the axis (hold_radius_mm)"
     )
 
 
