@@ -206,6 +206,33 @@ to_clean: set[Callable[[], None]] = set()
 """What takes away the files that a command has begun, should it end in the midst of a library's work."""
 
 
+_notes: int | None = None
+
+
+def note_what_is_begun() -> int:
+    """Have begun files and folders noted, for whoever ends this process; return the notes' descriptor."""
+    global _notes  # noqa: PLW0603
+    if hasattr(os, "memfd_create"):
+        _notes = os.memfd_create("begun")
+    else:
+        import tempfile
+
+        with tempfile.TemporaryFile() as file:
+            _notes = os.dup(file.fileno())
+    return _notes
+
+
+def note_begun(path: Path) -> None:
+    """Note a temporary file or a folder that is about to be made; nothing is noted outside of commands."""
+    if _notes is not None:
+        os.write(_notes, os.fsencode(os.path.abspath(path)) + b"\0")
+
+
+def begun_paths(notes: int) -> list[bytes]:
+    """Return what was noted, in order."""
+    return os.pread(notes, os.fstat(notes).st_size, 0).split(b"\0")[:-1]
+
+
 @contextmanager
 def ended_in_time(last_words: Callable[[], int]) -> Iterator[None]:
     """End the process soon after it is asked to, though a library holds on to the main thread.

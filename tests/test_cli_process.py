@@ -133,6 +133,86 @@ def test_ctrl_c_in_the_middle_leaves_nothing_half_written(fresh: bool, sent: str
     assert output.exists() is not fresh
 
 
+HOLDING = """
+import sys
+from autobalance.api import balance
+from autobalance.command import main
+from autobalance.report.files import Staging
+
+true = Staging.commit
+
+def held(staging):
+    print("held", flush=True, file=sys.stderr)
+    sum(range(100_000_000_000))  # an hour with the interpreter held: no thread goes on, no signal is heard
+    true(staging)
+
+Staging.commit = held
+sys.exit(main())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no copies of a process here")
+@pytest.mark.parametrize("sent", ["SIGINT", "SIGTERM"])
+def test_a_library_that_holds_the_interpreter_is_ended_in_time(sent: str, tmp_path: Path) -> None:
+    """In the midst of writing: the folder and the temporary files that it has begun are taken away."""
+    job = jobs.bundled_job(tmp_path)
+    before = jobs.folder_state(tmp_path)
+    command = [sys.executable, "-c", HOLDING, "balance", str(job), "-o", str(tmp_path / "out"), "--no-report"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment()) as process:
+        assert process.stderr is not None
+        while "held" not in process.stderr.readline():
+            pass
+        assert any((tmp_path / "out").iterdir())
+        start = time.monotonic()
+        process.send_signal(getattr(signal, sent))
+        rest = process.stderr.read()
+        assert process.wait(timeout=30) == 130
+        assert time.monotonic() - start < 2.0
+    assert rest == "autobalance: interrupted; nothing half-written was left\n"
+    assert jobs.folder_state(tmp_path) == before
+    assert not (tmp_path / "out").exists()
+
+
+CRASHING = """
+import os, signal, sys
+from autobalance.api import balance
+from autobalance.command import main
+from autobalance.balancing import loop
+
+loop.cut_and_measure = lambda *_: os.kill(os.getpid(), signal.SIGSEGV)
+sys.exit(main())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no copies of a process here")
+def test_a_command_ends_as_its_work_does(tmp_path: Path) -> None:
+    job = jobs.bundled_job(tmp_path)
+    command = [sys.executable, "-c", CRASHING, "balance", str(job), "-o", str(tmp_path / "out")]
+    assert subprocess.run(command, env=environment(), check=False).returncode == -signal.SIGSEGV
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="only there a process can be made to end with its parent")
+def test_work_does_not_outlive_a_command_that_was_killed(tmp_path: Path) -> None:
+    job = jobs.bundled_job(tmp_path)
+    code = HOLDING.replace('print("held",', 'import os; print(f"held {os.getpid()}",')
+    command = [sys.executable, "-c", code, "balance", str(job), "-o", str(tmp_path / "out"), "--no-report"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment()) as process:
+        assert process.stderr is not None
+        while "held" not in (line := process.stderr.readline()):
+            pass
+        worker = int(line.split()[1])
+        assert worker != process.pid
+        process.kill()
+        process.wait()
+        end = time.monotonic() + 5.0
+        while Path(f"/proc/{worker}").exists() and time.monotonic() < end:
+            time.sleep(0.01)
+        assert not Path(f"/proc/{worker}").exists()
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a POSIX pipe")
 def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:

@@ -37,6 +37,7 @@ INTERRUPTED = 130
 STOPPED = "interrupted; nothing half-written was left"
 DONE = (0, 4)
 """Exit codes of a command that did what it was asked: within tolerance, or above."""
+QUICK = ("app", "schema", "completion", "calc", "grade")
 NO_MEMORY = ("failed to map segment", "can't start new thread", "pthread_create has failed")
 """What the loader of libraries and threads say when there is no memory for them."""
 
@@ -51,10 +52,32 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal that knows no "·" or "²" shows "?"
             stream.reconfigure(errors="replace")
+    if argv is None and _may_take_long(arguments):
+        from autobalance.command.supervisor import supervised
+
+        return supervised(lambda: _answered(arguments, is_alone=True), lambda: _stopped(arguments))
+    return _answered(arguments, is_alone=argv is None)
+
+
+def _may_take_long(arguments: Sequence[str]) -> bool:
+    """Whether a command reads or computes what may take long; the app is ended by its own ways."""
+    called = next((word for word in arguments if not word.startswith("-")), None)
+    return called in VERBS and called not in QUICK and not {"-h", "--help"} & set(arguments)
+
+
+def _stopped(arguments: Sequence[str]) -> int:
+    """Say that a command was stopped which could not say so itself; return its exit code."""
     if not objects.are_asked_for(arguments):
-        return _guarded(arguments, is_alone=argv is None)
+        return _last_words()
+    with objects.written_as_objects():
+        return _last_words()
+
+
+def _answered(arguments: list[str], is_alone: bool) -> int:
+    if not objects.are_asked_for(arguments):
+        return _guarded(arguments, is_alone)
     with objects.written_as_objects() as objects_out:
-        code = _guarded(arguments, is_alone=argv is None)
+        code = _guarded(arguments, is_alone)
         objects_out.end(is_done=code in DONE)
         return code
 

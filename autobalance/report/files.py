@@ -17,7 +17,7 @@ from pathlib import Path
 from types import TracebackType
 
 from autobalance.errors import FileError, system_reason
-from autobalance.runtime import to_clean, uninterrupted, was_read
+from autobalance.runtime import note_begun, to_clean, uninterrupted, was_read
 
 NAME_LETTERS = 40
 """Letters of a file's name that stand in its temporary one."""
@@ -117,6 +117,7 @@ class Staging:
         missing = [each for each in (folder, *folder.parents) if not each.exists()]
         for each in reversed(missing):
             try:
+                note_begun(each)
                 each.mkdir()
             except OSError as error:
                 raise FileError(f"cannot make the folder {folder}: {system_reason(error)}") from None
@@ -184,6 +185,7 @@ def _lives(process: int) -> bool:
 
 def _write_new(path: Path, data: bytes) -> None:
     """Write a file that must not exist yet: nothing is followed to another place, nothing overwritten."""
+    note_begun(path)
     with path.open("xb") as stream:
         stream.write(data)
 
