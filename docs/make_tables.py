@@ -86,7 +86,8 @@ def of_table(key: Key, path: str) -> Iterator[str]:
     says = key.says[:1].upper() + key.says[1:]
     yield f"{brackets}: {key.says}.{verbs}" if says else f"{brackets}.{verbs}"
     within = tuple(each for each in key.keys if not inner(each))
-    yield f"{HEAD}\n" + "\n".join(rows(within))
+    if within:
+        yield f"{HEAD}\n" + "\n".join(rows(within))
     for each in key.keys:
         if inner(each) and not each.forms:
             yield from of_table(each, place)

@@ -33,7 +33,7 @@ from autobalance.theory.bearings import (
     squeeze_film,
 )
 from autobalance.theory.kinematics import dead_centres, greatest_piston_speed, piston_harmonics, piston_motion
-from autobalance.theory.machines import index_test, repeated_readings
+from autobalance.theory.machines import index_test, machine_accuracy, repeated_readings
 from autobalance.theory.tolerance import (
     achieved_grade,
     convert_unbalance,
@@ -85,6 +85,7 @@ __all__ = [
     "harmonic_series",
     "index_test",
     "journal_friction_n_m",
+    "machine_accuracy",
     "mean_bearing_loads",
     "oil_viscosity_mm2_s",
     "order_table",

@@ -36,6 +36,72 @@ class Repeated:
     umar_g_mm: float
 
 
+@dataclass(frozen=True)
+class MachineAccuracy:
+    """What a machine can show, and what its tooling carries."""
+
+    urr_percent: float
+    umar_g_mm: float
+    crank_g_mm: float
+    crank_deg: float
+    tooling_g_mm: float
+    tooling_deg: float
+
+
+def machine_accuracy(
+    readings_g_mm: Sequence[float],
+    readings_deg: Sequence[float],
+    turned_deg: Sequence[float],
+    index_g_mm: Sequence[float],
+    index_deg: Sequence[float],
+) -> MachineAccuracy:
+    """Return what a machine can show, from repeated readings and an index test.
+
+    The least residual is two standard deviations of a reading; one correction by a reading leaves that much
+    of the crank's own unbalance, so the ratio is 1 - Umar/C.
+
+    Parameters
+    ----------
+    readings_g_mm, readings_deg : sequence of float
+        Repeated readings, the rotor taken off between them [g·mm, deg].
+    turned_deg : sequence of float
+        How far the crank was turned on its tooling, for each reading of the index test [deg].
+    index_g_mm, index_deg : sequence of float
+        The readings of the index test [g·mm, deg].
+
+    Raises
+    ------
+    ValueError
+        If the readings are too few, or the crank's unbalance is no more than the least residual.
+
+    References
+    ----------
+    ISO 21940-21:2012: Umar, URR; ISO 21940-14:2012: index test.
+
+    Examples
+    --------
+    >>> turned = [0.0, 180.0]
+    >>> found = machine_accuracy([40.0, 41.0, 42.0], [0.0, 0.0, 0.0], turned, [40.0, 20.0], [0.0, 180.0])
+    >>> round(found.umar_g_mm, 3), round(found.urr_percent, 1), round(found.tooling_g_mm, 1)
+    (1.414, 95.3, 10.0)
+    """
+    least = repeated_readings(readings_g_mm, readings_deg).umar_g_mm
+    index = index_test(turned_deg, index_g_mm, index_deg)
+    if index.crank_g_mm <= least:
+        raise ValueError(
+            f"the crank's own unbalance of {index.crank_g_mm:.3g} g·mm is within the scatter of {least:.3g} "
+            "g·mm; put a known weight on it"
+        )
+    return MachineAccuracy(
+        100.0 * (1.0 - least / index.crank_g_mm),
+        least,
+        index.crank_g_mm,
+        index.crank_deg,
+        index.tooling_g_mm,
+        index.tooling_deg,
+    )
+
+
 def index_test(
     turned_deg: Sequence[float], readings_g_mm: Sequence[float], readings_deg: Sequence[float]
 ) -> IndexTest:

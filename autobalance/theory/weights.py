@@ -287,7 +287,7 @@ def drill_chart(
     Examples
     --------
     >>> [(row.drill, round(row.unbalance_g_mm, 3)) for row in drill_chart(60.0, diameters_mm=[8.0, 10.0])]
-    [('8 mm', 2.367), ('10 mm', 3.699)]
+    [('8 mm', 2.368), ('10 mm', 3.699)]
     """
     from typing import get_args
 

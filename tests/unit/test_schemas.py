@@ -38,7 +38,7 @@ def test_names_stand_one_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["schema"]) == 0
     assert capsys.readouterr().out.split("\n") == [*NAMES, ""]
     with pytest.raises(UsageError, match="is not there; there are job"):
-        ab.schema("jobs")
+        ab.schema("jobb")
 
 
 def test_what_is_read_and_written_fits() -> None:

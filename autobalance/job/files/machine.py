@@ -23,7 +23,7 @@ from autobalance.job.files.reading_keys import (
     Convention,
 )
 from autobalance.job.toml.keys import FILLED, Key, Values, read_document
-from autobalance.ranges import NOT_NEGATIVE, POSITIVE, Rule
+from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM, STEEL_KG_M3
 
 MachineKind = Literal["hard", "soft", "cradle", "nodal", "static"]
@@ -77,6 +77,13 @@ DRILL_KEYS = (
     Key("density_kg_m3", float, "of the metal", POSITIVE, STEEL_KG_M3),
     Key("direction", HoleDirection, "into the rim, or along the axis", default="radial"),
 )
+LINE_KEYS = (
+    Key("pattern", str, "of a line: a regular expression with the groups amount, angle and maybe plane"),
+    Key("unit", str, "of the amounts", default="g·mm"),
+    Key("planes", tuple[str, str], "what the lines call planes A and B", default=("A", "B")),
+    Key("settled_readings", int, "readings in a row that must agree", COUNTED, 5),
+    Key("settled_percent", float, "of the amount by which they may differ from their mean", POSITIVE, 2.0),
+)
 MACHINE_KEYS = (
     Key("seed", int, "of the noise", NOT_NEGATIVE, 1),
     Key("runs", int, "how many readings", RUNS, 1),
@@ -92,6 +99,12 @@ MACHINE_KEYS = (
     Key("reading", says="how the written reading counts", keys=READING_KEYS, default=FILLED),
     Key("static", says="the stand", keys=STATIC_KEYS, default=None),
     Key("drill", says="how metal comes off", keys=DRILL_KEYS, default=None),
+    Key(
+        "machine",
+        says="the machine's own lines, for --watch",
+        keys=(Key("line", says="as it writes them", keys=LINE_KEYS, default=None),),
+        default=None,
+    ),
 )
 
 

@@ -1,0 +1,48 @@
+"""``autobalance machine --wizard``: a machine's figures from three repeated readings and an index test."""
+
+from __future__ import annotations
+
+from autobalance.errors import UsageError
+
+REPEATED = 3
+INDEX_DEG = (0.0, 180.0)
+UNTIL = 'amount [g·mm] and angle [deg], as "35.2 191": '
+
+
+def wizard() -> int:
+    """Ask for readings of one plane, and print the keys of ``[reading]`` that follow."""
+    from autobalance.command.console import say
+    from autobalance.report.shop.reading_template import UMAR_G_MM, URR_PERCENT
+    from autobalance.theory.machines import machine_accuracy
+
+    say(
+        f"Usual of a hard-bearing machine in order: urr_percent = {URR_PERCENT:g}, umar_g_mm = "
+        f"{UMAR_G_MM:g}.\n"
+        "One plane is read; the rotor comes off the machine and goes on again between readings."
+    )
+    repeated = [_asked(f"reading {n} of {REPEATED}, {UNTIL}") for n in range(1, REPEATED + 1)]
+    index = [_asked(f"crank turned by {turn:g}° on its tooling, {UNTIL}") for turn in INDEX_DEG]
+    (sizes, angles), (index_sizes, index_angles) = (zip(*each, strict=True) for each in (repeated, index))
+    try:
+        found = machine_accuracy(sizes, angles, INDEX_DEG, index_sizes, index_angles)
+    except ValueError as error:
+        raise UsageError(f"the readings give no figures: {error}") from None
+    say(
+        f"tooling and mandrel: {found.tooling_g_mm:.2f} g·mm at {found.tooling_deg:.1f}°; "
+        f"the crank alone: {found.crank_g_mm:.2f} g·mm at {found.crank_deg:.1f}°\n\n"
+        f"[reading]\nurr_percent = {found.urr_percent:.1f}\numar_g_mm = {found.umar_g_mm:.3g}"
+    )
+    return 0
+
+
+def _asked(question: str) -> tuple[float, float]:
+    try:
+        words = input(question).replace(",", ".").split()
+        amount, angle = map(float, words)
+    except EOFError:
+        raise UsageError("--wizard reads from the terminal; there is nothing more to read") from None
+    except ValueError:
+        raise UsageError("expected two numbers, amount and angle, with a space between") from None
+    if amount < 0.0:
+        raise UsageError(f"amount is {amount:g}; must be ≥ 0")
+    return amount, angle

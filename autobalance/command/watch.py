@@ -1,0 +1,111 @@
+"""``autobalance machine --watch``: lines as they come, the vector large, the settled one to ``recut``."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from autobalance.errors import FileError, UsageError
+
+if TYPE_CHECKING:
+    from autobalance.job.files.machine_line import Watched
+
+SERIAL = "serial:"
+BAUD = 9600
+WAIT_S = 0.1
+CLEAR = "\x1b[2J\x1b[H"
+
+
+def watch(machine_file: str, source: str, folder: str | None, report: str | None, timeout_s: float) -> int:
+    """Follow a source until its vectors settle, write the reading and hand it to ``recut``.
+
+    Raises
+    ------
+    FileError
+        If the source cannot be read, or nothing settles in time.
+    """
+    from autobalance.command.console import say
+    from autobalance.job.files.machine_line import read_watched
+    from autobalance.report.shop.big_text import big_vectors, settled_toml, vectors_text
+
+    watched = read_watched(machine_file)
+    large = sys.stdout.isatty()
+    vectors = None
+    for line in _lines(source, time.monotonic() + timeout_s):
+        found = watched.line.vectors(line)
+        for plane, vector in found.items():
+            watched.settling.add(plane, vector)
+        if found:
+            latest = {name: each[-1] for name, each in sorted(watched.settling.last.items())}
+            say(CLEAR + big_vectors(latest) if large else vectors_text(latest))
+            vectors = watched.settling.settled
+        if vectors is not None:
+            break
+    if vectors is None:
+        raise FileError(f"{source}: {_unsettled(watched, timeout_s)}")
+    say(f"settled: {vectors_text(vectors)}")
+    place = Path(folder or ".") / "reading.toml"
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place.write_text(settled_toml(vectors, watched.reading, watched.speed_rpm), encoding="utf-8")
+    say(f"Written: {place}")
+    if report is None:
+        return 0
+    from autobalance.command.main import main
+
+    return main(["recut", report, str(place)])
+
+
+def _unsettled(watched: Watched, timeout_s: float) -> str:
+    last = watched.settling.last
+    if not last:
+        return f"no line in {timeout_s:g} s is as machine.line.pattern says; compare both"
+    count = watched.settling.count
+    return (
+        f"the readings did not settle in {timeout_s:g} s ({count} of each plane that agree were expected); "
+        "raise machine.line.settled_percent, or spin longer"
+    )
+
+
+def _lines(source: str, until: float) -> Iterator[str]:
+    """Yield lines of a file that is written to, or of a serial line, until a time."""
+    with ExitStack() as stack:
+        if source.startswith(SERIAL):
+            read = _serial(source.removeprefix(SERIAL), stack)
+        else:
+            try:
+                file = stack.enter_context(Path(source).open("rb"))
+            except OSError as error:
+                raise FileError(f"cannot read {source}: {str(error.strerror).lower()}") from None
+            read = file.readline
+        begun = b""
+        while time.monotonic() < until:
+            part = read()
+            begun += part
+            if begun.endswith((b"\n", b"\r")):
+                yield begun.decode("utf-8", errors="replace").strip()
+                begun = b""
+            elif not part:
+                time.sleep(WAIT_S)
+
+
+def _serial(device: str, stack: ExitStack):  # type: ignore[no-untyped-def]
+    """Return what reads a line of a serial device, ``/dev/ttyUSB0`` or ``COM3:19200``."""
+    try:
+        import serial
+    except ModuleNotFoundError:
+        raise FileError(
+            "serial lines need the extra serial, which is not installed: pip install 'autobalance[serial]'"
+        ) from None
+    name, colon, baud = device.rpartition(":")
+    if not (colon and baud.isdigit()):
+        name, baud = device, str(BAUD)
+    if not name:
+        raise UsageError("--watch serial: names no device; expected serial:DEVICE or serial:DEVICE:BAUD")
+    try:
+        return stack.enter_context(serial.Serial(name, int(baud), timeout=WAIT_S)).readline
+    except serial.SerialException as error:
+        raise FileError(f"cannot read {device}: {error}") from None

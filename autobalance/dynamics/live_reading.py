@@ -1,0 +1,102 @@
+"""Lines of a balancing machine as vectors, and when they have settled; pure numbers."""
+
+from __future__ import annotations
+
+import cmath
+import math
+import re
+from collections import deque
+from dataclasses import dataclass, field
+
+ONE = ("amount", "angle")
+"""Groups of a line with one plane; ``plane`` names it."""
+BOTH = ("amount_a", "angle_a", "amount_b", "angle_b")
+"""Groups of a line with both planes."""
+
+
+@dataclass(frozen=True)
+class LineFormat:
+    """How a machine's lines say vectors.
+
+    Attributes
+    ----------
+    pattern : re.Pattern
+        With the groups ``amount``, ``angle`` and maybe ``plane``, or those of both planes.
+    g_mm_per_unit : float
+        Of the amounts.
+    planes : (str, str)
+        What the machine calls planes A and B.
+    """
+
+    pattern: re.Pattern[str]
+    g_mm_per_unit: float
+    planes: tuple[str, str]
+
+    def vectors(self, line: str) -> dict[str, complex]:
+        """Return the vectors of a line by plane, ``A``, ``B`` or ``""`` where there is but one [g·mm].
+
+        Angles count as the machine counts them. A line that is no reading has none.
+        """
+        found = self.pattern.search(line)
+        if found is None:
+            return {}
+        groups = found.groupdict()
+        pairs: dict[str | None, tuple[str | None, str | None]]
+        if BOTH[0] in groups:
+            pairs = {name: (groups[f"amount_{end}"], groups[f"angle_{end}"]) for name, end in ("Aa", "Bb")}
+        else:
+            pairs = {self._name(groups.get("plane")): (groups["amount"], groups["angle"])}
+        try:
+            return {
+                name: cmath.rect(_number(amount) * self.g_mm_per_unit, math.radians(_number(angle)))
+                for name, (amount, angle) in pairs.items()
+                if name is not None and amount is not None and angle is not None
+            }
+        except ValueError:
+            return {}
+
+    def _name(self, typed: str | None) -> str | None:
+        if typed is None:
+            return ""
+        return dict(zip(self.planes, "AB", strict=True)).get(typed.strip())
+
+
+def _number(text: str) -> float:
+    """Return a number with a point or a comma."""
+    return float(text.strip().replace(",", "."))
+
+
+@dataclass
+class Settling:
+    """The last readings of each plane: settled where all of them lie near their mean.
+
+    Attributes
+    ----------
+    count : int
+        Readings that must agree.
+    share : float
+        How far each may lie from the mean, over its magnitude.
+    least_g_mm : float
+        And at least.
+    """
+
+    count: int
+    share: float
+    least_g_mm: float
+    last: dict[str, deque[complex]] = field(default_factory=dict)
+
+    def add(self, plane: str, vector: complex) -> None:
+        self.last.setdefault(plane, deque(maxlen=self.count)).append(vector)
+
+    @property
+    def settled(self) -> dict[str, complex] | None:
+        """The mean of each plane, where every plane has settled; None before. One of two is not enough."""
+        planes = self.last
+        if not planes or (len(planes) == 1 and "" not in planes):
+            return None
+        means = {name: sum(each) / len(each) for name, each in planes.items()}
+        for name, each in planes.items():
+            near = max(self.share * abs(means[name]), self.least_g_mm)
+            if len(each) < self.count or max(abs(one - means[name]) for one in each) > near:
+                return None
+        return dict(sorted(means.items()))
