@@ -200,7 +200,7 @@ def interruptible() -> Iterator[None]:
             signal.signal(number, before[number])
 
 
-LATEST_S = 1.5
+LATEST_S = 1.2
 """How long work in a library, which no signal stops, may go on after a command was ended."""
 to_clean: set[Callable[[], None]] = set()
 """What takes away the files that a command has begun, should it end in the midst of a library's work."""

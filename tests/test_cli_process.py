@@ -135,6 +135,8 @@ def test_ctrl_c_in_the_middle_leaves_nothing_half_written(fresh: bool, sent: str
 
 HOLDING = """
 import sys
+from collections import deque
+from itertools import repeat
 from autobalance.api import balance
 from autobalance.command import main
 from autobalance.report.files import Staging
@@ -143,7 +145,7 @@ true = Staging.commit
 
 def held(staging):
     print("held", flush=True, file=sys.stderr)
-    sum(range(100_000_000_000))  # an hour with the interpreter held: no thread goes on, no signal is heard
+    deque(repeat(0), 0)  # for ever, with the interpreter held: no thread goes on, no signal is heard
     true(staging)
 
 Staging.commit = held

@@ -20,7 +20,7 @@ from typing import Any
 
 from autobalance.runtime import SIGNALS, begun_paths, note_what_is_begun
 
-PATIENCE_S = 1.6
+PATIENCE_S = 1.4
 """How long the child may take to end by itself; from `runtime.LATEST_S` on a thread of its own tries to."""
 DIES_WITH_PARENT = 1
 """``PR_SET_PDEATHSIG`` of Linux' ``prctl``."""
