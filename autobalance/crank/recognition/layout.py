@@ -36,13 +36,15 @@ class GapError(RecognitionError):
 class JournalLayout:
     """Main journals and crankpins, each by increasing z, in the turned axes; ``axis`` (2,).
 
-    ``settled`` says that the axis is the journals' own, with nothing left to fit.
+    ``settled`` says that the axis is the journals' own, with nothing left to fit; ``found`` are all the bare
+    cylinders that they were chosen from.
     """
 
     axis: Array
     journals: tuple[CylinderRun, ...]
     pins: tuple[CylinderRun, ...]
     settled: bool = False
+    found: tuple[CylinderRun, ...] = ()
 
 
 def crank_axis(

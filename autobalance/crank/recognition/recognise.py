@@ -9,7 +9,8 @@ from functools import partial
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, PinHint, Throw, Web
+from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, Throw, Web
+from autobalance.crank.recognition.covered import on_surface
 from autobalance.crank.recognition.cylinder_runs import (
     CylinderRun,
     bare_cylinder,
@@ -19,9 +20,16 @@ from autobalance.crank.recognition.cylinder_runs import (
 from autobalance.crank.recognition.datums import find_datums
 from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.exact_cylinders import own_direction, own_layout
-from autobalance.crank.recognition.layout import GapError, JournalLayout, solid_layout
+from autobalance.crank.recognition.given import given_axis, hinted, upright, without_what_is_given
+from autobalance.crank.recognition.layout import (
+    GapError,
+    JournalLayout,
+    choose_journals,
+    crank_axis,
+    solid_layout,
+)
 from autobalance.crank.recognition.pressed_up import pressed_up_layout
-from autobalance.crank.recognition.rough_cylinders import RoughMesh
+from autobalance.crank.recognition.rough_cylinders import CREDIBLE_MM, RoughMesh
 from autobalance.crank.recognition.scanned import rough_directions, scanned_along
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
 from autobalance.crank.recognition.views import Views
@@ -36,6 +44,11 @@ from autobalance.types import Array
 
 SMOOTH = 1e-6
 """A mesh without noise stands off smooth surfaces by less than this share of its diagonal."""
+WAVED = 3.0
+"""Vertices of a drawn mesh that was waved stand off its surfaces by up to so many times its roughness."""
+SLIGHTLY_WAVED = 0.6
+"""Of a crank waved by 1 µm a third of the triangles lie in one plane with a neighbour, of drawn ones nearly
+all."""
 SLIGHT_TILT_RAD = 1e-4
 """Sections taken along an axis that is off by less than this still show the same circles."""
 
@@ -69,45 +82,52 @@ def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFa
             lambda: _recognised(solid, overrides, cylinders),
         )
     except RecognitionError as error:
-        raise RecognitionError(_without_what_is_given(str(error), overrides)) from None
-
-
-def _without_what_is_given(text: str, overrides: Overrides) -> str:
-    """Return a refusal that asks for what is missing beside ``main_journals`` or ``crankpins``.
-
-    Nothing is looked for only where both are given; the one that is there is not asked for again.
-    """
-    hints_by_name = {name: getattr(overrides, name) for name in ("main_journals", "crankpins")}
-    fault, _, advice = text.rpartition("; ")
-    (there, hints), *more = [(name, hints) for name, hints in hints_by_name.items() if hints is not None] or [
-        ("", ())
-    ]
-    if more or not there or there not in advice:
-        return text
-    missing = [name for name in hints_by_name if name != there]
-    if there == "main_journals" and len(hints) < 2 and overrides.axis_direction is None:
-        missing.append("axis_direction")
-    is_or_are = "is" if len(missing) == 1 else "are"
-    return f"{fault}; {' and '.join(missing)} {is_or_are} missing beside {there}: together they settle it"
+        raise RecognitionError(without_what_is_given(str(error), overrides)) from None
 
 
 def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace]) -> Anatomy:
     mesh = solid.mesh
-    axis = _given_axis(overrides)
-    flat = DRAWN if cylinders else flat_share(mesh)
+    axis = given_axis(overrides)
+    flat = 1.0 if cylinders else flat_share(mesh)
     if flat < SCANNED:
         rough = RoughMesh.of(mesh)
         if rough.local_mm > SMOOTH * mesh.diagonal_mm:
-            return _with_or_without_pins(overrides, partial(_scanned, rough))
+            return _scanned_or_waved(rough, overrides)
     if axis is not None and overrides.crankpins is not None and overrides.main_journals is not None:
         return _from_job(mesh, overrides, axis)
     views = Views(mesh)
     try:
         return _with_or_without_pins(overrides, lambda known: _in_any_direction(views, known, cylinders))
+    except RecognitionError as refusal:
+        if flat >= SLIGHTLY_WAVED:
+            raise
+        reason = refusal
+    rough = RoughMesh.of(mesh)
+    try:
+        return _waved(rough, overrides, reason)
     except RecognitionError:
         if flat >= DRAWN:
             raise
-    return _with_or_without_pins(overrides, partial(_scanned, RoughMesh.of(mesh)))
+    return _with_or_without_pins(overrides, partial(_scanned, rough))
+
+
+def _scanned_or_waved(rough: RoughMesh, overrides: Overrides) -> Anatomy:
+    """Recognise a rough crank as a scan, else as a drawn one whose vertices were moved."""
+    try:
+        return _with_or_without_pins(overrides, partial(_scanned, rough))
+    except RecognitionError as refusal:
+        return _waved(rough, overrides, refusal)
+
+
+def _waved(rough: RoughMesh, overrides: Overrides, refusal: RecognitionError) -> Anatomy:
+    """Recognise a drawn crank whose vertices something moved a little; raise the refusal if there is none."""
+    if rough.local_mm <= SMOOTH * rough.mesh.diagonal_mm:
+        raise refusal
+    views = Views(rough.mesh, WAVED * min(rough.local_mm, CREDIBLE_MM))
+    try:
+        return _with_or_without_pins(overrides, lambda known: _in_any_direction(views, known, ()))
+    except RecognitionError:
+        raise refusal from None
 
 
 def _with_or_without_pins(overrides: Overrides, found_with: Callable[[Overrides], Anatomy]) -> Anatomy:
@@ -125,14 +145,14 @@ def _with_or_without_pins(overrides: Overrides, found_with: Callable[[Overrides]
 
 def _scanned(rough: RoughMesh, overrides: Overrides) -> Anatomy:
     """Recognise the crank in a scan."""
-    axis = _given_axis(overrides)
+    axis = given_axis(overrides)
     directions = rough_directions(rough) if axis is None else iter([axis[1]])
     refusals: list[tuple[int, RecognitionError]] = []
     for direction in directions:
         try:
             return scanned_along(
                 rough,
-                _upright(direction),
+                upright(direction),
                 axis is not None,
                 lambda long, runs: _layout(long, runs, overrides, 0.0),
                 lambda long, layout: _anatomy(rough.mesh, long, layout, overrides, 0.0),
@@ -163,42 +183,14 @@ class _NotHereError(Exception):
         self.progress, self.reason = progress, reason
 
 
-def _given_axis(overrides: Overrides) -> tuple[Array | None, Array] | None:
-    """Return (point or None, direction) as the job says them, itself or by two main journals."""
-    if overrides.axis_direction is not None:
-        point = overrides.axis_point_mm
-        if point is None and overrides.main_journals:
-            point = np.mean([hint.centre_mm for hint in overrides.main_journals], axis=0)
-        return point, _upright(overrides.axis_direction)
-    if overrides.main_journals is not None and len(overrides.main_journals) > 1:
-        centres = np.array([hint.centre_mm for hint in overrides.main_journals])
-        middle = centres.mean(axis=0)
-        direction = np.linalg.svd(centres - middle)[2][0]
-        if float(np.ptp(centres @ direction)) > 0.0:
-            point = middle if overrides.axis_point_mm is None else overrides.axis_point_mm
-            return point, _upright(direction)
-    return None
-
-
-def _upright(direction: Array) -> Array:
-    """Return the unit vector along ``direction`` whose largest component is positive (the frame's rule)."""
-    length = float(np.linalg.norm(direction))
-    if not (length > 0.0 and math.isfinite(length)):
-        raise RecognitionError("axis_direction has no length; it needs three numbers, not all zero")
-    unit = np.asarray(direction, dtype=np.float64) / length
-    size = np.abs(unit)
-    first = int(np.flatnonzero(size >= size.max() - 1e-6)[0])
-    return unit if unit[first] > 0.0 else -unit
-
-
 def _directions(mesh: Mesh, overrides: Overrides) -> Iterator[Array]:
-    stated_axis = _given_axis(overrides)
+    stated_axis = given_axis(overrides)
     if stated_axis is not None:
         yield stated_axis[1]
         return
     rows, weight = mesh.sample
     for axis in axis_candidates(weight[:, None] * mesh.area_vectors.take(rows, axis=0)):
-        yield _upright(axis)
+        yield upright(axis)
 
 
 def _along(
@@ -206,17 +198,17 @@ def _along(
 ) -> Anatomy:
     """Recognise the crank along one direction, which is refined unless the job or the solid gives it."""
     mesh, rounding = views.mesh, views.rounding_mm
-    fixed: object = _given_axis(overrides)
+    fixed: object = given_axis(overrides)
     own = None if fixed is not None else own_direction(direction, cylinders)
     if own is not None:
-        direction, fixed = _upright(own), own
+        direction, fixed = upright(own), own
     for _ in range(3):
         long, runs = views.along(direction)
         layout = _layout(long, runs, overrides, rounding)
         if fixed is not None:
             break
         line = common_axis(long, layout.journals, rounding)
-        measured = _upright(long.turn[:3, :3].T @ line[1])
+        measured = upright(long.turn[:3, :3].T @ line[1])
         tilt = float(np.linalg.norm(measured - direction))
         direction = measured
         if tilt * long.length_mm <= rounding:  # less than the file's own rounding
@@ -236,7 +228,22 @@ def _along(
         )
     if own is not None and overrides.main_journals is None and overrides.crankpins is None:
         layout = own_layout(long, layout, cylinders)
-    return _anatomy(mesh, long, layout, overrides, rounding)
+    return _anatomy(mesh, long, _on_surface(mesh, long, layout, overrides, rounding), overrides, rounding)
+
+
+def _on_surface(
+    mesh: Mesh, long: SectionStack, layout: JournalLayout, overrides: Overrides, rounding: float
+) -> JournalLayout:
+    """Hold the journals and crankpins that nobody said are there against their surface."""
+    if overrides.main_journals is None:
+        named = [(f"main journal {number}", run) for number, run in enumerate(layout.journals, 1)]
+        journals = on_surface(mesh, long, named, rounding)
+        same = all(one is other for one, other in zip(journals, layout.journals, strict=True))
+        layout = replace(layout, journals=journals, settled=layout.settled and same)
+    if overrides.crankpins is None and overrides.crankpin_in_file is not False:
+        named = [(f"crankpin {number}", run) for number, run in enumerate(layout.pins, 1)]
+        layout = replace(layout, pins=on_surface(mesh, long, named, rounding))
+    return layout
 
 
 def _straightened(
@@ -262,68 +269,45 @@ def _layout(
     axis_point = overrides.axis_point_mm
     if axis_point is None and overrides.main_journals:
         axis_point = overrides.main_journals[0].centre_mm
-    given_axis = None if axis_point is None else long.placed(axis_point)[:2]
+    known_axis = None if axis_point is None else long.placed(axis_point)[:2]
     try:
         if overrides.crankpins is not None:
-            pins = [_hinted(long, hint, runs, "crankpins") for hint in overrides.crankpins]
+            pins = [hinted(long, hint, runs, "crankpins") for hint in overrides.crankpins]
             near = [run for run in runs if all(_apart(run, pin) for pin in pins)]
-            return _with_pins(long, near, pins, given_axis, overrides, runs)
+            return _with_pins(long, near, pins, known_axis, overrides, runs)
         layout = (
-            solid_layout(long, runs, given_axis)
+            solid_layout(long, runs, known_axis)
             if overrides.crankpin_in_file
-            else pressed_up_layout(long, runs, given_axis, rounding)
+            else pressed_up_layout(long, runs, known_axis, rounding)
         )
     except RecognitionError as reason:
         raise _NotHereError(len(runs), reason) from reason
     if overrides.main_journals is not None:
-        journals = [_hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
+        journals = [hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
         layout = replace(layout, journals=tuple(sorted(journals, key=lambda run: run.z_mid)))
-    return layout
+    return replace(layout, found=tuple(runs))
 
 
 def _with_pins(
     long: SectionStack,
     near: Sequence[CylinderRun],
     pins: Sequence[CylinderRun],
-    given_axis: Array | None,
+    known_axis: Array | None,
     overrides: Overrides,
     runs: Sequence[CylinderRun],
 ) -> JournalLayout:
-    from autobalance.crank.recognition.layout import choose_journals, crank_axis
-
     pins = sorted(pins, key=lambda run: run.z_mid)
     if overrides.main_journals is not None:
-        journals = [_hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
-        axis = journals[0].centre if given_axis is None else given_axis
+        journals = [hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
+        axis = journals[0].centre if known_axis is None else known_axis
         return JournalLayout(axis, tuple(sorted(journals, key=lambda run: run.z_mid)), tuple(pins))
-    on_axis = crank_axis(long, near, given_axis)
+    on_axis = crank_axis(long, near, known_axis)
     axis = on_axis[0].centre
     return JournalLayout(axis, tuple(choose_journals(on_axis, pins, axis)), tuple(pins))
 
 
 def _apart(run: CylinderRun, pin: CylinderRun) -> bool:
     return float(np.linalg.norm(run.centre - pin.centre)) > 0.03 * min(run.radius, pin.radius)
-
-
-def _hinted(long: SectionStack, hint: PinHint, runs: Sequence[CylinderRun], key: str) -> CylinderRun:
-    """Return the cylinder that a job gives; what it leaves out is taken from the one found there."""
-    centre = long.placed(hint.centre_mm)
-    there = [
-        run
-        for run in runs
-        if run.z_low <= centre[2] <= run.z_high
-        and float(np.linalg.norm(run.centre - centre[:2])) < 0.1 * run.radius
-    ]
-    if (hint.diameter_mm is None or hint.width_mm is None) and not there:
-        text = ", ".join(f"{value:g}" for value in hint.centre_mm)
-        raise RecognitionError(
-            f"{key} names a cylinder at [{text}] mm without its diameter or width, and none was found there; "
-            "give diameter_mm and width_mm"
-        )
-    radius = there[0].radius if hint.diameter_mm is None else 0.5 * hint.diameter_mm
-    width = there[0].width if hint.width_mm is None else hint.width_mm
-    middle = there[0].z_mid if hint.width_mm is None else float(centre[2])
-    return CylinderRun(centre[:2], radius, middle - 0.5 * width, middle + 0.5 * width)
 
 
 def _from_job(mesh: Mesh, overrides: Overrides, stated_axis: tuple[Array | None, Array]) -> Anatomy:
@@ -335,8 +319,8 @@ def _from_job(mesh: Mesh, overrides: Overrides, stated_axis: tuple[Array | None,
         for hint in (*(overrides.crankpins or ()), *(overrides.main_journals or ()))
     )
     runs = find_runs(long, rounding) if incomplete else []
-    pins = [_hinted(long, hint, runs, "crankpins") for hint in overrides.crankpins or ()]
-    journals = [_hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals or ()]
+    pins = [hinted(long, hint, runs, "crankpins") for hint in overrides.crankpins or ()]
+    journals = [hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals or ()]
     if not pins:
         raise RecognitionError("crankpins is an empty list; it needs at least one crankpin")
     point = stated_axis[0]
@@ -389,14 +373,8 @@ def _tight(long: SectionStack, runs: Sequence[CylinderRun], rounding: float) -> 
     tight = []
     for run in runs:
         pad = 1e-3 * run.radius
-        again = bare_cylinder(
-            long,
-            run.centre,
-            run.radius,
-            (run.z_low - pad, run.z_high + pad),
-            0.9 * run.width,
-            rounding,
-        )
+        reach = run.z_low - pad, run.z_high + pad
+        again = bare_cylinder(long, run.centre, run.radius, reach, 0.9 * run.width, rounding)
         tight.append(run if again is None else again)
     return tuple(tight)
 
@@ -418,7 +396,4 @@ def _shifted(web: Web, by: float) -> Web:
 
 
 def _misalignment(layout: JournalLayout) -> float:
-    return max(
-        (float(np.linalg.norm(run.centre - layout.axis)) for run in layout.journals),
-        default=0.0,
-    )
+    return max((float(np.linalg.norm(run.centre - layout.axis)) for run in layout.journals), default=0.0)

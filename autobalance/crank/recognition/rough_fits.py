@@ -13,6 +13,8 @@ from autobalance.types import Array, Indices
 OUTLIER = 3.5
 """Points that stand off a surface by more than so many standard deviations (of the middle ones) are no part
 of it: dents, drillings, edges."""
+NO_OUTLIER = 5e-4
+"""... but for those that stand off a drawn cylinder by less than this share of its radius."""
 ROUNDS = 5
 PATCHES = 220
 """A region's errors are looked at in about so many patches."""
@@ -112,6 +114,26 @@ def fit_circle_along_z(region: Region, centre: Array, radius: float) -> Fit:
         values = values + weighted(rows[keep], off[keep], weights[keep])
     off = np.hypot(*(points[:, :2] - values[:2]).T) - values[2]
     return Fit(values, rows[keep], weights[keep], off[keep], points[keep])
+
+
+def fit_tilted_circle(region: Region, centre: Array, radius: float) -> Fit:
+    """Fit a cylinder nearly along z: ``values`` are x and y of its centre, its radius, and its slopes."""
+    points, weights = region.points, region.weights
+    middle = float(0.5 * (points[:, 2].min() + points[:, 2].max()))
+    arm = points[:, :2] - centre
+    away = np.hypot(*arm.T)
+    unit, lever = arm / away[:, None], points[:, 2] - middle
+    rows = np.column_stack([unit, np.ones(len(points)), unit * lever[:, None]])
+    off = away - radius
+    keep, left = weights > 0.0, off
+    for _ in range(ROUNDS):  # without outliers from the beginning: one at an end would tilt all
+        apart = np.abs(left - np.median(left[keep]))
+        near = (weights > 0.0) & (apart < max(OUTLIER * spread_of(left[keep]), NO_OUTLIER * radius))
+        keep = near if weights[near].sum() > 0.5 * weights.sum() else keep
+        values = weighted(rows[keep], off[keep], weights[keep])
+        left = off - rows @ values
+    fitted = values + np.array([*centre, radius, 0.0, 0.0])
+    return Fit(fitted, rows[keep], weights[keep], left[keep], points[keep], middle)
 
 
 def fit_plane(region: Region) -> Fit:

@@ -112,9 +112,10 @@ class SectionStack:
         return float(np.ptp(self.vertices[:, 2]))
 
 
-def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float) -> SectionStack:
+def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float, rough_mm: float = 0.0) -> SectionStack:
     """Turn a mesh so that ``direction`` (3,) is z, its middle the origin, and cut it at stations along z.
 
+    Vertices are off by ``rounding_mm``, outlines may stand off circles by ``rough_mm``.
     Where nothing changes from one station to the next, one cut serves both.
     """
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
@@ -127,7 +128,7 @@ def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float) -> SectionStack
     first, count = np.unique(stretch, return_index=True, return_counts=True)[1:]
     middle = first + count // 2
     outlines = cross_sections(vertices, mesh.triangles, heights[middle], spans.among(middle))
-    pieces = [pieces_of(outline, rounding_mm) for outline in outlines]
+    pieces = [pieces_of(outline, rounding_mm, rough_mm) for outline in outlines]
     sections = tuple(CrossSection(float(z), pieces[one]) for z, one in zip(heights, stretch, strict=True))
     return SectionStack(turn, vertices, levels, areas, sections)
 

@@ -15,13 +15,15 @@ from autobalance.types import Array
 class Views:
     """Sections and bare cylinders of a mesh along the directions tried.
 
+    ``rough_mm`` is how far vertices may stand off drawn surfaces, beside the file's rounding.
+
     A crank that is not found with crankpins is looked for without, along the same directions. Turned
     vertices, which are most of what a view holds, are not kept, but turned anew.
     """
 
-    def __init__(self, mesh: Mesh) -> None:
-        self.mesh = mesh
-        self.rounding_mm = ROUNDING * float(np.abs(mesh.bounds).max())
+    def __init__(self, mesh: Mesh, rough_mm: float = 0.0) -> None:
+        self.mesh, self.rough_mm = mesh, rough_mm
+        self.rounding_mm = rough_mm + ROUNDING * float(np.abs(mesh.bounds).max())
         self._known: dict[bytes, tuple[SectionStack, list[CylinderRun]]] = {}
 
     def along(self, direction: Array) -> tuple[SectionStack, list[CylinderRun]]:
@@ -30,7 +32,7 @@ class Views:
         if key in self._known:
             flat, runs = self._known[key]
             return replace(flat, vertices=rotated(self.mesh.vertices, flat.turn)), runs
-        long = lengthwise(self.mesh, direction, self.rounding_mm)
+        long = lengthwise(self.mesh, direction, self.rounding_mm, self.rough_mm)
         runs = find_runs(long, self.rounding_mm)
         self._known[key] = replace(long, vertices=np.zeros((0, 3))), runs
         return long, runs

@@ -31,6 +31,11 @@ NECK_WIDTH = 0.1
 """It is at least this long, as a share of the least crankpin's radius."""
 ROUGH_FILLET = 0.2
 """Fillets of a scanned crank are lower than this share of their cylinder's radius."""
+ON_AXIS = 0.06
+"""A shaft's middle is off the axis by less than this share of its radius: that of seven sides by 0.05."""
+PASSED_OVER, STEADY = 0.25, 0.015
+"""A shaft is a cylinder where its radius changes by less than the second share over more than the first share
+of it; fillets and tapers change by more."""
 RIM_SHARE = 0.99
 """The rim is where the counterweight reaches at least this share of its greatest radius."""
 
@@ -85,8 +90,8 @@ def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: floa
 def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
     """Refuse a stretch of the axis that is a journal or a crankpin, and was not recognised as one.
 
-    That is a neck within a web (``webs`` are placed as the layout is), and one beside the axis where there is
-    no crankpin.
+    That is a neck within a web (``webs`` are placed as the layout is), one beside the axis where there is no
+    crankpin, and a cylinder between a web and the main journal taken instead of it: a flange, a gear's seat.
 
     Raises
     ------
@@ -105,11 +110,48 @@ def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence
         low, high = sections[0].z_mm, sections[-1].z_mm
         if beside and not any(pin.z_low <= high and low <= pin.z_high for pin in layout.pins):
             _refuse_long(layout, sections, "a cylinder beside the axis")
+    _refuse_passed_over(long, layout, webs)
 
 
-def _refuse_long(layout: JournalLayout, sections: Sequence[CrossSection], what: str) -> None:
+def _refuse_passed_over(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
+    """Refuse a cylinder on the axis among the webs that is none of those from which journals were chosen."""
+    if not webs:
+        return
+    low, high = -math.inf, math.inf
+    if layout.journals[0].z_mid < webs[0].z_min_mm:
+        low = layout.journals[0].z_low
+    if layout.journals[-1].z_mid > webs[-1].z_max_mm:
+        high = layout.journals[-1].z_high
+    most = NECK[1] * max(run.radius for run in (*layout.journals, *layout.pins))
+    known = [(web.z_min_mm, web.z_max_mm) for web in webs]
+    known += [(run.z_low, run.z_high) for run in (*layout.found, *layout.journals, *layout.pins)]
+    stretch: list[CrossSection] = []
+    radius = 0.0
+    for section in long.sections:
+        z = section.z_mm
+        here = low < z < high and not any(a - long.blur_mm <= z <= b + long.blur_mm for a, b in known)
+        reach = _shaft_radius(section, layout.axis, most) if here else None
+        if reach is None or (stretch and abs(reach - radius) > STEADY * radius):
+            stretch = []
+        if reach is not None:
+            radius = radius if stretch else reach
+            stretch.append(section)
+            _refuse_long(layout, stretch, "a cylinder on the axis beside a web", PASSED_OVER * radius)
+
+
+def _shaft_radius(section: CrossSection, axis: Array, most_mm: float) -> float | None:
+    """Return how far a section of a shaft on the axis reaches; None if it is none of a journal's size."""
+    if len(section.pieces) != 1:
+        return None
+    middle, reach = _round(section.pieces[0])
+    return reach if reach <= most_mm and float(np.linalg.norm(middle - axis)) < ON_AXIS * reach else None
+
+
+def _refuse_long(
+    layout: JournalLayout, sections: Sequence[CrossSection], what: str, length_mm: float | None = None
+) -> None:
     low, high = sections[0].z_mm, sections[-1].z_mm
-    if high - low > NECK_WIDTH * min(pin.radius for pin in layout.pins):
+    if high - low > (NECK_WIDTH * min(pin.radius for pin in layout.pins) if length_mm is None else length_mm):
         raise RecognitionError(
             f"looked for what every stretch of the axis is, found {what}, {high - low:.3g} mm long,"
             f" {0.5 * (low + high) - layout.pins[0].z_mid:.4g} mm from crankpin 1 along the axis: a journal"

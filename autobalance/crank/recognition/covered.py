@@ -1,0 +1,173 @@
+"""Whether a drawn crank's cylinders are there: their surface is theirs all round, and ends where they do.
+
+What sections or rings of vertices suggest is held against all triangles there, by area: what noise or
+decimation made look like a cylinder covers little of one, or its own surface is elsewhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from autobalance.crank.recognition.cylinder_runs import CylinderRun
+from autobalance.crank.recognition.rough_fits import Region, fit_tilted_circle
+from autobalance.crank.recognition.section_stack import SectionStack
+from autobalance.errors import RecognitionError
+from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
+from autobalance.types import Array, Indices
+
+COVERED = 0.6
+"""Least share of a cylinder's surface that is there: of a journal with a port all through it, 0.87."""
+ONE_SIDED = 0.75
+"""Most that what is missing may lie on one side, where a half would be 1: a gap of 90° is 0.71, one of 40°
+(a port) 0.35; drillings and keyways are less than 0.1."""
+OUTWARD, UPRIGHT = 0.8, 0.25
+"""Triangles of a cylinder along z face away from its axis by more than the first, along z by less than the
+second."""
+BAND = 0.05
+"""Their corners are off it by less than this share of its radius."""
+BEYOND = 0.15
+"""A cylinder is looked for so much of its radius beyond its ends: fillets have left it there ..."""
+OPEN = 0.5
+"""... and no more than this share of the surface there is its own."""
+OFF = 1e-3
+"""A cylinder was found where its surface is but for this share of its radius."""
+LEANS = 4e-3
+"""A bent crank's cylinder leans by up to this share of its radius from its middle to an end."""
+FACETS = 1.5
+"""... or for so many times what facets stand inside."""
+ON_IT = 5e-3
+"""What goes on beyond an end is off it by less than this share."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Skin:
+    """Triangles near a cylinder: their rows, corners (k, 3, 3), area vectors (k, 3) and areas (k,) [mm]."""
+
+    rows: Indices
+    corners: Array
+    vectors: Array
+    areas: Array
+
+    def between(self, low: float, high: float) -> Array:
+        """Return which share of each triangle lies between two heights (k,)."""
+        a, b, c = np.sort(self.corners[:, :, 2], axis=1).T
+        shares: Array = _below(a, b, c, high) - _below(a, b, c, low)
+        return shares
+
+
+def _below(a: Array, b: Array, c: Array, z: float) -> Array:
+    """Return which share of triangles whose corners are at a ≤ b ≤ c lies below a height."""
+    tall = np.maximum(c - a, 1e-12)
+    lower = np.clip(z - a, 0.0, None) ** 2 / (tall * np.maximum(b - a, 1e-12))
+    upper = 1.0 - np.clip(c - z, 0.0, None) ** 2 / (tall * np.maximum(c - b, 1e-12))
+    share: Array = np.where(z <= a, 0.0, np.where(z >= c, 1.0, np.where(z < b, lower, upper)))
+    return share
+
+
+def on_surface(
+    mesh: Mesh, long: SectionStack, cylinders: Sequence[tuple[str, CylinderRun]], rounding_mm: float
+) -> tuple[CylinderRun, ...]:
+    """Return cylinders, each fitted to its own surface where it lies beside it: that of a bent crank leans.
+
+    ``cylinders`` are named; ``long`` is the mesh's own stack.
+
+    Raises
+    ------
+    RecognitionError
+        If a cylinder's surface is not there, is not all of it, or goes on, with the place.
+    """
+    heights = least_and_greatest(long.vertices[:, 2], mesh.triangles)
+    mended = []
+    for name, run in cylinders:
+        skin = _skin(mesh, long, heights, run, rounding_mm)
+        fault, better = _looked_at(skin, run, rounding_mm)
+        if better is not run and not fault:
+            fault, better = _looked_at(skin, better, rounding_mm, again=True)
+        if fault:
+            size = f"{2.0 * run.radius:.4g} mm in diameter and {run.width:.4g} mm long"
+            raise RecognitionError(
+                f"looked for the surface of {name}, {size}: {fault}; main_journals and crankpins settle it"
+            )
+        mended.append(better)
+    return tuple(mended)
+
+
+def _skin(
+    mesh: Mesh, long: SectionStack, heights: tuple[Array, Array], run: CylinderRun, rounding_mm: float
+) -> _Skin:
+    """Return what faces away from a cylinder's axis, near its radius, up to a little beyond its ends."""
+    reach, band = BEYOND * run.radius, BAND * run.radius + rounding_mm
+    least, greatest = heights
+    rows = np.flatnonzero((greatest > run.z_low - reach) & (least < run.z_high + reach))
+    corners = long.vertices.take(mesh.triangles.take(rows, axis=0), axis=0)
+    off = np.hypot(corners[..., 0] - run.centre[0], corners[..., 1] - run.centre[1]) - run.radius
+    near = np.flatnonzero((np.abs(off) < band).all(axis=1))
+    rows, corners = rows.take(near), corners.take(near, axis=0)
+    vectors = 0.5 * mesh.area_vectors.take(rows, axis=0) @ long.turn[:3, :3].T
+    areas = 0.5 * mesh.doubled_areas.take(rows)
+    arm = corners[..., :2].mean(axis=1) - run.centre
+    outward = (vectors[:, :2] * arm).sum(axis=1) > OUTWARD * areas * np.hypot(*arm.T)
+    mine = np.flatnonzero(outward & (np.abs(vectors[:, 2]) < UPRIGHT * areas))
+    return _Skin(rows.take(mine), corners.take(mine, axis=0), vectors.take(mine, axis=0), areas.take(mine))
+
+
+def _looked_at(
+    skin: _Skin, run: CylinderRun, rounding_mm: float, again: bool = False
+) -> tuple[str, CylinderRun]:
+    """Return what is wrong with a cylinder, empty if nothing is, and the one that its surface is.
+
+    The same if it lies where it was found; if not, it is not looked at ``again`` more than once.
+    """
+    here = skin.between(run.z_low, run.z_high)
+    share = float(skin.areas @ here) / (2.0 * math.pi * run.radius * max(run.width, 1e-9))
+    if share < COVERED:
+        return f"found {100.0 * share:.0f} % of it, expected at least {100.0 * COVERED:.0f} %", run
+    missing = float(np.linalg.norm(here @ skin.vectors[:, :2])) / (2.0 * run.radius * run.width)
+    if missing > ONE_SIDED:
+        most = f"expected at most {100.0 * ONE_SIDED:.0f} %"
+        return f"found {100.0 * missing:.0f} % of a half missing, {most}", run
+    off, better = _fitted(skin, here, run)
+    if off > OFF * run.radius + rounding_mm:
+        if not again and off < BAND * run.radius:
+            return "", better
+        return f"found it {off:.2g} mm off a cylinder, expected at most {OFF * run.radius:.2g} mm", run
+    reach = BEYOND * run.radius
+    for low, high in ((run.z_low - reach, run.z_low), (run.z_high, run.z_high + reach)):
+        more = float(_on(skin, run, rounding_mm) @ skin.between(low, high)) / (2.0 * math.pi * run.radius)
+        if more > OPEN * reach:
+            return f"found that it goes on for {reach:.2g} mm beyond its end, expected none of it there", run
+    return "", run
+
+
+def _fitted(skin: _Skin, here: Array, run: CylinderRun) -> tuple[float, CylinderRun]:
+    """Return how far off a cylinder's surface lies: centre, radius or lean, at most; and the cylinder there.
+
+    Corners within facets stand inside by what the facets do, which is no fault of the radius: by half the
+    square of the angle between a facet's direction and the radius.
+    """
+    weights = np.repeat(skin.areas * here, 3)
+    fit = fit_tilted_circle(Region(skin.corners.reshape(-1, 3), weights), run.centre, run.radius)
+    arms = skin.corners[..., :2] - run.centre
+    along = (arms * skin.vectors[:, None, :2]).sum(axis=2)
+    across = arms[..., 0] * skin.vectors[:, None, 1] - arms[..., 1] * skin.vectors[:, None, 0]
+    inside = 0.5 * run.radius * float(weights @ np.arctan2(across, along).ravel() ** 2) / float(weights.sum())
+    smaller = max(abs(fit.values[2] - run.radius) - FACETS * inside, 0.0)
+    slopes = fit.values[3:5]
+    centre = fit.values[:2] + (run.z_mid - fit.middle_mm) * slopes
+    apart = [
+        *(centre - run.centre),
+        smaller,
+        *np.clip(0.5 * run.width * np.abs(slopes) - LEANS * run.radius, 0.0, None),
+    ]
+    return float(np.abs(apart).max()), replace(run, centre=centre, radius=float(fit.values[2]))
+
+
+def _on(skin: _Skin, run: CylinderRun, rounding_mm: float) -> Array:
+    """Return the area of each triangle, 0 of those that leave the cylinder (k,) [mm²]."""
+    away = np.hypot(skin.corners[..., 0] - run.centre[0], skin.corners[..., 1] - run.centre[1])
+    on: Array = (np.abs(away - run.radius) < ON_IT * run.radius + rounding_mm).all(axis=1)
+    return skin.areas * on

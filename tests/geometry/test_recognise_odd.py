@@ -1,0 +1,133 @@
+"""Drawn cranks whose surface was waved, decimated or bent: recognised right, or refused with the place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.parametric.design import Design, preset
+from autobalance.crank.parametric.generate import crank_solid
+from autobalance.crank.parametric.true_anatomy import crank_anatomy
+from autobalance.crank.recognition.covered import on_surface
+from autobalance.crank.recognition.cylinder_runs import CylinderRun
+from autobalance.crank.recognition.recognise import recognise
+from autobalance.crank.recognition.section_stack import lengthwise
+from autobalance.errors import RecognitionError
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.mesh.mesh import Mesh
+from tests.scans import decimated
+
+TWIN = replace(preset("parallel-twin-360"), fillet_mm=0.0)
+
+
+def waved(design: Design, segments: int, sigma_mm: float, seed: int, left: float = 1.0) -> Solid:
+    """A drawn crank, every corner moved by noise, of whose triangles a share is left."""
+    mesh = crank_solid(design, segments).mesh
+    noise = np.random.default_rng(seed).normal(0.0, sigma_mm, mesh.vertices.shape)
+    moved = Mesh((mesh.vertices + noise).astype(np.float32).astype(np.float64), mesh.triangles)
+    return Solid.from_mesh(moved if left == 1.0 else decimated(moved, int(left * len(moved.triangles))))
+
+
+def bent(design: Design, segments: int, aside_mm: float) -> Solid:
+    mesh = crank_solid(design, segments).mesh
+    z = mesh.vertices[:, 2]
+    along = (z - z.min()) / np.ptp(z)
+    shift = np.stack([4.0 * aside_mm * along * (1.0 - along), 0.0 * z, 0.0 * z], axis=1)
+    return Solid.from_mesh(Mesh(mesh.vertices + shift, mesh.triangles))
+
+
+def assert_same(found: Anatomy, true: Anatomy, within_mm: float) -> None:
+    for part in ("main_journals", "throws", "webs"):
+        assert len(getattr(found, part)) == len(getattr(true, part)), part
+    journals = zip(found.main_journals, true.main_journals, strict=True)
+    mains = [(a.diameter_mm, b.diameter_mm) for a, b in journals]
+    throws = list(zip(found.throws, true.throws, strict=True))
+    pins = [(a.crankpin.diameter_mm, b.crankpin.diameter_mm) for a, b in throws]
+    radii = [(a.crank_radius_mm, b.crank_radius_mm) for a, b in throws]
+    webs = zip(found.webs, true.webs, strict=True)
+    faces = [pair for a, b in webs for pair in ((a.z_min_mm, b.z_min_mm), (a.z_max_mm, b.z_max_mm))]
+    both = np.array([*mains, *pins, *radii, *faces])
+    assert np.abs(both[:, 0] - both[:, 1]).max() < within_mm
+    axis, at = found.rotor_to_file[:3, 2], found.rotor_to_file[:3, 3]
+    assert abs(float(axis[2])) > np.cos(1e-3)
+    assert float(np.hypot(*at[:2] - true.rotor_to_file[:2, 3])) < within_mm
+
+
+@pytest.mark.parametrize("sigma_mm", [0.001, 0.01, 0.03])
+def test_a_waved_crank_is_the_drawn_one(sigma_mm: float) -> None:
+    """At 0.01 mm the flange was the third main journal, and webs reached 10 mm into a crankpin."""
+    found = recognise(waved(TWIN, 64, sigma_mm, 24), Overrides(crankpin_in_file=None))
+    assert_same(found, crank_anatomy(TWIN), 0.05 + 4.0 * sigma_mm)
+
+
+def test_a_waved_and_decimated_crank_is_the_drawn_one() -> None:
+    """A crankpin's ring of few corners was 0.8 mm nearer to the axis than the crankpin."""
+    design = replace(preset("v8-crossplane"), fillet_mm=0.0)
+    found = recognise(waved(design, 37, 0.0044, 32, 0.6), Overrides(crankpin_in_file=None))
+    assert_same(found, crank_anatomy(design), 0.1)
+
+
+@pytest.mark.parametrize("aside_mm", [0.05, 0.2, 0.5])
+def test_a_flange_is_no_main_journal_of_a_bent_crank(aside_mm: float) -> None:
+    true = crank_anatomy(TWIN)
+    if aside_mm < 0.1:
+        assert_same(recognise(bent(TWIN, 37, aside_mm), Overrides()), true, 1.5 * aside_mm)
+        return
+    with pytest.raises(RecognitionError, match=r"main journal|crankpin"):
+        recognise(bent(TWIN, 37, aside_mm), Overrides(crankpin_in_file=None))
+
+
+def disc(radius: float, low: float, high: float, x: float = 0.0, segments: int = 48) -> Solid:
+    return Solid.prism(Region.circle(radius, segments, (x, 0.0)), low, high)
+
+
+@pytest.mark.parametrize("segments", [7, 48])
+def test_a_flange_is_no_main_journal_where_a_shaft_is_beside_the_web(segments: int) -> None:
+    """A shaft of seven sides is no circle to sections: what lay beyond it was taken for the main journal."""
+    crank = union(
+        [
+            disc(15.0, 0.0, 41.0),
+            disc(48.0, 40.0, 55.0),
+            disc(12.0, 54.0, 76.0, 25.0),
+            disc(48.0, 75.0, 90.0),
+            disc(15.0, 89.0, 120.0, segments=segments),
+            disc(24.0, 120.0, 132.0),
+        ]
+    )
+    if segments == 48:
+        journals = recognise(crank, Overrides()).main_journals
+        assert [journal.diameter_mm for journal in journals] == pytest.approx([30.0, 30.0], abs=1e-6)
+        return
+    with pytest.raises(
+        RecognitionError, match=r"found a cylinder on the axis beside a web, .* long, .* settle"
+    ):
+        recognise(crank, Overrides())
+
+
+RUN = CylinderRun(np.array([0.0, 0.0]), 22.0, -15.0, 15.0)
+
+
+@pytest.mark.parametrize(
+    ("run", "fault"),
+    [
+        (RUN, None),
+        (replace(RUN, z_high=0.0), "goes on for 3.3 mm beyond its end"),
+        (replace(RUN, z_low=-38.0), r"found \d+ % of it, expected at least"),
+        (replace(RUN, radius=22.2), None),
+        (replace(RUN, centre=np.array([0.1, 0.0])), None),
+        (replace(RUN, radius=25.0), "found 0 % of it"),
+    ],
+)
+def test_a_cylinder_is_where_its_surface_is(run: CylinderRun, fault: str | None) -> None:
+    shaft = disc(22.0, -16.0, 16.0) + disc(40.0, 15.0, 40.0) + disc(30.0, -40.0, -15.0)
+    long = lengthwise(shaft.mesh, np.array([0.0, 0.0, 1.0]), 1e-5)
+    if fault is None:
+        (found,) = on_surface(shaft.mesh, long, [("main journal 1", run)], 1e-5)
+        assert [*found.centre, found.radius] == pytest.approx([0.0, 0.0, 22.0], abs=1e-3)
+        return
+    with pytest.raises(RecognitionError, match=rf"^looked for the surface of main journal 1, .*{fault}"):
+        on_surface(shaft.mesh, long, [("main journal 1", run)], 1e-5)
