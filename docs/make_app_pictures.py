@@ -15,11 +15,12 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from tests.report.browser import Browser, browser  # noqa: E402
-from tests.web_app.page import at, opened, outcome, until  # noqa: E402
+from tests.web_app.page import at, opened, outcome, put, until  # noqa: E402
 from tests.web_app.serving import served  # noqa: E402
 
 JOB = ROOT / "fixtures" / "crf250r" / "drafted" / "factor-0.28.toml"
 SIZE = (1280, 860)
+PHONE = (390, 844)
 COLOURS = 128
 """Of a picture's palette: a quarter of the size."""
 
@@ -41,7 +42,7 @@ def _take(page: Browser) -> None:
     _shot(page, "open")
     page.click_on(at("tab-parts"))
     until(page, "return !document.getElementById('preview').hidden")
-    page.run("document.getElementById('preview').scrollIntoView({ block: 'end' })")
+    page.run("document.querySelector('[data-testid=weight-name]').focus(); window.scrollTo(0, 0)")
     _shot(page, "parts")
     page.click_on(at("tab-correct"))
     page.run("document.querySelector('[data-face=w1-a] input').click();")
@@ -54,6 +55,18 @@ def _take(page: Browser) -> None:
     page.press(".handle[data-cut='2']", 12 * "\ue013")  # the arrow up: deeper
     until(page, "return !document.getElementById('dragged').hidden")
     _shot(page, "drag")
+    page.run("document.getElementById('undo-dragged').click()")
+    page.click_on(at("tab-machine"))
+    put(page, umar=0.5, g_mm_1=9, angle_1=200, g_mm_2=2, angle_2=60)
+    page.run("window.scrollTo(0, 0)")
+    _shot(page, "machine")
+    page.click_on(at("big"))
+    _shot(page, "big")
+    page.run("[...document.querySelectorAll('#big-digits button')].pop().click()")
+    page.resize(*PHONE)
+    page.click_on(at("tab-see"))
+    page.run("window.scrollTo(0, 0)")
+    _shot(page, "phone")
 
 
 def _shot(page: Browser, name: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ from autobalance.api.engine_case import job_set
 from autobalance.api.entry import Entries, entries
 from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult
-from autobalance.balancing.run import compare_job
+from autobalance.balancing.run import Compared, compare_job
 from autobalance.job import JobSource
 from autobalance.runtime import Progress
 
@@ -65,12 +66,25 @@ def compare(job: JobSource, crank: Crank | None = None, *, progress: Progress | 
     AutobalanceError
         For anything wrong with the job or the crank.
     """
+    return compared(job, crank, progress)
+
+
+def compared(
+    job: JobSource,
+    crank: Crank | None,
+    progress: Progress | None,
+    done: Callable[[CompareResult], None] = lambda _: None,
+) -> CompareResult:
+    """Compare as ``compare`` does; ``done`` is called after each kind with the result so far."""
     from autobalance.report.balance.comparison import comparison
     from autobalance.report.records.compare import CompareReport
 
-    job = jobs.given(job)
+    given = jobs.given(job)
     measured = None if crank is None else crank.measured
-    job = job if crank is None else with_crank(job, crank)
-    done = compare_job(job, telling(progress), measured)
-    report = comparison(str(job.path), done.tolerance, done.initial_g_mm, done.rows, job.prefer)
-    return CompareResult(CompareReport(comparison=report, warnings=done.warnings, **job_set(job)))
+    of = given if crank is None else with_crank(given, crank)
+
+    def result(some: Compared) -> CompareResult:
+        report = comparison(str(of.path), some.tolerance, some.initial_g_mm, some.rows, of.prefer)
+        return CompareResult(CompareReport(comparison=report, warnings=some.warnings, **job_set(of)))
+
+    return result(compare_job(of, telling(progress), measured, lambda some: done(result(some))))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from autobalance import correction
@@ -107,6 +107,7 @@ def compare(
     prefer: Prefer = "simple",
     mixes: Sequence[tuple[str, ...]] | None = None,
     progress: Notify = lambda _: None,
+    done: Callable[[Sequence[Row]], None] = lambda _: None,
 ) -> list[Row]:
     """Balance one crank by each kind and mix in turn.
 
@@ -118,8 +119,10 @@ def compare(
         The limits of each kind, by its name.
     mixes : sequence of tuples of str, optional
         Names of the kinds to mix; default each kind alone, then with those that make up what it cannot reach.
+    done : callable
+        Called with all rows so far after each.
     """
-    rows = []
+    rows: list[Row] = []
     offers = _once()
     measure = in_memory if rotor.exact is None else on_true_surfaces
     for methods in correction.mixes() if mixes is None else mixes:
@@ -129,11 +132,13 @@ def compare(
             result = balance(rotor, tolerance, chosen, measure, prefer=prefer, advise=False, offers=offers)
         except CorrectionError as error:
             rows.append(Row(methods, None, str(error)))
+            done(rows)
             continue
         if len(methods) > 1 and {each.kind for each in result.corrections} < set(methods):
             continue  # it would list a kind, or a smaller mix, for the second time
         capacity = _capacity(rotor, tolerance, chosen, result, offers)
         rows.append(_row(methods, rotor, tolerance, result, capacity))
+        done(rows)
     return rows
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -189,8 +190,15 @@ class Compared:
     warnings: tuple[str, ...]
 
 
-def compare_job(job: Job, progress: Notify, crank_read: Crank | None = None) -> Compared:
+def compare_job(
+    job: Job,
+    progress: Notify,
+    crank_read: Crank | None = None,
+    done: Callable[[Compared], None] = lambda _: None,
+) -> Compared:
     """Try every kind of correction and the useful mixes on a job's crank, or on the one ``crank_read``.
+
+    ``done`` is called after each with what was compared so far.
 
     Raises
     ------
@@ -210,9 +218,15 @@ def compare_job(job: Job, progress: Notify, crank_read: Crank | None = None) -> 
     factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
     tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
     rotor = rotor_of(every, crank, tolerance, factor)
-    rows = compare(rotor, tolerance, limits, job.prefer, progress=progress)
-    initial = Unbalance.of(crank.moments + rotor.loads)
-    return Compared(tolerance, initial.magnitude_g_mm, tuple(rows), odd)
+    initial = Unbalance.of(crank.moments + rotor.loads).magnitude_g_mm
+
+    def compared(rows: Sequence[Row]) -> Compared:
+        return Compared(tolerance, initial, tuple(rows), odd)
+
+    rows = compare(
+        rotor, tolerance, limits, job.prefer, progress=progress, done=lambda some: done(compared(some))
+    )
+    return compared(rows)
 
 
 def _every_kind(job: Job) -> dict[str, Limits]:

@@ -17,7 +17,7 @@ from autobalance.web_app.forms import limits, tables
 from autobalance.web_app.opening import named_files
 from autobalance.web_app.prediction import predicted
 from autobalance.web_app.preview import preview
-from autobalance.web_app.work import ANALYSES, MESH, MODEL, VIEW
+from autobalance.web_app.work import ANALYSES, CARDS, MESH, MODEL, VIEW
 
 if TYPE_CHECKING:
     from autobalance.web_app.project import Project
@@ -35,11 +35,14 @@ class Live:
     def routes(self) -> list[Route]:
         return [
             Route("/api/kinds", self.kinds),
+            Route("/api/index-test", self.index_test, methods=["POST"]),
             Route("/api/runs/{run}/asked", self.asked),
             Route("/api/runs/{run}/mesh", self.mesh),
             Route("/api/runs/{run}/view", self.view),
             Route("/api/runs/{run}/model", self.model),
             Route("/api/runs/{run}/papers/{name}", self.paper),
+            Route("/api/runs/{run}/cards", self.cards),
+            Route("/api/runs/{run}/cards/{name}", self.card),
             Route("/api/runs/{run}/predict", self.predict, methods=["POST"]),
             Route("/api/runs/{run}/preview", self.preview, methods=["POST"]),
         ]
@@ -55,6 +58,24 @@ class Live:
         grades = [{"grade": each.grade_mm_s, "machinery": each.what} for each in GRADES]
         made_of = {"kinds": listed, "tables": forms, "parts": USUAL_PARTS, "grades": grades}
         return JSONResponse({**made_of, "presets": list(PRESETS), "analyses": analyses})
+
+    async def index_test(self, request: Request) -> Response:
+        """Return what of two readings is the crank's, and what its tooling's."""
+        from dataclasses import asdict
+
+        from autobalance.theory.machines import index_test
+
+        values, names = await body_of(request), ("turned_deg", "readings_g_mm", "readings_deg")
+        if (
+            not isinstance(values, dict)
+            or set(values) != set(names)
+            or not all(map(_numbers, values.values()))
+        ):
+            return refused(f"the body must have lists of numbers: {', '.join(names)}", 400)
+        try:
+            return JSONResponse(asdict(index_test(**values)))
+        except ValueError as error:
+            return refused(str(error), 400)
 
     async def asked(self, request: Request) -> Response:
         """Return what a run was asked for."""
@@ -78,6 +99,15 @@ class Live:
         run, name = request.path_params["run"], request.path_params["name"]
         made = (self._json(request, MODEL) or {}).get("papers", [])
         return file_of(self._project.own(run, name) if name in made else None, name)
+
+    async def cards(self, request: Request) -> Response:
+        """Return what is compared so far: rows as in the report, and of which a picture is there."""
+        return JSONResponse(self._json(request, CARDS) or {"rows": [], "pictures": []})
+
+    async def card(self, request: Request) -> Response:
+        """Give the picture of a card."""
+        name = request.path_params["name"]
+        return file_of(self._project.own(request.path_params["run"], name) if name.endswith(".png") else None)
 
     async def predict(self, request: Request) -> Response:
         """Predict what other depths and turns of a result's cuts would leave."""
@@ -116,6 +146,11 @@ class Live:
     def _json(self, request: Request, name: str) -> Any:
         path = self._project.own(request.path_params["run"], name)
         return None if path is None else json.loads(path.read_text(encoding="utf-8"))
+
+
+def _numbers(values: Any) -> bool:
+    finite = (isinstance(each, int | float) and abs(each) < float("inf") for each in values)
+    return isinstance(values, list) and all(finite)
 
 
 def kinds() -> list[dict[str, Any]]:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 MESH = "mesh.bin"
 VIEW = "view.bin"
 MODEL = "model.json"
+CARDS = "cards.json"
 DRAWING = "dxf"
 REPORT = "report.json"
 SUMMARY = "summary.txt"
@@ -225,8 +226,9 @@ def _cut(request: Asked, place: Place, notify: Progress) -> int:
 
 
 def _compare(request: Asked, place: Place, notify: Progress) -> int:
-    """Compare the kinds; those that come within tolerance are drawn."""
+    """Compare the kinds; those that come within tolerance are drawn. Cards are there as they are done."""
     import autobalance as ab
+    from autobalance.api.compare import CompareResult, compared
     from autobalance.api.crank import Crank
     from autobalance.balancing.measured_crank import measure_crank
     from autobalance.runtime import Stopwatch
@@ -234,8 +236,17 @@ def _compare(request: Asked, place: Place, notify: Progress) -> int:
     job = ab.Job.from_dict(request["job"], folder=place.project)
     notify("reading the crank", 0.0)
     crank = Crank(measure_crank(job.crankshaft, Stopwatch(), job.balance, with_faces=True), job.crankshaft)
-    compared = ab.compare(job, crank, progress=lambda words, _: notify(words, 0.1))
-    rows = [row for row in compared.report["rows"] if row["outcome"] == "within_tolerance"]
+    drawn: list[str] = []
+
+    def keep(some: CompareResult) -> None:
+        names = ("rows", "recommended", "why", "unbeaten")
+        cards = {name: some.report[name] for name in names}
+        if cards["recommended"] is not None:
+            cards["recommended"] = "+".join(cards["recommended"])
+        place.keep(CARDS, json.dumps({**cards, "pictures": drawn}, allow_nan=False).encode())
+
+    result = compared(job, crank, lambda words, _: notify(words, 0.1), keep)
+    rows = [row for row in result.report["rows"] if row["outcome"] == "within_tolerance"]
     place.results.mkdir(parents=True, exist_ok=True)
     for done, row in enumerate(rows):
         name = "+".join(row["method"])
@@ -245,9 +256,12 @@ def _compare(request: Asked, place: Place, notify: Progress) -> int:
             "correction": {**request["job"].get("correction", {}), "method": row["method"]},
         }
         picture = _picture(ab.balance(ab.Job.from_dict(tables, folder=place.project), crank))
+        place.keep(f"{name}.png", picture)
         (place.results / f"{name}.png").write_bytes(picture)
-    _report(place, compared)
-    return compared.exit_code
+        drawn.append(name)
+        keep(result)
+    _report(place, result)
+    return result.exit_code
 
 
 def _picture(result: BalanceResult) -> bytes:

@@ -62,8 +62,7 @@ def test_wrong_files_and_bombs_end_in_one_line_as_in_inspect(
         said = text_of(page, "error")
         with pytest.raises(ab.AutobalanceError) as own:
             ab.inspect(path, density_kg_m3=7850.0, unit=None if name.endswith("3mf") else "mm")
-        here = str(project.project.resolve() / name)
-        assert said.replace(here, name) == str(own.value).replace(str(path), name)
+        assert said == str(own.value).replace(str(path), name)  # no path of the server
         assert "\n" not in said
         run = project.ask("/api/runs").json["runs"][-1]
         assert (run["state"], run["exit_code"], run["error"]) == ("failed", 3, said)

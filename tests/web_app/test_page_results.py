@@ -29,7 +29,7 @@ const [a, b] = [view.placed(at), view.placed(to)], d = [b[0] - a[0], b[1] - a[1]
 return [hand.x + hand.width / 2, hand.y + hand.height / 2, d[0] / Math.hypot(...d), d[1] / Math.hypot(...d)];
 """
 SAYS = "document.getElementById('dragged-says')"
-BACK = "[...document.querySelectorAll('#dragged button')].pop().click()"
+BACK = "document.getElementById('undo-dragged').click()"
 
 
 @pytest.fixture
@@ -98,6 +98,12 @@ def test_a_hole_that_is_dragged_in_the_model_is_predicted_then_cut_and_measured(
     page.run(BACK)
     until(page, f"return document.getElementById('dragged').hidden && !{SAYS}.ariaBusy")
     assert predicted(page, "predictions") == pytest.approx(still)
+    page.run("document.getElementById('undo').click()")
+    assert dragged(page) == asked
+    page.run("document.getElementById('undo').click()")
+    assert dragged(page)["turns_deg"] == [0.0, 0.0]
+    page.run("document.getElementById('redo').click()")
+    assert dragged(page) == asked
 
 
 def test_a_handle_is_worked_by_keys_and_by_its_slider(page: Browser, cuts: list[dict[str, Any]]) -> None:

@@ -17,7 +17,9 @@ import * as place from "/static/place.js";
 import * as runs from "/static/runs.js";
 import * as settings from "/static/settings.js";
 import * as see from "/static/see.js";
+import * as tour from "/static/tour.js";
 import { t, translated } from "/static/words.js";
+import * as views from "/static/views.js";
 import { View } from "/static/view.js";
 
 const view = new View($("model"), $("canvas"), $("model-note"));
@@ -74,10 +76,11 @@ async function begin() {
   Object.assign(state, { declared, usual: declared.parts, presets: declared.presets, analyses: declared.analyses });
   translated(document.body);
   limits.setUp(declared.kinds, changed);
-  for (const each of [open, correct, see, drag]) each.setUp(view);
+  for (const each of [open, correct, see, drag, views]) each.setUp(view);
   for (const each of [parts, everything, analyse, board, machine, nc, runs, settings]) each.setUp();
   for (const id of ["judge", "unit", "density", "crankpin-in-file"]) $(id).addEventListener("input", changed);
   await project();
+  tour.setUp();
   const told = (await askJson("/api/runs")).runs;
   runs.list(told);
   const last = (verbs) => told.filter((each) => verbs.includes(each.verb) && each.state === "done").pop();

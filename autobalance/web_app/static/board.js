@@ -1,39 +1,64 @@
-// Alternatives: every kind of correction and the useful mixes on this crank, as cards with pictures.
-import { $, el, measured } from "/static/tools.js";
+// Alternatives: every kind of correction and the useful mixes on this crank, as cards with pictures, the best first.
+import { html } from "/static/preact.min.js";
+import { $ } from "/static/tools.js";
 import { askJson, guarded } from "/static/server.js";
-import { applied, job, state } from "/static/job.js";
+import { applied, job, on, state } from "/static/job.js";
 import { start, watched } from "/static/runs.js";
+import { Measured } from "/static/measured.js";
+import { mount, signal } from "/static/store.js";
+import { t } from "/static/words.js";
 
 const VERDICTS = { within_tolerance: "within tolerance", already_within_tolerance: "already within tolerance", above_tolerance: "above tolerance" };
+const shown = signal(null); // { id, rows, pictures, recommended, why, whole }
+const asking = signal(""); // a card that fails, and that somebody is about to take all the same
 
 export function setUp() {
+  mount(Board, $("board"));
+  on("forgotten", () => { shown.value = null; });
   $("compare").addEventListener("click", guarded(async () => {
-    if (!state.file) throw new Error("open a crank first");
-    const told = await watched(() => start("compare", { job: job() }));
+    if (!state.file) throw new Error(t("open a crank first"));
+    let seen = 0;
+    const meanwhile = async (told) => {
+      const found = await askJson(`/api/runs/${told.id}/cards`).catch(() => null);
+      if (found && found.rows.length + found.pictures.length > seen && !shown.value?.whole) { seen = found.rows.length + found.pictures.length; shown.value = { id: told.id, ...found, whole: false }; }
+    };
+    shown.value = null;
+    const told = await watched(() => start("compare", { job: job() }, "", meanwhile));
     if (told) await board(told);
   }));
 }
 
 export async function board(told) {
   const report = await askJson(`/api/runs/${told.id}/report`);
-  const cards = report.rows.map((row, place) => card(row, place, told, report.unbeaten.includes(row.method.join("+"))));
-  $("board").replaceChildren(...cards);
+  const pictures = told.files.filter((name) => name.endsWith(".png")).map((name) => name.replace(/\.png$/, ""));
+  shown.value = { id: told.id, rows: report.rows, pictures, recommended: report.recommended?.join("+"), why: report.why, unbeaten: report.unbeaten, whole: true };
 }
 
-function card(row, place, told, best) {
-  const name = row.method.join("+"), file = `${name}.png`;
-  const made = el("article", { className: best ? "card best" : "card", "aria-label": name }, el("h3", { textContent: name }));
-  if (told.files.includes(file)) made.append(el("img", { src: `/api/runs/${told.id}/files/${encodeURIComponent(file)}`, alt: `The crank corrected by ${name}`, loading: "lazy" }));
-  made.append(el("p", { textContent: row.outcome ? VERDICTS[row.outcome] : "no place on this crank" }));
-  if (best) made.append(el("p", { className: "quiet", textContent: "nothing beats it" }));
-  else if (row.beaten_by?.length) made.append(el("p", { className: "quiet", textContent: `beaten by ${row.beaten_by.join(", ")}` }));
-  if (row.reason) made.append(el("p", { className: "quiet", textContent: row.reason }));
-  if (row.outcome) {
-    const facts = [["Residual", "residual_g_mm", "g·mm"], ["Metal moved", "metal_moved_g", "g"], ["Inertia", "inertia_change_kg_mm2", "kg·mm²"], ["Cuts", "cuts", ""], ["Wall left", "wall_left_mm", "mm"]];
-    made.append(el("dl", {}, ...facts.flatMap(([words, key, unit]) => [el("dt", { textContent: words }), el("dd", {}, measured(`rows.${place}.${key}`, row[key], key === "cuts" ? 0 : 2), row[key] === null ? "" : ` ${unit}`)])));
-    const take = el("button", { type: "button", textContent: "Take this one", "aria-label": `Take ${name}` });
-    take.addEventListener("click", () => applied({ "correction.method": row.method }));
-    made.append(take);
-  }
-  return made;
+const nameOf = (row) => row.method.join("+");
+const good = (row) => row.outcome === "within_tolerance" || row.outcome === "already_within_tolerance";
+// Two rows that make the same cuts are one plan; the one with fewer kinds stands for both.
+const plan = (row) => JSON.stringify([row.outcome, row.residual_g_mm, row.metal_moved_g, row.cuts, row.inertia_change_kg_mm2]);
+
+function Board() {
+  if (!shown.value) return null;
+  const { rows, recommended, why, whole } = shown.value, first = new Map();
+  rows.forEach((row, place) => { if (row.outcome && !first.has(plan(row))) first.set(plan(row), { row, place, also: [] }); else if (row.outcome) first.get(plan(row)).also.push(nameOf(row)); });
+  const none = rows.flatMap((row, place) => (row.outcome ? [] : [{ row, place, also: [] }]));
+  const rank = ({ row }) => (nameOf(row) === recommended ? 0 : row.rank ?? 1e6);
+  const cards = [...[...first.values()].sort((a, b) => rank(a) - rank(b)), ...none];
+  return html`${whole ? "" : html`<p class="quiet" role="status">${t("More to come …")}</p>`}${why ? html`<p class="quiet" id="board-why">${why}</p>` : ""}${cards.map((each) => html`<${Card} key=${nameOf(each.row)} ...${each}/>`)}`;
+}
+
+function Card({ row, place, also }) {
+  const { id, pictures, recommended, unbeaten = [] } = shown.value, name = nameOf(row), url = `/api/runs/${id}/cards/${encodeURIComponent(`${name}.png`)}`, best = name === recommended, has = pictures.includes(name);
+  const facts = [["Residual", "residual_g_mm"], ["Metal moved", "metal_moved_g"], ["Inertia", "inertia_change_kg_mm2"], ["Cuts", "cuts"], ["Wall left", "wall_left_mm"]];
+  const grams = (key, value) => (key === "metal_moved_g" && value !== null ? " g" : "");
+  const big = (now) => { $("big-picture").hidden = !now; $("big-picture").replaceChildren(...(now ? [Object.assign(new Image(), { src: url, alt: "" })] : [])); };
+  const take = () => { if (good(row) || asking.value === name) { asking.value = ""; applied({ "correction.method": row.method }); } else asking.value = name; };
+  return html`<article class=${best ? "card best" : "card"} aria-label=${name} onMouseEnter=${() => has && big(true)} onMouseLeave=${() => big(false)} onFocusIn=${() => has && big(true)} onFocusOut=${() => big(false)}><h3>${name}</h3>
+    ${best ? html`<p class="tile-note">${t("Recommended")}</p>` : ""}${has ? html`<img src=${url} alt=${t("The crank corrected by {name}", { name })} loading="lazy"/>` : ""}
+    <p>${t(row.outcome ? VERDICTS[row.outcome] : "no place on this crank")}</p>${unbeaten.includes(name) ? html`<p class="quiet">${t("nothing beats it")}</p>` : row.beaten_by?.length ? html`<p class="quiet">${t("beaten by {names}", { names: row.beaten_by.join(", ") })}</p>` : ""}
+    ${also.length ? html`<p class="quiet">${t("the same plan as {names}", { names: also.join(", ") })}</p>` : ""}${row.reason ? html`<p class="quiet">${row.reason}</p>` : ""}
+    ${row.outcome ? html`<dl>${facts.map(([words, key]) => html`<dt>${t(words)}</dt><dd><${Measured} of=${`rows.${place}.${key}`} value=${row[key]} digits=${key === "cuts" ? 0 : 2} named/>${grams(key, row[key])}</dd>`)}</dl>
+    ${asking.value === name ? html`<p role="alert">${t("It stays above tolerance. Take it all the same?")}</p>` : ""}<button type="button" aria-label=${t("Take {name}", { name })} onClick=${take}>${asking.value === name ? t("Take it all the same") : t("Take this one")}</button>` : ""}</article>`;
 }

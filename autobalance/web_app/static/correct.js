@@ -3,6 +3,8 @@ import { $, el, measured, predicted } from "/static/tools.js";
 import { guarded, say } from "/static/server.js";
 import { changed, emit, job, on, state } from "/static/job.js";
 import { faces, isPoint, sectors, zoneRows, zones } from "/static/limits.js";
+import { unitOf } from "/static/units.js";
+import { t } from "/static/words.js";
 import { cancel, start, watched } from "/static/runs.js";
 
 let view = null;
@@ -14,7 +16,7 @@ export function setUp(model) {
   $("cancel").addEventListener("click", guarded(async () => { if ($("cancel").dataset.run) await cancel($("cancel").dataset.run); }));
   $("pick-zone").addEventListener("click", () => { picking = []; told("click in the model where the zone begins"); });
   on("opened", faceRows);
-  on("taken", faceRows);
+  for (const name of ["taken", "units"]) on(name, faceRows);
   on("job", marks);
   on("forgotten", () => { faces.clear(); $("faces").replaceChildren(); });
 }
@@ -27,7 +29,7 @@ function faceRows() {
   const points = [...faces].filter(isPoint).map((point) => faceRow(point, ["the face at this point of the file [mm]"]));
   $("faces").replaceChildren(...points, ...found.map((face, k) => {
     const worth = Math.hypot(...face.unbalance_per_mm_g_mm);
-    return faceRow(face.id, [`web ${face.web ?? "–"}, `, measured(`faces.${k}.area_mm2`, face.area_mm2, 0), " mm², ", predicted(worth, 0), " g·mm per mm"]);
+    return faceRow(face.id, [`web ${face.web ?? "–"}, `, measured(`faces.${k}.area_mm2`, face.area_mm2, 0), ` ${unitOf("mm²")}, `, predicted(worth, 0), " g·mm per mm"]);
   }));
   if (!found.length) $("faces").append("Open the crank first.");
 }

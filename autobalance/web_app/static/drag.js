@@ -1,13 +1,16 @@
 // What other depths and angles of the cuts would leave: predicted by the server as one drags, then cut and measured.
-import { $, el, measured, predicted, shown } from "/static/tools.js";
+import { $, el, measured, predicted, shown, withUnit } from "/static/tools.js";
+import { unitOf } from "/static/units.js";
+import { t } from "/static/words.js";
 import { askJson, askLeft, guarded, post, say } from "/static/server.js";
-import { applied, state } from "/static/job.js";
+import { applied, on, state } from "/static/job.js";
 import { balance } from "/static/correct.js";
 import * as handles from "/static/handles.js";
 import { kinds } from "/static/limits.js";
 import { start, watched } from "/static/runs.js";
 
 const TURN = 60; // degrees, each way
+const TURN_STEP = 0.5; // degrees
 let model = null;
 let run = null;
 let depths = [];
@@ -18,7 +21,47 @@ export function setUp(view) {
   handles.setUp(view);
   $("take-depths").addEventListener("click", () => { applied(asLimits()); balance(); });
   for (const id of ["try-depths", "try-dragged"]) $(id).addEventListener("click", guarded(trial));
-  for (const id of ["undo-depths", "undo-dragged"]) $(id).addEventListener("click", undo);
+  for (const id of ["undo-depths", "undo-dragged"]) $(id).addEventListener("click", asItWas);
+  $("undo").addEventListener("click", () => step(undone, redone));
+  $("redo").addEventListener("click", () => step(redone, undone));
+  document.addEventListener("keydown", (event) => {
+    if (!(event.ctrlKey || event.metaKey) || $("panel-see").hidden || /^(INPUT|TEXTAREA|SELECT)$/.test(event.target.tagName) && event.target.type !== "range") return;
+    const way = { z: event.shiftKey ? "redo" : "undo", Z: "redo", y: "redo" }[event.key];
+    if (!way) return;
+    $(way).click();
+    event.preventDefault();
+  });
+  on("units", () => { if (model?.cuts?.length) { for (const all of sliders) all.forEach((each) => each()); predict(); } });
+}
+
+// --- undo and redo: every drag, step by step ----------------------------------------------------------------
+
+const undone = [], redone = [];
+const TOGETHER_MS = 600; // moves of one cut that follow faster are one step
+let last = { place: -1, at: 0 };
+function remembered(place) {
+  const now = performance.now();
+  if (place !== last.place || now - last.at > TOGETHER_MS) { undone.push([[...depths], [...turns]]); redone.length = 0; }
+  last = { place, at: now };
+  buttons();
+}
+function step(from, to) {
+  if (!from.length) return;
+  to.push([[...depths], [...turns]]);
+  [depths, turns] = from.pop();
+  last = { place: -1, at: 0 };
+  everywhere();
+}
+function everywhere() {
+  for (const all of sliders) all.forEach((each) => each());
+  $("tried").hidden = true;
+  handles.told();
+  buttons();
+  predict();
+}
+function buttons() {
+  $("undo").disabled = !undone.length;
+  $("redo").disabled = !redone.length;
 }
 
 export function clear() {
@@ -34,6 +77,8 @@ export async function show(told) {
   if ($("drag-box").hidden) { const left = model; clear(); return left; }
   depths = model.cuts.map((cut) => cut.depth_mm);
   turns = model.cuts.map(() => 0);
+  undone.length = redone.length = 0;
+  buttons();
   sliders = [];
   $("drags").replaceChildren(...model.cuts.map(fields));
   for (const id of ["try-depths", "try-dragged"]) $(id).hidden = told.verb !== "balance";
@@ -47,21 +92,21 @@ export function grips() {
 }
 
 function set(place, depth, turn) {
+  remembered(place);
   const cut = model.cuts[place], step = cut.depth_step_mm;
   const stepped = step ? step * Math.round(depth / step) : depth;
   depths[place] = Math.min(Math.max(stepped, 0), handles.most(cut));
-  turns[place] = cut.may_turn ? Math.min(Math.max(turn, -TURN), TURN) : 0;
+  turns[place] = cut.may_turn ? Math.min(Math.max(Math.round(turn / TURN_STEP) * TURN_STEP, -TURN), TURN) : 0; // whole steps: what a dividing head can set
   sliders[place].forEach((each) => each());
   $("tried").hidden = true;
   handles.told();
   predict();
 }
 
-function undo() {
-  model.cuts.forEach((cut, place) => { depths[place] = cut.depth_mm; turns[place] = 0; sliders[place].forEach((each) => each()); });
-  $("tried").hidden = true;
-  handles.told();
-  predict();
+function asItWas() {
+  remembered(-2);
+  model.cuts.forEach((cut, place) => { depths[place] = cut.depth_mm; turns[place] = 0; });
+  everywhere();
 }
 
 // --- the same by sliders ----------------------------------------------------------------------------------
@@ -78,21 +123,29 @@ function fields(cut, place) {
 function slider(place, words, min, max, step, digits, now, change) {
   const input = el("input", { type: "range", min, max, step, "aria-label": words }), output = el("output");
   let own = false; // what is typed at a slider stands where it was put
-  const tell = () => { if (!own) input.value = now(); output.textContent = shown(now(), digits); };
+  const tell = () => { if (!own) input.value = now(); output.textContent = words.startsWith("Depth") ? withUnit(now(), digits, "mm") : `${shown(now(), digits)}°`; };
   input.addEventListener("input", () => { own = true; change(Number(input.value)); own = false; });
   sliders[place].push(tell);
   tell();
-  return el("label", { className: "slider" }, el("span", { textContent: words.replace(/ of cut \d+| cut \d+/, "") }), output, input);
+  return el("label", { className: "slider" }, el("span", { textContent: words.replace(/ of cut \d+| cut \d+/, "").replace(/ \[.*\]$/, "") }), output, input);
 }
 
 // --- predicted, then measured -----------------------------------------------------------------------------
 
 const FACTS = (found) => [["Residual", "residual.magnitude_g_mm", found.magnitude_g_mm, "g·mm", 3], ...found.planes.map((plane, k) => [`Plane ${plane.name}`, `residual.planes.${k}.magnitude_g_mm`, plane.magnitude_g_mm, "g·mm", 3]), ["Of permitted", "worst_share", found.worst_share, "%", 1], ["Mass", "mass_change_g", found.mass_change_g, "g", 2], ["Inertia", "inertia_change_kg_mm2", found.inertia_change_kg_mm2, "kg·mm²", 3]];
 function facts(found, value) {
-  return FACTS(found).flatMap(([name, key, amount, unit, digits]) => [el("dt", { textContent: name }), el("dd", {}, value(key, amount, digits), ` ${unit}`)]);
+  return [...FACTS(found).flatMap(([name, key, amount, unit, digits]) => [el("dt", { textContent: t(name) }), el("dd", {}, value(key, amount, digits, unit), ` ${unitOf(unit)}`)]), ...moved()];
+}
+// Where the cuts that were dragged are now: angle, depth, each with what it was.
+function moved() {
+  return model.cuts.flatMap((cut, place) => {
+    if (depths[place] === cut.depth_mm && !turns[place]) return [];
+    const angle = (((state.result?.report.corrections[place]?.angle_deg ?? 0) + turns[place]) % 360 + 360) % 360;
+    return [el("dt", { textContent: t("Cut {number}", { number: cut.number }) }), el("dd", { textContent: `${shown(angle, 1)}°, ${withUnit(depths[place], 2, "mm")} ${t("deep")}` })];
+  });
 }
 const percent = (made, key, amount) => { if (key === "worst_share") made.textContent = shown(100 * amount, 1); return made; };
-const asPredicted = (key, amount, digits) => percent(predicted(amount, digits), key, amount);
+const asPredicted = (key, amount, digits, unit) => percent(predicted(amount, digits, key === "worst_share" ? "" : unit), key, amount);
 const asMeasured = (key, amount, digits) => percent(measured(`trial.${key}`, amount, digits), key, amount);
 
 // One question at a time; the latest that was dragged is asked next. What is shown is busy until it is of that.

@@ -1,5 +1,6 @@
 // Handles on the cuts in the model: dragged along a cut for its depth, across it for its angle; or by keys.
-import { $, el, shown } from "/static/tools.js";
+import { $, el, shown, withUnit } from "/static/tools.js";
+import { t } from "/static/words.js";
 
 const GRIPPED = 4; // px before a drag has a direction
 const STEEP = 0.25; // share of its length that a depth must show on the screen to be dragged along
@@ -56,7 +57,7 @@ export function told() {
   hands.forEach((hand, place) => {
     const cut = given.cuts[place], { depth, turn } = given.at(place);
     hand.setAttribute("aria-valuenow", depth.toFixed(3));
-    hand.setAttribute("aria-valuetext", `${shown(depth, 2)} mm deep${cut.may_turn ? `, turned ${shown(turn, 1)}°` : ""}`);
+    hand.setAttribute("aria-valuetext", `${withUnit(depth, 2, "mm")} ${t("deep")}${cut.may_turn ? `, ${t("turned")} ${shown(turn, 1)}°` : ""}`);
     hand.title = hand.getAttribute("aria-valuetext");
     const scale = cut.rim_mm === null ? null : (cut.rim_mm - depth) / (cut.rim_mm - cut.depth_mm);
     view.moved(cut.number, { by: depth - cut.depth_mm, way: cut.deeper, turn: rad(turn), scale });

@@ -1,82 +1,146 @@
-// Machine: what a balancing machine read becomes the next cuts; every stage with its files.
-import { $, el, listTyped, measured, row, typed } from "/static/tools.js";
-import { askJson, guarded, say } from "/static/server.js";
+// Machine: what a balancing machine reads becomes the next cuts; every stage with its files.
+import { html } from "/static/preact.min.js";
+import { $, listTyped, shown, withUnit } from "/static/tools.js";
+import { askJson, guarded, post, say } from "/static/server.js";
 import { emit, on, state } from "/static/job.js";
 import { start } from "/static/runs.js";
+import { Any } from "/static/fields.js";
+import { Cuts } from "/static/cuts.js";
+import { Measured } from "/static/measured.js";
+import { Polar } from "/static/polar.js";
+import { mount, redraw, signal } from "/static/store.js";
+import { t } from "/static/words.js";
+import { BigDigits } from "/static/big-digits.js";
 
-let trusted = false;
+const KEPT = "autobalance-shop"; // what a shop's machine is like, from one crank to the next
+const OF_THE_SHOP = ["urr", "umar", "rotation", "zero", "reads"];
+export const read = { planes: "2", urr: 95, rotation: "ccw", zero: 0, reads: "heavy", ...JSON.parse(localStorage.getItem(KEPT) || "{}") };
+const stages = signal({ list: [], runs: [] });
+const refused = signal(""); // why a reading was not followed
+export const big = signal(false);
+const index = { first: {}, second: {}, found: null };
+
+export function set(key, value) {
+  read[key] = value;
+  localStorage.setItem(KEPT, JSON.stringify(Object.fromEntries(OF_THE_SHOP.map((name) => [name, read[name]]))));
+  redraw();
+}
 
 export function setUp() {
-  on("result", shown);
-  on("begun", () => { trusted = false; });
-  $("reading-planes").addEventListener("input", () => { $("plane-2").hidden = $("reading-planes").value === "1"; });
-  $("recut").addEventListener("click", () => recut(false));
-  $("trust").addEventListener("click", () => recut(true));
+  mount(Machine, $("spin"));
+  on("result", guarded(async ({ report, id }) => {
+    const names = report.tolerance.planes.map((plane) => plane.name);
+    for (const number of [1, 2]) read[`at-${number}`] = names[number - 1] || read[`at-${number}`];
+    if (names.length < 2) read.planes = "1";
+    refused.value = "";
+    stages.value = { list: report.stages || [], id, runs: (await askJson("/api/runs")).runs };
+  }));
 }
 
-function shown({ id, report }) {
-  $("machine-ready").hidden = false;
-  $("machine-none").hidden = true;
-  const bobs = report.engine.bob_weights;
-  $("bob-weights").placeholder = bobs.map((each) => (each.fit_g ?? each.mass_g).toFixed(2)).join("; ");
-  $("bob-card").replaceChildren(...bobs.flatMap((each, k) => [el("span", {}, `Throw ${each.throw}: clamp on `, measured(`engine.bob_weights.${k}.fit_g`, each.fit_g), ` g, ± `, measured(`engine.bob_weights.${k}.tolerance_g`, each.tolerance_g, 2), " g. ")]));
-  const names = report.tolerance.planes.map((plane) => plane.name);
-  for (const number of [1, 2]) if (names[number - 1]) $(`at-${number}`).value = names[number - 1];
-  if (names.length < 2) { $("reading-planes").value = "1"; $("plane-2").hidden = true; }
-  $("recut-line").textContent = `autobalance recut runs/${id}/report.json READING.toml`;
-  $("suspects").replaceChildren();
-  $("trust").hidden = true;
-  guarded(stages)(report.stages || [], id);
+// --- the reading ------------------------------------------------------------------------------------------
+
+const number = (key, words, unit = "", usual = "") => [key, { key, words, unit, kind: "number", default: usual }];
+const text = (key, words, usual = "") => [key, { key, words, unit: "", kind: "text", default: usual }];
+const choice = (key, words, options) => [key, words, options];
+const One = ({ field: [key, declared], before = "" }) => html`<${Any} id=${before + key} testid=${before + key} field=${declared} now=${read[key]} set=${(value) => set(key, value)} help=${false}/>`;
+const Choice = ({ of: [key, words, options], testid = key }) => html`<label>${t(words)}<select id=${testid} data-testid=${testid} value=${read[key]} onInput=${({ target }) => set(key, target.value)}>${options.map(([value, says]) => html`<option value=${value}>${t(says)}</option>`)}</select></label>`;
+
+export function Plane({ place, before = "" }) {
+  return html`<fieldset class="fields" id=${`${before}plane-${place}`} hidden=${place === 2 && read.planes === "1"}><legend>${t(place === 1 ? "First plane" : "Second plane")}</legend>
+    <${One} before=${before} field=${text(`at-${place}`, "at A, B or z [mm]")}/><${One} before=${before} field=${number(`g-mm-${place}`, "Unbalance", "g·mm")}/><${One} before=${before} field=${number(`angle-${place}`, "Angle", "°")}/></fieldset>`;
 }
 
-function plane(number) {
-  const at = $(`at-${number}`).value.trim();
-  const place = /^[AB]$/i.test(at) ? { at: at.toUpperCase() } : at === "" ? {} : { z_mm: typed(at) };
-  return { ...place, g_mm: typed($(`g-mm-${number}`).value), angle_deg: typed($(`angle-${number}`).value) };
+// The heavy side in the rotor's frame, as the program takes the reading.
+export function heavy(place) {
+  const size = read[`g-mm-${place}`], angle = read[`angle-${place}`];
+  if (typeof size !== "number" || typeof angle !== "number") return null;
+  const turned = ((read.zero || 0) + (read.reads === "light" ? 180 : 0) + (read.rotation === "cw" ? -angle : angle)) * Math.PI / 180;
+  return { unbalance_g_mm: [size * Math.cos(turned), size * Math.sin(turned)], magnitude_g_mm: size, name: "read" };
 }
 
-function reading() {
-  const two = $("reading-planes").value === "2";
-  const made = { urr_percent: typed($("urr").value), umar_g_mm: typed($("umar").value), rotation: $("rotation").value, reads: $("reads").value, zero_deg: typed($("zero").value || "0"), plane: two ? [plane(1), plane(2)] : [plane(1)] };
-  if ($("reading-speed").value.trim()) made.speed_rpm = typed($("reading-speed").value);
-  if ($("serial").value.trim()) made.serial = $("serial").value.trim();
-  if ($("bob-weights").value.trim()) made.bob_weights_g = listTyped($("bob-weights").value);
+export function Heavy({ place }) {
+  const vector = heavy(place), planes = state.result?.report.tolerance.planes || [];
+  const permitted = planes.length < 2 || read.planes === "1" ? state.result?.report.tolerance.permissible_g_mm : planes[place - 1].permissible_g_mm;
+  const words = `${t("Plane")} ${read[`at-${place}`] || place}`;
+  const still = vector || { unbalance_g_mm: [0, 0], magnitude_g_mm: 0, name: "read" };
+  return html`<figure data-testid=${`read-polar-${place}`} data-within=${vector ? String(vector.magnitude_g_mm <= permitted) : ""}><figcaption>${words}: ${t("permitted")} ${withUnit(permitted, 2, "g·mm")}</figcaption><${Polar} title=${words} vector=${still} permitted=${permitted}/></figure>`;
+}
+
+function body() {
+  const plane = (place) => {
+    const at = String(read[`at-${place}`] ?? "").trim(), z = Number(at);
+    return { ...(/^[AB]$/i.test(at) ? { at: at.toUpperCase() } : at === "" ? {} : { z_mm: Number.isFinite(z) ? z : at }), g_mm: read[`g-mm-${place}`] ?? "", angle_deg: read[`angle-${place}`] ?? "" };
+  };
+  const made = { urr_percent: read.urr ?? "", umar_g_mm: read.umar ?? "", rotation: read.rotation, reads: read.reads, zero_deg: read.zero ?? 0, plane: read.planes === "2" ? [plane(1), plane(2)] : [plane(1)] };
+  if (read["reading-speed"] !== undefined) made.speed_rpm = read["reading-speed"];
+  if (read.serial) made.serial = String(read.serial);
+  if (read["bob-weights"]) made.bob_weights_g = listTyped(read["bob-weights"]);
   return made;
 }
 
-const recut = guarded(async (trust) => {
-  if (!state.result) throw new Error("balance a crank first");
-  const run = state.result.id;
-  trusted = trust;
-  $("suspects").replaceChildren();
-  $("trust").hidden = true;
+export const recut = guarded(async (trust) => {
+  if (!state.result) throw new Error(t("balance a crank first"));
+  refused.value = "";
   try {
-    const told = await start("recut", { run, reading: reading(), trust_reading: trusted }, "from a reading");
+    const told = await start("recut", { run: state.result.id, reading: body(), trust_reading: trust }, t("from a reading"));
     if (told) { emit("show", told); say(""); }
   } catch (error) {
     say(error.message);
-    if (!error.message.includes("--trust-reading")) return;
-    $("suspects").replaceChildren(el("li", { textContent: error.message.replace("; --trust-reading goes on", "") }));
-    $("trust").hidden = false;
+    if (error.message.includes("--trust-reading")) refused.value = error.message.replace("; --trust-reading goes on", "");
   }
 });
 
-async function stages(list, id) {
-  const { runs } = await askJson("/api/runs");
-  $("stages").hidden = !list.length;
-  const amount = (k, key, values) => (values ? measured(`stages.${k}.${key}.magnitude_g_mm`, values.magnitude_g_mm) : "–");
-  $("stages").tBodies[0].replaceChildren(...list.map((stage, k) => {
-    const last = k === list.length - 1;
-    const own = last ? id : stage.report.split("/").slice(-2)[0];
-    const links = el("span", {}, el("a", { href: `/api/runs/${own}/files/report.json`, download: `stage-${stage.stage}.json`, textContent: "report" }), " ");
+// --- the panel --------------------------------------------------------------------------------------------
+
+function Machine() {
+  const report = state.result?.report;
+  if (!report) return html`<p id="machine-none">${t("Balance a crank first; then spin it and enter what the machine reads.")}</p>`;
+  const bobs = report.engine.bob_weights;
+  return html`<p class="quiet" id="bob-card">${bobs.map((each, k) => html`<span>${t("Throw {number}: clamp on", { number: each.throw })} <${Measured} of=${`engine.bob_weights.${k}.fit_g`} value=${each.fit_g}/> g, ± <${Measured} of=${`engine.bob_weights.${k}.tolerance_g`} value=${each.tolerance_g}/> g. </span>`)}</p>
+    <details><summary>${t("The machine")} <small>${t("kept from one crank to the next")}</small></summary><div class="fields">
+    <${One} field=${number("urr", "Reduction ratio URR", "%")}/><${One} field=${number("umar", "Least residual Umar", "g·mm")}/>
+    <${Choice} of=${choice("rotation", "Angles count", [["ccw", "counter-clockwise"], ["cw", "clockwise"]])}/><${One} field=${number("zero", "The machine's zero at", "°")}/><${Choice} of=${choice("reads", "It reads", [["heavy", "the heavy side"], ["light", "the light side"]])}/></div></details>
+    <div class="fields"><${Choice} of=${choice("planes", "Planes read", [["2", "two"], ["1", "one"]])} testid="reading-planes"/><${One} field=${number("reading-speed", "Speed", "1/min")}/><${One} field=${text("serial", "Serial number")}/><${One} field=${text("bob-weights", "Bob-weights fitted [g]", bobs.map((each) => (each.fit_g ?? each.mass_g).toFixed(2)).join("; "))}/></div>
+    <${Plane} place=${1}/><${Plane} place=${2}/><div class="polars" id="read-polars"><${Heavy} place=${1}/>${read.planes === "2" ? html`<${Heavy} place=${2}/>` : ""}</div>
+    <p class="buttons"><button type="button" id="recut" data-testid="recut" class="main" onClick=${() => recut(false)}>${t("Plan the next cuts")}</button>
+    <button type="button" id="trust" data-testid="trust" hidden=${!refused.value} onClick=${() => recut(true)}>${t("The reading is right: go on")}</button>
+    <button type="button" data-testid="big" onClick=${() => { big.value = true; }}>${t("Big digits")}</button></p>
+    <${Suspects}/><${Stages}/>${report.command === "recut" ? html`<h2>${t("The next cuts")}</h2><${Cuts} id="next-cuts" corrections=${report.corrections}/>` : ""}<${IndexTest}/><${BigDigits}/>`;
+}
+
+function Suspects() {
+  const { list } = stages.value, report = state.result.report;
+  const amount = (k, place, key, value) => html`<${Measured} of=${`stages.${k}.suspects.${place}.${key}`} value=${value} digits=${1} named/>`;
+  const found = list.flatMap((stage, k) => stage.suspects.map((each, place) => html`<li>${t("Stage")} ${stage.stage}: ${each.key}: ${each.says} (${amount(k, place, "difference_g_mm", each.difference_g_mm)} ${t("apart")}, ${amount(k, place, "left_g_mm", each.left_g_mm)} ${t("left")})</li>`));
+  const warned = report.command === "recut" ? report.warnings : [];
+  return html`<ul id="suspects" data-testid="suspects" aria-label=${t("What to check")} aria-live="polite">${refused.value ? html`<li>${refused.value}</li>` : ""}${found}${warned.map((words) => html`<li>${words}</li>`)}</ul>`;
+}
+
+function Stages() {
+  const { list, id, runs } = stages.value;
+  const amount = (k, key, values) => html`<td>${values ? html`<${Measured} of=${`stages.${k}.${key}.magnitude_g_mm`} value=${values.magnitude_g_mm} named/>` : "–"}</td>`;
+  const rows = list.map((stage, k) => {
+    const own = k === list.length - 1 ? id : stage.report.split("/").slice(-2)[0], url = (name) => `/api/runs/${own}/files/${encodeURIComponent(name)}`;
     const solid = runs.find((each) => each.id === own)?.files.find((name) => name.startsWith("balanced."));
-    if (solid) links.append(el("a", { href: `/api/runs/${own}/files/${encodeURIComponent(solid)}`, download: `stage-${stage.stage}-${solid}`, textContent: "solid" }));
-    return row([String(stage.stage), amount(k, "reading", stage.reading), amount(k, "expected", stage.expected), String(stage.corrections), amount(k, "predicted", stage.predicted), links], 1);
-  }));
-  const found = list.flatMap((stage, k) => stage.suspects.map((each, place) => {
-    const amount = (key) => measured(`stages.${k}.suspects.${place}.${key}`, each[key], 1);
-    return el("li", {}, `Stage ${stage.stage}: ${each.key}: ${each.says} (`, amount("difference_g_mm"), " g·mm apart, ", amount("left_g_mm"), " left)");
-  }));
-  const warned = state.result?.report.command === "recut" ? state.result.report.warnings : [];
-  $("suspects").replaceChildren(...found, ...warned.map((text) => el("li", { textContent: text })));
+    return html`<tr><th scope="row">${stage.stage}</th>${amount(k, "reading", stage.reading)}${amount(k, "expected", stage.expected)}<td>${stage.corrections}</td>${amount(k, "predicted", stage.predicted)}<td><a href=${url("report.json")} download=${`stage-${stage.stage}.json`}>${t("report")}</a> ${solid ? html`<a href=${url(solid)} download=${`stage-${stage.stage}-${solid}`}>${t("solid")}</a>` : ""}</td></tr>`;
+  });
+  return html`<table id="stages" data-testid="stages" hidden=${!list.length}><caption>${t("Stages; magnitudes of the resultant")}</caption>
+    <thead><tr>${["stage", "read", "expected", "cuts", "left after", "files"].map((words) => html`<th scope="col">${t(words)}</th>`)}</tr></thead><tbody>${rows}</tbody></table>`;
+}
+
+// --- index test -------------------------------------------------------------------------------------------
+
+const separate = guarded(async () => {
+  const each = [index.first, index.second];
+  index.found = await post("/api/index-test", { turned_deg: [0, index.second.turned ?? 180], readings_g_mm: each.map(({ size }) => size ?? ""), readings_deg: each.map(({ angle }) => angle ?? "") });
+  redraw();
+});
+function IndexTest() {
+  const { found } = index;
+  const cell = (name, key, words, unit, usual) => html`<${Any} id=${`index-${name}-${key}`} field=${{ key, words, unit, kind: "number", default: usual }} now=${index[name][key]} set=${(value) => { index[name][key] = value; redraw(); }} help=${false}/>`;
+  const facts = found && [["Crank", found.crank_g_mm, found.crank_deg], ["Tooling", found.tooling_g_mm, found.tooling_deg]];
+  return html`<details id="index-test"><summary>${t("Index test")} <small>${t("what of a reading is the tooling's")}</small></summary><p class="quiet">${t("Read one plane, turn the crank on its tooling, usually by 180°, and read again.")}</p>
+    <div class="fields">${cell("first", "size", "First reading", "g·mm", "")}${cell("first", "angle", "Angle", "°", "")}${cell("second", "turned", "Turned by", "°", "180")}${cell("second", "size", "Second reading", "g·mm", "")}${cell("second", "angle", "Angle", "°", "")}</div>
+    <p class="buttons"><button type="button" data-testid="index-test" onClick=${separate}>${t("Separate crank and tooling")}</button></p>
+    <dl aria-live="polite" data-testid="index-found">${facts ? facts.map(([name, size, angle]) => html`<dt>${t(name)}</dt><dd>${withUnit(size, 2, "g·mm")} ${t("at")} ${shown(angle, 1)}°</dd>`) : ""}</dl></details>`;
 }

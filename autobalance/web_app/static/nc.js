@@ -6,7 +6,10 @@ import { on, state } from "/static/job.js";
 import { start } from "/static/runs.js";
 
 export function setUp() {
+  on("gone", () => { $("machine-ready").hidden = true; });
   on("result", ({ id }) => {
+    $("machine-ready").hidden = false;
+    $("recut-line").textContent = `autobalance recut runs/${id}/report.json READING.toml`;
     $("nc-line").textContent = `autobalance nc runs/${id}/report.json MACHINE.toml -o programs`;
     shown(null);
   });

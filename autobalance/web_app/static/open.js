@@ -2,6 +2,7 @@
 import { $, arrows, el, ending, measured, withUnit } from "/static/tools.js";
 import { askBuffer, askJson, askLeft, guarded, post, say } from "/static/server.js";
 import { CRANKS, JOBS, UNITLESS, changed, crankshaft, emit, on, state, taken } from "/static/job.js";
+import { unitOf } from "/static/units.js";
 import { t } from "/static/words.js";
 import { start } from "/static/runs.js";
 
@@ -27,6 +28,7 @@ export function setUp(shown) {
   $("draw-preset").addEventListener("click", () => example($("preset").value));
   arrows($("tree"), "[role=treeitem]");
   on("taken", chosen);
+  on("units", () => { if (state.inspected) { tree(state.inspected.report); chosen(); } });
   for (const [id, key] of [["is-journal", "main_journals"], ["is-crankpin", "crankpins"], ["is-neither", null]]) $(id).addEventListener("click", () => override(key));
   $("forget-overrides").addEventListener("click", () => { for (const key of ["main_journals", "crankpins"]) delete state.tables.crankshaft?.[key]; changed(); open(); });
 }
@@ -212,16 +214,19 @@ const doubts = (texts) => $("doubts").replaceChildren(...texts.map((text) => el(
 // --- the tree ---------------------------------------------------------------------------------------------
 
 const digits = (value) => (Math.abs(value) < 1e-3 ? 0 : Math.min(3, Math.max(0, 3 - Math.floor(Math.log10(Math.abs(value))))));
-const number = (key, value, unit) => [measured(key, value, digits(value)), unit === "°" ? unit : ` ${unit}`];
+function number(key, value, unit) {
+  const [, base, rest] = unit.match(/^(mm²|mm|kg·mm²|g|°|)(.*)$/);
+  return [measured(key, value, digits(value)), `${base === "°" ? "" : " "}${unitOf(base)}${rest}`];
+}
 
 function tree(report) {
   const crank = report.crank, rows = [];
   rows.push(["axis", 1, "Axis", [...number("crank.mass_g", crank.mass_g, "g, "), ...number("crank.polar_inertia_kg_mm2", crank.polar_inertia_kg_mm2, "kg·mm²")], [0, 0, 0], 2]);
-  crank.main_journals.forEach((pin, k) => rows.push(["main_journal", pin.number, `Main journal ${pin.number}`, ["⌀", ...number(`crank.main_journals.${k}.diameter_mm`, pin.diameter_mm, "× "), ...number(`crank.main_journals.${k}.width_mm`, pin.width_mm, "mm")], pin.centre_mm, pin.diameter_mm / 2]));
+  crank.main_journals.forEach((pin, k) => rows.push(["main_journal", pin.number, `Main journal ${pin.number}`, ["⌀", ...number(`crank.main_journals.${k}.diameter_mm`, pin.diameter_mm, " × "), ...number(`crank.main_journals.${k}.width_mm`, pin.width_mm, "mm")], pin.centre_mm, pin.diameter_mm / 2]));
   crank.throws.forEach((each, k) => rows.push(["throw", each.number, `Throw ${each.number}`, ["radius ", ...number(`crank.throws.${k}.crank_radius_mm`, each.crank_radius_mm, "mm at "), ...number(`crank.throws.${k}.angle_deg`, each.angle_deg, "°")], each.crankpin.centre_mm, each.crankpin.diameter_mm / 2]));
   crank.webs.forEach((web, k) => {
     const z = (web.z_min_mm + web.z_max_mm) / 2, radius = web.outline ? web.outline.rim_radius_mm : 20;
-    rows.push(["web", web.number, `Web ${web.number}`, ["z ", ...number(`crank.webs.${k}.z_min_mm`, web.z_min_mm, "to "), ...number(`crank.webs.${k}.z_max_mm`, web.z_max_mm, "mm")], [0, 0, z], radius]);
+    rows.push(["web", web.number, `Web ${web.number}`, ["z ", ...number(`crank.webs.${k}.z_min_mm`, web.z_min_mm, " to "), ...number(`crank.webs.${k}.z_max_mm`, web.z_max_mm, "mm")], [0, 0, z], radius]);
     if (web.counterweight) rows.push(["counterweight", web.number, `Counterweight ${web.number}`, web.outline ? ["rim radius ", ...number(`crank.webs.${k}.outline.rim_radius_mm`, radius, "mm")] : [], [0, 0, z], radius]);
   });
   (report.faces || []).forEach((face, k) => rows.push(["face", k + 1, `Face ${face.id}`, number(`faces.${k}.area_mm2`, face.area_mm2, "mm²"), null, 0]));

@@ -93,7 +93,7 @@ function Item({ told }) {
 // Take a run away; what is shown of it goes with it.
 async function taken({ id }) {
   const { runs } = await remove(`/api/runs/${id}`);
-  if (state.result?.id === id) { state.result = null; emit("begun"); emit("gone"); }
+  if (state.result?.id === id) emit("gone");
   list(runs);
 }
 

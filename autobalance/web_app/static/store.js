@@ -12,7 +12,11 @@ export function mount(component, box) {
 export function redraw() {
   if (waiting) return;
   waiting = true;
-  queueMicrotask(() => { waiting = false; for (const draw of drawn) draw(); });
+  queueMicrotask(redrawNow);
+}
+export function redrawNow() {
+  waiting = false;
+  for (const draw of drawn) draw();
 }
 // A value that components show.
 export function signal(value) {

@@ -1,0 +1,42 @@
+// What to cut, in the order of indexing: where each cut is, how deep; a row turns the view to it.
+import { html } from "/static/preact.min.js";
+import { shown } from "/static/tools.js";
+import { Measured } from "/static/measured.js";
+import { emit } from "/static/job.js";
+import { redrawNow } from "/static/store.js";
+import { unitOf } from "/static/units.js";
+import { t } from "/static/words.js";
+
+let chosen = null;
+
+// Which way the tool comes from, as a unit vector out of the metal.
+function outOf(cut) {
+  if (cut.inward) return cut.inward.map((each) => -each);
+  return cut.side ? [0, 0, cut.side] : [cut.position_mm[0], cut.position_mm[1], 0];
+}
+export function enteredFrom(cut) {
+  const along = outOf(cut)[2];
+  return Math.abs(along) > 0.9 ? (along > 0 ? "+z" : "−z") : t("rim");
+}
+function turnTo(cut) {
+  chosen = cut;
+  emit("look", outOf(cut));
+  redrawNow();
+}
+
+export function Cuts({ id, corrections }) {
+  if (!corrections.length) return html`<table id=${id} hidden><tbody></tbody></table>`;
+  const mm = unitOf("mm"), heads = [[t("No.")], [t("kind")], [t("web")], [t("from")], [t("angle"), "°"], [t("radius"), mm], ["z", mm], ["⌀", mm], [t("depth"), mm], [t("mass"), "g"]];
+  return html`<div class="wide-table"><table id=${id} class="cuts" aria-describedby=${`${id}-says`}><caption>${t("What to cut, in the order of indexing")}</caption>
+    <thead><tr>${heads.map(([name, unit]) => html`<th scope="col">${name}${unit ? html`<br/>[${unit}]` : ""}</th>`)}</tr></thead>
+    <tbody>${corrections.map((cut, k) => html`<${Row} key=${cut.number} cut=${cut} path=${`corrections.${k}`}/>`)}</tbody></table></div>
+    <p class="quiet" id=${`${id}-says`}>${t("Angles from crankpin 1, counter-clockwise seen from +z (clockwise in brackets). Choose a row, and the view turns to it.")}</p>`;
+}
+
+function Row({ cut, path }) {
+  const cell = (key, digits) => html`<td><${Measured} of=${`${path}.${key}`} value=${cut[key]} digits=${digits}/></td>`;
+  return html`<tr class="turns" aria-selected=${String(chosen === cut)} onClick=${() => turnTo(cut)}>
+    <th scope="row"><button type="button" aria-label=${t("Cut {number}: turn the view to it", { number: cut.number })} data-testid="turn-to" data-cut=${String(cut.number)}>${cut.number}</button></th>
+    <td>${cut.kind}</td><td>${cut.web ?? "–"}</td><td>${enteredFrom(cut)}</td><td><${Measured} of=${`${path}.angle_deg`} value=${cut.angle_deg} digits=${1}/><small class="quiet"> (${shown((360 - cut.angle_deg) % 360, 1)})</small></td>
+    ${cell("radius_mm", 2)}${cell("z_mm", 2)}${cell("diameter_mm", 2)}${cell("depth_mm", 3)}${cell("removed_mass_g", 2)}</tr>`;
+}
