@@ -235,7 +235,7 @@ def test_the_board_shows_every_alternative(page: Browser, project: Served) -> No
     assert set(names) <= set(cards)
     ranks = [report["rows"][cards[name]]["rank"] or 1e6 for name in names]
     assert ranks == sorted(ranks)
-    plans = {}
+    plans: dict[object, str] = {}
     for name, place in cards.items():
         row = report["rows"][place]
         plans.setdefault(
