@@ -87,6 +87,7 @@ def meshes_of(
     factors: Sequence[float] = (1.0,),
     share_of_radius: float = SHARE_OF_RADIUS,
     longest_s: float = LONGEST_S,
+    finer: tuple[Array, Array] | None = None,
 ) -> list[TetrahedronMesh]:
     """Mesh a solid at several sizes.
 
@@ -101,6 +102,8 @@ def meshes_of(
         Size of elements on a curved surface, over its radius, at most.
     longest_s : float
         Processor time that the mesher has for all of them, where the system limits it [s].
+    finer : ((n, 3) float, (n,) float) or None
+        Points of a triangulated solid and the size of elements there, whatever the factor.
 
     Raises
     ------
@@ -114,7 +117,7 @@ def meshes_of(
         folder = Path(name)
         if size_mm is None and isinstance(solid, SurfaceSolid):
             size_mm = default_size_mm(solid.volume_mm3, solid.area_mm2)
-        order = _order(solid, size_mm, factors, share_of_radius, folder)
+        order = _order(solid, size_mm, factors, share_of_radius, folder, finer)
         order.values["longest_s"] = longest_s
         answer = _run(order, folder, longest_s)
         if answer["solids"] not in (None, 1):
@@ -150,6 +153,7 @@ def _order(
     factors: Sequence[float],
     share_of_radius: float,
     folder: Path,
+    finer: tuple[Array, Array] | None,
 ) -> _Order:
     shift = np.zeros(3)
     meshes: list[dict[str, Any]] = [
@@ -166,6 +170,8 @@ def _order(
         for mesh in meshes:
             size, share = size_mm * mesh["factor"], share_of_radius * mesh["factor"]
             points, local = curvature_sizes(moved, solid.triangles, size, share)
+            if finer is not None:
+                points, local = np.vstack([points, finer[0] - shift]), np.append(local, finer[1])
             mesh["sizes"] = _size_file(points, local, folder / f"{Path(mesh['file']).stem}.txt")
     values = {
         "solid": str(file),

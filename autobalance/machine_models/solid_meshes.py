@@ -6,9 +6,12 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from autobalance.errors import SolidError
 from autobalance.fem_analysis.elasticity import ElasticBody
 from autobalance.fem_analysis.mesher import SHARE_OF_RADIUS, SurfaceSolid, meshes_of
+from autobalance.machine_models.fillet_rings import FilletRing, on_arcs
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.mesh import mesh_of_soup
@@ -64,10 +67,13 @@ def bodies_of_solid(
     factors: Sequence[float] = (1.0,),
     share_of_radius: float = SHARE_OF_RADIUS,
     deadline: Deadline | None = None,
+    rings: Sequence[FilletRing] = (),
+    share_of_fillet: float = SHARE_OF_RADIUS,
 ) -> list[ElasticBody]:
     """Return meshes of a solid, of so many times a size each; None: chosen.
 
-    With a deadline, no try has more than half of what is left until then.
+    Fillets that are ``rings`` have elements of a share of their radius, on their true arcs. With a deadline,
+    no try has more than half of what is left until then.
 
     Raises
     ------
@@ -76,14 +82,16 @@ def bodies_of_solid(
     SolidError
         If it fails whatever is merged, or the deadline has passed.
     """
+    points = [ring.sizes(share_of_fillet) for ring in rings]
+    finer = (np.vstack([p for p, _ in points]), np.concatenate([s for _, s in points])) if points else None
     for finest in FINEST_MM:
         longest = {} if deadline is None else {"longest_s": deadline.share_s()}
         _, soup = through_file((solid.simplified(finest) if finest else solid).mesh, "stl", 1.0)
         mesh = mesh_of_soup(soup)
         try:
             surface = SurfaceSolid(mesh.vertices, mesh.triangles)
-            meshes = meshes_of(surface, size_mm, factors, share_of_radius, **longest)
-            return [ElasticBody.of(each) for each in meshes]
+            meshes = meshes_of(surface, size_mm, factors, share_of_radius, finer=finer, **longest)
+            return [ElasticBody.of(on_arcs(each, rings)) for each in meshes]
         except SolidError:
             if finest == FINEST_MM[-1]:
                 raise

@@ -14,6 +14,7 @@ from autobalance.fem_analysis.mesher import default_size_mm, need_libraries
 from autobalance.fem_analysis.throw_load import ThrowLoads, throw_loads
 from autobalance.job.model.strength import Strength
 from autobalance.machine_models.crankpins import with_crankpins
+from autobalance.machine_models.fillet_rings import FilletRing
 from autobalance.machine_models.fillets_from_job import Place, Side
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.solid_meshes import Deadline, bodies_of_solid
@@ -22,15 +23,17 @@ from autobalance.runtime import Progress, no_progress
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
-SHARES_OF_RADIUS = (0.9, 0.55)
+SHARES_OF_RADIUS = (0.6, 0.4)
 """Size of elements in a fillet over its radius, of the two meshes: curved and quadratic as they are."""
+CURVED_SHARE = 0.9
+"""The same of other curved surfaces."""
 COARSENING = (2.0, 1.6)
 """Over the usual size of elements."""
 LEAST_CUT_MM3 = 1.0
 BESIDE_MM = 0.01
 NEAR_END_MM = 0.5
 """Around a cut, whose surface is looked for in the mesh."""
-LONGEST_S = 120.0
+LONGEST_S = 300.0
 """Processor time for the meshes of one throw [s]."""
 SHAPE = (0.15, 0.85)
 """Between these shares of a fillet's radius, out from its pin, its surface stands off both pin and web."""
@@ -113,10 +116,13 @@ def throw_by_elements(
     solid = with_crankpins(crank.source.solid.moved(crank.anatomy.file_to_rotor), crank)
     piece = _with_long_journals(solid.above(ends[0]).below(ends[1]))
     deadline = Deadline.after(LONGEST_S)
+    rings = [_ring(crank, throw, side, place, asked) for side in sides for place in _places(side)]
+    rings = [ring for ring in rings if ring.is_drawn(piece.mesh.vertices)]
     levels = []
     for number, (share, coarser) in enumerate(zip(SHARES_OF_RADIUS, COARSENING, strict=True), 1):
         progress(f"throw {throw.number} by finite elements, mesh {number} of 2", 0.5 * (number - 1))
-        body = bodies_of_solid(piece, coarser * _size_mm(piece), (1.0,), share, deadline)[0]
+        size = coarser * _size_mm(piece)
+        body = bodies_of_solid(piece, size, (1.0,), CURVED_SHARE, deadline, rings, share)[0]
         levels.append(throw_loads(body, STEEL, throw.direction))
     fillets = tuple(
         _fillet(crank, throw, side, place, asked, levels) for side in sides for place in _places(side)
@@ -148,24 +154,26 @@ def _size_mm(piece: Solid) -> float:
     return default_size_mm(piece.volume_mm3, 0.5 * float(piece.mesh.doubled_areas.sum()))
 
 
+def _ring(crank: Crank, throw: Throw, side: Side, place: Place, asked: Strength) -> FilletRing:
+    """Return the arc of a fillet as the job has it."""
+    pin: Pin = throw.crankpin
+    above = side.loads.is_above
+    if place == "crankpin":
+        return FilletRing.of(pin, above, asked.pin_fillet_mm)
+    mains = crank.anatomy.main_journals
+    beside = [m for m in mains if (m.centre_mm[2] > pin.centre_mm[2]) == above]
+    journal = min(beside, key=lambda m: abs(float(m.centre_mm[2] - throw.crankpin.centre_mm[2])))
+    return FilletRing.of(journal, not above, asked.journal_fillet_mm)
+
+
 def _fillet(
     crank: Crank, throw: Throw, side: Side, place: Place, asked: Strength, levels: Sequence[ThrowLoads]
 ) -> FilletByElements:
-    pin: Pin = throw.crankpin
-    above = side.loads.is_above
-    radius = asked.pin_fillet_mm
-    if place == "journal":
-        radius = asked.journal_fillet_mm
-        mains = crank.anatomy.main_journals
-        beside = [m for m in mains if (m.centre_mm[2] > pin.centre_mm[2]) == above]
-        pin = min(beside, key=lambda m: abs(float(m.centre_mm[2] - throw.crankpin.centre_mm[2])))
-        above = not above
-    low, high = pin.z_range_mm
-    end, sense = (high, 1.0) if above else (low, -1.0)
+    ring = _ring(crank, throw, side, place, asked)
+    radius = ring.radius_mm
     found = []
     for level in levels:
-        along = sense * (level.places_mm[:, 2] - end)  # from the end of the bare cylinder into the web
-        out = _off_mm(level.places_mm, pin) - 0.5 * pin.diameter_mm
+        out, along = ring.coordinates(level.places_mm)  # from the end of the bare cylinder into the web
         near = (out > -0.05 * radius) & (out < 1.1 * radius) & (np.abs(along - 0.5 * radius) < 0.75 * radius)
         found.append((level, near, along, out))
     level, near, along, out = found[-1]
@@ -183,11 +191,6 @@ def _fillet(
     return FilletByElements(
         side.loads.web, place, bending, torsion, abs(values[0][0] / bending - 1.0), is_there
     )
-
-
-def _off_mm(places: Array, pin: Pin) -> Array:
-    found: Array = np.hypot(places[:, 0] - pin.centre_mm[0], places[:, 1] - pin.centre_mm[1])
-    return found
 
 
 def _in_box(places: Array, box: tuple[Array, Array]) -> np.typing.NDArray[np.bool_]:

@@ -29,6 +29,12 @@ CORE = 0.2
 """Half the breadth of the strip on which a web's thickness is measured, over the crank radius."""
 CELLS = (5, 3)
 """Of that strip, along and across; the median of their thicknesses counts."""
+BESIDE_PINS = 1.15
+"""Over the radius of a pin: beyond its fillet."""
+INSIDE_EDGE = 0.01
+"""Over the crank radius: a web's edge is drafted or broken."""
+LEAST_BESIDE = 0.01
+"""Share of a web's arm beside its pins' fillets, at least, for its thickness to be taken there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,7 +221,7 @@ def _shapes(solid: Solid, anatomy: Anatomy, throw: Throw) -> tuple[ThrowShape, T
                 bore,
                 _between_webs_mm(anatomy, pin),
                 throw.crank_radius_mm,
-                *_web_mm(solid, web, throw),
+                *_web_mm(solid, web, throw, journal),
             )
         )
     lone = [journal_beside(anatomy, throw, above) is None for above in (False, True)]
@@ -274,10 +280,11 @@ def _bore_mm(solid: Solid, pin: Pin) -> float:
     return bore if bore > LEAST_BORE * pin.diameter_mm else 0.0
 
 
-def _web_mm(solid: Solid, web: Web, throw: Throw) -> tuple[float, float]:
+def _web_mm(solid: Solid, web: Web, throw: Throw, journal: Pin | None) -> tuple[float, float]:
     """Return thickness and breadth of a web's arm, their means between the crank axis and the crankpin's.
 
-    A counterweight may be thicker than the arm; only the arm counts.
+    A counterweight may be thicker than the arm; only the arm counts, and beside the fillets where it is seen
+    there: above a journal or crankpin, and in a fillet, metal goes on.
     """
     x, y = throw.direction
     radius = throw.crank_radius_mm
@@ -292,7 +299,15 @@ def _web_mm(solid: Solid, web: Web, throw: Throw) -> tuple[float, float]:
     turned = solid.section(float(core.bounds[:, 2].mean())).turned(np.array([[x, y], [-y, x]]))
     low, high = turned.bounds
     between = Region.rectangle((0.0, float(low[1]) - 1.0), (radius, float(high[1]) + 1.0))
-    return thickness, (turned & between).area_mm2 / radius
+    arm = turned & between
+    beside = arm - Region.circle(BESIDE_PINS * 0.5 * throw.crankpin.diameter_mm, 64, (radius, 0.0))
+    if journal is not None:
+        beside = beside - Region.circle(BESIDE_PINS * 0.5 * journal.diameter_mm, 64)
+    beside = beside.grown(-INSIDE_EDGE * radius)
+    if beside.area_mm2 > LEAST_BESIDE * arm.area_mm2:
+        column = Solid.prism(beside, web.z_min_mm, web.z_max_mm)
+        thickness = (solid.moved(turn.T) & column).volume_mm3 / beside.area_mm2
+    return thickness, arm.area_mm2 / radius
 
 
 def _cells(radius_mm: float, half_mm: float) -> list[tuple[Array, Array]]:

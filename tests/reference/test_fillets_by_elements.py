@@ -18,7 +18,9 @@ from autobalance.fem_analysis.modes import factorised
 from autobalance.fem_analysis.throw_load import throw_loads
 from autobalance.fem_analysis.two_level import TwoLevelSolver
 from autobalance.machine_models import throw_stress
+from autobalance.machine_models.fillet_rings import FilletRing
 from autobalance.machine_models.solid_meshes import bodies_of_solid
+from autobalance.machine_models.torsion_from_job import sides_of_throws
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 
@@ -56,9 +58,40 @@ def test_steps_end_where_factors_do(bar: ElasticBody) -> None:
     assert TwoLevelSolver(bar, stiffness, free).solve(0.0 * load).tolist() == [0.0] * len(free)
 
 
+def test_a_stepped_shaft_has_petersons_factors() -> None:
+    """Peterson's fits: 1.743 bent, 1.373 twisted, of the greatest stress; a fillet drawn in two facets.
+
+    Von Mises' stress is 0.89 of it where the fillet cannot stretch around (ν = 0.3), else up to all of it.
+    """
+    wide, narrow, radius = 60.0, 40.0, 4.0
+    leans = np.array([0.5, 0.25, 0.0]) * math.pi
+    arc = np.column_stack([0.5 * narrow + radius * (1 - np.cos(leans)), radius * (1 - np.sin(leans))])
+    ends = [(0.0, -30.0), (0.5 * wide, -30.0), (0.5 * wide, 0.0)], [(0.5 * narrow, 40.0), (0.0, 40.0)]
+    shaft = Solid.revolved(np.vstack([ends[0], arc, ends[1]]), 64)
+    ring = FilletRing(np.zeros(2), 0.5 * narrow, radius, -1.0, radius)
+    assert ring.is_drawn(np.asarray(shaft.mesh.vertices))
+    assert not replace(ring, radius_mm=1.5 * radius).is_drawn(np.asarray(shaft.mesh.vertices))
+    body = bodies_of_solid(shaft, 12.0, (1.0,), 0.9, rings=[ring], share_of_fillet=0.4)[0]
+    found = throw_loads(body, STEEL, np.array([1.0, 0.0]))
+    beside = (found.places_mm[:, 2] > -1.0) & (found.places_mm[:, 2] < 6.0)
+    nominal = 16e3 / (math.pi * narrow**3)
+    bent = found.bending_MPa[beside].max() / (2.0 * nominal)
+    assert 0.97 * 0.889 * 1.743 < bent < 1.03 * 1.743
+    assert found.torsion_MPa[beside].max() / nominal == pytest.approx(1.373, rel=0.05)
+
+
+def test_webs_are_as_thick_as_drawn_whatever_stands_on_them() -> None:
+    """A counterweight of 18 mm on an arm of 14, journals and fillets on both sides."""
+    single = PRESETS["single"]
+    mesh = crank_solid(single, 32).mesh
+    crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    for side in sides_of_throws(crank.measured)[0]:
+        assert side.web_thickness_mm == pytest.approx(single.web.thickness_mm, abs=1e-3)
+
+
 def test_fillets_by_elements_are_within_the_spread_of_the_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Strain gauges on large cranks made the formulas; coarse elements miss much of the peak of bending."""
-    monkeypatch.setattr(throw_stress, "SHARES_OF_RADIUS", (1.0, 0.8))
+    """Strain gauges on large cranks made the formulas; coarse elements miss some of the peak of bending."""
+    monkeypatch.setattr(throw_stress, "SHARES_OF_RADIUS", (0.9, 0.6))
     monkeypatch.setattr(throw_stress, "COARSENING", (2.0, 2.0))
     mesh = crank_solid(replace(PRESETS["single"], oil_hole_mm=0.0), 32).mesh
     crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
@@ -82,8 +115,8 @@ def test_fillets_by_elements_are_within_the_spread_of_the_formulas(monkeypatch: 
         (1, "crankpin"), (1, "journal"), (2, "crankpin"), (2, "journal"),
     ]  # fmt: skip
     for row in rows:
-        assert 0.3 < row["bending_over_formula"] < 1.3
-        assert 0.7 < row["torsion_over_formula"] < 1.3
+        assert 0.7 < row["bending_over_formula"] < 1.25
+        assert 0.8 < row["torsion_over_formula"] < 1.25
         assert row["cost_of_cuts"] is None
     assert "by finite elements" in found.text()
     assert any("mesh 2 of 2" in text for text in said)
