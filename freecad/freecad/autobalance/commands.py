@@ -8,11 +8,12 @@ import tempfile
 
 import FreeCAD
 from freecad.autobalance import program
-from freecad.autobalance.crank import check_source, input_hash, make_crank, shape_of, write_job
+from freecad.autobalance.crank import check_source, input_hash, make_crank, shape_of, write_job, write_source
 from freecad.autobalance.cuts import make_cuts
+from freecad.autobalance.datums import recognised
+from freecad.autobalance.translation import translate
 
 ICONS = os.path.join(os.path.dirname(__file__), "icons")
-translate = FreeCAD.Qt.translate if hasattr(FreeCAD, "Qt") else lambda _, text: text
 
 
 def new_crank(preset="single", document=None):
@@ -32,36 +33,18 @@ def new_crank(preset="single", document=None):
 
 
 def inspect(source):
-    """Return a group of what is recognised on a crank: axis, main journals, crankpins, webs."""
-    import Part
-    from FreeCAD import Matrix, Placement, Vector
-
+    """Return a group of what is recognised on a crank: axis, main journals, crankpins, webs, faces."""
     check_source(source)
     folder = tempfile.mkdtemp(prefix="autobalance-")
     try:
-        path = os.path.join(folder, "crank.step")
-        source.Shape.Solids[0].exportStep(path)
-        program.run(["inspect", path, "--json", "found.json"], folder)
+        file = write_source(source, folder)
+        unit = ["--unit", "mm"] if file.endswith(".stl") else []
+        program.run(["inspect", file, *unit, "--json", "found.json"], folder)
         with open(os.path.join(folder, "found.json"), encoding="utf-8") as stream:
             found = json.load(stream)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-    document, rows = source.Document, found["frame"]["file_to_rotor"]
-    frame = Placement(Matrix(*[value for row in rows for value in row])).inverse()
-    group = document.addObject("App::DocumentObjectGroup", "Recognised")
-    journals = found["crank"]["main_journals"]
-    for name, pins in (("Main journal", journals), ("Crankpin", found["crank"]["throws"])):
-        for each in pins:
-            pin = each.get("crankpin", each)
-            width = pin["width_mm"]
-            start = Vector(*pin["centre_mm"]) - Vector(0, 0, 0.5 * width)
-            shown = document.addObject("Part::Feature", name.replace(" ", ""))
-            shown.Label = "%s %d" % (name, each["number"])
-            shown.Shape = Part.makeCylinder(
-                0.5 * pin["diameter_mm"], width, frame.multVec(start), frame.Rotation.multVec(Vector(0, 0, 1))
-            )
-            group.addObject(shown)
-    return group
+    return recognised(source, found)
 
 
 def verify(crank):
@@ -105,6 +88,24 @@ def selected():
     return found[0]
 
 
+def say(error):
+    """Say in the report view what went wrong, in a line."""
+    FreeCAD.Console.PrintError("autobalance: %s\n" % str(error).splitlines()[0])
+
+
+def offer_environment():
+    """Ask whether to make an environment for the command, and make it; the last word is a line."""
+    from PySide import QtGui
+
+    words = translate("autobalance was not found. Make a virtual environment and install it there?")
+    if QtGui.QMessageBox.question(None, "autobalance", words) != QtGui.QMessageBox.Yes:
+        return
+    try:
+        FreeCAD.Console.PrintMessage("autobalance: installed as %s\n" % program.make_environment())
+    except program.CommandError as error:
+        say(error)
+
+
 class Command:
     """A button: its words, its icon, and the function behind it."""
 
@@ -114,8 +115,8 @@ class Command:
     def GetResources(self):
         """Return text, tip and icon."""
         return {
-            "MenuText": translate("autobalance", self.words),
-            "ToolTip": translate("autobalance", self.tip),
+            "MenuText": translate(self.words),
+            "ToolTip": translate(self.tip),
             "Pixmap": os.path.join(ICONS, self.icon),
         }
 
@@ -130,9 +131,13 @@ class Command:
         try:
             self.work()
             document.commitTransaction()
+        except program.NotFoundError as error:
+            document.abortTransaction()
+            say(error)
+            offer_environment()
         except Exception as error:  # a command of a window: nobody is above it
             document.abortTransaction()
-            FreeCAD.Console.PrintError("autobalance: %s\n" % str(error).splitlines()[0])
+            say(error)
 
 
 def _balance():
@@ -169,7 +174,10 @@ COMMANDS = {
         "New crank", "A crank of the generator's presets", "autobalance.svg", new_crank
     ),
     "Autobalance_Inspect": Command(
-        "Inspect", "Journals and crankpins as a group", "verify.svg", lambda: inspect(selected())
+        "Inspect",
+        "Axis, journals, crankpins, webs and faces as a group",
+        "verify.svg",
+        lambda: inspect(selected()),
     ),
     "Autobalance_Balance": Command("Balance", "Balance the selected body", "autobalance.svg", _balance),
     "Autobalance_Cuts": Command(

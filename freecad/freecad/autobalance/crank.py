@@ -21,10 +21,18 @@ PROPERTIES = (
     ("App::PropertyFloatList", "Rotating", "Parts", "Rotating weights of a throw in g", [0.0]),
     ("App::PropertyFloatList", "Reciprocating", "Parts", "Reciprocating weights of a throw in g", [0.0]),
     ("App::PropertyFloatList", "Crankpin", "Parts", "Weights of a pressed-in crankpin in g", []),
+    ("App::PropertyFloat", "RodLength", "Parts", "Rod length in mm, for the curve of factors; 0: none", 0.0),
     ("App::PropertyFloat", "Factor", "Balance", "Balance factor, 0 to 1", 0.5),
     ("App::PropertyFloat", "Grade", "Balance", "Balance quality grade G", 6.3),
     ("App::PropertyFloat", "SpeedRpm", "Balance", "Highest service speed in 1/min", 6000.0),
     ("App::PropertyEnumeration", "Method", "Correction", "Kind of correction", METHODS),
+    (
+        "App::PropertyFloatList",
+        "Drills",
+        "Correction",
+        "Drills at hand in mm; none: the program's choice",
+        [],
+    ),
     ("App::PropertyStringList", "Limits", "Correction", "Keys of the job, key=value each, as --set", []),
     ("App::PropertyFile", "JobFile", "Correction", "A job file in place of all of these", ""),
     ("App::PropertyEnumeration", "Plan", "Correction", "new, or kept: the same cuts, new depths", PLANS),
@@ -175,15 +183,21 @@ def balanced(obj, tell=None, cancelled=None):
         shutil.rmtree(folder, ignore_errors=True)
 
 
+def write_source(source, folder):
+    """Write a crank's solid or mesh to a folder; return the file's name."""
+    file = "crank.stl" if hasattr(source, "Mesh") else "crank.step"
+    path = os.path.join(folder, file)
+    if hasattr(source, "Mesh"):
+        source.Mesh.write(path)
+    else:
+        source.Shape.Solids[0].exportStep(path)
+    return file
+
+
 def write_job(obj, folder):
     """Write a crank's solid and its job to a folder; return the path of the job."""
-    mesh = hasattr(obj.Source, "Mesh")
-    file = "crank.stl" if mesh else "crank.step"
-    path = os.path.join(folder, file)
-    if mesh:
-        obj.Source.Mesh.write(path)
-    else:
-        obj.Source.Shape.Solids[0].exportStep(path)
+    check_source(obj.Source)
+    file = write_source(obj.Source, folder)
     keep = None
     if obj.Plan == "kept" and obj.Report:
         keep = "kept.json"

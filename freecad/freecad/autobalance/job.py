@@ -56,6 +56,10 @@ def job_of(crank, file, keep):
         },
         "correction": {"method": str(crank.Method)},
     }
+    if crank.RodLength > 0.0:
+        values["engine"]["rod_length_mm"] = float(crank.RodLength)
+    if crank.Method == "drill" and list(crank.Drills):
+        values["correction"]["drill"] = {"diameters_mm": [float(each) for each in crank.Drills]}
     if file.endswith(".stl"):
         values["crankshaft"]["unit"] = "mm"
     if list(crank.Crankpin):

@@ -4,16 +4,20 @@ import json
 
 import FreeCAD
 import FreeCADGui
+from freecad.autobalance.advisor import curve_picture, factors_of, grades
 from freecad.autobalance.crank import METHODS, PLANS
+from freecad.autobalance.translation import translate
 from PySide import QtCore, QtGui
 
 LISTS = (
     ("Rotating", "Rotating weights [g]"),
     ("Reciprocating", "Reciprocating weights [g]"),
     ("Crankpin", "Crankpin [g]"),
+    ("Drills", "Drills at hand [mm]"),
 )
 NUMBERS = (
     ("Density", "Density [kg/m³]"),
+    ("RodLength", "Rod length [mm], 0: none"),
     ("Factor", "Balance factor"),
     ("Grade", "Grade G"),
     ("SpeedRpm", "Speed [1/min]"),
@@ -33,33 +37,40 @@ class Panel:
     def __init__(self, crank):
         self.crank, self.stopped = crank, False
         self.form = QtGui.QWidget()
-        self.form.setWindowTitle("Balanced crank")
+        self.form.setWindowTitle(translate("Balanced crank"))
         layout = QtGui.QFormLayout(self.form)
         self.fields = {}
         for name, words in LISTS:
             field = QtGui.QLineEdit("; ".join("%g" % value for value in getattr(crank, name)))
             field.textChanged.connect(self.sums)
             self.fields[name] = field
-            layout.addRow(words, field)
+            layout.addRow(translate(words), field)
         for name, words in NUMBERS:
-            self.fields[name] = QtGui.QLineEdit("%g" % getattr(crank, name))
+            self.fields[name] = self.grade_field() if name == "Grade" else QtGui.QLineEdit()
+            self.fields[name].setText("%g" % getattr(crank, name))
             self.fields[name].textChanged.connect(self.sums)
-            layout.addRow(words, self.fields[name])
+            layout.addRow(translate(words), self.fields[name])
+        self.advise = QtGui.QPushButton(translate("Factor: what each does"))
+        self.advise.clicked.connect(self.curve)
+        self.advice, self.picture = QtGui.QLabel(), QtGui.QLabel()
+        self.advice.setWordWrap(True)
+        layout.addRow(self.advise, self.advice)
+        layout.addRow(self.picture)
         for name, values, words in (("Method", METHODS, "Kind of cut"), ("Plan", PLANS, "Plan")):
             box = QtGui.QComboBox()
             box.addItems(list(values))
             box.setCurrentIndex(list(values).index(getattr(crank, name)))
             self.fields[name] = box
-            layout.addRow(words, box)
+            layout.addRow(translate(words), box)
         self.limits = QtGui.QPlainTextEdit("\n".join(crank.Limits))
         self.limits.setMaximumHeight(60)
-        layout.addRow("Limits, key=value", self.limits)
+        layout.addRow(translate("Limits, key=value"), self.limits)
         self.bob = QtGui.QLabel()
-        layout.addRow("Bob-weight", self.bob)
+        layout.addRow(translate("Bob-weight"), self.bob)
         self.bar = QtGui.QProgressBar()
         layout.addRow(self.bar)
         buttons = QtGui.QHBoxLayout()
-        self.go, self.cancel = QtGui.QPushButton("Balance"), QtGui.QPushButton("Cancel")
+        self.go, self.cancel = QtGui.QPushButton(translate("Balance")), QtGui.QPushButton(translate("Cancel"))
         self.go.clicked.connect(self.run)
         self.cancel.clicked.connect(self.stop)
         buttons.addWidget(self.go)
@@ -75,9 +86,33 @@ class Panel:
         self.sums()
         self.result()
 
+    def grade_field(self):
+        """Return a field whose completer lists the grades, each with the drive that it is for."""
+        field = QtGui.QLineEdit()
+        self.grades = QtGui.QCompleter(grades())
+        self.grades.setFilterMode(QtCore.Qt.MatchContains)
+        self.grades.setMaxVisibleItems(12)
+        field.setCompleter(self.grades)
+        return field
+
+    def curve(self):
+        """Draw what each balance factor does, and name the best."""
+        if not self.take():
+            return
+        try:
+            factors = factors_of(self.crank)
+        except Exception as error:  # shown to the one who pressed the button
+            self.advice.setText(str(error))
+            return
+        self.advice.setText(
+            translate("least first order %.3f, least greatest force %.3f")
+            % (factors["least_first_order"], factors["least_greatest"])
+        )
+        self.picture.setPixmap(curve_picture(factors, self.crank.Factor))
+
     def values(self, name):
         """Return the numbers of a field, as people type them."""
-        text = self.fields[name].text().replace(",", ".")
+        text = self.fields[name].text().replace(",", ".").partition(" – ")[0]
         return [float(each) for each in text.replace(";", " ").split()]
 
     def sums(self):
@@ -92,17 +127,8 @@ class Panel:
     def run(self):
         """Set the properties and balance."""
         crank, self.stopped = self.crank, False
-        try:
-            for name, _ in LISTS:
-                setattr(crank, name, self.values(name))
-            for name, _ in NUMBERS:
-                setattr(crank, name, self.values(name)[0])
-        except (ValueError, IndexError):
-            self.said.setText("a weight or number is none; expected numbers with ; between them")
+        if not self.take():
             return
-        for name in ("Method", "Plan"):
-            setattr(crank, name, self.fields[name].currentText())
-        crank.Limits = [line for line in self.limits.toPlainText().splitlines() if line.strip()]
         crank.Proxy.tell, crank.Proxy.cancelled = self.tell, self.asked
         crank.touch()
         try:
@@ -114,6 +140,22 @@ class Panel:
             FreeCAD.Console.PrintError("autobalance: %s\n" % str(error).splitlines()[0])
         finally:
             crank.Proxy.tell = crank.Proxy.cancelled = None
+
+    def take(self):
+        """Set the crank's properties to what the fields hold; return whether they are numbers."""
+        crank = self.crank
+        try:
+            for name, _ in LISTS:
+                setattr(crank, name, self.values(name))
+            for name, _ in NUMBERS:
+                setattr(crank, name, self.values(name)[0])
+        except (ValueError, IndexError):
+            self.said.setText(translate("a weight or number is none; expected numbers with ; between them"))
+            return False
+        for name in ("Method", "Plan"):
+            setattr(crank, name, self.fields[name].currentText())
+        crank.Limits = [line for line in self.limits.toPlainText().splitlines() if line.strip()]
+        return True
 
     def tell(self, words, share):
         """Show how far it is."""

@@ -14,12 +14,21 @@ import FreeCAD
 PREFERENCES = "User parameter:BaseApp/Preferences/Mod/autobalance"
 MISSING = (
     "autobalance was not found; expected its command in PATH or in the preference 'Command'; "
-    "install it with: pip install autobalance[step]"
+    "install it with: pip install autobalance[step], or from a macro: "
+    "from freecad.autobalance import program; program.make_environment()"
 )
+
+
+QUIET = ("grade",)
+"""Commands that have no progress; their error is a line of text."""
 
 
 class CommandError(RuntimeError):
     """The command refused or was cancelled; its own line."""
+
+
+class NotFoundError(CommandError):
+    """There is no command."""
 
 
 def command():
@@ -33,7 +42,7 @@ def command():
     chosen = FreeCAD.ParamGet(PREFERENCES).GetString("Command", "")
     found = chosen or os.environ.get("AUTOBALANCE_COMMAND") or shutil.which("autobalance") or own_command()
     if not found or not os.path.isfile(found):
-        raise CommandError(MISSING if not found else "autobalance is not at %s; %s" % (found, MISSING))
+        raise NotFoundError(MISSING if not found else "autobalance is not at %s; %s" % (found, MISSING))
     return [found]
 
 
@@ -59,6 +68,14 @@ def make_environment(source="autobalance[step]"):
     return own_command()
 
 
+def answer(words, folder):
+    """Return the report of a command that writes one with ``--json``."""
+    path = os.path.join(folder, "answer.json")
+    run([*words, "--json", path], folder)
+    with open(path, encoding="utf-8") as stream:
+        return json.load(stream)
+
+
 def run(words, folder, tell=None, cancelled=None):
     """Run the command in a folder; return its exit code, 0 or 4, and its warnings.
 
@@ -77,7 +94,7 @@ def run(words, folder, tell=None, cancelled=None):
     """
     environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONHOME")}
     process = subprocess.Popen(
-        [*command(), *words, "--progress", "json"],
+        [*command(), *words, *([] if words[0] in QUIET else ["--progress", "json"])],
         cwd=folder,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
@@ -105,6 +122,8 @@ def run(words, folder, tell=None, cancelled=None):
             tell(str(told["stage"]), float(told["share"]))
     if error is not None or process.returncode not in (0, 4):
         last = warnings[-1] if warnings else "no word"
+        if words[0] in QUIET and warnings:
+            error = last.partition("error: ")[2] or last
         raise CommandError(error or "autobalance ended with exit code %d: %s" % (process.returncode, last))
     return process.returncode, warnings
 
