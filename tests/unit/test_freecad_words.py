@@ -1,8 +1,8 @@
 """Every word that FreeCAD's window shows of the workbench stands in its files of translations."""
 
 import ast
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 

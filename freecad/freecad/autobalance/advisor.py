@@ -64,8 +64,8 @@ def curve_picture(factors, factor):
     for place, (key, colour) in enumerate(CURVES):
         painter.setPen(QtGui.QPen(QtGui.QColor(colour), 2))
         points = [at(row["factor"], row[key]) for row in rows]
-        for begin, end in zip(points, points[1:]):
-            painter.drawLine(begin, end)
+        for k in range(1, len(points)):
+            painter.drawLine(points[k - 1], points[k])
         painter.drawText(QtCore.QPointF(62 + 56 * place, 14), ("total", "in line", "across")[place])
     painter.end()
     return picture

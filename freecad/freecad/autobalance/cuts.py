@@ -293,8 +293,8 @@ def residual_by_freecad(crank, shape):
 def slabs(shape, count=8):
     """Yield a shape's solids cut across their longest side.
 
-    FreeCAD integrates each face by a fixed number of points: 3e-5 of a hole through a round rim is lost, 1e-7 of
-    its slabs.
+    FreeCAD integrates each face by a fixed number of points: 3e-5 of a hole through a round rim is
+    lost, 1e-7 of its slabs.
     """
     for solid in shape.Solids:
         box = solid.BoundBox
@@ -306,8 +306,7 @@ def slabs(shape, count=8):
         for place in range(count):
             corner = list(low)
             corner[longest] += place * size[longest]
-            for piece in solid.common(Part.makeBox(*size, Vector(*corner))).Solids:
-                yield piece
+            yield from solid.common(Part.makeBox(*size, Vector(*corner))).Solids
 
 
 def volume_mm3(shape):

@@ -1,4 +1,4 @@
-"""Words of the window in the user's language: ``translations/autobalance_*.qm``, made of the ``.ts`` beside it."""
+"""Words of the window in the user's language: ``translations/autobalance_*.qm``, made of the ``.ts``."""
 
 import FreeCAD
 
