@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
@@ -17,6 +18,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from autobalance.job.files.crank_keys import DESIGN, PRESET  # noqa: E402
 from autobalance.job.files.declared import DECLARED, forms_of  # noqa: E402
 from autobalance.job.files.design_keys import DESIGN_KEYS  # noqa: E402
 from autobalance.job.read_engine import WEIGHTS  # noqa: E402
@@ -46,6 +48,7 @@ def blocks() -> dict[str, str]:
         for form in named.named.forms
     )
     files = {name: {"": DESIGN_KEYS} if name == "design-file" else forms_of(name) for name in DECLARED}
+    files["crank-file"] = {"": (replace(PRESET, default=None), *DESIGN)}
     return found | {name: of_forms(forms) for name, forms in files.items()}
 
 

@@ -19,7 +19,7 @@ def test_every_name_is_a_schema(capsys: pytest.CaptureFixture[str]) -> None:
     for name in names:
         assert jobs.run("schema", name) == 0
         Draft202012Validator.check_schema(json.loads(capsys.readouterr().out))
-    assert jobs.run("schema", "jobs") == 2
+    assert jobs.run("schema", "jobz") == 2
     assert "there are job, reading" in capsys.readouterr().err
 
 

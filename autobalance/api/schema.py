@@ -40,8 +40,8 @@ WRITTEN: Mapping[str, str] = {
 }
 """Name → module of ``report.records`` and record of what a verb writes with ``--json``."""
 READ = (
-    *("job", "reading", "trials", "machine", "machine-tool-file", "bearing-file", "rotor-file"),
-    *("chain-file", "drive-file", "bench-file", "engine-bench-file", "fem-file", "design-file"),
+    *("job", "reading", "trials", "machine", "machine-tool-file", "crank-file", "bearing-file"),
+    *("rotor-file", "chain-file", "drive-file", "bench-file", "engine-bench-file", "fem-file", "design-file"),
 )
 """TOML files that are read."""
 NAMES = (

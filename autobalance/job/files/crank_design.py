@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, fields, is_dataclass
-from types import UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from dataclasses import fields, is_dataclass
+from typing import Any, get_args, get_type_hints
 
 from autobalance.crank.parametric.design import Design, preset
 from autobalance.errors import JobError
+from autobalance.job.files.crank_keys import DESIGN
 from autobalance.job.model import EngineParts
 from autobalance.job.read_engine import ENGINE, engine_of
 from autobalance.job.toml.document import toml_of
-from autobalance.job.toml.keys import read
-from autobalance.job.toml.table import Table
+from autobalance.job.toml.keys import Values, names, read
+from autobalance.job.toml.table import Table, unknown_keys
+from autobalance.job.toml.typed_units import in_base_units
 
 
 def read_design(text: str, source: str) -> tuple[Design, EngineParts | None]:
@@ -51,13 +52,13 @@ def design_from(values: Mapping[str, Any]) -> tuple[Design, EngineParts | None]:
 
 
 def _design_and_engine(raw: dict[str, Any], name: str) -> tuple[Design, EngineParts | None]:
-    root = Table(raw, "", ("preset", "engine", *_keys(Design)))
-    base = table_of(preset(root.value("preset", str))) if "preset" in root else {}
-    described = {key: value for key, value in raw.items() if key not in ("preset", "engine")}
-    design = _design({"name": name, **_merged(base, described)})
-    if "engine" not in root:
+    own = ("preset", "engine")
+    described = {key: value for key, value in raw.items() if key not in own}
+    base = table_of(preset(Table(raw, "", None).value("preset", str))) if "preset" in raw else {}
+    design = _design({"name": name, **_merged(base, described)}, own)
+    if "engine" not in raw:
         return design, None
-    engine = read({"engine": root.raw["engine"]}, (ENGINE,))["engine"]
+    engine = read({"engine": raw["engine"]}, (ENGINE,))["engine"]
     return design, engine_of(engine, design.crankpin_in_file)
 
 
@@ -97,34 +98,21 @@ def _merged(base: Mapping[str, Any], change: Mapping[str, Any]) -> dict[str, Any
     return merged
 
 
-def _keys(kind: Any) -> tuple[str, ...]:
-    return tuple(item.name for item in fields(kind))
-
-
-def _design(raw: dict[str, Any]) -> Design:
-    design: Design = _dataclass(Design, Table(raw, "", _keys(Design)))
+def _design(raw: dict[str, Any], beside: tuple[str, ...] = ()) -> Design:
+    """Return the design of a table; ``beside`` are keys that a file may hold besides."""
+    if unknown := unknown_keys(Table(raw, "", None), (*names(DESIGN), *beside)):
+        raise JobError(*unknown)
+    design: Design = _of_values(Design, read(in_base_units(raw), DESIGN))
     return design
 
 
-def _dataclass(kind: Any, table: Table) -> Any:
-    """Read a table whose keys are the fields of a dataclass."""
-    hints = get_type_hints(kind)
-    names = [
-        item.name
-        for item in fields(kind)
-        if item.name in table or (item.default is MISSING and item.default_factory is MISSING)
-    ]
-    return kind(**{name: _value(hints[name], table, name) for name in names})
+def _of_values(kind: Any, values: Values) -> Any:
+    """Return a dataclass of the values of its fields, tables as the dataclasses that they stand for."""
+    return kind(**{name: _of_value(hint, values[name]) for name, hint in get_type_hints(kind).items()})
 
 
-def _value(hint: Any, table: Table, key: str) -> Any:
-    arms = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
-    kind = next(arm for arm in arms if arm is not type(None))
-    if is_dataclass(kind):
-        if key not in table:
-            return table.value(key, dict)  # says that it is missing
-        return _dataclass(kind, table.table(key, _keys(kind)))
-    item = get_args(kind)[0] if get_origin(kind) is tuple else None
-    if is_dataclass(item) and key in table:
-        return tuple(_dataclass(item, each) for each in table.tables(key, _keys(item)))
-    return table.value(key, kind)
+def _of_value(hint: Any, value: Any) -> Any:
+    kinds = [arm for arm in (*get_args(hint), hint) if is_dataclass(arm)]
+    if isinstance(value, dict):
+        return _of_values(kinds[0], value)
+    return tuple(_of_values(kinds[0], each) for each in value) if isinstance(value, list) else value

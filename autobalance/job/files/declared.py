@@ -14,6 +14,7 @@ DECLARED: Mapping[str, str] = {
     "trials": "files.trials:TRIALS_KEYS",
     "machine": "files.machine:MACHINE_KEYS",
     "machine-tool-file": "files.machine_tool:MACHINE_TOOL_KEYS",
+    "crank-file": "files.crank_keys:CRANK_FORMS",
     "bearing-file": "files.bearing_keys:BEARING_FORMS",
     "rotor-file": "files.rotor:ROTOR",
     "chain-file": "files.torsion:CHAIN",
