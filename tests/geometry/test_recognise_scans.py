@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.parametric.axial_plan import axial_plan
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.recognition.alignment import misalignment_warning
 from autobalance.crank.recognition.recognise import recognise
@@ -132,6 +133,22 @@ def test_what_main_journals_of_a_bent_scan_run_out_is_told() -> None:
     assert run_out == pytest.approx(2.0 * np.abs(aside - line(middles)), abs=0.1)
     assert max(each or 0.0 for each in run_out) > 0.2
     assert str(misalignment_warning(found)).startswith("the crank is bent: main journal")
+
+
+def test_a_scanned_flange_is_found_with_its_face_and_its_holes() -> None:
+    there = scan("parallel-twin-360", 0.02, edge_mm=2.2, seed=0)
+    found, _ = _recognised(there.mesh)
+    assert found.datums is not None
+    (flange,) = found.datums.flanges
+    plan = axial_plan(PRESETS["parallel-twin-360"])
+    first = plan.pins[0]
+    face_mm = plan.journals[-1].high + 12.0 - 0.5 * (first.low + first.high)
+    assert flange.face_z_mm == pytest.approx(face_mm, abs=0.02)
+    assert flange.diameter_mm == pytest.approx(76.0, abs=0.05)
+    assert [hole.diameter_mm for hole in flange.holes] == pytest.approx([8.5] * 6, abs=0.1)
+    assert [hole.radius_mm for hole in flange.holes] == pytest.approx([29.0] * 6, abs=0.05)
+    heights = {face.of: face.z_mm for face in found.datums.faces}
+    assert heights["flange"] == flange.face_z_mm
 
 
 @pytest.mark.parametrize("name", ["camshaft", "propeller shaft"])

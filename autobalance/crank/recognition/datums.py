@@ -295,7 +295,7 @@ def _bolt_circle(piece: SectionPiece, axis: Array) -> list[Circle]:
 def _distant_level(zone: _Zone, z_mm: float) -> float | None:
     """Return the plane at which the metal at a height ends, away from the crank."""
     levels = zone.long.levels_mm
-    room = 4.0 * ASIDE_SHARE * zone.long.length_mm
+    room = 4.0 * ASIDE_SHARE * zone.long.length_mm + 2.0 * zone.long.blur_mm
     near = levels[(np.abs(levels - z_mm) < room)]
     return float(near[np.argmin(np.abs(near - z_mm))]) if len(near) else None
 
@@ -319,11 +319,12 @@ def _machined_faces(
         ("end", "face at the -z end", float(z.min())),
         ("end", "face at the +z end", float(z.max())),
     ]
-    grain = ASIDE_SHARE * long.length_mm
-    for of, name, height in webs_and_ends:
+    grain = ASIDE_SHARE * long.length_mm + long.blur_mm
+    for of, name, farthest in webs_and_ends:
         known = [face.z_mm for face in faces]
-        if np.any(np.abs(long.levels_mm - height) < grain) and all(
-            abs(height + shift - other) > grain for other in known
-        ):
+        off = np.abs(long.levels_mm - farthest)
+        rough = long.blur_mm > 0.0 and len(off) > 0  # the farthest point of a rough face is none of its plane
+        height = float(long.levels_mm[int(np.argmin(off))]) if rough else farthest
+        if np.any(off < grain) and all(abs(height + shift - other) > grain for other in known):
             faces.append(MachinedFace(of, name, height + shift))
     return faces
