@@ -36,7 +36,7 @@ from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.report.bundle import choice_of
 from autobalance.report.material import Choice
-from autobalance.report.output_kinds import page_names
+from autobalance.report.output_kinds import names_to_fill, page_names
 from autobalance.runtime import Notify, Progress, Stopwatch
 
 if TYPE_CHECKING:
@@ -422,7 +422,8 @@ def balance_to_files(
     warnings = list(result.warnings)
     if values["outputs"]["solid"] is None and solid_path.exists():
         warnings.append(f"{solid_path} is of an earlier run; this one cut nothing")
-    old = [page.name for page in pages if page.exists() and page not in files]
+    kept = names_to_fill()
+    old = [page.name for page in pages if page.exists() and page not in files and page.name not in kept]
     if old:
         warnings.append(f"of an earlier run in {folder}: {', '.join(old)}; this one did not write them")
     return BalancedFiles(result, values, files, tuple(warnings))

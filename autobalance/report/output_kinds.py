@@ -46,6 +46,11 @@ def to_fill() -> frozenset[str]:
     return frozenset(key for kind in _KINDS.values() if kind.is_to_fill for key in kind.files)
 
 
+def names_to_fill() -> frozenset[str]:
+    """Return the names of files that people write into afterwards, and that stay as they are then."""
+    return frozenset(name for kind in _KINDS.values() if kind.is_to_fill for name in kind.files.values())
+
+
 def choices() -> tuple[str, ...]:
     """Return what can be chosen: ``json``, which is always written, and the kinds."""
     return ("json", *_KINDS)

@@ -13,7 +13,9 @@ from autobalance.job.files.reading import read_reading
 from tests import jobs
 
 
-def test_a_reading_to_fill_in_lies_beside_the_report(tmp_path: Path) -> None:
+def test_a_reading_to_fill_in_lies_beside_the_report(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     report = jobs.balanced(jobs.bundled_job(tmp_path), tmp_path / "out", 0, "--only", "reading")
     path = tmp_path / "out" / "reading.toml"
     text = path.read_text(encoding="utf-8")
@@ -32,8 +34,10 @@ def test_a_reading_to_fill_in_lies_beside_the_report(tmp_path: Path) -> None:
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0  # though a file was filled in since
     before = path.read_bytes()
     (job,) = tmp_path.glob("*.toml")
-    jobs.balanced(job, tmp_path / "out", 0, "--only", "reading")
+    capsys.readouterr()
+    jobs.balanced(job, tmp_path / "out", 0, "--only", "csv")
     assert path.read_bytes() == before
+    assert "earlier run" not in capsys.readouterr().err
 
 
 def test_it_is_in_the_units_of_the_shop_and_of_one_plane_where_one_is_judged(tmp_path: Path) -> None:
