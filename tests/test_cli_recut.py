@@ -376,3 +376,31 @@ def test_what_is_wrong_with_recorded_trials_is_one_line(
     assert says in error
     assert error.count("\n") == 1
     assert not (tmp_path / "found").exists()
+
+
+def test_a_third_stage_of_turned_sectors_verifies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Faces are cut in parts that are turned to the heavy side of the stage; a good report was refused."""
+    text = JOB.replace("factor = 0.28", "factor = 0.2")
+    text = text[: text.index("[correction]")] + '[correction]\nmethod = "shoulder"\n'
+    (tmp_path / "job.toml").write_text(text, encoding="utf-8")
+    write_stl(tmp_path / "crank.stl", bundled_corners("straight", 96))
+    report = tmp_path / "out" / "report.json"
+    assert main(["balance", str(tmp_path / "job.toml"), "-o", str(report.parent), NO_PAGES]) == 0
+    turned = 0
+    for stage in (2, 3):
+        hidden = [
+            {"z_mm": 20.0, "g_mm": 18.0 * stage, "angle_deg": 180.0 + 15.0 * stage},
+            {"z_mm": -20.0, "g_mm": 14.0 * stage, "angle_deg": 180.0 - 10.0 * stage},
+        ]
+        monkeypatch.setattr("tests.test_cli_recut.HIDDEN", hidden)
+        reading = spun(report, tmp_path / f"read-{stage}")
+        code = main(["recut", str(report), str(reading), "--trust-reading", NO_PAGES])
+        report = next(iter(tmp_path.rglob(f"stage-{stage}/report.json")))
+        capsys.readouterr()
+        assert main(["verify", str(report)]) == code
+        assert "claims hold" in capsys.readouterr().out
+        cuts = json.loads(report.read_text("utf-8"))["corrections"]
+        turned += sum(each["sector_deg"] is not None for each in cuts)
+    assert turned >= 2

@@ -81,11 +81,12 @@ def test_frequencies_settle_from_mesh_to_mesh(cylinder: FemResult) -> None:
     assert cylinder.report["mesh"]["volume_error"] < 1e-3
 
 
-def plate_with_hole(folder: Path) -> dict[str, Any]:
-    """Return an eighth of a plate 200 × 200 × 4 mm with a hole of 20 mm under 100 MPa."""
-    quarter = np.linspace(0.5 * math.pi, 0.0, 25)
-    arc = 10.0 * np.stack([np.cos(quarter), np.sin(quarter)], axis=1)
-    outline = Region.of([np.concatenate([arc, [[100.0, 0.0], [100.0, 100.0], [0.0, 100.0]]])])
+def plate_with_hole(folder: Path, radius_mm: float = 10.0, size_mm: float = 16.0) -> dict[str, Any]:
+    """Return an eighth of a plate 200 × 200 × 4 mm with a hole, of 20 mm by default, under 100 MPa."""
+    quarter = np.linspace(0.5 * math.pi, 0.0, 25 if radius_mm == 10.0 else 49)
+    arc = radius_mm * np.stack([np.cos(quarter), np.sin(quarter)], axis=1)
+    length = 10.0 * radius_mm
+    outline = Region.of([np.concatenate([arc, [[length, 0.0], [length, 100.0], [0.0, 100.0]]])])
     file = written(Solid.prism(outline, 0.0, 2.0), folder / "plate.stl")
     far = 500.0
 
@@ -96,9 +97,9 @@ def plate_with_hole(folder: Path) -> dict[str, Any]:
 
     return {
         "solid": {"file": str(file), "unit": "mm"},
-        "analysis": {"kind": "static", "size_mm": 16.0},
+        "analysis": {"kind": "static", "size_mm": size_mm},
         "fix": [{"box_mm": face(axis, 0.0), "axes": "xyz"[axis]} for axis in range(3)],
-        "load": [{"box_mm": face(0, 100.0), "traction_MPa": [100.0, 0.0, 0.0]}],
+        "load": [{"box_mm": face(0, length), "traction_MPa": [100.0, 0.0, 0.0]}],
     }
 
 
@@ -116,6 +117,14 @@ def test_a_hole_in_a_plate_triples_the_stress(plate: dict[str, Any]) -> None:
     assert (x, y) == (pytest.approx(0.0, abs=1.0), pytest.approx(10.0, abs=0.1))
     assert report["reactions_N"][0] == pytest.approx(-100.0 * 100.0 * 2.0, rel=1e-9)
     assert report["modes"] is None
+
+
+@pytest.mark.parametrize("size_mm", [16.0, 6.0])
+def test_the_bar_of_a_wide_hole_covers_the_truth(size_mm: float, tmp_path: Path) -> None:
+    """d/W = 0.2, plane stress: 3.14 of the gross stress (Howland 1930; Peterson, chart 4.1)."""
+    stress = fem(plate_with_hole(tmp_path, 20.0, size_mm)).report["stress"]
+    for value in (stress["greatest_principal_MPa"], stress["greatest_von_mises_MPa"]):
+        assert abs(value - 314.0) <= stress["error_MPa"] < 0.03 * 314.0
 
 
 @pytest.fixture(scope="module")
