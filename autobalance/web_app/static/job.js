@@ -2,6 +2,7 @@
 import { redraw } from "/static/store.js";
 import { $, debounced, ending, typed } from "/static/tools.js";
 import { behind, put } from "/static/server.js";
+import { plain } from "/static/words.js";
 import { correction, takeCorrection } from "/static/limits.js";
 
 // Endings of crank files, and those of formats without a unit: the server writes them into the page.
@@ -115,8 +116,8 @@ export function taken(tables) {
 
 function rowOf([name, value]) {
   const row = { name, g: "", pm: "", pieces: "" };
-  if (typeof value !== "object") return { ...row, g: value };
-  if (typeof value.g === "number" && Object.keys(value).every((key) => key in row)) return { ...row, ...value, name };
+  if (typeof value !== "object") return { ...row, g: plain(value) };
+  if (typeof value.g === "number" && Object.keys(value).every((key) => key in row)) return { ...row, ...Object.fromEntries(Object.entries(value).map(([key, each]) => [key, plain(each)])), name };
   return { ...row, raw: value };
 }
 

@@ -20,7 +20,7 @@ export function setUp(list, changed) {
   told = changed;
   const options = () => list.map((kind) => el("option", { value: kind.name, textContent: kind.name === kind.noun.toLowerCase() ? kind.name : `${kind.name}: ${kind.noun.toLowerCase()}` }));
   $("method").replaceChildren(...options());
-  $("also").replaceChildren(el("option", { value: "", textContent: "nothing else" }), ...options());
+  $("also").replaceChildren(el("option", { value: "", textContent: t("nothing else") }), ...options());
   $("method").value = "drill";
   for (const id of ["method", "also"]) $(id).addEventListener("input", () => { others = []; shown(); told(); });
   $("add-zone").addEventListener("click", () => { zones.list.push({ from: 120, to: 240, allowed: true }); zoneRows(); told(); });

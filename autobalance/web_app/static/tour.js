@@ -18,6 +18,10 @@ const step = signal(-1); // -1: no tour
 export function setUp() {
   mount(Tour, $("tour"));
   on("tour", () => { step.value = 0; emit("tab", STEPS[0][0]); });
+  on("selected", (tab) => { // who goes on without it takes it along
+    const found = STEPS.findIndex(([name]) => name === tab);
+    if (step.value >= 0 && found >= 0) step.value = found;
+  });
   if (!state.file && !localStorage.getItem(KEPT)) step.value = 0;
 }
 
