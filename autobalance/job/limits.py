@@ -166,12 +166,12 @@ def _attributes(text: str) -> Iterator[tuple[str, str]]:
 
 
 def correction_of(
-    values: Values, raw: Mapping[str, Any], drills: Any = None
+    values: Values, raw: Mapping[str, Any], drills: Any = None, slugs: Any = None
 ) -> tuple[tuple[str, ...], tuple[Limits, ...]]:
     """Return the methods that the values of ``[correction]`` name and the limits of each.
 
-    ``raw`` is the table: what a kind's own table does not say, the top level does. ``drills`` are those of
-    the shop, which count where a job names none.
+    ``raw`` is the table: what a kind's own table does not say, the top level does. ``drills`` and ``slugs``
+    are those of the shop, which count where a job names none.
 
     Raises
     ------
@@ -185,8 +185,8 @@ def correction_of(
             raise JobError(f"correction.method names {name!r} twice")
     for name in KINDS:  # a table of another method than the one asked for is checked all the same
         if name in raw and name not in methods:
-            _limits(values, raw, name, drills)
-    return methods, tuple(_limits(values, raw, name, drills) for name in methods)
+            _limits(values, raw, name, drills, slugs)
+    return methods, tuple(_limits(values, raw, name, drills, slugs) for name in methods)
 
 
 def limits_of_every_kind(raw: Mapping[str, Any]) -> dict[str, Limits]:
@@ -200,8 +200,8 @@ def limits_of_every_kind(raw: Mapping[str, Any]) -> dict[str, Limits]:
     table = raw.get("correction", {})
     tables = {key: raw[key] for key in ("correction", "shop") if key in raw}
     values = read({"correction": {}, **tables}, (correction_key(), SHOP))
-    drills = drills_of_shop(values)
-    return {name: _limits(values["correction"], table, name, drills) for name in KINDS}
+    drills, slugs = drills_of_shop(values), slugs_of_shop(values)
+    return {name: _limits(values["correction"], table, name, drills, slugs) for name in KINDS}
 
 
 def drills_of_shop(values: Values) -> Any:
@@ -210,7 +210,28 @@ def drills_of_shop(values: Values) -> Any:
     return None if shop is None else shop["drills"]
 
 
-def _limits(values: Values, raw: Mapping[str, Any], name: str, drills: Any = None) -> Limits:
+def slugs_of_shop(values: Values) -> Any:
+    """Return the slugs that ``[shop]`` has; None: not said."""
+    shop = values.get("shop")
+    return None if shop is None else shop["slugs"]
+
+
+def _at_hand(slugs: Any) -> dict[str, Any]:
+    """Return the shop's slugs as limits say them: of the metal and the diameter of which there are most.
+
+    Limits know every diameter in every length, so those of one diameter alone are sure to be at hand.
+    """
+    by_kind: dict[tuple[float, float], list[float]] = {}
+    for each in slugs:
+        by_kind.setdefault((each["density_kg_m3"], each["diameter_mm"]), []).append(each["length_mm"])
+    (density, diameter), lengths = max(by_kind.items(), key=lambda kind: (len(kind[1]), kind[0]))
+    sizes = tuple(sorted(set(lengths)))
+    return {"diameters_mm": (diameter,), "lengths_mm": sizes, "density_kg_m3": density}
+
+
+def _limits(
+    values: Values, raw: Mapping[str, Any], name: str, drills: Any = None, slugs: Any = None
+) -> Limits:
     """Return the limits of a method: its own table, over the top level's keys where it works on faces."""
     kind = KINDS[name].limits
     own = {key: values[name][key] for key in raw.get(name, {})}
@@ -218,6 +239,8 @@ def _limits(values: Values, raw: Mapping[str, Any], name: str, drills: Any = Non
     shared = {key: values[key] for key in FACE_KEYS if key in raw} if of_faces else {}
     if drills is not None and any(each.name == "series" for each in fields(kind)):
         own = own if own.get("diameters_mm") or own.get("series") else {**own, "series": drills}
+    if slugs and name == "slug" and not own.keys() & {"diameters_mm", "lengths_mm", "density_kg_m3"}:
+        own = {**own, **_at_hand(slugs)}
     _refuse_empty_sector("correction.sector_deg", shared.get("sector_deg"))
     _refuse_empty_sector(f"correction.{name}.sector_deg", own.get("sector_deg"))
     try:

@@ -12,7 +12,7 @@ from autobalance.correction.contract import Prefer
 from autobalance.errors import JobError
 from autobalance.job.balance import balance_of, fitted_parts
 from autobalance.job.layout import shaft_values, shafts_of
-from autobalance.job.limits import correction_of, drills_of_shop
+from autobalance.job.limits import correction_of, drills_of_shop, slugs_of_shop
 from autobalance.job.model import (
     Balance,
     BalanceShaftEntry,
@@ -267,7 +267,9 @@ def _job(raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str
         "engine": lambda: engine_of(values["engine"], in_file),
         "balance": lambda: balance_of(values["balance"]),
         "original": lambda: original_of(values["original"], in_file, required=original),
-        "correction": lambda: correction_of(values["correction"], raw["correction"], drills_of_shop(values)),
+        "correction": lambda: correction_of(
+            values["correction"], raw["correction"], drills_of_shop(values), slugs_of_shop(values)
+        ),
         "shafts": lambda: shafts_of(values["shafts"]),
         "cycle": lambda: _cycle(values, raw),
         "torsion": lambda: _torsion(values, raw),

@@ -102,3 +102,22 @@ def test_the_outline_and_the_section_keep_their_measures(document: Drawing) -> N
     )
     np.testing.assert_allclose(points.min(axis=0), [-60.0, -plans.RIM], atol=0.05)
     np.testing.assert_allclose(points.max(axis=0), [90.0, 36.0], atol=0.05)
+
+
+def test_radial_holes_are_outlines_on_the_rim_rolled_out(made: Any, document: Drawing) -> None:
+    report = made[0]
+    radial = [cut for cut in report["corrections"] if cut.get("direction") == "radial"]
+    circles = query(document.modelspace(), 'CIRCLE[layer=="CUTS"]')
+    assert radial
+    assert len(circles) == len(radial)
+    out = max(cut["entry_radius_mm"] for cut in radial)
+    first = radial[0]
+    start = min(
+        each.dxf.center.x - math.radians(first["angle_deg"]) * out
+        for each in circles
+        if abs(each.dxf.center.y - first["z_mm"]) < CLOSE
+    )
+    for cut, circle in zip(radial, circles, strict=True):
+        assert circle.dxf.center.x - start == pytest.approx(math.radians(cut["angle_deg"]) * out, abs=CLOSE)
+        assert circle.dxf.center.y == pytest.approx(cut["z_mm"], abs=CLOSE)
+        assert 2.0 * circle.dxf.radius == pytest.approx(cut["diameter_mm"], abs=CLOSE)

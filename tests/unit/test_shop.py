@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import autobalance as ab
 from autobalance import job
+from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.errors import JobError
+from autobalance.job.limits import limits_of_every_kind
 from autobalance.job.shop import user_folder
 from tests import jobs
 
@@ -117,3 +120,20 @@ def test_the_report_of_a_run_holds_both_and_verifies(path: Path) -> None:
     written = found.write(path.parent / "out", only=("json",))
     report = next(each for each in written if each.name == "report.json")
     assert ab.verify(report).holds
+
+
+def test_slugs_of_the_shop_count_where_the_job_names_none() -> None:
+    slugs = [
+        {"diameter_mm": 25.4, "length_mm": 12.7, "density_kg_m3": 17000.0},
+        {"diameter_mm": 20.0, "length_mm": 30.0, "density_kg_m3": 18000.0},
+        {"diameter_mm": 20.0, "length_mm": 10.0, "density_kg_m3": 18000.0},
+    ]
+    raw: dict[str, Any] = {"correction": {"method": "slug"}, "shop": {"slugs": slugs}}
+    limits = limits_of_every_kind(raw)["slug"]
+    assert isinstance(limits, SlugLimits)
+    assert (limits.diameters_mm, limits.lengths_mm, limits.density_kg_m3) == ((20.0,), (10.0, 30.0), 18000.0)
+    raw["correction"] = {"method": "slug", "slug": {"diameters_mm": [8.0]}}
+    own = limits_of_every_kind(raw)["slug"]
+    assert isinstance(own, SlugLimits)
+    assert own.diameters_mm == (8.0,)
+    assert own.density_kg_m3 == 17000.0

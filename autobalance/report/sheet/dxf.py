@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -96,8 +97,40 @@ def _document(report: Mapping[str, Any], drawings: Drawings, u: DisplayUnits) ->
     _section(document.blocks.new("SECTION"), drawings)
     shown = [*drawings.lengthwise, *(each for cuts in drawings.lengthwise_cuts.values() for each in cuts)]
     title = f"{file_name(report)}: section y = 0, z to the right, x up"
-    _placed(space, "SECTION", shown, title, left, u)
+    left = _placed(space, "SECTION", shown, title, left, u)
+    radial = [item for item in report["corrections"] if _is_radial(item)]
+    if radial:
+        _rim(space, report, radial, left, u)
     return document
+
+
+def _is_radial(item: Item) -> bool:
+    inward = item.get("inward")
+    return inward is not None and item.get("diameter_mm") is not None and abs(inward[2]) <= AXIAL
+
+
+def _rim(
+    space: Modelspace, report: Mapping[str, Any], items: Sequence[Item], left: float, u: DisplayUnits
+) -> None:
+    """Draw radial holes on the rim rolled out, x = radius · angle, y = z, beside what is there."""
+    radius = max(float(item["entry_radius_mm"]) for item in items)
+    length, start = math.tau * radius, left + FRAME_GAP_MM
+    cut_webs = [web for web in report["crank"]["webs"] if any(web["number"] in webs_cut(i) for i in items)]
+    low, high = (pick(web[key] for web in cut_webs) for pick, key in ((min, "z_min_mm"), (max, "z_max_mm")))
+    for web in cut_webs:
+        ends = web["z_min_mm"], web["z_max_mm"]
+        corners = [(0.0, ends[0]), (length, ends[0]), (length, ends[1]), (0.0, ends[1])]
+        _outlines(space, [np.array(corners) + np.array([start, 0.0])], "OUTLINE")
+    for item in items:
+        place = (start + math.radians(float(item["angle_deg"]) % 360.0) * radius, float(item["z_mm"]))
+        half = 0.5 * float(item["diameter_mm"])
+        space.add_circle(place, half, dxfattribs={"layer": "CUTS"})
+        _text(space, str(item["number"]), (place[0] + half + 0.6, place[1]))
+    bottom, top, right = low - FRAME_GAP_MM, high + 14.0, start + length + FRAME_GAP_MM
+    frame = np.array([(left, bottom), (right, bottom), (right, top), (left, top)])
+    _outlines(space, [frame], "FRAME")
+    title = f"{file_name(report)}: rim rolled out at radius {u.of_length(radius)}, ccw from crankpin 1, z up"
+    _text(space, title, (left + 3.0, high + 9.0))
 
 
 def _bytes(document: Drawing) -> bytes:
@@ -145,7 +178,7 @@ def _section(block: BlockLayout, drawings: Drawings) -> None:
         _text(block, str(number), (float(middle[0]), float(middle[1])))
 
 
-def _outlines(block: BlockLayout, polygons: Polygons, layer: str) -> None:
+def _outlines(block: BlockLayout | Modelspace, polygons: Polygons, layer: str) -> None:
     for polygon in polygons:
         places = [(float(x), float(y)) for x, y in polygon]
         block.add_lwpolyline(places, close=True, dxfattribs={"layer": layer})
