@@ -53,7 +53,7 @@ def over_angle(
 
     def draw(axes: Axes) -> None:
         for number, (name, values) in enumerate(curves.items()):
-            axes.plot(degrees, np.append(values, values[0]), label=name, **_style(number))
+            axes.plot(degrees, np.append(values, values[0]), label=name, **style(number))
         axes.set_xlabel("crank angle [°]")
         axes.set_xticks(range(0, span_deg + 1, span_deg // 6))
         axes.set_xlim(0.0, float(span_deg))
@@ -67,7 +67,7 @@ def polar(title: str, labels: tuple[str, str], curves: Sequence[Curve]) -> dict[
     def draw(axes: Axes) -> None:
         for number, curve in enumerate(curves):
             closed = np.append(curve.x, curve.x[0]), np.append(curve.y, curve.y[0])
-            axes.plot(*closed, label=curve.name, **_style(number))
+            axes.plot(*closed, label=curve.name, **style(number))
         axes.plot(0.0, 0.0, "+", color="black")
         axes.set_xlabel(labels[0])
         axes.set_aspect("equal", adjustable="datalim")
@@ -83,7 +83,7 @@ def scatter(title: str, labels: tuple[str, str], clouds: Mapping[str, Array]) ->
 
     def draw(axes: Axes) -> None:
         for number, (name, points) in enumerate(clouds.items()):
-            look = {"marker": MARKS[number % len(MARKS)], "color": _style(number)["color"]}
+            look = {"marker": MARKS[number % len(MARKS)], "color": style(number)["color"]}
             axes.plot(points[:, 0], points[:, 1], label=name, linestyle="", **look)
         axes.plot(0.0, 0.0, "+", color="black")
         axes.set_xlabel(labels[0])
@@ -134,7 +134,7 @@ def over_speed(
     def draw(axes: Axes) -> None:
         for number, curve in enumerate(curves):
             width = 2.6 if curve.name == thick else 1.2
-            axes.loglog(curve.x, curve.y, label=curve.name, **{**_style(number), "linewidth": width})
+            axes.loglog(curve.x, curve.y, label=curve.name, **{**style(number), "linewidth": width})
         if point is not None:
             axes.plot(*point, "o", color="black", label="the rotor at its speed")
         axes.set_xlabel("speed [1/min]")
@@ -155,7 +155,7 @@ def lines(
 
     def draw(axes: Axes) -> None:
         for number, curve in enumerate(curves):
-            axes.plot(curve.x, curve.y, label=curve.name, **_style(number))
+            axes.plot(curve.x, curve.y, label=curve.name, **style(number))
         axes.set_xlabel(labels[0])
         if equal:
             axes.set_aspect("equal", adjustable="datalim")
@@ -166,7 +166,8 @@ def lines(
     return _drawn(title, labels[1], draw)
 
 
-def _style(number: int) -> dict[str, Any]:
+def style(number: int) -> dict[str, Any]:
+    """Return how the curve of a number is drawn: colour, dashes, width."""
     return {**STYLES[number % len(STYLES)], "linewidth": 1.4 + 1.2 * (number // len(STYLES))}
 
 

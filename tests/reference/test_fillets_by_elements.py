@@ -91,7 +91,7 @@ def test_webs_are_as_thick_as_drawn_whatever_stands_on_them() -> None:
 
 def test_fillets_by_elements_are_within_the_spread_of_the_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
     """Strain gauges on large cranks made the formulas; coarse elements miss some of the peak of bending."""
-    monkeypatch.setattr(throw_stress, "SHARES_OF_RADIUS", (0.9, 0.6))
+    monkeypatch.setattr(throw_stress, "SHARES_OF_RADIUS", (1.2, 0.6))
     monkeypatch.setattr(throw_stress, "COARSENING", (2.0, 2.0))
     mesh = crank_solid(replace(PRESETS["single"], oil_hole_mm=0.0), 32).mesh
     crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)

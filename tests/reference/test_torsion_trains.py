@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -277,3 +278,25 @@ def test_bad_input_is_one_line(file: Values, words: str) -> None:
     with pytest.raises(JobError, match=words) as refused:
         train([1, 2], [5], **file)
     assert "\n" not in str(refused.value)
+
+
+def test_mode_shapes_end_their_lines_at_gears() -> None:
+    """Stations of a branch are no neighbours of the shaft that it is driven from; all have their names."""
+    values = {
+        "inertia": [{"name": name, "kg_mm2": 1000.0} for name in ("crank", "pinion")],
+        "spring": [{"N_m_rad": 1e4}],
+        "gear": [{"stations": [2, 3], "ratio": -0.5}],
+        "branch": [
+            {
+                "from": 2,
+                "inertia": [{"name": name, "kg_mm2": 2000.0} for name in ("wheel", "screw")],
+                "spring": [{"N_m_rad": 2e4}],
+            }
+        ],
+        "speed_rpm": 3000,
+    }
+    drawn = ab.torsion(values).plots()["torsion-modes"]["svg"].decode()
+    for name in ("crank", "pinion", "wheel", "screw"):
+        assert f">{name}<" in drawn
+    moves = [path for path in re.findall(r'd="(M[^"]+)"', drawn) if path.count("M") == 2]
+    assert moves  # one curve of two pieces

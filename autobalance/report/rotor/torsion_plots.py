@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autobalance.report.plots import Curve, drawn, lines
+from autobalance.report.plots import Curve, drawn, lines, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Values = Mapping[str, Any]
 DRAWN_MODES = 5
+CROWDED = 12
+"""Stations from which their names stand upright."""
 MARKED = 30
 """Critical speeds drawn, those of the greatest torque first."""
 
@@ -21,14 +23,8 @@ MARKED = 30
 def torsion_plots(report: Values) -> dict[str, dict[str, bytes]]:
     """Return the plots of a chain by name."""
     plots_drawn = {}
-    stations = np.arange(1, len(report["model"]["stations"]) + 1, dtype=float)
-    curves = [
-        Curve(f"{mode['frequency_hz']:.1f} Hz", stations, np.array(mode["shape"]))
-        for mode in report["modes"][:DRAWN_MODES]
-    ]
-    if curves:
-        labels = ("station [-]", "angle, greatest 1 [-]")
-        plots_drawn["torsion-modes"] = lines("Torsional modes", labels, curves)
+    if report["modes"]:
+        plots_drawn["torsion-modes"] = _modes(report)
     if report["response"]:
         plots_drawn["torsion-torque"] = _torques(report["response"], report["damping"])
     if any(each["heat_W"] for each in report["dampers"]) and len(report["dampers"][0]["heat_W"]) > 1:
@@ -36,6 +32,26 @@ def torsion_plots(report: Values) -> dict[str, dict[str, bytes]]:
     if report["critical"]:
         plots_drawn["torsion-critical"] = _critical_map(report)
     return plots_drawn
+
+
+def _modes(report: Values) -> dict[str, bytes]:
+    """Draw mode shapes by the names of their stations, a line along each shaft; gears end a line."""
+    names, links = report["model"]["stations"], report["model"]["links"]
+    joined = {(low, high) for low, high in links}
+    ends = [number for number in range(1, len(names)) if (number, number + 1) not in joined]
+
+    def draw(axes: Axes) -> None:
+        for number, mode in enumerate(report["modes"][:DRAWN_MODES]):
+            places = np.insert(np.arange(1.0, len(names) + 1.0), ends, np.nan)
+            shape = np.insert(np.array(mode["shape"], dtype=float), ends, np.nan)
+            axes.plot(places, shape, label=f"{mode['frequency_hz']:.1f} Hz", marker=".", **style(number))
+        axes.axhline(0.0, color="0.4", linewidth=0.8)
+        for each in ends:
+            axes.axvline(each + 0.5, color="0.6", linewidth=0.8, linestyle=":")
+        axes.set_xticks(range(1, len(names) + 1), names, rotation=30 if len(names) < CROWDED else 90)
+        axes.set_xlabel("station")
+
+    return drawn("Torsional modes", "angle, greatest 1 [-]", draw)
 
 
 def _heat(dampers: list[Values]) -> dict[str, bytes]:
