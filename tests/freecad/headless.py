@@ -27,6 +27,7 @@ KINDS = {
     "mill": (),
     "shoulder": (),
     "turn": (),
+    "add": (),
 }
 REMOVED = 1e-5
 """Share by which a cut that FreeCAD rebuilds may take more or less than is listed."""
@@ -44,7 +45,7 @@ def balanced(kind, made, source):
     obj.Method = "drill" if kind == "axial" else kind
     obj.Limits = list(KINDS[kind])
     obj.Rotating, obj.Reciprocating = [300.0], [300.0]
-    obj.Factor, obj.Grade = (0.12, 40.0) if kind != "slug" else (0.3, 40.0)
+    obj.Factor, obj.Grade = (0.3, 40.0) if kind in ("slug", "add") else (0.12, 40.0)
     made.recompute()
     assert obj.Outcome, "the command did not end: see above"
     return obj
@@ -60,21 +61,33 @@ def check_kind(kind):
     worst = 0.0
     left = source.Shape.Solids[0]
     for place, cut in enumerate(report["corrections"]):
-        if cut["kind"] == "add":
-            continue
         tool = next(each for each in made.Objects if each.Label == cut["label"])
-        share = abs(cuts.volume_mm3(left.common(tool.Shape)) / cut["removed_volume_mm3"] - 1.0)
-        worst, left = max(worst, share), left.cut(tool.Shape)
+        adds = cut["kind"] == "add"
+        metal = tool.Shape.cut(left) if adds else left.common(tool.Shape)
+        share = abs(cuts.volume_mm3(metal) / abs(cut["removed_volume_mm3"]) - 1.0)
+        worst, left = max(worst, share), left.fuse(tool.Shape) if adds else left.cut(tool.Shape)
         assert share <= REMOVED, (kind, place, share)
     x, y = cuts.residual_by_freecad(obj, tree.Shape)
     u, v = report["residual"]["unbalance_g_mm"]
     off = ((x - u) ** 2 + (y - v) ** 2) ** 0.5 / obj.Permissible
     assert off <= RESIDUAL, (kind, off)
+    if kind == "add":
+        check_kept(obj, tree, made)
     print(
         "%s: %d cuts, volume within %.1e, residual within %.2f %%"
         % (kind, len(report["corrections"]), worst, 100 * off)
     )
     FreeCAD.closeDocument(made.Name)
+
+
+def check_kept(obj, tree, made):
+    """The same cuts with new depths: their number stays, and the native tree follows."""
+    first, volume = list(obj.Depths), obj.Shape.Volume
+    obj.Plan, obj.Reciprocating = "kept", [290.0]
+    made.recompute()
+    assert len(obj.Depths) == len(first) and list(obj.Depths) != first, (first, list(obj.Depths))
+    apart = abs(tree.Shape.Volume - obj.Shape.Volume)
+    assert apart < 1e-5 * volume, ("the native tree does not follow", apart)
 
 
 def check_spreadsheet():

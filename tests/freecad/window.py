@@ -75,7 +75,40 @@ def main():
     shown.run()
     assert "speed_rpm" in shown.said.text(), shown.said.text()
     assert list(obj.Depths) == before
+    check_buttons(document, source)
     print("window: balanced in the panel, %d cuts" % len(before))
+
+
+def check_buttons(document, source):
+    """Each button that cannot work says so in one line of the report view, and changes nothing."""
+    import Part
+    from freecad.autobalance import commands
+
+    two = document.addObject("Part::Feature", "Two")
+    two.Shape = Part.makeCompound([Part.makeBox(1, 1, 1), Part.makeBox(1, 1, 1, FreeCAD.Vector(5, 0, 0))])
+    sketch = document.addObject("Sketcher::SketchObject", "Sketch")
+    document.recompute()
+    said, asked, known = [], [], os.environ["AUTOBALANCE_COMMAND"]
+    commands.say = lambda error: said.append(str(error))
+    commands.offer_environment = lambda: asked.append(True)
+    cases = (
+        ([], "0 objects are selected", known),
+        ([source, two], "2 objects are selected", known),
+        ([two], "2 solids", known),
+        ([sketch], "is no solid", known),
+        ([source], "not at /nowhere", "/nowhere/autobalance"),
+    )
+    before = sorted(each.Name for each in document.Objects)
+    for chosen, why, place in cases:
+        os.environ["AUTOBALANCE_COMMAND"] = place
+        FreeCADGui.Selection.clearSelection()
+        for each in chosen:
+            FreeCADGui.Selection.addSelection(each)
+        commands.COMMANDS["Autobalance_Inspect"].Activated()
+        assert why in said[-1] and "\n" not in said[-1], said
+        assert sorted(each.Name for each in document.Objects) == before
+    os.environ["AUTOBALANCE_COMMAND"] = known
+    assert (len(said), len(asked)) == (len(cases), 1)
 
 
 def guarded():
