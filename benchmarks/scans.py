@@ -18,7 +18,15 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 from tests.scans import Scan, decimated, scan, wrong_part
 
-CRANKS = ("single", "pressed-up-single", "pressed-up-single-no-pin", "v-twin-45", "parallel-twin-360")
+CRANKS = (
+    "single",
+    "pressed-up-single",
+    "pressed-up-single-no-pin",
+    "v-twin-45",
+    "parallel-twin-360",
+    "inline-3",
+    "v6-60",
+)
 SIGMAS_MM = (0.005, 0.02, 0.05)
 WRONG = ("camshaft", "propeller shaft")
 EDGE_MM = 1.8
@@ -31,11 +39,23 @@ def errors(found: Anatomy, there: Scan) -> list[tuple[float, float]] | None:
     if parts[0] != parts[1] or fit is None:
         return None
     pairs = []
-    for number, (a, b) in enumerate(zip(found.main_journals, true.main_journals, strict=True)):
-        pairs.append((a.diameter_mm - b.diameter_mm, fit.journals[number].diameter_pm_mm))
-    for number, (a, b) in enumerate(zip(found.throws, true.throws, strict=True)):
-        pairs.append((a.crankpin.diameter_mm - b.crankpin.diameter_mm, fit.crankpins[number].diameter_pm_mm))
-        pairs.append((a.crank_radius_mm - b.crank_radius_mm, fit.crank_radius_pm_mm[number]))
+    shafts = [
+        *zip(found.main_journals, true.main_journals, fit.journals, strict=True),
+        *zip(
+            (throw.crankpin for throw in found.throws),
+            (throw.crankpin for throw in true.throws),
+            fit.crankpins,
+            strict=True,
+        ),
+    ]
+    for pin, other, sure in shafts:
+        pairs.append((pin.diameter_mm - other.diameter_mm, sure.diameter_pm_mm))
+        pairs += zip(pin.centre_mm[:2] - other.centre_mm[:2], sure.centre_pm_mm[:2], strict=True)
+    for throw, same, pm in zip(found.throws, true.throws, fit.crank_radius_pm_mm, strict=True):
+        pairs.append((throw.crank_radius_mm - same.crank_radius_mm, pm))
+    for web, there_too, each in zip(found.webs, true.webs, fit.webs, strict=True):
+        pairs.append((web.z_min_mm - there_too.z_min_mm, each.z_min_pm_mm))
+        pairs.append((web.z_max_mm - there_too.z_max_mm, each.z_max_pm_mm))
     return pairs
 
 
