@@ -3,8 +3,8 @@
     python benchmarks/odd_cranks.py [--cases 100] [--first 0] [--seconds 600]
 
 What is waved, decimated or bent a little is right where counts, diameters, radii, webs' faces and the axis
-at both ends are the drawn crank's within what was done to it (so is the unbalance, which is wrong by mass times
-the axis' offset); of a bent one only where a warning says so. Half a crank is right where all that is
+at both ends are the drawn crank's within what was done to it (so is the unbalance, wrong by mass times the
+axis' offset); of a bent one only where a warning says so. Half a crank is right where all that is
 recognised is part of the whole; cut along its axis it must be refused, as must a part that is no crank.
 """
 
