@@ -108,6 +108,15 @@ def test_a_flange_is_no_main_journal_where_a_shaft_is_beside_the_web(segments: i
         recognise(crank, Overrides())
 
 
+def test_a_plate_with_pins_is_no_crank() -> None:
+    """One pin on either side would be an overhung crank; another beside it is what no crank has."""
+    plate = Solid.box(np.array([-60.0, -60.0, 0.0]), np.array([60.0, 60.0, 12.0]))
+    overhung = plate + disc(8.0, 11.0, 22.0, 30.0) + disc(5.0, -25.0, 1.0)
+    assert len(recognise(overhung, Overrides()).throws) == 1
+    with pytest.raises(RecognitionError, match=r"two beside each other|looked for"):
+        recognise(overhung + disc(6.0, -24.0, 1.0, -40.0), Overrides())
+
+
 RUN = CylinderRun(np.array([0.0, 0.0]), 22.0, -15.0, 15.0)
 
 

@@ -111,6 +111,21 @@ def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence
         if beside and not any(pin.z_low <= high and low <= pin.z_high for pin in layout.pins):
             _refuse_long(layout, sections, "a cylinder beside the axis")
     _refuse_passed_over(long, layout, webs)
+    _refuse_twins(layout)
+
+
+def _refuse_twins(layout: JournalLayout) -> None:
+    """Refuse cylinders with another one beside them at the same height: pins in a plate."""
+    for run in (*layout.journals, *layout.pins):
+        for other in layout.found:
+            apart = float(np.linalg.norm(other.centre - run.centre)) > run.radius + other.radius
+            shared = min(run.z_high, other.z_high) - max(run.z_low, other.z_low)
+            if apart and shared > 0.5 * run.width:
+                raise RecognitionError(
+                    f"looked for what every cylinder is, found two beside each other, {2.0 * run.radius:.4g}"
+                    f" and {2.0 * other.radius:.4g} mm in diameter, where a crank has one cylinder;"
+                    " main_journals and crankpins settle it"
+                )
 
 
 def _refuse_passed_over(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
