@@ -241,7 +241,8 @@ def verdict(number: int) -> tuple[str, str]:
         return f"{way}, {str(error)[:60]}", "refused"
     if way == "half lengthwise":
         return f"{way}, {design.name}", "WRONG: recognised"
-    named = "bent" not in way or misalignment_warning(found) is not None
+    two = len(true.main_journals) == 2  # a bow moves both alike: they are in line, beside the drawn axis
+    named = "bent" not in way or two or misalignment_warning(found) is not None
     within = SAME_MM + 3.0 * moved * named
     wrong = faults(found, true, within, within + FACE_MM + design.fillet_mm, way != "half")
     what = f"{way}, {design.name}, moved by {moved:.2g} mm"
