@@ -36,7 +36,7 @@ method = METHOD
 """
 COARSE = {"segments": 24}
 SLUG = '"slug"\nmin_gain_percent = 0.0\nslug = { diameters_mm = [10.0], lengths_mm = [8.0], max_slugs = 1 }'
-WORDS = {"autobalance", "job", "notes", "reason", "relaxations", "seconds", "warnings"}
+WORDS = {"autobalance", "job", "notes", "reason", "relaxations", "seconds", "warnings", "weak_places"}
 """What no report's files show, whatever was cut."""
 BY_PLANNER = {"corrections[].depth_left_mm"}
 
