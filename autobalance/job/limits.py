@@ -239,7 +239,8 @@ def _limits(
     shared = {key: values[key] for key in FACE_KEYS if key in raw} if of_faces else {}
     if drills is not None and any(each.name == "series" for each in fields(kind)):
         own = own if own.get("diameters_mm") or own.get("series") else {**own, "series": drills}
-    if slugs and name == "slug" and not own.keys() & {"diameters_mm", "lengths_mm", "density_kg_m3"}:
+    stock = {"diameters_mm", "lengths_mm", "density_kg_m3"}
+    if slugs and stock <= {each.name for each in fields(kind)} and not own.keys() & stock:
         own = {**own, **_at_hand(slugs)}
     _refuse_empty_sector("correction.sector_deg", shared.get("sector_deg"))
     _refuse_empty_sector(f"correction.{name}.sector_deg", own.get("sector_deg"))

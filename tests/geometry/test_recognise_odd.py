@@ -108,6 +108,24 @@ def test_a_flange_is_no_main_journal_where_a_shaft_is_beside_the_web(segments: i
         recognise(crank, Overrides())
 
 
+def test_a_journal_that_a_web_swallows_is_not_left_out() -> None:
+    """The bent end of a pressed-up crank is no cylinder to sections: its web seemed to reach to the end."""
+    with pytest.raises(RecognitionError, match="found a cylinder on the axis beside a web"):
+        recognise(bent(preset("pressed-up-single"), 37, 0.28), Overrides(crankpin_in_file=None))
+
+
+def test_a_bolt_hole_is_no_crankpins_bore() -> None:
+    """Half an overhung crank with a bolt hole where its crankpin would be pressed in."""
+    half = union([disc(15.0, 0.0, 41.0), disc(48.0, 40.0, 55.0)])
+    for radius, crankpins in ((10.0, 1), (3.0, 0)):
+        drilled = half - disc(radius, 30.0, 60.0, 30.0)
+        if crankpins:
+            assert len(recognise(drilled, Overrides(crankpin_in_file=None)).throws) == crankpins
+            continue
+        with pytest.raises(RecognitionError, match=r"found one of 6 mm in one web alone"):
+            recognise(drilled, Overrides(crankpin_in_file=False))
+
+
 def test_a_plate_with_pins_is_no_crank() -> None:
     """One pin on either side would be an overhung crank; another beside it is what no crank has."""
     plate = Solid.box(np.array([-60.0, -60.0, 0.0]), np.array([60.0, 60.0, 12.0]))

@@ -33,6 +33,9 @@ ROUGH_FILLET = 0.2
 """Fillets of a scanned crank are lower than this share of their cylinder's radius."""
 ON_AXIS = 0.06
 """A shaft's middle is off the axis by less than this share of its radius: that of seven sides by 0.05."""
+LONE_BORE = 0.3
+"""A bore in one web alone is a crankpin's from this share of the main journals' diameter on: that of the
+bolts in a flange of a crank cut lengthwise has 0.22."""
 PASSED_OVER, STEADY = 0.25, 0.015
 """A shaft is a cylinder where its radius changes by less than the second share over more than the first share
 of it; fillets and tapers change by more."""
@@ -70,8 +73,15 @@ def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: floa
     Raises
     ------
     RecognitionError
-        If a crankpin between others lacks a web.
+        If a crankpin between others lacks a web, or a bore for one in a single web is a bolt's.
     """
+    thinnest = LONE_BORE * min(run.radius for run in layout.journals)
+    for pin in layout.pins:
+        if not pin.width > 0.0 and pin.radius < thinnest:
+            raise RecognitionError(
+                f"looked for the bore of a crankpin, found one of {2.0 * pin.radius:.4g} mm in one web alone,"
+                f" less than {2.0 * thinnest:.4g} mm as for a bolt; crankpins and main_journals settle it"
+            )
     order = sorted(
         [(run, 0) for run in layout.journals] + [(run, number) for number, run in enumerate(layout.pins, 1)],
         key=lambda item: item[0].z_mid,
@@ -129,7 +139,10 @@ def _refuse_twins(layout: JournalLayout) -> None:
 
 
 def _refuse_passed_over(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
-    """Refuse a cylinder on the axis among the webs that is none of those from which journals were chosen."""
+    """Refuse a cylinder on the axis that is none of those from which journals were chosen.
+
+    One that an end web without a journal seems to hold is a journal that was not recognised.
+    """
     if not webs:
         return
     low, high = -math.inf, math.inf
@@ -138,7 +151,8 @@ def _refuse_passed_over(long: SectionStack, layout: JournalLayout, webs: Sequenc
     if layout.journals[-1].z_mid > webs[-1].z_max_mm:
         high = layout.journals[-1].z_high
     most = NECK[1] * max(run.radius for run in (*layout.journals, *layout.pins))
-    known = [(web.z_min_mm, web.z_max_mm) for web in webs]
+    beside = webs[int(low == -math.inf) : len(webs) - int(high == math.inf)]
+    known = [(web.z_min_mm, web.z_max_mm) for web in beside]
     known += [(run.z_low, run.z_high) for run in (*layout.found, *layout.journals, *layout.pins)]
     stretch: list[CrossSection] = []
     radius = 0.0

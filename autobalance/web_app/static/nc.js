@@ -27,7 +27,7 @@ export function setUp() {
 // A machine file to put one's own figures into: a centre with a rotary axis, and a drill for each diameter of the cuts.
 function example(cuts) {
   const diameters = [...new Set(cuts.map((cut) => cut.diameter_mm).filter((each) => each))].sort((a, b) => a - b);
-  const points = Object.fromEntries(cuts.map((cut) => [cut.diameter_mm, cut.kind === "slug" ? 180 : cut.point_angle_deg ?? 118]));
+  const points = Object.fromEntries(cuts.map((cut) => [cut.diameter_mm, cut.point_angle_deg ?? 180]));
   const tools = diameters.map((diameter, k) => `[[tool]]\nnumber = ${k + 1}\nkind = "drill"\ndiameter_mm = ${diameter}\npoint_deg = ${points[diameter]}\nflute_mm = ${Math.max(50, Math.round(6 * diameter))}\nstick_out_mm = ${Math.max(110, Math.round(9 * diameter))}\nholder = [[32, 60], [63, 100]]\nrpm = ${Math.round(15e3 / diameter)}\nfeed_mm_min = 100\npeck_mm = 4\n`);
   return ['[machine]\npost = "linuxcnc"                # or "fanuc"\nmax_rpm = 8000\n', '[rotary]\nletter = "A"\nsign = 1\n', '[zero]\nangle = "crankpin 1"\nz_mm = "crankpin 1"\n', ...tools].join("\n");
 }
