@@ -12,12 +12,13 @@ from autobalance.correction.contract import Correction
 from autobalance.correction.holes.zones import Fillet, fillet_of
 from autobalance.crank.anatomy import Anatomy, Pin, Web
 from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import least_and_greatest
 from autobalance.types import Array, Indices
 
 COLUMNS = 48
 """Columns of metal across the greater side of what is looked at, in each direction."""
 OFF_GRID = 0.37
-"""Where in its cell a column stands: beside the edges that round numbers have."""
+"""Where in its cell a column stands, and in a web the section: beside the edges that round numbers have."""
 CIRCLES = 33
 WITHIN_PINS = 0.9
 """Share of a pin's radius within which columns stand: edges of the web are chamfered."""
@@ -45,18 +46,18 @@ def web_metal(before: Solid, after: Solid | None, anatomy: Anatomy) -> tuple[Web
     Metal counts within the web's own thickness, what is in front of a hole and behind it together; columns
     through bores and oil drillings that were there are left out.
     """
-    was = _placed(before, anatomy)
-    now = was if after is None else _placed(after, anatomy)
+    was = _Metal.of(before, anatomy)
+    now = was if after is None else _Metal.of(after, anatomy)
     rows = []
     for web in anatomy.webs:
         columns = _columns(anatomy, web)
         if not len(columns):
             continue
         ends = web.z_min_mm, web.z_max_mm
-        there = _lengths_mm(was, columns, ends)
+        there = was.lengths_mm(columns, ends)
         solid = there >= BORED_SHARE * (ends[1] - ends[0])
         if solid.any():
-            left = there if now is was else _lengths_mm(now, columns, ends)
+            left = there if now is was else now.lengths_mm(columns, ends)
             rows.append(WebMetal(web.number, float(there[solid].min()), max(float(left[solid].min()), 0.0)))
     return tuple(rows)
 
@@ -146,33 +147,45 @@ def _columns(anatomy: Anatomy, web: Web) -> Array:
     return kept
 
 
-def _placed(solid: Solid, anatomy: Anatomy) -> Array:
-    """Return a solid's triangles (m, 3, 3), rotor frame."""
-    frame = anatomy.file_to_rotor
-    vertices = solid.mesh.vertices @ frame[:3, :3].T + frame[:3, 3]
-    corners: Array = vertices.take(solid.mesh.triangles, axis=0)
-    return corners
+@dataclass(frozen=True, eq=False)
+class _Metal:
+    """A solid in the rotor frame, its triangles (m, 3, 3), and the heights between which each lies (m,)."""
 
+    solid: Solid
+    corners: Array
+    low_mm: Array
+    high_mm: Array
 
-def _lengths_mm(corners: Array, columns: Array, ends_mm: tuple[float, float]) -> Array:
-    """Return how much metal each column (n,) meets between two z.
+    @classmethod
+    def of(cls, solid: Solid, anatomy: Anatomy) -> _Metal:
+        mesh = solid.mesh.moved(anatomy.file_to_rotor)
+        heights = least_and_greatest(mesh.vertices[:, 2], mesh.triangles)
+        return cls(solid.moved(anatomy.file_to_rotor), mesh.corners, *heights)
 
-    Where it leaves the metal less where it enters, both held to the ends: Σ ± min(max(z, z₁), z₂).
-    """
-    lengths = np.zeros(len(columns))
-    for rows, points in _pairs(corners, columns):
-        (ax, ay), (bx, by), (cx, cy) = (corners[rows, k, :2].T for k in range(3))
-        x, y = columns[points].T
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        u = (bx - x) * (cy - y) - (by - y) * (cx - x)
-        v = (cx - x) * (ay - y) - (cy - y) * (ax - x)
-        w = area - u - v
-        sense = np.sign(area)
-        hit = (sense != 0.0) & (np.minimum(np.minimum(u * sense, v * sense), w * sense) >= 0.0)
-        weights = np.stack([u, v, w], axis=1)[hit] / area[hit, None]
-        z = (corners[rows[hit], :, 2] * weights).sum(axis=1)
-        np.add.at(lengths, points[hit], sense[hit] * np.clip(z, *ends_mm))
-    return lengths
+    def lengths_mm(self, columns: Array, ends_mm: tuple[float, float]) -> Array:
+        """Return how much metal each column (n,) meets between two heights z₁ and z₂.
+
+        A section between them says which columns are in the metal there. Up from it to z₂, and down to z₁,
+        each place where a column leaves the metal takes what is beyond it away, and each where it enters
+        adds that: (z₂ − z₁) inside + Σ ± (z − z₂) above + Σ ± (z − z₁) below.
+        """
+        low, high = ends_mm
+        amid = low + OFF_GRID * (high - low)
+        lengths = (high - low) * self.solid.section(amid).contains(columns)
+        between = self.corners[(self.low_mm < high) & (self.high_mm > low)]
+        for rows, points in _pairs(between, columns):
+            (ax, ay), (bx, by), (cx, cy) = (between[rows, k, :2].T for k in range(3))
+            x, y = columns[points].T
+            area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+            u = (bx - x) * (cy - y) - (by - y) * (cx - x)
+            v = (cx - x) * (ay - y) - (cy - y) * (ax - x)
+            w = area - u - v
+            sense = np.sign(area)
+            hit = (sense != 0.0) & (np.minimum(np.minimum(u * sense, v * sense), w * sense) >= 0.0)
+            weights = np.stack([u, v, w], axis=1)[hit] / area[hit, None]
+            z = np.clip((between[rows[hit], :, 2] * weights).sum(axis=1), low, high)
+            np.add.at(lengths, points[hit], sense[hit] * (z - np.where(z > amid, high, low)))
+        return lengths
 
 
 def _pairs(corners: Array, columns: Array) -> Iterator[tuple[Indices, Indices]]:
