@@ -171,7 +171,7 @@ class _Metal:
         """
         low, high = ends_mm
         amid = low + OFF_GRID * (high - low)
-        lengths = (high - low) * self.solid.section(amid).contains(columns)
+        lengths: Array = (high - low) * self.solid.section(amid).contains(columns).astype(np.float64)
         between = self.corners[(self.low_mm < high) & (self.high_mm > low)]
         for rows, points in _pairs(between, columns):
             (ax, ay), (bx, by), (cx, cy) = (between[rows, k, :2].T for k in range(3))

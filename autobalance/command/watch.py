@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from autobalance.errors import FileError, UsageError
+from autobalance.errors import FileError, UsageError, system_reason
 
 if TYPE_CHECKING:
     from autobalance.job.files.machine_line import Watched
@@ -79,7 +79,7 @@ def _lines(source: str, until: float) -> Iterator[str]:
             try:
                 file = stack.enter_context(Path(source).open("rb"))
             except OSError as error:
-                raise FileError(f"cannot read {source}: {str(error.strerror).lower()}") from None
+                raise FileError(f"cannot read {source}: {system_reason(error)}") from None
             read = file.readline
         begun = b""
         while time.monotonic() < until:
@@ -92,7 +92,7 @@ def _lines(source: str, until: float) -> Iterator[str]:
                 time.sleep(WAIT_S)
 
 
-def _serial(device: str, stack: ExitStack):  # type: ignore[no-untyped-def]
+def _serial(device: str, stack: ExitStack) -> Callable[[], bytes]:
     """Return what reads a line of a serial device, ``/dev/ttyUSB0`` or ``COM3:19200``."""
     try:
         import serial
@@ -106,6 +106,8 @@ def _serial(device: str, stack: ExitStack):  # type: ignore[no-untyped-def]
     if not name:
         raise UsageError("--watch serial: names no device; expected serial:DEVICE or serial:DEVICE:BAUD")
     try:
-        return stack.enter_context(serial.Serial(name, int(baud), timeout=WAIT_S)).readline
+        port = stack.enter_context(serial.Serial(name, int(baud), timeout=WAIT_S))
     except serial.SerialException as error:
         raise FileError(f"cannot read {device}: {error}") from None
+    readline: Callable[[], bytes] = port.readline
+    return readline

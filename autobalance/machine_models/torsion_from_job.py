@@ -35,7 +35,6 @@ INSIDE_EDGE = 0.01
 """Over the crank radius: a web's edge is drafted or broken."""
 LEAST_BESIDE = 0.01
 """Share of a web's arm beside its pins' fillets, at least, for its thickness to be taken there."""
-
 SHOULDERED = 1.1
 """Where metal beside the pins is thicker than that between them by this much, a counterweight's shoulder
 stands on it: webs of the drafted bundled crank came out at 17.7 mm for 11."""

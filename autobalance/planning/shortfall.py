@@ -12,6 +12,7 @@ from autobalance.planning.ties import key
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
+from autobalance.wording import angle_deg
 
 ROUNDED = 0.05
 """Share of the permissible value that rounding a printed angle may be worth."""
@@ -102,7 +103,7 @@ def _added(short: Shortfall) -> str:
 def _vector(unbalance: Array, permissible_g_mm: float) -> str:
     """Name a vector, its angle so finely that rounding it leaves next to nothing."""
     size = math.hypot(*unbalance)
-    angle = math.degrees(math.atan2(float(unbalance[1]), float(unbalance[0]))) % 360.0
+    angle = angle_deg(unbalance)
     off = math.radians(0.5) * size / (ROUNDED * permissible_g_mm)
     digits = min(max(math.ceil(math.log10(off)), 1), 6) if off > 0.0 else 1
     return f"{size:.1f} g·mm of metal at {round(angle, digits) % 360.0}°"

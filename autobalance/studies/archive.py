@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import posixpath
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, suppress
@@ -118,18 +119,7 @@ def _entry(name: str, values: Mapping[str, Any], changed_s: float) -> dict[str, 
         "\n".join(map(str, [name, values.get("serial"), *filter(None, header.values())])),
     )
     of = name if first is None else (Path(name).parent / first).as_posix()
-    return {"of": _normal(of), "row": json.loads(json.dumps(asdict(row)))}
-
-
-def _normal(name: str) -> str:
-    """Return a relative path without its steps back."""
-    parts: list[str] = []
-    for part in name.split("/"):
-        if part == ".." and parts and parts[-1] != "..":
-            parts.pop()
-        elif part != ".":
-            parts.append(part)
-    return "/".join(parts)
+    return {"of": posixpath.normpath(of), "row": json.loads(json.dumps(asdict(row)))}
 
 
 def _share(unbalance: Mapping[str, Any], tolerance: Mapping[str, Any]) -> float:

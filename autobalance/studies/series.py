@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.studies.archive import JobRow
 from autobalance.types import Array
+from autobalance.wording import angle_deg
 
 LEAST_DRIFT = 3.0
 """Standard errors by which the means of two halves of a series must differ to be no chance."""
@@ -79,14 +80,10 @@ def _planes(jobs: Sequence[JobRow]) -> tuple[PlaneSeries, ...]:
             name,
             np.array([each.planes_before[name] for each in jobs]),
             np.array([each.planes_after[name] for each in jobs]),
-            min(_permissible(each.permissible_planes_g_mm, name) for each in jobs),
+            min(each.permissible_planes_g_mm.get(name, math.inf) for each in jobs),
         )
         for name in names
     )
-
-
-def _permissible(planes: Mapping[str, float], name: str) -> float:
-    return planes.get(name, math.inf)
 
 
 def plane_series(name: str, before: Array, after: Array, permissible_g_mm: float) -> PlaneSeries:
@@ -98,7 +95,7 @@ def plane_series(name: str, before: Array, after: Array, permissible_g_mm: float
     return PlaneSeries(
         plane=name,
         mean_before_g_mm=float(np.hypot(*mean)),
-        mean_before_deg=math.degrees(math.atan2(mean[1], mean[0])) % 360.0,
+        mean_before_deg=angle_deg(mean),
         scatter_before_g_mm=_scatter(before),
         mean_after_g_mm=float(left.mean()),
         scatter_after_g_mm=_scatter(after),

@@ -111,7 +111,7 @@ def check_within_limits(part: Claims, limits: Limits | None) -> None:
     positions = getattr(limits, "positions", None)
     if positions is not None:
         angle = part.get("angle_deg", float)
-        if all(abs((angle - each[0] + 180.0) % 360.0 - 180.0) > OFF_POSITION_DEG for each in positions):
+        if all(abs(math.remainder(angle - each[0], 360.0)) > OFF_POSITION_DEG for each in positions):
             raise ClaimError(
                 f"{part.name}: {part.path('angle_deg')} is {angle:.9g}, at none of "
                 f"job.correction.{kind}.positions"

@@ -73,15 +73,8 @@ def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: floa
     Raises
     ------
     RecognitionError
-        If a crankpin between others lacks a web, or a bore for one in a single web is a bolt's.
+        If a crankpin between others lacks a web.
     """
-    thinnest = LONE_BORE * min(run.radius for run in layout.journals)
-    for pin in layout.pins:
-        if not pin.width > 0.0 and pin.radius < thinnest:
-            raise RecognitionError(
-                f"looked for the bore of a crankpin, found one of {2.0 * pin.radius:.4g} mm in one web alone,"
-                f" less than {2.0 * thinnest:.4g} mm as for a bolt; crankpins and main_journals settle it"
-            )
     order = sorted(
         [(run, 0) for run in layout.journals] + [(run, number) for number, run in enumerate(layout.pins, 1)],
         key=lambda item: item[0].z_mid,
@@ -101,7 +94,8 @@ def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence
     """Refuse a stretch of the axis that is a journal or a crankpin, and was not recognised as one.
 
     That is a neck within a web (``webs`` are placed as the layout is), one beside the axis where there is no
-    crankpin, and a cylinder between a web and the main journal taken instead of it: a flange, a gear's seat.
+    crankpin, and a cylinder between a web and the main journal taken instead of it: a flange, a gear's seat;
+    or what was recognised is none: one of two pins side by side, a bolt's hole.
 
     Raises
     ------
@@ -122,6 +116,18 @@ def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence
             _refuse_long(layout, sections, "a cylinder beside the axis")
     _refuse_passed_over(long, layout, webs)
     _refuse_twins(layout)
+    _refuse_bolt_holes(layout)
+
+
+def _refuse_bolt_holes(layout: JournalLayout) -> None:
+    """Refuse a crankpin's bore in one web alone that is as thin as a bolt's hole."""
+    thinnest = LONE_BORE * min(run.radius for run in layout.journals)
+    for pin in layout.pins:
+        if not pin.width > 0.0 and pin.radius < thinnest:
+            raise RecognitionError(
+                f"looked for the bore of a crankpin, found one of {2.0 * pin.radius:.4g} mm in one web alone,"
+                f" less than {2.0 * thinnest:.4g} mm as for a bolt; crankpins and main_journals settle it"
+            )
 
 
 def _refuse_twins(layout: JournalLayout) -> None:

@@ -107,13 +107,14 @@ def parse_bearing(raw: Mapping[str, Any], folder: Path = Path(), history: Given 
 
 def _described(values: Values) -> dict[str, Any]:
     """Return the file with its defaults filled in, without tables that are not there."""
-    oil = values.get("oil")
-    if oil is not None:
-        heated = oil["supply_C"] is not None
-        unused = "temperature_C" if heated else "supply_C", None if heated else "heat_capacity_J_kg_K"
-        values = {**values, "oil": {key: value for key, value in oil.items() if key not in unused}}
-    absent = [key for key in ("oil", "history") if values.get(key) is None]
-    described: dict[str, Any] = plain({key: value for key, value in values.items() if key not in absent})
+    described: dict[str, Any] = plain(values)
+    for key in ("oil", "history"):
+        if described.get(key, ...) is None:
+            del described[key]
+    if "oil" in described:
+        of_heat = ("supply_C", "heat_capacity_J_kg_K")
+        for key in of_heat if values["oil"]["supply_C"] is None else ("temperature_C",):
+            del described["oil"][key]
     return described
 
 

@@ -84,11 +84,15 @@ LESS_THAN_A_SIDE_DEG = 179.0
 """A part of a face that spans less is named."""
 
 
+def remarks(report: Values) -> tuple[str, ...]:
+    """Return what stands beneath the cuts: places that they weaken, then notes."""
+    return (*(report.get("weak_places") or ()), *(report.get("notes") or ()))
+
+
 def _corrections(report: Values, units: DisplayUnits) -> str:
     if not report["corrections"]:
         return ""
-    told = (*report.get("weak_places", ()), *report.get("notes", ()))
-    notes = [f"  {in_units(note, units)}" for note in told]
+    notes = [f"  {in_units(remark, units)}" for remark in remarks(report)]
     return "\n".join(["What to cut"] + [_correction(each, units) for each in report["corrections"]] + notes)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 from autobalance.report.balance import kinds
 from autobalance.report.balance.relaxation_text import relaxation_lines
+from autobalance.report.balance.text import remarks
 from autobalance.report.display_units import ON_SCREEN, UnitSystem, in_units
 from autobalance.report.engine_words import turning_words
 from autobalance.report.job_header import html_header, stage_words
@@ -158,10 +159,7 @@ def _stage(report: Report) -> str:
 
 def _notes(report: Report) -> str:
     """Return kinds without a place, drills that were not used, and the like; nothing where all is said."""
-    items = "".join(
-        f"<li>{_said(note)}</li>"
-        for note in (*(report.get("weak_places") or ()), *(report.get("notes") or ()))
-    )
+    items = "".join(f"<li>{_said(remark)}</li>" for remark in remarks(report))
     return f'<ul class="notes">{items}</ul>' if items else ""
 
 

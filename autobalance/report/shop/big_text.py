@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from autobalance.report.shop.reading_template import UMAR_G_MM, URR_PERCENT
+from autobalance.units import wrapped_deg
 
 GLYPHS: Mapping[str, tuple[str, ...]] = {
     "0": ("███", "█ █", "█ █", "█ █", "███"),
@@ -83,4 +84,4 @@ def settled_toml(vectors: Mapping[str, complex], reading: Mapping[str, Any], spe
 
 
 def _degrees(vector: complex) -> float:
-    return math.degrees(cmath.phase(vector)) % 360.0
+    return wrapped_deg(math.degrees(cmath.phase(vector)))
