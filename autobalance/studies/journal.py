@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,8 @@ from typing import Any
 from autobalance.errors import FileError, system_reason
 
 JOURNAL = "journal.jsonl"
+ENDING_S = 1.0
+"""Threads of a batch that was killed may still end, and hold its folder, once its process is gone."""
 Line = dict[str, Any]
 
 
@@ -40,8 +43,11 @@ def held(folder: Path) -> Iterator[None]:
     """
     handle = _opened(folder)
     try:
-        if not _locked(handle):
-            raise FileError(f"{folder} is held by another batch that is running; choose another folder")
+        latest = time.monotonic() + ENDING_S
+        while not _locked(handle):
+            if time.monotonic() > latest:
+                raise FileError(f"{folder} is held by another batch that is running; choose another folder")
+            time.sleep(0.02)
         yield
     finally:
         os.close(handle)

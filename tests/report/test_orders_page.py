@@ -29,6 +29,8 @@ def window(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     with browser(tmp_path_factory.mktemp("profile")) as found:
         found.resize(1250, 1500)
         found.open(folder / "orders.html")
+        # curves are drawn with the first frame, which a busy machine shows after the page has loaded
+        found.run("return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
         yield found
 
 
