@@ -28,6 +28,9 @@ PENALTY = 1e3
 """Weight of broken constraints where the method knows none."""
 AT_ONCE = 4
 """Designs that a worker judges at a time."""
+DIGITS = 6
+"""Of a millimetre in where a search begins: gradients carry the last digits of a process up to 1e-11 mm, and
+two processes would look at two fronts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +139,7 @@ def _begun(problem: Problem, pool: Workers) -> tuple[Problem, list[Array]]:
     worth = [(each.violation, float(level[0].weights @ each.objectives)) for each in first]
     best = close_by[min(range(len(close_by)), key=lambda place: worth[place])]
     refined = each_done(pool, _refined_task, problem, [([level[0], each], best) for each in level])
-    return begun(problem, level, best)[0], [each.variables for each in refined]
+    return begun(problem, level, best)[0], [each.variables.round(DIGITS) for each in refined]
 
 
 def _angles(problem: Problem) -> list[Array]:
