@@ -139,7 +139,8 @@ def _begun(problem: Problem, pool: Workers) -> tuple[Problem, list[Array]]:
     worth = [(each.violation, float(level[0].weights @ each.objectives)) for each in first]
     best = close_by[min(range(len(close_by)), key=lambda place: worth[place])]
     refined = each_done(pool, _refined_task, problem, [([level[0], each], best) for each in level])
-    return begun(problem, level, best)[0], [each.variables.round(DIGITS) for each in refined]
+    outlines = {each.tobytes(): each for each in (candidate.variables.round(DIGITS) for candidate in refined)}
+    return begun(problem, level, best)[0], list(outlines.values())
 
 
 def _angles(problem: Problem) -> list[Array]:
