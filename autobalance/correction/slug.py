@@ -280,7 +280,8 @@ def cuts(work: Workpiece, target: Towards, limits: SlugLimits, search_level: int
         room = HoleLimits(limits.min_wall_mm, FLAT_BOTTOM_RAD, lengths[0], lengths[-1] + radius)
         sites = search.sites(radius + limits.min_wall_mm, (radius, room))
         for site, hole, deepest in search.holes(sites, [radius], room):
-            seat = hole.whole_mm + (SEAT_MM if hole.whole_mm > 0.0 else 0.0)
+            is_flat = hole.whole_mm <= SAME_MM  # a plane's own roundings are no slope of the mouth
+            seat = 0.0 if is_flat else hole.whole_mm + SEAT_MM
             slug_cuts += [
                 SlugCut(
                     hole,
