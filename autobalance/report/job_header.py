@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from autobalance.wording import at, escape
+from autobalance.wording import at
 
 Report = Mapping[str, Any]
 
@@ -63,13 +63,13 @@ def picture_of(path: Path) -> Logo | None:
     return next((Logo(data, kind) for magic, kind in MAGIC.items() if data.startswith(magic)), None)
 
 
-def html_header(report: Report) -> str:
-    """Return shop and job as the first lines of a page in HTML; nothing where neither is named."""
-    picture, name, words = logo(report), shop_name(report), work(report)
-    image = ""
+def page_header(report: Report) -> dict[str, Any]:
+    """Return shop and job as the first lines of a page in HTML have them (``parts.header``)."""
+    picture = logo(report)
     if picture is not None:
-        data = base64.b64encode(picture.data).decode()
-        image = f'<img class="logo" alt="" src="data:{picture.media_type};base64,{data}">'
-    shop = f'<p class="shop">{image}<b>{escape(name)}</b></p>' if name or image else ""
-    cells = "".join(f"<div><dt>{key}</dt><dd>{escape(value)}</dd></div>" for key, value in words.items())
-    return shop + (f'<dl class="work">{cells}</dl>' if cells else "")
+        encoded = {"media_type": picture.media_type, "base64": base64.b64encode(picture.data).decode()}
+    return {
+        "logo": None if picture is None else encoded,
+        "shop": shop_name(report),
+        "work": work(report),
+    }

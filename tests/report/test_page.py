@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from autobalance.report.metal import Piece, pieces_of
-from autobalance.report.page.html import _notes, page
+from autobalance.report.page.html import page
 from autobalance.report.page.shown import Shown, coarse_pieces
 from autobalance.report.sheet.listed_metal import listed_metal
 from autobalance.solid.csg.region import Region
@@ -302,8 +302,7 @@ def test_a_polar_plot_points_to_the_heavy_side() -> None:
     assert f'L{middle:.2f} {middle - RADIUS / 5.0:.2f}"' in drawn  # 0° is up, at a fifth of 1.25 × 4
 
 
-def test_notes_stand_on_the_page_as_text() -> None:
-    assert _notes({"notes": ["slug: no place", "<b>"]}) == (
-        '<ul class="notes"><li>slug: no place</li><li>&lt;b&gt;</li></ul>'
-    )
-    assert _notes({"notes": []}) == _notes({}) == ""
+def test_notes_stand_on_the_page_as_text(report: dict[str, Any]) -> None:
+    text = page({**report, "notes": ["slug: no place", "<b>"]}, a_box().mesh)
+    assert '<ul class="notes"><li>slug: no place</li><li>&lt;b&gt;</li></ul>' in text
+    assert 'class="notes"' not in page({**report, "notes": []}, a_box().mesh)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import html
 from collections import Counter
+from collections.abc import Iterator
 from typing import Any
 
 from autobalance.report.batch.files import capability, grouped_reasons
+from autobalance.report.page.templates import rendered
 
 Values = dict[str, Any]
 
@@ -16,14 +17,6 @@ LEFT, BELOW = 44, 36
 MOST_REASONS = 12
 QUARTERS_TO = 3.0
 """Shares used up to which the histogram's axis has quarters."""
-STYLE = """
-body{font:14px/1.45 system-ui,sans-serif;margin:2em auto;max-width:76em;padding:0 1em}
-body{color:#222;background:#fff}
-table{border-collapse:collapse;margin:0 0 1.5em;font-variant-numeric:tabular-nums}
-td,th{border:1px solid #bbb;padding:2px 8px;text-align:left}th{background:#eee}td.n{text-align:right}
-.wide{overflow-x:auto}.bar{display:inline-block;height:.8em;background:#567;vertical-align:baseline}
-svg text{font:12px system-ui,sans-serif;fill:#222}
-"""
 NAMES = {
     "mean": "mean of the share used",
     "standard_deviation": "standard deviation",
@@ -33,47 +26,34 @@ NAMES = {
 
 def summary_page(values: Values) -> bytes:
     """Return the page; it needs nothing but itself."""
-    page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>Batch</title><style>{STYLE}</style>
-<h1>Batch: {values["within"]} of {values["rows"]} within tolerance</h1>
-<p>{values["above"]} above, {values["failed"]} failed, {values["lost"]} lost.</p>
-<h2>Reasons, the most frequent first</h2>{_pareto(values)}
-<h2>Greatest share used of what is permitted</h2>{_histogram(values)}
-{_capability(values)}
-<h2>Results</h2>{_table(values)}</html>
-"""
+    reasons = list(_reasons(values))
+    page = rendered(
+        "batch.html",
+        batch=values,
+        reasons=reasons[:MOST_REASONS],
+        reasons_left=len(reasons) - MOST_REASONS,
+        histogram=_histogram(values),
+        capability=[(NAMES[name], value) for name, value in capability(values).items()],
+        plain=_plain,
+    )
     return page.encode()
 
 
-def _pareto(values: Values) -> str:
-    """Return the reasons with bars, and how much of all they make together so far."""
+def _reasons(values: Values) -> Iterator[Values]:
+    """Yield the reasons, and how much of all rows they make together so far."""
     reasons = grouped_reasons(values)
-    total = sum(count for _, count, _ in reasons)
-    if not total:
-        return "<p>None: every row is within tolerance.</p>"
-    rows, so_far = [], 0
-    for text, count, example in reasons[:MOST_REASONS]:
+    total, so_far = sum(count for _, count, _ in reasons), 0
+    for text, count, example in reasons:
         so_far += count
-        bar = f'<span class="bar" style="width:{12.0 * count / reasons[0][1]:.2f}em"></span>'
-        shares = (
-            html.escape(example)
-            if count == 1
-            else f"{html.escape(text)}<br><small>{html.escape(example)}</small>"
-        )
-        rows.append(
-            f'<tr><td class="n">{count}</td><td>{bar}</td><td class="n">{100.0 * so_far / total:.0f} %</td>'
-            f"<td>{shares}</td></tr>"
-        )
-    left = len(reasons) - MOST_REASONS
-    more = f"<p>{left} reasons more, each with fewer rows.</p>" if left > 0 else ""
-    head = "<tr><th>rows</th><th></th><th>together</th><th>reason</th></tr>"
-    return f"<table>{head}{''.join(rows)}</table>{more}"
+        share = 100.0 * so_far / total
+        yield {"text": text, "rows": count, "example": example, "together_percent": share}
 
 
 def _histogram(values: Values) -> str:
-    """Return a histogram of the greatest share used as SVG; the dashed line is the permissible value."""
+    """Return a histogram of the greatest share used as SVG; empty where no row has a residual."""
     shares = [row["worst_share"] for row in values["results"] if row["worst_share"] is not None]
     if not shares:
-        return "<p>No row has a residual.</p>"
+        return ""
     top = 1.05 * max(1.0, *shares)
     counts = Counter(min(int(share / top * BINS), BINS - 1) for share in shares)
     most, step = max(counts.values()), WIDTH / BINS
@@ -111,27 +91,7 @@ def _ticks(top: float) -> list[float]:
     return [float(share) for share in range(0, int(top) + 1, step)]
 
 
-def _capability(values: Values) -> str:
-    rows = "".join(
-        f'<tr><td>{NAMES[name]}</td><td class="n">{_cell(value)}</td></tr>'
-        for name, value in capability(values).items()
-    )
-    return f"<table>{rows}</table>"
-
-
-def _table(values: Values) -> str:
-    rows = values["results"]
-    head = "".join(f"<th>{html.escape(key)}</th>" for key in rows[0])
-    body = "".join("<tr>" + "".join(_data(cell) for cell in row.values()) + "</tr>" for row in rows)
-    return f'<div class="wide"><table><tr>{head}</tr>{body}</table></div>'
-
-
-def _data(cell: Any) -> str:
-    kind = ' class="n"' if isinstance(cell, int | float) else ""
-    return f"<td{kind}>{html.escape(_cell(cell))}</td>"
-
-
-def _cell(value: Any) -> str:
+def _plain(value: Any) -> str:
     if value is None:
         return ""
     if isinstance(value, str) and len(value) == 64:  # a digest

@@ -5,21 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from markupsafe import Markup
+
 from autobalance.report.page_units import shown
 from autobalance.wording import at, number, signed
 
 Report = Mapping[str, Any]
 
 
-def cell(report: Report, path: str, digits: int = 2, scale: float = 1.0, tag: str = "td") -> str:
+def cell(report: Report, path: str, digits: int = 2) -> Markup:
     """Return a cell that names the number of the JSON that it shows."""
     value, digits = shown(at(report, path), path, digits)
-    text = number(None if value is None else scale * value, digits)
-    return f'<{tag} data-path="{path}" data-digits="{digits}">{text}</{tag}>'
+    return Markup('<td data-path="{}" data-digits="{}">{}</td>').format(path, digits, number(value, digits))
 
 
-def span(report: Report, path: str, digits: int = 2, sign: bool = False) -> str:
+def span(report: Report, path: str, digits: int = 2, sign: bool = False, style: str = "") -> Markup:
     """Return a number that names its place in the JSON."""
     value, digits = shown(at(report, path), path, digits)
     text = signed(value, digits) if sign else number(value, digits)
-    return f'<span data-path="{path}" data-digits="{digits}">{text}</span>'
+    named = Markup(' class="{}"').format(style) if style else ""
+    return Markup('<span{} data-path="{}" data-digits="{}">{}</span>').format(named, path, digits, text)
