@@ -24,7 +24,7 @@ ORDER_FORCES = {
 
 
 def force_rows(report: Report) -> list[tuple[str, str]]:
-    """Return place and name of each force before and after: of those in both, without orders that are zero."""
+    """Return place and name of each force that is there before and after, without orders that are zero."""
     forces = report.get("forces") or {}
     if not all(isinstance(forces.get(state), Mapping) for state in ("before", "after")):
         return []
