@@ -1,5 +1,8 @@
 """The tree of errors that a user can cause; each owns its exit code."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 LONGEST_MESSAGE = 1500
 """Characters of a message; a file may hold a name as long as itself."""
 MOST_LINES = 20
@@ -104,6 +107,21 @@ class CorrectionError(AutobalanceError, ValueError):
 
 class ClaimError(AutobalanceError, ValueError):
     """A report claims something that the files on disk do not bear out."""
+
+
+@contextmanager
+def file_errors(action: str) -> Iterator[None]:
+    """Raise what the system refuses inside the block as a `FileError`: ``cannot read a.csv: is a directory``.
+
+    ``action`` is what is done there, and to what: ``read the trace a.csv``. Nothing but file access belongs
+    into the block: a ValueError counts too, which is how ``open`` refuses a NUL in a name.
+    """
+    try:
+        yield
+    except AutobalanceError:
+        raise
+    except (OSError, ValueError) as error:
+        raise FileError(f"cannot {action}: {system_reason(error)}") from None
 
 
 def system_reason(error: BaseException) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.result import Values, VerbResult
-from autobalance.errors import FileError, FormatError, system_reason
+from autobalance.errors import FormatError, file_errors
 from autobalance.report.plot_files import Plots
 from autobalance.runtime import no_progress
 from autobalance.units import RAD_S_PER_RPM
@@ -227,10 +227,10 @@ def _predicted(source: str | Path | Mapping[str, Any]) -> tuple[tuple[float | No
 
     report = source
     if isinstance(source, str | Path):
+        with file_errors(f"read {source}"):
+            text = Path(source).read_bytes()
         try:
-            report = json.loads(Path(source).read_text(encoding="utf-8"))
-        except OSError as error:
-            raise FileError(f"cannot read {source}: {system_reason(error)}") from None
+            report = json.loads(text)
         except ValueError:
             raise FormatError(f"{source} is no report of rotor or torsion: it is not JSON") from None
     try:

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from autobalance.errors import FileError, UsageError, system_reason
+from autobalance.errors import FileError, UsageError, file_errors
 
 if TYPE_CHECKING:
     from autobalance.job.files.machine_line import Watched
@@ -76,10 +76,8 @@ def _lines(source: str, until: float) -> Iterator[str]:
         if source.startswith(SERIAL):
             read = _serial(source.removeprefix(SERIAL), stack)
         else:
-            try:
+            with file_errors(f"read {source}"):
                 file = stack.enter_context(Path(source).open("rb"))
-            except OSError as error:
-                raise FileError(f"cannot read {source}: {system_reason(error)}") from None
             read = file.readline
         begun = b""
         while time.monotonic() < until:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.design_search.search import Generation
-from autobalance.errors import FileError, system_reason
+from autobalance.errors import FileError, file_errors
 from autobalance.studies.journal import made_folder
 
 SEARCH = "search.jsonl"
@@ -43,13 +43,11 @@ class KeptSearch:
             raise FileError(f"{folder} holds another design's search; choose another folder, or --fresh")
         self.generations = [Generation.of_line(line) for line in lines]
         made_folder(folder)
-        try:
+        with file_errors(f"write {folder}"):
             if fresh:
                 _forget(folder)
             text = "".join(self._text(generation) for generation in self.generations)
             (folder / SEARCH).write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise FileError(f"cannot write {folder}: {system_reason(error)}") from None
 
     def keep(self, generation: Generation) -> None:
         """Add a generation."""

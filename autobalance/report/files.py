@@ -16,7 +16,7 @@ from functools import cache
 from pathlib import Path
 from types import TracebackType
 
-from autobalance.errors import FileError, system_reason
+from autobalance.errors import FileError, file_errors
 from autobalance.runtime import note_begun, to_clean, uninterrupted, was_read
 
 NAME_LETTERS = 40
@@ -85,13 +85,11 @@ class Staging:
         if any(place == other.resolve() for _, other in self._waiting):
             raise FileError(f"{path} is asked for twice; each file needs a place of its own")
         waiting = _temporary(path)
-        try:
+        with file_errors(f"write {path}"):
             is_folder = path.is_dir()
             if not is_folder:
                 self._waiting.append((waiting, path))
                 _write_new(waiting, data)
-        except OSError as error:
-            raise FileError(f"cannot write {path}: {system_reason(error)}") from None
         if is_folder:
             raise FileError(f"cannot write {path}: a folder has this name")
 
@@ -106,21 +104,17 @@ class Staging:
         with uninterrupted():
             while self._waiting:
                 waiting, path = self._waiting[0]
-                try:
+                with file_errors(f"write {path}"):
                     os.replace(waiting, path)
-                except OSError as error:
-                    raise FileError(f"cannot write {path}: {system_reason(error)}") from None
                 del self._waiting[0]
             self._made.clear()
 
     def _make(self, folder: Path) -> None:
         missing = [each for each in (folder, *folder.parents) if not each.exists()]
         for each in reversed(missing):
-            try:
+            with file_errors(f"make the folder {folder}"):
                 note_begun(each)
                 each.mkdir()
-            except OSError as error:
-                raise FileError(f"cannot make the folder {folder}: {system_reason(error)}") from None
             self._made.append(each)
         if not folder.is_dir():
             raise FileError(f"cannot write into {folder}: it is a file, not a folder")
@@ -192,8 +186,6 @@ def _write_new(path: Path, data: bytes) -> None:
 
 def _prove_writable(folder: Path) -> None:
     probe = _temporary(folder / "probe")
-    try:
+    with file_errors(f"write into the folder {folder}"):
         _write_new(probe, b"")
         probe.unlink()
-    except OSError as error:
-        raise FileError(f"cannot write into the folder {folder}: {system_reason(error)}") from None

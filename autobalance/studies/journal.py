@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from autobalance.errors import FileError, system_reason
+from autobalance.errors import FileError, file_errors
 
 JOURNAL = "journal.jsonl"
 ENDING_S = 1.0
@@ -26,10 +26,8 @@ def made_folder(folder: Path) -> None:
     FileError
         If it cannot be made.
     """
-    try:
+    with file_errors(f"make the folder {folder}"):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"cannot make the folder {folder}: {system_reason(error)}") from None
 
 
 @contextlib.contextmanager
@@ -79,10 +77,8 @@ def read_journal(folder: Path) -> dict[str, Line]:
     path = folder / JOURNAL
     if not path.exists():
         return {}
-    try:
+    with file_errors(f"read {path}"):
         data = path.read_bytes()
-    except OSError as error:
-        raise FileError(f"cannot read {path}: {system_reason(error)}") from None
     lines: dict[str, Line] = {}
     for text in data.split(b"\n")[:-1]:
         try:

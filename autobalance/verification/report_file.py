@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from autobalance.errors import FileError, FormatError, system_reason
+from autobalance.errors import FormatError, file_errors
 from autobalance.runtime import note_read
 
 LARGEST = 1e30
@@ -28,17 +28,17 @@ def read_report(path: Path) -> Mapping[str, Any]:
     FormatError
         If it is no JSON object, has a key twice or a number that cannot be, or is of an unknown version.
     """
-    try:
+    with file_errors(f"read the report {path}"):
         note_read(path)
+        data = path.read_bytes()
+    try:
         values = json.loads(
-            path.read_bytes(),
+            data,
             parse_float=lambda text: _limited(float(text)),
             parse_int=lambda text: _limited(int(text)),
             parse_constant=_not_a_number,
             object_pairs_hook=_each_once,
         )
-    except OSError as error:
-        raise FileError(f"cannot read the report {path}: {system_reason(error)}") from None
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{path} is no JSON: {str(error).splitlines()[0]}") from None
     if not isinstance(values, dict):

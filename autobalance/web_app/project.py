@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from autobalance.errors import FileError, system_reason
+from autobalance.errors import FileError, file_errors
 
 LONGEST_NAME = 120
 JOB = "job.toml"
@@ -42,15 +42,13 @@ class Project:
         FileError
             If it cannot be made, or leads out of itself.
         """
-        try:
+        with file_errors(f"make the project {folder}"):
             for room in (folder / RUNS, folder / OWN):
                 room.mkdir(parents=True, exist_ok=True)
                 if room.is_symlink():
                     raise FileError(f"{room} is a link; a project's own folders must be in it")
             for left in folder.glob(f"{WAITING}*"):
                 left.unlink()
-        except OSError as error:
-            raise FileError(f"cannot make the project {folder}: {system_reason(error)}") from None
         return cls(folder.resolve())
 
     def file(self, name: str) -> Path | None:
@@ -133,7 +131,7 @@ class Project:
         FileError
             If it cannot be read.
         """
-        try:
+        with file_errors(f"copy {source}"):
             data = source.read_bytes()
             name = source.name if is_plain(source.name) else f"file{source.suffix.lower()}"
             here = self.file(name)
@@ -141,8 +139,6 @@ class Project:
                 return name
             target = _free(self.folder, name)
             target.write_bytes(data)
-        except OSError as error:
-            raise FileError(f"cannot copy {source}: {system_reason(error)}") from None
         return target.name
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from autobalance.bearings.cases import History
-from autobalance.errors import FileError, JobError, system_reason
+from autobalance.errors import JobError, file_errors
 from autobalance.job.toml.convert import did_you_mean
 from autobalance.runtime import note_read
 from autobalance.types import Array
@@ -36,14 +36,11 @@ def read_history(path: Path, x_column: str, y_column: str, bush_speed_rad_s: flo
     JobError
         If a column is missing, a cell is no number, or the angles are not those of whole turns.
     """
-    try:
+    with file_errors(f"read the history {path}"):
         if path.stat().st_size > LARGEST_BYTES:
             raise JobError(f"{path.name} is larger than {LARGEST_BYTES} bytes; is it a series?")
         note_read(path)
         text = path.read_text("utf-8-sig")
-    except (OSError, ValueError) as error:
-        why = system_reason(error)
-        raise FileError(f"cannot read the history {path}: {why}") from None
     rows = csv.reader(text.splitlines())
     header = [name.strip() for name in next(rows, [])]
     places = [_column(header, name, path.name) for name in (ANGLE, x_column, y_column)]

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from autobalance.errors import FileError, JobError, system_reason
+from autobalance.errors import JobError, file_errors
 from autobalance.runtime import note_read
 
 DEEPEST = 32
@@ -25,12 +25,9 @@ def text_of(path: Path, what: str) -> str:
     JobError
         If it is no text, or larger than any of its kind.
     """
-    try:
-        with path.open("rb") as stream:
-            note_read(path)
-            data = stream.read(LARGEST_BYTES + 1)
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise FileError(f"cannot read the {what} {path}: {system_reason(error)}") from None
+    with file_errors(f"read the {what} {path}"), path.open("rb") as stream:
+        note_read(path)
+        data = stream.read(LARGEST_BYTES + 1)
     if len(data) > LARGEST_BYTES:
         raise JobError(f"{path.name} is larger than {LARGEST_BYTES} bytes; is it a {what}?")
     try:

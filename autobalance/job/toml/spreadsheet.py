@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 from xml.etree.ElementTree import ParseError
 
-from autobalance.errors import FileError, JobError, system_reason
+from autobalance.errors import JobError, file_errors
 from autobalance.runtime import note_read
 
 PACKED_MOST: Final = 16 << 20
@@ -59,14 +59,11 @@ def sheet_cells(path: Path, sheet: str | None, *, formulas: bool = False) -> lis
     JobError
         If it is no sound workbook, has no such sheet, or is larger than a job or a list can be.
     """
-    try:
+    with file_errors(f"read the workbook {path}"):
         note_read(path)
         if path.stat().st_size > PACKED_MOST:
             raise JobError(_too_large(path, f"{path.stat().st_size / 2**20:.0f} MB", PACKED_MOST))
         data = path.read_bytes()
-    except OSError as error:
-        reason = system_reason(error)
-        raise FileError(f"cannot read the workbook {path}: {reason}") from None
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             unpacked = sum(entry.file_size for entry in archive.infolist())
