@@ -14,7 +14,8 @@ from autobalance.correction.apart import TOUCHING_MM, keep_apart
 from autobalance.correction.contract import Apart, Correction, Figures, Item
 from autobalance.correction.envelope import Envelope, drawn_out
 from autobalance.correction.faces.curve import DepthCurve
-from autobalance.correction.faces.cut import FaceCut, face_heights, is_kept_face, patches_of
+from autobalance.correction.faces.cut import FaceCut, patches_of
+from autobalance.correction.faces.kind import FaceKind
 from autobalance.correction.faces.layer import moments_scale, numbers_of, plane_moments
 from autobalance.correction.faces.patches import (
     FaceLimits,
@@ -24,12 +25,8 @@ from autobalance.correction.faces.patches import (
     farthest_mm,
     strip_along,
 )
-from autobalance.correction.faces.trace import FaceTrace
-from autobalance.correction.kind import Candidates, Kind, Workpiece
-from autobalance.correction.outline import outline_shape
+from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.refusals import refuse_out_of_range
-from autobalance.correction.relaxing import Relaxing, deeper, thinner
-from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Pin
 from autobalance.errors import CorrectionError
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE
@@ -285,7 +282,7 @@ def _clear_of_each_other(add_cuts: Sequence[AddCut], limits: AddLimits) -> tuple
     )
 
 
-class Add(Kind[AddLimits]):
+class Add(FaceKind[AddLimits]):
     """Metal added on faces, for designers."""
 
     name = "add"
@@ -293,9 +290,6 @@ class Add(Kind[AddLimits]):
     noun = "Added metal"
     datum = "the face as it is, outward along its normal"
     limits = AddLimits
-    search_levels = 3
-    needs_faces = True
-    offers_all = True
     adds_metal = True
 
     def offer(self, work: Workpiece, limits: AddLimits, search_level: int) -> Candidates:
@@ -305,14 +299,6 @@ class Add(Kind[AddLimits]):
         return Candidates(
             tuple(add_cuts), same_depth=limits.same_depth, apart=_clear_of_each_other(add_cuts, limits)
         )
-
-    def is_kept(self, cut: FaceCut, item: Item) -> bool:
-        """Return whether a face, or its sector, is that of an earlier report."""
-        return is_kept_face(cut, item)
-
-    def relaxing(self, limits: AddLimits) -> Sequence[Relaxing]:
-        """Return more height, and less clearance over the face."""
-        return *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)
 
     def heavier(self) -> Sequence[AddLimits]:
         """Return all the height that there may be room for."""
@@ -332,18 +318,6 @@ class Add(Kind[AddLimits]):
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return on which face to add metal."""
         return f"Add metal on face {item.get('face')}"
-
-    def trace(self, item: Item) -> Trace:
-        """Return the metal on its face."""
-        return FaceTrace(item, adds=True)
-
-    def drawn(self, item: Item) -> Shape:
-        """Return what lies between the face as it was and as it is, within its outline now."""
-        return outline_shape(item)
-
-    def size(self, item: Item) -> str:
-        """Return the face's height, old and new."""
-        return face_heights(item)
 
 
 MOST_ADDED_MM = 40.0

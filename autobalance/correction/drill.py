@@ -10,20 +10,20 @@ from autobalance.correction.contract import Correction, Count, Figures, Item, Va
 from autobalance.correction.cut import listed, on_step
 from autobalance.correction.faces.patches import heavy_vector
 from autobalance.correction.holes.bores import fitting_mm, old_sites
-from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at, is_kept_hole
+from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at
 from autobalance.correction.holes.drill_limits import ZONES, DrillLimits
 from autobalance.correction.holes.drill_series import SAME_MM
 from autobalance.correction.holes.drill_sizes import likely_sizes_mm
 from autobalance.correction.holes.drill_words import no_place, why_none
-from autobalance.correction.holes.hole import Hole, hole_shape, keep_apart
+from autobalance.correction.holes.hole import Hole, keep_apart
+from autobalance.correction.holes.kind import HoleKind
 from autobalance.correction.holes.largest_fit import ended_by, widest_mm
 from autobalance.correction.holes.positions import positions_of, unused_notes
 from autobalance.correction.holes.sites import Places, Site, in_sectors, make_holes, reach_of
 from autobalance.correction.holes.trace import DrillTrace
 from autobalance.correction.holes.walls import HoleLimits
 from autobalance.correction.holes.zones import in_zone, least_radius_mm
-from autobalance.correction.kind import Candidates, Kind, Workpiece
-from autobalance.correction.machining import Operation, hole_operation
+from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.refusals import (
     refuse_wide,
 )
@@ -32,7 +32,6 @@ from autobalance.correction.trace import Trace, stated_number
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
@@ -103,7 +102,7 @@ class DrillCut(HoleCut):
         return self.hole.axis.entry_mm - self.site.sunk_mm * self.hole.axis.inward
 
 
-class Drill(Kind[DrillLimits]):
+class Drill(HoleKind[DrillLimits]):
     """Twist-drilled holes."""
 
     name = "drill"
@@ -112,7 +111,6 @@ class Drill(Kind[DrillLimits]):
     datum = "the surface on the hole's axis, without the point"
     limits = DrillLimits
     search_levels = 2
-    has_axis = True
     finishes = True
 
     def offer(self, work: Workpiece, limits: DrillLimits, search_level: int) -> Candidates:
@@ -155,15 +153,6 @@ class Drill(Kind[DrillLimits]):
             equal=limits.positions is not None,
         )
 
-    def is_kept(self, cut: DrillCut, item: Item) -> bool:
-        """Return whether a hole is that of an earlier report."""
-        return is_kept_hole(cut, item)
-
-    def kept_limits(self, limits: DrillLimits, item: Item, around_deg: float) -> DrillLimits:
-        """Return limits that hold the cut's angle alone."""
-        angle = float(item["angle_deg"])
-        return replace(limits, sectors_deg=((angle - around_deg, angle + around_deg),))
-
     def relaxing(self, limits: DrillLimits) -> Sequence[Relaxing]:
         """Return more holes, deeper ones, and thinner walls."""
         text = "{more} more hole{s} on a counterweight (max_holes = {to})"
@@ -186,14 +175,8 @@ class Drill(Kind[DrillLimits]):
         depth, point = figures.mm(item["depth_mm"]), item.get("point_angle_deg", 0)
         return f"Drill dia {diameter}, {item.get('direction', '')}, {depth} deep, point {point:g}°"
 
-    def machining(self, item: Item) -> Operation | str | None:
-        return hole_operation(item)
-
     def trace(self, item: Item) -> Trace:
         return DrillTrace(item, math.radians(0.5 * stated_number(item, "point_angle_deg")))
-
-    def drawn(self, item: Item) -> Shape:
-        return hole_shape(item)
 
     def size(self, item: Item) -> str:
         point = item.get("point_angle_deg")

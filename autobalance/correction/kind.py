@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
@@ -174,8 +174,10 @@ class Kind(ABC, Generic[L]):
 
     def kept_limits(self, limits: L, item: Item, around_deg: float) -> L:
         """Return limits that leave little but the place of a listed cut, so that it is found soon."""
-        del item, around_deg
-        return limits
+        if not hasattr(limits, "sectors_deg") or item.get("angle_deg") is None:
+            return limits
+        angle_deg = float(item["angle_deg"])
+        return replace(limits, **{"sectors_deg": ((angle_deg - around_deg, angle_deg + around_deg),)})
 
     def is_kept(self, cut: Any, item: Item) -> bool:
         """Return whether a candidate is the cut that an earlier report lists, at whatever depth."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated
 
@@ -308,11 +308,6 @@ class Mill(Kind[MillLimits]):
         spans = (float(item["end_deg"]) - float(item["start_deg"])) % 360.0
         near = all(abs(size - float(item[key])) <= KEPT_MM for size, key in zip(sizes, keys, strict=True))
         return near and abs(span - spans) < SAME_DEG and cheek.web == item["web"]
-
-    def kept_limits(self, limits: MillLimits, item: Item, around_deg: float) -> MillLimits:
-        """Return limits that hold the cut's angle alone."""
-        angle = float(item["angle_deg"])
-        return replace(limits, sectors_deg=((angle - around_deg, angle + around_deg),))
 
     def _cuts(self, work: Workpiece, limits: MillLimits) -> Iterator[MillCut]:
         step = limits.depth_step_mm

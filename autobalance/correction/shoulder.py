@@ -19,8 +19,9 @@ from autobalance.correction.contract import Correction, Figures, Item, SharedDep
 from autobalance.correction.envelope import Envelope, drawn_out
 from autobalance.correction.faces.beside_pins import clear_of_pins
 from autobalance.correction.faces.curve import DepthCurve
-from autobalance.correction.faces.cut import FaceCut, face_heights, is_kept_face, part_name, patches_of
+from autobalance.correction.faces.cut import FaceCut, part_name, patches_of
 from autobalance.correction.faces.depth_limit import DepthLimit, depth_limit
+from autobalance.correction.faces.kind import FaceKind
 from autobalance.correction.faces.layer import BACKWARD, FaceLayer
 from autobalance.correction.faces.lowering import lowering
 from autobalance.correction.faces.patches import (
@@ -31,14 +32,11 @@ from autobalance.correction.faces.patches import (
     half_plane_worth,
     heavy_direction,
 )
-from autobalance.correction.faces.trace import FaceTrace
 from autobalance.correction.faces.under_face import under_face
-from autobalance.correction.kind import Candidates, Kind, Workpiece
+from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.machining import Operation, face_operation
-from autobalance.correction.outline import loops_area_mm2, outline_shape, region_outline
+from autobalance.correction.outline import loops_area_mm2, region_outline
 from autobalance.correction.overlap import overlaps
-from autobalance.correction.relaxing import Relaxing, deeper, thinner
-from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Shape
@@ -297,7 +295,7 @@ def _worth_g_mm_per_mm(patch: Patch, work: Workpiece) -> float:
     return work.density_g_mm3 * half_plane_worth(work.solid.mesh, work.anatomy, patch.face, heavy)[0]
 
 
-class Shoulder(Kind[ShoulderLimits]):
+class Shoulder(FaceKind[ShoulderLimits]):
     """Faces lowered into the metal."""
 
     name = "shoulder"
@@ -305,9 +303,6 @@ class Shoulder(Kind[ShoulderLimits]):
     noun = "Shoulder"
     datum = "the face as it is, along its normal"
     limits = ShoulderLimits
-    search_levels = 3
-    needs_faces = True
-    offers_all = True
     mixed_with = ("drill",)
 
     def offer(self, work: Workpiece, limits: ShoulderLimits, search_level: int) -> Candidates:
@@ -321,14 +316,6 @@ class Shoulder(Kind[ShoulderLimits]):
         apart, both = overlaps(shoulder_cuts, _beside_each_other(shoulder_cuts))
         return Candidates(tuple(shoulder_cuts), shared, limits.same_depth, apart, overlaps=both)
 
-    def is_kept(self, cut: FaceCut, item: Item) -> bool:
-        """Return whether a face, or its sector, is that of an earlier report."""
-        return is_kept_face(cut, item)
-
-    def relaxing(self, limits: ShoulderLimits) -> Sequence[Relaxing]:
-        """Return more depth, and a thinner wall behind the face."""
-        return *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)
-
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return which face to lower, from which height to which."""
         heights = (
@@ -339,19 +326,8 @@ class Shoulder(Kind[ShoulderLimits]):
         )
         return f"Lower face {item.get('face')}{part_name(item.get('sector_deg'))}{heights}"
 
-    def drawn(self, item: Item) -> Shape:
-        """Return what lies between the face as it was and as it is, within its outline now."""
-        return outline_shape(item)
-
-    def size(self, item: Item) -> str:
-        """Return the face's height, old and new."""
-        return face_heights(item)
-
     def machining(self, item: Item) -> Operation | str | None:
         return face_operation(item)
-
-    def trace(self, item: Item) -> Trace:
-        return FaceTrace(item)
 
     def wall_left_mm(self, corrections: Sequence[Correction], anatomy: Anatomy) -> float | None:
         """Return what is left of the webs' thickness."""

@@ -11,8 +11,9 @@ import numpy as np
 
 from autobalance.correction.contract import Apart, Correction, Count, Cut, Figures, Item
 from autobalance.correction.faces.patches import heavy_vector
-from autobalance.correction.holes.cut import SAME_MM, HoleCut, HoleSearch, Towards, direction_at, is_kept_hole
-from autobalance.correction.holes.hole import Hole, hole_shape, keep_apart
+from autobalance.correction.holes.cut import SAME_MM, HoleCut, HoleSearch, Towards, direction_at
+from autobalance.correction.holes.hole import Hole, keep_apart
+from autobalance.correction.holes.kind import HoleKind
 from autobalance.correction.holes.largest_fit import ended_by, widest_mm
 from autobalance.correction.holes.sites import Places, Site
 from autobalance.correction.holes.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn, fills
@@ -20,8 +21,8 @@ from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.correction.holes.surface import Surface
 from autobalance.correction.holes.trace import SlugTrace
 from autobalance.correction.holes.walls import HoleLimits
-from autobalance.correction.kind import Candidates, Kind, Workpiece
-from autobalance.correction.machining import Operation, hole_operation
+from autobalance.correction.kind import Candidates, Workpiece
+from autobalance.correction.machining import Operation
 from autobalance.correction.refusals import (
     refuse_wide,
 )
@@ -29,7 +30,6 @@ from autobalance.correction.relaxing import MoreCuts, Relaxing
 from autobalance.correction.trace import Trace
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.units import wrapped_deg
@@ -121,7 +121,7 @@ MOST_HEAVIER = 16
 """Slugs at most that are tried where counterweights are too light."""
 
 
-class Slug(Kind[SlugLimits]):
+class Slug(HoleKind[SlugLimits]):
     """Heavy-metal slugs."""
 
     name = "slug"
@@ -130,7 +130,6 @@ class Slug(Kind[SlugLimits]):
     datum = "the surface on the bore's axis"
     limits = SlugLimits
     search_levels = 2
-    has_axis = True
     mixed_with = ("drill",)
     remedy = SlugLimits(
         diameters_mm=(12.0, 16.0, 20.0, 25.4), lengths_mm=(8.0, 12.0, 16.0, 20.0, 25.4), max_slugs=1
@@ -169,12 +168,7 @@ class Slug(Kind[SlugLimits]):
 
     def is_kept(self, cut: Any, item: Item) -> bool:
         """Return whether a slug is that of an earlier report."""
-        return is_kept_hole(cut, item) and abs(cut.length_mm - float(item["length_mm"])) < SAME_MM
-
-    def kept_limits(self, limits: SlugLimits, item: Item, around_deg: float) -> SlugLimits:
-        """Return limits that hold the cut's angle alone."""
-        angle = float(item["angle_deg"])
-        return replace(limits, sectors_deg=((angle - around_deg, angle + around_deg),))
+        return super().is_kept(cut, item) and abs(cut.length_mm - float(item["length_mm"])) < SAME_MM
 
     def relaxing(self, limits: SlugLimits) -> Sequence[Relaxing]:
         """Return more slugs."""
@@ -243,15 +237,11 @@ class Slug(Kind[SlugLimits]):
     def machining(self, item: Item) -> Operation | str | None:
         if item.get("fills_a_hole"):
             return None
-        return hole_operation(item)
+        return super().machining(item)
 
     def trace(self, item: Item) -> Trace:
         """Return the bore, and the slug in it."""
         return SlugTrace(item)
-
-    def drawn(self, item: Item) -> Shape:
-        """Return the bore."""
-        return hole_shape(item)
 
     def size(self, item: Item) -> str:
         return f"⌀ {number(item['diameter_mm'], 1)} × {number(item.get('length_mm'), 1)}"
