@@ -15,11 +15,9 @@ from autobalance.api.entry import Entries, Entry, entries
 from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult
 from autobalance.api.result_files import (
-    REPORT,
     Staged,
     committed,
     measured_of,
-    solid_name,
     staged_files,
     staging_for,
     with_outputs,
@@ -30,13 +28,12 @@ from autobalance.balancing.measured_crank import (
     measured_source,
     work_on_faces,
 )
-from autobalance.errors import FileError, JobError
+from autobalance.errors import JobError
 from autobalance.job import Job, JobSource
 from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.report.bundle import choice_of
 from autobalance.report.material import Choice
-from autobalance.report.output_kinds import names_to_fill, page_names
 from autobalance.runtime import Notify, Progress, Stopwatch
 
 if TYPE_CHECKING:
@@ -374,71 +371,3 @@ def corrected_crank(result: BalanceResult) -> Crank:
     crank = measured_source(after, was.anatomy, was.density_g_mm3, calibration=was.calibration)
     own = replace(before.crankshaft, file=None, readings=CrankReadings(), density_g_mm3=was.density_g_mm3)
     return Crank(crank, own)
-
-
-@dataclass(frozen=True, eq=False)
-class BalancedFiles:
-    """A run whose files are in place."""
-
-    result: BalanceResult
-    report: dict[str, Any]
-    files: tuple[Path, ...]
-    warnings: tuple[str, ...]
-
-
-def balance_to_files(
-    job: Job, folder: Path, json_file: str | None, notify: Notify, choice: Choice | None = None
-) -> BalancedFiles:
-    """Balance the crank of a job and write its files to ``folder``, all of them or none.
-
-    That they can be written is proved before the work begins.
-
-    Parameters
-    ----------
-    job : Job
-    folder : Path
-        Made where it is missing.
-    json_file : str or None
-        Where a copy of the report goes; ``-`` is none.
-    notify : callable
-        Called with what runs, in a few words.
-    choice : Choice or None
-        The pages, sheets and pictures to write beside the report; None: none.
-
-    Raises
-    ------
-    AutobalanceError
-        For anything wrong with the job, the crank or the folder; nothing is left behind then.
-    """
-    copy = None if json_file in (None, "-") else Path(str(json_file))
-    choice = choice or Choice(kinds=())
-    pages = [folder / name for name in page_names()]
-    solid_path = folder / solid_name(job)
-    targets = [folder / REPORT, solid_path, *pages] + ([copy] if copy else [])
-    _refuse_overwriting(targets, [job.path, *([job.crankshaft.file] if job.crankshaft.file else [])])
-    with staging_for(folder, copy) as staging:
-        result = run(job, None, notify, Stopwatch())
-        values, files = committed(result, folder, choice, notify, staging, copy)
-    warnings = list(result.warnings)
-    if values["outputs"]["solid"] is None and solid_path.exists():
-        warnings.append(f"{solid_path} is of an earlier run; this one cut nothing")
-    kept = names_to_fill()
-    old = [page.name for page in pages if page.exists() and page not in files and page.name not in kept]
-    if old:
-        warnings.append(f"of an earlier run in {folder}: {', '.join(old)}; this one did not write them")
-    return BalancedFiles(result, values, files, tuple(warnings))
-
-
-def _refuse_overwriting(targets: list[Path], sources: list[Path]) -> None:
-    places = [target.resolve() for target in targets]
-    for place in places:
-        if places.count(place) > 1:
-            raise FileError(f"{place} is asked for twice: the report's copy needs a place of its own")
-    for target in targets:
-        if target.is_dir():
-            raise FileError(f"cannot write {target}: a folder has this name")
-        for source in sources:
-            if target.resolve() == source.resolve():
-                raise FileError(
-                    f"writing {target} would destroy a file that the job reads; choose another place"
-                )

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from autobalance import correction
+from autobalance.balancing.cut_pass import Pass, cut_and_measure, made
 from autobalance.balancing.measuring import Measure, Measured, in_memory, refuse_sum
 from autobalance.balancing.offers import BestOffer, Offers, best_offer, why_not_used, workpiece
 from autobalance.balancing.rotor import Rotor
@@ -32,8 +33,7 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.runtime import Notify
-from autobalance.solid.csg.solid import Solid, union
-from autobalance.solid.soundness.boolean_slivers import without_flakes
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
@@ -98,19 +98,6 @@ class Result:
         """Leave the cuts behind when pickled: they hold parts of the solid's kernel, and the solid's copy."""
         measured = None if self.measured is None else replace(self.measured, read_back=None)
         return {**self.__dict__, "made": (), "measured": measured}
-
-
-@dataclass(frozen=True, eq=False)
-class Pass:
-    """A cut crank as it was measured, and the bodies of its cuts (rotor frame)."""
-
-    depths_mm: Array
-    tools: tuple[Solid, ...]
-    solid: Solid
-    measured: Measured
-    moments: Moments
-    residual: Unbalance
-    share: float
 
 
 def balance(
@@ -235,8 +222,8 @@ class _Run:
         """Return the end of a run that cut the crank, its cuts in the order in which they are made."""
         rotor, candidates = self.rotor, self.chosen.candidates
         listed, overlaps = _in_turn(rotor, candidates, best)
-        made = _made(candidates.cuts, best.depths_mm)
-        order = setup_order(listed, [cut for cut, _ in made], overlaps)
+        cuts = made(candidates.cuts, best.depths_mm)
+        order = setup_order(listed, [cut for cut, _ in cuts], overlaps)
         corrections = tuple(listed[k] for k in order)
         places = np.flatnonzero(best.depths_mm > 0.0)[order]
         refuse_sum(rotor, best.measured, corrections)
@@ -263,7 +250,7 @@ class _Run:
             tools=tuple(best.tools[k].moved(rotor.anatomy.rotor_to_file) for k in order),
             initial_doubt=self.initial_doubt,
             doubt=doubt,
-            made=tuple(made[k] for k in order),
+            made=tuple(cuts[k] for k in order),
             notes=self.chosen.notes + unused,
             relaxations=remedies,
         )
@@ -341,7 +328,7 @@ def _corrections(
 
     ``as_measured`` has those that were measured by themselves, None for the others; nothing where none was.
     """
-    chosen = _made(cuts, depths_mm)
+    chosen = made(cuts, depths_mm)
     corrections = []
     for (cut, depth), own in zip(chosen, as_measured or [None] * len(chosen), strict=True):
         each = cut.correction(depth) if own is None else own
@@ -386,44 +373,8 @@ def planned(
     best = best_offer(rotor, tolerance, methods, Unbalance.of(now), prefer)
     cuts, depths = best.candidates.cuts, best.plan.depths_mm
     holes = _corrections(cuts, depths)
-    order = setup_order(holes, [cut for cut, _ in _made(cuts, depths)])
+    order = setup_order(holes, [cut for cut, _ in made(cuts, depths)])
     return tuple(holes[k] for k in order), best.plan.predicted
-
-
-def cut_and_measure(
-    rotor: Rotor,
-    tolerance: Tolerance,
-    cuts: Sequence[Cut],
-    depths_mm: Array,
-    measure: Measure,
-) -> Pass:
-    """Cut the untouched crank to these depths, one a cut, and measure it.
-
-    Raises
-    ------
-    SolidError
-        If the cut cannot be made, or what is measured is no crank any more.
-    """
-    cut_depths = _made(cuts, depths_mm)
-    tools = tuple(cut.tool(depth) for cut, depth in cut_depths)
-    solid, pressed_in = rotor.solid, Moments.zero()
-    for adds in (True, False):
-        chosen = [tool for tool, (cut, _) in zip(tools, cut_depths, strict=True) if cut.adds_metal == adds]
-        if chosen:
-            tool = union(chosen).moved(rotor.anatomy.rotor_to_file)
-            solid = solid + tool if adds else solid - tool
-    solid = without_flakes(solid, rotor.solid)
-    for cut, depth in cut_depths:
-        pressed_in = pressed_in + cut.pressed_in(depth)
-    measured = measure(rotor, solid, cut_depths)
-    moments = measured.moments + measured.added + pressed_in
-    residual = Unbalance.of(moments + rotor.loads)
-    return Pass(depths_mm, tools, solid, measured, moments, residual, tolerance.used_share(residual))
-
-
-def _made(cuts: Sequence[Cut], depths_mm: Array) -> tuple[tuple[Cut, float], ...]:
-    """Return the cuts that are made, each with its depth."""
-    return tuple((cut, float(depth)) for cut, depth in zip(cuts, depths_mm, strict=True) if depth > 0.0)
 
 
 def _web_places_mm(rotor: Rotor) -> tuple[float, float] | None:

@@ -13,7 +13,8 @@ from autobalance.report.files import Staging
 from autobalance.runtime import was_read
 
 if TYPE_CHECKING:
-    from autobalance.api.balance import BalancedFiles, BalanceResult
+    from autobalance.api.balance import BalanceResult
+    from autobalance.api.balanced_files import BalancedFiles
     from autobalance.api.result import VerbResult
     from autobalance.command.progress import Mode
     from autobalance.job import Job
@@ -134,7 +135,7 @@ def balanced(
     job: Job, folder: Path, json_file: str | None = None, choice: Choice | None = None, mode: Mode = "usual"
 ) -> BalancedFiles:
     """Run a job and put its files in place."""
-    from autobalance.api.balance import balance_to_files
+    from autobalance.api.balanced_files import balance_to_files
     from autobalance.api.progress import telling
     from autobalance.command.progress import shown
 

@@ -91,7 +91,7 @@ def tried(
     JobError
         If they are not as many as cuts, out of their limits, or the job makes other cuts now.
     """
-    from autobalance.balancing.loop import cut_and_measure
+    from autobalance.balancing.cut_pass import cut_and_measure
     from autobalance.balancing.run import measure_of
     from autobalance.report.encoding import encoded
     from autobalance.report.records import balance as records

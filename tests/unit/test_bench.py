@@ -19,7 +19,7 @@ from autobalance.dynamics.bench_rotor import (
 )
 from autobalance.dynamics.speed_control import SpeedControl, Trace, loop_margin, ramp_and_hold
 from autobalance.errors import JobError
-from autobalance.job.files.bench import BENCH_KEYS
+from autobalance.job.files.bench_keys import BENCH_KEYS
 from autobalance.job.toml.keys import json_schema
 
 J = 0.002847335

@@ -1,4 +1,4 @@
-"""Files become checked solids, in mm, in the file's axes. Over 400 lines: one reading, step by step."""
+"""Files become checked solids, in mm, in the file's axes."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from autobalance.errors import BodiesError, FormatError, OverlapError, SolidErro
 from autobalance.known import once
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.self_overlap import united
-from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.on_disk import file_bytes
 from autobalance.solid.formats.raw import Raw
 from autobalance.solid.formats.registry import FOREIGN_CAD, FORMATS, format_of, kind_of
-from autobalance.solid.mesh.body_list import listed
 from autobalance.solid.mesh.mesh import Mesh, in_space_order, weld, without_collapsed
-from autobalance.solid.soundness.bodies import Body, are_apart, bodies_of
+from autobalance.solid.soundness.bodies import bodies_of
+from autobalance.solid.soundness.chosen_bodies import chosen_bodies
 from autobalance.solid.soundness.hole_patches import Patch, filled
 from autobalance.solid.soundness.open_holes import OpenHoles
 from autobalance.solid.soundness.repair import solid_of, volume_change
@@ -372,7 +372,7 @@ def _welded(raw: Raw, mm_per_unit: float) -> tuple[Mesh, list[str]]:
 def _solid(mesh: Mesh, body: int | str | None, pressed_up: bool, unite: bool) -> tuple[Solid, int, list[str]]:
     """Return the solid wanted, the number of bodies in the mesh, and the repairs."""
     solid, notes = solid_of(mesh)
-    chosen, bodies, changes = _bodies_of(solid, body, pressed_up, unite)
+    chosen, bodies, changes = chosen_bodies(solid, body, pressed_up, unite)
     return chosen, bodies, notes + changes
 
 
@@ -384,49 +384,5 @@ def as_read(solid: Solid) -> Solid:
     SolidError
         As for ``source_of``.
     """
-    whole, bodies, repairs = _bodies_of(solid, "all", pressed_up=False, unite=False)
+    whole, bodies, repairs = chosen_bodies(solid, "all", pressed_up=False, unite=False)
     return _checked(whole, bool(repairs) or bodies > 1, unite=False)[0]
-
-
-def _bodies_of(
-    solid: Solid, body: int | str | None, pressed_up: bool, unite: bool
-) -> tuple[Solid, int, list[str]]:
-    """Return those of a solid's bodies that are wanted, how many there are, and the repairs."""
-    bodies, turned = bodies_of(solid)
-    if len(bodies) == 1:
-        if body not in (None, "all", 1):
-            raise SolidError(f"body {body!r} was asked for; {_listed(bodies)}")
-        return bodies[0].solid if turned else solid, 1, turned
-    together = (body == "all" or (body is None and pressed_up)) and not turned
-    if together and (not unite or are_apart(bodies)):
-        return solid, len(bodies), turned
-    chosen, changes = _choose(bodies, body, pressed_up)
-    return chosen, len(bodies), turned + changes
-
-
-def _choose(bodies: list[Body], body: int | str | None, pressed_up: bool) -> tuple[Solid, list[str]]:
-    if isinstance(body, str) and body != "all":
-        raise SolidError(f"body {body!r} was asked for; this format has no names; {_listed(bodies)}")
-    if isinstance(body, int):
-        if not 1 <= body <= len(bodies):
-            raise SolidError(f"body {body} was asked for; {_listed(bodies)}")
-        return bodies[body - 1].solid, []
-    if body is None and not pressed_up:
-        hint = "expected body = a number, or 'all' to unite them"
-        raise BodiesError(f"{_listed(bodies)}; {hint}", len(bodies))
-    united = union([one.solid for one in bodies])
-    total = sum(one.volume_mm3 for one in bodies)
-    overlap = total - united.volume_mm3
-    notes = (
-        f"{len(bodies)} bodies united; overlaps of {overlap:.6g} mm³ now count once; "
-        f"{volume_change(total, united.volume_mm3)}"
-    )
-    return united, [notes] if abs(overlap) > 1e-9 * total else []
-
-
-def _listed(bodies: list[Body]) -> str:
-    lines = []
-    for number, one in enumerate(bodies, start=1):
-        x, y, z = one.size_mm
-        lines.append(f"{number}: {one.volume_mm3:.6g} mm³, {x:.5g} × {y:.5g} × {z:.5g} mm")
-    return listed(lines)
