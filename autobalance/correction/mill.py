@@ -10,30 +10,24 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
 
 import numpy as np
 
 from autobalance.correction.apart import keep_apart
-from autobalance.correction.contract import Correction, Figures, Item, Limits
+from autobalance.correction.contract import Correction, Figures, Item
 from autobalance.correction.cut import WalledCut, listed, on_step
 from autobalance.correction.envelope import Envelope, blocks, sector_corners
 from autobalance.correction.faces.patches import face_region, heavy_direction
 from autobalance.correction.kind import KEPT_MM, Candidates, Kind, Workpiece
 from autobalance.correction.machining import SEGMENTS, AreaOperation, Operation
-from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket, lies_in, pockets
+from autobalance.correction.pockets.limits import MillLimits
+from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket, pockets
 from autobalance.correction.pockets.trace import PocketTrace
-from autobalance.correction.refusals import (
-    STEP,
-    Sectors,
-    refuse_out_of_range,
-    refuse_sectors,
-)
+from autobalance.correction.pockets.walls import SKIN_MM, Below
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.trace import Trace, stated_number, stated_vector
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError, FormatError
-from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Prism, Shape, outline_area_mm2, outline_points
@@ -42,8 +36,6 @@ from autobalance.types import Array
 from autobalance.units import wrapped_deg
 from autobalance.wording import degrees, number
 
-SKIN_MM = 1e-3
-"""Metal over or under a cheek that is its own roughness."""
 UPRIGHT = 1.0 - 1e-6
 """A cheek's normal has at least this component along the axis."""
 DEPTH_SHARES = (1.0, 0.5)
@@ -52,52 +44,23 @@ ROOM_RAD = math.radians(15.0)
 MIRROR = np.diag([1.0, -1.0, -1.0, 1.0])
 
 
-@dataclass(frozen=True)
-class MillLimits(Limits):
-    """What a job asks of milled pockets. The defaults are ours: no standard gives them.
-
-    Attributes
-    ----------
-    cutter_mm : float
-        Diameter of the end mill; corners have its radius.
-    min_wall_mm : float
-        Metal between a pocket and any surface but the cheek it enters, and between pockets.
-    min_depth_mm, max_depth_mm, depth_step_mm : float
-        From the cheek, along the axis; step 0: any depth.
-    sectors_deg : tuple of (float, float)
-        Where the middles of pockets may lie: angles in the rotor frame, counter-clockwise from the first to
-        the second; (0, 360) is all around.
-    """
-
-    cutter_mm: Annotated[float, POSITIVE] = 10.0
-    min_wall_mm: Annotated[float, NOT_NEGATIVE] = 3.0
-    min_depth_mm: Annotated[float, POSITIVE] = 0.5
-    max_depth_mm: Annotated[float, POSITIVE] = 15.0
-    depth_step_mm: Annotated[float, STEP] = 0.1
-    sectors_deg: Sectors = ((0.0, 360.0),)
-
-    def __post_init__(self) -> None:
-        """Refuse limits that contradict each other."""
-        refuse_out_of_range("mill", self)
-        if not self.min_depth_mm <= self.max_depth_mm:
-            raise CorrectionError(
-                f"mill.min_depth_mm is {self.min_depth_mm:g}; must be > 0 and at most "
-                f"max_depth_mm = {self.max_depth_mm:g}"
-            )
-        refuse_sectors("mill", self.sectors_deg)
-
-
 @dataclass(frozen=True, eq=False)
 class Cheek:
     """A plane cheek: ``up`` is ±1 along the axis, ``free`` where pockets down to ``deepest_mm`` may lie."""
 
     web: int
-    z_mm: float
-    up: float
+    below: Below
     deepest_mm: float
     limit: str
-    metal: Region
     free: Region
+
+    @property
+    def z_mm(self) -> float:
+        return self.below.z_mm
+
+    @property
+    def up(self) -> float:
+        return self.below.up
 
     def heights(self, depth_mm: float, above_mm: float = 0.0) -> tuple[float, float]:
         """Return the lesser and the greater z of what lies from ``above`` the cheek down to a depth."""
@@ -150,6 +113,13 @@ class MillCut(WalledCut):
     def _area(self) -> tuple[float, Array, Array]:
         return self.pocket.region.area_moments()
 
+    @cached_property
+    def _deepest_mm(self) -> float:
+        """How deep it may go at most, places for others not asked for; never less than was planned with."""
+        limits = self.limits
+        deepest = self.cheek.below.deepest_mm(self.pocket.region, limits.min_wall_mm, limits.max_depth_mm)
+        return max(on_step(deepest, limits.depth_step_mm, math.floor), self.max_depth_mm)
+
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the rotor's moments: a prism goes."""
         low, high = self.cheek.heights(depth_mm)
@@ -198,19 +168,9 @@ class MillCut(WalledCut):
             end_deg=wrapped_deg(math.degrees(pocket.end_rad)),
             angle_deg=wrapped_deg(math.degrees(self._middle_rad)),
             face_z_mm=self.cheek.z_mm,
-            wall_left_mm=self._wall_left_mm(depth_mm),
-            depth_left_mm=self.max_depth_mm - depth_mm,
+            wall_left_mm=self.cheek.below.wall_left_mm(pocket.region, depth_mm),
+            depth_left_mm=self._deepest_mm - depth_mm,
         )
-
-    def _wall_left_mm(self, depth_mm: float) -> float:
-        """Return the least metal beside or below the pocket, as far as that was looked at; to 0.01 mm."""
-        below = self.cheek.deepest_mm + self.limits.min_wall_mm - depth_mm
-        low, high = self.limits.min_wall_mm, below
-        while high - low > 0.01:
-            middle = 0.5 * (low + high)
-            fits = lies_in(self.pocket.region.grown(middle), self.cheek.metal)
-            low, high = (middle, high) if fits else (low, middle)
-        return min(low, below)
 
 
 # --- where ------------------------------------------------------------------------------------------------
@@ -223,10 +183,9 @@ def cheeks(work: Workpiece, limits: MillLimits) -> Iterator[Cheek]:
     for face in work.faces:
         if face.kind != "plane" or face.web is None or abs(float(face.normal[2])) < UPRIGHT:
             continue
-        up, z = math.copysign(1.0, float(face.normal[2])), float(face.centroid_mm[2])
-        web = webs[face.web]
-        behind = z - web.z_min_mm if up > 0.0 else web.z_max_mm - z
-        most = min(limits.max_depth_mm, behind - limits.min_wall_mm)
+        below = Below.cheek(placed, face, webs[face.web])
+        up, z = below.up, below.z_mm
+        most = min(limits.max_depth_mm, below.behind_mm - limits.min_wall_mm)
         by_wall = most < limits.max_depth_mm
         key = "min_wall_mm" if by_wall else "max_depth_mm"
         limit = f"{key} = {getattr(limits, key):g}"
@@ -238,7 +197,7 @@ def cheeks(work: Workpiece, limits: MillLimits) -> Iterator[Cheek]:
             metal = footprint - _voids(placed, z, up, deepest + limits.min_wall_mm, face.spread_mm)
             free = metal.grown(-limits.min_wall_mm)
             if not free.grown(-0.5 * limits.cutter_mm).is_empty:
-                yield Cheek(face.web, z, up, deepest, limit, metal, free)
+                yield Cheek(face.web, below, deepest, limit, free)
                 break
 
 

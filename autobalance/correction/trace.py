@@ -55,6 +55,11 @@ class Before:
         """Corners (k, 3, 3) of its facets, rotor frame."""
         return self.mesh.moved(self.anatomy.file_to_rotor).corners
 
+    @cached_property
+    def placed(self) -> Solid:
+        """The solid that its mesh bounds, rotor frame."""
+        return Solid.from_mesh(self.mesh).moved(self.anatomy.file_to_rotor)
+
     @property
     def facet_mm2(self) -> float:
         """Area that nearly all facets are smaller than."""
@@ -187,6 +192,15 @@ class Reading:
 
     value: Array
     within: float
+
+
+DEEPEST_MM = 5e-3
+"""How far the greatest depth is known beside the machine's step, on files that were rounded."""
+
+
+def depth_left(deepest_mm: float, depth_mm: float, step_mm: float) -> Reading:
+    """Return how much deeper a cut may go: up to the greatest depth, or a step short of it."""
+    return Reading(np.array(deepest_mm - depth_mm - 0.5 * step_mm), 0.5 * step_mm + DEEPEST_MM)
 
 
 def rates(change: Moments) -> dict[str, Any]:

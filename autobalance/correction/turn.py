@@ -18,7 +18,14 @@ from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.machining import Operation, rim_operation
 from autobalance.correction.refusals import STEP, refuse_out_of_range
 from autobalance.correction.relaxing import Relaxing, WiderLimits
-from autobalance.correction.rings.trace import RingTrace, faceted_ring, far_mm, slab_of, tool_volume_mm3
+from autobalance.correction.rings.trace import (
+    RingTrace,
+    faceted_ring,
+    far_mm,
+    least_radius_mm,
+    slab_of,
+    tool_volume_mm3,
+)
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
@@ -35,8 +42,6 @@ from autobalance.wording import number
 SEGMENTS = 360
 """Sides of the turned circle; a polygon of its area."""
 EQUAL_AREA = equal_area(SEGMENTS)
-PIN_WALL_MM = 2.0
-"""Metal that a default ``min_radius_mm`` leaves outside of the crankpins (ours)."""
 ROOM_SECTORS = 36
 """Blocks that stand for a ring where it is looked what comes near."""
 FIRST_SHARE = 0.02
@@ -184,7 +189,7 @@ def cuts(solid: Solid, anatomy: Anatomy, density_g_mm3: float, limits: TurnLimit
     CorrectionError
         If no web reaches beyond the least radius.
     """
-    least = _least_radius_mm(anatomy) if limits.min_radius_mm is None else limits.min_radius_mm
+    least = least_radius_mm(anatomy) if limits.min_radius_mm is None else limits.min_radius_mm
     text = (
         f"the radius of {least:.4g} mm around the crankpins"
         if limits.min_radius_mm is None
@@ -222,12 +227,6 @@ def cuts(solid: Solid, anatomy: Anatomy, density_g_mm3: float, limits: TurnLimit
 
 THIN_MM = 1e-2
 """A rim thinner than this is rounding and facets, not metal to turn."""
-
-
-def _least_radius_mm(anatomy: Anatomy) -> float:
-    pins = [throw.crank_radius_mm + 0.5 * throw.crankpin.diameter_mm for throw in anatomy.throws]
-    journals = [0.5 * journal.diameter_mm for journal in anatomy.main_journals]
-    return max([*pins, *journals], default=0.0) + PIN_WALL_MM
 
 
 class Turn(Kind[TurnLimits]):
@@ -284,7 +283,7 @@ class Turn(Kind[TurnLimits]):
 
     def face_depths_mm(self, work: Workpiece, rims: Sequence[Face]) -> Mapping[str, float]:
         """Return how deep each rim may be turned, unless its web reaches farther elsewhere."""
-        least = _least_radius_mm(work.anatomy)
+        least = least_radius_mm(work.anatomy)
         outlines = {web.number: web.outline for web in work.anatomy.webs}
         reach = _reaches_mm(work.solid, work.anatomy)
         return {

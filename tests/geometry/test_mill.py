@@ -14,7 +14,8 @@ import pytest
 from autobalance.command.main import main
 from autobalance.correction import mill
 from autobalance.correction.kind import Workpiece
-from autobalance.correction.mill import MillCut, MillLimits
+from autobalance.correction.mill import MillCut
+from autobalance.correction.pockets.limits import MillLimits
 from autobalance.correction.pockets.pocket import Pocket
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.crank.faces import find_faces

@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from autobalance.correction.holes.around import Around, most_mm
 from autobalance.correction.holes.hole import Hole, drill_body
 from autobalance.correction.holes.positions import Position
 from autobalance.correction.holes.surface import CONTINUATION_RAD, Axis, Surface
@@ -37,9 +38,6 @@ CLEAR_MM = 1.0
 RIM_SHARE = 0.97
 """The rim is where the web reaches this share of its radius at that angle."""
 RAYS = 9
-LOOKED_AT_MM = 10.0
-"""Beside a hole and as much as it is wide; farther where there is nothing."""
-NEAR_ENTRY_MM = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,20 +80,14 @@ class Site:
         """Return the least distance from a hole here to other surfaces, however far these are."""
         hole = radius_mm, depth_mm, half_point_rad
         if self.surface is not None:
-            wall = wall_beside(self.surface, self.axis, self.fillets, *hole)
+            wall = Around(self.surface, self.axis, self.fillets).wall_mm(*hole)
             if wall is not None:
                 return wall
         return wall_left_mm(self.others, *hole)
 
     def most_mm(self, radius_mm: float, half_point_rad: float) -> float:
-        """Return the depth at which a radial hole leaves its zone, point included, or meets the crank axis.
-
-        None for an axial hole, which lies in the zone or does not (-inf).
-        """
-        out = math.hypot(*self.axis.entry_mm[:2]) - self.least_radius_mm
-        if abs(self.axis.inward[2]) > 0.5:
-            return math.inf if not self.least_radius_mm or out >= radius_mm else -math.inf
-        return out - (radius_mm / math.tan(half_point_rad) if self.least_radius_mm else 0.0)
+        """Return the depth at which a hole here leaves its zone or meets the crank axis."""
+        return most_mm(self.axis, self.least_radius_mm, radius_mm, half_point_rad)
 
 
 def site_angles(sectors_deg: Sectors, target: Array, search_level: int = 0) -> Array:
@@ -300,35 +292,6 @@ def _site(
         return None
     oblique = near.obliquity_rad(axis, entered)
     return Site(web.number, angle, axis, others, CLEAR_MM - min(top, 0.0), oblique_rad=oblique)
-
-
-def wall_beside(
-    surface: Surface,
-    axis: Axis,
-    fillets: tuple[Fillet, ...],
-    radius_mm: float,
-    depth_mm: float,
-    half_point_rad: float,
-) -> float | None:
-    """Return the least distance from a hole to surfaces that it does not enter, all of the crank's.
-
-    None where its axis meets no surface at its entry that a drill can start on.
-    """
-    reach = 2.0 * radius_mm + LOOKED_AT_MM
-    while True:
-        near = surface.around(axis, reach)
-        depth, rows = near.hits(axis)
-        entries = np.flatnonzero(np.abs(depth) < NEAR_ENTRY_MM)
-        if not len(entries):
-            return None
-        entered = int(rows[entries[np.argmin(np.abs(depth[entries]))]])
-        others, _ = near.others(axis, entered, in_fillets(near.corners, fillets))
-        if others is None:
-            return None
-        wall = wall_left_mm(others, radius_mm, depth_mm, half_point_rad)
-        if radius_mm + wall <= reach:
-            return wall
-        reach = radius_mm + wall
 
 
 def make_holes(

@@ -11,17 +11,19 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from autobalance.correction.contract import Item, Limits
+from autobalance.correction.holes.around import Around, most_mm
 from autobalance.correction.holes.bores import ROUND_SHARE
 from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.holes.hole import Hole, drill_body
-from autobalance.correction.holes.sites import wall_beside
 from autobalance.correction.holes.surface import Axis, Surface
-from autobalance.correction.holes.zones import fillets_of
+from autobalance.correction.holes.walls import HoleLimits
+from autobalance.correction.holes.zones import fillets_of, least_radius_mm
 from autobalance.correction.trace import (
     SLACK_MM,
     Before,
     Metal,
     Reading,
+    depth_left,
     rates,
     slack_mm,
     stated_number,
@@ -70,11 +72,11 @@ class HoleTrace:
             "point_angle_deg": 2.0 * math.degrees(self.half_point_rad),
             "entry_radius_mm": math.hypot(*axis.entry_mm[:2]),
             **where_listed(self.item, self._tool(axis)),
-            **where_listed(self.item, self._beside(crank, axis)),
+            **where_listed(self.item, self._beside(crank, axis, limits)),
         }
 
-    def _beside(self, crank: Before, axis: Axis) -> dict[str, Any]:
-        """Return the wall that is left, or how deep a hole was that is drilled on."""
+    def _beside(self, crank: Before, axis: Axis, limits: Limits | None) -> dict[str, Any]:
+        """Return the wall and the depth that are left, or how deep a hole was that is drilled on."""
         if not self.takes_metal:
             return {}
         radius, depth = 0.5 * stated_size(self.item, "diameter_mm"), stated_size(self.item, "depth_mm")
@@ -85,10 +87,20 @@ class HoleTrace:
         fillets = tuple(each for web in webs for each in fillets_of(crank.anatomy, web))
         if crank not in _SURFACES:
             _SURFACES[crank] = Surface.of(crank.mesh, crank.anatomy.file_to_rotor)
-        surface = _SURFACES[crank]
-        wall = wall_beside(surface, axis, fillets, radius, depth, self.half_point_rad)
-        found = {} if wall is None else {"wall_left_mm": Reading(np.array(wall), WALL_MM)}
-        return {"deepened_from_mm": None, "deepened_at": None, **found}
+        around = Around(_SURFACES[crank], axis, fillets)
+        found: dict[str, Any] = {"deepened_from_mm": None, "deepened_at": None}
+        wall = around.wall_mm(radius, depth, self.half_point_rad)
+        if wall is None:
+            return found
+        found["wall_left_mm"] = Reading(np.array(wall), WALL_MM)
+        if isinstance(limits, DrillLimits) and webs:
+            zone_mm = least_radius_mm(crank.anatomy, webs[0], limits.held_zone)
+            most = min(limits.max_depth_mm, most_mm(axis, zone_mm, radius, self.half_point_rad))
+            room = HoleLimits(limits.min_wall_mm, self.half_point_rad, 0.0, most)
+            deepest = around.deepest_mm(radius, room)
+            if deepest is not None:
+                found["depth_left_mm"] = depth_left(deepest, depth, limits.depth_step_mm)
+        return found
 
     def _tool(self, axis: Axis) -> dict[str, Any]:
         """Return what follows of the tool's body: its volume, and where a deepened hole was entered first."""

@@ -5,16 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from autobalance.correction.contract import Item, Limits
+from autobalance.correction.pockets.limits import MillLimits
 from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket
+from autobalance.correction.pockets.walls import Below
 from autobalance.correction.rings.trace import faceted_ring
 from autobalance.correction.trace import (
     Before,
     Metal,
+    Reading,
+    depth_left,
     rates,
     slack_mm,
     stated_number,
@@ -27,6 +32,9 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import outline_area_mm2
 from autobalance.solid.csg.solid import Solid
 from autobalance.units import wrapped_deg
+
+WALL_MM = 5e-3
+"""Walls are found so exactly on files that were rounded."""
 
 
 @dataclass(frozen=True)
@@ -41,20 +49,40 @@ class PocketTrace:
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
         """Return the cutter of the job."""
-        del crank
         cutter = getattr(limits, "cutter_mm", stated_size(self.item, "cutter_mm"))
         values = {"direction": "axial", "cutter_mm": cutter, "corner_radius_mm": 0.5 * cutter}
-        return values | where_listed(self.item, {"tool_volume_mm3": self._tool_volume_mm3()})
+        values["tool_volume_mm3"] = outline_area_mm2(self._pocket.outline) * (
+            stated_number(self.item, "depth_mm") + CLEAR_MM
+        )
+        return values | where_listed(self.item, self._left(crank, limits))
 
-    def _tool_volume_mm3(self) -> float:
-        """Return the volume of the pocket as listed, with the tool's start over the cheek."""
+    def _left(self, crank: Before, limits: Limits | None) -> dict[str, Any]:
+        """Return the wall that is left, and how much deeper the pocket could go."""
+        z, depth = stated_number(self.item, "face_z_mm"), stated_size(self.item, "depth_mm")
+        webs = {web.number: web for web in crank.anatomy.webs}
+        cheeks = [
+            f for f in crank.faces if f.kind == "plane" and f.web in webs and f.web == self.item.get("web")
+        ]
+        face = min(cheeks, key=lambda face: abs(float(face.centroid_mm[2]) - z), default=None)
+        if face is None or face.web is None:
+            return {}
+        below, pocket = Below.cheek(crank.placed, face, webs[face.web]), self._pocket.region
+        found = {"wall_left_mm": Reading(np.array(below.wall_left_mm(pocket, depth)), WALL_MM)}
+        if isinstance(limits, MillLimits):
+            deepest = below.deepest_mm(pocket, limits.min_wall_mm, limits.max_depth_mm)
+            found["depth_left_mm"] = depth_left(deepest, depth, limits.depth_step_mm)
+        return found
+
+    @cached_property
+    def _pocket(self) -> Pocket:
+        """The pocket as listed."""
         inner, outer = (stated_number(self.item, f"{name}_radius_mm") for name in ("inner", "outer"))
         start, end = (math.radians(stated_number(self.item, f"{name}_deg")) for name in ("start", "end"))
         end = start + (end - start) % (2.0 * math.pi)
         pocket = Pocket(inner, outer, start, end, stated_number(self.item, "corner_radius_mm"))
         if not pocket.has_room:
             raise FormatError("corner_radius_mm of a correction of kind 'mill' is too large for its pocket")
-        return outline_area_mm2(pocket.outline) * (stated_number(self.item, "depth_mm") + CLEAR_MM)
+        return pocket
 
     def room(self, crank: Before) -> Solid:
         """All between the radii and the angles, from the cheek down."""

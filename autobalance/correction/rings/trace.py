@@ -31,6 +31,8 @@ from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
 
+PIN_WALL_MM = 2.0
+"""Metal that a default ``min_radius_mm`` leaves outside of the crankpins (ours)."""
 BESIDE_MM = 0.25
 """How far the tool reaches beyond a web's faces, so that no skin is left; never over a quarter of the gap."""
 RING_MM = 0.05
@@ -63,6 +65,13 @@ def slab_of(web: Web, webs: Sequence[Web]) -> tuple[float, float]:
     )
 
 
+def least_radius_mm(anatomy: Anatomy) -> float:
+    """Return the least radius to turn to where a job names none."""
+    pins = [throw.crank_radius_mm + 0.5 * throw.crankpin.diameter_mm for throw in anatomy.throws]
+    journals = [0.5 * journal.diameter_mm for journal in anatomy.main_journals]
+    return max([*pins, *journals], default=0.0) + PIN_WALL_MM
+
+
 def far_mm(mesh: Mesh, anatomy: Anatomy) -> float:
     """Return a radius about the crank axis beyond all metal."""
     frame = anatomy.file_to_rotor
@@ -86,13 +95,13 @@ class RingTrace:
         return True
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
-        """Return the new radius: the old one less the depth."""
-        del limits
+        """Return the new radius: the old one less the depth; and what is left to turn."""
         new = stated_number(self.item, "rim_radius_mm") - stated_number(self.item, "depth_mm")
         webs, listed = crank.anatomy.webs, self.item.get("webs")
         slabs = [slab_of(web, webs) for web in webs if isinstance(listed, list) and web.number in listed]
         if not slabs:
             return {"new_radius_mm": new}
+        least = getattr(limits, "min_radius_mm", None)
         far = far_mm(crank.mesh, crank.anatomy)
         tool = {
             "z_from_mm": min(low for low, _ in slabs),
@@ -100,6 +109,7 @@ class RingTrace:
             "outer_radius_mm": far,
             "tool_volume_mm3": tool_volume_mm3(new, far, slabs),
             "sector_deg": None,
+            "depth_left_mm": new - (least_radius_mm(crank.anatomy) if least is None else least),
         }
         return {"new_radius_mm": new, **where_listed(self.item, tool)}
 

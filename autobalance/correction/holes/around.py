@@ -1,0 +1,66 @@
+"""What lies around the axis of a hole: the wall that it leaves, and how deep it may go."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.correction.holes.surface import Axis, Surface
+from autobalance.correction.holes.walls import HoleLimits, greatest_depth_mm, wall_left_mm
+from autobalance.correction.holes.zones import Fillet, in_fillets
+from autobalance.types import Array
+
+LOOKED_AT_MM = 10.0
+"""Beside a hole and as much as it is wide; farther where there is nothing."""
+NEAR_ENTRY_MM = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Around:
+    """All surfaces of a crank about the axis of a hole; ``fillets`` are those of its web."""
+
+    surface: Surface
+    axis: Axis
+    fillets: tuple[Fillet, ...]
+
+    def wall_mm(self, radius_mm: float, depth_mm: float, half_point_rad: float) -> float | None:
+        """Return the least distance from a hole to surfaces that it does not enter.
+
+        None where its axis meets no surface at its entry that a drill can start on.
+        """
+        reach = 2.0 * radius_mm + LOOKED_AT_MM
+        while True:
+            others = self._others(reach)
+            if others is None:
+                return None
+            wall = wall_left_mm(others, radius_mm, depth_mm, half_point_rad)
+            if radius_mm + wall <= reach:
+                return wall
+            reach = radius_mm + wall
+
+    def deepest_mm(self, radius_mm: float, room: HoleLimits) -> float | None:
+        """Return how deep a hole may go within limits, -inf if not at all; None as of ``wall_mm``."""
+        others = self._others(max(2.0 * radius_mm + LOOKED_AT_MM, radius_mm + room.wall_mm))
+        return None if others is None else greatest_depth_mm(others, radius_mm, room)
+
+    def _others(self, reach_mm: float) -> Array | None:
+        near = self.surface.around(self.axis, reach_mm)
+        depth, rows = near.hits(self.axis)
+        entries = np.flatnonzero(np.abs(depth) < NEAR_ENTRY_MM)
+        if not len(entries):
+            return None
+        entered = int(rows[entries[np.argmin(np.abs(depth[entries]))]])
+        return near.others(self.axis, entered, in_fillets(near.corners, self.fillets))[0]
+
+
+def most_mm(axis: Axis, least_radius_mm: float, radius_mm: float, half_point_rad: float) -> float:
+    """Return the depth at which a radial hole leaves its zone, point included, or meets the crank axis.
+
+    Endless for an axial hole that lies in the zone, -inf for one that does not.
+    """
+    out = math.hypot(*axis.entry_mm[:2]) - least_radius_mm
+    if abs(axis.inward[2]) > 0.5:
+        return math.inf if not least_radius_mm or out >= radius_mm else -math.inf
+    return out - (radius_mm / math.tan(half_point_rad) if least_radius_mm else 0.0)
