@@ -144,6 +144,21 @@ def test_what_a_list_of_cuts_contradicts_itself_in(tmp_path: Path) -> None:
             )
 
 
+def test_a_sector_that_ends_beside_the_metal_is_the_jobs(tmp_path: Path) -> None:
+    method = '"shoulder"\nshoulder = { sector_deg = [80.0, 280.0] }'
+    job = jobs.bundled_job(tmp_path, "straight", method=method)
+    ab.balance(ab.read_job(job)).write(tmp_path / "out", only=("json",))
+    folder = tmp_path / "out"
+    report = jobs.report_of(folder)
+    assert "corrections[].sector_deg" not in {
+        each.key for each in mutations.checked(report, folder).not_checked
+    }
+    for told in ([79.0, 280.0], [80.0, 281.0]):
+        falsified = mutations.changed(report, ("corrections", 0, "sector_deg"), told)
+        with pytest.raises(ab.AutobalanceError, match="sector_deg"):
+            mutations.checked(falsified, folder)
+
+
 def test_limits_that_were_not_asked_for(tmp_path: Path) -> None:
     """They are held against the job file; where that is gone, against the cuts."""
     drill = '"drill"\nprefer = "least_metal"\ndrill = { diameters_mm = [8.0], zone = "anywhere" }'

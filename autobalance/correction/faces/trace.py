@@ -30,6 +30,7 @@ from autobalance.errors import FormatError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
+from autobalance.units import wrapped_deg
 
 LEAN_SHARE = 1.0
 """How far beside a face metal is looked for, as a share of the depth: if it went elsewhere, that is found."""
@@ -100,8 +101,8 @@ class FaceTrace:
         return True
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
-        """Return the face as it was before, and its new height: the old one less the depth."""
-        del limits
+        """Return the face as it was before, its new height: the old one less the depth; the job's sector."""
+        asked = getattr(limits, "sector_deg", None)
         face = self._stated_face(crank)
         height = stated_number(self.item, "face_height_mm")
         return {
@@ -110,6 +111,7 @@ class FaceTrace:
             "normal": face.normal,
             "face_height_mm": float(face.normal @ face.centroid_mm),
             "new_height_mm": height - stated_number(self.item, "depth_mm"),
+            **({} if asked is None else {"sector_deg": np.array([wrapped_deg(angle) for angle in asked])}),
         }
 
     def _tool(self, face: Face) -> dict[str, Any]:
