@@ -102,9 +102,12 @@ def file_name(report: Mapping[str, Any]) -> str:
 def weights(report: Mapping[str, Any], group: str) -> dict[str, float]:
     """Return the weights of a group of parts, ``rotating_g``, as the job names them [g]."""
     named = at(report, f"job.engine.{group}") or {}
-    return {
-        str(name): float(mass["g"] if isinstance(mass, Mapping) else mass) for name, mass in named.items()
-    }
+    return {str(name): grams(weight) for name, weight in named.items()}
+
+
+def grams(weight: Any) -> float:
+    """Return a weight of a job: a number, or a table with its ± beside it [g]."""
+    return float(weight["g"] if isinstance(weight, Mapping) else weight)
 
 
 def place_of(correction: Mapping[str, Any]) -> str:

@@ -19,7 +19,7 @@ from autobalance.dynamics.rotor_preparation import PreparedRotor, prepared
 from autobalance.dynamics.run_up import run_up
 from autobalance.dynamics.stiffness_map import undamped_map
 from autobalance.dynamics.unbalance_response import sag, unbalance_response
-from autobalance.dynamics.whirl_modes import WhirlMode, modes_at, refined
+from autobalance.dynamics.whirl_modes import modes_at, refined
 from autobalance.errors import JobError, UsageError
 from autobalance.job.files.rotor import RotorRequest, read_rotor
 from autobalance.report.plot_files import Plots
@@ -155,9 +155,11 @@ def analysed(request: RotorRequest) -> RotorResult:
     upper = float(speeds[-1]) if len(speeds) > 1 else SPEED_MULTIPLE * float(speeds[0])
     planes = request.balancing.planes_m if request.balancing else ()
     modes = max(request.max_modes, 2 * request.balancing.modes + 2 if request.balancing else 0)
-    ready = prepared(request.rotor, max(upper, _run_up_top(request)), modes, (*request.probes_m, *planes))
+    ends = [] if request.run_up is None else [request.run_up.start_rad_s, request.run_up.end_rad_s]
+    ready = prepared(request.rotor, max([upper, *ends]), modes, (*request.probes_m, *planes))
     criticals = critical_speeds(ready, upper)
-    listed = _listed(ready, float(speeds[0]), request.max_modes)
+    lowest = float(speeds[0])
+    listed = refined(ready.reduced, lowest, modes_at(ready.reduced, lowest, request.max_modes))
     return RotorResult(
         RotorReport(
             input=request.filled,
@@ -178,10 +180,6 @@ def analysed(request: RotorRequest) -> RotorResult:
             run_up=_run(request, ready),
         )
     )
-
-
-def _listed(ready: PreparedRotor, speed_rad_s: float, count: int) -> list[WhirlMode]:
-    return refined(ready.reduced, speed_rad_s, modes_at(ready.reduced, speed_rad_s, count))
 
 
 def _balanced(request: RotorRequest, ready: PreparedRotor) -> list[AddedUnbalance]:
@@ -206,10 +204,6 @@ def _mapped(request: RotorRequest, rotor_now: BeamRotor, upper_rad_s: float) -> 
         StiffnessRow(k_n_m=float(k), criticals=Criticals.of(row))
         for k, row in zip(stiffness, rows, strict=True)
     ]
-
-
-def _run_up_top(request: RotorRequest) -> float:
-    return 0.0 if request.run_up is None else max(request.run_up.start_rad_s, request.run_up.end_rad_s)
 
 
 def _run(request: RotorRequest, ready: PreparedRotor) -> list[RunUp]:

@@ -6,11 +6,6 @@ from autobalance.command.options import add_json, add_plots
 from autobalance.command.readers import numbers
 from autobalance.command.verb import Option, Verb
 
-
-def _factors(option: str, text: str) -> tuple[float, ...]:
-    return numbers(option, text)
-
-
 VERB = Verb(
     "api.forces:forces",
     examples=(
@@ -19,7 +14,7 @@ VERB = Verb(
     ),
     options={
         "job": Option(metavar="JOB.toml"),
-        "factors": Option(metavar="F,F,...", read=_factors),
+        "factors": Option(metavar="F,F,...", read=numbers),
         "transverse_weight": Option(metavar="W"),
     },
     writes=(add_json, add_plots),

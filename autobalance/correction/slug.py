@@ -297,7 +297,8 @@ def _largest(work: Workpiece, target: Towards, limits: SlugLimits) -> str:
 
     def fits(diameter_mm: float, **changed: Any) -> bool:
         try:
-            cuts(work, target, replace(limits, **{**_one(diameter_mm, length), **changed}))
+            one = {"diameters_mm": (diameter_mm,), "lengths_mm": (length,)}
+            cuts(work, target, replace(limits, **{**one, **changed}))
         except CorrectionError:
             return False
         return True
@@ -313,10 +314,6 @@ def _largest(work: Workpiece, target: Towards, limits: SlugLimits) -> str:
         "the counterweight's size",
     )
     return f"; the largest that fits is {widest:g} mm, ended by {ended}"
-
-
-def _one(diameter_mm: float, length_mm: float) -> dict[str, Any]:
-    return {"diameters_mm": (diameter_mm,), "lengths_mm": (length_mm,)}
 
 
 def _why_none(limits: SlugLimits) -> str:

@@ -133,7 +133,10 @@ def _begun(problem: Problem, pool: Workers) -> tuple[Problem, list[Array]]:
         return problem, []
     if not problem.design.search.refine:
         return begun(problem, level, CLOSE[0])
-    different = {tuple(np.concatenate(_angles(begun(problem, level, close)[0]))): close for close in CLOSE}
+    different = {}
+    for close in CLOSE:
+        profiles = begun(problem, level, close)[0].free.profiles
+        different[tuple(np.concatenate([profile.angles_rad for profile in profiles]))] = close
     close_by = list(different.values())
     first = each_done(pool, _refined_task, problem, [(level[:1], close) for close in close_by])
     worth = [(each.violation, float(level[0].weights @ each.objectives)) for each in first]
@@ -141,10 +144,6 @@ def _begun(problem: Problem, pool: Workers) -> tuple[Problem, list[Array]]:
     refined = each_done(pool, _refined_task, problem, [([level[0], each], best) for each in level])
     outlines = {each.tobytes(): each for each in (candidate.variables.round(DIGITS) for candidate in refined)}
     return begun(problem, level, best)[0], list(outlines.values())
-
-
-def _angles(problem: Problem) -> list[Array]:
-    return [profile.angles_rad for profile in problem.free.profiles]
 
 
 def _refined_task(task: tuple[Any, tuple[Sequence[LevelSet], Closeness]]) -> Candidate:

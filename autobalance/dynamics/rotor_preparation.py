@@ -116,7 +116,7 @@ def _divided(
     for _ in range(TRIES):
         matrices = rotor_matrices(rotor, mesh_of(rotor, stations, top, REFINED, finer))
         frequency, _, _ = planar_modes(matrices)
-        top_needed = max(top_speed_rad_s, _at(frequency, planar))
+        top_needed = max(top_speed_rad_s, float(frequency[:planar][-1]))
         if all(section.elements for section in rotor.sections):
             return matrices, top_needed
         if not 0.5 * top <= top_needed <= 1.02 * top:
@@ -130,10 +130,6 @@ def _divided(
             break
         finer *= 1.5
     return matrices, top_needed
-
-
-def _at(frequency: Array, number: int) -> float:
-    return float(frequency[min(number, len(frequency)) - 1])
 
 
 def _first_guess_rad_s(rotor: BeamRotor, planar: int) -> float:

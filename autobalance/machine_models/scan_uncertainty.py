@@ -131,7 +131,7 @@ def scan_uncertainty(
     shares = [
         Share(vectors[0], tuple(vectors[1:])),
         _of_axis(crank, fit, places),
-        _of_moments(crank.scaled(ONE * math.radians(fit.angle_pm_deg[0])), places),
+        Share.of(crank.scaled(ONE * math.radians(fit.angle_pm_deg[0])), places),
     ]
     mass = ONE * math.sqrt(max(float(even[0, 0]), 0.0))
     return ScanUncertainty(mass, root_sum(shares, places), acting[1:], skin_and_scale, places)
@@ -204,10 +204,6 @@ def _lengths(covariance: Array, first: int) -> float:
     """Return within what 95 % of a vector are whose components have two of the rows."""
     block = covariance[first : first + 2, first : first + 2]
     return BOTH * math.sqrt(max(float(np.linalg.eigvalsh(block)[-1]), 0.0))
-
-
-def _of_moments(change: Moments, places: Places) -> Share:
-    return Share.of(change, places)
 
 
 def _of_axis(crank: Moments, fit: ScanFit, places: Places) -> Share:

@@ -21,7 +21,6 @@ from autobalance.planning.depths import Plan, plan_depths
 from autobalance.planning.equal_cut_search import alike_everywhere, alike_on_each_web
 from autobalance.planning.task import Task, is_discrete
 from autobalance.planning.ties import key
-from autobalance.types import Array
 
 WHOLE_CUTS_SHARE = 0.25
 """Share of the permissible value that plans of cuts in steps may leave, since these cannot reach the aim."""
@@ -143,12 +142,8 @@ def _of_these(task: Task, few: Sequence[int], alike: bool) -> Plan | None:
         same_depth=alike or task.candidates.same_depth,
         shared=shared,
         aim=task.aim,
-        start_mm=_start(task, few),
+        start_mm=np.array([0.5 * task.cuts[k].max_depth_mm for k in few]),
     )
     depths = np.zeros(len(task.cuts))
     depths[list(few)] = plan.depths_mm
     return replace(plan, depths_mm=depths) if (plan.depths_mm > 0.0).all() else None
-
-
-def _start(task: Task, few: Sequence[int]) -> Array:
-    return np.array([0.5 * task.cuts[k].max_depth_mm for k in few])

@@ -44,14 +44,11 @@ def harmless(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, 
         lenient = _at_most(tolerance, residual, share)
         here = choose(residual, lenient, candidates, prefer="least_metal", aim=AIM)
         if here.share <= 1.0:
-            best, high = _on(tolerance, here, plan.binding), share
+            used = tolerance.used_share(here.predicted)
+            best, high = replace(here, share=used, binding=plan.binding), share
         else:
             low = share
     return best
-
-
-def _on(tolerance: Tolerance, plan: Plan, binding: tuple[str, ...]) -> Plan:
-    return replace(plan, share=tolerance.used_share(plan.predicted), binding=binding)
 
 
 def _at_most(tolerance: Tolerance, before: Unbalance, share: float) -> Tolerance:

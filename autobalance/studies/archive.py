@@ -67,7 +67,9 @@ def archive(folder: Path) -> Archive:
     known = _index_of(folder)
     entries: dict[str, tuple[int, int, dict[str, Any] | None]] = {}
     warnings = []
-    for path in _reports(folder):
+    for path in sorted(folder.rglob(REPORT)):
+        if not path.is_file():
+            continue
         name, status = path.relative_to(folder).as_posix(), path.stat()
         size, changed = status.st_size, status.st_mtime_ns
         kept = known.get(name)
@@ -86,10 +88,6 @@ def archive(folder: Path) -> Archive:
     found = {name: entry for name, (_, _, entry) in entries.items() if entry is not None}
     rows = sorted(_last_stages(found), key=lambda row: (row.date, row.report))
     return Archive(tuple(rows), tuple(warnings))
-
-
-def _reports(folder: Path) -> Iterator[Path]:
-    return (path for path in sorted(folder.rglob(REPORT)) if path.is_file())
 
 
 def _entry(name: str, values: Mapping[str, Any], changed_s: float) -> dict[str, Any] | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,7 +90,7 @@ def _tried(design: Design, aim: Aim, keys: tuple[str, ...], kind: str, here: Mom
         carried = carried + np.array([missing.product_g_mm, missing.inertia_g_mm2 or 0.0])
         values = levers.solved(carried, aim.wanted.inertia_g_mm2 is not None)
         first = first or values
-        moments = _measured(_set(design, keys, values))
+        moments = _measured(with_settings(design, dict(zip(keys, values, strict=True))))
         if aim.reached(aim.start + (moments - here), 1.0):
             break
     assert first is not None
@@ -114,10 +113,6 @@ def _value(design: Design, key: str) -> float:
     table, name = key.split(".")
     value = getattr(getattr(design, table), name)
     return float(design.web.thickness_mm if value is None else value)  # a counterweight as thick as its web
-
-
-def _set(design: Design, keys: Sequence[str], values: Sequence[float]) -> Design:
-    return with_settings(design, dict(zip(keys, values, strict=True)))
 
 
 @dataclass(frozen=True, eq=False)

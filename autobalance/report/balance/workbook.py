@@ -15,7 +15,7 @@ from typing import Any
 from autobalance.report.balance import kinds
 from autobalance.report.job_header import shop_name, work_words
 from autobalance.units import wrapped_deg
-from autobalance.wording import at, file_name, weights
+from autobalance.wording import at, file_name, grams, weights
 
 Report = Mapping[str, Any]
 
@@ -169,7 +169,7 @@ class _Calculation:
             self.line(f"rods{k}", "Connecting rods", float(rods), "")
             for group, total, _ in GROUPS:
                 if own:
-                    mass = math.fsum(_grams(v) for v in own[group].values())
+                    mass = math.fsum(grams(v) for v in own[group].values())
                     self.line(f"{total}{k}", f"{total} of this throw", mass, "g")
                 else:
                     self.cells[f"{total}{k}"], self.values[f"{total}{k}"] = (
@@ -329,10 +329,6 @@ class _Calculation:
 
 def _angle(x: float, y: float) -> float:
     return wrapped_deg(math.degrees(math.atan2(y, x))) if x or y else 0.0
-
-
-def _grams(value: Any) -> float:
-    return float(value["g"] if isinstance(value, Mapping) else value)
 
 
 def _solid(report: Report, state: str) -> tuple[float, tuple[float, float], tuple[float, float]]:

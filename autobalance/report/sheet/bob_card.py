@@ -17,7 +17,7 @@ from autobalance.report.sheet.pen import SOFT
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.title_block import MARGIN_MM, Sheet
 from autobalance.report.sheet.zero import Zero
-from autobalance.wording import at, file_name
+from autobalance.wording import at, file_name, grams
 
 Report = Mapping[str, Any]
 Make = tuple[str, str, float, float, float]
@@ -67,14 +67,10 @@ def make_up(report: Report, throw: int) -> list[Make]:
     groups = (("rotating_g", "rotating", rods, 1.0), ("reciprocating_g", "reciprocating", rods, factor),
               ("crankpin_g", "on the crankpin", 1, 1.0))  # fmt: skip
     return [
-        (name.replace("_", " "), how, float(count), _grams(value), share)
+        (name.replace("_", " "), how, float(count), grams(value), share)
         for key, how, count, share in groups
         for name, value in (own.get(key) or engine.get(key) or {}).items()
     ]
-
-
-def _grams(value: Any) -> float:
-    return float(value["g"]) * float(value.get("pieces") or 1) if isinstance(value, Mapping) else float(value)
 
 
 def _throws(report: Report, throws: Sequence[int], bob: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
