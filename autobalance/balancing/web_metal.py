@@ -29,6 +29,8 @@ THINNED_SHARE = 0.9
 NEAR_DIAMETERS = 0.25
 """Wall, or distance to a fillet, in diameters of the hole, below which it is said."""
 MOST_PAIRS = 2_000_000
+TINY = 1e-300
+"""Left of a side that a point lies on, or right of it."""
 
 
 @dataclass(frozen=True)
@@ -174,18 +176,26 @@ class _Metal:
         lengths: Array = (high - low) * self.solid.section(amid).contains(columns).astype(np.float64)
         between = self.corners[(self.low_mm < high) & (self.high_mm > low)]
         for rows, points in _pairs(between, columns):
-            (ax, ay), (bx, by), (cx, cy) = (between[rows, k, :2].T for k in range(3))
-            x, y = columns[points].T
-            area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-            u = (bx - x) * (cy - y) - (by - y) * (cx - x)
-            v = (cx - x) * (ay - y) - (cy - y) * (ax - x)
-            w = area - u - v
-            sense = np.sign(area)
-            hit = (sense != 0.0) & (np.minimum(np.minimum(u * sense, v * sense), w * sense) >= 0.0)
-            weights = np.stack([u, v, w], axis=1)[hit] / area[hit, None]
-            z = np.clip((between[rows[hit], :, 2] * weights).sum(axis=1), low, high)
-            np.add.at(lengths, points[hit], sense[hit] * (z - np.where(z > amid, high, low)))
+            corners = between[rows]
+            beside = np.stack([_left_of(corners, columns[points], k) for k in range(3)])
+            hit = (np.sign(beside) == np.sign(beside[0])).all(axis=0)
+            weights = np.abs(beside[:, hit]) / np.abs(beside[:, hit]).sum(axis=0)
+            z = np.clip((corners[hit, :, 2].T * weights).sum(axis=0), low, high)
+            sense = np.sign(beside[0, hit])
+            np.add.at(lengths, points[hit], sense * (z - np.where(z > amid, high, low)))
         return lengths
+
+
+def _left_of(corners: Array, points: Array, corner: int) -> Array:
+    """Return how far points (n, 2) lie to the left of the side across from a corner of triangles (n, 3, 3).
+
+    The two triangles at a side get the same number with two signs, to the last digit, and one that is not 0:
+    no column through their side meets both of them, or none.
+    """
+    one, two = (corners[:, (corner + k) % 3, :2] - points for k in (1, 2))
+    left: Array = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
+    upward = (one[:, 1] < two[:, 1]) | ((one[:, 1] == two[:, 1]) & (one[:, 0] < two[:, 0]))
+    return np.where(left == 0.0, np.where(upward, TINY, -TINY), left)
 
 
 def _pairs(corners: Array, columns: Array) -> Iterator[tuple[Indices, Indices]]:

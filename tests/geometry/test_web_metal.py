@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from autobalance.balancing.loop import balance
-from autobalance.balancing.web_metal import least_share, weak_places, web_metal
+from autobalance.balancing.web_metal import _Metal, least_share, weak_places, web_metal
 from autobalance.correction.contract import Correction
 from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.crank.anatomy import Anatomy
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from tests.cranks import Shape, make_crank, tilted
@@ -38,6 +39,27 @@ def test_bores_that_were_there_do_not_count() -> None:
     bore = Solid.box(np.array([-3.0, -3.0, -500.0]), np.array([3.0, 3.0, 500.0]))
     bored = solid - bore.moved(anatomy.rotor_to_file)
     assert [each.thinnest_mm for each in web_metal(bored, None, anatomy)] == pytest.approx([18.0, 18.0])
+
+
+def test_columns_through_sides_of_triangles_meet_each_face_once() -> None:
+    """A box with a slot, turned; columns over the diagonals and sides of its faces' triangles."""
+    body = Solid.box(np.array([-8.0, -8.0, 0.0]), np.array([8.0, 8.0, 10.0]))
+    body -= Solid.box(np.array([-9.0, -9.0, 4.0]), np.array([9.0, 4.0, 6.0]))
+    along = np.linspace(-7.5, 7.5, 31)
+    flat = np.zeros_like(along)
+    columns = np.concatenate(
+        [np.stack(each, axis=1) for each in ((along, along), (along, -along), (along, flat), (flat, along))]
+    )
+    slotted = columns[:, 1] < 4.0
+    for angle in np.linspace(0.0, 1.5, 16):
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        placement = np.eye(4)
+        placement[:2, :2] = turn
+        turned = np.argsort((columns @ turn.T)[:, 0], kind="stable")  # columns are in rising order of x
+        metal = _Metal.of(body.moved(placement), Anatomy(np.eye(4), (), (), (), 0.0))
+        lengths = metal.lengths_mm((columns @ turn.T)[turned], (-1.0, 11.0))
+        inside = np.abs(columns[turned, 1] - 4.0) > 1e-6
+        assert lengths[inside] == pytest.approx(np.where(slotted[turned], 8.0, 10.0)[inside], abs=1e-9)
 
 
 def hole(web: int, entry: list[float], axis: list[float], depth: float, **details: float) -> Correction:

@@ -243,7 +243,8 @@ def kill(folder: Path, draw: random.Random) -> None:
     code, said = ran("balance", folder / "job.toml", "-o", out, "--no-report")
     held(code, said, "the run after a killed one")
     assert code in (0, 4), said
-    assert ran("verify", out / "report.json")[0] == code
+    confirmed, said = ran("verify", out / "report.json")
+    assert confirmed == code, f"balance ended {code}, verify {confirmed}: {said}"
     left = [each.name for each in out.iterdir() if each.name not in ("report.json", "balanced.stl")]
     assert not left, f"left behind: {left}"
 
