@@ -26,7 +26,7 @@ density_kg_m3 = 7850
 piston = 400
 [balance]
 factor = 0.4
-grade = 16
+grade = 4000
 speed_rpm = 6000
 [correction]
 method = "drill"
