@@ -238,7 +238,7 @@ def test_already_within_tolerance_cuts_nothing(tmp_path: Path, capsys: pytest.Ca
     jsonschema.Draft202012Validator(schema()).validate(report)
     # in a folder with an older solid, the user is told that it is not this run's
     jobs.computed(first, tmp_path / "out")
-    assert "is of an earlier run; this one cut nothing" in capsys.readouterr().err
+    assert "is from an earlier run; this run cut nothing" in capsys.readouterr().err
 
 
 @pytest.mark.slow

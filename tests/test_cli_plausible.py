@@ -218,7 +218,9 @@ def test_outputs_have_places_of_their_own(tmp_path: Path, capsys: pytest.Capture
     job = jobs.pin_job(tmp_path)
     out = tmp_path / "out"
     for name in ("balanced.stl", "report.json", "sheet.pdf"):
-        assert "asked for twice" in refused(capsys, 3, "balance", job, "-o", out, "--json", out / name)
+        assert "two outputs share the path" in refused(
+            capsys, 3, "balance", job, "-o", out, "--json", out / name
+        )
     assert not out.exists()
 
 
@@ -234,7 +236,7 @@ def test_no_file_that_is_read_is_written_over(tmp_path: Path, capsys: pytest.Cap
         ("parts", job, "--json", crank),
     ):
         said = refused(capsys, 3 if words[0] == "inspect" else 2, *words)
-        assert "would overwrite a file that is read" in said or "asked for twice" in said
+        assert "would overwrite a file that is read" in said or "two outputs share the path" in said
     assert jobs.folder_state(tmp_path) == before
 
 

@@ -60,11 +60,13 @@ def balance_to_files(
         values, files = committed(result, folder, choice, notify, staging, copy)
     warnings = list(result.warnings)
     if values["outputs"]["solid"] is None and solid_path.exists():
-        warnings.append(f"{solid_path} is of an earlier run; this one cut nothing")
+        warnings.append(f"{solid_path} is from an earlier run; this run cut nothing")
     kept = names_to_fill()
     old = [page.name for page in pages if page.exists() and page not in files and page.name not in kept]
     if old:
-        warnings.append(f"of an earlier run in {folder}: {', '.join(old)}; this one did not write them")
+        warnings.append(
+            f"stale files from an earlier run in {folder}: {', '.join(old)}; this run did not write them"
+        )
     return BalancedFiles(result, values, files, tuple(warnings))
 
 
@@ -72,7 +74,7 @@ def _refuse_overwriting(targets: list[Path], sources: list[Path]) -> None:
     places = [target.resolve() for target in targets]
     for place in places:
         if places.count(place) > 1:
-            raise FileError(f"{place} is asked for twice: the report's copy needs a place of its own")
+            raise FileError(f"two outputs share the path {place}; choose another path for --json")
     for target in targets:
         if target.is_dir():
             raise FileError(f"cannot write {target}: a folder has this name")

@@ -127,7 +127,7 @@ def _refuse_collisions(targets: list[Path], sources: Mapping[Path, str]) -> None
             what = sources.get(place, "a file that is read")
             raise UsageError(f"{target} would overwrite {what}; choose another place")
         if place in seen:
-            raise UsageError(f"{target} is asked for twice; each file needs a place of its own")
+            raise UsageError(f"two outputs share the path {target}; choose another path for one of them")
         seen.add(place)
 
 

@@ -24,7 +24,7 @@ class Objects:
         self._lock, self._ended = threading.Lock(), threading.Event()
 
     def __call__(self, text: str, share: float | None = None) -> None:
-        """Tell what runs now; the share done is looked up where it is not told."""
+        """Report what runs now; the share done is looked up where none is passed."""
         from autobalance.api.progress import BALANCED_BEFORE, share_before
 
         done = share_before(text, BALANCED_BEFORE) if share is None else share
@@ -53,7 +53,7 @@ class Objects:
             self.tell_stage()
 
     def end(self, is_done: bool) -> None:
-        """Stop; what was done is told as such."""
+        """Stop; what was done is reported as such."""
         self._ended.set()
         if is_done:
             self("done", 1.0)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 STEP_G = 0.01
-"""Weights are told apart by so much."""
+"""Weights that differ by less are one."""
 MOST_STEPS = 200_000
 
 

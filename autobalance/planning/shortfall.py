@@ -54,9 +54,9 @@ def explain_shortfall(short: Shortfall, computed: Sequence[str] = (), bound: flo
     if is_light:
         text += f"; {short.too_light}"
     elif not short.cuts:
-        text += "; no face can be lowered on the heavy side"
+        text += "; no cut is available on the heavy side"
     elif short.binding:
-        text += "; the metal ends at " + ", ".join(short.binding)
+        text += "; limited by " + ", ".join(short.binding)
     else:
         text += "; none of the cuts at hand acts in the direction that is left"
     if bound > 1.0:

@@ -83,7 +83,7 @@ class Staging:
         if was_read(path):
             raise FileError(f"{path} would overwrite a file that is read; choose another place")
         if any(place == other.resolve() for _, other in self._waiting):
-            raise FileError(f"{path} is asked for twice; each file needs a place of its own")
+            raise FileError(f"two outputs share the path {path}; choose another path for one of them")
         waiting = _temporary(path)
         with file_errors(f"write {path}"):
             is_folder = path.is_dir()

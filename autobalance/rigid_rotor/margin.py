@@ -78,5 +78,5 @@ def explain_margin(worst: Judged, causes: Mapping[str, float], ends: tuple[str, 
     if math.hypot(*(share for cause, share in causes.items() if cause != "depth")) >= worst.permissible_g_mm:
         text += "; no cut can mend that, since the uncertainty alone is as large"
     elif ends:
-        text += "; the metal ends at " + ", ".join(ends)
+        text += "; limited by " + ", ".join(ends)
     return f"{text}; {REMEDIES[listed[0][0]]}"

@@ -146,7 +146,7 @@ def _before_and_after(report: Values, units: DisplayUnits) -> str:
     heavy = report["residual"]["angle_deg"]
     return (
         table(rows)
-        + f"\n  heavy side left at {degrees(heavy)} from throw 1, counter-clockwise seen from +z;"
+        + f"\n  residual heavy spot at {degrees(heavy)} from throw 1, counter-clockwise seen from +z;"
         + f" G {tolerance['grade_mm_s']:g} at {tolerance['speed_rpm']:g} rpm,"
         + f" rotor {units.of_mass(tolerance['rotor_mass_g'])}; {passes} pass{'' if passes == 1 else 'es'}"
         + _uncertainty(report["residual"], units)

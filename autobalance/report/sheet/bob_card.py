@@ -30,14 +30,14 @@ def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", 
     u = ON_PAPER[units]
     sheet = Sheet(report, u, date, wide, high, "Bob-weights")
     factor = at(report, "balance_factor.target")
-    told = (
+    text = (
         f"{file_name(report)}, balance factor {factor:.4f}. Each bob-weight: crankpin parts + rods × "
         "(rotating + factor × reciprocating). All off by their tolerance at once use a tenth of what is "
         f"permitted.{turning_words(report)}"
     )
     story: list[Flowable] = [
         prose("Bob-weights", 15.0, bold=True, after=1.6),
-        prose(told, 8.0, SOFT),
+        prose(text, 8.0, SOFT),
     ]
     for throws, bob in _alike(report):
         story += [Spacer(1.0, 3.0 * POINTS_PER_MM), _throws(report, throws, bob, u, wide - 2.0 * MARGIN_MM)]
@@ -115,9 +115,9 @@ def stack_words(wanted_g: float, washers_g: Sequence[float]) -> str:
     counts, left = stack(wanted_g, washers_g)
     if not counts:
         return f"Stack: none of the shop's washers; {plain(wanted_g, 2)} g short"
-    told = " + ".join(f"{count} × {size:g} g" for size, count in counts.items())
+    text = " + ".join(f"{count} × {size:g} g" for size, count in counts.items())
     sum_g = plain(wanted_g - left, 2)
     short = (
         "exact" if abs(left) < 0.005 else f"{plain(abs(left), 2)} g {'short' if left > 0.0 else 'too heavy'}"
     )
-    return f"Stack: {told} = {sum_g} g; {short}"
+    return f"Stack: {text} = {sum_g} g; {short}"

@@ -166,9 +166,9 @@ def bob_words(report: Report, u: DisplayUnits) -> str:
         sum(weights(report, f"{name}_g").values()) for name in ("rotating", "reciprocating")
     )
     factor = at(report, "balance_factor.target")
-    told = f"Rotating {u.g(rotating)} {u.mass}, reciprocating {u.g(reciprocating)} {u.mass} of one rod"
-    told += "" if factor is None else f"; balance factor {factor:.4f}"
-    return told + ". All bob-weights off by their tolerance at once use a tenth of what is permitted."
+    text = f"Rotating {u.g(rotating)} {u.mass}, reciprocating {u.g(reciprocating)} {u.mass} of one rod"
+    text += "" if factor is None else f"; balance factor {factor:.4f}"
+    return text + ". All bob-weights off by their tolerance at once use a tenth of what is permitted."
 
 
 def overbalance_rows(

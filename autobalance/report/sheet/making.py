@@ -126,14 +126,14 @@ def _numbers(numbers: Sequence[int]) -> str:
 
 
 def _instruction(item: Item, u: DisplayUnits) -> str:
-    told = kinds.instruction(item, u)
+    text = kinds.instruction(item, u)
     if item.get("deepened_from_mm"):
-        told += f"; the hole is there, {u.mm(item['deepened_from_mm'])} deep"
+        text += f"; the hole is there, {u.mm(item['deepened_from_mm'])} deep"
     if item.get("new_radius_mm") is not None:
-        told += f"; from radius {u.mm(item['rim_radius_mm'])} to {u.mm(item['new_radius_mm'])}"
+        text += f"; from radius {u.mm(item['rim_radius_mm'])} to {u.mm(item['new_radius_mm'])}"
     if item.get("face_height_mm") is not None and kinds.adds_metal(item):
-        told += f"; height {u.mm(item['face_height_mm'])} to {u.mm(item['new_height_mm'])}"
-    return told
+        text += f"; height {u.mm(item['face_height_mm'])} to {u.mm(item['new_height_mm'])}"
+    return text
 
 
 class SideTable:
@@ -141,10 +141,10 @@ class SideTable:
 
     def __init__(self, rows: Sequence[Making], u: DisplayUnits, wide_mm: float) -> None:
         self.rows, self.u, self.wide_mm = rows, u, wide_mm
-        told = [None, *(row.what for row in rows)]  # what is as in the row above is not said again
+        texts = [None, *(row.what for row in rows)]  # what is as in the row above is not said again
         self.texts = [
             [] if row.what == above else lines_of(safe(row.what), SIZE, wide_mm - CUT_MM)
-            for above, row in zip(told, rows, strict=False)
+            for above, row in zip(texts, rows, strict=False)
         ]
         lines = sum(2 + len(text) for text in self.texts)
         self.high_mm = 2.0 * LINE_MM + 2.4 + lines * LINE_MM + GAP_MM * len(rows)

@@ -87,7 +87,7 @@ def _built(
     sheet: Sheet, paper: Paper, zero: ZeroChoice, drawings: Drawings | None, room: float
 ) -> tuple[int, bytes]:
     """Return a sheet with plates of some share of a page: how many pages it has, and its file."""
-    story = _Story(sheet, zero, room).told(drawings)
+    story = _Story(sheet, zero, room).parts_of(drawings)
     templates = [template("first", sheet, sheet.block_mm + 2.0), template("later", sheet, 0.0)]
     return written(sheet, paper, templates, story)
 
@@ -104,7 +104,7 @@ class _Story:
         self.room = room
         self.parts: list[Flowable] = [NextPageTemplate("later")]
 
-    def told(self, drawings: Drawings | None) -> list[Flowable]:
+    def parts_of(self, drawings: Drawings | None) -> list[Flowable]:
         """Return the whole sheet."""
         self._first_page()
         self._machine()
@@ -133,8 +133,8 @@ class _Story:
         report, u = self.report, self.u
         self.parts += [prose("Shop sheet: balance the crankshaft", 14.0, bold=True, after=1.6)]
         self.parts.append(prose(outcome_words(report), 11.0, bold=True))
-        told = f"Lengths in {u.length}, masses in {u.mass}, unbalance in {u.unbalance}. "
-        self.parts.append(prose(told + machine_page.judged_words(report, self.zero), 7.5, SOFT))
+        units = f"Lengths in {u.length}, masses in {u.mass}, unbalance in {u.unbalance}. "
+        self.parts.append(prose(units + machine_page.judged_words(report, self.zero), 7.5, SOFT))
         self.parts += [prose(text, 8.0) for text in machine_page.reading_words(report, u, self.zero)]
         if report.get("reason"):
             self.parts.append(prose(in_units(str(report["reason"]), u), 8.0, BAD))
