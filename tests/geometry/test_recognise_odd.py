@@ -11,9 +11,11 @@ from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.parametric.design import Design, preset
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
+from autobalance.crank.recognition import recognise as recognition
 from autobalance.crank.recognition.covered import on_surface
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.crank.recognition.rough_cylinders import RoughMesh
 from autobalance.crank.recognition.section_stack import lengthwise
 from autobalance.errors import RecognitionError
 from autobalance.solid.csg.region import Region
@@ -158,3 +160,22 @@ def test_a_cylinder_is_where_its_surface_is(run: CylinderRun, fault: str | None)
         return
     with pytest.raises(RecognitionError, match=rf"^looked for the surface of main journal 1, .*{fault}"):
         on_surface(shaft.mesh, long, [("main journal 1", run)], 1e-5)
+
+
+@pytest.mark.parametrize(("roughness_mm", "is_right"), [(0.05, True), (0.12, False)])
+def test_a_decimated_scan_is_not_taken_for_a_drawn_crank(
+    roughness_mm: float, is_right: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is rougher than is believed, and no scan, is refused: drawn, its journals came out 0.2 mm off."""
+    mesh = crank_solid(preset("single"), 48).mesh
+    rough = replace(RoughMesh.of(mesh), local_mm=roughness_mm)
+
+    def refuse(*_: object) -> Anatomy:
+        raise RecognitionError("no line of cylinders is the axis for certain")
+
+    monkeypatch.setattr(recognition, "_scanned", refuse)
+    if is_right:  # a drawn crank that was waved
+        assert_same(recognition._scanned_or_waved(rough, Overrides()), crank_anatomy(preset("single")), 0.1)
+    else:
+        with pytest.raises(RecognitionError, match="no line of cylinders"):
+            recognition._scanned_or_waved(rough, Overrides())
