@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import autobalance as ab
+from autobalance.bearings.orbit import MOST_TURNS
 from autobalance.errors import UsageError
 from autobalance.types import Array
 from tests.coarse import bundled_corners
@@ -389,6 +390,54 @@ def test_films_are_those_that_bearing_finds_in_the_series(
     assert told["mean_friction_N_m"] == pytest.approx(orbit["mean_friction_N_m"], rel=1e-3)
     assert 0.0 < found["films"]["big_ends"][0]["least_film_mm"] < 0.03
     assert 0.0 < found["factors"][1]["least_film_mm"] < 0.04
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("viscosity", "clearance", "factors"), [(0.004, 0.04, (0.0, 1.0)), (0.3, 0.03, (0.0,))]
+)
+def test_films_by_factor_are_those_of_bearing(
+    job: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    viscosity: float,
+    clearance: float,
+    factors: tuple[float, ...],
+) -> None:
+    """From the series of the crank as it is, its own counterweights taken off and ideal ones put on.
+
+    The thick film in the narrow gap changes from turn to turn for longer than orbits are followed.
+    """
+    with job.open("a", encoding="utf-8") as file:
+        file.write(f"[cycle.film]\nviscosity_Pa_s = {viscosity}\nmain_clearance_mm = {clearance}\n")
+    settles = viscosity < 0.1
+    listed = ",".join(map(str, factors))
+    found = run(capsys, job, "--series", tmp_path / "s.csv", "--factors", listed)
+    series = columns_of(tmp_path / "s.csv")
+    crank = ab.read_crank(job.parent / "crank.stl", unit="mm", density_kg_m3=7850.0, crankpin_in_file=False)
+    journal, angle = crank.main_journals[1], np.radians(series["angle_deg"])
+    own = crank.mass_g * crank.centre_of_mass_mm[0] + PIN * RADIUS
+    for factor, row in zip(factors, found["factors"], strict=True):
+        ideal = -(ROTATING + factor * RECIPROCATING) * RADIUS
+        more_n = 0.5e-6 * SPEED**2 * (ideal - own)  # the crank is its own mirror image: half on each main
+        loads = {
+            "angle_deg": series["angle_deg"],
+            "x_N": series["main_2_x_N"] + more_n * np.cos(angle),
+            "y_N": series["main_2_y_N"] + more_n * np.sin(angle),
+        }
+        bearing = {
+            "kind": "hydrodynamic",
+            "speed_rpm": RPM,
+            "diameter_mm": journal.diameter_mm,
+            "length_mm": journal.width_mm,
+            "radial_clearance_mm": clearance,
+            "viscosity_Pa_s": viscosity,
+            "load_N": 1000.0,
+        }
+        orbit = ab.bearing(bearing, history=loads).report["orbit"]
+        assert (orbit["turns_to_settle"] <= MOST_TURNS) == settles
+        assert row["least_film_mm"] == pytest.approx(orbit["least_film_mm"], rel=1e-4 if settles else 2e-3)
+        assert row["greatest_main_N"] == pytest.approx(np.hypot(loads["x_N"], loads["y_N"]).max(), rel=2e-4)
 
 
 @pytest.mark.parametrize(("ratio", "turns", "limit"), [(0.995, 3, "contact"), (0.5, 0, "not periodic")])
