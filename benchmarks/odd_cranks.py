@@ -1,11 +1,16 @@
 """Drawn cranks that are waved, decimated, bent or cut in half, and parts that are none: right or refused.
 
-    python benchmarks/odd_cranks.py [--cases 100] [--first 0] [--seconds 600]
+    python benchmarks/odd_cranks.py [--cases 100] [--first 0] [--seconds 600] [--unchecked]
 
 What is waved, decimated or bent a little is right where counts, diameters, radii, webs' faces and the axis
 at both ends are the drawn crank's within what was done to it (so is the unbalance, wrong by mass times the
 axis' offset); of a bent one only where a warning says so. Half a crank is right where all that is
 recognised is part of the whole; cut along its axis it must be refused, as must a part that is no crank.
+
+``--unchecked`` leaves out what refuses a crank that is not explained, and prints of what is recognised then
+the greatest length along the axis between two neighbours that is neither of a cylinder nor of a web (in
+greatest radii), and the least and the greatest share of its own volume that a cylinder's stretch of the axis
+holds: what length and mass alone would tell right from wrong by.
 """
 
 from __future__ import annotations
@@ -14,19 +19,22 @@ import argparse
 import sys
 import time
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+import autobalance.crank.recognition.recognise as recognition
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.parametric.design import PRESETS, Design, preset
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.crank.recognition.alignment import misalignment_warning
-from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import AutobalanceError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
@@ -201,6 +209,37 @@ def faults(found: Anatomy, true: Anatomy, within_mm: float, face_mm: float, whol
     return wrong
 
 
+def agreement(solid: Solid, found: Anatomy) -> str:
+    """Return how far length and mass of a crank agree with what was recognised of it, in words."""
+    placed = solid.moved(found.file_to_rotor)
+    cylinders = [*found.main_journals, *(throw.crankpin for throw in found.throws)]
+    cylinders = [each for each in cylinders if each.width_mm > 0.0]
+    stretches = sorted(each.z_range_mm for each in cylinders)
+    stretches = sorted([*stretches, *((web.z_min_mm, web.z_max_mm) for web in found.webs)])
+    gap, end = 0.0, stretches[0][1]
+    for low, high in stretches[1:]:
+        gap, end = max(gap, low - end), max(end, high)
+    shares = []
+    for each in cylinders:
+        low, high = each.z_range_mm
+        own = 0.25 * np.pi * each.diameter_mm**2 * each.width_mm
+        shares.append(placed.above(low).below(high).volume_mm3 / own)
+    radius = 0.5 * max(each.diameter_mm for each in cylinders)
+    return f"gap {gap / radius:.3f}, volumes {min(shares):.3f} to {max(shares):.3f}"
+
+
+@contextmanager
+def unchecked() -> Iterator[None]:
+    """Let through what does not explain the crank."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            recognition, "on_surface", lambda _mesh, _long, named, _rounding: [run for _, run in named]
+        )
+        for name in ("refuse_incomplete", "refuse_unexplained"):
+            patch.setattr(recognition, name, lambda *_: None)
+        yield
+
+
 def drawn(rng: np.random.Generator) -> Design:
     """Return a preset, some of its sizes changed."""
     design = preset(str(rng.choice([name for name in PRESETS if name != "v12-60"])))
@@ -208,8 +247,8 @@ def drawn(rng: np.random.Generator) -> Design:
     return replace(design, fillet_mm=fillet, stroke_mm=design.stroke_mm * float(rng.uniform(0.95, 1.0)))
 
 
-def verdict(number: int) -> tuple[str, str]:
-    """Return what was tried, and what came of it."""
+def verdict(number: int, measured: bool = False) -> tuple[str, str]:
+    """Return what was tried, and what came of it; ``measured``: with how far length and mass agree."""
     rng = np.random.default_rng(number)
     way = WAYS[number % len(WAYS)]
     overrides = Overrides(crankpin_in_file=None)
@@ -222,7 +261,7 @@ def verdict(number: int) -> tuple[str, str]:
             name = sorted(NO_CRANKS)[part // 2 % len(NO_CRANKS)]
             solid = NO_CRANKS[name]
         try:
-            recognise(Solid.from_mesh(solid.mesh.moved(random_placement(rng))), overrides)
+            recognition.recognise(Solid.from_mesh(solid.mesh.moved(random_placement(rng))), overrides)
         except AutobalanceError:
             return f"{way}, {name}", "refused"
         return f"{way}, {name}", "WRONG: recognised"
@@ -236,7 +275,7 @@ def verdict(number: int) -> tuple[str, str]:
         else:
             mesh, moved = changed(way, solid.mesh, rng)
             solid = Solid.from_mesh(mesh_of_soup(mesh.corners.astype(np.float32)))
-        found = recognise(solid, overrides)
+        found = recognition.recognise(solid, overrides)
     except AutobalanceError as error:
         return f"{way}, {str(error)[:60]}", "refused"
     if way == "half lengthwise":
@@ -246,6 +285,7 @@ def verdict(number: int) -> tuple[str, str]:
     within = SAME_MM + 3.0 * moved * named
     wrong = faults(found, true, within, within + FACE_MM + design.fillet_mm, way != "half")
     what = f"{way}, {design.name}, moved by {moved:.2g} mm"
+    what += f", {agreement(solid, found)}" if measured else ""
     return what, "right" if not wrong else "WRONG: " + "; ".join(wrong[:3])
 
 
@@ -256,14 +296,16 @@ def main() -> int:
     parser.add_argument("--cases", type=int, default=100)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--unchecked", action="store_true")
     arguments = parser.parse_args()
     began, ends = time.perf_counter(), Counter[tuple[str, str]]()
     for number in range(arguments.first, arguments.first + arguments.cases):
         if time.perf_counter() - began > arguments.seconds:
             break
-        what, end = verdict(number)
+        with unchecked() if arguments.unchecked else nullcontext():
+            what, end = verdict(number, arguments.unchecked)
         ends[WAYS[number % len(WAYS)], end.split(":")[0]] += 1
-        if end.startswith("WRONG"):
+        if end.startswith("WRONG") or (arguments.unchecked and end == "right"):
             print(f"{number}  {what}: {end}", flush=True)
     for (way, end), count in sorted(ends.items()):
         print(f"{way}: {count} {end}")
