@@ -488,6 +488,13 @@ def test_a_front_begins_at_the_least_metal_and_trades_it_for_inertia(tmp_path: P
     assert mass[inertia.argmin()] - mass.min() > 5.0
 
 
+def test_points_that_gather_too_near_are_left_where_they_are(tmp_path: Path, crank: bytes) -> None:
+    """One of four ways to gather ten points leaves them no radius: the search ended in a traceback."""
+    text = LIGHT.replace("points = 12", "points = 10") + SEARCH.format('["mass_g"]').replace("64.0", "60.0")
+    report = design(written(tmp_path, text, crank)).report
+    assert report["outcome"] == "found"
+
+
 def test_gathered_control_points_keep_the_outline_off_the_hold_radius(tmp_path: Path, crank: bytes) -> None:
     plain = problem_of(tmp_path, LIGHT + SEARCH.format('["mass_g"]'), crank)
     level = level_sets(plain)

@@ -131,13 +131,14 @@ def _begun(problem: Problem, pool: Workers) -> tuple[Problem, list[Array]]:
     level = level_sets(problem)
     if not level:
         return problem, []
-    if not problem.design.search.refine:
-        return begun(problem, level, CLOSE[0])
     different = {}
     for close in CLOSE:
-        profiles = begun(problem, level, close)[0].free.profiles
-        different[tuple(np.concatenate([profile.angles_rad for profile in profiles]))] = close
+        gathered = begun(problem, level, close)[0]
+        if (np.diff(gathered.bounds) >= 0.0).all():  # points far apart may find no room for their corners
+            different[tuple(np.concatenate([each.angles_rad for each in gathered.free.profiles]))] = close
     close_by = list(different.values())
+    if not problem.design.search.refine:
+        return begun(problem, level, close_by[0])
     first = each_done(pool, _refined_task, problem, [(level[:1], close) for close in close_by])
     worth = [(each.violation, float(level[0].weights @ each.objectives)) for each in first]
     best = close_by[min(range(len(close_by)), key=lambda place: worth[place])]
