@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,6 +95,18 @@ def moves(area: Area, tool: CuttingTool, feed: float, retract_mm: float) -> Iter
             if abs(polygon_area_mm2(each)) > LEAST_LOOP_MM2
         ]
         yield from _layer(area, tool, wall, allowed, (before + OVER_MM, before), feed, retract_mm)
+
+
+def hops(blocks: Iterable[Block]) -> Iterator[tuple[Array, Array]]:
+    """Yield both ends (2,) of each rapid across."""
+    at: Array | None = None
+    for block in blocks:
+        if not isinstance(block, Go) or block.x is None or block.y is None:
+            continue
+        end = np.array([block.x, block.y])
+        if at is not None and block.feed is None:
+            yield at, end
+        at = end
 
 
 def _layer(

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -19,12 +20,12 @@ from autobalance.correction.machining import (
 )
 from autobalance.errors import JobError
 from autobalance.job.files.machine_tool import CuttingTool, MachineTool
-from autobalance.machining.area_moves import Area, moves
+from autobalance.machining.area_moves import Area, hops, moves
 from autobalance.machining.blocks import Block, Bore, Change, Clamp, Go, Index, Note, Retreat, Unclamp
 from autobalance.machining.operation_body import operation_body
 from autobalance.machining.part import Listed, Part
 from autobalance.machining.setups import SetupName, Zero, inverse, placement, rotary_deg, zero_of
-from autobalance.machining.stock import Stock, disc, top_mm
+from autobalance.machining.stock import Stock, disc, strip, top_mm
 from autobalance.machining.tool_body import steps_of, widest_mm
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
@@ -354,12 +355,16 @@ class Planner:
             np.array([*(low - reach), area.bottom_mm - 1.0]),
             np.array([*(high + reach), self._top(setup.name) + 1.0]),
         )
-        heights = [
-            top_mm(near, swept.spread(step.radius_mm + clear)) + clear - step.low_mm
-            for step in steps_of(tool)
-        ]
-        retract = min(float(np.ceil(max(area.top_mm + clear, *heights) * 100.0) / 100.0), setup.safe_mm)
+
+        def over_all(under: Callable[[float], Region]) -> float:
+            tops = [top_mm(near, under(step.radius_mm + clear)) - step.low_mm for step in steps_of(tool)]
+            return min(float(np.ceil((max(area.top_mm, *tops) + clear) * 100.0) / 100.0), setup.safe_mm)
+
+        retract = over_all(swept.spread)
         blocks = list(moves(area, tool, feed, retract))
+        over = max((over_all(partial(strip, *ends)) for ends in hops(blocks)), default=retract)
+        if over > retract:  # something stands between two loops, such as a shaft
+            retract, blocks = over, list(moves(area, tool, feed, over))
         first = next((block for block in blocks if isinstance(block, Go) and block.x is not None), None)
         if first is None:
             return

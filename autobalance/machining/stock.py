@@ -96,6 +96,16 @@ def disc(radius_mm: float, x: float, y: float) -> Region:
     return Region.circle(radius_mm * ROUND, SIDES, (x, y))
 
 
+def strip(begin: Array, end: Array, radius_mm: float) -> Region:
+    """Return what a round tool passes over on a straight way between two places (2,)."""
+    ends = disc(radius_mm, *begin.tolist()) + disc(radius_mm, *end.tolist())
+    along = end - begin
+    if not along.any():
+        return ends
+    across = radius_mm / float(np.hypot(*along)) * np.array([-along[1], along[0]])
+    return ends + Region.of([np.array([begin - across, end - across, end + across, begin + across])])
+
+
 def top_mm(metal: Solid, region: Region) -> float:
     """Return the height of the highest metal over a region; −inf where there is none."""
     if metal.is_empty:
