@@ -30,6 +30,8 @@ LAYOUTS = ("single", "v-twin-45", "parallel-twin-360", "inline-3", "inline-4", "
 SHARES = {"radial": 0.01, "axial": 0.01, "slug": 0.01}
 TEXT_MM = 0.02
 """By how much a sweep with facets may see less than the clearance."""
+GOUGED_MM = 0.02
+"""Thickness of what its facets may take too much."""
 
 
 def machine(kind: str, rng: np.random.Generator) -> nc_jobs.Values:
@@ -83,7 +85,9 @@ def told(kind: str, path: Path, result: NcResult, folder: Path) -> bool:
     """Print how a job went; tell whether both sweeps agree and LinuxCNC runs it."""
     report = json.loads(path.read_text(encoding="utf-8"))
     permitted = min(plane["permissible_g_mm"] for plane in report["tolerance"]["planes"])
-    residual, seen = nc_jobs.swept_residual(report, nc_jobs.part_of(path), result.programs, result.report)
+    part = nc_jobs.part_of(path)
+    residual, seen = nc_jobs.swept_residual(report, part, result.programs, result.report)
+    gouged = nc_jobs.gouged_mm(part, seen)
     said = np.array([each["unbalance_g_mm"] for each in result.report["simulated"]["residual"]["planes"]])
     wanted = np.array([each["unbalance_g_mm"] for each in report["residual"]["planes"]])
     off = float(np.abs(residual - said).max()) / permitted
@@ -94,12 +98,18 @@ def told(kind: str, path: Path, result: NcResult, folder: Path) -> bool:
     runs = runs or all(nc_sweep.accepted(folder / file) for file in result.programs)
     left_out = len(result.report["not_programmed"])
     most = SHARES.get(kind, 0.03)
-    fine = runs and off <= most and (share <= most or left_out > 0) and gap >= 5.0 - TEXT_MM
+    fine = (
+        runs
+        and off <= most
+        and (share <= most or left_out > 0)
+        and gap >= 5.0 - TEXT_MM
+        and gouged <= GOUGED_MM
+    )
     cuts = sum(len(setup["cuts"]) for setup in result.report["setups"])
     print(
         f"{post:8} {cuts} cuts, {left_out} left out; off the simulated residual {100.0 * off:.3f} %, the "
-        f"report's {100.0 * share:.3f} %; gap {gap:.2f} mm, {'runs' if runs else 'REFUSED'}, "
-        f"{'ok' if fine else 'FAILED'}",
+        f"report's {100.0 * share:.3f} %; gap {gap:.2f} mm, gouged {gouged:.3f} mm, "
+        f"{'runs' if runs else 'REFUSED'}, {'ok' if fine else 'FAILED'}",
         end="",
     )
     return fine

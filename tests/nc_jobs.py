@@ -168,6 +168,12 @@ def swept_residual(
     return was + np.stack([in_a, density * first - in_a]), seen
 
 
+def gouged_mm(part: Part, seen: list[nc_sweep.Swept]) -> float:
+    """Return how thick the metal is that a sweep took beyond the report's solid."""
+    after = nc_sweep.manifold(part.after.mesh.vertices, part.after.mesh.triangles)
+    return nc_sweep.thickest_mm(after - seen[-1].solid) if seen else 0.0
+
+
 def changed(values: Values, *path: Any, to: Any) -> Values:
     """Return a structure with one value changed."""
     found = copy.deepcopy(values)

@@ -51,6 +51,12 @@ def moments(body: m3.Manifold) -> tuple[float, Array, Array]:
     return float(volume.sum()), first[:2], np.asarray(second)[:2, 2]
 
 
+def thickest_mm(body: m3.Manifold) -> float:
+    """Return how thick the thickest piece of a body is, as a plate of its volume and surface."""
+    pieces = [each for each in body.decompose() if each.volume() > 1e-6]
+    return max((2.0 * each.volume() / each.surface_area() for each in pieces), default=0.0)
+
+
 def cylinder(radius: float, low: float, high: float, scale: float) -> m3.Manifold:
     """Return a round bar along z."""
     return m3.Manifold.cylinder(high - low, radius * scale, radius * scale, SIDES).translate((0.0, 0.0, low))

@@ -17,6 +17,8 @@ from tests import nc_jobs, nc_sweep
 pytestmark = pytest.mark.slow
 SHARES = {"radial": 0.01, "axial": 0.01, "slug": 0.01}
 RADIAL = "radial"
+GOUGED_MM = 0.01
+"""Thickness of what facets of the other sweep take too much."""
 
 
 @pytest.fixture(scope="module", params=nc_jobs.CORRECTIONS)
@@ -56,6 +58,31 @@ def test_another_sweep_finds_the_same(made: tuple[str, Path, NcResult]) -> None:
     assert np.abs(np.array([plane["unbalance_g_mm"] for plane in said]) - was).max() <= within
     for found in seen:
         assert found.least_gap_mm >= 5.0 - 0.02
+    assert nc_jobs.gouged_mm(part, seen) <= GOUGED_MM
+
+
+def test_that_sweep_sees_a_gouge_and_a_near_rapid(tmp_path: Path) -> None:
+    """A hole 0.2 mm deeper, and rapids 4 mm lower, in the text alone."""
+    path = nc_jobs.balanced(tmp_path, "radial")
+    report, part = json.loads(path.read_text(encoding="utf-8")), nc_jobs.part_of(path)
+    result = ab.nc(path, nc_jobs.machine())
+
+    def lower(letter: str, by: float) -> dict[str, str]:
+        def word(one: re.Match[str]) -> str:
+            return f"{letter}{float(one[1]) - by:.4f}"
+
+        return {
+            file: "\n".join(
+                re.sub(rf"{letter}(-?[\d.]+)", word, line) if "G8" in line else line
+                for line in text.splitlines()
+            )
+            for file, text in result.programs.items()
+        }
+
+    _, deeper = nc_jobs.swept_residual(report, part, lower("Z", 0.2), result.report)
+    assert nc_jobs.gouged_mm(part, deeper) > 5.0 * GOUGED_MM
+    _, lower_down = nc_jobs.swept_residual(report, part, lower("R", 4.0), result.report)
+    assert min(each.least_gap_mm for each in lower_down) < 4.0
 
 
 def test_the_text_keeps_to_its_form(made: tuple[str, Path, NcResult]) -> None:
