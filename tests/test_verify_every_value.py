@@ -80,6 +80,34 @@ def test_no_hole_can_be_told_falsely(tmp_path: Path) -> None:
     assert mutations.accepted(report, tmp_path / "out", ("corrections", "steps")) == []
 
 
+DEEPER = """"drill"
+prefer = "least_metal"
+drill = {{ diameters_mm = [8.0], direction = "axial", zone = "anywhere", max_depth_mm = {}, deepen = {} }}"""
+
+
+@pytest.mark.slow
+def test_no_hole_that_is_drilled_deeper_can_be_told_falsely(tmp_path: Path) -> None:
+    first = jobs.bundled_job(tmp_path / "1", method=DEEPER.format(4.0, "false"), factor="0.7")
+    ab.balance(ab.read_job(first)).write(tmp_path / "1", only=("json",))
+    second = jobs.bundled_job(tmp_path / "2", method=DEEPER.format(25.0, "true"), factor="0.55")
+    drilled = tmp_path / "1" / jobs.report_of(tmp_path / "1")["outputs"]["solid"]["file"]
+    (tmp_path / "2" / "crank.stl").write_bytes(drilled.read_bytes())
+    folder, files = tmp_path / "2", Files()
+    ab.balance(ab.read_job(second)).write(folder, only=("json",))
+    report = jobs.report_of(folder)
+    assert all(cut["deepened_from_mm"] > 2.0 for cut in report["corrections"])
+    assert {each.key for each in mutations.checked(report, folder, files).not_checked} <= WORDS
+    cut = report["corrections"][-1]
+    for key, value in (
+        ("wall_left_mm", cut["wall_left_mm"] + 0.02),
+        ("depth_left_mm", cut["depth_left_mm"] + 0.11),
+        ("depth_left_mm", 0.0),
+        ("deepened_at", "bottom"),
+    ):
+        with pytest.raises(ab.AutobalanceError, match=key):
+            mutations.checked(mutations.changed(report, ("corrections", -1, key), value), folder, files)
+
+
 def test_no_value_of_a_report_can_be_false(tmp_path: Path) -> None:
     folder = balanced(tmp_path, "single", '"shoulder"')
     assert mutations.accepted(jobs.report_of(folder), folder) == []

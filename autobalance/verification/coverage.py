@@ -25,8 +25,6 @@ NOT_CHECKED: Mapping[str, str] = {
     "overbalance": "the last holes are planned, not cut yet",
     "corrections[].wall_left_mm": PLANNED,
     "corrections[].depth_left_mm": PLANNED,
-    "corrections[].deepened_from_mm": PLANNED,
-    "corrections[].deepened_at": PLANNED,
     "corrections[].cutter_mm": PLANNED,
     "corrections[].drill": "what the shop calls the drill; its diameter was checked",
     "corrections[].sector_deg": "the metal does not show where the sector ends",

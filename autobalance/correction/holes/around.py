@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalance.correction.holes.surface import Axis, Surface
 from autobalance.correction.holes.walls import HoleLimits, greatest_depth_mm, wall_left_mm
@@ -15,6 +16,27 @@ from autobalance.types import Array
 LOOKED_AT_MM = 10.0
 """Beside a hole and as much as it is wide; farther where there is nothing."""
 NEAR_ENTRY_MM = 0.05
+OLD_SHARE = 0.04
+"""How far, as a share of the drill's radius, an old hole that it fits may reach out: wider, not round."""
+
+
+@dataclass(frozen=True)
+class OldHole:
+    """A hole that is drilled deeper: its radius, and how far the tip of its point lies beyond the entry.
+
+    What lies more than ``wall_mm`` above its tip is beside the old hole alone.
+    """
+
+    radius_mm: float
+    tip_mm: float
+    wall_mm: float
+
+    def is_own(self, local: Array) -> NDArray[np.bool_]:
+        """Return which triangles (k, 3, 3) around the axis are the old hole's own, or beside it alone."""
+        highest = local[:, :, 2].max(axis=1) - self.tip_mm
+        within = (np.hypot(local[:, :, 0], local[:, :, 1]) <= (1.0 + OLD_SHARE) * self.radius_mm).all(axis=1)
+        own: NDArray[np.bool_] = (within & (highest <= self.radius_mm)) | (highest < -self.wall_mm)
+        return own
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +46,7 @@ class Around:
     surface: Surface
     axis: Axis
     fillets: tuple[Fillet, ...]
+    old: OldHole | None = None
 
     def wall_mm(self, radius_mm: float, depth_mm: float, half_point_rad: float) -> float | None:
         """Return the least distance from a hole to surfaces that it does not enter.
@@ -48,11 +71,16 @@ class Around:
     def _others(self, reach_mm: float) -> Array | None:
         near = self.surface.around(self.axis, reach_mm)
         depth, rows = near.hits(self.axis)
-        entries = np.flatnonzero(np.abs(depth) < NEAR_ENTRY_MM)
-        if not len(entries):
+        away, near_mm = np.abs(depth), NEAR_ENTRY_MM
+        if self.old is not None:
+            away, near_mm = np.abs(depth - self.old.tip_mm), near_mm + OLD_SHARE * self.old.radius_mm
+        if not (away < near_mm).any():
             return None
-        entered = int(rows[entries[np.argmin(np.abs(depth[entries]))]])
-        return near.others(self.axis, entered, in_fillets(near.corners, self.fillets))[0]
+        entered = int(rows[np.argmin(away)])
+        if self.old is None:
+            return near.others(self.axis, entered, in_fillets(near.corners, self.fillets))[0]
+        others, _ = near.others(self.axis, entered)
+        return None if others is None else others[~self.old.is_own(others)]
 
 
 def most_mm(axis: Axis, least_radius_mm: float, radius_mm: float, half_point_rad: float) -> float:

@@ -188,7 +188,17 @@ def _bottom(
     passed = others[:, :, 2].max(1) < -wall_mm  # beside the old hole, through which the drill has gone before
     angle = math.atan2(float(entry[1]), float(entry[0]))
     lift = LIFT_SHARE * bore.radius_mm
-    return Site(web.number, angle, axis, others[~wall & ~passed], lift, sunk, old_point_mm=point)
+    return Site(
+        web.number,
+        angle,
+        axis,
+        others[~wall & ~passed],
+        lift,
+        sunk,
+        old_point_mm=point,
+        surface=surface,
+        passed_mm=wall_mm,
+    )
 
 
 LIFT_SHARE = 0.8

@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from autobalance.correction.holes.around import Around, most_mm
+from autobalance.correction.holes.around import Around, OldHole, most_mm
 from autobalance.correction.holes.hole import Hole, drill_body
 from autobalance.correction.holes.positions import Position
 from autobalance.correction.holes.surface import CONTINUATION_RAD, Axis, Surface
@@ -49,7 +49,8 @@ class Site:
     ``old_point_mm`` is the length of that hole's point, and ``on_shoulder`` is true of an entry where
     that point begins, not at its tip: a drill of the same point goes on with all of the bottom at once.
     ``least_radius_mm`` is how near to the crank axis the zone lets a hole come; ``surface`` and ``fillets``
-    are all of the crank's and the web's, None of a hole that is drilled deeper.
+    are all of the crank's and the web's; beside a hole that is drilled deeper, what lies more than
+    ``passed_mm`` above its tip, ``tip_mm`` beyond the entry, is no wall of what is drilled.
     """
 
     web: int
@@ -64,6 +65,8 @@ class Site:
     on_shoulder: bool = False
     surface: Surface | None = None
     fillets: tuple[Fillet, ...] = ()
+    tip_mm: float = 0.0
+    passed_mm: float = 0.0
 
     def from_shoulder(self, point_mm: float) -> Site:
         """Return the place with its entry where the hole's point of this length begins."""
@@ -74,13 +77,15 @@ class Site:
             others=self.others + np.array([0.0, 0.0, point_mm]),
             sunk_mm=self.sunk_mm - point_mm,
             on_shoulder=True,
+            tip_mm=point_mm,
         )
 
     def wall_left_mm(self, radius_mm: float, depth_mm: float, half_point_rad: float) -> float:
         """Return the least distance from a hole here to other surfaces, however far these are."""
         hole = radius_mm, depth_mm, half_point_rad
         if self.surface is not None:
-            wall = Around(self.surface, self.axis, self.fillets).wall_mm(*hole)
+            old = None if not self.sunk_mm else OldHole(radius_mm, self.tip_mm, self.passed_mm)
+            wall = Around(self.surface, self.axis, self.fillets, old).wall_mm(*hole)
             if wall is not None:
                 return wall
         return wall_left_mm(self.others, *hole)

@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from autobalance.correction.contract import Item, Limits
-from autobalance.correction.holes.around import Around, most_mm
+from autobalance.correction.holes.around import Around, OldHole, most_mm
 from autobalance.correction.holes.bores import ROUND_SHARE
 from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.holes.hole import Hole, drill_body
@@ -81,26 +81,35 @@ class HoleTrace:
             return {}
         radius, depth = 0.5 * stated_size(self.item, "diameter_mm"), stated_size(self.item, "depth_mm")
         sunk = _sunk(crank.corners, axis, radius)
-        if sunk is not None or self.item.get("deepened_from_mm") is not None:
-            return {"deepened_from_mm": sunk}
         webs = [web for web in crank.anatomy.webs if web.number == self.item.get("web")]
-        fillets = tuple(each for web in webs for each in fillets_of(crank.anatomy, web))
         if crank not in _SURFACES:
             _SURFACES[crank] = Surface.of(crank.mesh, crank.anatomy.file_to_rotor)
-        around = Around(_SURFACES[crank], axis, fillets)
-        found: dict[str, Any] = {"deepened_from_mm": None, "deepened_at": None}
+        surface = _SURFACES[crank]
+        fillets = tuple(each for web in webs for each in fillets_of(crank.anatomy, web))
+        tip = 0.0 if sunk is None else self._tip_mm(surface, axis, radius)
+        found: dict[str, Any] = {"deepened_from_mm": sunk}
+        found["deepened_at"] = None if sunk is None else "shoulder" if tip else "bottom"
+        old = None if sunk is None else OldHole(radius, tip, getattr(limits, "min_wall_mm", 0.0))
+        around = Around(surface, axis, fillets, old)
         wall = around.wall_mm(radius, depth, self.half_point_rad)
         if wall is None:
             return found
         found["wall_left_mm"] = Reading(np.array(wall), WALL_MM)
         if isinstance(limits, DrillLimits) and webs:
             zone_mm = least_radius_mm(crank.anatomy, webs[0], limits.held_zone)
-            most = min(limits.max_depth_mm, most_mm(axis, zone_mm, radius, self.half_point_rad))
+            most = most_mm(axis, zone_mm, radius, self.half_point_rad)
+            most = min(limits.max_depth_mm - (0.0 if sunk is None else float(sunk.value)), most)
             room = HoleLimits(limits.min_wall_mm, self.half_point_rad, 0.0, most)
             deepest = around.deepest_mm(radius, room)
             if deepest is not None:
                 found["depth_left_mm"] = depth_left(deepest, depth, limits.depth_step_mm)
         return found
+
+    def _tip_mm(self, surface: Surface, axis: Axis, radius_mm: float) -> float:
+        """Return how far the tip of an old hole's point lies beyond the entry; 0 where it is the entry."""
+        point = radius_mm / math.tan(self.half_point_rad)
+        depth, _ = surface.around(axis, radius_mm).hits(axis)
+        return point if float(depth[depth > -0.5 * point].min(initial=math.inf)) > 0.5 * point else 0.0
 
     def _tool(self, axis: Axis) -> dict[str, Any]:
         """Return what follows of the tool's body: its volume, and where a deepened hole was entered first."""
