@@ -162,6 +162,21 @@ def test_a_cylinder_is_where_its_surface_is(run: CylinderRun, fault: str | None)
         on_surface(shaft.mesh, long, [("main journal 1", run)], 1e-5)
 
 
+@pytest.mark.parametrize(("from_mm", "goes_on"), [(0.0, False), (22.5, True)])
+def test_a_journal_ends_where_metal_was_added_beside_it(from_mm: float, goes_on: bool) -> None:
+    """A block on the web takes 150° of the journal's surface; off it by a gap, it takes none."""
+    across, far = 22.0 * np.sin(np.deg2rad(75.0)), 22.0 * np.cos(np.deg2rad(75.0))
+    block = Solid.box(np.array([from_mm or far, -across, 8.0]), np.array([40.0, across, 15.5]))
+    shaft = disc(22.0, -16.0, 16.0) + disc(45.0, 15.0, 40.0) + disc(30.0, -40.0, -15.0) + block
+    long = lengthwise(shaft.mesh, np.array([0.0, 0.0, 1.0]), 1e-5)
+    named = [("main journal 1", replace(RUN, z_high=8.0))]
+    if goes_on:
+        with pytest.raises(RecognitionError, match="goes on for 3.3 mm beyond its end"):
+            on_surface(shaft.mesh, long, named, 1e-5)
+    else:
+        assert on_surface(shaft.mesh, long, named, 1e-5)[0].z_high == 8.0
+
+
 @pytest.mark.parametrize(("roughness_mm", "is_right"), [(0.05, True), (0.12, False)])
 def test_a_decimated_scan_is_not_taken_for_a_drawn_crank(
     roughness_mm: float, is_right: bool, monkeypatch: pytest.MonkeyPatch

@@ -32,7 +32,9 @@ BAND = 0.05
 BEYOND = 0.15
 """A cylinder is looked for so much of its radius beyond its ends: fillets have left it there ..."""
 OPEN = 0.5
-"""... and no more than this share of the surface there is its own."""
+"""... and no more than this share of the surface there is its own,"""
+BESIDE = 0.5
+"""unless more than this of it is missing on one side (as for ``ONE_SIDED``): metal stands beside it there."""
 OFF = 1e-3
 """A cylinder was found where its surface is but for this share of its radius."""
 LEANS = 4e-3
@@ -138,8 +140,10 @@ def _looked_at(
         return f"found it {off:.2g} mm off a cylinder, expected at most {OFF * run.radius:.2g} mm", run
     reach = BEYOND * run.radius
     for low, high in ((run.z_low - reach, run.z_low), (run.z_high, run.z_high + reach)):
-        more = float(_on(skin, run, rounding_mm) @ skin.between(low, high)) / (2.0 * math.pi * run.radius)
-        if more > OPEN * reach:
+        beyond = skin.between(low, high) * (_on(skin, run, rounding_mm) > 0.0)
+        more = float(skin.areas @ beyond) / (2.0 * math.pi * run.radius)
+        one_sided = float(np.linalg.norm(beyond @ skin.vectors[:, :2])) / (2.0 * run.radius * reach)
+        if more > OPEN * reach and one_sided <= BESIDE:  # more: metal was added at a side
             return f"found that it goes on for {reach:.2g} mm beyond its end, expected none of it there", run
     return "", run
 
