@@ -151,13 +151,18 @@ def result_view(result: BalanceResult) -> bytes:
 
 def creases(corners: Array, triangles: Indices) -> NDArray[np.float32]:
     """Return the edges that a drawing shows, from corner to corner (k, 6) [mm]."""
-    at = corners[triangles]
-    normal = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    ends = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    order = np.lexsort((ends[:, 1], ends[:, 0]))
-    same = (ends[order[1:]] == ends[order[:-1]]).all(axis=1)
+    a, b, c = (corners.take(column, axis=0) for column in triangles.T)
+    normal = np.cross(b - a, c - a)
+    normal /= np.maximum(np.sqrt(np.einsum("ij,ij->i", normal, normal)), 1e-300)[:, None]
+    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    low, high = np.minimum(ends[:, 0], ends[:, 1]), np.maximum(ends[:, 0], ends[:, 1])
+    names = low.astype(np.int64) * len(corners) + high
+    order = np.argsort(names)
+    named = names.take(order)
+    same = named[1:] == named[:-1]
     first, second = order[:-1][same], order[1:][same]
-    sharp = np.einsum("ij,ij->i", normal[first // 3], normal[second // 3]) < CREASE_COSINE
-    drawn: NDArray[np.float32] = corners[ends[first[sharp]]].reshape(-1, 6).astype("<f4")
+    sharp = np.einsum("ij,ij->i", normal.take(first // 3, axis=0), normal.take(second // 3, axis=0))
+    edges = named[:-1][same][sharp < CREASE_COSINE]
+    ends = np.stack([edges // len(corners), edges % len(corners)], axis=1)
+    drawn: NDArray[np.float32] = corners[ends].reshape(-1, 6).astype("<f4")
     return drawn

@@ -171,7 +171,7 @@ def test_a_journal_ends_where_metal_was_added_beside_it(from_mm: float, goes_on:
     long = lengthwise(shaft.mesh, np.array([0.0, 0.0, 1.0]), 1e-5)
     named = [("main journal 1", replace(RUN, z_high=8.0))]
     if goes_on:
-        with pytest.raises(RecognitionError, match="goes on for 3.3 mm beyond its end"):
+        with pytest.raises(RecognitionError, match=r"goes on for 3\.3 mm beyond its end"):
             on_surface(shaft.mesh, long, named, 1e-5)
     else:
         assert on_surface(shaft.mesh, long, named, 1e-5)[0].z_high == 8.0
