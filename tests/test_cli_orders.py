@@ -197,6 +197,22 @@ def test_an_order_that_a_record_lacks_has_no_ratio(
     assert rows[2.5]["ratio"] is None
 
 
+def test_what_rounding_leaves_of_an_order_has_no_ratio(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of records without noise it was 3e14 ± 8e13."""
+    t = instants(4.0, 4096.0)
+    one, two = np.sin(TURN * 50.0 * t), 0.5 * np.sin(TURN * 100.0 * t)
+    first = write_csv(tmp_path / "a.csv", {"time_s": t, "g": one + two})
+    second = write_csv(tmp_path / "b.csv", {"time_s": t, "g": one})
+    report = run(capsys, first, second, "--speed-rpm", 3000, "--max-order", 6)
+    rows = {row["order"]: row for row in report["comparison"]}
+    assert rows.pop(1.0)["ratio"] == pytest.approx(1.0)
+    assert rows.pop(2.0)["absent"] == ["b"]
+    assert len(rows) == 10
+    assert all(row["absent"] == ["a", "b"] and row["ratio"] is None for row in rows.values())
+
+
 def test_calibration_and_bands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     t = instants(8.0, 4000.0)
     path = write_csv(tmp_path / "r.csv", {"time_s": t, "accel_V": 0.1 * np.cos(TURN * 80.0 * t)})

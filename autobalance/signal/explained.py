@@ -19,6 +19,9 @@ SAME_ORDER = 1e-9
 """Orders of a list that differ by no more are one."""
 ABSENT = 3.0
 """Standard errors below which an order's amplitude is noise."""
+ROUNDED = 1e-10
+"""Share of a record's greatest order below which an amplitude is what rounding leaves: of a record without
+noise, pieces scatter by no more than that."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +125,8 @@ def _compared(first: Analysis, second: Analysis) -> list[ComparedOrder]:
     """Return orders of two records side by side; a ratio of noise is none."""
     if first.lines is None or second.lines is None:
         return []
+    every = first.lines.amplitudes, second.lines.amplitudes
+    floor_a, floor_b = (ROUNDED * float(np.abs(each).max(initial=0.0)) for each in every)
     rows = []
     pairs = zip(
         first.lines.orders, first.lines.amplitudes, second.lines.amplitudes, first.lines.standard_errors(),
@@ -130,8 +135,8 @@ def _compared(first: Analysis, second: Analysis) -> list[ComparedOrder]:
     for order, a, b, error_a, error_b in pairs:
         ratio, doubt = uncertain_ratio(complex(a), complex(b), float(error_a), float(error_b))
         noise: list[Literal["a", "b"]] = []
-        noise += ["a"] if _is_noise(abs(a), float(error_a)) else []
-        noise += ["b"] if _is_noise(abs(b), float(error_b)) else []
+        noise += ["a"] if _is_noise(abs(a), float(error_a), floor_a) else []
+        noise += ["b"] if _is_noise(abs(b), float(error_b), floor_b) else []
         if noise:
             ratio = doubt = None
         rows.append(ComparedOrder(float(order), abs(a), abs(b), finite(ratio), finite(doubt), noise))
@@ -150,5 +155,5 @@ def degrees(radians: float) -> float:
     return 180.0 if wrapped <= -180.0 else wrapped
 
 
-def _is_noise(amplitude: float, standard_error: float) -> bool:
-    return bool(np.isfinite(standard_error)) and amplitude < ABSENT * standard_error
+def _is_noise(amplitude: float, standard_error: float, floor: float) -> bool:
+    return amplitude <= floor or (math.isfinite(standard_error) and amplitude < ABSENT * standard_error)
