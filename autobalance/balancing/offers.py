@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from autobalance import correction
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
+from autobalance.correction.clearance import clear_of_roughness
 from autobalance.correction.contract import Prefer, setting_of
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.crank.anatomy import Anatomy
@@ -27,8 +27,6 @@ from autobalance.types import Array
 
 Offers = Callable[[Workpiece, Limits, int], Candidates]
 
-CLEARANCE_STEP_MM = 0.01
-"""Roughness is kept as clearance in steps of this, as messages name walls."""
 LOOKS = 8
 """How often to look for metal four times deeper."""
 EXPLAINED = 6
@@ -176,15 +174,6 @@ def _why(task: Task, group: Sequence[int], plan_rank: tuple[int, int, float]) ->
     ours = f"the plan: {plan_rank[0]}, {plan_rank[1]} and {plan_rank[2]:.1f} g"
     theirs = f"{different} different cuts, {cuts} cuts in all, {metal:.1f} g"
     return f"{name} is not used: alone it takes {theirs} ({ours})"
-
-
-def clear_of_roughness(limits: Limits, anatomy: Anatomy) -> Limits:
-    """Return limits whose walls and spacing hold on the surface below a scan's waves too."""
-    if anatomy.scan is None:
-        return limits
-    waves = math.ceil(anatomy.scan.roughness_mm / CLEARANCE_STEP_MM) * CLEARANCE_STEP_MM
-    walls = {name: getattr(limits, name, None) for name in ("min_wall_mm", "min_spacing_mm")}
-    return replace(limits, **{name: wall + waves for name, wall in walls.items() if wall is not None})
 
 
 def workpiece(rotor: Rotor, tolerance: Tolerance, initial: Unbalance, look: float = 1.0) -> Workpiece:

@@ -12,6 +12,7 @@ import numpy as np
 from autobalance.balancing.measuring import DEVIATION_MM
 from autobalance.balancing.uncertainty_budget import spacing_mm
 from autobalance.correction import KINDS, kind_of
+from autobalance.correction.clearance import clear_of_roughness
 from autobalance.correction.contract import Limits
 from autobalance.correction.trace import Before, Metal, Reading, Trace
 from autobalance.crank.anatomy import Anatomy
@@ -304,8 +305,11 @@ def _check_one(
     change: Change,
     crank: Before,
 ) -> None:
+    limits = change.limits(part.get("kind", str))
+    if limits is not None:
+        limits = clear_of_roughness(limits, change.anatomy)  # as it was planned
     if trace is not None:
-        _check_implied(part, trace.implied(crank, change.limits(part.get("kind", str))))
+        _check_implied(part, trace.implied(crank, limits))
     mine, is_torn = seen.metal, seen.is_torn
     if trace is None or mine is None:
         part.ledger.why_not[part.place] = OTHER_KIND if trace is None else TOUCHING
@@ -323,7 +327,7 @@ def _check_one(
         mine,
         change.density_g_mm3,
         crank,
-        change.limits(kind.name),
+        limits,
         speed,
         change.near_mm,
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.balancing.offers import clear_of_roughness
+from autobalance.correction.clearance import clear_of_roughness
 from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.faces import find_faces
