@@ -57,23 +57,51 @@ class CrankOnSprings:
         ValueError
             If the springs do not hold the beam.
         """
-        count = len(self.stretches) + 1
-        stiffness = np.zeros((4 * count, 4 * count))
-        for place, stretch in enumerate(self.stretches):
-            at = slice(4 * place, 4 * place + 8)
-            stiffness[at, at] += _stiffness(stretch)
+        stiffness, scale = self._free()
         for node, spring in enumerate(self.springs_n_mm):
             stiffness[4 * node, 4 * node] += spring
             stiffness[4 * node + 2, 4 * node + 2] += spring
         if np.count_nonzero(self.springs_n_mm) < 2:
             raise ValueError("a crank needs springs under two mains at least")
-        loads = np.zeros((4 * count, forces_n.shape[1]))
-        loads[0::4], loads[2::4] = forces_n.real, forces_n.imag
-        # rotations in units of a length, so that no column is a millionth of another
-        scale = np.tile([1.0, 1.0 / max(stretch.length_mm for stretch in self.stretches)], 2 * count)
-        moved = scale[:, None] * np.linalg.solve(stiffness * np.outer(scale, scale), scale[:, None] * loads)
+        moved = scale[:, None] * np.linalg.solve(
+            stiffness * np.outer(scale, scale), scale[:, None] * _flat(forces_n)
+        )
         found: Complex = moved[0::4] + 1j * moved[2::4]
         return found
+
+    def held(self, forces_n: Complex, at: Sequence[int]) -> tuple[Complex, Array]:
+        """Return what the beam does to holds at some nodes: loads at rest (m, n), stiffness (2 m, 2 m) [N/mm].
+
+        A motion of the held nodes takes stiffness × motion, [x, y] node by node, off the loads; springs do
+        not count.
+        """
+        whole, scale = self._free()
+        stiffness, loads = whole * np.outer(scale, scale), scale[:, None] * _flat(forces_n)
+        kept = np.array([4 * node + axis for node in at for axis in (0, 2)])
+        rest = np.setdiff1d(np.arange(len(stiffness)), kept)
+        by = np.linalg.solve(stiffness[np.ix_(rest, rest)], stiffness[np.ix_(rest, kept)]).T
+        left = loads[kept] - by @ loads[rest]
+        matrix: Array = stiffness[np.ix_(kept, kept)] - by @ stiffness[np.ix_(rest, kept)]
+        return left[0::2] + 1j * left[1::2], matrix
+
+    def _free(self) -> tuple[Array, Array]:
+        """Return the matrix without springs, and what scales it: rotations in units of a length.
+
+        So no column is a millionth of another.
+        """
+        count = len(self.stretches) + 1
+        stiffness = np.zeros((4 * count, 4 * count))
+        for place, stretch in enumerate(self.stretches):
+            at = slice(4 * place, 4 * place + 8)
+            stiffness[at, at] += _stiffness(stretch)
+        scale = np.tile([1.0, 1.0 / max(stretch.length_mm for stretch in self.stretches)], 2 * count)
+        return stiffness, scale
+
+
+def _flat(forces_n: Complex) -> Array:
+    loads = np.zeros((4 * forces_n.shape[0], forces_n.shape[1]))
+    loads[0::4], loads[2::4] = forces_n.real, forces_n.imag
+    return loads
 
 
 def _stiffness(stretch: Stretch) -> Array:

@@ -18,6 +18,9 @@ from autobalance.fem_analysis.mesher import default_size_mm
 
 GRADINGS = (0.3, 0.5, 0.2)
 """How fast elements may grow, tried one after the other until the mesher succeeds."""
+ROUGH_GRADINGS = (0.5, 0.3, 0.7)
+ROUGH_STEPS = {"optsteps2d": 2, "optsteps3d": 1}
+"""How often a mesh is improved, where rough will do; netgen's own is 3 times."""
 TRIES = (1.0, 0.85, 1.2)
 """Factors of the size asked for, tried likewise."""
 
@@ -77,7 +80,10 @@ def _one(geometry: Any, order: dict[str, Any], size_field: dict[str, Any], size_
         options["curvaturesafety"] = 1.0 / (order["share_of_radius"] * size_field["factor"])
     else:
         options["meshsizefilename"] = size_field["sizes"]
-    attempts = [(grading, factor) for factor in TRIES for grading in GRADINGS]
+    if order["rough"]:
+        options |= ROUGH_STEPS
+    gradings = ROUGH_GRADINGS if order["rough"] else GRADINGS
+    attempts = [(grading, factor) for factor in TRIES for grading in gradings]
     for number, (grading, factor) in enumerate(attempts, 1):
         try:
             mesh = geometry.GenerateMesh(

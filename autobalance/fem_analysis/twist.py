@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,8 @@ from autobalance.fem_analysis.two_level import TwoLevelSolver
 
 ON_END = 1e-4
 """Nodes this near to an end, as a share of the length, lie on it."""
+RESIDUAL = 1e-6
+"""Share of the load that may be left: of the energy that is its square."""
 NEWTON_M = 1e-3
 """N·m in an N·mm."""
 
@@ -41,7 +43,7 @@ class TwistStiffness:
     levels_n_m_rad: tuple[float, ...]
 
 
-def twist_stiffness(bodies: Sequence[ElasticBody], volume_mm3: float, material: Material) -> TwistStiffness:
+def twist_stiffness(bodies: Iterable[ElasticBody], volume_mm3: float, material: Material) -> TwistStiffness:
     """Return the stiffness between the lowest and the highest plane of a body, twisted about z.
 
     Each end turns as a rigid disc about the z axis and stays on it, as bearings hold journals; it may tilt
@@ -49,8 +51,8 @@ def twist_stiffness(bodies: Sequence[ElasticBody], volume_mm3: float, material: 
 
     Parameters
     ----------
-    bodies : sequence of ElasticBody
-        Meshes of one solid, ever finer; three or more.
+    bodies : iterable of ElasticBody
+        Meshes of one solid, ever finer; three or more. One at a time is looked at.
     volume_mm3 : float
         Of the solid.
     material : Material
@@ -60,9 +62,12 @@ def twist_stiffness(bodies: Sequence[ElasticBody], volume_mm3: float, material: 
     SolidError
         If an end has no surface.
     """
-    levels = tuple(_stiffness(body, material) for body in bodies)
-    lost = abs(bodies[-1].volume_mm3 / volume_mm3 - 1.0)
-    return TwistStiffness(levels[-1], _error(levels, lost), bodies[-1].nodes, levels)
+    levels, meshed_mm3, nodes = [], 0.0, 0
+    for body in bodies:
+        levels.append(_stiffness(body, material))
+        meshed_mm3, nodes = body.volume_mm3, body.nodes
+    lost = abs(meshed_mm3 / volume_mm3 - 1.0)
+    return TwistStiffness(levels[-1], _error(levels, lost), nodes, tuple(levels))
 
 
 def _error(levels: Sequence[float], lost: float) -> float:
@@ -87,7 +92,7 @@ def _stiffness(body: ElasticBody, material: Material) -> float:
     fixed, flat = held.reshape(-1), moved.reshape(-1)
     free = np.flatnonzero(~fixed)
     pulls = -(stiffness[free][:, fixed] @ flat[fixed])
-    flat[free] = TwoLevelSolver(body, stiffness, free).solve(pulls)
+    flat[free] = TwoLevelSolver(body, stiffness, free).solve(pulls, RESIDUAL)
     return NEWTON_M * float(flat @ (stiffness @ flat))
 
 

@@ -44,8 +44,8 @@ class TwoLevelSolver:
         )
         self._blocks = _inverse_blocks(self._matrix, free)
 
-    def solve(self, load: Array) -> Array:
-        """Return the displacements (k,) under loads (k,).
+    def solve(self, load: Array, residual: float = RESIDUAL) -> Array:
+        """Return the displacements (k,) under loads (k,), of which a share may be left.
 
         Raises
         ------
@@ -60,7 +60,7 @@ class TwoLevelSolver:
             return found
 
         operator = LinearOperator(self._matrix.shape, matvec=guessed, dtype=np.float64)
-        found, failed = cg(self._matrix, load, rtol=RESIDUAL, maxiter=MOST_STEPS, M=operator)
+        found, failed = cg(self._matrix, load, rtol=residual, maxiter=MOST_STEPS, M=operator)
         if failed:
             raise SolidError("the mesh is too distorted for its equations; needed another size_mm")
         moved: Array = found

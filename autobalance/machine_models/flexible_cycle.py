@@ -9,19 +9,25 @@ from itertools import pairwise
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
+from autobalance.crank.sections import away_from_crankpin
 from autobalance.dynamics.crank_bending import throw_bending
+from autobalance.dynamics.crank_in_films import JournalFilms, journal_paths
 from autobalance.dynamics.crank_on_springs import CrankOnSprings, Stretch
 from autobalance.dynamics.crank_torsion import ThrowShape
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.firing_engine import as_complex
 from autobalance.job import Job
+from autobalance.job.model.cycle import Film
+from autobalance.machine_models.cycle_films import FILM_ANGLE_STRIDE, main_bearings
 from autobalance.machine_models.engine_from_job import beside_the_rods, mains_z_mm
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.rotor_from_crank import E_GPA, MPA_PER_GPA, NU
 from autobalance.machine_models.torsion_from_job import throw_shapes, webs_beside
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array, Complex
-from autobalance.units import N_M_PER_N_MM, N_PER_G_MM_S2
+from autobalance.units import M_PER_MM, N_M_PER_N_MM, N_PER_G_MM_S2
 
 SAME_MM = 1e-6
 
@@ -41,6 +47,8 @@ class FlexibleCycle:
 
     Attributes
     ----------
+    stiffness_n_mm : tuple of float or None
+        Of each main's spring; None: the mains run in films.
     main_n : (m, n) complex
         Loads of the crank on its mains, engine's frame, x + iy [N].
     orbit_mm : (m, n) complex
@@ -48,19 +56,30 @@ class FlexibleCycle:
     webs : tuple of WebMoment
     rigid_difference : float
         Greatest difference to a main load of the rigid crank, over the greatest of these.
+    clearance_mm : (m,) float or None
+        Of films, radial.
+    is_periodic : bool
+        Whether the paths in films repeat.
     """
 
-    stiffness_n_mm: tuple[float, ...]
+    stiffness_n_mm: tuple[float, ...] | None
     main_n: Complex
     orbit_mm: Complex
     webs: tuple[WebMoment, ...]
     rigid_difference: float
+    clearance_mm: Array | None = None
+    is_periodic: bool = True
 
 
 def flexible_cycle(
-    cycle: CycleAnalysis, job: Job, crank: Crank, stiffness_n_mm: tuple[float, ...], stiffer: float = 1.0
+    cycle: CycleAnalysis,
+    job: Job,
+    crank: Crank,
+    mains_on: tuple[float, ...] | Film,
+    stiffer: float = 1.0,
+    counterweights: bool = True,
 ) -> FlexibleCycle:
-    """Return the cycle of a crank that bends on springs.
+    """Return the cycle of a crank that bends on springs or in films.
 
     Parameters
     ----------
@@ -68,20 +87,57 @@ def flexible_cycle(
         Of the same crank, rigid.
     job : Job
     crank : Crank
-    stiffness_n_mm : tuple of float
-        Of each main [N/mm].
+    mains_on : tuple of float, or Film
+        Stiffness of each main [N/mm], or the films that the mains run in.
     stiffer : float
         Times which the crank is as stiff as it is.
+    counterweights : bool
+        Whether the metal of the counterweights turns with the crank; its stiffness is the same.
     """
     anatomy = crank.anatomy
     back = np.exp(-1j * cycle.grid.angle_rad)
-    mains = mains_z_mm(anatomy)
     solid = crank.source.solid.moved(anatomy.file_to_rotor)
     webs = [(throw, web) for throw in anatomy.throws for web in webs_beside(anatomy, throw)]
+    nodes, forces = _forces(cycle, job, crank, solid if counterweights else _without(solid, anatomy))
+    beam = _stretches(cycle, anatomy, throw_shapes(crank), nodes, stiffer)
+    at_mains = [int(np.argmin(np.abs(nodes - z))) for z in mains_z_mm(anatomy)]
+    if isinstance(mains_on, Film):
+        found = _in_films(cycle, anatomy, mains_on, CrankOnSprings(beam, np.zeros(len(nodes))), forces, at_mains)
+        loads, moved = found[0] * back, found[1] * back
+    else:
+        springs = np.zeros(len(nodes))
+        springs[at_mains] = mains_on
+        moved = CrankOnSprings(beam, springs).deflections_mm(forces)[at_mains]
+        loads = np.array(mains_on)[:, None] * moved
+    left = forces.copy()
+    left[at_mains] -= loads
+    rigid = as_complex(cycle.loads.main_n)
+    moments = []
+    for throw, web in webs:
+        z = 0.5 * (web.z_min_mm + web.z_max_mm)
+        arms = np.maximum(z - nodes, 0.0)
+        turned = np.exp(-1j * cycle.firing.throws[throw.number - 1].angle_rad)
+        moments.append(WebMoment(throw.number, web.number, N_M_PER_N_MM * (turned * (arms @ left)).real))
+    films = isinstance(mains_on, Film)
+    return FlexibleCycle(
+        None if isinstance(mains_on, Film) else mains_on,
+        loads / back,
+        moved / back,
+        tuple(moments),
+        float(np.abs(loads / back - rigid).max() / np.abs(rigid).max()),
+        main_bearings(anatomy, mains_on).clearance_mm if isinstance(mains_on, Film) else None,
+        found[2] if films else True,
+    )
+
+
+def _forces(cycle: CycleAnalysis, job: Job, crank: Crank, solid: Solid) -> tuple[Array, Complex]:
+    """Return the beam's nodes [mm], and the loads on them (nodes, n) as the crank sees them [N]."""
+    anatomy, back = crank.anatomy, np.exp(-1j * cycle.grid.angle_rad)
+    webs = [web for throw in anatomy.throws for web in webs_beside(anatomy, throw)]
     places = [
         *(float(z) for z in solid.bounds[:, 2]),
-        *mains,
-        *(0.5 * (web.z_min_mm + web.z_max_mm) for _, web in webs),
+        *mains_z_mm(anatomy),
+        *(0.5 * (web.z_min_mm + web.z_max_mm) for web in webs),
         *(cylinder.z_mm for cylinder in cycle.firing.engine.cylinders),
         *(z for _, z in beside_the_rods(job, anatomy)),
     ]
@@ -98,28 +154,58 @@ def flexible_cycle(
         forces[node[z]] += pull * _seen(job, Unbalance.of(part).resultant_g_mm)
     for cylinder, load in zip(cycle.firing.engine.cylinders, cycle.loads.crankpin_n, strict=True):
         forces[node[cylinder.z_mm]] += as_complex(load) * back
-    springs = np.zeros(len(nodes))
-    at_mains = [node[z] for z in mains]
-    springs[at_mains] = stiffness_n_mm
-    beam = CrankOnSprings(_stretches(cycle, anatomy, throw_shapes(crank), nodes, stiffer), springs)
-    moved = beam.deflections_mm(forces)[at_mains]
-    loads = np.array(stiffness_n_mm)[:, None] * moved
-    left = forces.copy()
-    left[at_mains] -= loads
-    rigid = as_complex(cycle.loads.main_n)
-    moments = []
-    for throw, web in webs:
-        z = 0.5 * (web.z_min_mm + web.z_max_mm)
-        arms = np.maximum(z - nodes, 0.0)
-        turned = np.exp(-1j * cycle.firing.throws[throw.number - 1].angle_rad)
-        moments.append(WebMoment(throw.number, web.number, N_M_PER_N_MM * (turned * (arms @ left)).real))
-    return FlexibleCycle(
-        stiffness_n_mm,
-        loads / back,
-        moved / back,
-        tuple(moments),
-        float(np.abs(loads / back - rigid).max() / np.abs(rigid).max()),
+    return nodes, forces
+
+
+def _without(solid: Solid, anatomy: Anatomy) -> Solid:
+    """Return a crank without its counterweights: the webs' metal beyond the axis, away from the crankpins."""
+    far = 2.0 * float(np.abs(solid.bounds[:, :2]).max())
+    for web in anatomy.webs:
+        if web.counterweight:
+            away = away_from_crankpin(web, anatomy)
+            along = np.array([-away[1], away[0]])
+            corners = [far * along, -far * along, far * (away - along), far * (away + along)]
+            solid = solid - Solid.prism(Region.of([np.array(corners)]), web.z_min_mm, web.z_max_mm)
+    return solid
+
+
+def _in_films(
+    cycle: CycleAnalysis,
+    anatomy: Anatomy,
+    film: Film,
+    beam: CrankOnSprings,
+    forces_n: Complex,
+    at_mains: list[int],
+) -> tuple[Complex, Complex, bool]:
+    """Return loads [N] and places [mm] of the journals (m, n), engine's frame, and whether they repeat.
+
+    Paths are worked out at even angles and straight between them.
+    """
+    grid, bearings = cycle.grid, main_bearings(anatomy, film)
+    count = grid.even_rad.size
+    held, stiffness = beam.held(forces_n, at_mains)
+    unit = (
+        film.viscosity_pa_s
+        * cycle.speed_rad_s
+        * 0.5
+        * bearings.diameter_mm
+        * bearings.length_mm**3
+        / bearings.clearance_mm**2
+        * M_PER_MM**2
     )
+    films = JournalFilms(bearings.clearance_mm, unit)
+    every = FILM_ANGLE_STRIDE
+    paths = journal_paths(grid.even_rad[::every], held[:, :count:every], stiffness, films)
+    ends = np.append(grid.even_rad[::every], grid.span_rad)
+    ratio = np.concatenate([paths.ratio, paths.ratio[:, :1]], axis=1)
+    place = np.stack([np.interp(grid.angle_rad % grid.span_rad, ends, each) for each in ratio])
+    orbit = place * bearings.clearance_mm[:, None]
+    back = np.exp(-1j * grid.angle_rad)
+    turned = orbit * back
+    flat = np.empty((2 * len(orbit), turned.shape[1]))
+    flat[0::2], flat[1::2] = turned.real, turned.imag
+    taken = stiffness @ flat
+    return (held - (taken[0::2] + 1j * taken[1::2])) / back, orbit, paths.is_periodic
 
 
 def _seen(job: Job, vector_g_mm: Array) -> complex:

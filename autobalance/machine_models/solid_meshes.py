@@ -69,11 +69,12 @@ def bodies_of_solid(
     deadline: Deadline | None = None,
     rings: Sequence[FilletRing] = (),
     share_of_fillet: float = SHARE_OF_RADIUS,
+    rough: bool = False,
 ) -> list[ElasticBody]:
     """Return meshes of a solid, of so many times a size each; None: chosen.
 
     Fillets that are ``rings`` have elements of a share of their radius, on their true arcs. With a deadline,
-    no try has more than half of what is left until then.
+    no try has more than half of what is left until then. ``rough``: as `meshes_of` has it.
 
     Raises
     ------
@@ -90,7 +91,7 @@ def bodies_of_solid(
         mesh = mesh_of_soup(soup)
         try:
             surface = SurfaceSolid(mesh.vertices, mesh.triangles)
-            meshes = meshes_of(surface, size_mm, factors, share_of_radius, finer=finer, **longest)
+            meshes = meshes_of(surface, size_mm, factors, share_of_radius, finer=finer, rough=rough, **longest)
             return [ElasticBody.of(on_arcs(each, rings)) for each in meshes]
         except SolidError:
             if finest == FINEST_MM[-1]:

@@ -19,9 +19,9 @@ from autobalance.runtime import Progress, no_progress
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
-COARSER = 1.5
-"""Over the usual size of elements: formulas beside are worth 10 to 20 %, this some 2 %."""
-SHARES_OF_RADIUS = (0.4, 0.3)
+COARSER = 3.0
+"""Over the usual size of elements: formulas beside are worth 10 to 20 %, this some 1 %."""
+SHARES_OF_RADIUS = (0.8, 0.6)
 """Size of elements on a curved surface, over its radius, the second where the mesher fails at the first."""
 LONGEST_S = 45.0
 """Time for the meshes of all throws [s]: on some solids the mesher never ends."""
@@ -91,7 +91,10 @@ def _twisted(piece: Solid, material: Material, size_mm: float | None, deadline: 
         size_mm = COARSER * default_size_mm(piece.volume_mm3, area)
     for share in SHARES_OF_RADIUS:
         try:
-            bodies = bodies_of_solid(piece, size_mm, COARSENING, share, deadline)
+            bodies = (
+                bodies_of_solid(piece, factor * size_mm, (1.0,), factor * share, deadline, rough=True)[0]
+                for factor in COARSENING
+            )
             return twist_stiffness(bodies, piece.volume_mm3, material)
         except SolidError:
             if share == SHARES_OF_RADIUS[-1]:

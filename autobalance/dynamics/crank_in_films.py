@@ -1,0 +1,130 @@
+"""Journals of a crank that bends, in oil films: the films give way to what the bending leaves of the loads.
+
+A journal moves as its film lets it (Booker's mobility), and by moving it bends the crank, which changes the
+load on its film: all journals together are one stiff set of equations over the crank angle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from autobalance.bearings.mobility import squeeze_velocity
+from autobalance.types import Array, Complex
+
+SETTLED = 2e-4
+"""Change of an eccentricity ratio from one cycle to the next that counts as none."""
+MOST_CYCLES = 12
+ACCURACY = 2e-5
+"""Of the eccentricity ratio in one step of the integration."""
+RELATIVE = 1e-4
+HALF_SPEED = 0.5
+"""Mean of the surfaces' speeds over the journal's, where the bush stands."""
+
+
+@dataclass(frozen=True, eq=False)
+class JournalFilms:
+    """Films of m journals.
+
+    Attributes
+    ----------
+    clearance_mm : (m,) float
+        Radial.
+    unit_n : (m,) float
+        η Ω R L³/c² [N].
+    """
+
+    clearance_mm: Array
+    unit_n: Array
+
+
+@dataclass(frozen=True, eq=False)
+class JournalPaths:
+    """Where journals are in their films over a cycle.
+
+    Attributes
+    ----------
+    ratio : (m, n) complex
+        Eccentricity over the clearance, x + iy, in axes that do not turn.
+    force_n : (m, n) complex
+        On the bushes, in the same axes [N].
+    off : float
+        Greatest change of an eccentricity ratio over the last cycle.
+    """
+
+    ratio: Complex
+    force_n: Complex
+    off: float
+
+    @property
+    def is_periodic(self) -> bool:
+        """Whether the paths repeat."""
+        return self.off < SETTLED
+
+
+def journal_paths(angle_rad: Array, held_n: Complex, stiffness_n_mm: Array, films: JournalFilms) -> JournalPaths:
+    """Return the periodic paths of the journals of an elastic crank.
+
+    Parameters
+    ----------
+    angle_rad : (n,) float
+        Crank angles of one whole cycle in equal steps from 0, its end not repeated [rad].
+    held_n : (m, n) complex
+        Loads on mains that do not move, in axes that turn with the crank, x + iy [N].
+    stiffness_n_mm : (2 m, 2 m) float
+        What the crank takes off these by a journal's motion, [x, y] main by main in the same axes [N/mm].
+    films : JournalFilms
+    """
+    step, count, mains = float(angle_rad[1] - angle_rad[0]), len(angle_rad), len(held_n)
+    matrix = stiffness_n_mm * np.repeat(films.clearance_mm, 2)[None, :]
+
+    def force_n(angle: float, held: Complex, ratio: Complex) -> Complex:
+        """Return the forces on the bushes of journals (m, k)."""
+        back = np.exp(-1j * angle)
+        turned = ratio * back
+        flat = np.empty((2 * mains, turned.shape[1]))
+        flat[0::2], flat[1::2] = turned.real, turned.imag
+        taken = matrix @ flat
+        found: Complex = (held - (taken[0::2] + 1j * taken[1::2])) / back
+        return found
+
+    def rate(angle: float, state: Array) -> Array:
+        """Return dε/dθ of states (2 m, k)."""
+        row, share = divmod(angle / step, 1.0)
+        first = int(row) % count
+        held = (1.0 - share) * held_n[:, first] + share * held_n[:, (first + 1) % count]
+        ratio = state[:mains] + 1j * state[mains:]
+        force = force_n(angle, held[:, None], ratio) / films.unit_n[:, None]
+        size = np.abs(ratio)
+        line = np.where(size > 0.0, ratio / np.where(size > 0.0, size, 1.0), 1.0)
+        seen = force * line.conj()
+        along, across = squeeze_velocity(size, (seen.real, seen.imag))
+        moved = (along + 1j * across) * line + HALF_SPEED * 1j * ratio
+        return np.concatenate([moved.real, moved.imag])
+
+    start, off = np.zeros(2 * mains), np.inf
+    ends = np.append(np.arange(count), count) * step
+    for _ in range(MOST_CYCLES):
+        solved = solve_ivp(
+            rate,
+            (0.0, count * step),
+            start,
+            method="BDF",
+            t_eval=ends,
+            vectorized=True,
+            rtol=RELATIVE,
+            atol=ACCURACY,
+            first_step=1e-3 * step,
+        )
+        path = solved.y[:mains] + 1j * solved.y[mains:]
+        off = float(np.abs(path[:, -1] - path[:, 0]).max())
+        start = solved.y[:, -1]
+        if off < SETTLED:
+            break
+    passed = path[:, :count]
+    angle = step * np.arange(count)
+    each = [force_n(a, held_n[:, [k]], passed[:, [k]])[:, 0] for k, a in enumerate(angle)]
+    return JournalPaths(passed, np.stack(each, axis=1), off)
+
