@@ -21,6 +21,7 @@ from autobalance.units import RAD_S_PER_RPM
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
     from autobalance.engine.cycle.analysis import CycleAnalysis
+    from autobalance.job.model.cycle import Film
     from autobalance.machine_models.cycle_films import CycleFilms
     from autobalance.machine_models.flexible_cycle import FlexibleCycle
 
@@ -94,7 +95,8 @@ def cycle(
         Lowest and highest speed [rpm] and how many between, at which every factor is evaluated too, at the
         pressures of the one speed. In Python: the speeds themselves.
     flexible : bool
-        Let the crank bend too, on its mains as springs: [bearings] of the job.
+        Let the crank bend too, on its mains as springs, [bearings] of the job, or in their films,
+        [cycle.film].
 
     Returns
     -------
@@ -139,24 +141,32 @@ def cycle(
         else pendulum_figures(analysis, absorber.pendulum, absorber.swing_rad, absorber.reduction),
         sweep=sweep_rows(analysis, speeds, compared_factors, of_sweep) if speeds else None,
         films=None if films is None else film_table(films),
-        flexible=ABSENT if bent is None else Flexible.of(bent, analysis),
+        flexible=ABSENT if bent is None else Flexible.of(*bent, analysis),
         warnings=case.warnings,
     )
-    return CycleResult(report, analysis, compared_factors, films, bent)
+    return CycleResult(report, analysis, compared_factors, films, None if bent is None else bent[0])
 
 
-def _flexible(case: Request, analysis: CycleAnalysis) -> FlexibleCycle:
-    """Return the cycle of the crank as it bends on its mains."""
+def _flexible(case: Request, analysis: CycleAnalysis) -> tuple[FlexibleCycle, FlexibleCycle | None]:
+    """Return the cycle of the crank as it bends on its mains, and without counterweights, if it has any."""
     from autobalance.job.bearings import stiffnesses_n_mm
     from autobalance.machine_models.flexible_cycle import flexible_cycle
 
-    stiffness = case.job.bearings_n_mm
-    if stiffness is None:
+    stiffness, cycle = case.job.bearings_n_mm, case.job.cycle
+    on: tuple[float, ...] | Film
+    if stiffness is not None:
+        on = stiffnesses_n_mm(stiffness, len(case.crank.anatomy.main_journals))
+    elif cycle is not None and cycle.film is not None:
+        on = cycle.film
+    else:
         raise JobError(
-            f"{case.job.path.name}: [bearings] is missing; --flexible needs k_N_mm, the mains' stiffness"
+            f"{case.job.path.name}: [bearings] is missing; --flexible needs k_N_mm, the mains' stiffness, or"
+            " [cycle.film], their oil films"
         )
-    mains = stiffnesses_n_mm(stiffness, len(case.crank.anatomy.main_journals))
-    return flexible_cycle(analysis, case.job, case.crank, mains)
+    found = flexible_cycle(analysis, case.job, case.crank, on)
+    if not any(web.counterweight for web in case.crank.anatomy.webs):
+        return found, None
+    return found, flexible_cycle(analysis, case.job, case.crank, on, counterweights=False)
 
 
 def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:

@@ -7,6 +7,7 @@ load on its film: all journals together are one stiff set of equations over the 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -64,7 +65,9 @@ class JournalPaths:
         return self.off < SETTLED
 
 
-def journal_paths(angle_rad: Array, held_n: Complex, stiffness_n_mm: Array, films: JournalFilms) -> JournalPaths:
+def journal_paths(
+    angle_rad: Array, held_n: Complex, stiffness_n_mm: Array, films: JournalFilms
+) -> JournalPaths:
     """Return the periodic paths of the journals of an elastic crank.
 
     Parameters
@@ -83,14 +86,10 @@ def journal_paths(angle_rad: Array, held_n: Complex, stiffness_n_mm: Array, film
     def force_n(angle: float, held: Complex, ratio: Complex) -> Complex:
         """Return the forces on the bushes of journals (m, k)."""
         back = np.exp(-1j * angle)
-        turned = ratio * back
-        flat = np.empty((2 * mains, turned.shape[1]))
-        flat[0::2], flat[1::2] = turned.real, turned.imag
-        taken = matrix @ flat
-        found: Complex = (held - (taken[0::2] + 1j * taken[1::2])) / back
+        found: Complex = (held - taken_n(matrix, ratio * back)) / back
         return found
 
-    def rate(angle: float, state: Array) -> Array:
+    def rate(angle: Any, state: Any) -> Array:
         """Return dε/dθ of states (2 m, k)."""
         row, share = divmod(angle / step, 1.0)
         first = int(row) % count
@@ -128,3 +127,10 @@ def journal_paths(angle_rad: Array, held_n: Complex, stiffness_n_mm: Array, film
     each = [force_n(a, held_n[:, [k]], passed[:, [k]])[:, 0] for k, a in enumerate(angle)]
     return JournalPaths(passed, np.stack(each, axis=1), off)
 
+
+def taken_n(stiffness_n_mm: Array, moved_mm: Complex) -> Complex:
+    """Return what motions (m, n), x + iy, take off loads by a matrix (2 m, 2 m) of [x, y] main by main."""
+    flat = np.stack([moved_mm.real, moved_mm.imag], axis=1).reshape(-1, moved_mm.shape[1])
+    taken = stiffness_n_mm @ flat
+    found: Complex = taken[0::2] + 1j * taken[1::2]
+    return found

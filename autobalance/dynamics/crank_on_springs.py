@@ -70,7 +70,7 @@ class CrankOnSprings:
         return found
 
     def held(self, forces_n: Complex, at: Sequence[int]) -> tuple[Complex, Array]:
-        """Return what the beam does to holds at some nodes: loads at rest (m, n), stiffness (2 m, 2 m) [N/mm].
+        """Return what the beam does to held nodes: loads at rest (m, n), stiffness (2 m, 2 m) [N/mm].
 
         A motion of the held nodes takes stiffness × motion, [x, y] node by node, off the loads; springs do
         not count.

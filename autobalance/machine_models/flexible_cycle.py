@@ -11,7 +11,7 @@ import numpy as np
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.sections import away_from_crankpin
 from autobalance.dynamics.crank_bending import throw_bending
-from autobalance.dynamics.crank_in_films import JournalFilms, journal_paths
+from autobalance.dynamics.crank_in_films import JournalFilms, journal_paths, taken_n
 from autobalance.dynamics.crank_on_springs import CrankOnSprings, Stretch
 from autobalance.dynamics.crank_torsion import ThrowShape
 from autobalance.engine.cycle.analysis import CycleAnalysis
@@ -101,9 +101,11 @@ def flexible_cycle(
     nodes, forces = _forces(cycle, job, crank, solid if counterweights else _without(solid, anatomy))
     beam = _stretches(cycle, anatomy, throw_shapes(crank), nodes, stiffer)
     at_mains = [int(np.argmin(np.abs(nodes - z))) for z in mains_z_mm(anatomy)]
+    clearance, periodic = None, True
     if isinstance(mains_on, Film):
-        found = _in_films(cycle, anatomy, mains_on, CrankOnSprings(beam, np.zeros(len(nodes))), forces, at_mains)
-        loads, moved = found[0] * back, found[1] * back
+        free = CrankOnSprings(beam, np.zeros(len(nodes)))
+        on_films, orbit, periodic = _in_films(cycle, anatomy, mains_on, free, forces, at_mains)
+        loads, moved, clearance = on_films * back, orbit * back, main_bearings(anatomy, mains_on).clearance_mm
     else:
         springs = np.zeros(len(nodes))
         springs[at_mains] = mains_on
@@ -118,15 +120,14 @@ def flexible_cycle(
         arms = np.maximum(z - nodes, 0.0)
         turned = np.exp(-1j * cycle.firing.throws[throw.number - 1].angle_rad)
         moments.append(WebMoment(throw.number, web.number, N_M_PER_N_MM * (turned * (arms @ left)).real))
-    films = isinstance(mains_on, Film)
     return FlexibleCycle(
         None if isinstance(mains_on, Film) else mains_on,
         loads / back,
         moved / back,
         tuple(moments),
         float(np.abs(loads / back - rigid).max() / np.abs(rigid).max()),
-        main_bearings(anatomy, mains_on).clearance_mm if isinstance(mains_on, Film) else None,
-        found[2] if films else True,
+        clearance,
+        periodic,
     )
 
 
@@ -199,13 +200,10 @@ def _in_films(
     ends = np.append(grid.even_rad[::every], grid.span_rad)
     ratio = np.concatenate([paths.ratio, paths.ratio[:, :1]], axis=1)
     place = np.stack([np.interp(grid.angle_rad % grid.span_rad, ends, each) for each in ratio])
-    orbit = place * bearings.clearance_mm[:, None]
+    orbit: Complex = (place * bearings.clearance_mm[:, None]).astype(np.complex128)
     back = np.exp(-1j * grid.angle_rad)
-    turned = orbit * back
-    flat = np.empty((2 * len(orbit), turned.shape[1]))
-    flat[0::2], flat[1::2] = turned.real, turned.imag
-    taken = stiffness @ flat
-    return (held - (taken[0::2] + 1j * taken[1::2])) / back, orbit, paths.is_periodic
+    loads: Complex = (held - taken_n(stiffness, orbit * back)) / back
+    return loads, orbit, paths.is_periodic
 
 
 def _seen(job: Job, vector_g_mm: Array) -> complex:

@@ -91,7 +91,9 @@ def bodies_of_solid(
         mesh = mesh_of_soup(soup)
         try:
             surface = SurfaceSolid(mesh.vertices, mesh.triangles)
-            meshes = meshes_of(surface, size_mm, factors, share_of_radius, finer=finer, rough=rough, **longest)
+            meshes = meshes_of(
+                surface, size_mm, factors, share_of_radius, finer=finer, rough=rough, **longest
+            )
             return [ElasticBody.of(on_arcs(each, rings)) for each in meshes]
         except SolidError:
             if finest == FINEST_MM[-1]:

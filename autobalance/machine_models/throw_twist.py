@@ -25,7 +25,7 @@ SHARES_OF_RADIUS = (0.8, 0.6)
 """Size of elements on a curved surface, over its radius, the second where the mesher fails at the first."""
 LONGEST_S = 45.0
 """Time for the meshes of all throws [s]: on some solids the mesher never ends."""
-EQUAL_MOMENTS_SHARE = 1e-5
+EQUAL_MOMENTS_SHARE = 1e-4
 """Throws whose volume, first and second moments agree to this share are alike."""
 
 

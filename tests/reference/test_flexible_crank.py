@@ -10,13 +10,17 @@ import numpy as np
 import pytest
 
 import autobalance as ab
+from autobalance.bearings.orbit import film_orbits
 from autobalance.command.main import main
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_solid
+from autobalance.crank.sections import sections
 from autobalance.dynamics.crank_on_springs import CrankOnSprings, Stretch
 from autobalance.errors import JobError
 from autobalance.machine_models.flexible_cycle import flexible_cycle
 from autobalance.machine_models.web_loads import web_loads
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Unbalance
 
 EI = 210e3 * math.pi / 64.0 * 50.0**4
 
@@ -142,8 +146,91 @@ def test_impossible_bearings_are_refused(tables: dict[str, Any], said: str) -> N
 
 def test_a_job_without_bearings_is_refused() -> None:
     values = {key: table for key, table in job().raw.items() if key != "bearings"}
-    with pytest.raises(JobError, match=r"\[bearings\] is missing; --flexible needs k_N_mm"):
+    with pytest.raises(
+        JobError, match=r"\[bearings\] is missing; --flexible needs k_N_mm.*or \[cycle.film\]"
+    ):
         ab.cycle(ab.Job.from_dict(values), crank=crank(), flexible=True)
+
+
+FILM = {"viscosity_Pa_s": 0.01, "main_clearance_mm": 0.03}
+
+
+def on_films(several: bool) -> ab.Job:
+    tables = {key: table for key, table in job(several).raw.items() if key != "bearings"}
+    return ab.Job.from_dict({**tables, "cycle": {**tables["cycle"], "film": FILM}})
+
+
+def test_two_mains_in_films_go_as_a_rigid_cranks_do() -> None:
+    """Statics alone decides the loads; paths by another integration than the rigid crank's films."""
+    found = ab.cycle(on_films(False), crank=crank(), flexible=True)
+    flexible, films = found.report["flexible"], found.report["films"]["main_journals"]
+    assert flexible["rigid_difference"] < 1e-6
+    for row, film in zip(flexible["main_journals"], films, strict=True):
+        assert row["stiffness_N_mm"] is None
+        assert row["limit"] is None
+        assert row["least_film_mm"] == pytest.approx(film["least_film_mm"], abs=1e-3 * 0.03)
+    assert found.films is not None
+    assert found.flexible is not None
+    rigid = found.films.mains.eccentricity @ np.array([1.0, 1.0j])
+    own = found.flexible.orbit_mm[:, : 2 * len(rigid) : 2] / 0.03
+    assert own == pytest.approx(rigid.T, abs=1e-3)
+
+
+def test_several_mains_in_films_share_loads_that_make_the_same_paths() -> None:
+    """Films under the loads found, given as such: each journal alone goes the same way."""
+    found = ab.cycle(on_films(True), crank=crank("inline-4"), flexible=True)
+    bent, count = found.flexible, found.analysis.grid.even_rad.size
+    assert bent is not None
+    assert bent.is_periodic
+    rigid = found.analysis.loads.main_n @ np.array([1.0, 1.0j])
+    assert bent.main_n.sum(axis=0) == pytest.approx(rigid.sum(axis=0), abs=1e-6 * np.abs(rigid).max())
+    mains = crank("inline-4").main_journals
+    force = bent.main_n[:, :count:2].T
+    alone = film_orbits(
+        found.analysis.grid.even_rad[::2],
+        np.stack([force.real, force.imag], axis=-1),
+        found.analysis.speed_rad_s,
+        0.01,
+        np.array([1e-3 * main.diameter_mm for main in mains]),
+        np.array([1e-3 * main.width_mm for main in mains]),
+        3e-5,
+    )
+    paths = (alone.eccentricity @ np.array([1.0, 1.0j])).T
+    assert bent.orbit_mm[:, :count:2] / 0.03 == pytest.approx(paths, abs=4e-3)
+
+
+def test_a_crank_that_hardly_bends_is_a_rigid_body_on_its_springs() -> None:
+    """With five mains too: force and moment over the springs' own, two equations by hand."""
+    found = ab.cycle(job(several=True), crank=crank("inline-4"))
+    own, springs = crank("inline-4").measured, np.array([2e4, 5e4, 1e5, 3e4, 4e4])
+    stiff = flexible_cycle(found.analysis, job(several=True), own, tuple(springs), stiffer=1e6)
+    rigid = found.analysis.loads.main_n @ np.array([1.0, 1.0j])
+    z = np.array([main.centre_mm[2] for main in crank("inline-4").main_journals])
+    powers = np.vander(z, 2, increasing=True)
+    moved = np.linalg.solve(powers.T @ (springs[:, None] * powers), powers.T @ rigid)
+    by_hand = springs[:, None] * (powers @ moved)
+    assert stiff.main_n == pytest.approx(by_hand, abs=1e-4 * np.abs(by_hand).max())
+
+
+def test_without_counterweights_their_pull_is_missing() -> None:
+    """What the section table has of them, to what it gives to other parts beside; by Ω² and the levers."""
+    found = ab.cycle(job(), crank=crank(), flexible=True)
+    report, own = found.report["flexible"], crank().measured
+    bare = flexible_cycle(found.analysis, job(), own, (1e5, 1e5), counterweights=False)
+    low, high = (float(main.centre_mm[2]) for main in own.anatomy.main_journals)
+    weights = sections(own.source.solid, own.anatomy, own.density_g_mm3)
+    total = sum((each.moments for each in weights if each.kind == "counterweight"), start=Moments.zero())
+    pulls = np.array(Unbalance.of(total).in_planes(low, high)) @ np.array([1.0, 1.0j])
+    pulls = found.analysis.speed_rad_s**2 * 1e-6 * pulls
+    turned = pulls[:, None] * np.exp(1j * found.analysis.grid.angle_rad)
+    assert found.flexible is not None
+    missing = found.flexible.main_n - bare.main_n
+    assert missing == pytest.approx(turned, abs=5e-3 * np.abs(turned).max())
+    said = report["without_counterweights"]
+    assert [main["greatest_N"] for main in said["main_journals"]] == pytest.approx(
+        np.abs(bare.main_n).max(axis=1).tolist()
+    )
+    assert len(said["webs"]) == len(report["webs"])
 
 
 def test_the_command_tells_orbits_and_moments(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
@@ -179,6 +266,10 @@ k_N_mm = 1e5
     assert "bending moment" in text
 
 
-def test_orbits_and_moments_are_drawn() -> None:
-    made = ab.cycle(job(), crank=crank(), flexible=True).plots()
-    assert {"journal-orbits", "web-bending"} <= set(made)
+def test_orbits_in_films_and_moments_are_drawn_and_told() -> None:
+    made = ab.cycle(on_films(False), crank=crank(), flexible=True)
+    assert "Bends, in films" in made.text()
+    assert "without counterweights" in made.text()
+    drawn = made.plots()
+    assert {"journal-orbits", "web-bending"} <= set(drawn)
+    assert b"in their films" in drawn["journal-orbits"]["svg"]

@@ -170,10 +170,11 @@ def _sweep(rows: Sequence[Mapping[str, Any]]) -> Plots:
 
 
 def flexible_plots(found: CycleAnalysis, bent: FlexibleCycle) -> Plots:
-    """Draw the orbits of the journals on their springs, and how far the webs bend."""
+    """Draw the orbits of the journals, and how far the webs bend."""
     from autobalance.report import plots
 
     at = f"at {found.speed_rad_s / RAD_S_PER_RPM:g} rpm"
+    held = "in their films" if bent.stiffness_n_mm is None else "on their springs"
     count = found.grid.even_rad.size
     paths = UM_PER_MM * bent.orbit_mm[:, :count]
     paths = paths.conj() if found.firing.engine.clockwise else paths
@@ -182,7 +183,7 @@ def flexible_plots(found: CycleAnalysis, bent: FlexibleCycle) -> Plots:
     labels, span = ("along x [µm]", "along y [µm]"), 180 * found.firing.strokes
     angle = found.grid.even_rad
     return {
-        "journal-orbits": plots.polar(f"Journals on their springs {at}", labels, curves),
+        "journal-orbits": plots.polar(f"Journals {held} {at}", labels, curves),
         "web-bending": plots.over_angle(f"Bending of the webs {at}", "moment [N·m]", angle, moments, span),
     }
 

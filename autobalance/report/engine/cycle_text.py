@@ -210,24 +210,42 @@ def _films(films: Values) -> str:
 
 
 def _flexible(found: Values) -> str:
-    rows: list[Sequence[str]] = [("Bends, on springs", "greatest load", "at", "mean", "rigid", "orbit up to")]
-    for each in found["main_journals"]:
+    bare = found["without_counterweights"]
+    last = () if bare is None else ("without counterweights",)
+    films = found["main_journals"][0]["stiffness_N_mm"] is None
+    head = "Bends, in films" if films else "Bends, on springs"
+    rows: list[Sequence[str]] = [(head, "greatest load", "at", "mean", "rigid", "orbit up to", *last)]
+    for place, each in enumerate(found["main_journals"]):
         rows.append(
             (
-                f"main {each['number']}, {each['stiffness_N_mm']:g} N/mm",
+                _on(each),
                 f"{each['greatest_N']:.0f} N",
                 f"{each['at_deg']:.1f}°",
                 f"{each['mean_N']:.0f} N",
                 f"{each['rigid_greatest_N']:.0f} N",
                 f"{each['greatest_orbit_um']:.1f} µm",
+                *(() if bare is None else (f"{bare['main_journals'][place]['greatest_N']:.0f} N",)),
             )
         )
-    webs: list[Sequence[str]] = [("Web", "throw", "bending moment")]
-    for each in found["webs"]:
-        low, high = each["bending_N_m"]
-        webs.append((f"{each['web']}", f"{each['throw']}", f"{low:.1f} to {high:.1f} N·m"))
+    webs: list[Sequence[str]] = [("Web", "throw", "bending moment", *last)]
+    for place, each in enumerate(found["webs"]):
+        others = () if bare is None else (_moments(bare["webs"][place]),)
+        webs.append((f"{each['web']}", f"{each['throw']}", _moments(each), *others))
     off = f"Main loads differ by up to {100.0 * found['rigid_difference']:.3g} % from a rigid crank's"
     return f"{table(rows)}\n{off}\n\n{table(webs)}"
+
+
+def _on(main: Values) -> str:
+    """Return a main with what holds it."""
+    if main["stiffness_N_mm"] is not None:
+        return f"main {main['number']}, {main['stiffness_N_mm']:g} N/mm"
+    film = "film " + _micrometres(main["least_film_mm"])
+    return f"main {main['number']}, {main['limit'] or film}"
+
+
+def _moments(web: Values) -> str:
+    low, high = web["bending_N_m"]
+    return f"{low:.1f} to {high:.1f} N·m"
 
 
 def _micrometres(film_mm: float | None) -> str:

@@ -3,29 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 
+from autobalance.bearings.unit_film import CONTACT
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.load_figures import LoadPeak
 from autobalance.machine_models.flexible_cycle import FlexibleCycle
-from autobalance.records import INLINE, NotNegative, Ordinal, Pair, Positive, record
+from autobalance.records import ABSENT, INLINE, Absent, NotNegative, Ordinal, Pair, Positive, record
+from autobalance.types import Complex
 
 UM_PER_MM = 1e3
 
 
 @record
 class FlexibleMain:
-    """A main's load and its journal's orbit on a spring; beside, the rigid crank's greatest load."""
+    """A main's load and its journal's orbit; beside, the rigid crank's greatest load."""
 
     number: Ordinal
-    stiffness_N_mm: Positive
+    stiffness_N_mm: Annotated[Positive | None, "null in a film"]
     load: Annotated[LoadPeak, INLINE]
     rigid_greatest_N: NotNegative
     greatest_orbit_um: NotNegative
     orbit_x_um: Pair
     orbit_y_um: Pair
+    least_film_mm: NotNegative | Absent | None = ABSENT
+    limit: Literal["contact", "not periodic"] | Absent | None = ABSENT
 
 
 @record
@@ -38,38 +42,95 @@ class FlexibleWeb:
 
 
 @record
+class BareMain:
+    """A main's load and the reach of its journal's orbit."""
+
+    number: Ordinal
+    load: Annotated[LoadPeak, INLINE]
+    greatest_orbit_um: NotNegative
+
+
+@record
+class WithoutCounterweights:
+    """The same crank without the metal of its counterweights."""
+
+    main_journals: Sequence[BareMain]
+    webs: Sequence[FlexibleWeb]
+
+    @classmethod
+    def of(cls, found: FlexibleCycle, cycle: CycleAnalysis) -> Self:
+        """Return it of what was found."""
+        mains = [
+            BareMain(number=number, load=_peak(cycle, load), greatest_orbit_um=UM_PER_MM * _reach(path))
+            for number, (load, path) in enumerate(zip(found.main_n, found.orbit_mm, strict=True), 1)
+        ]
+        return cls(main_journals=mains, webs=_webs(found))
+
+
+@record
 class Flexible:
-    """The cycle of a crank that bends on springs."""
+    """The cycle of a crank that bends on springs or in films."""
 
     main_journals: Sequence[FlexibleMain]
     webs: Sequence[FlexibleWeb]
     rigid_difference: NotNegative
+    without_counterweights: WithoutCounterweights | None
 
     @classmethod
-    def of(cls, found: FlexibleCycle, cycle: CycleAnalysis) -> Self:
+    def of(cls, found: FlexibleCycle, bare: FlexibleCycle | None, cycle: CycleAnalysis) -> Self:
         """Return it of what was found; orbits of clockwise engines as they are, not mirrored."""
         mains = []
         sense = -1.0 if cycle.firing.engine.clockwise else 1.0
         rigid = cycle.peaks(cycle.loads.main_n)
         for number, (load, path) in enumerate(zip(found.main_n, found.orbit_mm, strict=True), 1):
             x, y = UM_PER_MM * path.real, sense * UM_PER_MM * path.imag
+            springs = found.stiffness_n_mm
             mains.append(
                 FlexibleMain(
                     number=number,
-                    stiffness_N_mm=found.stiffness_n_mm[number - 1],
-                    load=cycle.peak(np.stack([load.real, load.imag], axis=-1)),
+                    stiffness_N_mm=None if springs is None else springs[number - 1],
+                    load=_peak(cycle, load),
                     rigid_greatest_N=rigid[number - 1].greatest_n,
                     greatest_orbit_um=float(np.hypot(x, y).max()),
                     orbit_x_um=(float(x.min()), float(x.max())),
                     orbit_y_um=(float(y.min()), float(y.max())),
+                    **_film(found, number),
                 )
             )
-        webs = [
-            FlexibleWeb(
-                throw=each.throw,
-                web=each.web,
-                bending_N_m=(float(each.bending_n_m.min()), float(each.bending_n_m.max())),
-            )
-            for each in found.webs
-        ]
-        return cls(main_journals=mains, webs=webs, rigid_difference=found.rigid_difference)
+        return cls(
+            main_journals=mains,
+            webs=_webs(found),
+            rigid_difference=found.rigid_difference,
+            without_counterweights=None if bare is None else WithoutCounterweights.of(bare, cycle),
+        )
+
+
+def _film(found: FlexibleCycle, number: int) -> dict[str, Any]:
+    """Return the fields of a journal's film; none on a spring."""
+    if found.clearance_mm is None:
+        return {}
+    clearance, reach = float(found.clearance_mm[number - 1]), _reach(found.orbit_mm[number - 1])
+    broken = reach > CONTACT * clearance
+    return {
+        "least_film_mm": None if broken or not found.is_periodic else clearance - reach,
+        "limit": "contact" if broken else None if found.is_periodic else "not periodic",
+    }
+
+
+def _reach(path: Complex) -> float:
+    return float(np.abs(path).max())
+
+
+def _peak(cycle: CycleAnalysis, load: Complex) -> LoadPeak:
+    return cycle.peak(np.stack([load.real, load.imag], axis=-1))
+
+
+def _webs(found: FlexibleCycle) -> list[FlexibleWeb]:
+    return [
+        FlexibleWeb(
+            throw=each.throw,
+            web=each.web,
+            bending_N_m=(float(each.bending_n_m.min()), float(each.bending_n_m.max())),
+        )
+        for each in found.webs
+    ]
