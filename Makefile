@@ -106,9 +106,10 @@ bench: $(VENV)/.installed-dev
 freecad: $(VENV)/.installed-dev
 	@script/freecad
 	@echo "==> the FreeCAD workbench without a window: import, every kind of cut, spreadsheet, save, reopen, refusals"
-	@AUTOBALANCE_ROOT=$(CURDIR) AUTOBALANCE_COMMAND=$(CURDIR)/$(VENV)/bin/autobalance freecadcmd tests/freecad/headless.py </dev/null
-	@echo "==> the FreeCAD workbench in a window that nobody sees; its picture is $(OUTPUT)/freecad.png"
 	@mkdir -p $(OUTPUT)
+	@AUTOBALANCE_ROOT=$(CURDIR) AUTOBALANCE_COMMAND=$(CURDIR)/$(VENV)/bin/autobalance freecadcmd tests/freecad/headless.py </dev/null >$(OUTPUT)/freecad.log 2>&1; \
+	  ended=$$?; cat $(OUTPUT)/freecad.log; [ $$ended = 0 ] && ! grep -q Traceback $(OUTPUT)/freecad.log
+	@echo "==> the FreeCAD workbench in a window that nobody sees; its picture is $(OUTPUT)/freecad.png"
 	@AUTOBALANCE_ROOT=$(CURDIR) AUTOBALANCE_COMMAND=$(CURDIR)/$(VENV)/bin/autobalance AUTOBALANCE_PICTURE=$(CURDIR)/$(OUTPUT)/freecad.png \
 	  QTWEBENGINE_DISABLE_SANDBOX=1 LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a -s "-screen 0 1400x900x24 +extension GLX" freecad tests/freecad/window.py </dev/null
 

@@ -229,16 +229,19 @@ def check_refusals():
     ):
         change()
         try:
-            obj.Proxy.execute(obj)
+            obj.Proxy.balance(obj)
         except program.CommandError as error:
             assert why in str(error) and "\n" not in str(error), error
         else:
             raise AssertionError("%s was taken" % why)
         assert (obj.Shape.Volume, obj.Report) == (volume, report)
+        made.recompute()
+        assert why in obj.Problem and obj.isValid(), (obj.Problem, obj.State)
+        assert (obj.Shape.Volume, obj.Report) == (volume, report)
     os.environ["AUTOBALANCE_COMMAND"] = COMMAND
     obj.Proxy.cancelled = lambda: True
     try:
-        obj.Proxy.execute(obj)
+        obj.Proxy.balance(obj)
     except program.CommandError as error:
         assert "cancelled" in str(error)
     else:

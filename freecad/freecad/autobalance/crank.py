@@ -40,6 +40,7 @@ PROPERTIES = (
 RESULTS = (
     ("App::PropertyString", "Outcome", "Within or above tolerance"),
     ("App::PropertyString", "Reason", "Why it is above tolerance"),
+    ("App::PropertyString", "Problem", "Why the last run failed: the solid is that of the run before"),
     ("App::PropertyFloat", "Residual", "Residual unbalance in g mm"),
     ("App::PropertyFloat", "Permissible", "Permissible residual unbalance in g mm"),
     ("App::PropertyFloat", "FactorBefore", "Balance factor before"),
@@ -68,7 +69,25 @@ class BalancedCrank:
             self.version = VERSION
 
     def execute(self, obj):
-        """Balance anew if geometry or a property has changed; a failure leaves the solid as it was."""
+        """Balance anew if geometry or a property has changed; a failure is a line, and leaves all as it was.
+
+        An error raised here would be a traceback in the report view beside that line.
+        """
+        try:
+            self.balance(obj)
+            obj.Problem = ""
+        except program.CommandError as error:
+            obj.Problem = str(error).splitlines()[0]
+            FreeCAD.Console.PrintError("autobalance: %s: %s\n" % (obj.Label, obj.Problem))
+
+    def balance(self, obj):
+        """Balance anew if geometry or a property has changed.
+
+        Raises
+        ------
+        CommandError
+            If it fails; nothing is changed then.
+        """
         wanted = input_hash(obj)
         if wanted == obj.InputHash and not obj.Shape.isNull():
             return

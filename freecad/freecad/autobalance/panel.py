@@ -132,7 +132,7 @@ class Panel:
         crank.Proxy.tell, crank.Proxy.cancelled = self.tell, self.asked
         crank.touch()
         try:
-            crank.Proxy.execute(crank)
+            crank.Proxy.balance(crank)
             crank.Document.recompute()
             self.result()
         except Exception as error:  # shown to the one who pressed the button
