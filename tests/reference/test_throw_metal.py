@@ -13,7 +13,7 @@ from autobalance.crank.parametric.generate import crank_solid
 from autobalance.errors import UsageError
 from autobalance.fem_analysis.analysis import COARSENING
 from autobalance.fem_analysis.elasticity import STEEL
-from autobalance.fem_analysis.twist import twist_stiffness
+from autobalance.fem_analysis.twist import TwistStiffness, twist_stiffness
 from autobalance.machine_models.crankpins import with_crankpins
 from autobalance.machine_models.solid_meshes import bodies_of_solid
 from autobalance.machine_models.throw_twist import throw_twists
@@ -65,6 +65,24 @@ def test_a_throw_is_as_stiff_as_the_formulas_say_within_what_they_are_worth() ->
     assert report["model"]["fem_N_m_rad"] == pytest.approx([2.0 * metal, metal, 2.0 * metal])
     ratio = report["fem_natural_frequencies_hz"][0] / report["natural_frequencies_hz"][0]
     assert ratio == pytest.approx(math.sqrt(metal / first["ker_wilson_N_m_rad"]), rel=1e-6)
+
+
+def test_throws_alike_but_for_the_side_of_their_drillings_are_solved_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The end throws, whose outer journals are longer, and the inner ones."""
+    seen: list[float] = []
+
+    def twisted(piece: Solid, *_: object) -> TwistStiffness:
+        seen.append(piece.volume_mm3)
+        return TwistStiffness(float(len(seen)), 0.0, 1, (1.0,))
+
+    monkeypatch.setattr("autobalance.machine_models.throw_twist._twisted", twisted)
+    mesh = crank_solid(PRESETS["inline-4"], 32).mesh
+    crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, 7850.0).measured
+    found = [each.stiffness.n_m_rad for each in throw_twists(crank, 210e3, 80e3, None) if each.stiffness]
+    assert len(seen) == 2
+    assert found == [1.0, 2.0, 2.0, 1.0]
 
 
 def test_throws_that_share_a_bay_have_no_stiffness_of_their_own() -> None:
