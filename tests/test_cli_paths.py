@@ -15,6 +15,8 @@ from autobalance.errors import FileError
 from autobalance.report import files
 from autobalance.report.files import Staging
 from autobalance.solid.formats.write import encode
+from autobalance.verification.claims import Claims
+from autobalance.verification.premises import claimed_job
 from tests import jobs
 from tests.geometry.test_solid_formats import TETRAHEDRON, archive, body, model
 
@@ -214,3 +216,12 @@ def test_a_folder_whose_name_is_no_text(tmp_path: Path, capfdbinary: pytest.Capt
     assert {path.name for path in out.iterdir()} == WRITTEN
     assert jobs.run("verify", out / "report.json") == 0
     assert jobs.report_of(out)["job"]["file"] == str(job.resolve())
+
+
+def test_a_job_that_a_report_names_from_its_folder_is_found_there(tmp_path: Path) -> None:
+    """A batch's reports do; a stage and a study of one looked for its files beside where they were begun."""
+    job = jobs.bundled_job(tmp_path)
+    report = jobs.balanced(job, tmp_path / "out", 0, "--only", "json")
+    report["job"]["file"] = f"../{job.name}"
+    found = claimed_job(Claims("report.json", report), tmp_path / "out")
+    assert found.path.resolve() == job.resolve()

@@ -134,7 +134,7 @@ def verified_part(path: Path) -> Part:
 
     claims, files = Claims(path.name, read_report(path)), Files()
     checked = check_claims(claims, path.parent, False, as_report, files, schema())
-    job, anatomy = premises.claimed_job(claims), premises.claimed_anatomy(claims)
+    job, anatomy = premises.claimed_job(claims, path.parent), premises.claimed_anatomy(claims)
     frame = anatomy.file_to_rotor
     before = solids.source_before(claims, path.parent, job, files)
     left = solids.measured_files(claims, path.parent, job, frame, files)

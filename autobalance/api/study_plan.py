@@ -76,20 +76,20 @@ def _of_report(path: Path, notify: Notify, settings: Sequence[str]) -> StudiedPl
     if command not in ("balance", "recut"):
         raise FormatError(f"{path.name} is a report of {command!r}; expected one of balance or recut")
     _check_solid(path, claims)
-    job = _claimed_job(claims, settings)
+    job = _claimed_job(claims, path.parent, settings)
     recut = command == "recut"
     plan = _recut_again(path, claims, job) if recut else _balanced_again(path, claims, job, notify)
     _refuse_other_plan(claims, plan)
     return StudiedPlan(plan, sha256(path.read_bytes()).hexdigest())
 
 
-def _claimed_job(claims: Claims, settings: Sequence[str]) -> Job:
-    """Return the job of a report, with keys that are set."""
+def _claimed_job(claims: Claims, folder: Path, settings: Sequence[str]) -> Job:
+    """Return the job of a report in a folder, with keys that are set."""
     from autobalance import job as jobs
     from autobalance.job.toml.settings import with_settings
 
     described = _without_nulls(claims.get("job", dict))
-    file = Path(str(described.pop("file", claims.name)))
+    file = folder / str(described.pop("file", claims.name))
     changed = with_settings(described, settings)
     return jobs.parse(changed, file, settings=tuple(settings), crank_given=True)
 

@@ -114,7 +114,7 @@ def _checked(held: Held) -> Checked:
 
         return check_recut(held)
     claims.same("command", "balance")
-    job, anatomy = premises.claimed_job(claims), premises.claimed_anatomy(claims)
+    job, anatomy = premises.claimed_job(claims, held.folder), premises.claimed_anatomy(claims)
     crank = premises.claimed_crank(claims)
     claims.against(CORRECTED)
     left = solids.measured_files(claims, held.folder, job, anatomy.file_to_rotor, held.files)

@@ -92,7 +92,7 @@ def earlier_stage(path: Path) -> EarlierStage:
     command = claims.get("command", str)
     if command not in COMMANDS:
         raise FormatError(f"{path.name} is a report of {command!r}; expected one of {', '.join(COMMANDS)}")
-    job = claimed_job(claims)
+    job = claimed_job(claims, path.parent)
     anatomy = claimed_anatomy(claims)
     solid, source = left_solid(path, claims, job)
     anatomy = with_scan(claims, anatomy, source.solid.mesh)

@@ -25,12 +25,12 @@ RIGID = 1e-9
 """Greatest entry of RᵀR − 1 in a rotation."""
 
 
-def claimed_job(claims: Claims) -> Job:
-    """Return the job that a report says it ran."""
+def claimed_job(claims: Claims, folder: Path) -> Job:
+    """Return the job that a report in a folder says it ran."""
     raw = given(claims.get("job", dict))
     file = raw.pop("file", "job")
     try:
-        job = jobs.parse(raw, Path(str(file)), crank_given=True)
+        job = jobs.parse(raw, folder / str(file), crank_given=True)
         return _with_claimed_density(claims, _with_claimed_external(claims, job))
     except JobError as error:
         raise FormatError(f"{claims.name}: job: {error}") from None

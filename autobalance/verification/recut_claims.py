@@ -46,7 +46,7 @@ def check_recut(held: Held) -> Checked:
     """
     claims, folder = held.claims, held.folder
     claims.hold("command")
-    job, anatomy = premises.claimed_job(claims), premises.claimed_anatomy(claims)
+    job, anatomy = premises.claimed_job(claims, folder), premises.claimed_anatomy(claims)
     claims.against("the report of the stage before")
     before = _report_before(claims, folder)
     tolerance = _tolerance(claims, job, before)

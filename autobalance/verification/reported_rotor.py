@@ -48,7 +48,7 @@ def reported_rotor(path: Path) -> ReportedRotor:
     command = claims.get("command", str)
     if command not in COMMANDS:
         raise FormatError(f"{path.name} is a report of {command!r}; expected one of {', '.join(COMMANDS)}")
-    job, anatomy = claimed_job(claims), claimed_anatomy(claims)
+    job, anatomy = claimed_job(claims, path.parent), claimed_anatomy(claims)
     factor = claims.get("balance_factor.target", float)
     loads = rotor_from_job.throw_loads(anatomy, job.engine)
     attached = rotor_from_job.attached_moments(job.engine.attached)
