@@ -138,6 +138,7 @@ class Panel:
         except Exception as error:  # shown to the one who pressed the button
             self.said.setText(str(error))
             FreeCAD.Console.PrintError("autobalance: %s\n" % str(error).splitlines()[0])
+            crank.purgeTouched()  # else the document's next recompute fails once more
         finally:
             crank.Proxy.tell = crank.Proxy.cancelled = None
 
