@@ -9,7 +9,7 @@ import traceback
 
 import FreeCAD
 import FreeCADGui
-from PySide import QtCore
+from PySide import QtCore, QtGui
 
 ROOT, PICTURE = os.environ["AUTOBALANCE_ROOT"], os.environ["AUTOBALANCE_PICTURE"]
 import freecad  # noqa: E402
@@ -62,14 +62,7 @@ def main():
     FreeCADGui.SendMsgToActiveView("ViewFit")
     for _ in range(20):
         QtCore.QCoreApplication.processEvents()
-    window = FreeCADGui.getMainWindow()
-    window.resize(1360, 860)
-    for _ in range(20):
-        QtCore.QCoreApplication.processEvents()
-    window.grab().save(PICTURE)
-    FreeCADGui.activeDocument().activeView().saveImage(
-        PICTURE.replace(".png", "-view.png"), 900, 600, "White"
-    )
+    picture(shown.form, view)
     before = list(obj.Depths)
     shown.fields["SpeedRpm"].setText("-1")
     shown.run()
@@ -77,6 +70,21 @@ def main():
     assert list(obj.Depths) == before
     check_buttons(document, source)
     print("window: balanced in the panel, %d cuts" % len(before))
+
+
+def picture(form, view):
+    """Draw the whole panel, and the view beside it: a window is too low for the panel."""
+    form.resize(440, form.sizeHint().height())
+    panel = form.grab()
+    beside = PICTURE.replace(".png", "-view.png")
+    view.saveImage(beside, 900, panel.height(), "White")
+    whole = QtGui.QPixmap(panel.width() + 900, panel.height())
+    whole.fill(QtGui.QColor("white"))
+    painter = QtGui.QPainter(whole)
+    painter.drawPixmap(0, 0, panel)
+    painter.drawPixmap(panel.width(), 0, QtGui.QPixmap(beside))
+    painter.end()
+    whole.save(PICTURE)
 
 
 def check_buttons(document, source):

@@ -187,6 +187,7 @@ class Panel:
                 [cut["label"], "%.3f" % cut["depth_mm"], "%.2f" % cut["removed_mass_g"]]
             )
             self.cuts.addTopLevelItem(row)
+        self.cuts.resizeColumnToContents(0)
 
     def light(self):
         """Light up the cut of the selected row, where its native feature is there."""
