@@ -287,7 +287,7 @@ def test_loads_stress_and_frequency_are_those_of_the_solid(
     coarse = partial(bodies_of_solid, share_of_radius=0.6)
     monkeypatch.setattr(strength, "bodies_of_solid", coarse)
     text = DESIGN.replace('"mass_g", "polar_inertia_kg_mm2"', '"greatest_main_load_N", "greatest_stress_MPa"')
-    text = text.replace("[search]", CYCLE + "[fem]\nsize_mm = 20.0\nmin_frequency_hz = 9e4\n[search]")
+    text = text.replace("[search]", CYCLE + "[fem]\nsize_mm = 14.0\nmin_frequency_hz = 9e4\n[search]")
     problem = problem_of(tmp_path, text, rounder)
     light, heavy = (problem.moments(np.full(4, radius))[0] for radius in (45.0, 60.0))
     loads = [problem.objectives(each, {})["greatest_main_load_N"] for each in (light, heavy)]

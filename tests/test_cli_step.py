@@ -154,7 +154,8 @@ def test_inspect_measures_true_surfaces(folder: Path, capsys: pytest.CaptureFixt
     assert journal["diameter_mm"] == 30.0
     assert report["crank"]["journal_misalignment_mm"] == 0.0
     for face in report["faces"]:
-        assert 1.0 in np.abs(face["normal"]) or abs(face["normal"][2]) < 1e-9
+        along = np.abs(face["normal"])
+        assert along.max() > 1.0 - 1e-12 or along[2] < 1e-9
     assert jobs.run("inspect", folder / "crank.step") == 0
     said = capsys.readouterr().out
     assert "crank.step: true surfaces (25 planes, 14 cylinders, 1 cone, 4 tori), 1 body, closed" in said

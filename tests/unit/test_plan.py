@@ -200,7 +200,7 @@ def test_a_shortfall_across_says_that_nothing_acts_there() -> None:
     text = explain_shortfall(short(unbalance(0.0, 60.0), cuts, [1.0]))
     assert "none of the cuts at hand acts in the direction that is left" in text
     assert "balance factor" not in text
-    assert "no face" in explain_shortfall(short(unbalance(0.0, 60.0), [], []))
+    assert "no cut is available" in explain_shortfall(short(unbalance(0.0, 60.0), [], []))
 
 
 def test_a_factor_outside_0_to_1_is_not_offered() -> None:
