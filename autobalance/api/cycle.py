@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from autobalance.job.model.cycle import Film
     from autobalance.machine_models.cycle_films import CycleFilms
     from autobalance.machine_models.flexible_cycle import FlexibleCycle
+    from autobalance.machine_models.flexible_twist import ShaftTwist
 
 DEFAULT_FACTORS = (0.0, 0.28, 0.5, 0.64, 1.0)
 SERIES = "cycle.csv"
@@ -147,10 +148,13 @@ def cycle(
     return CycleResult(report, analysis, compared_factors, films, None if bent is None else bent[0])
 
 
-def _flexible(case: Request, analysis: CycleAnalysis) -> tuple[FlexibleCycle, FlexibleCycle | None]:
-    """Return the cycle of the crank as it bends on its mains, and without counterweights, if it has any."""
+def _flexible(
+    case: Request, analysis: CycleAnalysis
+) -> tuple[FlexibleCycle, FlexibleCycle | None, tuple[ShaftTwist, ...] | None]:
+    """Return the cycle of the crank as it bends; without counterweights, if it has any; and how it twists."""
     from autobalance.job.bearings import stiffnesses_n_mm
     from autobalance.machine_models.flexible_cycle import flexible_cycle
+    from autobalance.machine_models.flexible_twist import shaft_twists
 
     stiffness, cycle = case.job.bearings_n_mm, case.job.cycle
     on: tuple[float, ...] | Film
@@ -164,9 +168,10 @@ def _flexible(case: Request, analysis: CycleAnalysis) -> tuple[FlexibleCycle, Fl
             " [cycle.film], their oil films"
         )
     found = flexible_cycle(analysis, case.job, case.crank, on)
-    if not any(web.counterweight for web in case.crank.anatomy.webs):
-        return found, None
-    return found, flexible_cycle(analysis, case.job, case.crank, on, counterweights=False)
+    twists, bare = shaft_twists(analysis, case.job, case.crank), None
+    if any(web.counterweight for web in case.crank.anatomy.webs):
+        bare = flexible_cycle(analysis, case.job, case.crank, on, counterweights=False)
+    return found, bare, twists
 
 
 def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:

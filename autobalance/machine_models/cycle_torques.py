@@ -45,7 +45,9 @@ def throw_torques(job: Job, crank: Crank) -> ThrowTorques:
     orders = np.arange(step, HIGHEST_ORDER + 0.5 * step, step)
     radii = [throw.crank_radius_mm for throw in crank.anatomy.throws]
     gas, inertia = (
-        np.stack([firing.grid.harmonics(each, orders) for each in _torques(firing, pins, radii)], axis=1)
+        np.stack(
+            [firing.grid.harmonics(each, orders) for each in torques_on_throws(firing, pins, radii)], axis=1
+        )
         for pins in (firing.parts.gas.crankpin_n, firing.parts.rods.crankpin_n)
     )
     throws = sorted((c, number) for number, each in enumerate(firing.throws) for c in each.cylinders)
@@ -54,7 +56,7 @@ def throw_torques(job: Job, crank: Crank) -> ThrowTorques:
     return ThrowTorques(orders, gas, inertia, np.array(firing.firing_rad), by_cylinder, mean)
 
 
-def _torques(firing: FiringEngine, cylinder_n: Array, radii_mm: list[float]) -> list[Array]:
+def torques_on_throws(firing: FiringEngine, cylinder_n: Array, radii_mm: list[float]) -> list[Array]:
     """Return the torque (n,) on each throw from the loads (cylinders, n, 2) on its crankpin [N·m]."""
     torques = []
     for throw, radius in zip(firing.throws, radii_mm, strict=True):

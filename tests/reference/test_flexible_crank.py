@@ -17,7 +17,10 @@ from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.sections import sections
 from autobalance.dynamics.crank_on_springs import CrankOnSprings, Stretch
 from autobalance.errors import JobError
+from autobalance.job.torsion import crank_torsion
 from autobalance.machine_models.flexible_cycle import flexible_cycle
+from autobalance.machine_models.flexible_twist import shaft_twists
+from autobalance.machine_models.torsion_from_job import crank_chain
 from autobalance.machine_models.web_loads import web_loads
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -266,10 +269,38 @@ k_N_mm = 1e5
     assert "bending moment" in text
 
 
+def test_a_crank_that_hardly_twists_carries_torques_over_its_inertias() -> None:
+    """D'Alembert along a rigid chain: what is before a shaft less what its inertias take."""
+    several, own = job(several=True), crank("inline-4").measured
+    found = ab.cycle(several, crank=crank("inline-4")).analysis
+    twists = shaft_twists(found, several, own, stiffer=1e6)
+    soft = shaft_twists(found, several, own)
+    assert twists is not None
+    assert soft is not None
+    chain = crank_chain(several, own, crank_torsion(several.raw))
+    inertias, grid = chain.chain.inertias_kg_m2, found.grid
+    radii = [throw.crank_radius_mm for throw in own.anatomy.throws]
+    torques = np.zeros((len(inertias), grid.even_rad.size))
+    orders = np.arange(0.5, 12.1, 0.5)
+    for station, place, radius in zip(chain.throw_stations, found.firing.throws, radii, strict=True):
+        load = found.loads.crankpin_n[list(place.cylinders)].sum(axis=0) @ np.array([1.0, 1.0j])
+        torque = 1e-3 * radius * (load * np.exp(-1j * (grid.angle_rad + place.angle_rad))).imag
+        waves = grid.harmonics(torque, orders)[:, None] * np.exp(1j * np.outer(orders, grid.even_rad))
+        torques[station] = waves.real.sum(axis=0) + grid.mean(torque)
+    swing = torques - torques.mean(axis=1, keepdims=True)
+    taken = inertias[:, None] * swing.sum(axis=0) / inertias.sum()
+    by_hand = np.cumsum(torques - taken, axis=0)
+    for number, shaft in enumerate(twists):
+        assert shaft.torque_n_m == pytest.approx(by_hand[number], abs=1e-3 * np.abs(by_hand).max())
+    assert max(np.abs(each.twist_rad).max() for each in twists) < 1e-7
+    assert max(np.abs(each.twist_rad).max() for each in soft) > 1e-4
+
+
 def test_orbits_in_films_and_moments_are_drawn_and_told() -> None:
     made = ab.cycle(on_films(False), crank=crank(), flexible=True)
     assert "Bends, in films" in made.text()
     assert "without counterweights" in made.text()
+    assert "Twists between" in made.text()
     drawn = made.plots()
     assert {"journal-orbits", "web-bending"} <= set(drawn)
     assert b"in their films" in drawn["journal-orbits"]["svg"]

@@ -232,7 +232,20 @@ def _flexible(found: Values) -> str:
         others = () if bare is None else (_moments(bare["webs"][place]),)
         webs.append((f"{each['web']}", f"{each['throw']}", _moments(each), *others))
     off = f"Main loads differ by up to {100.0 * found['rigid_difference']:.3g} % from a rigid crank's"
-    return f"{table(rows)}\n{off}\n\n{table(webs)}"
+    blocks = [f"{table(rows)}\n{off}", table(webs)]
+    if found["shafts"]:
+        shafts: list[Sequence[str]] = [("Twists between", "twist", "torque")]
+        for each in found["shafts"]:
+            twist, torque = each["twist_mrad"], each["torque_N_m"]
+            shafts.append(
+                (
+                    " and ".join(each["between"]),
+                    f"{twist[0]:.3f} to {twist[1]:.3f} mrad",
+                    f"{torque[0]:.1f} to {torque[1]:.1f} N·m",
+                )
+            )
+        blocks.append(table(shafts))
+    return "\n\n".join(blocks)
 
 
 def _on(main: Values) -> str:

@@ -11,10 +11,12 @@ from autobalance.bearings.unit_film import CONTACT
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.load_figures import LoadPeak
 from autobalance.machine_models.flexible_cycle import FlexibleCycle
+from autobalance.machine_models.flexible_twist import ShaftTwist
 from autobalance.records import ABSENT, INLINE, Absent, NotNegative, Ordinal, Pair, Positive, record
 from autobalance.types import Complex
 
 UM_PER_MM = 1e3
+MRAD_PER_RAD = 1e3
 
 
 @record
@@ -39,6 +41,15 @@ class FlexibleWeb:
     throw: Ordinal
     web: Ordinal
     bending_N_m: Pair
+
+
+@record
+class FlexibleShaft:
+    """Least and greatest twist and torque between two stations of the torsional chain, next to each other."""
+
+    between: tuple[str, str]
+    twist_mrad: Pair
+    torque_N_m: Pair
 
 
 @record
@@ -74,10 +85,17 @@ class Flexible:
     main_journals: Sequence[FlexibleMain]
     webs: Sequence[FlexibleWeb]
     rigid_difference: NotNegative
+    shafts: Sequence[FlexibleShaft] | None
     without_counterweights: WithoutCounterweights | None
 
     @classmethod
-    def of(cls, found: FlexibleCycle, bare: FlexibleCycle | None, cycle: CycleAnalysis) -> Self:
+    def of(
+        cls,
+        found: FlexibleCycle,
+        bare: FlexibleCycle | None,
+        twists: Sequence[ShaftTwist] | None,
+        cycle: CycleAnalysis,
+    ) -> Self:
         """Return it of what was found; orbits of clockwise engines as they are, not mirrored."""
         mains = []
         sense = -1.0 if cycle.firing.engine.clockwise else 1.0
@@ -101,8 +119,18 @@ class Flexible:
             main_journals=mains,
             webs=_webs(found),
             rigid_difference=found.rigid_difference,
+            shafts=None if twists is None else [_shaft(each) for each in twists],
             without_counterweights=None if bare is None else WithoutCounterweights.of(bare, cycle),
         )
+
+
+def _shaft(found: ShaftTwist) -> FlexibleShaft:
+    twist, torque = MRAD_PER_RAD * found.twist_rad, found.torque_n_m
+    return FlexibleShaft(
+        between=(found.first, found.second),
+        twist_mrad=(float(twist.min()), float(twist.max())),
+        torque_N_m=(float(torque.min()), float(torque.max())),
+    )
 
 
 def _film(found: FlexibleCycle, number: int) -> dict[str, Any]:

@@ -1,0 +1,67 @@
+"""How far a crank twists over its cycle: the chain of `torsion` under the torques of the cycle's throws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from autobalance.dynamics.torsion_train import train_response
+from autobalance.engine.cycle.analysis import HIGHEST_ORDER, CycleAnalysis
+from autobalance.job import Job
+from autobalance.job.torsion import crank_torsion
+from autobalance.machine_models.cycle_torques import torques_on_throws
+from autobalance.machine_models.measured import Crank
+from autobalance.machine_models.torsion_excited import USUAL_DAMPING_RATIO
+from autobalance.machine_models.torsion_from_job import crank_chain
+from autobalance.machine_models.torsion_trains import named_train
+from autobalance.types import Array
+
+
+@dataclass(frozen=True, eq=False)
+class ShaftTwist:
+    """Twist (n,) [rad] and torque (n,) [N·m] between two stations next to each other, at even angles."""
+
+    first: str
+    second: str
+    twist_rad: Array
+    torque_n_m: Array
+
+
+def shaft_twists(
+    cycle: CycleAnalysis, job: Job, crank: Crank, stiffer: float = 1.0
+) -> tuple[ShaftTwist, ...] | None:
+    """Return the twist of the crank from its first main to its last; None where gears or branches hang on it.
+
+    Orders up to the 12th swing by the chain's inertias; the mean torque goes out behind the last throw.
+    ``stiffer``: times which the springs are as stiff as they are.
+    """
+    asked = job.torsion or crank_torsion(job.raw)
+    question = asked.question
+    if not question.parts.plain:
+        return None
+    found = crank_chain(job, crank, asked)
+    chain = replace(found.chain, springs_n_m_rad=stiffer * found.chain.springs_n_m_rad)
+    train = named_train(chain, found.names, found.diameters_m, question.parts).train
+    ratio = question.damping_ratio
+    if ratio is None:
+        ratio = 0.0 if train.damped else USUAL_DAMPING_RATIO
+    radii = [throw.crank_radius_mm for throw in crank.anatomy.throws]
+    torques = torques_on_throws(cycle.firing, cycle.loads.crankpin_n, radii)
+    step = 0.5 if cycle.firing.strokes == 4 else 1.0
+    orders = np.arange(step, HIGHEST_ORDER + 0.5 * step, step)
+    at = np.zeros((len(orders), len(found.names)), dtype=np.complex128)
+    mean = np.zeros(len(found.names))
+    for station, torque in zip(found.throw_stations, torques, strict=True):
+        at[:, station] = cycle.grid.harmonics(torque, orders)
+        mean[station] = float(cycle.grid.mean(torque))
+    angles = train_response(train, orders * cycle.speed_rad_s, at, ratio).angles_rad
+    turned = np.exp(1j * np.outer(orders, cycle.grid.even_rad))
+    twists = []
+    low, high = max(found.throw_stations[0] - 1, 0), found.throw_stations[-1] + 1
+    for link in range(low, min(high, len(found.names) - 1)):
+        spring = float(chain.springs_n_m_rad[link])
+        swing = ((angles[:, link] - angles[:, link + 1])[:, None] * turned).real.sum(axis=0)
+        twist = swing + float(mean[: link + 1].sum()) / spring
+        twists.append(ShaftTwist(found.names[link], found.names[link + 1], twist, spring * twist))
+    return tuple(twists)
