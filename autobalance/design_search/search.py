@@ -6,7 +6,7 @@ stopped is run again with the values it has on disk.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -131,20 +131,31 @@ def _begun(problem: Problem, pool: Workers) -> tuple[Problem, list[Array]]:
     level = level_sets(problem)
     if not level:
         return problem, []
-    different = {}
-    for close in CLOSE:
-        gathered = begun(problem, level, close)[0]
-        if (np.diff(gathered.bounds) >= 0.0).all():  # points far apart may find no room for their corners
-            different[tuple(np.concatenate([each.angles_rad for each in gathered.free.profiles]))] = close
-    close_by = list(different.values())
+    ways = _ways_to_begin(problem, level)
     if not problem.design.search.refine:
-        return begun(problem, level, close_by[0])
+        _, gathered, variables = next(ways)
+        return gathered, variables
+    problems = {}
+    for close, gathered, _ in ways:
+        different = tuple(np.concatenate([each.angles_rad for each in gathered.free.profiles]))
+        problems[different] = close, gathered
+    close_by = [close for close, _ in problems.values()]
     first = each_done(pool, _refined_task, problem, [(level[:1], close) for close in close_by])
     worth = [(each.violation, float(level[0].weights @ each.objectives)) for each in first]
-    best = close_by[min(range(len(close_by)), key=lambda place: worth[place])]
+    best, gathered = list(problems.values())[min(range(len(worth)), key=lambda place: worth[place])]
     refined = each_done(pool, _refined_task, problem, [([level[0], each], best) for each in level])
     outlines = {each.tobytes(): each for each in (candidate.variables.round(DIGITS) for candidate in refined)}
-    return begun(problem, level, best)[0], list(outlines.values())
+    return gathered, list(outlines.values())
+
+
+def _ways_to_begin(
+    problem: Problem, level: Sequence[LevelSet]
+) -> Iterator[tuple[Closeness, Problem, list[Array]]]:
+    """Yield how close control points gather at corners, the problem then, and the variables to begin from."""
+    for close in CLOSE:
+        gathered, variables = begun(problem, level, close)
+        if (np.diff(gathered.bounds) >= 0.0).all():  # points far apart may find no room for their corners
+            yield close, gathered, variables
 
 
 def _refined_task(task: tuple[Any, tuple[Sequence[LevelSet], Closeness]]) -> Candidate:

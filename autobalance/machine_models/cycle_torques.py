@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.engine.cycle.analysis import HIGHEST_ORDER
+from autobalance.engine.cycle.analysis import torque_orders
 from autobalance.engine.cycle.firing_engine import FiringEngine
 from autobalance.job import Job
 from autobalance.machine_models.engine_from_job import as_measured
@@ -41,8 +41,7 @@ def throw_torques(job: Job, crank: Crank) -> ThrowTorques:
     """Return the torque orders of a job with a ``[cycle]``: ½ to 12 for four strokes, 1 to 12 for two."""
     speed = job.balance.service_speed_rad_s
     firing = firing_engine(job, crank.anatomy, speed, lambda: as_measured(job, crank))
-    step = 0.5 if firing.strokes == 4 else 1.0
-    orders = np.arange(step, HIGHEST_ORDER + 0.5 * step, step)
+    orders = torque_orders(firing.strokes)
     radii = [throw.crank_radius_mm for throw in crank.anatomy.throws]
     gas, inertia = (
         np.stack(

@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from autobalance.dynamics.torsion_train import train_response
-from autobalance.engine.cycle.analysis import HIGHEST_ORDER, CycleAnalysis
+from autobalance.engine.cycle.analysis import CycleAnalysis, torque_orders
 from autobalance.job import Job
 from autobalance.job.torsion import crank_torsion
 from autobalance.machine_models.cycle_torques import torques_on_throws
 from autobalance.machine_models.measured import Crank
-from autobalance.machine_models.torsion_excited import USUAL_DAMPING_RATIO
 from autobalance.machine_models.torsion_from_job import crank_chain
 from autobalance.machine_models.torsion_trains import named_train
 from autobalance.types import Array
@@ -40,28 +39,26 @@ def shaft_twists(
     question = asked.question
     if not question.parts.plain:
         return None
-    found = crank_chain(job, crank, asked)
-    chain = replace(found.chain, springs_n_m_rad=stiffer * found.chain.springs_n_m_rad)
-    train = named_train(chain, found.names, found.diameters_m, question.parts).train
-    ratio = question.damping_ratio
-    if ratio is None:
-        ratio = 0.0 if train.damped else USUAL_DAMPING_RATIO
+    bare = crank_chain(job, crank, asked)
+    chain = replace(bare.chain, springs_n_m_rad=stiffer * bare.chain.springs_n_m_rad)
+    train = named_train(chain, bare.names, bare.diameters_m, question.parts).train
     radii = [throw.crank_radius_mm for throw in crank.anatomy.throws]
     torques = torques_on_throws(cycle.firing, cycle.loads.crankpin_n, radii)
-    step = 0.5 if cycle.firing.strokes == 4 else 1.0
-    orders = np.arange(step, HIGHEST_ORDER + 0.5 * step, step)
-    at = np.zeros((len(orders), len(found.names)), dtype=np.complex128)
-    mean = np.zeros(len(found.names))
-    for station, torque in zip(found.throw_stations, torques, strict=True):
+    orders = torque_orders(cycle.firing.strokes)
+    at = np.zeros((len(orders), len(bare.names)), dtype=np.complex128)
+    mean = np.zeros(len(bare.names))
+    for station, torque in zip(bare.throw_stations, torques, strict=True):
         at[:, station] = cycle.grid.harmonics(torque, orders)
         mean[station] = float(cycle.grid.mean(torque))
-    angles = train_response(train, orders * cycle.speed_rad_s, at, ratio).angles_rad
+    angles = train_response(
+        train, orders * cycle.speed_rad_s, at, question.ratio_of_modes(train.damped)
+    ).angles_rad
     turned = np.exp(1j * np.outer(orders, cycle.grid.even_rad))
     twists = []
-    low, high = max(found.throw_stations[0] - 1, 0), found.throw_stations[-1] + 1
-    for link in range(low, min(high, len(found.names) - 1)):
+    low, high = max(bare.throw_stations[0] - 1, 0), bare.throw_stations[-1] + 1
+    for link in range(low, min(high, len(bare.names) - 1)):
         spring = float(chain.springs_n_m_rad[link])
         swing = ((angles[:, link] - angles[:, link + 1])[:, None] * turned).real.sum(axis=0)
         twist = swing + float(mean[: link + 1].sum()) / spring
-        twists.append(ShaftTwist(found.names[link], found.names[link + 1], twist, spring * twist))
+        twists.append(ShaftTwist(bare.names[link], bare.names[link + 1], twist, spring * twist))
     return tuple(twists)

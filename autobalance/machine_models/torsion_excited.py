@@ -22,9 +22,6 @@ from autobalance.machine_models.cycle_torques import ThrowTorques
 from autobalance.machine_models.torsion_trains import NamedTrain
 from autobalance.types import Array, Complex
 
-USUAL_DAMPING_RATIO = 0.01
-"""Of every mode where the file gives neither a ratio nor a damper: what bare crankshafts show."""
-
 
 @dataclass(frozen=True, eq=False)
 class ExcitedTrain:
@@ -58,9 +55,7 @@ class ExcitedTrain:
     @property
     def damping_ratio(self) -> float:
         """Share of critical damping of every mode."""
-        if self.question.damping_ratio is not None:
-            return self.question.damping_ratio
-        return 0.0 if self.damped else USUAL_DAMPING_RATIO
+        return self.question.ratio_of_modes(self.damped)
 
     def modes(self) -> list[TorsionMode]:
         """Return the modes that strain the train, ascending; undamped."""

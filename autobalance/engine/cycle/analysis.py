@@ -23,6 +23,12 @@ from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 HIGHEST_ORDER = 12
 
 
+def torque_orders(strokes: int) -> Array:
+    """Return the orders of a torque: ½ to 12 for four strokes, 1 to 12 for two."""
+    step = 0.5 if strokes == 4 else 1.0
+    return np.arange(step, HIGHEST_ORDER + 0.5 * step, step)
+
+
 @dataclass(frozen=True, eq=False)
 class CycleAnalysis:
     """A firing engine at a constant speed, on the angles of its grid."""
@@ -88,8 +94,7 @@ class CycleAnalysis:
     @cached_property
     def orders(self) -> tuple[TorqueOrder, ...]:
         """Orders of the torque: ½ to 12 for four strokes, 1 to 12 for two."""
-        step = 0.5 if self.firing.strokes == 4 else 1.0
-        orders = np.arange(step, HIGHEST_ORDER + 0.5 * step, step)
+        orders = torque_orders(self.firing.strokes)
         gas, inertia, total = (
             self.grid.harmonics(values, orders) for values in (self.gas_n_m, self.inertia_n_m, self.total_n_m)
         )

@@ -10,6 +10,9 @@ from autobalance.types import Array
 
 Formula = Literal["ker_wilson", "carter"]
 
+USUAL_DAMPING_RATIO = 0.01
+"""Of every mode where the file gives neither a ratio nor a damper: what bare crankshafts show."""
+
 
 @dataclass(frozen=True)
 class Excitation:
@@ -49,6 +52,12 @@ class TorsionQuestion:
     pendulum: PendulumAbsorber | None
     parts: TrainParts = field(default_factory=TrainParts)
     damping_ratio: float | None = None
+
+    def ratio_of_modes(self, damped: bool) -> float:
+        """Return the share of critical damping of every mode; ``damped``: dampers take up what swings."""
+        if self.damping_ratio is not None:
+            return self.damping_ratio
+        return 0.0 if damped else USUAL_DAMPING_RATIO
 
 
 @dataclass(frozen=True)
