@@ -134,7 +134,7 @@ CYCLE = Key(
     "cycle",
     says="what burns in the cylinders: see [cycle.md](cycle.md)",
     default=None,
-    verbs="cycle, orders, torsion, bench",
+    verbs="cycle, strength, orders, torsion, bench",
     keys=(
         Key("strokes", int, "of a cycle", STROKES, 4),
         *CYLINDER,

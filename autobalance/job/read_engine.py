@@ -88,7 +88,12 @@ ENGINE = Key(
     verbs="all",
     keys=(
         Key(
-            "rod_length_mm", float, "eye to eye", POSITIVE, None, verbs="forces, cycle, orders, shafts, bench"
+            "rod_length_mm",
+            float,
+            "eye to eye",
+            POSITIVE,
+            None,
+            verbs="forces, cycle, strength, orders, shafts, bench",
         ),
         Key("stroke_mm", float, "checked against the geometry, to 0.1 mm or 0.5 %", POSITIVE, None),
         Key("rods_per_throw", int, "connecting rods on each crankpin", COUNTED, 1),

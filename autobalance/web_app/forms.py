@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
@@ -20,7 +21,13 @@ def tables() -> list[Form]:
     """Return every table of a job with its keys; ``many`` says that it is a list of such tables."""
     declared = (table for table in job_tables() if table.name != BY_ITSELF)
     forms = (
-        {"table": table.name, "says": table.says, "many": table.many, "keys": list(_fields(table.keys, ""))}
+        {
+            "table": table.name,
+            "says": _plain(table.says),
+            "many": table.many,
+            "verbs": _verbs(table),
+            "keys": list(_fields(table.keys, "")),
+        }
         for table in declared
     )
     return [form for form in forms if form["keys"]]
@@ -45,7 +52,8 @@ def _fields(keys: tuple[Key, ...], path: str) -> Iterator[Form]:
 def _field(key: Key) -> Form:
     """Return what one key is: a plain value, rows of a table, or values by free names."""
     plain = key.default is not REQUIRED and key.default is not FILLED and key.default is not None
-    form = {"unit": key.unit, "choices": [], "default": "", "says": key.says.replace("`", "")}
+    says, verbs = _plain(key.says), _verbs(key)
+    form = {"unit": key.unit, "choices": [], "default": "", "says": says, "verbs": verbs}
     if key.many:
         return {**form, "kind": "rows", "fields": list(_fields(key.keys, ""))}
     if key.named is not None:
@@ -53,6 +61,16 @@ def _field(key: Key) -> Form:
     choices = _choices(key.hint)
     usual = _text(key.default) if plain else key.usual.replace("`", "")
     return {**form, "kind": "choice" if choices else _kind(key.hint), "choices": choices, "default": usual}
+
+
+def _plain(says: str) -> str:
+    """Return what a key means without the links that lead on in the documentation."""
+    return re.sub(r"[:;,]? see \[[^\]]*\]\([^)]*\)", "", says).replace("`", "")
+
+
+def _verbs(key: Key) -> list[str]:
+    """Return the verbs that read a key, where not every one does."""
+    return [] if key.verbs in ("", "all") else key.verbs.split(", ")
 
 
 def _path_words(key: Key, path: str) -> str:

@@ -294,7 +294,8 @@ def _plotted(result: VerbResult, place: Place) -> int:
     """Write a result's report, its words, its files and its plots."""
     plots = result.plots()
     place.results.mkdir(parents=True, exist_ok=True)
-    (place.results / SUMMARY).write_text(result.text(), encoding="utf-8")
+    words = Project(place.project).as_named(result.text())
+    (place.results / SUMMARY).write_text(words, encoding="utf-8")
     for name, kinds in plots.items():
         for ending, data in kinds.items():
             (place.results / f"{name}.{ending}").write_bytes(data)

@@ -17,3 +17,11 @@ def test_no_field_is_named_twice() -> None:
         keys = [each["key"] for each in table["keys"]]
         assert len(set(keys)) == len(keys)
         assert all(each["says"] for each in table["keys"])
+
+
+def test_fields_say_which_verbs_read_them_where_not_all_do() -> None:
+    by_name = {each["table"]: each for each in tables()}
+    rod = next(each for each in by_name["engine"]["keys"] if each["key"] == "rod_length_mm")
+    assert {"forces", "cycle", "shafts"} <= set(rod["verbs"])
+    assert {"cycle", "torsion"} <= set(by_name["cycle"]["verbs"])
+    assert by_name["engine"]["verbs"] == []

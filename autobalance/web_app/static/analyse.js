@@ -1,34 +1,60 @@
-// Analyses of the job: forces, the cycle, shafts and the like; each with its words, its plots, its files.
-import { $, el } from "/static/tools.js";
-import { askText, guarded, say } from "/static/server.js";
-import { job, state } from "/static/job.js";
+// Analyses of the job: forces, the cycle, shafts and the like; each with the keys that it reads, its words, plots and files.
+import { html } from "/static/preact.min.js";
+import { $ } from "/static/tools.js";
+import { askText, guarded } from "/static/server.js";
+import { at, changed, job, keep, state } from "/static/job.js";
+import { JobField, Rows } from "/static/fields.js";
 import { start, watched } from "/static/runs.js";
+import { mount, signal } from "/static/store.js";
+import { t } from "/static/words.js";
 
-export function setUp() {
-  $("analysis").replaceChildren(...state.analyses.map(({ verb }) => el("option", { textContent: verb })));
-  $("analysis").addEventListener("input", chosen);
-  $("analyse").addEventListener("click", guarded(run));
-  chosen();
-}
-function chosen() {
-  $("analysis-says").textContent = state.analyses.find(({ verb }) => verb === $("analysis").value)?.says || "";
-}
+const chosen = signal("");
+const done = signal([]); // { verb, id, files, words } of each that is done, the latest first
+const open = new Set();
+
+export const setUp = () => mount(Analyse, $("panel-analyse"));
 export const known = (verb) => state.analyses.some((each) => each.verb === verb);
 
-async function run() {
-  const told = await watched(() => start($("analysis").value, { job: job() }));
+const run = guarded(async () => {
+  if (!state.file) throw new Error(t("open a crank first"));
+  const told = await watched(() => start(verb(), { job: job() }));
   if (told) await show(told);
-}
+});
 
 // An analysis that is done, before all others; one of the same kind gives way.
-export async function show(told) {
-  const url = (name) => `/api/runs/${told.id}/files/${encodeURIComponent(name)}`;
-  const pictures = told.files.filter((name) => name.endsWith(".png"));
-  const figures = pictures.map((name) => el("figure", {}, el("img", { src: url(name), alt: name.replace(/\.png$/, "").replaceAll("-", " "), loading: "lazy" })));
-  const files = told.files.filter((name) => !name.endsWith(".png"));
-  const links = files.flatMap((name) => [el("a", { href: url(name), download: name, textContent: name }), " "]);
-  const words = told.files.includes("summary.txt") ? [el("pre", { tabIndex: 0, "aria-label": `${told.verb} in words`, textContent: await askText(url("summary.txt")) })] : [];
-  document.getElementById(`analysis-${told.verb}`)?.remove();
-  $("analyses").prepend(el("section", { id: `analysis-${told.verb}` }, el("h2", { textContent: told.verb }), ...words, el("div", { className: "plots" }, ...figures), el("p", {}, ...links)));
-  if (!pictures.length) say("there is nothing to draw");
+export async function show({ id, verb: name, files }) {
+  const words = files.includes("summary.txt") ? await askText(`/api/runs/${id}/files/summary.txt`) : "";
+  done.value = [{ id, verb: name, files, words }, ...done.value.filter((each) => each.verb !== name)];
+}
+
+const verb = () => chosen.value || state.analyses[0]?.verb;
+
+function Analyse() {
+  const now = state.analyses.find((each) => each.verb === verb());
+  return html`<p class="quiet">${t("What the job's engine does, before any cut.")}</p>
+    <div class="fields wide"><label>${t("Analysis")} <select id="analysis" data-testid="analysis" aria-describedby="analysis-says" value=${verb()} onInput=${({ target }) => { chosen.value = target.value; }}>${state.analyses.map((each) => html`<option>${each.verb}</option>`)}</select></label></div>
+    <p class="quiet" id="analysis-says">${t(now?.says || "")}</p>
+    <${Read} key=${verb()} by=${verb()}/>
+    <p class="buttons"><button type="button" id="analyse" data-testid="analyse" class="main" onClick=${run}>${t("Compute and draw")}</button></p>
+    <div id="analyses" data-testid="analyses" aria-live="polite">${done.value.map((each) => html`<${Done} key=${each.verb} ...${each}/>`)}</div>`;
+}
+
+// The keys of the job that one analysis reads and not every one: as fields.
+function Read({ by }) {
+  const tables = state.declared.tables, own = tables.filter((each) => each.verbs.includes(by));
+  const loose = tables.filter((each) => !own.includes(each) && !each.many).flatMap(({ table, keys }) => keys.filter((key) => key.verbs.includes(by)).map((field) => ({ table, field })));
+  const toggled = (table) => ({ target }) => { if (target.open) open.add(table); else open.delete(table); };
+  return html`<div id="analysis-reads">${loose.length ? html`<div class="fields wide">${loose.map(({ table, field }) => html`<${Single} by=${by} table=${table} field=${field}/>`)}</div>` : ""}
+    ${own.map(({ table, says, many, keys }) => html`<details key=${table} open=${open.has(table)} ontoggle=${toggled(table)}><summary>${table} <small>${t(says)}</small></summary>
+      ${many ? html`<${Rows} id=${`${by}-${table}`} field=${{ words: table, says, fields: keys }} now=${at(table)} set=${(value) => { keep(table, value); changed(); }}/>` : html`<div class="fields wide">${keys.map((field) => html`<${Single} by=${by} table=${table} field=${field}/>`)}</div>`}</details>`)}</div>`;
+}
+const Single = ({ by, table, field }) => html`<${JobField} key=${field.key} id=${`${by}-${table}-${field.key.replaceAll(".", "-")}`} table=${table} field=${field}/>`;
+
+function Done({ id, verb: name, files, words }) {
+  const url = (file) => `/api/runs/${id}/files/${encodeURIComponent(file)}`;
+  const pictures = files.filter((file) => file.endsWith(".png")), others = files.filter((file) => !file.endsWith(".png"));
+  return html`<section id=${`analysis-${name}`}><h2>${name}</h2>
+    ${words ? html`<pre tabindex="0" aria-label=${t("{verb} in words", { verb: name })}>${words}</pre>` : ""}
+    ${pictures.length ? html`<div class="plots">${pictures.map((file) => html`<figure key=${file}><a href=${url(file)} target="_blank"><img src=${url(file)} alt=${file.replace(/\.png$/, "").replaceAll("-", " ")} loading="lazy"/></a></figure>`)}</div>` : html`<p class="quiet">${t("There is nothing to draw.")}</p>`}
+    <p>${others.map((file) => html`<a href=${url(file)} download=${file}>${file}</a> `)}</p></section>`;
 }

@@ -38,6 +38,7 @@ function select(tab) {
   }
   current = tab.id.replace("tab-", "");
   place.keep({ tab: current });
+  document.body.dataset.tab = current;
   emit("selected", current);
   const result = ["see", "machine"].includes(current) && view.sets.result;
   view.use(result ? "result" : "crank");

@@ -10,7 +10,7 @@ import { t } from "/static/words.js";
 let chosen = null;
 
 // Which way the tool comes from, as a unit vector out of the metal.
-function outOf(cut) {
+export function outOf(cut) {
   if (cut.inward) return cut.inward.map((each) => -each);
   return cut.side ? [0, 0, cut.side] : [cut.position_mm[0], cut.position_mm[1], 0];
 }

@@ -3,6 +3,7 @@ import { $, el, shown, withUnit } from "/static/tools.js";
 import { t } from "/static/words.js";
 
 const GRIPPED = 4; // px before a drag has a direction
+const CLEAR_MM = 0.3; // out of the metal, where it is asked whether a cut is seen
 const STEEP = 0.25; // share of its length that a depth must show on the screen to be dragged along
 
 let view = null;
@@ -49,6 +50,7 @@ function follow() {
     hand.style.setProperty("top", `${y.toFixed(1)}px`);
     hand.style.setProperty("z-index", String(Math.round(500 * (1 + near))));
     hand.hidden = x < 0 || y < 0 || x > width || y > height;
+    if (!view.turning) hand.dataset.behind = String(![floor(cut, -CLEAR_MM, turn), floor(cut, depth + CLEAR_MM * (cut.kind === "add" ? 1 : -1), turn)].some((point) => view.sees(point)));
   });
 }
 

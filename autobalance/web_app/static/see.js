@@ -4,6 +4,7 @@ import { askBuffer, askJson, guarded } from "/static/server.js";
 import { applied, emit, on, state } from "/static/job.js";
 import { balance } from "/static/correct.js";
 import { Doubts, Numbers } from "/static/result.js";
+import { outOf } from "/static/cuts.js";
 import { mount, redraw } from "/static/store.js";
 import { t } from "/static/words.js";
 import * as drag from "/static/drag.js";
@@ -46,12 +47,20 @@ export async function show(told) {
   const [left] = await Promise.all([drag.show(told), model(told.id)]);
   for (const name of left?.papers || []) $("more-files").append(el("a", { textContent: t(FILES[name] || name), href: `/api/runs/${told.id}/papers/${name}`, download: name }));
   drag.grips();
+  if (report.corrections.length) view.turnTo(middle(report.corrections.map(outOf)), [0.15, 0.45, 0.7]);
   emit("result", state.result);
   $("reason").textContent = report.reason || "";
   const unproven = report.outcome !== "above_tolerance" && report.proven === false;
   $("verdict").textContent = t(OUTCOMES[report.outcome]) + (unproven ? t(", not proven") : "");
   $("verdict").title = unproven ? "Residual and uncertainty together exceed what is permitted." : "";
   $("verdict").dataset.outcome = report.outcome;
+}
+
+// Where most cuts are entered from; that of the first where they stand against each other.
+function middle(ways) {
+  const unit = (way) => way.map((each) => each / (Math.hypot(...way) || 1));
+  const sum = ways.map(unit).reduce((all, way) => all.map((each, axis) => each + way[axis]));
+  return Math.hypot(...sum) > 0.3 * ways.length ? sum : ways[0];
 }
 
 async function model(id) {

@@ -9,6 +9,7 @@ const INK = { metal: ["#a9b3bd", "#8c97a3"], cap: ["#7d8893", "#4a5560"], line: 
 const ink = (name) => INK[name][DARK.matches ? 1 : 0];
 const LATE_MS = 50; // a frame that comes later than this after it was asked for is late
 const LATE_FRAMES = 2; // so many of them in a row: from then on less is drawn while the view turns
+const HAIR_MM = 0.05; // metal nearer to a point than this is where it lies, not before it
 const REST_MS = 160; // after so long without a turn the view rests, and is drawn whole
 
 export class View {
@@ -78,6 +79,7 @@ export class View {
       return shape;
     };
     const body = part(data.body);
+    this.bodyRays = new Rays(body.attributes.position.array, body.index.array);
     this.metal = new T.Group();
     const floors = new T.Group();
     for (const piece of data.pieces) {
@@ -282,10 +284,10 @@ export class View {
   }
 
   // Look against a direction that points out of the metal, a little from aside.
-  turnTo(out) {
+  turnTo(out, aside = [0, 0, 0.45]) {
     if (!this.renderer || !this.sets[this.mode]) return;
     const away = new T.Vector3(...out).normalize();
-    away.add(Math.abs(away.z) > 0.9 ? new T.Vector3(0.3, 0.25, 0) : new T.Vector3(0, 0, 0.45)).normalize();
+    away.add(new T.Vector3(...(Math.abs(away.z) > 0.9 ? [0.3, 0.25, 0] : aside))).normalize();
     this.camera.position.copy(this.controls.target).addScaledVector(away, 2.6 * this.radius);
     this.controls.update();
     this.draw();
@@ -384,6 +386,14 @@ export class View {
     this.fill.position.copy(back).addScaledVector(side, 1.1).addScaledVector(up, -0.2);
     this.renderer.render(this.scene, this.camera);
     this.ondrawn?.();
+  }
+
+  // Whether a point of a result is seen: no metal is before it, and no section has taken it away.
+  sees(point) {
+    if (this.clip.distanceToPoint(new T.Vector3(...point)) < 0) return false;
+    const toEye = new T.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 2).toArray();
+    const before = (at) => at.some((value, axis) => Math.abs(value - point[axis]) > HAIR_MM) && at.reduce((sum, value, axis) => sum + (value - point[axis]) * toEye[axis], 0) > 0;
+    return !this.bodyRays?.cast(point, toEye, (at) => before(at) && this.clip.distanceToPoint(new T.Vector3(...at)) >= 0);
   }
 
   // Where a point of the scene is in the box [px], and how near to the eye.
