@@ -70,6 +70,11 @@ def _exact_of(file: CadFile, body: int | str | None, pressed_up: bool) -> Exact:
     every = [part.solid for part in bodies]
     chosen = joined_solids(every, are_apart(every))
     facets = chosen.facets()
+    if not np.isfinite(facets.points).all():  # a damaged file: a vector left out, a radius of no number
+        raise SolidError(
+            "the CAD kernel's triangles have corners that are no numbers; expected a solid that can be"
+            " tessellated: export it again"
+        )
     distinct, number = weld(facets.points)
     corners = number[facets.triangles]
     whole = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
