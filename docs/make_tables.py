@@ -102,7 +102,7 @@ def verbs_of(key: Key) -> str:
     """Return which verbs read a key."""
     if key.verbs == "all":
         return "every verb that takes a job"
-    return ", ".join(f"`{verb}`" for verb in key.verbs.split(", "))
+    return ", ".join(f"`{verb}`" for verb in key.read_by)
 
 
 def rows(keys: tuple[Key, ...]) -> Iterator[str]:

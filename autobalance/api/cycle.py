@@ -167,11 +167,11 @@ def _flexible(
             f"{case.job.path.name}: [bearings] is missing; --flexible needs k_N_mm, the mains' stiffness, or"
             " [cycle.film], their oil films"
         )
-    found = flexible_cycle(analysis, case.job, case.crank, on)
+    bent = flexible_cycle(analysis, case.job, case.crank, on)
     twists, bare = shaft_twists(analysis, case.job, case.crank), None
     if any(web.counterweight for web in case.crank.anatomy.webs):
         bare = flexible_cycle(analysis, case.job, case.crank, on, counterweights=False)
-    return found, bare, twists
+    return bent, bare, twists
 
 
 def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:

@@ -134,7 +134,7 @@ def film_orbits(
     )
     bush = np.broadcast_to(np.asarray(bush_speed_rad_s, dtype=float), force.shape[:2])
     radius = 0.5 * diameter
-    unit = viscosity * speed * radius * length**3 / clearance**2
+    unit = short_film_unit_n(viscosity, speed, radius, length, clearance)
     motion = _Motion(angle, force / unit[:, None], 0.5 * (1.0 + bush / speed))
     path, turns, off = _periodic(motion)
     petroff = 2.0 * np.pi * viscosity * (speed - bush) * radius**3 * length / clearance
@@ -142,6 +142,17 @@ def film_orbits(
     ratio = np.minimum(np.hypot(path[..., 0], path[..., 1]), NEAREST)
     moment = petroff / np.sqrt(1.0 - ratio**2) + 0.5 * clearance * pull
     return Orbits(angle, path, clearance, moment, turns, off)
+
+
+def short_film_unit_n(
+    viscosity_pa_s: Array | float,
+    speed_rad_s: Array | float,
+    radius_m: Array,
+    length_m: Array,
+    clearance_m: Array,
+) -> Array:
+    """Return η Ω R L³/c² [N]: the forces of short films scale with it."""
+    return np.asarray(viscosity_pa_s * speed_rad_s * radius_m * length_m**3 / clearance_m**2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from autobalance.bearings.orbit import short_film_unit_n
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.sections import away_from_crankpin
 from autobalance.dynamics.crank_bending import throw_bending
@@ -185,15 +186,8 @@ def _in_films(
     grid, bearings = cycle.grid, main_bearings(anatomy, film)
     count = grid.even_rad.size
     held, stiffness = beam.held(forces_n, at_mains)
-    unit = (
-        film.viscosity_pa_s
-        * cycle.speed_rad_s
-        * 0.5
-        * bearings.diameter_mm
-        * bearings.length_mm**3
-        / bearings.clearance_mm**2
-        * M_PER_MM**2
-    )
+    sizes_mm = (0.5 * bearings.diameter_mm, bearings.length_mm, bearings.clearance_mm)
+    unit = short_film_unit_n(film.viscosity_pa_s, cycle.speed_rad_s, *(M_PER_MM * each for each in sizes_mm))
     films = JournalFilms(bearings.clearance_mm, unit)
     every = FILM_ANGLE_STRIDE
     paths = journal_paths(grid.even_rad[::every], held[:, :count:every], stiffness, films)

@@ -9,6 +9,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 from autobalance.job.limits import correction_key
 from autobalance.job.tables import job_tables
+from autobalance.job.template import in_plain_text
 from autobalance.job.toml.keys import FILLED, REQUIRED, Key
 from autobalance.job.toml.typed_values import UNIT_BY_ENDING, unit_of_name
 
@@ -25,7 +26,7 @@ def tables() -> list[Form]:
             "table": table.name,
             "says": _plain(table.says),
             "many": table.many,
-            "verbs": _verbs(table),
+            "verbs": list(table.read_by),
             "keys": list(_fields(table.keys, "")),
         }
         for table in declared
@@ -52,7 +53,7 @@ def _fields(keys: tuple[Key, ...], path: str) -> Iterator[Form]:
 def _field(key: Key) -> Form:
     """Return what one key is: a plain value, rows of a table, or values by free names."""
     plain = key.default is not REQUIRED and key.default is not FILLED and key.default is not None
-    says, verbs = _plain(key.says), _verbs(key)
+    says, verbs = _plain(key.says), list(key.read_by)
     form = {"unit": key.unit, "choices": [], "default": "", "says": says, "verbs": verbs}
     if key.many:
         return {**form, "kind": "rows", "fields": list(_fields(key.keys, ""))}
@@ -65,12 +66,7 @@ def _field(key: Key) -> Form:
 
 def _plain(says: str) -> str:
     """Return what a key means without the links that lead on in the documentation."""
-    return re.sub(r"[:;,]? see \[[^\]]*\]\([^)]*\)", "", says).replace("`", "")
-
-
-def _verbs(key: Key) -> list[str]:
-    """Return the verbs that read a key, where not every one does."""
-    return [] if key.verbs in ("", "all") else key.verbs.split(", ")
+    return in_plain_text(re.sub(r"[:;,]? see \[[^\]]*\]\([^)]*\)", "", says))
 
 
 def _path_words(key: Key, path: str) -> str:

@@ -67,11 +67,11 @@ class PocketTrace:
         if face is None or face.web is None:
             return {}
         below, pocket = Below.cheek(crank.placed, face, webs[face.web]), self._pocket.region
-        found = {"wall_left_mm": Reading(np.array(below.wall_left_mm(pocket, depth)), WALL_MM)}
+        room = {"wall_left_mm": Reading(np.array(below.wall_left_mm(pocket, depth)), WALL_MM)}
         if isinstance(limits, MillLimits):
             deepest = below.deepest_mm(pocket, limits.min_wall_mm, limits.max_depth_mm)
-            found["depth_left_mm"] = depth_left(deepest, depth, limits.depth_step_mm)
-        return found
+            room["depth_left_mm"] = depth_left(deepest, depth, limits.depth_step_mm)
+        return room
 
     @cached_property
     def _pocket(self) -> Pocket:

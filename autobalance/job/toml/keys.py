@@ -77,6 +77,11 @@ class Key:
         return self.typed or unit_of_name(self.name)
 
     @property
+    def read_by(self) -> tuple[str, ...]:
+        """The verbs that read it, where not every one does."""
+        return () if self.verbs in ("", "all") else tuple(self.verbs.split(", "))
+
+    @property
     def is_table(self) -> bool:
         """Whether its value is a table, or a list of them."""
         return bool(self.keys) or self.named is not None
