@@ -50,7 +50,7 @@ function follow() {
     hand.style.setProperty("top", `${y.toFixed(1)}px`);
     hand.style.setProperty("z-index", String(Math.round(500 * (1 + near))));
     hand.hidden = x < 0 || y < 0 || x > width || y > height;
-    if (!view.turning) hand.dataset.behind = String(![floor(cut, -CLEAR_MM, turn), floor(cut, depth + CLEAR_MM * (cut.kind === "add" ? 1 : -1), turn)].some((point) => view.sees(point)));
+    if (!view.turning) hand.dataset.behind = String(![-CLEAR_MM, depth - CLEAR_MM, depth + CLEAR_MM].some((at) => view.sees(floor(cut, at, turn)))); // of two at a face, one is in metal
   });
 }
 
