@@ -312,18 +312,14 @@ def with_crank(job: Job, crank: Crank) -> Job:
         )
     overrides = replace(crankshaft.overrides, crankpin_in_file=own.overrides.crankpin_in_file)
     off = own.density_pm_g_mm3 if crankshaft.density_pm_g_mm3 is None else crankshaft.density_pm_g_mm3
-    accuracy = own.scan_accuracy_mm if crankshaft.scan_accuracy_mm is None else crankshaft.scan_accuracy_mm
-    readings = crankshaft.readings if crankshaft.readings.any else own.readings
-    return replace(
-        job,
-        crankshaft=replace(
-            crankshaft,
-            overrides=overrides,
-            density_pm_g_mm3=off,
-            scan_accuracy_mm=accuracy,
-            readings=readings,
-        ),
-    )
+    known, said = crankshaft.weighed, own.weighed
+    accuracy = said.scan_accuracy_mm if known.scan_accuracy_mm is None else known.scan_accuracy_mm
+    readings = known.readings if known.readings.any else said.readings
+    scan = own.scan if crankshaft.scan is None else crankshaft.scan
+    if scan is not None:
+        scan = replace(scan, density_g_mm3=of_crank, density_pm_g_mm3=off)
+    given = replace(crankshaft, overrides=overrides, density_pm_g_mm3=off, scan=scan)
+    return replace(job, crankshaft=given.weighed_with(scan_accuracy_mm=accuracy, readings=readings))
 
 
 def _unbalance(values: Mapping[str, Any]) -> Entry:

@@ -26,8 +26,8 @@ from autobalance.runtime import Progress, Stopwatch
 from autobalance.solid.formats.registry import needs_unit
 
 if TYPE_CHECKING:
-    from autobalance.balancing.against import AgainstDrawing
     from autobalance.balancing.suggestions.wanted import Aim, Refused, Suggestion
+    from autobalance.crank.against import AgainstDrawing
     from autobalance.crank.anatomy import Face
 
 
@@ -171,7 +171,7 @@ def inspect(
         section_table=weighed,
         loaded=hung_on,
         suggested=suggested,
-        against=held,
+        against=measured.beside.against if held is None and measured.beside is not None else held,
     )
     from autobalance.report.records.report import Report
 
@@ -180,7 +180,7 @@ def inspect(
 
 def _held_against(crank: Crank, against: Crank | str | Path) -> AgainstDrawing:
     """Hold a crank against a drawing, of the same unit where its format carries none."""
-    from autobalance.balancing.against import against_drawing
+    from autobalance.machine_models.against import against_drawing
 
     own = crank.crankshaft
     if not isinstance(against, Crank):

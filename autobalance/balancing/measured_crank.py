@@ -6,16 +6,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from autobalance.correction import kind_of
+from autobalance.crank.against import aligned, turned
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import BodiesError, JobError, OverlapError, RecognitionError
 from autobalance.job import Balance, Crankshaft, Job
 from autobalance.known import once
+from autobalance.machine_models.against import against_drawing
 from autobalance.machine_models.crank_size import refuse_density, refuse_size
 from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
-from autobalance.machine_models.measured import Crank, holds_crankpins
+from autobalance.machine_models.measured import Crank, ScannedBeside, holds_crankpins
 from autobalance.machine_models.scan_calibration import Calibration, Scanned, calibration_of
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch
@@ -92,6 +96,9 @@ def measured_source(
     ``moments`` (rotor frame) are the solid's where they are known already; ``read_as`` has what a shop
     measured of the crank. Of a crank that was cut since, ``calibration`` has what was found before.
     """
+    if read_as is not None and read_as.scan is not None:
+        scan = replace(read_as.scan, density_g_mm3=density_g_mm3)
+        return _beside_scan(source, anatomy, asks, with_faces, read_as.file, scan)
     faces = find_faces(source.solid.mesh, anatomy, source.surfaces) if with_faces else ()
     moments_found = source.moments(density_g_mm3, anatomy.file_to_rotor) if moments is None else moments
     facets = facets_of(source, density_g_mm3, anatomy, asks)
@@ -103,6 +110,59 @@ def measured_source(
     if calibration is not None:
         return replace(crank, moments=crank.moments + calibration.added, calibration=calibration)
     return crank if read_as is None or not read_as.readings.any else _calibrated(crank, read_as)
+
+
+def _beside_scan(
+    source: Source,
+    anatomy: Anatomy,
+    asks: Balance | None,
+    with_faces: bool,
+    file: Path | None,
+    scan: Crankshaft,
+) -> Crank:
+    """Measure the scan of a drawn crank, turned onto it by axis and throws; faces are the drawing's."""
+    read_scan = read_crank(scan)
+    try:
+        there = recognised(read_scan, scan.overrides)
+    except RecognitionError as error:
+        raise RecognitionError(f"{scan.file}: {error}") from None
+    _refuse_other_layout(anatomy, there, scan.file)
+    alignment = aligned(read_scan.solid.mesh, there, source.solid.mesh, anatomy)
+    scanned = measured_source(
+        read_scan, turned(there, alignment.turn), scan.density_g_mm3, asks, read_as=scan
+    )
+    drawn = measured_source(source, anatomy, scanned.density_g_mm3, None, with_faces)
+    facets, correction = scanned.facets, scanned.correction
+    part = Moments.zero() if facets is None else correction.part(facets.missing)
+    held = against_drawing(
+        scanned, drawn, "in memory" if file is None else file.name, replace(alignment, turn=np.eye(4))
+    )
+    return replace(
+        drawn,
+        anatomy=replace(anatomy, journal_misalignment_mm=there.journal_misalignment_mm),
+        moments=scanned.moments,
+        facets=facets,
+        correction=correction,
+        calibration=scanned.calibration,
+        beside=ScannedBeside(scan.file, scanned, scanned.moments - part - drawn.moments, held),
+    )
+
+
+def _refuse_other_layout(drawn: Anatomy, scanned: Anatomy, file: Path | None) -> None:
+    """Refuse a scan of another crank than the drawing's.
+
+    Raises
+    ------
+    JobError
+        If main journals or throws are not as many.
+    """
+    counts = [(len(each.main_journals), len(each.throws)) for each in (drawn, scanned)]
+    if counts[0] != counts[1]:
+        (journals, throws), (others, more) = counts
+        raise JobError(
+            f"{file}: found {others} main journals and {more} throws in the scan, in the drawing {journals}"
+            f" and {throws}; expected the scan of the same crank: see both with `inspect`"
+        )
 
 
 def _calibrated(crank: Crank, read_as: Crankshaft) -> Crank:
@@ -137,7 +197,7 @@ def _calibrated(crank: Crank, read_as: Crankshaft) -> Crank:
 def measured_again(crank: Crank, job: Job) -> Crank:
     """Measure a crank that is there already as a job asks, which has taken its [crankshaft] over."""
     own = job.crankshaft
-    known = None if own.readings.any else crank.calibration
+    known = None if own.readings.any or own.scan is not None else crank.calibration
     density = crank.density_g_mm3 if known is not None else own.density_g_mm3
     return measured_source(
         crank.source,
@@ -258,7 +318,8 @@ def input_file(path: Path | None, crank: Crank) -> InputFile:
     source = crank.source
     name = None if source.format is None else source.format.removesuffix("-ascii")  # both are STL
     file = None if path is None else str(path)
-    return InputFile(file, source.sha256, name, source.triangles, source.bodies, crank.repairs)
+    scan = None if crank.beside is None else input_file(crank.beside.file, crank.beside.crank)
+    return InputFile(file, source.sha256, name, source.triangles, source.bodies, crank.repairs, scan)
 
 
 def surfaces_entry(crank: Crank) -> TrueSurfaces | None:
@@ -269,4 +330,4 @@ def surfaces_entry(crank: Crank) -> TrueSurfaces | None:
     if exact is None:
         return None
     faceted = crank.source.solid.moments(crank.density_g_mm3, crank.anatomy.file_to_rotor)
-    return TrueSurfaces(exact.solid.face_kinds(), crank.moments - faceted)
+    return TrueSurfaces(exact.solid.face_kinds(), crank.moments - crank.calibrated - faceted)

@@ -174,8 +174,9 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, cut_depths: Made) -> Measur
     density, frame = rotor.density_g_mm3, rotor.anatomy.file_to_rotor
     moments, faceted = again.moments(density, frame), in_facets.moments(density, frame)
     hidden = moments - faceted
-    hidden_before = rotor.moments - rotor.solid.moments(density, frame)
-    cut_g = abs(rotor.moments.mass_g - moments.mass_g)
+    drawn = rotor.moments - rotor.added
+    hidden_before = drawn - rotor.solid.moments(density, frame)
+    cut_g = abs(drawn.mass_g - moments.mass_g)
     if abs(hidden.mass_g - hidden_before.mass_g) > DISAGREE * cut_g + abs(hidden_before.mass_g):
         raise SolidError(
             f"the CAD kernel leaves {moments.mass_g:.6g} g where {faceted.mass_g:.6g} g were planned; "
@@ -186,8 +187,8 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, cut_depths: Made) -> Measur
     else:
         own = one_by_one(rotor, cut_depths, *each)
     if any(own):
-        _refuse_contradiction(cut_depths, own, moments - rotor.moments, density)
-    return Measured(moments, None, data, again.face_kinds(), hidden, taken=own)
+        _refuse_contradiction(cut_depths, own, moments - drawn, density)
+    return Measured(moments, None, data, again.face_kinds(), hidden, rotor.added, own)
 
 
 def refuse_sum(rotor: Rotor, measured: Measured, corrections: Sequence[Correction]) -> None:
@@ -199,9 +200,8 @@ def refuse_sum(rotor: Rotor, measured: Measured, corrections: Sequence[Correctio
         If they do not.
     """
     volumes = [each.removed_volume_mm3 for each in corrections]
-    before = (
-        rotor.solid.volume_mm3 if measured.surfaces is None else rotor.moments.mass_g / rotor.density_g_mm3
-    )
+    drawn = rotor.moments - rotor.added
+    before = rotor.solid.volume_mm3 if measured.surfaces is None else drawn.mass_g / rotor.density_g_mm3
     total, removed_mm3 = sum(volumes), before - measured.moments.mass_g / rotor.density_g_mm3
     bounds = np.abs(rotor.solid.bounds)
     near = float(np.spacing(np.float32(bounds.max())))

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, Literal
 from autobalance.types import Array
 
 if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
-    from autobalance.balancing.against import AgainstDrawing
     from autobalance.balancing.external import CarriedUnbalance
     from autobalance.balancing.kept import KeptPlan
     from autobalance.balancing.loop import Result
     from autobalance.balancing.suggestions.wanted import Aim, Refused, Suggestion
     from autobalance.balancing.web_metal import WebMetal
     from autobalance.correction.contract import Correction
+    from autobalance.crank.against import AgainstDrawing
     from autobalance.crank.anatomy import Anatomy, Face
     from autobalance.crank.sections import Section, WebWeight
     from autobalance.dynamics.staged_assembly import AssemblyStage
@@ -30,7 +30,7 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
 
 @dataclass(frozen=True)
 class InputFile:
-    """The crank's file as it was read."""
+    """The crank's file as it was read; ``scan`` is that of its scan, where that was measured beside it."""
 
     file: str | None
     sha256: str
@@ -38,6 +38,7 @@ class InputFile:
     triangles: int
     bodies: int
     repairs: tuple[str, ...]
+    scan: InputFile | None = None
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from autobalance.correction.contract import Correction, EarlierCut
@@ -27,7 +27,8 @@ class Rotor:
     balance factor ``factor``. ``budget`` is how far the residual may be off, from the bare crank's moments
     and the corrections made on it; None where that is not known. ``hidden`` is what the facets of loose
     triangles (file coordinates) hide of the smooth surface, which ``moments`` have already; None: nothing is
-    added. ``earlier`` are the cuts of earlier stages, which count where cuts are limited in number.
+    added; ``added`` is what a calibration or a scan put to them, cut or not. ``earlier`` are the cuts of
+    earlier stages, which count where cuts are limited in number.
     """
 
     solid: Solid
@@ -42,6 +43,7 @@ class Rotor:
     exact: Exact | None = None
     hidden: Callable[[Floats], Moments] | None = None
     earlier: tuple[EarlierCut, ...] = ()
+    added: Moments = field(default_factory=Moments.zero)
 
     def doubt(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget | None:
         """Return how far the residual may be off, None where that is not known."""

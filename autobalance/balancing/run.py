@@ -253,7 +253,7 @@ def rotor_of(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rot
             factor,
             crank.facets,
             spacing,
-            scan_share(crank, job.crankshaft.scan_accuracy_mm, tolerance.places_mm),
+            scan_share(crank, job.crankshaft.weighed.scan_accuracy_mm, tolerance.places_mm),
             crank.is_calibrated,
         )
     return Rotor(
@@ -268,6 +268,7 @@ def rotor_of(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rot
         budget=None if causes is None else causes.budget,
         exact=crank.source.exact,
         hidden=crank.hidden,
+        added=crank.calibrated,
     )
 
 
@@ -307,6 +308,7 @@ def record_of(
             faces=_named_faces(result),
             web_metal=web_metal(crank.source.solid, result.solid, crank.anatomy),
         ),
+        against=None if crank.beside is None else crank.beside.against,
     )
 
 

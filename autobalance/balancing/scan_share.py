@@ -13,23 +13,30 @@ from autobalance.rigid_rotor.uncertainty import Places, Share, root_sum
 
 @dataclass(frozen=True, eq=False)
 class ScanShare:
-    """What a scan leaves uncertain, ``None`` where the crank is drawn, and its closed holes."""
+    """What a scan leaves uncertain, ``None`` where the crank is drawn, and its closed holes.
+
+    ``off_faces_mm``: within so much 95 % of its surface lies off the drawing whose faces are cut.
+    """
 
     scan: ScanUncertainty | None
     patched: tuple[Share, ...]
     places: Places
+    off_faces_mm: float = 0.0
 
     def after(self, rates: Sequence[Moments]) -> Share:
         """Return the share once cuts are made that change so much with a millimetre of depth."""
         shares = [*self.patched, *(() if self.scan is None else (self.scan.after(rates),))]
+        shares += [Share.of(rate.scaled(self.off_faces_mm), self.places) for rate in rates]
         return root_sum(shares, self.places)
 
 
 def scan_share(crank: Crank, accuracy_mm: float | None, places: Places) -> ScanShare | None:
     """Return what a scan and its closed holes leave uncertain of the unbalance; None where it is drawn."""
+    off_faces_mm = 0.0 if crank.beside is None else crank.beside.against.p95_mm
+    crank = crank.weighed
     patched = tuple(Share.of(off, places) for off in crank.patch_moments)
     if crank.anatomy.scan is None:
-        return ScanShare(None, patched, places) if patched else None
+        return ScanShare(None, patched, places, off_faces_mm) if patched or off_faces_mm else None
     calibration = crank.calibration
     uncertainty = scan_uncertainty(
         crank.source.solid.mesh,
@@ -41,4 +48,4 @@ def scan_share(crank: Crank, accuracy_mm: float | None, places: Places) -> ScanS
         places,
         None if calibration is None or calibration.by != "skin" else calibration.covariance,
     )
-    return ScanShare(uncertainty, patched, places)
+    return ScanShare(uncertainty, patched, places, off_faces_mm)

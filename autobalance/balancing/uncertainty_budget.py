@@ -165,7 +165,7 @@ def unstated(job: Job, scanned: bool = False) -> tuple[str, ...]:
         causes.append("weights" if silent == len(weights) else "some weights")
     if any(part.pm_g_mm == 0.0 for part in job.engine.attached):
         causes.append("attached")
-    if scanned and job.crankshaft.scan_accuracy_mm is None:
+    if scanned and job.crankshaft.weighed.scan_accuracy_mm is None:
         causes.append("scan accuracy")
     return (*causes, *(["depth"] if job.depth_tolerance_mm is None else []))
 

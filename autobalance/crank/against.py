@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +45,27 @@ class Aligned:
     weights: Array
 
 
+@dataclass(frozen=True, eq=False)
+class AgainstDrawing:
+    """How a crank differs from another one, in its own rotor frame.
+
+    Distances are of its surface from the other's, outside positive, by area [mm]; ``distances_mm`` (n,) has
+    those of all its vertices. ``unbalance_g_mm`` (2,) is the other's, turned into this frame.
+    """
+
+    file: str
+    mean_mm: float
+    rms_mm: float
+    p95_mm: float
+    worst_mm: float
+    worst_at_mm: Array
+    mass_g: float
+    unbalance_g_mm: Array
+    mass_difference_g: float
+    unbalance_difference_g_mm: Array
+    distances_mm: Array
+
+
 def aligned(mesh: Mesh, anatomy: Anatomy, other: Mesh, other_anatomy: Anatomy) -> Aligned:
     """Align a crank with another, both meshes in their files' coordinates [mm]."""
     here, there = mesh.moved(anatomy.file_to_rotor), other.moved(other_anatomy.file_to_rotor)
@@ -55,6 +76,30 @@ def aligned(mesh: Mesh, anatomy: Anatomy, other: Mesh, other_anatomy: Anatomy) -
     turn = min(turns, key=lambda each: float(np.median(np.abs(surface.distances(_back(tried, each))))))
     motion = _refined(_some(here.vertices, FITTED), surface, turn)
     return Aligned(motion, turn, surface.distances(_back(here.vertices, motion)), areas)
+
+
+def turned(anatomy: Anatomy, turn: Array) -> Anatomy:
+    """Return a crank's axis, pins and fit in another's rotor frame; ``turn`` (4, 4) is from that to its own.
+
+    Webs and datums are left out.
+    """
+    back = np.linalg.inv(turn)
+
+    def placed(point: Array) -> Array:
+        there: Array = back[:3, :3] @ point + back[:3, 3]
+        return there
+
+    throws = tuple(
+        replace(each, crankpin=replace(each.crankpin, centre_mm=placed(each.crankpin.centre_mm)))
+        for each in anatomy.throws
+    )
+    journals = tuple(replace(each, centre_mm=placed(each.centre_mm)) for each in anatomy.main_journals)
+    scan = anatomy.scan
+    if scan is not None:
+        scan = replace(scan, axis_middle_mm=float(placed(np.array([0.0, 0.0, scan.axis_middle_mm]))[2]))
+    return Anatomy(
+        back @ anatomy.file_to_rotor, journals, throws, (), anatomy.journal_misalignment_mm, scan=scan
+    )
 
 
 def _some(points: Array, count: int) -> Array:

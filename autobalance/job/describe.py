@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import copy
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from autobalance.crank.anatomy import PinHint
+from autobalance.job.model import Crankshaft
 from autobalance.job.read import Job
 from autobalance.job.scan_keys import described_holes, described_readings
 from autobalance.units import G_PER_MM3_PER_KG_M3
@@ -25,6 +27,7 @@ def describe(job: Job) -> dict[str, Any]:
 def _crankshaft(job: Job) -> dict[str, Any]:
     """Return the table as the job has it now: a crank that is given as an object stands in its place."""
     crank, hints, raw = job.crankshaft, job.crankshaft.overrides, job.raw.get("crankshaft", {})
+    weighed = crank.weighed
     densities = {"density_kg_m3": crank.density_g_mm3, "density_pm_kg_m3": crank.density_pm_g_mm3}
     return {
         "file": raw.get("file", None if crank.file is None else str(crank.file)),
@@ -33,9 +36,10 @@ def _crankshaft(job: Job) -> dict[str, Any]:
             key: None if density is None else _as_said(raw.get(key), density / G_PER_MM3_PER_KG_M3)
             for key, density in densities.items()
         },
-        **({} if crank.scan_accuracy_mm is None else {"scan_accuracy_mm": crank.scan_accuracy_mm}),
-        **described_readings(crank.readings),
-        **described_holes(crank.holes),
+        **_scan(crank, raw),
+        **({} if weighed.scan_accuracy_mm is None else {"scan_accuracy_mm": weighed.scan_accuracy_mm}),
+        **described_readings(weighed.readings),
+        **described_holes(weighed.holes),
         "crankpin_in_file": crank.crankpin_in_file,
         "axis_point_mm": _listed(hints.axis_point_mm),
         "axis_direction": _listed(hints.axis_direction),
@@ -43,6 +47,13 @@ def _crankshaft(job: Job) -> dict[str, Any]:
         "main_journals": None if hints.main_journals is None else [_pin(pin) for pin in hints.main_journals],
         "body": crank.body,
     }
+
+
+def _scan(crank: Crankshaft, raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys that name the crank's scan, where its drawing is cut."""
+    if crank.scan is None:
+        return {}
+    return {"scan_file": raw.get("scan_file", str(crank.scan.file)), "scan_unit": crank.scan.unit}
 
 
 def _as_said(said: float | None, now: float) -> float:

@@ -131,28 +131,42 @@ def crankshaft_of(values: Values, folder: Path) -> Crankshaft:
     JobError
         If they contradict each other.
     """
-    file = None if values["file"] is None else folder / values["file"]
-    if file is not None:
-        note_read(file)  # also by what needs only the weights
-        if values["unit"] is None and needs_unit(file):
-            raise JobError(
-                f"crankshaft.unit is missing; {file.suffix.upper()[1:]} carries no unit: "
-                "one of mm, cm, m, inch"
-            )
+    file = _file(values["file"], "unit", values["unit"], folder)
     density, off = values["density_kg_m3"], values["density_pm_kg_m3"]
     if file is not None and off is not None and off >= density:
         raise JobError(f"crankshaft.density_pm_kg_m3 is {off:g}; must be < density_kg_m3, {density:g}")
-    return Crankshaft(
+    plain = Crankshaft(
         file,
         values["unit"],
         density * G_PER_MM3_PER_KG_M3,
         _overrides(values),
         None if file is None else _body(values["body"], file),
         None if off is None else off * G_PER_MM3_PER_KG_M3,
-        values["scan_accuracy_mm"],
-        readings_of(values),
-        holes_of(values),
     )
+    scan = None
+    if values["scan_file"] is not None:
+        unit = values["scan_unit"] or (values["unit"] if needs_unit(folder / values["scan_file"]) else None)
+        there = _file(values["scan_file"], "scan_unit", unit, folder)
+        hints = Overrides(crankpin_in_file=values["crankpin_in_file"])
+        scan = replace(plain, file=there, unit=unit, overrides=hints, body=None)
+    elif values["scan_unit"] is not None:
+        raise JobError("crankshaft.scan_unit stands alone; expected scan_file beside it")
+    return replace(plain, scan=scan).weighed_with(
+        scan_accuracy_mm=values["scan_accuracy_mm"], readings=readings_of(values), holes=holes_of(values)
+    )
+
+
+def _file(name: str | None, key: str, unit: str | None, folder: Path) -> Path | None:
+    """Return the path of a crank file that a job names, with its unit where its format carries none."""
+    if name is None:
+        return None
+    file = folder / name
+    note_read(file)  # also by what needs only the weights
+    if unit is None and needs_unit(file):
+        raise JobError(
+            f"crankshaft.{key} is missing; {file.suffix.upper()[1:]} carries no unit: one of mm, cm, m, inch"
+        )
+    return file
 
 
 def _body(body: int | str | None, file: Path) -> int | str | None:

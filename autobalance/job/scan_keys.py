@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from autobalance.errors import JobError
+from autobalance.job.model import LengthUnit
 from autobalance.job.model.crank_readings import Calibrate, CrankReadings
 from autobalance.job.toml.keys import Key, Values
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE
@@ -11,6 +12,17 @@ from autobalance.solid.soundness.open_holes import OpenHoles
 Vector = tuple[float, float, float]
 
 SCAN = (
+    Key(
+        "scan_file",
+        str,
+        "a scan of the crank whose drawing is `file`: mass and unbalance are the scan's, faces and cuts the "
+        "drawing's; the keys from `scan_accuracy_mm` to `keep_open` are of the scan then",
+        default=None,
+        not_empty="must name the file of a scan, relative to the job",
+    ),
+    Key(
+        "scan_unit", LengthUnit, "of `scan_file`, where its format carries none", default=None, usual="`unit`"
+    ),
     Key(
         "scan_accuracy_mm",
         float,

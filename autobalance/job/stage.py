@@ -29,7 +29,7 @@ def for_recut(job: Job, correction: Mapping[str, Any] | None) -> Job:
             own = table.get(name) or {}
             table[name] = {**own, "deepen": True} if own.get("deepen") is None else own
     again = parse({**job.raw, "correction": table}, job.path, crank_given=True)
-    # a scale and a micrometer were read on the crank before it was cut
-    crankshaft = replace(job.crankshaft, readings=CrankReadings())
+    # a scale, a micrometer and a scanner saw the crank before it was cut
+    crankshaft = replace(job.crankshaft, readings=CrankReadings(), scan=None)
     engine = replace(again.engine, attached=job.engine.attached)  # with external parts that were solved
     return replace(again, settings=job.settings, crankshaft=crankshaft, engine=engine)

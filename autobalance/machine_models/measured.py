@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,13 +21,33 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
 from autobalance.types import Floats
 
+if TYPE_CHECKING:
+    from autobalance.crank.against import AgainstDrawing
+
 FILLED = 0.05
 """Share of the box around a crankpin that even a hollow one fills."""
 
 
 @dataclass(frozen=True, eq=False)
+class ScannedBeside:
+    """The scan of a crank whose drawing is cut.
+
+    ``crank`` is the scan as measured, in the drawing's rotor frame; ``added`` is what the drawing's own
+    moments lack to be the scan's; ``against`` says how both surfaces differ.
+    """
+
+    file: Path | None
+    crank: Crank
+    added: Moments
+    against: AgainstDrawing
+
+
+@dataclass(frozen=True, eq=False)
 class Crank:
-    """A crank file, read, recognised and measured (moments in the rotor frame)."""
+    """A crank file, read, recognised and measured (moments in the rotor frame).
+
+    With a scan ``beside`` it moments, facets and calibration are the scan's, all else is its own.
+    """
 
     source: Source
     anatomy: Anatomy
@@ -36,6 +57,12 @@ class Crank:
     correction: FacetCorrection = NOT_ASKED
     faces: tuple[Face, ...] = ()
     calibration: Calibration | None = None
+    beside: ScannedBeside | None = None
+
+    @property
+    def weighed(self) -> Crank:
+        """The crank whose file moments and their uncertainty come from: the scan where there is one."""
+        return self if self.beside is None else self.beside.crank
 
     @property
     def volume_mm3(self) -> float:
@@ -45,7 +72,9 @@ class Crank:
 
     @property
     def calibrated(self) -> Moments:
-        """What a calibration added to the moments; nothing without one."""
+        """What a calibration or a scan added to the moments; nothing without."""
+        if self.beside is not None:
+            return self.beside.added
         return Moments.zero() if self.calibration is None else self.calibration.added
 
     @property
@@ -56,6 +85,10 @@ class Crank:
     @property
     def hidden(self) -> Callable[[Floats], Moments] | None:
         """How to find what a cut crank has beside its loose triangles; None: nothing is added to them."""
+        if self.beside is not None:  # the scan's facets, which the drawing's cuts leave alone
+            part = Moments.zero() if self.facets is None else self.correction.part(self.facets.missing)
+            whole = self.calibrated + part
+            return lambda _: whole
         own = None if self.facets is None else self.correction.left(self.facets, self.anatomy)
         if self.calibration is None or not self.is_calibrated:
             return own
@@ -92,7 +125,8 @@ class Crank:
         odd = (odd_size(self.source), misaligned, oval)
         read = () if self.calibration is None else self.calibration.contradictions
         texts = [*self.repairs, *(text for text in odd if text is not None), *read]
-        return tuple(text if file is None else f"{file}: {text}" for text in texts)
+        own = tuple(text if file is None else f"{file}: {text}" for text in texts)
+        return own if self.beside is None else (*own, *self.beside.crank.warnings(self.beside.file))
 
 
 def holds_crankpins(anatomy: Anatomy, solid: Solid) -> bool:

@@ -187,13 +187,15 @@ def _levers(surface: _Surface, places: Places) -> Array:
 
 def _noise_covariance(surface: _Surface, fit: ScanFit, levers: Array) -> Array:
     """Return the covariance of what noise does to each of the levers' sums (k, k)."""
-    gap = np.linalg.norm(surface.middle[:, None] - surface.middle[None], axis=2)
+    from scipy.spatial.distance import cdist  # not before: drawn cranks need no SciPy here
+
+    squared = cdist(surface.middle, surface.middle, "sqeuclidean")
     acting = levers * surface.area
     covariance = np.zeros((len(levers), len(levers)))
     for reach, deviation in fit.noise_by_reach:
         if deviation == 0.0 or reach == 0.0:  # white noise of a million vertices is nothing
             continue
-        alike = np.exp(-0.5 * (gap / reach) ** 2)
+        alike = np.exp(squared * (-0.5 / reach**2))
         within = np.minimum(1.0, 2.0 * math.pi * reach**2 / np.maximum(surface.area, 1e-12))
         alike[np.diag_indices_from(alike)] = within
         covariance += deviation**2 * (acting @ alike @ acting.T)

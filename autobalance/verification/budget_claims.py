@@ -29,7 +29,7 @@ def causes_of(
     nothing = ChordalError.known(Moments.zero())
     measured = given_in.crank
     places = tolerance.places_mm
-    scan = scan_share(measured, job.crankshaft.scan_accuracy_mm, places)
+    scan = scan_share(measured, job.crankshaft.weighed.scan_accuracy_mm, places)
     return UncertaintyBudget(
         job, anatomy, crank, tolerance, factor, facets or nothing, spacing, scan, measured.is_calibrated
     )

@@ -10,6 +10,7 @@ from typing import Any
 
 from autobalance.balancing import run
 from autobalance.balancing.record import Record
+from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import AutobalanceError, FormatError
 from autobalance.job import Job
 from autobalance.machine_models import rotor_from_job
@@ -28,6 +29,7 @@ from autobalance.verification.checked import (
     check_verdict,
     ended,
 )
+from autobalance.verification.claimed_scan import with_scan_file
 from autobalance.verification.claims import (
     BOTH,
     CORRECTED,
@@ -123,7 +125,7 @@ def _checked(held: Held) -> Checked:
     )
     check_limits_of_job(claims, held.folder, held.files)
     claims.against(INPUT)
-    crank_before = solids.check_input(claims, held.folder, job, anatomy, held.files)
+    crank_before = _crank_before(held, job, anatomy)
     hidden = solids.hidden_part(claims, job, anatomy, crank_before, left.soup)
     claims.against(JOB)
     tolerance = rotor_claims.check_tolerance(claims, job, anatomy, crank)
@@ -170,6 +172,12 @@ def _checked(held: Held) -> Checked:
     proven = tolerance.is_proven_by(residual, budget)
     within = check_verdict(claims, tolerance.is_met_by(residual, budget), proven, left.is_cut)
     return Checked((), within, residual, tolerance, (), again, budget)
+
+
+def _crank_before(held: Held, job: Job, anatomy: Anatomy) -> Given:
+    """Return the crank as it came, with its scan where that counts; the files' claims are checked."""
+    here = with_scan_file(held.claims, held.folder, job, held.files)
+    return solids.check_input(held.claims, held.folder, here, anatomy, held.files)
 
 
 # --- what a record of the run would say ---------------------------------------------------------------------

@@ -72,6 +72,7 @@ AS_RECORDED: Mapping[str, float] = {
     "assembly": 1e-9,
     "external": 1e-7,
     "web_metal": 1e-3,
+    "against": 1e-6,
 }
 """Keys that are compared with a record made anew, and the share by which numbers may differ: the metal
 between two mains is cut out before the solid is written, or after; columns of metal meet

@@ -1,14 +1,18 @@
-"""What a report says of a scanned crank's fit, with the plane faces of the solid as it is now."""
+"""What a report says of a scan: its file beside a drawing's, its fit with the faces as they are now."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.recognition.scanned import plane_faces
 from autobalance.crank.scan import ScanFit, ScannedCylinder, ScannedWeb
+from autobalance.errors import FileError
+from autobalance.job import Job
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.verification.claims import Claims
+from autobalance.verification.solids import Files, check_source, input_path, read_input
 
 
 def with_scan(claims: Claims, anatomy: Anatomy, mesh: Mesh) -> Anatomy:
@@ -34,6 +38,27 @@ def with_scan(claims: Claims, anatomy: Anatomy, mesh: Mesh) -> Anatomy:
         faces=plane_faces(mesh, anatomy.file_to_rotor),
     )
     return replace(anatomy, scan=fit)
+
+
+def with_scan_file(claims: Claims, folder: Path, job: Job, files: Files) -> Job:
+    """Return a job with its crank's scan where it is found; what is claimed of that file is checked.
+
+    Raises
+    ------
+    FileError
+        If it is not there: mass and unbalance could be claimed at will.
+    """
+    scan = job.crankshaft.scan
+    if scan is None:
+        return job
+    path = input_path(claims, folder, "input.scan", "scan_file")
+    if not path.is_file():
+        raise FileError(
+            f"{claims.name}: input.scan.file {path} is not there; expected the scan whose unbalance was cut"
+        )
+    check_source(claims, "input.scan", read_input(files, path, scan))
+    claims.ledger.why_not["input.scan.file"] = f"it was found as {path}"
+    return replace(job, crankshaft=replace(job.crankshaft, scan=replace(scan, file=path)))
 
 
 def _cylinder(part: Claims) -> ScannedCylinder:

@@ -39,17 +39,18 @@ def claimed_job(claims: Claims, folder: Path) -> Job:
 def _with_claimed_density(claims: Claims, job: Job) -> Job:
     """Return a job with the density that its report says was calibrated; the crank shows if it is so."""
     calibration = claims.get("crank", dict).get("calibration")
-    if calibration is None or job.crankshaft.readings.calibrate != "density":
+    if calibration is None or job.crankshaft.weighed.readings.calibrate != "density":
         return job
     density = float(claims.get("crank.calibration.density_kg_m3", float)) * G_PER_MM3_PER_KG_M3
     if not 0.0 < density < math.inf:
         raise FormatError(f"{claims.name}: crank.calibration.density_kg_m3 must be > 0")
-    return replace(job, crankshaft=replace(job.crankshaft, density_g_mm3=density))
+    crankshaft = replace(job.crankshaft, density_g_mm3=density)
+    return replace(job, crankshaft=crankshaft.weighed_with(density_g_mm3=density))
 
 
 def density_before(claims: Claims, job: Job) -> float:
     """Return the density that a job says, before anything was calibrated [g/mm³]."""
-    if job.crankshaft.readings.calibrate != "density":
+    if job.crankshaft.weighed.readings.calibrate != "density":
         return job.crankshaft.density_g_mm3
     return float(claims.get("job.crankshaft.density_kg_m3", float)) * G_PER_MM3_PER_KG_M3
 

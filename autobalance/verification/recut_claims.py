@@ -155,7 +155,7 @@ def _old_solid(held: Held, job: Job, anatomy: Anatomy) -> Given:
     body = crankshaft.body if untouched else "all"
     pressed_up = untouched and not crankshaft.crankpin_in_file
     source = held.files.read(path, crankshaft.unit, body, pressed_up=pressed_up, holes=crankshaft.holes)
-    solids.check_source(claims, source)
+    solids.check_source(claims, "input", source)
     key = ("scan", id(source), id(claims.values))
     anatomy = held.files.once(key, lambda: with_scan(claims, anatomy, source.solid.mesh))
     return solids.check_crank(claims, job, source, anatomy, anatomy.file_to_rotor, held.files)

@@ -108,7 +108,7 @@ def measured_files(claims: Claims, folder: Path, job: Job, frame: Array, files: 
     crankshaft = job.crankshaft
     key = "outputs.solid"
     if claims.get(key, object) is None:
-        source = _read_input(files, input_path(claims, folder), crankshaft)
+        source = read_input(files, input_path(claims, folder), crankshaft)
         claims.same("input.sha256", source.sha256)
         claims.hold(key)
         return Left(source, source.moments(crankshaft.density_g_mm3, frame), None, False)
@@ -221,11 +221,14 @@ def keys_of_pressed_in(correction: Claims) -> tuple[str, str] | None:
 # --- the crank as it came -----------------------------------------------------------------------------------
 
 
-def input_path(claims: Claims, folder: Path) -> Path:
-    """Return the crank's file: relative to the report, else where the job found it; its hash is checked."""
-    name = Path(claims.get("input.file", str))
+def input_path(claims: Claims, folder: Path, of: str = "input", key: str = "file") -> Path:
+    """Return the crank's file: relative to the report, else where the job found it; its hash is checked.
+
+    ``of`` says it in the report, ``key`` in the job: those of its scan, or its own.
+    """
+    name = Path(claims.get(f"{of}.file", str))
     job = claims.get("job", dict)
-    crank = (job.get("crankshaft") or {}).get("file")
+    crank = (job.get("crankshaft") or {}).get(key)
     places = [folder / name, name]
     if isinstance(crank, str) and isinstance(job.get("file"), str) and not name.is_absolute():
         places.append((folder / job["file"]).parent / crank)
@@ -236,7 +239,7 @@ def source_before(claims: Claims, folder: Path, job: Job, files: Files) -> Sourc
     """Return the crank as it came to a report's cuts, read as the checks read it."""
     crankshaft, path = job.crankshaft, input_path(claims, folder)
     if claims.get("command", str) != "recut":
-        return _read_input(files, path, crankshaft)
+        return read_input(files, path, crankshaft)
     if not path.is_file():
         path = (folder / claims.get("previous.report", str)).parent / path.name
     untouched = claims.get("input_is_untouched", bool)
@@ -250,7 +253,7 @@ def source_before(claims: Claims, folder: Path, job: Job, files: Files) -> Sourc
     )
 
 
-def _read_input(files: Files, path: Path, crankshaft: Crankshaft) -> Source:
+def read_input(files: Files, path: Path, crankshaft: Crankshaft) -> Source:
     pressed_up = not crankshaft.crankpin_in_file
     return files.read(path, crankshaft.unit, crankshaft.body, pressed_up=pressed_up, holes=crankshaft.holes)
 
@@ -270,8 +273,8 @@ def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files:
             "to see what went from it"
         )
     crankshaft = job.crankshaft
-    source = _read_input(files, path, crankshaft)
-    check_source(claims, source)
+    source = read_input(files, path, crankshaft)
+    check_source(claims, "input", source)
     if path.resolve() == (folder / claims.get("input.file", str)).resolve():
         claims.hold("input.file")
     else:
@@ -296,6 +299,7 @@ def check_crank(
         id(source),
         given_density,
         repr(own.readings),
+        repr(own.scan),
         job.balance.margin,
         job.balance.facet_correction,
     )
@@ -310,6 +314,8 @@ def check_crank(
         claims.near("crank.calibration.density_kg_m3", density / G_PER_MM3_PER_KG_M3, density)
     if source.patches:
         claims.same("input.repairs", list(crank.repairs))
+    if crank.weighed is not crank and crank.weighed.source.patches:
+        claims.same("input.scan.repairs", list(crank.weighed.repairs))
     bare = source.moments(density, frame)
     added = crank.calibrated
     if crank.facets is not None:
@@ -318,14 +324,14 @@ def check_crank(
     return Given(crank, bare)
 
 
-def check_source(claims: Claims, source: Source) -> None:
-    """Check what is claimed of the file that a run read."""
-    claims.same("input.sha256", source.sha256)
-    claims.same("input.triangles", source.triangles)
-    claims.same("input.format", None if source.format is None else source.format.removesuffix("-ascii"))
-    claims.same("input.bodies", source.bodies)
+def check_source(claims: Claims, of: str, source: Source) -> None:
+    """Check what is claimed of a file that a run read, at a key of the report."""
+    claims.same(f"{of}.sha256", source.sha256)
+    claims.same(f"{of}.triangles", source.triangles)
+    claims.same(f"{of}.format", None if source.format is None else source.format.removesuffix("-ascii"))
+    claims.same(f"{of}.bodies", source.bodies)
     if not source.patches:  # what those may cost is known of the crank
-        claims.same("input.repairs", list(source.repairs))
+        claims.same(f"{of}.repairs", list(source.repairs))
 
 
 def hidden_part(claims: Claims, job: Job, anatomy: Anatomy, given_in: Given, soup: Floats | None) -> Moments:
@@ -342,7 +348,8 @@ def hidden_part(claims: Claims, job: Job, anatomy: Anatomy, given_in: Given, sou
         return even
     before = correction.part(facets.missing)
     left = correction.left(facets, anatomy)
-    after = before if soup is None or left is None else left(soup)
+    whole = given_in.crank.beside is not None  # the scan's facets, which the drawing's cuts leave alone
+    after = before if soup is None or left is None or whole else left(soup)
     for name, moments in (("before", before), ("after", after)):
         size = facets.gross_mass_g * source.solid.mesh.diagonal_mm
         claims.near(f"{key}.{name}.mass_g", moments.mass_g, facets.gross_mass_g)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -27,7 +27,8 @@ class Crankshaft:
     own; ``body`` picks one of several solids, from 1, or by its name where the format has names;
     ``density_pm_g_mm3`` is by how much the density may be off, None where the job does not say;
     ``scan_accuracy_mm`` is the scanner's, likewise; ``readings`` are what a shop measured of it,
-    ``holes`` which holes of an open mesh are to be closed.
+    ``holes`` which holes of an open mesh are to be closed. ``scan`` is a scan of the same crank, whose mass
+    and unbalance count while the file's own faces are cut; scanner, readings and holes are its then.
     """
 
     file: Path | None
@@ -39,6 +40,18 @@ class Crankshaft:
     scan_accuracy_mm: float | None = None
     readings: CrankReadings = field(default_factory=CrankReadings)
     holes: OpenHoles = field(default_factory=OpenHoles)
+    scan: Crankshaft | None = None
+
+    @property
+    def weighed(self) -> Crankshaft:
+        """The file whose mass and unbalance count: the scan where there is one, else this one."""
+        return self if self.scan is None else self.scan
+
+    def weighed_with(self, **changes: Any) -> Crankshaft:
+        """Return the crank with other values of the file whose mass and unbalance count."""
+        if self.scan is None:
+            return replace(self, **changes)
+        return replace(self, scan=replace(self.scan, **changes))
 
     @property
     def crankpin_in_file(self) -> bool:

@@ -9,6 +9,7 @@ from typing import Any
 
 from autobalance.report.balance.kinds import angle_deg, verb
 from autobalance.report.balance.relaxation_text import relaxation_lines
+from autobalance.report.balance.scan_text import against_text
 from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.report.tables import table
 from autobalance.wording import NOT_PROVEN, degrees, is_unproven
@@ -66,6 +67,9 @@ def _heading(report: Values, units: DisplayUnits, folder: Path | None) -> str:
         hidden = in_units(f"{facets['mass_g']:+.3g} g", units)
         lines.append(f"what the facets hide is added to all that was measured: {hidden}")
     lines += [facets["reason"]] if facets.get("reason") else []
+    if "scan" in report["input"]:
+        lines.append(f"mass and unbalance are those of the scan {report['input']['scan']['file']}")
+        lines.append(against_text(report["against"], report["crank"], units))
     return "\n".join(lines)
 
 

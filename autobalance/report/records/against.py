@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 from autobalance.records import NotNegative, Pair, Positive, Triple, record
 
 if TYPE_CHECKING:
-    from autobalance.balancing.against import AgainstDrawing
+    from autobalance.crank.against import AgainstDrawing
 
 
 @record

@@ -7,6 +7,9 @@ from functools import cache
 from typing import TYPE_CHECKING, Annotated, Self
 
 from autobalance.records import (
+    ABSENT,
+    INLINE,
+    Absent,
     Bound,
     Ordinal,
     Sha256,
@@ -52,8 +55,8 @@ def library_versions() -> dict[str, str | None]:
 
 
 @record
-class Input:
-    """The crank file."""
+class CrankFile:
+    """A file that holds a crank."""
 
     file: Annotated[str | None, "null: made in memory"]
     sha256: Sha256
@@ -65,7 +68,21 @@ class Input:
     @classmethod
     def of(cls, file: InputFile) -> Self:
         """Return that of a file as it was read."""
-        return cls(**vars(file))
+        return cls(**{key: value for key, value in vars(file).items() if key != "scan"})
+
+
+@record
+class Input:
+    """The crank file."""
+
+    own: Annotated[CrankFile, INLINE]
+    scan: Annotated[CrankFile, "whose mass and unbalance count, where the drawing is cut"] | Absent = ABSENT
+
+    @classmethod
+    def of(cls, file: InputFile) -> Self:
+        """Return that of a file as it was read."""
+        scan = ABSENT if file.scan is None else CrankFile.of(file.scan)
+        return cls(own=CrankFile.of(file), scan=scan)
 
 
 @record
