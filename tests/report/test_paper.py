@@ -352,6 +352,13 @@ def test_a_hole_in_a_flat_side_has_a_flat_template_laid_on_its_corners() -> None
     disc = math.hypot(5.0, 30.0) * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     round_, flat = templates(report, Drawings((WebDrawing(1, [disc]),), []))
     assert (len(round_), flat) == (1, [])
+    rim = np.radians(7.5 * (np.arange(48) + 0.5))  # sides of 11 mm, which sag by 0.2 mm
+    report["corrections"] = [
+        item | {"position_mm": [0.0, 86.0, -34.0], "diameter_mm": 4.0, "entry_radius_mm": 86.0}
+    ]
+    coarse = 86.0 / math.cos(math.radians(3.75)) * np.stack([np.cos(rim), np.sin(rim)], axis=1)
+    round_, flat = templates(report, Drawings((WebDrawing(1, [coarse]),), []))
+    assert (len(round_), flat) == (1, [])
 
 
 def test_each_strip_reaches_an_edge_a_pins_line_or_the_keyway() -> None:

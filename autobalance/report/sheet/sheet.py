@@ -39,12 +39,16 @@ Report = Mapping[str, Any]
 BAD = "#a8231b"
 GAP_MM = 2.5
 """Between what stands below each other."""
-ROOMS, ALONE = (0.5, 1.0 / 3.0), 0.66
-"""Shares of a page that plates have, the lesser where it saves pages; and one that is the only one."""
+ROOMS, ALONE = (0.5, 0.33, 0.25, 0.2), 0.66
+"""Shares of a page that plates have, a lesser one where it saves pages; and one that is the only one."""
 FEW = 24
-"""Cuts up to which both are tried."""
+"""Cuts up to which lesser ones are tried."""
+LEAST_PAGES = 2
+"""Fewer are never tried for: the first page has no room for plates."""
 MANY = 60
 """A web with more cuts has most of a page."""
+MOST_TOGETHER = 12
+"""Cuts in a table below a web's view up to which it stands on one page with that."""
 
 
 def pdf(
@@ -77,9 +81,14 @@ def pdf(
     wide, high = PAPERS_MM[paper]
     sheet = Sheet(report, ON_PAPER[units], date, wide, high)
     pages, data = _built(sheet, paper, zero, drawings, ROOMS[0])
-    if drawings is not None and len(drawings.webs) > 1 and len(report["corrections"]) <= FEW:
-        fewer, smaller = _built(sheet, paper, zero, drawings, ROOMS[1])
-        data = smaller if fewer < pages else data
+    if drawings is None or len(drawings.webs) < 2 or len(report["corrections"]) > FEW:
+        return data
+    for room in ROOMS[1:]:
+        if pages <= LEAST_PAGES:
+            break
+        fewer, smaller = _built(sheet, paper, zero, drawings, room)
+        if fewer < pages:
+            pages, data = fewer, smaller
     return data
 
 
@@ -197,10 +206,12 @@ class _Story:
                 self.report, plate, self.zero, self.cheeks, self.u, self.wide_mm,
                 0.8 * self.page_mm if many else room, self.page_mm,
             )  # fmt: skip
-            self.parts.append(view)
+            below: list[Flowable] = []
             if view.below:
-                self._gap(1.5)
-                self.parts.append(making_table(view.below, self.u, self.wide_mm, self.zero))
+                below = [Spacer(1.0, 1.5 * POINTS_PER_MM)]
+                below.append(making_table(view.below, self.u, self.wide_mm, self.zero))
+            whole = [KeepTogether([view, *below])] if len(view.below) <= MOST_TOGETHER else [view, *below]
+            self.parts += whole
             self._gap(GAP_MM)
 
     def _lengthwise(self, drawings: Drawings) -> Flowable:
