@@ -105,6 +105,11 @@ def weights(report: Mapping[str, Any], group: str) -> dict[str, float]:
     return {str(name): grams(weight) for name, weight in named.items()}
 
 
+def oil_on_crankpin_g(report: Mapping[str, Any], throw: int) -> float:
+    """Return the oil that is part of a throw's bob-weight [g]; 0 where the crank holds none."""
+    return sum(float(each["on_crankpin_g"]) for each in report.get("oil") or () if each["throw"] == throw)
+
+
 def grams(weight: Any) -> float:
     """Return a weight of a job: a number, or a table with its ± beside it [g]."""
     return float(weight["g"] if isinstance(weight, Mapping) else weight)

@@ -15,6 +15,7 @@ from autobalance.balancing.measured_crank import measure_crank
 from autobalance.job import Job, JobSource
 from autobalance.machine_models import rotor_from_job
 from autobalance.machine_models.measured import Crank as MeasuredCrank
+from autobalance.machine_models.oil_from_job import with_oil
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.units import RAD_S_PER_RPM
 
@@ -60,6 +61,7 @@ def request(
     else:
         job, measured = with_crank(job, crank), crank.measured
     rotor_from_job.check_engine(job, measured.anatomy)
+    job = with_oil(job, measured)
     odd = (*measured.warnings(job.crankshaft.file), *plausibility.oddities(job, measured))
     factor = rotor_from_job.target_factor(job, measured.anatomy, measured.moments)
     if job.balance.external == "solve":

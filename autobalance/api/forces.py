@@ -123,7 +123,7 @@ def forces(
     balanced = engine_from_job.balanced_to(as_file, case.job, case.crank.anatomy, case.factor)
     engines = {"as the file is": as_file, "balanced": balanced}
     loads = rotor_from_job.throw_loads(case.crank.anatomy, case.job.engine)
-    attached = rotor_from_job.attached_moments(case.job.engine.attached)
+    attached = rotor_from_job.beside_throws(case.job.engine)
     known = (rotor_from_job.crank_factor(case.crank.moments, loads, attached), case.factor)
     ends = engine_from_job.shaft_ends_mm(case.crank.anatomy)
     reference = engine_from_job.moment_reference_mm(case.crank.anatomy, reference_z_mm)

@@ -21,7 +21,7 @@ from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.errors import JobError, UsageError
 from autobalance.job.files.crank_design import design_from, read_design, table_of, with_settings
 from autobalance.job.toml.document import text_of
-from autobalance.machine_models.rotor_from_job import attached_moments, crank_factor, throw_loads
+from autobalance.machine_models.rotor_from_job import beside_throws, crank_factor, throw_loads
 from autobalance.records import ABSENT, Absent
 from autobalance.report.records import balance as balance_records
 from autobalance.report.records import crank as records
@@ -214,7 +214,7 @@ def _encoded(design: Design, target: Path, unit: str) -> tuple[bytes, int | None
 def _engine(crank: MeasuredCrank, engine: EngineParts) -> DrawnEngine:
     """Return the bob-weights and the balance factor that the crank has with these parts."""
     loads = throw_loads(crank.anatomy, engine)
-    factor = crank_factor(crank.moments, loads, attached_moments(engine.attached))
+    factor = crank_factor(crank.moments, loads, beside_throws(engine))
     return DrawnEngine(
         balance_factor=factor,
         bob_weights=[

@@ -15,6 +15,7 @@ from autobalance.job import Job
 from autobalance.job.read import WORKBOOKS, load, tables_of
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.toml.typed_units import FILL_IN, leaves, length_mm
+from autobalance.machine_models.oil_from_job import with_oil
 from autobalance.machine_models.rotor_from_job import check_engine, default_planes_mm, target_factor
 from autobalance.machine_models.section_rows import SectionTable, loaded_table, section_table
 
@@ -60,9 +61,11 @@ def weighed_table(
         raise JobError(f"oil_density_kg_m3 is {oil:g}; must be > 0")
     if job is not None:
         check_engine(job, measured.anatomy)
-        warnings += oddities(job, measured)
-        factor = target_factor(job, measured.anatomy, measured.moments)
-        _refuse_oil_twice(job, oil, len(measured.anatomy.throws))
+        if oil is not None:
+            _refuse_oil_twice(job, len(measured.anatomy.throws))
+        oiled = with_oil(job, measured)
+        warnings += oddities(oiled, measured)
+        factor = target_factor(oiled, measured.anatomy, measured.moments)
     table = section_table(measured, parts, job, factor, oil)
     return (table, _datum_mm(options.datum, crank, table)), warnings
 
@@ -79,7 +82,8 @@ def loaded(
         if job is None:
             return None, []
         check_engine(job, crank.measured.anatomy)
-        factor = target_factor(job, crank.measured.anatomy, crank.measured.moments)
+        oiled = with_oil(job, crank.measured)
+        factor = target_factor(oiled, crank.measured.anatomy, crank.measured.moments)
         return loaded_table(crank.measured, job, factor), []
     except AutobalanceError as error:
         return None, [f"{error}; the crank is inspected without its bob-weights"]
@@ -102,15 +106,12 @@ def _whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> tup
     return load(source, settings), []
 
 
-def _refuse_oil_twice(job: Job, oil: float | None, throws: int) -> None:
-    said = "--oil-density-kg-m3" if oil is not None else "[engine.oil]"
-    counted = oil is not None or job.engine.oil_g_mm3 is not None
-    for number in range(1, throws + 1) if counted else ():
-        if "oil" in job.engine.of_throw(number).weights.crankpin:
-            raise JobError(
-                f"{job.path.name}: engine.crankpin_g.oil is given beside {said}; must be one or"
-                " the other: the oil would count twice"
-            )
+def _refuse_oil_twice(job: Job, throws: int) -> None:
+    if any("oil" in job.engine.of_throw(number).weights.crankpin for number in range(1, throws + 1)):
+        raise JobError(
+            f"{job.path.name}: engine.crankpin_g.oil is given beside --oil-density-kg-m3; must be one or"
+            " the other: the oil would count twice"
+        )
 
 
 def _datum_mm(datum: float | str, crank: Crank, table: SectionTable) -> float:

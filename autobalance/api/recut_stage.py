@@ -69,7 +69,7 @@ class RecutStage:
             )
         loads = rotor_from_job.throw_loads(earlier.anatomy, self.job.engine)
         self.attached = rotor_from_job.attached_moments(self.job.engine.attached)
-        self.loads = bob_weight_moments(loads, earlier.factor) + self.attached
+        self.loads = bob_weight_moments(loads, earlier.factor) + rotor_from_job.beside_throws(self.job.engine)
         self.fit_g = rotor_from_job.fitted_bob_weights_g(self.job, earlier.anatomy, earlier.factor)
         self.fitted_g = self._fitted()
         self.warnings: list[str] = []
@@ -85,11 +85,9 @@ class RecutStage:
 
     def _off(self) -> Unbalance:
         """Return what the job hangs on the rotor less what was on it."""
-        off = (
-            Unbalance(np.zeros(2), np.zeros(2))
-            if self.reading.attached_fitted
-            else Unbalance.of(self.attached)
-        )
+        off = Unbalance.of(rotor_from_job.oil_rest(self.job.engine))
+        if not self.reading.attached_fitted:
+            off = off + Unbalance.of(self.attached)
         for throw, fit, fitted in zip(self.earlier.anatomy.throws, self.fit_g, self.fitted_g, strict=True):
             off = off + _bob_weight(throw, fit - fitted)
         return off

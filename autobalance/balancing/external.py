@@ -74,7 +74,7 @@ def attached_to(job: Job, unbalances_g_mm: Sequence[Floats | Sequence[float]]) -
 
 def _loads(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Moments:
     loads = rotor_from_job.throw_loads(crank.anatomy, job.engine)
-    attached = rotor_from_job.attached_moments(job.engine.attached)
+    attached = rotor_from_job.beside_throws(job.engine)
     return bob_weight_moments(loads, factor) + attached - rotor_from_job.overbalance_moments(job, tolerance)
 
 

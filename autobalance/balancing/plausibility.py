@@ -52,8 +52,12 @@ def oddities(job: Job, crank: Crank) -> tuple[str, ...]:
     ------
     JobError
         For what cannot be: weights in another unit, a rod that is none, rods beyond the mains.
+
+    Notes
+    -----
+    The oil must have been measured (``with_oil``), where the job fills the crank with it.
     """
-    odd = (*_bob_weights(job, crank), *odd_parts(job), *_crankpins(job, crank))
+    odd = (*_bob_weights(job, crank), *odd_parts(job), *_crankpins(job, crank), *_oil(job))
     return (*odd, *_factor(job, crank), *_rod_length(job, crank.anatomy), *_pitch(job, crank.anatomy))
 
 
@@ -109,6 +113,14 @@ def _bob_weights(job: Job, crank: Crank) -> Iterator[str]:
 
 def _usual(share: float) -> bool:
     return USUAL_BOB_SHARE[0] <= share <= USUAL_BOB_SHARE[1]
+
+
+def _oil(job: Job) -> Iterator[str]:
+    if job.engine.oil_g_mm3 is not None and not job.engine.oil:
+        yield (
+            f"{job.path.name}: engine.oil: the crank has no bore or drilling in its crankpins and main"
+            " journals to fill; nothing is added"
+        )
 
 
 def _unlike_weights(job: Job) -> Iterator[str]:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.crank.sections import Section, WebWeight
     from autobalance.dynamics.staged_assembly import AssemblyStage
     from autobalance.engine.force_summary import ShakingForce
+    from autobalance.job.model import ThrowOil
     from autobalance.machine_models.loads_with_gas import LoadsWithGas
     from autobalance.machine_models.scan_calibration import Calibration
     from autobalance.machine_models.section_rows import SectionTable
@@ -169,6 +170,7 @@ class Balanced:
     forces: Forces | None = None
     loads_with_gas: LoadsWithGas | None = None
     external: tuple[CarriedUnbalance, ...] = ()
+    oil: Mapping[int, ThrowOil] = field(default_factory=dict)
     job_set: tuple[str, ...] = ()
     assembly: tuple[AssemblyStage, ...] = ()
     faces: tuple[Face, ...] = ()

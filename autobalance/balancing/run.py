@@ -40,6 +40,7 @@ from autobalance.job import Job
 from autobalance.job.limits import limits_of_every_kind
 from autobalance.machine_models import engine_from_job, rotor_from_job
 from autobalance.machine_models.measured import Crank
+from autobalance.machine_models.oil_from_job import with_oil
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -64,6 +65,7 @@ def balanced_record(
     """
     with watch.stage("measure"):
         rotor_from_job.check_engine(job, crank.anatomy)
+        job = with_oil(job, crank)
         odd = oddities(job, crank)
         factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
         tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
@@ -214,10 +216,11 @@ def compare_job(
     else:
         crank = measured_crank.measured_again(crank_read, every)
     rotor_from_job.check_engine(job, crank.anatomy)
+    job = with_oil(job, crank)
     odd = (*crank.warnings(job.crankshaft.file), *oddities(job, crank))
     factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
     tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
-    rotor = rotor_of(every, crank, tolerance, factor)
+    rotor = rotor_of(replace(every, engine=job.engine), crank, tolerance, factor)
     initial = Unbalance.of(crank.moments + rotor.loads).magnitude_g_mm
 
     def compared(rows: Sequence[Row]) -> Compared:
@@ -239,7 +242,7 @@ def _every_kind(job: Job) -> dict[str, Limits]:
 def rotor_of(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor:
     """Return what is balanced: the measured crank with what the job hangs on it at a balance factor."""
     loads = rotor_from_job.throw_loads(crank.anatomy, job.engine)
-    attached = rotor_from_job.attached_moments(job.engine.attached)
+    attached = rotor_from_job.beside_throws(job.engine)
     left = rotor_from_job.overbalance_moments(job, tolerance)
     at_factor = bob_weight_moments(loads, factor) + attached - left
     causes = None
@@ -305,6 +308,7 @@ def record_of(
             job_set=job.settings,
             assembly=_staged_assembly(job, tolerance, result.residual),
             external=carried_unbalances(job, tolerance, result.residual),
+            oil=job.engine.oil,
             faces=_named_faces(result),
             web_metal=web_metal(crank.source.solid, result.solid, crank.anatomy),
         ),
@@ -385,7 +389,7 @@ def _loads(job: Job, crank: Crank, factor: float, tolerance: Tolerance) -> BobWe
 
 def _factors(job: Job, crank: Crank, factor: float, result: Result) -> Factors:
     loads = rotor_from_job.throw_loads(crank.anatomy, job.engine)
-    attached = rotor_from_job.attached_moments(job.engine.attached)
+    attached = rotor_from_job.beside_throws(job.engine)
     return Factors(
         rotor_from_job.crank_factor(result.initial_moments, loads, attached),
         factor,

@@ -119,9 +119,7 @@ class UncertaintyBudget:
 
     def _original_factor(self, crank: Moments, weights: PartWeights | None = None) -> float:
         loads = rotor_from_job.throw_loads(self.anatomy, self.job.engine, weights or self.job.original)
-        original = rotor_from_job.crank_factor(
-            crank, loads, rotor_from_job.attached_moments(self.job.engine.attached)
-        )
+        original = rotor_from_job.crank_factor(crank, loads, rotor_from_job.beside_throws(self.job.engine))
         assert original is not None  # the target factor was found from the same
         return original
 

@@ -43,13 +43,18 @@ class OilRoom:
     ----------
     throws, journals : tuple of int
         Numbers of the crankpins and main journals that it reaches into.
-    filling : Moments
-        Of what fills it at density 1, rotor frame: its mass is the volume [mm³].
+    solid : Solid
+        The room itself, rotor frame.
     """
 
     throws: tuple[int, ...]
     journals: tuple[int, ...]
-    filling: Moments
+    solid: Solid
+
+    @property
+    def filling(self) -> Moments:
+        """Of what fills it at density 1, rotor frame: its mass is the volume [mm³]."""
+        return self.solid.moments(1.0)
 
 
 def oil_rooms(solid: Solid, anatomy: Anatomy) -> tuple[OilRoom, ...]:
@@ -77,7 +82,7 @@ def oil_rooms(solid: Solid, anatomy: Anatomy) -> tuple[OilRoom, ...]:
         of_throws = tuple(n for n, pin in enumerate(pins, 1) if _reaches(piece, pin))
         of_journals = tuple(n for n, pin in enumerate(journals, 1) if _reaches(piece, pin))
         if of_throws or of_journals:
-            found.append(OilRoom(of_throws, of_journals, piece.moments(1.0)))
+            found.append(OilRoom(of_throws, of_journals, piece))
     return tuple(sorted(found, key=lambda room: float(room.filling.centre_mm[2])))
 
 

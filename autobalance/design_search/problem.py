@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ from autobalance.job.files.design import DesignJob
 from autobalance.machine_models import rotor_from_job
 from autobalance.machine_models.crankpins import with_crankpins
 from autobalance.machine_models.measured import Crank
+from autobalance.machine_models.oil_from_job import with_oil
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -82,12 +83,12 @@ class Problem:
         FileError
             If finite elements are wanted and their extra is not installed.
         """
-        job = design.start
+        job = with_oil(design.start, crank)
         rotor_from_job.check_engine(job, crank.anatomy)
         factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
         loads = bob_weight_moments(rotor_from_job.throw_loads(crank.anatomy, job.engine), factor)
-        loads = loads + rotor_from_job.attached_moments(job.engine.attached)
-        problem = cls(design, crank, free, loads, factor, neighbours_of(design, crank))
+        loads = loads + rotor_from_job.beside_throws(job.engine)
+        problem = cls(replace(design, start=job), crank, free, loads, factor, neighbours_of(design, crank))
         if problem.strengths_wanted:
             need_libraries()
         if LOAD in problem.wanted or STRESS in problem.strengths_wanted:

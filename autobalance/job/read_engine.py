@@ -124,7 +124,7 @@ ENGINE = Key(
             says="oil in bores and drillings of crankpins and main journals",
             keys=OIL,
             default=None,
-            verbs="inspect",
+            verbs="all",
         ),
         LAYOUT,
         ROD,
@@ -147,6 +147,13 @@ def engine_of(values: Values, pin_in_file: bool) -> EngineParts:
     JobError
         If they contradict each other.
     """
+    oil_g_mm3 = _oil_g_mm3(values["oil"])
+    for table in (values, *values["throw"]) if oil_g_mm3 is not None else ():
+        if "oil" in table["crankpin_g"]:
+            raise JobError(
+                "engine.crankpin_g.oil is given beside [engine.oil]; must be one or the other: the oil would"
+                " count twice"
+            )
     default = ThrowParts(values["rods_per_throw"], weights_of(values))
     by_throw: dict[int, ThrowParts] = {}
     for place, throw in enumerate(values["throw"], 1):
@@ -174,7 +181,7 @@ def engine_of(values: Values, pin_in_file: bool) -> EngineParts:
         layout=layout_of(values["layout"], values["throw"]),
         rod=rod_of(values["rod"]),
         clockwise=values["turns"] == "cw",
-        oil_g_mm3=_oil_g_mm3(values["oil"]),
+        oil_g_mm3=oil_g_mm3,
     )
 
 

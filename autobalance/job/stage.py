@@ -31,5 +31,6 @@ def for_recut(job: Job, correction: Mapping[str, Any] | None) -> Job:
     again = parse({**job.raw, "correction": table}, job.path, crank_given=True)
     # a scale, a micrometer and a scanner saw the crank before it was cut
     crankshaft = replace(job.crankshaft, readings=CrankReadings(), scan=None)
-    engine = replace(again.engine, attached=job.engine.attached)  # with external parts that were solved
+    # with external parts that were solved, and the oil of the crank as it came
+    engine = replace(again.engine, attached=job.engine.attached, oil=job.engine.oil)
     return replace(again, settings=job.settings, crankshaft=crankshaft, engine=engine)

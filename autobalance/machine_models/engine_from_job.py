@@ -120,11 +120,13 @@ def with_solid(job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float, c
 
 
 def beside_the_rods(job: Job, anatomy: Anatomy) -> list[tuple[Moments, float]]:
-    """Crankpin parts and attached rotors, each with its place on the axis."""
+    """Crankpin parts, oil and attached rotors, each with its place on the axis."""
     masses = [(attached_moments((part,)), part.z_mm) for part in job.engine.attached]
     for throw, load in zip(anatomy.throws, throw_loads(anatomy, job.engine), strict=True):
         mass = load.parts.crankpin_g
         masses.append((Moments.point(mass, throw.crankpin.centre_mm), load.z_mm))
+        if throw.number in job.engine.oil:
+            masses.append((job.engine.oil[throw.number].rest, load.z_mm))
     return masses
 
 

@@ -6,6 +6,7 @@ from autobalance.engine.shafts import BalanceShaft, orders_with_shafts
 from autobalance.job import Job
 from autobalance.machine_models import engine_from_job, rotor_from_job
 from autobalance.machine_models.measured import Crank
+from autobalance.machine_models.oil_from_job import with_oil
 from autobalance.signal.sources import Source, firing_sources, mass_sources
 from autobalance.units import RAD_S_PER_RPM
 
@@ -25,6 +26,7 @@ def engine_sources(job: Job, crank: Crank, speed_rpm: float | None, max_order: f
     """
     speed = job.balance.service_speed_rad_s if speed_rpm is None else speed_rpm * RAD_S_PER_RPM
     rotor_from_job.check_engine(job, crank.anatomy)
+    job = with_oil(job, crank)
     engine = engine_from_job.with_moments(job, crank.anatomy, crank.moments, rod_needed=False)
     first_only = job.engine.rod_length_mm is None
     shafts = [

@@ -27,10 +27,14 @@ STROKE_SLACK_SHARE = 0.005
 def throw_loads(
     anatomy: Anatomy, engine: EngineParts, weights: PartWeights | None = None
 ) -> tuple[ThrowLoad, ...]:
-    """Return what hangs on each throw; ``weights`` take the place of the job's parts on all of them."""
+    """Return what hangs on each throw, its oil too; ``weights`` take the place of the job's parts on all."""
     return tuple(
         ThrowLoad(
-            _parts(weights or engine.of_throw(throw.number).weights, engine.of_throw(throw.number)),
+            _parts(
+                weights or engine.of_throw(throw.number).weights,
+                engine.of_throw(throw.number),
+                engine.oil_on_crankpin_g(throw.number),
+            ),
             throw.crank_radius_mm,
             throw.angle_rad,
             float(throw.crankpin.centre_mm[2]),
@@ -40,8 +44,8 @@ def throw_loads(
 
 
 def hung_on(job: Job, anatomy: Anatomy) -> tuple[tuple[ThrowLoad, ...], Moments]:
-    """Return what hangs on each throw of a job's crank, and what attached rotors add."""
-    return throw_loads(anatomy, job.engine), attached_moments(job.engine.attached)
+    """Return what hangs on each throw of a job's crank, and what else turns with it."""
+    return throw_loads(anatomy, job.engine), beside_throws(job.engine)
 
 
 def fitted_bob_weights_g(job: Job, anatomy: Anatomy, factor: float) -> tuple[float, ...]:
@@ -57,7 +61,7 @@ def fitted_bob_weights_g(job: Job, anatomy: Anatomy, factor: float) -> tuple[flo
     )
 
 
-def _parts(weights: PartWeights, throw: ThrowParts) -> Parts:
+def _parts(weights: PartWeights, throw: ThrowParts, oil_g: float) -> Parts:
     """Return what hangs on a throw; rods of different weights count with their mean."""
     rotating, reciprocating = total_g(weights.rotating), total_g(weights.reciprocating)
     if throw.links:
@@ -66,7 +70,7 @@ def _parts(weights: PartWeights, throw: ThrowParts) -> Parts:
         turning, moving = (sum(each[n] for each in others) for n in (0, 1))
         rotating = (master * rotating + turning) / throw.rods
         reciprocating = (master * reciprocating + moving) / throw.rods
-    return Parts(rotating, reciprocating, total_g(weights.crankpin), throw.rods)
+    return Parts(rotating, reciprocating, total_g(weights.crankpin) + oil_g, throw.rods)
 
 
 def rod_weights_g(link: LinkRod, rotating_g: float, reciprocating_g: float) -> tuple[float, float]:
@@ -80,6 +84,16 @@ def rod_weights_g(link: LinkRod, rotating_g: float, reciprocating_g: float) -> t
 def total_g(weights: Mapping[str, Weight]) -> float:
     """Return the sum of named weights."""
     return sum(weight.mass_g for weight in weights.values())
+
+
+def beside_throws(engine: EngineParts) -> Moments:
+    """Return what turns with the crank besides its bob-weights: attached rotors, oil that none stands for."""
+    return attached_moments(engine.attached) + oil_rest(engine)
+
+
+def oil_rest(engine: EngineParts) -> Moments:
+    """Return the oil that no bob-weight stands for; a dry crank on a balancing machine lacks it."""
+    return sum((oil.rest for oil in engine.oil.values()), Moments.zero())
 
 
 def attached_moments(attached: tuple[Attached, ...]) -> Moments:
@@ -125,7 +139,7 @@ def target_factor(job: Job, anatomy: Anatomy, crank: Moments) -> float:
     if job.balance.factor is not None:
         return job.balance.factor
     loads = throw_loads(anatomy, job.engine, job.original)
-    factor = crank_factor(crank, loads, attached_moments(job.engine.attached))
+    factor = crank_factor(crank, loads, beside_throws(job.engine))
     where = f'{job.path.name}: balance.factor = "original"'
     if factor is None:
         raise JobError(f"{where}: the throws cancel each other out, so the crank has no balance factor")

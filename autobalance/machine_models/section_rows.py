@@ -11,11 +11,10 @@ import numpy as np
 from autobalance.correction.holes.metal import HoleMetal, holes_of
 from autobalance.correction.holes.surface import Surface
 from autobalance.crank.anatomy import Throw, Web
-from autobalance.crank.oil_room import oil_rooms
 from autobalance.crank.sections import Kind, Section, away_from_crankpin
 from autobalance.job import Job
-from autobalance.machine_models.crankpins import with_crankpins
 from autobalance.machine_models.measured import Crank
+from autobalance.machine_models.oil_from_job import rooms_of
 from autobalance.machine_models.rotor_from_job import attached_moments, throw_loads, tolerance_of
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -185,9 +184,8 @@ def _pin_of(crank: Crank, hole: HoleMetal) -> Throw | None:
 
 def oil_rows(crank: Crank, density_g_mm3: float) -> list[SectionRow]:
     """Return the oil in bores and drillings, a row for each connected room; of its first crankpin or main."""
-    solid = with_crankpins(crank.source.solid.moved(crank.anatomy.file_to_rotor), crank)
     rows = []
-    for room in oil_rooms(solid, crank.anatomy):
+    for room in rooms_of(crank):
         pins = [("crankpin", room.throws), ("main journal", room.journals)]
         names = [f"{name} {number}" for name, numbers in pins for number in numbers]
         number = (*room.throws, *room.journals)[0]

@@ -137,7 +137,7 @@ class _Collected:
     def original_factor(self, crank: Moments, weights: PartWeights | None) -> float:
         """Return the factor of an untouched crank with its original parts."""
         loads = rotor_from_job.throw_loads(self.anatomy, self.job.engine, weights)
-        attached = rotor_from_job.attached_moments(self.job.engine.attached)
+        attached = rotor_from_job.beside_throws(self.job.engine)
         factor = rotor_from_job.crank_factor(crank, loads, attached)
         assert factor is not None  # the plan's was found from the same
         return factor

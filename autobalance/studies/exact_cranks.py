@@ -41,7 +41,7 @@ def exact_state(plan: Plan, deviations: Deviations) -> Array:
     engine = drawn_engine(plan, deviations)
     loads = rotor_from_job.throw_loads(plan.crank.anatomy, engine)
     bobs = bob_weight_moments(loads, _drawn_factor(plan, deviations, heavier_by))
-    others = rotor_from_job.attached_moments(engine.attached) - rotor_from_job.overbalance_moments(
+    others = rotor_from_job.beside_throws(engine) - rotor_from_job.overbalance_moments(
         plan.job, plan.tolerance
     )
     turning = (metal + slugs + bobs).moved(_onto_true_axis(plan, deviations))
@@ -147,7 +147,7 @@ def _drawn_factor(plan: Plan, deviations: Deviations, heavier_by: float) -> floa
             if drawn is not None:
                 weights = heavier(weights, table, name, float(drawn[0]))
     loads = rotor_from_job.throw_loads(plan.crank.anatomy, plan.job.engine, weights)
-    attached = rotor_from_job.attached_moments(plan.job.engine.attached)
+    attached = rotor_from_job.beside_throws(plan.job.engine)
     factor = rotor_from_job.crank_factor(plan.crank.moments.scaled(1.0 + heavier_by), loads, attached)
     return plan.rotor.factor if factor is None else factor
 

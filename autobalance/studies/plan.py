@@ -12,6 +12,7 @@ from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.job import Job
 from autobalance.machine_models import rotor_from_job
 from autobalance.machine_models.measured import Crank
+from autobalance.machine_models.oil_from_job import with_oil
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -33,7 +34,7 @@ class Plan:
         """What a balancing machine read besides all that is known of the crank; nothing where none did."""
         loads = rotor_from_job.throw_loads(self.crank.anatomy, self.job.engine)
         known = bob_weight_moments(loads, self.rotor.factor)
-        known = known + rotor_from_job.attached_moments(self.job.engine.attached)
+        known = known + rotor_from_job.beside_throws(self.job.engine)
         known = known - rotor_from_job.overbalance_moments(self.job, self.tolerance)
         return self.result.initial - Unbalance.of(self.result.initial_moments + known)
 
@@ -60,6 +61,7 @@ def planned(job: Job, progress: Notify, crank: Crank | None = None) -> Plan:
     if crank is None:
         progress("reading the crank")
         crank = measure_crank(job.crankshaft, Stopwatch(), job.balance, work_on_faces(job))
+    job = with_oil(job, crank)
     balanced = balanced_record(job, crank, Stopwatch(), progress).balanced
     assert balanced is not None
     factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)

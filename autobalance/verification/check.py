@@ -16,6 +16,7 @@ from autobalance.job import Job
 from autobalance.machine_models import rotor_from_job
 from autobalance.machine_models.gas_loads import gas_loads
 from autobalance.machine_models.loads_with_gas import LoadsWithGas
+from autobalance.machine_models.oil_from_job import with_oil
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.verification import budget_claims, premises, rotor_claims, solids
@@ -191,6 +192,8 @@ def _check_as_recorded(
         return
     claims, crank = held.claims, crank_before.crank
     result = ended(claims, ends, left if left.is_cut else None)
+    if job.engine.oil:
+        job = held.files.once(("oil", id(crank)), lambda: with_oil(job, crank))
     factor = float(claims.get("balance_factor.target", float))
     webs = held.files.once(("counterweights", id(crank)), lambda: run.counterweights_of(crank))
     record = run.record_of(job, crank, factor, tolerance, result, webs)

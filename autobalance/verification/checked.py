@@ -71,6 +71,7 @@ AS_RECORDED: Mapping[str, float] = {
     "loads_with_gas": 1e-5,
     "assembly": 1e-9,
     "external": 1e-7,
+    "oil": 1e-7,
     "web_metal": 1e-3,
     "against": 1e-6,
 }

@@ -16,6 +16,7 @@ from autobalance.crank.anatomy import Anatomy, CounterweightOutline, MainJournal
 from autobalance.crank.datums import Datums, Flange, FlangeHole, Keyway, MachinedFace
 from autobalance.errors import ClaimError, FormatError, JobError
 from autobalance.job import Job
+from autobalance.job.model import ThrowOil
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
@@ -31,7 +32,8 @@ def claimed_job(claims: Claims, folder: Path) -> Job:
     file = raw.pop("file", "job")
     try:
         job = jobs.parse(raw, folder / str(file), crank_given=True)
-        return _with_claimed_density(claims, _with_claimed_external(claims, job))
+        job = _with_claimed_oil(claims, _with_claimed_external(claims, job))
+        return _with_claimed_density(claims, job)
     except JobError as error:
         raise FormatError(f"{claims.name}: job: {error}") from None
 
@@ -67,6 +69,22 @@ def _with_claimed_external(claims: Claims, job: Job) -> Job:
         entry.near("z_mm", part.z_mm, max(abs(part.z_mm), 1.0))
         carried.append(entry.array("unbalance_g_mm", (2,)))
     return attached_to(job, carried)
+
+
+def _with_claimed_oil(claims: Claims, job: Job) -> Job:
+    """Return a job with the oil that its report says the crank holds; the crank shows if it is so."""
+    if job.engine.oil_g_mm3 is None or "oil" not in claims.values:
+        return job
+    throws, by_throw = claims.entries("crank.throws"), {}
+    for part in claims.entries("oil"):
+        number = part.get("throw", int)
+        if not 1 <= number <= len(throws):
+            raise ClaimError(f"{claims.name}: {part.path('throw')} is {number}; the crank has {len(throws)}")
+        throw = throws[number - 1]
+        centre_mm = throw.at("crankpin", throw.get("crankpin", dict)).array("centre_mm", (3,))
+        oil, on_crankpin_g = _moments(part, "centre_mm"), float(part.get("on_crankpin_g", float))
+        by_throw[number] = ThrowOil(oil, on_crankpin_g, oil - Moments.point(on_crankpin_g, centre_mm))
+    return replace(job, engine=replace(job.engine, oil=by_throw))
 
 
 def given(value: Any) -> Any:
@@ -170,8 +188,13 @@ def _pin(claims: Claims) -> Pin:
 
 def claimed_crank(claims: Claims) -> Moments:
     """Return the crank before correction as the report has it: mass, centre, inertia."""
-    mass = float(claims.get("crank.mass_g", float))
-    centre = claims.array("crank.centre_of_mass_mm", (3,))
-    inertia = 1000.0 * claims.array("crank.inertia_kg_mm2", (3, 3))
+    return _moments(claims.at("crank", claims.get("crank", dict)), "centre_of_mass_mm")
+
+
+def _moments(claims: Claims, centre_key: str) -> Moments:
+    """Return the moments of something whose mass, centre and inertia are listed."""
+    mass = float(claims.get("mass_g", float))
+    centre = claims.array(centre_key, (3,))
+    inertia = 1000.0 * claims.array("inertia_kg_mm2", (3, 3))
     second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
     return Moments(mass, mass * centre, second)

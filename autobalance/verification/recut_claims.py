@@ -132,6 +132,8 @@ def _tolerance(claims: Claims, job: Job, before: Mapping[str, Any]) -> Tolerance
     # not equal to the last digit: angles went from degrees to radians and back
     claims.at("crank", claims.get("crank", dict)).alike({key: before["crank"][key] for key in recognised})
     claims.near("balance_factor.target", float(before["balance_factor"]["target"]), 1.0)
+    if "oil" in before:
+        claims.alike({"oil": before["oil"]})
     claims.same("earlier_corrections", [*before.get("earlier_corrections", ()), *before["corrections"]])
     untouched = before["outputs"]["solid"] is None and (
         before["command"] == "balance" or bool(before.get("input_is_untouched"))

@@ -52,7 +52,7 @@ def check_loads(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) -> M
     loads = rotor_from_job.throw_loads(anatomy, job.engine)
     for part, load in zip(claims.entries("engine.bob_weights", len(loads)), loads, strict=True):
         part.near("mass_g", load.parts.bob_weight_g(factor), load.parts.bob_weight_g(factor))
-    return bob_weight_moments(loads, factor) + rotor_from_job.attached_moments(job.engine.attached)
+    return bob_weight_moments(loads, factor) + rotor_from_job.beside_throws(job.engine)
 
 
 def check_unbalance(
@@ -77,7 +77,7 @@ def check_unbalance(
 def check_after(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, after: Moments) -> None:
     """Check the factor before and after correction."""
     loads = rotor_from_job.throw_loads(anatomy, job.engine)
-    attached = rotor_from_job.attached_moments(job.engine.attached)
+    attached = rotor_from_job.beside_throws(job.engine)
     for key, moments in (("initial", crank), ("final", after)):
         factor = rotor_from_job.crank_factor(moments, loads, attached)
         if factor is None:

@@ -15,7 +15,7 @@ from autobalance.engine.balance_factor import factor_direction_g_mm
 from autobalance.engine.parts import ThrowLoad
 from autobalance.errors import JobError
 from autobalance.job.model import EngineParts
-from autobalance.machine_models.rotor_from_job import attached_moments, crank_factor, throw_loads
+from autobalance.machine_models.rotor_from_job import beside_throws, crank_factor, throw_loads
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.types import Array
 
@@ -112,7 +112,7 @@ class Aim:
             If a factor is wanted of a crank that has none.
         """
         loads = () if engine is None else throw_loads(anatomy, engine)
-        attached = Moments.zero() if engine is None else attached_moments(engine.attached)
+        attached = Moments.zero() if engine is None else beside_throws(engine)
         factor = None if engine is None else crank_factor(start, loads, attached)
         if target.balance_factor is not None and engine is None:
             raise JobError("suggest.balance_factor needs the weights on the throws, [engine]")

@@ -17,6 +17,7 @@ from autobalance.job.model.engine import (
     RodOnScales,
     Sampling,
     StudyOptions,
+    ThrowOil,
     ThrowParts,
     Weight,
 )
@@ -38,6 +39,7 @@ __all__ = [
     "RodOnScales",
     "Sampling",
     "StudyOptions",
+    "ThrowOil",
     "ThrowParts",
     "Weight",
 ]

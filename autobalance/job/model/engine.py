@@ -11,6 +11,7 @@ from typing import Any, Literal
 from autobalance.crank.anatomy import Overrides
 from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.rigid_rotor.margin import Margin
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge
 from autobalance.solid.soundness.open_holes import OpenHoles
 
@@ -145,6 +146,19 @@ class Attached:
     pm_g_mm: float = 0.0
 
 
+@dataclass(frozen=True, eq=False)
+class ThrowOil:
+    """Oil in the bores and drillings of a throw and of the mains beside it, up to halfway to its neighbours.
+
+    ``moments`` are its own, rotor frame. ``on_crankpin_g`` at the crankpin's centre pulls along the throw as
+    it does, so that it is part of the bob-weight; ``rest`` is what a bob-weight cannot stand for.
+    """
+
+    moments: Moments
+    on_crankpin_g: float
+    rest: Moments
+
+
 @dataclass(frozen=True)
 class CylinderLayout:
     """How the cylinders stand about the crank; for forces and shafts.
@@ -207,7 +221,7 @@ class EngineParts:
     """Weights on the throws: those of every throw, and of the throws that differ, by their number.
 
     ``clockwise``: the crank turns so, seen from +z. ``oil_g_mm3`` is the density of the oil that fills its
-    bores and drillings; None: none is counted.
+    bores and drillings, None: none is counted; ``oil`` is that oil by throw, once a crank was measured.
     """
 
     default: ThrowParts
@@ -219,10 +233,15 @@ class EngineParts:
     rod: RodOnScales | None = None
     clockwise: bool = False
     oil_g_mm3: float | None = None
+    oil: Mapping[int, ThrowOil] = field(default_factory=dict)
 
     def of_throw(self, number: int) -> ThrowParts:
         """Return what hangs on a throw."""
         return self.by_throw.get(number, self.default)
+
+    def oil_on_crankpin_g(self, number: int) -> float:
+        """Return what the oil of a throw adds to its bob-weight."""
+        return self.oil[number].on_crankpin_g if number in self.oil else 0.0
 
 
 External = Literal["none", "solve", "neutral", "detroit"]

@@ -44,6 +44,7 @@ def balance_text(report: Values, units: DisplayUnits, folder: Path | None = None
         _changes(report, units),
         _overbalance(report, units),
         _external(report, units),
+        _oil(report, units),
         _assembly(report, units),
     ]
     return "\n\n".join(part for part in parts if part)
@@ -217,6 +218,17 @@ def _external(report: Values, units: DisplayUnits) -> str:
         size, off = (units.of_unbalance(each[key]) for key in ("magnitude_g_mm", "pm_g_mm"))
         rows.append((f"  {each['name']}", size, f"{each['angle_deg']:.1f}°", f"± {off}"))
     return table(rows)
+
+
+def _oil(report: Values, units: DisplayUnits) -> str:
+    """Return what the oil weighs, and how much of it is in the bob-weights."""
+    oil = report.get("oil")
+    if not oil:
+        return ""
+    all_of_it, in_bobs = (
+        units.of_mass(sum(each[key] for each in oil)) for key in ("mass_g", "on_crankpin_g")
+    )
+    return f"Oil in bores and drillings: {all_of_it}; in the bob-weights {in_bobs}"
 
 
 def _loads_with_gas(report: Values) -> str:

@@ -15,7 +15,7 @@ from typing import Any
 from autobalance.report.balance import kinds
 from autobalance.report.job_header import shop_name, work_words
 from autobalance.units import wrapped_deg
-from autobalance.wording import at, file_name, grams, weights
+from autobalance.wording import at, file_name, grams, oil_on_crankpin_g, weights
 
 Report = Mapping[str, Any]
 
@@ -56,6 +56,14 @@ def xlsx(report: Report) -> bytes:
     _corrections(book.add_worksheet("Corrections"), formats, report)
     book.close()
     return buffer.getvalue()
+
+
+def _oil_beside(report: Report, oil: Mapping[str, Any]) -> tuple[list[float], list[float]]:
+    """Return unbalance and moment of a throw's oil, less what its bob-weight has of it."""
+    throw = next(each for each in report["crank"]["throws"] if each["number"] == oil["throw"])
+    pin, on_pin = throw["crankpin"]["centre_mm"], oil["on_crankpin_g"]
+    first = [oil["mass_g"] * oil["centre_mm"][axis] - on_pin * pin[axis] for axis in (0, 1)]
+    return first, [-1000.0 * oil["inertia_kg_mm2"][axis][2] - on_pin * pin[axis] * pin[2] for axis in (0, 1)]
 
 
 class _Calculation:
@@ -176,17 +184,23 @@ class _Calculation:
                         self.cells[total],
                         self.values[total],
                     )
+            formula, note = f"{{m_pin{k}}}+{{rods{k}}}*({{m_rot{k}}}+{{f}}*{{m_rec{k}}})", "m_pin + rods · (m_rot + f · m_rec)"  # fmt: skip
+            oil_g = oil_on_crankpin_g(self.report, k)
+            if oil_g:
+                self.line(f"oil{k}", "Oil in the crank, on the crankpin", oil_g, "g", "measured", MEASURED)
+                formula, note = f"{formula}+{{oil{k}}}", f"{note} + oil"
             self.formula(
-                f"bob{k}", "Bob-weight", f"{{m_pin{k}}}+{{rods{k}}}*({{m_rot{k}}}+{{f}}*{{m_rec{k}}})",
-                v[f"m_pin{k}"] + v[f"rods{k}"] * (v[f"m_rot{k}"] + v["f"] * v[f"m_rec{k}"]),
-                "g", "m_pin + rods · (m_rot + f · m_rec)",
+                f"bob{k}", "Bob-weight", formula,
+                v[f"m_pin{k}"] + v[f"rods{k}"] * (v[f"m_rot{k}"] + v["f"] * v[f"m_rec{k}"]) + oil_g,
+                "g", note,
             )  # fmt: skip
         return numbers
 
     def _measured(self) -> None:
         """Write what is known from the solid alone, before and after: mass, first moments, products about z = 0."""
         report = self.report
-        attached = at(report, "job.engine.attached") or []
+        attached = [*(at(report, "job.engine.attached") or []), *(report.get("external") or [])]
+        oil = [_oil_beside(report, each) for each in report.get("oil") or ()]
         for state, title in (("before", "The solid before"), ("after", "The solid after")):
             self.head(title, note="measured, without bob-weights")
             mass, first, second = _solid(report, state)
@@ -197,11 +211,15 @@ class _Calculation:
                 self.line(
                     f"P{'xy'[axis]}_{state}", f"∫ z {'xy'[axis]} dm", second[axis], "g·mm²", "", MEASURED
                 )
-        self.head("Attached rotors", note="flywheel, damper, sprocket; from the job")
+        self.head("Attached rotors", note="flywheel, damper, sprocket, and oil beside the bob-weights")
         for axis in (0, 1):
             name = "xy"[axis]
-            total = math.fsum(a["unbalance_g_mm"][axis] for a in attached)
-            lever = math.fsum(a["unbalance_g_mm"][axis] * a["z_mm"] for a in attached)
+            total = math.fsum(
+                [*(a["unbalance_g_mm"][axis] for a in attached), *(each[0][axis] for each in oil)]
+            )
+            lever = math.fsum(
+                [*(a["unbalance_g_mm"][axis] * a["z_mm"] for a in attached), *(each[1][axis] for each in oil)]
+            )
             self.line(f"S{name}_att", f"Unbalance, {name}", total, "g·mm")
             self.line(f"P{name}_att", f"Moment, {name}", lever, "g·mm²")
 

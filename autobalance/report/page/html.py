@@ -138,6 +138,10 @@ def _inputs(report: Report) -> dict[str, Any]:
             (part.replace("_", " "), counts_as, grams)
             for key, counts_as in COUNTS_AS.items()
             for part, grams in weights(report, key).items()
+        ]
+        + [
+            (f"oil in throw {oil['throw']}", "on the crankpin", oil["on_crankpin_g"])
+            for oil in report.get("oil") or ()
         ],
         "bob_weights": at(report, "engine.bob_weights") or (),
     }

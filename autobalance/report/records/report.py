@@ -19,6 +19,7 @@ from autobalance.records import (
     Angle,
     KgMm2,
     Like,
+    Matrix3,
     NotNegative,
     Ordinal,
     Pair,
@@ -50,7 +51,7 @@ from autobalance.report.records.surfaces import (
     TrueSurfaces,
 )
 from autobalance.report.records.with_bob_weights import WithBobWeights
-from autobalance.units import wrapped_deg
+from autobalance.units import G_MM2_PER_KG_MM2, wrapped_deg
 from autobalance.version import SCHEMA_VERSION
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
     from autobalance.balancing.external import CarriedUnbalance
     from autobalance.balancing.loop import Result
     from autobalance.crank import sections
+    from autobalance.job import model
 
 
 @record
@@ -101,6 +103,31 @@ class ExternalPart:
             angle_deg=wrapped_deg(math.degrees(math.atan2(y, x))),
             change_g_mm=carried.unbalance_g_mm - np.array(carried.part.unbalance_g_mm),
             pm_g_mm=carried.pm_g_mm,
+        )
+
+
+@record
+class ThrowOil:
+    """Oil in bores and drillings of a throw and of the mains beside it, up to halfway to its neighbours.
+
+    Rotor frame, about its origin. `on_crankpin_g` is in the bob-weight: it pulls along the throw as the oil.
+    """
+
+    throw: Ordinal
+    mass_g: Positive
+    centre_mm: Triple
+    inertia_kg_mm2: Matrix3
+    on_crankpin_g: NotNegative
+
+    @classmethod
+    def of(cls, throw: int, oil: model.ThrowOil) -> Self:
+        """Return that of a throw."""
+        return cls(
+            throw=throw,
+            mass_g=oil.moments.mass_g,
+            centre_mm=oil.moments.centre_mm,
+            inertia_kg_mm2=oil.moments.inertia_g_mm2 / G_MM2_PER_KG_MM2,
+            on_crankpin_g=oil.on_crankpin_g,
         )
 
 
@@ -248,6 +275,9 @@ class Report:
         ]
         | Absent
     ) = ABSENT
+    oil: (
+        Annotated[Sequence[ThrowOil], "Of jobs with `[engine.oil]`: the oil that the crank holds."] | Absent
+    ) = ABSENT
     assembly: (
         Annotated[
             Sequence[AssemblyStage],
@@ -351,6 +381,7 @@ def _balanced(balanced: run.Balanced, record: run.Record) -> dict[str, Any]:
         "final_with_slugs": WithSlugs.of(result),
         "loads_with_gas": balanced.loads_with_gas or ABSENT,
         "external": [ExternalPart.of(each) for each in balanced.external] or ABSENT,
+        "oil": [ThrowOil.of(*each) for each in sorted(balanced.oil.items())] or ABSENT,
         "assembly": [
             AssemblyStage.of(number, each, record.planes_z_mm)
             for number, each in enumerate(balanced.assembly, 1)

@@ -17,7 +17,7 @@ from autobalance.report.sheet.pen import SOFT
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.title_block import MARGIN_MM, Sheet
 from autobalance.report.sheet.zero import Zero
-from autobalance.wording import at, file_name, grams
+from autobalance.wording import at, file_name, grams, oil_on_crankpin_g
 
 Report = Mapping[str, Any]
 Make = tuple[str, str, float, float, float]
@@ -66,11 +66,12 @@ def make_up(report: Report, throw: int) -> list[Make]:
     factor = float(at(report, "balance_factor.target"))
     groups = (("rotating_g", "rotating", rods, 1.0), ("reciprocating_g", "reciprocating", rods, factor),
               ("crankpin_g", "on the crankpin", 1, 1.0))  # fmt: skip
+    oil_g = oil_on_crankpin_g(report, throw)
     return [
         (name.replace("_", " "), how, float(count), grams(value), share)
         for key, how, count, share in groups
         for name, value in (own.get(key) or engine.get(key) or {}).items()
-    ]
+    ] + ([("oil in the crank", "on the crankpin", 1.0, oil_g, 1.0)] if oil_g else [])
 
 
 def _throws(report: Report, throws: Sequence[int], bob: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
