@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from autobalance.bearings.orbit import short_film_unit_n
-from autobalance.crank.anatomy import Anatomy
-from autobalance.crank.sections import away_from_crankpin
+from autobalance.crank.anatomy import Anatomy, Pin
+from autobalance.crank.sections import ROOM, away_from_crankpin
 from autobalance.dynamics.crank_bending import throw_bending
 from autobalance.dynamics.crank_in_films import JournalFilms, journal_paths, taken_n
 from autobalance.dynamics.crank_on_springs import CrankOnSprings, Stretch
@@ -26,11 +26,12 @@ from autobalance.machine_models.rotor_from_crank import E_GPA, MPA_PER_GPA, NU
 from autobalance.machine_models.torsion_from_job import throw_shapes, webs_beside
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.region import Region
-from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array, Complex
 from autobalance.units import M_PER_MM, N_M_PER_N_MM, N_PER_G_MM_S2
 
 SAME_MM = 1e-6
+JOURNAL_SIDES = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,15 +161,25 @@ def _forces(cycle: CycleAnalysis, job: Job, crank: Crank, solid: Solid) -> tuple
 
 
 def _without(solid: Solid, anatomy: Anatomy) -> Solid:
-    """Return a crank without its counterweights: the webs' metal beyond the axis, away from the crankpins."""
+    """Return a crank without its counterweights: the webs' metal beyond the axis, away from the crankpins.
+
+    A counterweight that is thicker than its web stands around a journal, which stays.
+    """
     far = 2.0 * float(np.abs(solid.bounds[:, :2]).max())
+    journals = union([_around(journal) for journal in anatomy.main_journals])
     for web in anatomy.webs:
         if web.counterweight:
             away = away_from_crankpin(web, anatomy)
             along = np.array([-away[1], away[0]])
             corners = [far * along, -far * along, far * (away - along), far * (away + along)]
-            solid = solid - Solid.prism(Region.of([np.array(corners)]), web.z_min_mm, web.z_max_mm)
+            half = Solid.prism(Region.of([np.array(corners)]), web.z_min_mm, web.z_max_mm)
+            solid = solid - (half - journals)
     return solid
+
+
+def _around(journal: Pin) -> Solid:
+    radius, (x, y) = 0.5 * (1.0 + ROOM) * journal.diameter_mm, journal.centre_mm[:2]
+    return Solid.prism(Region.circle(radius, JOURNAL_SIDES, (float(x), float(y))), *journal.z_range_mm)
 
 
 def _in_films(
