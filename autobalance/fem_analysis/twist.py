@@ -42,6 +42,11 @@ class TwistStiffness:
     nodes: int
     levels_n_m_rad: tuple[float, ...]
 
+    def scaled(self, by: float) -> TwistStiffness:
+        """Return so many times the stiffness, as of a part of the body."""
+        levels = tuple(by * each for each in self.levels_n_m_rad)
+        return TwistStiffness(by * self.n_m_rad, by * self.error_n_m_rad, self.nodes, levels)
+
 
 def twist_stiffness(bodies: Iterable[ElasticBody], volume_mm3: float, material: Material) -> TwistStiffness:
     """Return the stiffness between the lowest and the highest plane of a body, twisted about z.

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass
+from functools import partial
+from itertools import groupby
 
 import numpy as np
 
@@ -43,25 +47,28 @@ class ThrowTwist:
 
 @dataclass(frozen=True, eq=False)
 class _Looks:
-    """What throws alike have in common: sizes; volume, reach towards the crankpin and inertia."""
+    """What bays alike have in common: sizes and angles; volume, reach to the first crankpin, inertia."""
 
     sizes_mm: Array
     moments: Array
 
     @classmethod
-    def of(cls, piece: Solid, throw: Throw, shape: ThrowShape) -> _Looks:
-        moments = piece.moments(1.0)
+    def of(cls, piece: Solid, throws: Sequence[Throw], shapes: Sequence[ThrowShape]) -> _Looks:
+        moments, throw = piece.moments(1.0), throws[0]
         second = moments.second_g_mm2[:2, :2]
+        angles = [math.remainder(each.angle_rad - throw.angle_rad, math.tau) for each in throws[1:]]
         towards = float(moments.first_g_mm[:2] @ throw.direction)
         along = float(throw.direction @ second @ throw.direction)
         return cls(
-            np.array(astuple(shape)),
+            np.array([*(size for shape in shapes for size in astuple(shape)), *angles]),
             np.array([moments.mass_g, towards, along, float(np.trace(second))]),
         )
 
     def is_like(self, other: _Looks) -> bool:
-        return np.allclose(self.sizes_mm, other.sizes_mm, rtol=EQUAL_SIZES_SHARE) and np.allclose(
-            self.moments, other.moments, rtol=EQUAL_MOMENTS_SHARE
+        return (
+            len(self.sizes_mm) == len(other.sizes_mm)
+            and np.allclose(self.sizes_mm, other.sizes_mm, rtol=EQUAL_SIZES_SHARE)
+            and np.allclose(self.moments, other.moments, rtol=EQUAL_MOMENTS_SHARE)
         )
 
 
@@ -75,8 +82,9 @@ def throw_twists(
     """Return the torsional stiffness of every throw by quadratic tetrahedra on three meshes.
 
     A throw reaches from the middle of the main journal before it to the middle of the one after it; throws
-    alike are solved once. A crankpin that is not in the file is put in, of the bore's diameter, as one piece
-    with the webs.
+    alike are solved once. Throws between the same two mains are twisted together, and share the twist as
+    their formulas (Ker Wilson) say. A crankpin that is not in the file is put in, of the bore's diameter, as
+    one piece with the webs.
 
     Raises
     ------
@@ -94,23 +102,30 @@ def throw_twists(
     known: list[tuple[_Looks, TwistStiffness]] = []
     shapes = throw_shapes(crank)
     deadline = Deadline.after(LONGEST_S)
-    for number, throw in enumerate(crank.anatomy.throws):
-        progress(f"twisting throw {throw.number}", number / len(crank.anatomy.throws))
-        ends = throw_ends_mm(crank.anatomy, throw)
+    for ends, group in groupby(crank.anatomy.throws, partial(bay_ends_mm, crank.anatomy)):
+        throws = list(group)
+        names = ", ".join(str(throw.number) for throw in throws)
+        progress(f"twisting throw {names}", len(twists) / len(crank.anatomy.throws))
         if isinstance(ends, str):
-            twists.append(ThrowTwist(None, ends))
+            twists += [ThrowTwist(None, ends)] * len(throws)
             continue
-        piece = solid.above(ends[0]).below(ends[1])
-        looks = _Looks.of(piece, throw, shapes[number])
+        piece, sizes = solid.above(ends[0]).below(ends[1]), [shapes[throw.number - 1] for throw in throws]
+        looks = _Looks.of(piece, throws, sizes)
         alike = [each for other, each in known if looks.is_like(other)]
         try:
             stiffness = alike[0] if alike else _twisted(piece, material, size_mm, deadline)
         except SolidError as error:  # the formulas still hold: the rest of the report is worth having
-            twists.append(ThrowTwist(None, str(error)))
+            twists += [ThrowTwist(None, str(error))] * len(throws)
             continue
         known.append((looks, stiffness))
-        twists.append(ThrowTwist(stiffness))
+        twists += [ThrowTwist(each) for each in _shared(stiffness, sizes)]
     return twists
+
+
+def _shared(whole: TwistStiffness, shapes: Sequence[ThrowShape]) -> list[TwistStiffness]:
+    """Return the stiffness of each throw of a bay: in series they are as stiff as all of it."""
+    flexibilities = [shape.ker_wilson_per_mm3() for shape in shapes]
+    return [whole.scaled(sum(flexibilities) / each) for each in flexibilities]
 
 
 def _twisted(piece: Solid, material: Material, size_mm: float | None, deadline: Deadline) -> TwistStiffness:
@@ -131,14 +146,22 @@ def _twisted(piece: Solid, material: Material, size_mm: float | None, deadline: 
     raise AssertionError  # the last share has returned or raised
 
 
-def throw_ends_mm(anatomy: Anatomy, throw: Throw) -> tuple[float, float] | str:
-    """Return the middles of the journals beside a throw, or why there are none of its own."""
+def bay_ends_mm(anatomy: Anatomy, throw: Throw) -> tuple[float, float] | str:
+    """Return the middles of the journals beside a throw and those that it shares them with, or why not."""
     z = float(throw.crankpin.centre_mm[2])
     middles = [float(main.centre_mm[2]) for main in anatomy.main_journals]
     below, above = [m for m in middles if m < z], [m for m in middles if m > z]
     if not (below and above):
         return "it has no main journal on one side"
-    low, high = max(below), min(above)
+    return max(below), min(above)
+
+
+def throw_ends_mm(anatomy: Anatomy, throw: Throw) -> tuple[float, float] | str:
+    """Return the middles of the journals beside a throw, or why there are none of its own."""
+    ends = bay_ends_mm(anatomy, throw)
+    if isinstance(ends, str):
+        return ends
+    low, high = ends
     if sum(low < float(each.crankpin.centre_mm[2]) < high for each in anatomy.throws) > 1:
         return "it shares its bay with another throw"
     return low, high

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -85,13 +86,29 @@ def test_throws_alike_but_for_the_side_of_their_drillings_are_solved_once(
     assert found == [1.0, 2.0, 2.0, 1.0]
 
 
-def test_throws_that_share_a_bay_have_no_stiffness_of_their_own() -> None:
-    plain = replace(PRESETS["v6-60"], bays=PRESETS["v6-60"].bays[:1], oil_hole_mm=0.0, fillet_mm=0.0)
-    mesh = crank_solid(plain, 16).mesh
+def test_throws_of_one_bay_are_twisted_together_and_in_series_as_stiff(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Bays that are turned about the axis are alike; both throws have their share of the twist."""
+    pieces: list[Solid] = []
+
+    def twisted(piece: Solid, *_: object) -> TwistStiffness:
+        pieces.append(piece)
+        return TwistStiffness(3e5, 3e3, 1, (2.8e5, 2.9e5, 3e5))
+
+    monkeypatch.setattr("autobalance.machine_models.throw_twist._twisted", twisted)
+    mesh = crank_solid(replace(PRESETS["v6-60"], oil_hole_mm=0.0), 24).mesh
     crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, 7850.0).measured
-    assert [each.reason for each in throw_twists(crank, 210e3, 80e3, None)] == [
-        "it shares its bay with another throw"
-    ] * 2
+    found = [each.stiffness for each in throw_twists(crank, 210e3, 80e3, None) if each.stiffness]
+    mains = [float(main.centre_mm[2]) for main in crank.anatomy.main_journals]
+    assert [tuple(piece.bounds[:, 2]) for piece in pieces] == [
+        pytest.approx(each) for each in pairwise(mains[: len(pieces) + 1])
+    ]
+    assert len(pieces) < len(mains) - 1 == 3
+    for one, other in zip(found[::2], found[1::2], strict=True):
+        assert 1.0 / one.n_m_rad + 1.0 / other.n_m_rad == pytest.approx(1.0 / 3e5, rel=1e-12)
+        assert one.error_n_m_rad == pytest.approx(0.01 * one.n_m_rad)
+        assert one.n_m_rad == pytest.approx(other.n_m_rad, rel=0.05)  # throws of one drawing
 
 
 def test_crankpins_are_put_into_a_crank_without_them() -> None:
