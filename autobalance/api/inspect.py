@@ -63,17 +63,11 @@ class InspectResult(VerbResult):
         surfaces recognised in it, or from the drawing.
         """
         from autobalance.report.pictures.anatomy import crank_picture
+        from autobalance.report.pictures.deviation import surface_image
 
         measured = self.crank.measured
-        mesh, below = measured.source.solid.mesh, None
-        if self.against is not None or measured.anatomy.scan is not None:
-            from autobalance.crank.deviations import deviations_mm
-            from autobalance.report.pictures.deviation import deviation_image
-
-            held = self.against
-            off = deviations_mm(mesh, measured.anatomy) if held is None else held.distances_mm
-            below = deviation_image(mesh.moved(measured.anatomy.file_to_rotor), off)
-        return crank_picture(mesh, measured.anatomy, self.faces, below=below)
+        below = surface_image(measured, self.against)
+        return crank_picture(measured.source.solid.mesh, measured.anatomy, self.faces, below=below)
 
 
 @documented

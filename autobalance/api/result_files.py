@@ -189,7 +189,10 @@ def _named_from(record: Record, file: Path | None, folder: Path) -> Record:
     """Return the record with its crank file named from the report's folder, where that can be."""
     if file is None:
         return record
-    return replace(record, input=replace(record.input, file=seen_from(folder, file)))
+    scan = record.input.scan
+    if scan is not None and scan.file is not None:
+        scan = replace(scan, file=seen_from(folder, Path(scan.file)))
+    return replace(record, input=replace(record.input, file=seen_from(folder, file), scan=scan))
 
 
 def seen_from(folder: Path, file: Path) -> str:
@@ -229,4 +232,5 @@ def _pages(record: Record, before: Crank, choice: Choice, notify: Notify) -> dic
     assert record.balanced is not None
     cut = record.balanced.result
     values = showable(report(record))
-    return bundle(Material(values, choice, before.measured.source.solid, cut.to_show, cut.tools, notify))
+    crank = before.measured
+    return bundle(Material(values, choice, crank.source.solid, cut.to_show, cut.tools, notify, crank=crank))

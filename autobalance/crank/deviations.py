@@ -1,4 +1,4 @@
-"""How far a scanned crank's surface stands off the cylinders and planes recognised in it."""
+"""How far a scanned crank's surface stands off the cylinders, rims and planes recognised in it."""
 
 from __future__ import annotations
 
@@ -22,6 +22,11 @@ def deviations_mm(mesh: Mesh, anatomy: Anatomy) -> Array:
         away -= 0.5 * pin.diameter_mm
         here = (placed[:, 2] > low) & (placed[:, 2] < high) & (np.abs(away) < REACH_MM)
         off[here] = away[here]
+    for web in anatomy.webs:
+        if web.outline is not None:
+            away = np.hypot(placed[:, 0], placed[:, 1]) - web.outline.rim_radius_mm
+            here = (placed[:, 2] > web.z_min_mm) & (placed[:, 2] < web.z_max_mm) & (np.abs(away) < REACH_MM)
+            off[here] = away[here]
     for face in () if anatomy.scan is None else anatomy.scan.faces:
         corners = np.unique(mesh.triangles.take(face.rows, axis=0))
         off[corners] = (mesh.vertices.take(corners, axis=0) - face.centroid_mm) @ face.normal

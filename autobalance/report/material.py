@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from autobalance.runtime import Notify
 
 if TYPE_CHECKING:
+    from autobalance.machine_models.measured import Crank
     from autobalance.report.page.shown import Shown
     from autobalance.report.sheet.drawing import Drawings
     from autobalance.solid.csg.solid import Solid
@@ -43,6 +44,8 @@ class Material:
         Called with what runs, in a few words.
     drawn : Drawings or None
         The outlines, where they are there already.
+    crank : Crank or None
+        As it was measured before it was cut: where it was scanned, its surface is shown.
     """
 
     report: Mapping[str, Any]
@@ -52,6 +55,7 @@ class Material:
     tools: Sequence[Solid]
     notify: Notify
     drawn: Drawings | None = None
+    crank: Crank | None = None
 
     @cached_property
     def shown(self) -> Shown:
@@ -68,6 +72,17 @@ class Material:
         shown = self.shown
         self.notify("drawing pictures")
         return pictures(self.report, self.before.mesh, shown.body, shown.pieces, units=self.choice.units)
+
+    @cached_property
+    def surface(self) -> bytes | None:
+        """The surface of a scan in the colours of its distance from what it should be, as PNG."""
+        if self.crank is None:
+            return None
+        from autobalance.report.pictures.deviation import surface_image
+        from autobalance.report.pictures.zbuffer import png
+
+        image = surface_image(self.crank)
+        return None if image is None else png(image)
 
     @cached_property
     def drawings(self) -> Drawings:

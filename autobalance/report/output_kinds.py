@@ -69,7 +69,13 @@ def _page(material: Material) -> dict[str, bytes]:
     shown = material.shown
     return {
         "html": page(
-            material.report, shown.body, shown.pieces, picture, shown.note, material.choice.units
+            material.report,
+            shown.body,
+            shown.pieces,
+            picture,
+            shown.note,
+            material.choice.units,
+            material.surface,
         ).encode()
     }
 

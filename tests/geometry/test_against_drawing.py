@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,8 @@ import pytest
 
 import autobalance as ab
 from autobalance.crank.deviations import deviations_mm
+from autobalance.report.material import Choice, Material
+from autobalance.report.pictures.deviation import surface_image
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written
 from tests import jobs
@@ -67,6 +70,21 @@ def test_a_surface_stands_off_what_was_recognised_by_its_noise(folder: Path) -> 
     known = off[~np.isnan(off)]
     assert 0.2 < len(known) / len(off) < 0.8
     assert np.median(np.abs(known)) == pytest.approx(0.6745 * 0.01, rel=0.3)
+
+
+def test_a_dent_in_a_rim_stands_off_it_and_the_page_shows_the_surface(folder: Path) -> None:
+    crank = ab.read_crank(folder / "scan.stl", unit="mm")
+    mesh, anatomy = crank.measured.source.solid.mesh, crank.measured.anatomy
+    placed = mesh.moved(anatomy.file_to_rotor).vertices
+    near = np.linalg.norm(np.abs(placed) - np.abs(DENT[:3]), axis=1)
+    off = deviations_mm(mesh, anatomy)
+    assert np.nanmin(off[near < DENT[3]]) < -0.2
+    shown = Material(
+        {}, Choice(()), crank.measured.source.solid, None, (), lambda _: None, crank=crank.measured
+    )
+    assert shown.surface is not None
+    drawn = ab.read_crank(folder / "drawing.stl", unit="mm").measured
+    assert surface_image(replace(drawn, anatomy=replace(drawn.anatomy, scan=None))) is None
 
 
 def test_a_crank_against_itself_differs_by_nothing(folder: Path) -> None:

@@ -11,7 +11,10 @@ from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.parametric.axial_plan import axial_plan
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.recognition.alignment import misalignment_warning
+from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.crank.recognition.rough_cylinders import RoughMesh, covered_share
+from autobalance.crank.recognition.rough_runs import rough_stack
 from autobalance.crank.scan import ScanFit
 from autobalance.errors import RecognitionError
 from autobalance.solid.csg.solid import Solid
@@ -149,6 +152,14 @@ def test_a_scanned_flange_is_found_with_its_face_and_its_holes() -> None:
     assert [hole.radius_mm for hole in flange.holes] == pytest.approx([29.0] * 6, abs=0.05)
     heights = {face.of: face.z_mm for face in found.datums.faces}
     assert heights["flange"] == flange.face_z_mm
+
+
+def test_a_cylinder_without_length_covers_nothing() -> None:
+    """A rim met by one section, as on a small arm: a division by zero."""
+    rough = RoughMesh.of(scan("single", 0.02, edge_mm=4.0).mesh)
+    long = rough_stack(rough.mesh, np.array([0.0, 0.0, 1.0]), rough.slack_mm)
+    run = CylinderRun(np.zeros(2), 15.0, 10.0, 10.0)
+    assert covered_share(rough, long, rough.directions, run, rough.slack_mm) == 0.0
 
 
 @pytest.mark.parametrize("name", ["camshaft", "propeller shaft"])

@@ -180,7 +180,9 @@ def _ends(z: Array, off: Array, run: CylinderRun, within: float) -> tuple[float,
 def covered_share(
     rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float
 ) -> float:
-    """Return which share of a cylinder's surface the mesh has."""
+    """Return which share of a cylinder's surface the mesh has; 0 of one without length."""
+    if not run.width > 0.0:  # a disc's rim of one section: the die filer's arm, scanned with 0.02 mm of noise
+        return 0.0
     rows = _triangles_on(rough, long, normals, run, slack)
     area = 0.5 * float(rough.mesh.doubled_areas.take(rows).sum())
     return area / (2.0 * math.pi * run.radius * run.width)

@@ -48,6 +48,7 @@ def page(
     still: bytes | None = None,
     view_note: str | None = None,
     units: UnitSystem = "metric",
+    surface: bytes | None = None,
 ) -> str:
     """Return the whole page.
 
@@ -64,6 +65,8 @@ def page(
     view_note : str or None
         What to say of the view: that it was decimated.
     units : {"metric", "inch"}
+    surface : bytes or None
+        A PNG of a scan's surface in the colours of its distance from what it should be.
 
     Returns
     -------
@@ -92,6 +95,7 @@ def page(
             depths_mm=sorted(abs(item["depth_mm"]) for item in report["corrections"]),
             remarks=remarks(report),
             turning=turning_words(report),
+            surface=base64.b64encode(surface).decode() if surface else "",
             still=base64.b64encode(still).decode() if still else "",
             view=view,
             view_note=view_note,

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from autobalance.crank.deviations import deviations_mm
 from autobalance.report.pictures.anatomy import VIEWS
 from autobalance.report.pictures.lettering import draw_labels
 from autobalance.report.pictures.zbuffer import Camera, Image, render
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
+
+if TYPE_CHECKING:
+    from autobalance.crank.against import AgainstDrawing
+    from autobalance.machine_models.measured import Crank
 
 STOPS = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
 COLOURS = np.array(
@@ -20,6 +27,22 @@ SHOWN = 0.9
 """The scale ends where this share of the surface lies within."""
 ROUND_UM = (5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 SCALE_PIXELS = (360, 16)
+
+
+def surface_image(crank: Crank, held: AgainstDrawing | None = None) -> Image | None:
+    """Return a picture of a scan in the colours of its distance from its own surfaces, or from its drawing.
+
+    ``held`` is what a crank was held against; None: the drawing beside which it was scanned. None is returned
+    for a crank that was drawn and held against nothing.
+    """
+    measured = crank if held is not None else crank.weighed
+    if held is None and crank.beside is not None:
+        held = crank.beside.against
+    mesh, anatomy = measured.source.solid.mesh, measured.anatomy
+    if held is None and anatomy.scan is None:
+        return None
+    off = deviations_mm(mesh, anatomy) if held is None else held.distances_mm
+    return deviation_image(mesh.moved(anatomy.file_to_rotor), off)
 
 
 def deviation_image(placed: Mesh, distances_mm: Array, width: int = 1200, height: int = 800) -> Image:

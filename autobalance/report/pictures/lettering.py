@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import resources
 
 import numpy as np
 
@@ -24,6 +25,9 @@ def draw_labels(image: Image, labels: Sequence[tuple[str, int, int]]) -> Image:
 
     canvas = Pillow.fromarray(image)
     pen, font = ImageDraw.Draw(canvas), ImageFont.load_default(SIZE)
+    if not all(text.isascii() for text, _, _ in labels):  # Pillow's font has no µ
+        with resources.as_file(resources.files("autobalance.report") / "assets" / "DejaVuSans.ttf") as path:
+            font = ImageFont.truetype(str(path), SIZE)
     boxes = [pen.textbbox((0, 0), text, font, anchor="lt") for text, _, _ in labels]
     sizes = [(right + 2.0 * PAD, bottom + 2.0 * PAD) for _, _, right, bottom in boxes]
     marks = [(float(column), float(row)) for _, column, row in labels]
