@@ -230,13 +230,6 @@ def _tangent_step(
     costs = np.array([cost_of(rate) for rate in rates])
     worst = float(np.abs(costs) @ most) or 1.0
     evenness = EVENNESS / max(float(most.max()), 1e-9)
-    if not shared and (same_depth or count == 1):
-        sides, room = np.vstack(a_ub), np.concatenate(b_ub)
-        slope = sides[:, :count].sum(axis=1)
-        depth = _one_depth(slope, room, inner / EXCESS, float(costs.sum()) / worst + evenness, bounds)
-        if depth is not None:
-            return np.full(count, depth)
-
     a_ub.append(np.hstack([np.eye(count), np.zeros((count, 1)), -np.ones((count, 1))]))
     b_ub.append(np.zeros(count))
     for pair in shared:
@@ -290,31 +283,6 @@ def _least_cost(
         method="highs",
     ).x
     return solution
-
-
-def _one_depth(
-    slope: Array, room: Array, worth: float, cost: float, bounds: tuple[Array, Array]
-) -> float | None:
-    """Return the depth that all cuts share, for the linear programme of just one; None where none is allowed.
-
-    ``slope`` · depth ≤ ``room``, and what is too much of that divided by ``worth`` is paid beside ``cost`` ·
-    depth: straight lines, of which the greatest counts. It is least where two of them cross, or at an end.
-    """
-    low, high = float(bounds[0].max()), float(bounds[1].min())
-    if low > high:
-        return None
-    slopes, levels = np.append(slope, 0.0) / worth + cost, np.append(-room, 0.0) / worth
-    depth, line = low, int(np.lexsort((slopes, slopes * low + levels))[-1])
-    while slopes[line] < 0.0:  # down the line that counts, to the steeper one that counts next
-        steeper = np.flatnonzero(slopes > slopes[line])
-        if not len(steeper):
-            return high
-        meets = (levels[line] - levels[steeper]) / (slopes[steeper] - slopes[line])
-        first = int(np.lexsort((-slopes[steeper], meets))[0])
-        depth, line = max(depth, float(meets[first])), int(steeper[first])
-        if not depth < high:
-            return high
-    return depth
 
 
 EXCESS = 10.0

@@ -272,25 +272,6 @@ def test_a_plan_that_falls_short_makes_nothing_worse() -> None:
     assert harmless(left.scaled(0.01), judge, candidates, fits) is fits
 
 
-def test_one_common_depth_is_the_linear_programmes() -> None:
-    rng = np.random.default_rng(0)
-    for scale in (1.0, 1e4):
-        for low in (0.0, 0.05):
-            slope, room, high = scale * rng.normal(size=64), rng.normal(size=64), rng.uniform(0.1, 5.0)
-            answer = linprog(
-                [0.3, planner.EXCESS],
-                A_ub=np.stack([slope, np.full(64, -0.995)], axis=1),
-                b_ub=room,
-                bounds=[(low, high), (0.0, None)],
-            )
-            bounds = np.array([low, 0.0]), np.array([high, high + 1.0])
-            depth = planner._one_depth(slope, room, 0.995 / planner.EXCESS, 0.3, bounds)
-            assert depth is not None
-            assert low <= depth <= high
-            costs = 0.3 * depth + planner.EXCESS * max(0.0, float((slope * depth - room).max()) / 0.995)
-            assert costs == pytest.approx(answer.fun, rel=1e-9)
-
-
 def test_cuts_that_change_nothing_that_counts_are_left_out() -> None:
     """5 g·mm of 10 are permitted in each plane; a hundredth of a gram-millimetre is nothing to set up for."""
     cuts = (Column(10.0, 0.0, 0.0), Column(0.0, 1.0, -40.0), Column(0.0, 1.0, 40.0))
