@@ -167,12 +167,8 @@ def _field(field: dataclasses.Field[Any], hint: Any) -> Field | None:
         hint,
         convert,
         INLINE in marks,
-        Absent not in get_args(_bare(hint)),
+        Absent not in get_args(get_args(hint)[0] if get_origin(hint) is Annotated else hint),
     )
-
-
-def _bare(hint: Any) -> Any:
-    return get_args(hint)[0] if get_origin(hint) is Annotated else hint
 
 
 def _marks(hint: Any) -> list[Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Literal, TextIO
 
@@ -55,9 +55,7 @@ class ProgressLine:
         mode: Mode = "usual",
         stream: TextIO | None = None,
         clock: Callable[[], float] = time.monotonic,
-        done_before: Sequence[tuple[str, float]] = BALANCED_BEFORE,
     ) -> None:
-        self._done_before = done_before
         self._stream = sys.stderr if stream is None else stream
         self._mode, self._clock = mode, clock
         self._live = mode == "usual" and self._stream.isatty()
@@ -67,7 +65,7 @@ class ProgressLine:
     def __call__(self, text: str, share: float | None = None) -> None:
         """Show what runs now; the share done is looked up where it is not passed."""
         spent = self._clock() - self._start
-        self._share = max(self._share, share_before(text, self._done_before) if share is None else share)
+        self._share = max(self._share, share_before(text, BALANCED_BEFORE) if share is None else share)
         if self._mode == "verbose":
             self._print(f"{spent:7.2f} s  {text}\n")
         elif self._live:

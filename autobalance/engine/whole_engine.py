@@ -359,38 +359,3 @@ def vee(
             for rod, bank in enumerate(banks_rad)
         ]
     return Engine(tuple(cylinders), tuple(crank))
-
-
-def boxer(
-    pair_angles_rad: Sequence[float],
-    pitch_mm: float,
-    rod_pitch_mm: float,
-    slider_crank: SliderCrank,
-    parts: Parts,
-) -> Engine:
-    """Return a boxer: the two pistons of a pair, on crankpins half a turn apart, move out together.
-
-    Parameters
-    ----------
-    pair_angles_rad : sequence of float
-        Of the first crankpin of each pair; [0, π] for a flat-four [rad].
-    pitch_mm : float
-        From pair to pair [mm].
-    rod_pitch_mm : float
-        From the first rod of a pair to the second [mm].
-    slider_crank, parts
-        Of every cylinder, each with a throw of its own.
-    """
-    pairs = [
-        vee([angle + bank], 0.0, [bank], slider_crank, parts)
-        for angle in pair_angles_rad
-        for bank in (0.0, math.pi)
-    ]
-    places = [
-        (number - 0.5 * (len(pair_angles_rad) - 1)) * pitch_mm + half * rod_pitch_mm
-        for number in range(len(pair_angles_rad))
-        for half in (-0.5, 0.5)
-    ]
-    cylinders = [replace(pair.cylinders[0], z_mm=z) for pair, z in zip(pairs, places, strict=True)]
-    crank = [replace(pair.crank[0], z_mm=z) for pair, z in zip(pairs, places, strict=True)]
-    return Engine(tuple(cylinders), tuple(crank))

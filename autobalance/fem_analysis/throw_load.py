@@ -19,7 +19,7 @@ from autobalance.fem_analysis.elasticity import (
 from autobalance.fem_analysis.statics import facet_nodes
 from autobalance.fem_analysis.twist import ON_END, end_nodes
 from autobalance.fem_analysis.two_level import TwoLevelSolver
-from autobalance.types import Array, Indices
+from autobalance.types import Array
 
 N_MM_PER_N_M = 1e3
 
@@ -76,7 +76,8 @@ def throw_loads(body: ElasticBody, material: Material, towards: Array) -> ThrowL
     for nodes, sense in zip(ends, (1.0, -1.0), strict=True):
         bent[nodes, 2] = sense * (places[nodes, :2] @ towards)
         bent_held[nodes, 2] = True
-        bent_held[_nearest(places, nodes), :2] = True
+        nearest_axis = nodes[np.argmin(np.hypot(*places[nodes, :2].T))]
+        bent_held[nearest_axis, :2] = True
         twisted_held[nodes, :2] = True
     pulled[ends[1], 2] = 1.0
     rim = ends[0][np.argmax(np.hypot(places[ends[0], 0], places[ends[0], 1]))]
@@ -94,11 +95,6 @@ def throw_loads(body: ElasticBody, material: Material, towards: Array) -> ThrowL
     torsion = nodal_stress_MPa(body, material, moved * (N_MM_PER_N_M / torque))[0]
     principal = np.linalg.eigvalsh(torsion[surface])[:, -1].astype(np.float64)
     return ThrowLoads(places[surface], bending[surface], principal, body.nodes)
-
-
-def _nearest(places: Array, nodes: Indices) -> int:
-    """Return the node that is nearest to the z axis."""
-    return int(nodes[np.argmin(np.hypot(places[nodes, 0], places[nodes, 1]))])
 
 
 def _moved(

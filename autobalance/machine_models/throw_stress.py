@@ -121,7 +121,7 @@ def throw_by_elements(
     levels = []
     for number, (share, coarser) in enumerate(zip(SHARES_OF_RADIUS, COARSENING, strict=True), 1):
         progress(f"throw {throw.number} by finite elements, mesh {number} of 2", 0.5 * (number - 1))
-        size = coarser * _size_mm(piece)
+        size = coarser * default_size_mm(piece.volume_mm3, 0.5 * float(piece.mesh.doubled_areas.sum()))
         body = bodies_of_solid(piece, size, (1.0,), CURVED_SHARE, deadline, rings, share)[0]
         levels.append(throw_loads(body, STEEL, throw.direction))
     fillets = tuple(
@@ -148,10 +148,6 @@ def _with_long_journals(piece: Solid) -> Solid:
 
 def _places(side: Side) -> tuple[Place, ...]:
     return ("crankpin", "journal") if side.has_journal else ("crankpin",)
-
-
-def _size_mm(piece: Solid) -> float:
-    return default_size_mm(piece.volume_mm3, 0.5 * float(piece.mesh.doubled_areas.sum()))
 
 
 def _ring(crank: Crank, throw: Throw, side: Side, place: Place, asked: Strength) -> FilletRing:

@@ -66,13 +66,6 @@ def loops(area: Area, tool: CuttingTool, left_mm: float) -> list[Array]:
     return outlines[::-1] if area.is_walled else outlines
 
 
-def _loops(region: Region) -> list[Array]:
-    """Return the outlines of a region that are worth a loop of the cutter."""
-    return [
-        each for each in region.simplified(CHORD_MM).polygons if abs(polygon_area_mm2(each)) > LEAST_LOOP_MM2
-    ]
-
-
 def layers(area: Area, tool: CuttingTool) -> list[float]:
     """Return the heights of the layers, the floor last."""
     depth = area.top_mm - area.bottom_mm

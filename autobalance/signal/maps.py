@@ -56,7 +56,7 @@ def waterfall(channel: Channel, window_name: str, top_hz: float, turning: Turnin
     )
     steps = max(1, min(MOST_ROWS, 2 * (len(channel) - length) // length + 1))
     starts = np.round(np.linspace(0, len(channel) - length, steps)).astype(int)
-    weights = window(window_name, length) * (2.0 / (length * gain(window_name)))
+    weights = window("hann", length) * (2.0 / (length * gain("hann")))
     columns = fft.rfftfreq(length, 1.0 / rate)
     kept = columns <= top_hz
     rows = np.zeros((steps, int(kept.sum())))
@@ -71,7 +71,7 @@ def waterfall(channel: Channel, window_name: str, top_hz: float, turning: Turnin
     return Map(times, speeds, columns[kept], rows)
 
 
-def order_map(channel: Channel, turning: Turning, max_order: float, window_name: str = "hann") -> Map | None:
+def order_map(channel: Channel, turning: Turning, max_order: float) -> Map | None:
     """Return spectra by angle, an order a column, a speed a row; None where the record is too short.
 
     The record goes by once, in blocks; no more than the map and one block are held.
@@ -85,7 +85,7 @@ def order_map(channel: Channel, turning: Turning, max_order: float, window_name:
     rows = int(max(1, min(MOST_ROWS, 2 * (turns - of_row) // of_row + 1)))
     starts = np.round(np.linspace(0, turns - of_row, rows)).astype(int) * per_turn
     columns = np.arange(round(max_order * of_row) + 1) / of_row
-    weights = window(window_name, length) * (2.0 / (length * gain(window_name)))
+    weights = window("hann", length) * (2.0 / (length * gain("hann")))
     amplitudes = np.zeros((rows, len(columns)))
     held, at, row = np.zeros(0), 0, 0
     for piece in by_angle(channel, turning, per_turn, max_order, turns):

@@ -12,7 +12,7 @@ from autobalance.engine.factor_advice import advise
 from autobalance.engine.loads import whole_turn
 from autobalance.engine.parts import Parts
 from autobalance.engine.slider_crank import SliderCrank
-from autobalance.engine.whole_engine import Cylinder, Engine, Order, boxer, inline, vee
+from autobalance.engine.whole_engine import Cylinder, Engine, Order, inline, vee
 
 CRANK = SliderCrank(43.0, 140.0)
 PARTS = Parts(500.0, 450.0, 0.0)
@@ -70,9 +70,18 @@ def test_v8_needs_its_rods_side_by_side_only_for_the_higher_moments() -> None:
     assert order(eight.with_counterweights(0.5), 1).greatest_force_n < ZERO_N
 
 
+def boxer(*pairs: tuple[float, float]) -> Engine:
+    """Pairs at (angle [deg], place [mm]): crankpins half a turn apart, pistons that move out together."""
+    cylinders = [
+        replace(vee(degrees(angle + bank), 0.0, degrees(bank), CRANK, PARTS).cylinders[0], z_mm=z + half)
+        for angle, z in pairs
+        for bank, half in ((0.0, -20.0), (180.0, 20.0))
+    ]
+    return Engine(tuple(cylinders))
+
+
 def test_boxer_has_no_force_of_any_order() -> None:
-    twin = boxer([0.0], 0.0, 40.0, CRANK, PARTS)
-    four = boxer(degrees(0, 180), 110.0, 40.0, CRANK, PARTS)
+    twin, four = boxer((0.0, 0.0)), boxer((0.0, -55.0), (180.0, 55.0))
     for engine in (twin, four):
         assert all(found.greatest_force_n < ZERO_N for found in engine.orders(SPEED))
     assert order(twin, 1).greatest_moment_n_m > 0.01 * PRIMARY_N

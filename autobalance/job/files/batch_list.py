@@ -15,6 +15,7 @@ from autobalance.job.read import WORKBOOKS, Job, load
 from autobalance.job.tables import TOP_KEYS
 from autobalance.job.toml.document import text_of
 from autobalance.job.toml.spreadsheet import sheet_cells
+from autobalance.job.toml.text import toml_value
 from autobalance.solid.formats.table import endings as crank_endings
 
 OWN_COLUMNS = ("job", "crank", "name")
@@ -48,7 +49,7 @@ class BatchRow:
         settings = [f"{key}={text}" for key, text in self.settings if text]
         if self.crank_file is not None:
             near = os.path.relpath(self.crank_file, self.job_file.parent)
-            settings.append(f"crankshaft.file={_quoted(near)}")
+            settings.append(f"crankshaft.file={toml_value(near)}")
         return load(self.job_file, settings)
 
 
@@ -111,11 +112,6 @@ def safe_name(text: str) -> str:
     """
     plain = UNSAFE.sub("_", text)
     return LEADING_DOTS.sub(lambda dots: "_" * len(dots[0]), plain)
-
-
-def _quoted(text: str) -> str:
-    """Return a text as a TOML string."""
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def _of_folder(folder: Path, job: Path | None) -> Iterable[BatchRow]:

@@ -91,8 +91,8 @@ def parse_bearing(raw: Mapping[str, Any], folder: Path = Path(), history: Given 
     """Return the bearing that a TOML document says; its history's file is relative to ``folder``."""
     table = Table(dict(raw), "", None)
     kind: Kind = table.value("kind", Kind)
-    if kind == "rolling":
-        table.optional("model", Model)
+    if kind == "rolling" and "model" in raw:
+        table.value("model", Model)
     values = read(in_base_units(raw), form_of(raw))
     speeds = values["speed_rpm"] if isinstance(values["speed_rpm"], tuple) else (values["speed_rpm"],)
     if len(speeds) > MOST_SPEEDS:

@@ -52,10 +52,6 @@ class Table:
                 raise JobError(f"{self.place(key)} is {number:g}; must be at least {SMALLEST:g}")
         return value
 
-    def optional(self, key: str, hint: Any, rule: Rule = ANY, default: Any = None) -> Any:
-        """Return a value as the type ``hint`` asks, or ``default`` where the key is absent."""
-        return self.value(key, hint, rule) if key in self.raw else default
-
     def table(self, key: str, known: Sequence[str] | None) -> Table:
         """Return a table inside this one; empty where it is absent."""
         return Table(self.raw.get(key, {}), self.place(key), known)

@@ -26,6 +26,7 @@ NO_SURFACE = (0.60, 0.62, 0.64)
 SHOWN = 0.9
 """The scale ends where this share of the surface lies within."""
 ROUND_UM = (5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
+VIEW_PIXELS = 600, 800
 SCALE_PIXELS = (360, 16)
 
 
@@ -45,7 +46,7 @@ def surface_image(crank: Crank, held: AgainstDrawing | None = None) -> Image | N
     return deviation_image(mesh.moved(anatomy.file_to_rotor), off)
 
 
-def deviation_image(placed: Mesh, distances_mm: Array, width: int = 1200, height: int = 800) -> Image:
+def deviation_image(placed: Mesh, distances_mm: Array) -> Image:
     """Return a picture of a crank in the rotor frame; its vertices' distances (n,) are NaN where nothing is known."""
     known = np.abs(distances_mm[~np.isnan(distances_mm)])
     reach = 1e3 * float(np.quantile(known, SHOWN)) if len(known) else 0.0
@@ -53,7 +54,7 @@ def deviation_image(placed: Mesh, distances_mm: Array, width: int = 1200, height
     at = distances_mm.take(placed.triangles).mean(axis=1) * 1e3 / most_um
     colours = np.where(np.isnan(at)[:, None], NO_SURFACE, coloured(np.nan_to_num(at)))
     views = [
-        render(placed.vertices, placed.triangles, colours, Camera(looks), width // 2, height).image
+        render(placed.vertices, placed.triangles, colours, Camera(looks), *VIEW_PIXELS).image
         for looks in VIEWS
     ]
     image: Image = np.concatenate(views, axis=1).copy()

@@ -76,9 +76,9 @@ def _broken(word: str, size: float, room_mm: float) -> list[str]:
     return parts
 
 
-def fitted(text: str, size: float, room_mm: float, bold: bool = False, least: float = 5.0) -> float:
+def fitted(text: str, size: float, room_mm: float, least: float = 5.0) -> float:
     """Return the font size at which a text fits, not below ``least``."""
-    wide = width_mm(text, size, bold)
+    wide = width_mm(text, size)
     return size if wide <= room_mm else max(least, size * room_mm / wide)
 
 

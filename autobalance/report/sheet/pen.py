@@ -175,14 +175,13 @@ class Pen:
         return path
 
     def shape(
-        self, polygons: Polygons, to_page: ToPage, fill: str | None, stroke: str, width_mm: float = 0.25,
-        dash: Sequence[float] = (),
-    ) -> None:  # fmt: skip
+        self, polygons: Polygons, to_page: ToPage, fill: str | None, stroke: str, width_mm: float = 0.25
+    ) -> None:
         """Fill and stroke outlines with holes; ``to_page`` takes (k, 2) to (x, down)."""
         if not polygons:
             return
         path = self._path(polygons, to_page)
-        self._stroke(stroke, width_mm, dash)
+        self._stroke(stroke, width_mm)
         if fill:
             self.canvas.setFillColor(paint(fill))
         self.canvas.drawPath(path, stroke=1, fill=1 if fill else 0, fillMode=0)

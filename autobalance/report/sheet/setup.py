@@ -32,7 +32,8 @@ def set_up(report: Report, u: DisplayUnits, zero: Zero, cheeks: Mapping[int, Che
     """Return the set-up, a sentence or two a line."""
     return [
         _ends(report),
-        _wheel(report, u, zero),
+        f"Degree wheel: zero is {_zero_words(report, u, zero)} ccw counts counter-clockwise seen from the +z "
+        "end, cw clockwise seen from there; seen from the -z end the two change places.",
         _datums(report, cheeks.values(), u),
         *_sides(report["corrections"]),
     ]
@@ -47,13 +48,6 @@ def _ends(report: Report) -> str:
         last = max(mains, key=lambda main: float(main["centre_mm"][2]))
         end = f", the end of main journal {last['number']}"
     return f"Ends: +z is the direction ({towards}) of the crank's file{end}."
-
-
-def _wheel(report: Report, u: DisplayUnits, zero: Zero) -> str:
-    return (
-        f"Degree wheel: zero is {_zero_words(report, u, zero)} ccw counts counter-clockwise seen from the +z "
-        "end, cw clockwise seen from there; seen from the -z end the two change places."
-    )
 
 
 def _zero_words(report: Report, u: DisplayUnits, zero: Zero) -> str:

@@ -179,16 +179,11 @@ FITS = (
 
 @dataclass(frozen=True)
 class Fit:
-    """A press fit: its name, limits of bore and slug [mm], interference least and most [mm]."""
+    """A press fit: its name, limits of bore and slug [mm] [mm]."""
 
     name: str
     bore_mm: tuple[float, float]
     slug_mm: tuple[float, float]
-
-    @property
-    def interference_mm(self) -> tuple[float, float]:
-        """Least and greatest interference."""
-        return self.slug_mm[0] - self.bore_mm[1], self.slug_mm[1] - self.bore_mm[0]
 
 
 def press_fit(diameter_mm: float) -> Fit:

@@ -91,10 +91,6 @@ class ExactSolid:
         """Least and greatest coordinates (2, 3) [mm], with a little room."""
         return bounds_mm(self._body)
 
-    @property
-    def solid_count(self) -> int:
-        return len(explored(self._body, "SOLID"))
-
     def face_kinds(self) -> dict[str, int]:
         """Count the faces by their surface: ``plane``, ``cylinder``, ``cone``, ``torus`` and others."""
         return dict(Counter(surface_kind(face) for face in explored(self._body, "FACE")))
