@@ -153,9 +153,9 @@ def orders(
     frequencies : sequence of float or None
         Frequencies whose crossings with the orders are listed [Hz]; None: the natural ones found.
     bearing : mapping or None
-        Geometry of a rolling bearing whose defect orders are listed, for example
-        balls=9,ball=7.94,pitch=39.04,contact=0,speed=1. Diameters ``ball`` and ``pitch`` in one unit,
-        ``contact`` angle [°], ``speed`` of its shaft over the crank's.
+        Geometry of a rolling bearing whose defect orders are listed: balls, their diameter ball and the pitch
+        diameter [mm], contact angle [°], speed of its shaft over the crank's (1), for example
+        balls=9,ball=7.94,pitch=39.04,contact=0,speed=1.
     band : pair or None
         Lowest and highest frequency of the envelope's band [Hz]; None: the band with the most peaked
         envelope.

@@ -11,7 +11,11 @@ from autobalance.command.verb import Option, Verb
 
 def add_folder(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "-o", "--output", metavar="DIR", required=True, help="folder of the programs, nc.json and setup.pdf"
+        "-o",
+        "--output",
+        metavar="DIR",
+        required=True,
+        help="folder of the programs, nc.json and setup.pdf (required)",
     )
 
 

@@ -268,6 +268,7 @@ def add_option(parser: argparse._ActionsContainer, parameter: Parameter, option:
         return
     flags = option.flags or (flag_of(parameter, option),)
     required = option.required or parameter.default is REQUIRED
+    keywords["help"] += " (required)" if required else ""
     parser.add_argument(*flags, dest=parameter.name, required=required, **keywords)
 
 

@@ -93,6 +93,8 @@ def test_every_option_says_what_it_sets_and_its_default(name: str) -> None:
         if action.option_strings and action.nargs != 0 and not action.required:
             assert words.endswith(")"), words
             assert "(default: " in words, words
+        if action.option_strings and action.required:
+            assert words.endswith(" (required)"), words
 
 
 @pytest.mark.parametrize(
