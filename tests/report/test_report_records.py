@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any, Literal, NotRequired, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -79,6 +81,28 @@ def test_a_record_is_written_in_the_units_of_its_keys() -> None:
     assert made["required"] == ["angle_deg", "inertias_kg_mm2", "unbalance_g_mm", "speed_rpm", "from"]
     assert made["additionalProperties"] is True  # what stands inline has any keys
     Draft202012Validator(made).validate(encoded(outer()))
+
+
+CHANGED = re.compile(
+    r"\b(?:report|rows?)(?:\[[^\]\n]+\])*(?:\[[^\]\n]+\] *[|+]?=(?!=)|\.(?:update|setdefault|pop|clear)\()"
+)
+"""A key set, or taken from, what a verb answers with."""
+
+
+def test_no_report_is_changed_after_it_was_made() -> None:
+    assert all(map(CHANGED.search, ('report["a"] = 1', 'report["a"]["b"] += 1', "result.report.pop('a')")))
+    assert not any(map(CHANGED.search, ('report["a"] == 1', 'x = report["a"]', 'f(report["a"], b=2)')))
+    for room in ("api", "balancing", "command", "engine", "machine_models", "report", "studies"):
+        for path in (Path(ab.__file__).parent / room).rglob("*.py"):
+            changed = CHANGED.search(path.read_text(encoding="utf-8"))
+            assert changed is None, f"{path}: {changed}"
+
+
+def test_no_verb_reads_the_report_of_another() -> None:
+    """A result reads its own, for what it prints; examples in docstrings show theirs."""
+    for path in (Path(ab.__file__).parent / "api").glob("*.py"):
+        for line in path.read_text(encoding="utf-8").splitlines():
+            assert ">>>" in line or not re.search(r"(?<!self)\.report\[", line), f"{path}: {line}"
 
 
 def test_a_unit_that_the_name_does_not_end_in_is_refused() -> None:
