@@ -138,11 +138,11 @@ def serve(module: str, longest_s: float) -> None:
     while (request := _read(requests)) is not None:
         _alarm(longest_s)
         try:
-            found = answer(*request)
+            result = answer(*request)
         except AutobalanceError as error:
-            found = error
+            result = error
         _alarm(0.0)
-        _write(answers, found)
+        _write(answers, result)
 
 
 def _alarm(seconds: float) -> None:

@@ -55,13 +55,13 @@ def solution(program: IntegerProgram) -> Solution:
         return answer(program)
     with solvers.one() as child:
         child.send(program)
-        found = child.receive()
-        if found is None:
+        result = child.receive()
+        if result is None:
             raise AutobalanceError(
                 f"the integer solver's process ended (exit code {child.end()}) without an answer; "
                 "expected one: close other programs if memory was short, and run it again"
             )
-    return found  # type: ignore[no-any-return]
+    return result  # type: ignore[no-any-return]
 
 
 solvers: Final = Children(__name__)

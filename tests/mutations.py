@@ -14,7 +14,7 @@ from autobalance.report.balance.values import schema
 from autobalance.verification.check import check_claims
 from autobalance.verification.checked import Checked
 from autobalance.verification.claims import Claims
-from autobalance.verification.correction_claims import TOLD
+from autobalance.verification.correction_claims import STATED
 from autobalance.verification.solids import Files
 
 Report = dict[str, Any]
@@ -95,7 +95,7 @@ def accepted(report: Report, folder: Path, under: tuple[str, ...] = ()) -> list[
                 continue
             if not _is_listed(place(way), [each.key for each in result.not_checked]):
                 found.append(f"{place(way)}: {value!r} -> {other!r}")
-    for key in TOLD if report["corrections"] else ():
+    for key in STATED if report["corrections"] else ():
         first, *others = report["corrections"]
         left_out = {each: value for each, value in first.items() if each != key}
         with contextlib.suppress(ab.AutobalanceError):

@@ -79,9 +79,9 @@ def compared(
     from autobalance.report.balance.comparison import comparison
     from autobalance.report.records.compare import CompareReport
 
-    given = jobs.given(job)
+    whole_job = jobs.given(job)
     measured = None if crank is None else crank.measured
-    of = given if crank is None else with_crank(given, crank)
+    of = whole_job if crank is None else with_crank(whole_job, crank)
 
     def result(some: Compared) -> CompareResult:
         report = comparison(str(of.path), some.tolerance, some.initial_g_mm, some.rows, of.prefer)

@@ -49,9 +49,9 @@ class CycleResult(VerbResult):
         """Return pressure, indicator diagrams, torque, orders, polar loads and speed."""
         from autobalance.report.engine.cycle_plots import cycle_plots, flexible_plots
 
-        made = cycle_plots(self.analysis, self.factors, self.films, self.report["sweep"])
+        plots = cycle_plots(self.analysis, self.factors, self.films, self.report["sweep"])
         bent = {} if self.flexible is None else flexible_plots(self.analysis, self.flexible)
-        return Plots({**made, **bent})
+        return Plots({**plots, **bent})
 
     def files(self) -> Mapping[str, bytes]:
         """Return the series by angle as a CSV file."""

@@ -57,14 +57,14 @@ def jobs(folder: str | Path = ".", *, find: str | None = None) -> JobsResult:
     place = Path(folder)
     if not place.is_dir():
         raise FileError(f"{place} is no folder; expected the folder of a shop's results")
-    found = archive(place)
-    rows = [row for row in found.rows if find is None or row.holds(find)]
+    listed = archive(place)
+    rows = [row for row in listed.rows if find is None or row.holds(find)]
     return JobsResult(
         JobsReport(
             folder=str(folder),
             find=find,
             jobs=[ArchivedJob.of(row) for row in rows],
             series=[JobSeries.of(each) for each in series_of(rows)],
-            warnings=found.warnings,
+            warnings=listed.warnings,
         )
     )

@@ -98,25 +98,25 @@ def strength(
     from autobalance.machine_models.fillets_from_job import fillets
     from autobalance.report.records.strength import FilletState, StrengthReport
 
-    asked = _asked(source, speed_rpm, crank, settings, progress)
-    analysis, before, elements = _cycle(asked, asked.crank), None, None
-    after = fillets(asked.job, asked.crank, analysis)
+    request = _asked(source, speed_rpm, crank, settings, progress)
+    analysis, before, elements = _cycle(request, request.crank), None, None
+    after = fillets(request.job, request.crank, analysis)
     if fem:
-        elements, costs = _by_elements(asked, analysis, after, progress)
-        after = fillets(asked.job, asked.crank, analysis, costs)
-    if asked.before is not None:
-        before = FilletState.of(fillets(asked.job, asked.before, _cycle(asked, asked.before)))
+        elements, costs = _by_elements(request, analysis, after, progress)
+        after = fillets(request.job, request.crank, analysis, costs)
+    if request.before is not None:
+        before = FilletState.of(fillets(request.job, request.before, _cycle(request, request.before)))
     state = FilletState.of(after)
     content = StrengthReport(
-        **job_set(asked.job),
-        input=jobs.describe(asked.job),
-        report=asked.report,
-        speed_rpm=asked.speed_rpm,
+        **job_set(request.job),
+        input=jobs.describe(request.job),
+        report=request.report,
+        speed_rpm=request.speed_rpm,
         fillets=state.fillets,
         least=state.least,
         before=before,
         fem=elements,
-        warnings=asked.warnings,
+        warnings=request.warnings,
     )
     return StrengthResult(content, analysis, tuple(after))
 
@@ -187,11 +187,11 @@ def _by_elements(
     return ThrowElements.of(number, throw_stress, own, costs), costs
 
 
-def _cycle(asked: _Asked, crank: MeasuredCrank) -> CycleAnalysis:
+def _cycle(request: _Asked, crank: MeasuredCrank) -> CycleAnalysis:
     from autobalance.engine.cycle.analysis import CycleAnalysis
     from autobalance.machine_models.engine_from_job import as_measured
     from autobalance.machine_models.firing_from_job import firing_engine
 
-    speed = asked.speed_rpm * RAD_S_PER_RPM
-    firing = firing_engine(asked.job, crank.anatomy, speed, lambda: as_measured(asked.job, crank))
+    speed = request.speed_rpm * RAD_S_PER_RPM
+    firing = firing_engine(request.job, crank.anatomy, speed, lambda: as_measured(request.job, crank))
     return CycleAnalysis(firing, speed)

@@ -114,17 +114,17 @@ class KeptPlan:
     def _found(self, item: Item, work: Workpiece, limits: Limits) -> Cut:
         number = int(item["number"])
         if number not in self.cuts:
-            found = kept_cut(item, work, limits)
-            if found is None:
+            cut = kept_cut(item, work, limits)
+            if cut is None:
                 raise self._gone(item)
-            self.cuts[number] = found
-            self.offered.append((found, number))
+            self.cuts[number] = cut
+            self.offered.append((cut, number))
         return self.cuts[number]
 
     def with_tools(self, result: Result) -> Result:
         """Return a result in the order of the kept numbers, with an empty body where nothing is cut."""
-        made = self._made(result)
-        places = [made.get(number) for number in self.numbers]
+        cuts = self._made(result)
+        places = [cuts.get(number) for number in self.numbers]
         order = [k for k in places if k is not None]
         tools = [Solid.nothing() if k is None else result.tools[k] for k in places]
         unused = [number for number, k in zip(self.numbers, places, strict=True) if k is None]
@@ -149,8 +149,8 @@ class KeptPlan:
 
     def places(self, result: Result) -> list[tuple[Item, int | None]]:
         """Return each kept cut with its place among the cuts that are made; None where it is not."""
-        made = self._made(result)
-        return [(item, made.get(int(item["number"]))) for item in self.items]
+        cuts = self._made(result)
+        return [(item, cuts.get(int(item["number"]))) for item in self.items]
 
     @property
     def faces(self) -> tuple[Face, ...]:
@@ -178,9 +178,9 @@ def kept_cut(item: Item, work: Workpiece, limits: Limits) -> Cut | None:
                 cuts = kind.offer(there, kind.kept_limits(limits, item, SECTOR_DEG), level).cuts
             except CorrectionError:
                 continue
-            found = next((cut for cut in cuts if kind.is_kept(cut, item)), None)
-            if found is not None:
-                return found
+            kept_cut_of_kind = next((cut for cut in cuts if kind.is_kept(cut, item)), None)
+            if kept_cut_of_kind is not None:
+                return kept_cut_of_kind
     return None
 
 

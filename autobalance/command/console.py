@@ -72,7 +72,7 @@ def complain(text: str) -> None:
     """Print a line on standard error, or nowhere if that takes nothing."""
     as_objects = objects.current()
     if as_objects is not None:
-        as_objects.tell({"warning": text.removeprefix(WARNING)})
+        as_objects.write({"warning": text.removeprefix(WARNING)})
         return
     try:
         print(text, file=sys.stderr, flush=True)  # noqa: T201

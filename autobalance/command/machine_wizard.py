@@ -24,13 +24,13 @@ def wizard() -> int:
     index = [_asked(f"crank turned by {turn:g}° on its tooling, {UNTIL}") for turn in INDEX_DEG]
     (sizes, angles), (index_sizes, index_angles) = (zip(*each, strict=True) for each in (repeated, index))
     try:
-        found = machine_accuracy(sizes, angles, INDEX_DEG, index_sizes, index_angles)
+        accuracy = machine_accuracy(sizes, angles, INDEX_DEG, index_sizes, index_angles)
     except ValueError as error:
         raise UsageError(f"the readings give no figures: {error}") from None
     say(
-        f"tooling and mandrel: {found.tooling_g_mm:.2f} g·mm at {found.tooling_deg:.1f}°; "
-        f"the crank alone: {found.crank_g_mm:.2f} g·mm at {found.crank_deg:.1f}°\n\n"
-        f"[reading]\nurr_percent = {found.urr_percent:.1f}\numar_g_mm = {found.umar_g_mm:.3g}"
+        f"tooling and mandrel: {accuracy.tooling_g_mm:.2f} g·mm at {accuracy.tooling_deg:.1f}°; "
+        f"the crank alone: {accuracy.crank_g_mm:.2f} g·mm at {accuracy.crank_deg:.1f}°\n\n"
+        f"[reading]\nurr_percent = {accuracy.urr_percent:.1f}\numar_g_mm = {accuracy.umar_g_mm:.3g}"
     )
     return 0
 

@@ -32,11 +32,11 @@ class Objects:
         self.tell_stage()
 
     def tell_stage(self) -> None:
-        """Tell what runs, how far it is, and since when."""
+        """Write what runs, how far it is, and since when."""
         elapsed = round(self._clock() - self._start, 3)
-        self.tell({"stage": self._stage, "share": self._share, "elapsed_s": elapsed})
+        self.write({"stage": self._stage, "share": self._share, "elapsed_s": elapsed})
 
-    def tell(self, values: dict[str, Any]) -> None:
+    def write(self, values: dict[str, Any]) -> None:
         import json
 
         with self._lock, suppress(OSError, ValueError):  # a reader that has gone away stops no run
@@ -45,10 +45,10 @@ class Objects:
 
     def fail(self, lines: Sequence[str], exit_code: int) -> None:
         self._ended.set()
-        self.tell({"error": "\n".join(lines), "exit": exit_code})
+        self.write({"error": "\n".join(lines), "exit": exit_code})
 
     def repeat(self) -> None:
-        """Tell the same again until the end; runs in a thread of its own."""
+        """Write the same again until the end; runs in a thread of its own."""
         while not self._ended.wait(EVERY_S):
             self.tell_stage()
 

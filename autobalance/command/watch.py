@@ -36,10 +36,10 @@ def watch(machine_file: str, source: str, folder: str | None, report: str | None
     large = sys.stdout.isatty()
     vectors = None
     for line in _lines(source, time.monotonic() + timeout_s):
-        found = watched.line.vectors(line)
-        for plane, vector in found.items():
+        read = watched.line.vectors(line)
+        for plane, vector in read.items():
             watched.settling.add(plane, vector)
-        if found:
+        if read:
             latest = {name: each[-1] for name, each in sorted(watched.settling.last.items())}
             say(CLEAR + big_vectors(latest) if large else vectors_text(latest))
             vectors = watched.settling.settled

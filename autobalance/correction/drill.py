@@ -254,7 +254,7 @@ def cuts(
     if not cuts:
         largest = ""
         if seen and search_level and limits.diameters_mm is not None:
-            largest = _largest(lambda asked: _fits(solid, anatomy, density_g_mm3, target, asked), limits)
+            largest = _largest(lambda wanted: _fits(solid, anatomy, density_g_mm3, target, wanted), limits)
         raise CorrectionError(why_none(limits, diameters, seen, anatomy) + largest)
     return cuts
 
@@ -269,9 +269,9 @@ def _fits(solid: Solid, anatomy: Anatomy, density_g_mm3: float, target: Towards,
 
 def _largest(fits: Callable[[DrillLimits], bool], limits: DrillLimits) -> str:
     """Return which drill does fit, and which limit keeps a wider one out."""
-    asked = min(limits.at_hand_mm)
-    one = replace(limits, diameters_mm=(asked,))
-    widest = widest_mm(lambda diameter: fits(replace(one, diameters_mm=(diameter,))), asked)
+    least_mm = min(limits.at_hand_mm)
+    one = replace(limits, diameters_mm=(least_mm,))
+    widest = widest_mm(lambda diameter: fits(replace(one, diameters_mm=(diameter,))), least_mm)
     if widest is None:
         return ""
     shallow = 0.25 * limits.min_depth_mm
@@ -309,10 +309,10 @@ def _deepened(search: HoleSearch, density_g_mm3: float, limits: DrillLimits) -> 
     shallow = replace(limits, min_depth_mm=limits.min_step_mm)
     widest = max(radius for _, radius in fitting)
     metal = reach_of(search.solid, anatomy, [site for site, _ in fitting], widest)
-    for found, radius in fitting:
+    for hole_site, radius in fitting:
         point = radius / math.tan(half_point)
-        same_point = abs(found.old_point_mm - point) <= SAME_POINT * radius
-        place = found.from_shoulder(point) if same_point else found
+        same_point = abs(hole_site.old_point_mm - point) <= SAME_POINT * radius
+        place = hole_site.from_shoulder(point) if same_point else hole_site
         deeper_room = replace(room, most_mm=limits.max_depth_mm - place.sunk_mm)
         for each in make_holes([place], metal[place.web], radius, deeper_room):
             yield _cut(*each, shallow, density_g_mm3)

@@ -293,7 +293,7 @@ def cuts(work: Workpiece, target: Towards, limits: SlugLimits, search_level: int
 
 def _largest(work: Workpiece, target: Towards, limits: SlugLimits) -> str:
     """Return which slug of the least length does fit, and which limit keeps a wider one out."""
-    asked, length = min(limits.diameters_mm), min(limits.lengths_mm)
+    least_mm, length = min(limits.diameters_mm), min(limits.lengths_mm)
 
     def fits(diameter_mm: float, **changed: Any) -> bool:
         try:
@@ -303,13 +303,13 @@ def _largest(work: Workpiece, target: Towards, limits: SlugLimits) -> str:
             return False
         return True
 
-    widest = widest_mm(fits, asked)
+    widest = widest_mm(fits, least_mm)
     if widest is None:
         return ""
     ended = ended_by(
         {
-            f"min_wall_mm = {limits.min_wall_mm:g}": lambda: fits(asked, min_wall_mm=0.0),
-            f"lengths_mm = {length:g}": lambda: fits(asked, lengths_mm=(0.25 * length,)),
+            f"min_wall_mm = {limits.min_wall_mm:g}": lambda: fits(least_mm, min_wall_mm=0.0),
+            f"lengths_mm = {length:g}": lambda: fits(least_mm, lengths_mm=(0.25 * length,)),
         },
         "the counterweight's size",
     )

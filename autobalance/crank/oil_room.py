@@ -75,15 +75,15 @@ def oil_rooms(solid: Solid, anatomy: Anatomy) -> tuple[OilRoom, ...]:
     journals = [_room_in_pin(solid, anatomy, journal) for journal in anatomy.main_journals]
     rooms = [*pins, *journals, *(_room_in_web(solid, web) for web in anatomy.webs)]
     rooms = [each for each in rooms if not each.is_empty]
-    found: list[OilRoom] = []
+    drilled_rooms: list[OilRoom] = []
     for piece in union(rooms).pieces() if rooms else ():
         if piece.volume_mm3 < LEAST_MM3:
             continue
         of_throws = tuple(n for n, pin in enumerate(pins, 1) if _reaches(piece, pin))
         of_journals = tuple(n for n, pin in enumerate(journals, 1) if _reaches(piece, pin))
         if of_throws or of_journals:
-            found.append(OilRoom(of_throws, of_journals, piece))
-    return tuple(sorted(found, key=lambda room: float(room.filling.centre_mm[2])))
+            drilled_rooms.append(OilRoom(of_throws, of_journals, piece))
+    return tuple(sorted(drilled_rooms, key=lambda room: float(room.filling.centre_mm[2])))
 
 
 def _reaches(piece: Solid, room: Solid) -> bool:
@@ -132,8 +132,8 @@ def _heights_mm(slab: Solid, web: Web) -> Array:
     inside = inside[(inside > web.z_min_mm + BESIDE_MM) & (inside < web.z_max_mm - BESIDE_MM)]
     ends = np.concatenate([[web.z_min_mm], inside, [web.z_max_mm]])
     parts = [np.linspace(a, b, max(2, int(np.ceil((b - a) / SLICE_MM)) + 1))[:-1] for a, b in pairwise(ends)]
-    found: Array = np.append(np.concatenate(parts), web.z_max_mm)
-    return found
+    all_heights: Array = np.append(np.concatenate(parts), web.z_max_mm)
+    return all_heights
 
 
 def _filled(region: Region) -> Region:

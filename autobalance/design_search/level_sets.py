@@ -137,13 +137,13 @@ def level_sets(problem: Problem) -> list[LevelSet]:
     }
 
     def best(weights: Array) -> tuple[float, LevelSet, Array] | None:
-        found = []
+        answers = []
         for thickness, table in tables.items():
             answer = _best(problem, table, pull_of(problem, weights))
             if answer is not None:
                 radii, cost, totals = answer
-                found.append((cost, LevelSet(tuple(radii), thickness, weights), totals))
-        return min(found, key=lambda each: each[0]) if found else None
+                answers.append((cost, LevelSet(tuple(radii), thickness, weights), totals))
+        return min(answers, key=lambda each: each[0]) if answers else None
 
     ends = [best(np.eye(len(names))[place]) for place in known[:2]]
     sets = [end for end in ends if end is not None]
@@ -162,7 +162,7 @@ def level_sets(problem: Problem) -> list[LevelSet]:
 
 def level_set_for_balance(problem: Problem) -> LevelSet | None:
     """Return the lightest outlines that meet the balance, without ranges and objectives; None: none do."""
-    free, found = problem.free, []
+    free, answers = problem.free, []
     most = [_most_mm(problem, k) for k in range(len(free.parts))]
     design = replace(problem.design, mass_g=None, polar_inertia_kg_mm2=None)
     least_mass = np.eye(6)[COLUMNS["mass_g"]]
@@ -170,8 +170,8 @@ def level_set_for_balance(problem: Problem) -> LevelSet | None:
         tables = [_effects(problem, k, most[k], thickness[k]) for k in range(len(free.parts))]
         answer = _best(replace(problem, design=design), tables, least_mass)
         if answer is not None:
-            found.append((answer[1], LevelSet(tuple(answer[0]), thickness, np.zeros(0))))
-    return min(found, key=lambda each: each[0])[1] if found else None
+            answers.append((answer[1], LevelSet(tuple(answer[0]), thickness, np.zeros(0))))
+    return min(answers, key=lambda each: each[0])[1] if answers else None
 
 
 def _thicknesses(free: FreeMetal) -> list[tuple[float, ...]]:

@@ -86,8 +86,8 @@ def journal_paths(
     def force_n(angle: float, held: Complex, ratio: Complex) -> Complex:
         """Return the forces on the bushes of journals (m, k)."""
         back = np.exp(-1j * angle)
-        found: Complex = (held - taken_n(matrix, ratio * back)) / back
-        return found
+        force: Complex = (held - taken_n(matrix, ratio * back)) / back
+        return force
 
     def rate(angle: Any, state: Any) -> Array:
         """Return dε/dθ of states (2 m, k)."""
@@ -131,6 +131,6 @@ def journal_paths(
 def taken_n(stiffness_n_mm: Array, moved_mm: Complex) -> Complex:
     """Return what motions (m, n), x + iy, take off loads by a matrix (2 m, 2 m) of [x, y] main by main."""
     flat = np.stack([moved_mm.real, moved_mm.imag], axis=1).reshape(-1, moved_mm.shape[1])
-    taken = stiffness_n_mm @ flat
-    found: Complex = taken[0::2] + 1j * taken[1::2]
-    return found
+    loads = stiffness_n_mm @ flat
+    by_main: Complex = loads[0::2] + 1j * loads[1::2]
+    return by_main

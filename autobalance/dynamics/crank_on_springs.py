@@ -66,8 +66,8 @@ class CrankOnSprings:
         moved = scale[:, None] * np.linalg.solve(
             stiffness * np.outer(scale, scale), scale[:, None] * _flat(forces_n)
         )
-        found: Complex = moved[0::4] + 1j * moved[2::4]
-        return found
+        motion: Complex = moved[0::4] + 1j * moved[2::4]
+        return motion
 
     def held(self, forces_n: Complex, at: Sequence[int]) -> tuple[Complex, Array]:
         """Return what the beam does to held nodes: loads at rest (m, n), stiffness (2 m, 2 m) [N/mm].
@@ -112,8 +112,8 @@ def _stiffness(stretch: Stretch) -> Array:
     own[np.ix_(second, second)] = _plane(stretch.length_mm, stretch.across_n_mm2)
     c, s = np.cos(stretch.angle_rad), np.sin(stretch.angle_rad)
     turn = np.kron(np.eye(2), np.kron(np.array([[c, s], [-s, c]]), np.eye(2)))
-    found: Array = turn.T @ own @ turn
-    return found
+    turned: Array = turn.T @ own @ turn
+    return turned
 
 
 def _plane(length: float, bending: float) -> Array:

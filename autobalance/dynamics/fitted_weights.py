@@ -284,7 +284,7 @@ class _Search:
         cost = np.where(whole, TIE, 0.0)
         cost[0] = 1.0
         low, high = zip(*((low, high) for _, low, high in program.rows), strict=True)
-        found = solution(
+        answer = solution(
             IntegerProgram(
                 cost,
                 whole.astype(int),
@@ -296,9 +296,9 @@ class _Search:
                 {"mip_rel_gap": SOLVER_GAP, "time_limit": max(1.0, seconds)},
             )
         )
-        if found.x is None:
+        if answer.x is None:
             return None, 0.0
-        return found.x, max(0.0, found.bound - float(cost[1:].sum()))
+        return answer.x, max(0.0, answer.bound - float(cost[1:].sum()))
 
     # --- its solution ---------------------------------------------------------------------------------------
 

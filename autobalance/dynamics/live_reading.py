@@ -37,10 +37,10 @@ class LineFormat:
 
         Angles count as the machine counts them. A line that is no reading has none.
         """
-        found = self.pattern.search(line)
-        if found is None:
+        match = self.pattern.search(line)
+        if match is None:
             return {}
-        groups = found.groupdict()
+        groups = match.groupdict()
         pairs: dict[str | None, tuple[str | None, str | None]]
         if BOTH[0] in groups:
             pairs = {name: (groups[f"amount_{end}"], groups[f"angle_{end}"]) for name, end in ("Aa", "Bb")}

@@ -46,14 +46,16 @@ def modal_shapes(reduced: ReducedRotor, count: int) -> tuple[Array, Complex]:
     else:
         square, shapes = np.linalg.eigh(stiffness)
     order = np.argsort(square, kind="stable")[reduced.rigid_body_modes :]
-    found: list[tuple[float, Complex]] = []
+    elastic_modes: list[tuple[float, Complex]] = []
     for at in order:
         shape: Complex = (reduced.basis @ (shapes[0::2, at] - 1j * shapes[1::2, at])).astype(complex)
-        if len(found) < count and not any(_same(float(square[at]), shape, each) for each in found[-2:]):
-            found.append((float(square[at]), shape))
-    if found and found[0][0] < 0.0:
+        if len(elastic_modes) < count and not any(
+            _same(float(square[at]), shape, each) for each in elastic_modes[-2:]
+        ):
+            elastic_modes.append((float(square[at]), shape))
+    if elastic_modes and elastic_modes[0][0] < 0.0:
         raise ValueError("the bearings let the shaft fly off at rest: it has no modes")
-    return np.sqrt([each for each, _ in found]), np.array([shape for _, shape in found])
+    return np.sqrt([each for each, _ in elastic_modes]), np.array([shape for _, shape in elastic_modes])
 
 
 def _same(square: float, shape: Complex, other: tuple[float, Complex]) -> bool:

@@ -45,9 +45,9 @@ def stack(wanted_g: float, washers_g: Sequence[float]) -> tuple[dict[float, int]
     reached = np.flatnonzero(fewest < np.iinfo(np.int64).max // 2)
     away = np.abs(reached * step - rest)
     best = int(reached[np.lexsort((fewest[reached], np.round(away / step)))[0]])
-    found = dict.fromkeys(sizes, 0) | {heaviest: before}
+    by_size = dict.fromkeys(sizes, 0) | {heaviest: before}
     while best > 0:
-        found[sizes[last[best]]] += 1
+        by_size[sizes[last[best]]] += 1
         best -= int(steps[last[best]])
-    counts_by_size = {size: count for size, count in found.items() if count}
+    counts_by_size = {size: count for size, count in by_size.items() if count}
     return counts_by_size, wanted_g - sum(size * count for size, count in counts_by_size.items())

@@ -103,9 +103,9 @@ def _moved(
     """Return displacements (3 n,) of cases (n, 3) that give those which are held (n, 3)."""
     fixed = held.reshape(-1)
     free = np.flatnonzero(~fixed)
-    solver, found = TwoLevelSolver(body, stiffness, free), []
+    solver, displacements = TwoLevelSolver(body, stiffness, free), []
     for case in cases:
         moved = case.reshape(-1).copy()
         moved[free] = solver.solve(-(stiffness[free][:, fixed] @ moved[fixed]))
-        found.append(moved)
-    return found
+        displacements.append(moved)
+    return displacements

@@ -56,14 +56,16 @@ class TwoLevelSolver:
             return np.zeros_like(load)
 
         def guessed(left: Array) -> Array:
-            found: Array = self._blocks @ left + self._lift @ self._coarse.solve(self._lift.T @ left)
-            return found
+            solution: Array = self._blocks @ left + self._lift @ self._coarse.solve(self._lift.T @ left)
+            return solution
 
         operator = LinearOperator(self._matrix.shape, matvec=guessed, dtype=np.float64)
-        found, failed = cg(self._matrix, load, rtol=residual, maxiter=MOST_STEPS, M=operator)
+        solution, failed = cg(self._matrix, load, rtol=residual, maxiter=MOST_STEPS, M=operator)
         if failed:
-            raise SolidError("the mesh is too distorted for its equations; needed another size_mm")
-        moved: Array = found
+            raise SolidError(
+                "the mesh is too distorted for its equations; expected a sounder one; try another size_mm"
+            )
+        moved: Array = solution
         return moved
 
 

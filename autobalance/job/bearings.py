@@ -16,7 +16,7 @@ BEARINGS = Key(
 )
 
 
-def stiffnesses_n_mm(found: float | tuple[float, ...], mains: int) -> tuple[float, ...]:
+def stiffnesses_n_mm(stated: float | tuple[float, ...], mains: int) -> tuple[float, ...]:
     """Return the stiffness of each main [N/mm].
 
     Raises
@@ -24,10 +24,10 @@ def stiffnesses_n_mm(found: float | tuple[float, ...], mains: int) -> tuple[floa
     JobError
         If a list has not one for each.
     """
-    if isinstance(found, tuple):
-        if len(found) != mains:
+    if isinstance(stated, tuple):
+        if len(stated) != mains:
             raise JobError(
-                f"bearings.k_N_mm has {len(found)} entries; expected one, or {mains}: one each main"
+                f"bearings.k_N_mm has {len(stated)} entries; expected one, or {mains}: one each main"
             )
-        return found
-    return (found,) * mains
+        return stated
+    return (stated,) * mains

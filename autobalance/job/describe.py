@@ -56,9 +56,9 @@ def _scan(crank: Crankshaft, raw: Mapping[str, Any]) -> dict[str, Any]:
     return {"scan_file": raw.get("scan_file", str(crank.scan.file)), "scan_unit": crank.scan.unit}
 
 
-def _as_said(said: float | None, now: float) -> float:
+def _as_said(stated: float | None, now: float) -> float:
     """Return a number in the job's own digits, where it is still the one that the job says."""
-    return float(said) if said is not None and math.isclose(said, now, rel_tol=1e-12) else now
+    return float(stated) if stated is not None and math.isclose(stated, now, rel_tol=1e-12) else now
 
 
 def _pin(pin: PinHint) -> dict[str, Any]:

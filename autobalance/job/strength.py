@@ -51,7 +51,7 @@ def strength_of(values: Values) -> Strength:
     JobError
         If the metal yields or tires above its tensile strength.
     """
-    metal, given = values["material"], values["factor"]
+    metal, factors = values["material"], values["factor"]
     tensile = metal["tensile_MPa"]
     fatigue = None if metal["fatigue_MPa"] == "none" else metal["fatigue_MPa"]
     for name, value in (("yield_MPa", metal["yield_MPa"]), ("fatigue_MPa", fatigue)):
@@ -68,5 +68,5 @@ def strength_of(values: Values) -> Strength:
         tensile,
         metal["yield_MPa"],
         fatigue,
-        None if given == "iacs" else FilletFactorPair(given["bending"], given["torsion"]),
+        None if factors == "iacs" else FilletFactorPair(factors["bending"], factors["torsion"]),
     )

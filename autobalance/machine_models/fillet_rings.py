@@ -21,7 +21,7 @@ FLATTENED = 0.2
 TRIES = 5
 FACES = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
 WITHIN = (0.05, 0.95)
-"""Shares of the radius between which corners of the solid tell whether it has the arc."""
+"""Shares of the radius between which corners of the solid show whether it has the arc."""
 OFF_ARC = 0.1
 DRAWN_ONTO = (0.6, 1.03)
 """Shares of the radius, from the arc's centre, from where nodes are brought onto it: a chord across all of
@@ -128,5 +128,5 @@ def surface_nodes(mesh: TetrahedronMesh) -> Indices:
     local = np.array(
         [[*face, *(middle_of[frozenset((face[i], face[i - 1]))] for i in range(3))] for face in FACES]
     )
-    found: Indices = np.unique(elements[owner[outer][:, None], local[which[outer]]]).astype(np.int64)
-    return found
+    nodes: Indices = np.unique(elements[owner[outer][:, None], local[which[outer]]]).astype(np.int64)
+    return nodes

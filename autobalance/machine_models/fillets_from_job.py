@@ -76,11 +76,11 @@ class Side:
 
 def sides(job: Job, crank: Crank, cycle: CycleAnalysis) -> list[Side]:
     """Return the two sides of every throw, in the order of the axis."""
-    asked = checked_strength(job)
+    strength = checked_strength(job)
     anatomy = crank.anatomy
     loads = web_loads(cycle, job, anatomy, crank.source.solid, crank.density_g_mm3)
     shapes = [each for pair in sides_of_throws(crank) for each in pair]
-    found = []
+    listed = []
     for shape, load in zip(shapes, loads, strict=True):
         dimensions = FilletShape(
             pin_mm=shape.pin_mm,
@@ -90,15 +90,15 @@ def sides(job: Job, crank: Crank, cycle: CycleAnalysis) -> list[Side]:
             crank_radius_mm=shape.crank_radius_mm,
             web_thickness_mm=shape.web_thickness_mm,
             web_breadth_mm=shape.web_breadth_mm,
-            pin_fillet_mm=asked.pin_fillet_mm,
-            journal_fillet_mm=asked.journal_fillet_mm,
-            pin_recess_mm=asked.recess_mm,
-            journal_recess_mm=asked.recess_mm,
+            pin_fillet_mm=strength.pin_fillet_mm,
+            journal_fillet_mm=strength.journal_fillet_mm,
+            pin_recess_mm=strength.recess_mm,
+            journal_recess_mm=strength.recess_mm,
         )
         throw = anatomy.throws[load.throw - 1]
         has_journal = journal_beside(anatomy, throw, load.is_above) is not None
-        found.append(Side(dimensions, load, has_journal))
-    return found
+        listed.append(Side(dimensions, load, has_journal))
+    return listed
 
 
 def checked_strength(job: Job) -> Strength:
@@ -136,47 +136,47 @@ def fillets(job: Job, crank: Crank, cycle: CycleAnalysis, costs: Costs | None = 
     JobError
         If a throw has no web on a side, or a fillet is too large for its web.
     """
-    asked = checked_strength(job)
-    found: list[Fillet] = []
+    strength = checked_strength(job)
+    fillets: list[Fillet] = []
     for side in sides(job, crank, cycle):
-        _check(side, asked)
+        _check(side, strength)
         places: tuple[Place, ...] = ("crankpin", "journal") if side.has_journal else ("crankpin",)
-        found += [_fillet(place, side, asked, costs or {}, cycle) for place in places]
-    return found
+        fillets += [_fillet(place, side, strength, costs or {}, cycle) for place in places]
+    return fillets
 
 
-def _check(side: Side, asked: Strength) -> None:
+def _check(side: Side, strength: Strength) -> None:
     thickness = side.shape.web_thickness_mm
     for name in ("pin_fillet_mm", "journal_fillet_mm", "recess_mm"):
-        if getattr(asked, name) >= thickness:
+        if getattr(strength, name) >= thickness:
             raise JobError(
-                f"strength.{name} is {getattr(asked, name):g}; web {side.loads.web} is {thickness:.4g} mm"
+                f"strength.{name} is {getattr(strength, name):g}; web {side.loads.web} is {thickness:.4g} mm"
                 " thick, and it must be less"
             )
 
 
-def _fillet(place: Place, side: Side, asked: Strength, costs: Costs, cycle: CycleAnalysis) -> Fillet:
+def _fillet(place: Place, side: Side, strength: Strength, costs: Costs, cycle: CycleAnalysis) -> Fillet:
     shape, loads = side.shape, side.loads
     web_area = shape.web_breadth_mm * shape.web_thickness_mm
     bending = N_MM_PER_N_M * loads.bending_n_m / (web_area * shape.web_thickness_mm / 6.0)
     shear = loads.radial_n / web_area
     if place == "crankpin":
-        diameter, bore, fillet = shape.pin_mm, shape.pin_bore_mm, asked.pin_fillet_mm
+        diameter, bore, fillet = shape.pin_mm, shape.pin_bore_mm, strength.pin_fillet_mm
         torque, factors = loads.pin_torque_n_m, shape.crankpin
     else:
-        diameter, bore, fillet = shape.journal_mm, shape.journal_bore_mm, asked.journal_fillet_mm
+        diameter, bore, fillet = shape.journal_mm, shape.journal_bore_mm, strength.journal_fillet_mm
         torque, factors = loads.journal_torque_n_m, shape.journal
         bending = -bending  # what stretches the crankpin's fillet presses the journal's
     outside = shape.outside(fillet)
-    if asked.factor is not None:
-        factors, outside = FilletFactors(asked.factor.bending, 0.0, asked.factor.torsion), ()
+    if strength.factor is not None:
+        factors, outside = FilletFactors(strength.factor.bending, 0.0, strength.factor.torsion), ()
     torsion = N_MM_PER_N_M * torque / polar_modulus_mm3(diameter, bore)
     cost = costs.get((loads.web, place), 1.0)
-    bears = asked.fatigue_MPa or fatigue_strength_MPa(asked.tensile_MPa, diameter, fillet)
+    bears = strength.fatigue_MPa or fatigue_strength_MPa(strength.tensile_MPa, diameter, fillet)
     fatigue = Fatigue.of(
         cost * (factors.bending * bending - factors.shear * shear),
         cost * factors.torsion * torsion,
-        FatigueMetal(asked.tensile_MPa, bears, asked.yield_MPa),
+        FatigueMetal(strength.tensile_MPa, bears, strength.yield_MPa),
     )
     at = float(cycle.grid.angle_rad[fatigue.at])
     return Fillet(

@@ -213,8 +213,8 @@ def _in_films(
 
 def _seen(job: Job, vector_g_mm: Array) -> complex:
     """Return a vector of the rotor's frame as the engine's model has it: mirrored, where clockwise."""
-    found = complex(*vector_g_mm)
-    return found.conjugate() if job.engine.clockwise else found
+    vector = complex(*vector_g_mm)
+    return vector.conjugate() if job.engine.clockwise else vector
 
 
 def _stretches(
@@ -225,7 +225,7 @@ def _stretches(
     bendings = [throw_bending(shape, youngs, youngs / (2.0 * (1.0 + NU))) for shape in shapes]
     pins = np.array([throw.crankpin.centre_mm[2] for throw in anatomy.throws])
     mains = mains_z_mm(anatomy)
-    found = []
+    stretches = []
     for low, high in pairwise(nodes):
         middle = 0.5 * float(low + high)
         nearest = int(np.argmin(np.abs(pins - middle)))
@@ -233,9 +233,9 @@ def _stretches(
         if mains[0] < middle < mains[-1]:
             bending, angle = bendings[nearest], cycle.firing.throws[nearest].angle_rad
             both = bending.in_plane_n_mm2, bending.across_n_mm2
-            found.append(Stretch(length, stiffer * both[0], stiffer * both[1], angle))
+            stretches.append(Stretch(length, stiffer * both[0], stiffer * both[1], angle))
         else:
             shape = shapes[nearest]
             round_bar = math.pi / 64.0 * (shape.journal_mm**4 - shape.journal_bore_mm**4) * youngs
-            found.append(Stretch(length, stiffer * round_bar, stiffer * round_bar))
-    return found
+            stretches.append(Stretch(length, stiffer * round_bar, stiffer * round_bar))
+    return stretches

@@ -35,11 +35,11 @@ def shaft_twists(
     Orders up to the 12th swing by the chain's inertias; the mean torque goes out behind the last throw.
     ``stiffer``: times which the springs are as stiff as they are.
     """
-    asked = job.torsion or crank_torsion(job.raw)
-    question = asked.question
+    torsion = job.torsion or crank_torsion(job.raw)
+    question = torsion.question
     if not question.parts.plain:
         return None
-    bare = crank_chain(job, crank, asked)
+    bare = crank_chain(job, crank, torsion)
     chain = replace(bare.chain, springs_n_m_rad=stiffer * bare.chain.springs_n_m_rad)
     train = named_train(chain, bare.names, bare.diameters_m, question.parts).train
     radii = [throw.crank_radius_mm for throw in crank.anatomy.throws]

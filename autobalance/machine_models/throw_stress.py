@@ -150,38 +150,38 @@ def _places(side: Side) -> tuple[Place, ...]:
     return ("crankpin", "journal") if side.has_journal else ("crankpin",)
 
 
-def _ring(crank: Crank, throw: Throw, side: Side, place: Place, asked: Strength) -> FilletRing:
+def _ring(crank: Crank, throw: Throw, side: Side, place: Place, strength: Strength) -> FilletRing:
     """Return the arc of a fillet as the job has it."""
     pin: Pin = throw.crankpin
     above = side.loads.is_above
     if place == "crankpin":
-        return FilletRing.of(pin, above, asked.pin_fillet_mm)
+        return FilletRing.of(pin, above, strength.pin_fillet_mm)
     mains = crank.anatomy.main_journals
     beside = [m for m in mains if (m.centre_mm[2] > pin.centre_mm[2]) == above]
     journal = min(beside, key=lambda m: abs(float(m.centre_mm[2] - throw.crankpin.centre_mm[2])))
-    return FilletRing.of(journal, not above, asked.journal_fillet_mm)
+    return FilletRing.of(journal, not above, strength.journal_fillet_mm)
 
 
 def _fillet(
-    crank: Crank, throw: Throw, side: Side, place: Place, asked: Strength, levels: Sequence[ThrowLoads]
+    crank: Crank, throw: Throw, side: Side, place: Place, strength: Strength, levels: Sequence[ThrowLoads]
 ) -> FilletByElements:
-    ring = _ring(crank, throw, side, place, asked)
+    ring = _ring(crank, throw, side, place, strength)
     radius = ring.radius_mm
-    found = []
+    on_levels = []
     for level in levels:
         out, along = ring.coordinates(level.places_mm)  # from the end of the bare cylinder into the web
         near = (out > -0.05 * radius) & (out < 1.1 * radius) & (np.abs(along - 0.5 * radius) < 0.75 * radius)
-        found.append((level, near, along, out))
-    level, near, along, out = found[-1]
+        on_levels.append((level, near, along, out))
+    level, near, along, out = on_levels[-1]
     middle = near & (out > SHAPE[0] * radius) & (out < SHAPE[1] * radius)
     face = float(along[near].max()) if near.any() else 0.0
     is_there = bool((middle & (along < face - OFF_WEB * radius)).sum() > 0.5 * max(middle.sum(), 1))
     values = [
         (float(each.bending_MPa[mask].max()), float(each.torsion_MPa[mask].max()))
-        for each, mask, _, _ in found
+        for each, mask, _, _ in on_levels
         if mask.any()
     ]
-    if len(values) < len(found):
+    if len(values) < len(on_levels):
         raise JobError(f"the mesh has no surface of the {place} fillet beside web {side.loads.web}")
     bending, torsion = values[-1]
     return FilletByElements(
@@ -204,9 +204,9 @@ def cut_boxes(before: Crank, after: Crank, throw: Throw) -> list[tuple[Array, Ar
     ends = throw_ends_mm(after.anatomy, throw)
     if isinstance(ends, str):
         return []
-    taken = (before.source.solid - after.source.solid).moved(frame).above(ends[0]).below(ends[1])
-    found = [each.bounds for each in taken.pieces() if each.volume_mm3 > LEAST_CUT_MM3]
-    return [(low - BESIDE_MM, high + BESIDE_MM) for low, high in found]
+    metal_cut = (before.source.solid - after.source.solid).moved(frame).above(ends[0]).below(ends[1])
+    boxes = [each.bounds for each in metal_cut.pieces() if each.volume_mm3 > LEAST_CUT_MM3]
+    return [(low - BESIDE_MM, high + BESIDE_MM) for low, high in boxes]
 
 
 def costs_of(before: ThrowByElements, after: ThrowByElements) -> dict[tuple[int, Place], float]:
@@ -214,8 +214,8 @@ def costs_of(before: ThrowByElements, after: ThrowByElements) -> dict[tuple[int,
 
     A change that is less than what two meshes of one solid differ by counts as none.
     """
-    found = {}
+    ratios = {}
     for one, other in zip(before.fillets, after.fillets, strict=True):
         ratio = max(other.bending_MPa / one.bending_MPa, other.torsion_MPa / one.torsion_MPa)
-        found[other.web, other.place] = ratio if ratio > 1.0 + max(one.error, other.error) else 1.0
-    return found
+        ratios[other.web, other.place] = ratio if ratio > 1.0 + max(one.error, other.error) else 1.0
+    return ratios

@@ -229,10 +229,10 @@ def differences(part: Part, plan: NcPlan, simulation: Simulation) -> tuple[float
         for cut in part.cuts
         if cut.number not in left_out and cut.operation is not None and not isinstance(cut.operation, str)
     ]
-    taken = union([body for body, _ in simulation.stock.removed])
+    metal_cut = union([body for body, _ in simulation.stock.removed])
     due = part.before & union([operation_body(operation) for operation in operations])
     try:
-        missing, more = part.after & taken, (due - taken) - part.after
+        missing, more = part.after & metal_cut, (due - metal_cut) - part.after
     except SolidError as error:
         raise JobError(f"the simulated solid cannot be compared: {error}") from None
     gouged, still = (

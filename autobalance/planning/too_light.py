@@ -59,9 +59,9 @@ def heavier(tried: Attempt, known: Sequence[Relaxation]) -> Iterator[Relaxation]
         choices = kind.heavier()
         alone = (_relaxation(tried, (), limits) for limits in choices)
         trimmed = (_relaxation(tried, names, limits) for limits in choices[:1] if kind.name not in names)
-        found = next((each for each in chain(alone, trimmed) if each is not None), None)
-        if found is not None:
-            yield found
+        remedy = next((each for each in chain(alone, trimmed) if each is not None), None)
+        if remedy is not None:
+            yield remedy
 
 
 def _relaxation(tried: Attempt, names: tuple[str, ...], limits: Limits) -> Relaxation | None:
@@ -73,24 +73,24 @@ def _relaxation(tried: Attempt, names: tuple[str, ...], limits: Limits) -> Relax
     if not tried.may_do(candidates):
         return None
     plan = choose(tried.residual, tried.tolerance, candidates, prefer="simple")
-    made = [
+    cuts = [
         (cut, depth)
         for cut, depth in zip(candidates.cuts, plan.depths_mm.tolist(), strict=True)
         if depth > 0.0
     ]
-    if plan.share > 1.0 or not made:
+    if plan.share > 1.0 or not cuts:
         return None
     kind = correction.kind_of(limits)
-    put_on = [(cut, depth) for cut, depth in made if any(cut is each for each in own.cuts)]
+    put_on = [(cut, depth) for cut, depth in cuts if any(cut is each for each in own.cuts)]
     if not put_on:
         return None
     text, keys = kind.heavier_words(put_on)
-    if len(put_on) < len(made):
+    if len(put_on) < len(cuts):
         text += f", trimmed by {' and '.join(names)}"
     changes = [Change(f"correction.{kind.name}.{key}", None, value) for key, value in keys.items()]
-    asked = tuple(correction.kind_of(each).name for each in tried.asked)
-    method = (*names, kind.name) if len(put_on) < len(made) else (kind.name,)
-    if asked != method:
-        changes.insert(0, Change("correction.method", asked, method))
-    metal = sum(abs(cut.effect(depth).mass_g) for cut, depth in made)
+    methods = tuple(correction.kind_of(each).name for each in tried.asked)
+    method = (*names, kind.name) if len(put_on) < len(cuts) else (kind.name,)
+    if methods != method:
+        changes.insert(0, Change("correction.method", methods, method))
+    metal = sum(abs(cut.effect(depth).mass_g) for cut, depth in cuts)
     return Relaxation(text, tuple(changes), plan.share, float(metal))

@@ -121,7 +121,7 @@ def in_units(text: str, u: DisplayUnits) -> str:
         return text
     of = {"g·mm": u.of_unbalance, "mm": u.of_length, "g": u.of_mass}
     return QUANTITY.sub(
-        lambda found: of[found[2]](float(found[1].replace("−", "-").replace("\u202f", ""))), text
+        lambda match: of[match[2]](float(match[1].replace("−", "-").replace("\u202f", ""))), text
     )
 
 

@@ -23,5 +23,5 @@ def turning_words(report: Report) -> str:
 
 def external_words(report: Report) -> str:
     """Return how the parts of an external balance count."""
-    said = EXTERNAL[str(at(report, "job.balance.external"))]
-    return f"{said} Spin the crank with them on, or say attached_fitted = false in the reading."
+    words = EXTERNAL[str(at(report, "job.balance.external"))]
+    return f"{words} Spin the crank with them on, or say attached_fitted = false in the reading."

@@ -72,25 +72,25 @@ class Explained:
     comparison: list[ComparedOrder] | None
 
 
-def explained(found: Analysis, sources: Sequence[Source], other: Analysis | None = None) -> Explained:
+def explained(analysis: Analysis, sources: Sequence[Source], other: Analysis | None = None) -> Explained:
     """Return a record's sines and orders with what may have caused them."""
-    resolution = found.channel.sample_rate_hz / len(found.channel)
+    resolution = analysis.channel.sample_rate_hz / len(analysis.channel)
     return Explained(
         resolution,
-        _peaks(found, sources, resolution),
-        _orders(found, sources),
-        band_levels(found.channel),
-        None if other is None else _compared(found, other),
+        _peaks(analysis, sources, resolution),
+        _orders(analysis, sources),
+        band_levels(analysis.channel),
+        None if other is None else _compared(analysis, other),
     )
 
 
-def _peaks(found: Analysis, sources: Sequence[Source], resolution: float) -> list[Peak]:
+def _peaks(analysis: Analysis, sources: Sequence[Source], resolution: float) -> list[Peak]:
     """Return the sines of a record; with a steady speed also their orders and what may have caused them."""
-    turning = found.speed.turning
-    mean_hz = None if turning is None or not found.speed.is_steady else turning.mean_rpm / 60.0
-    natural = [mode.frequency_hz for mode in found.modes]
+    turning = analysis.speed.turning
+    mean_hz = None if turning is None or not analysis.speed.is_steady else turning.mean_rpm / 60.0
+    natural = [mode.frequency_hz for mode in analysis.modes]
     peaks = []
-    for sine in found.sines:
+    for sine in analysis.sines:
         order, texts = None, None
         if mean_hz is not None:
             order = sine.frequency_hz / mean_hz
@@ -100,13 +100,13 @@ def _peaks(found: Analysis, sources: Sequence[Source], resolution: float) -> lis
     return peaks
 
 
-def _orders(found: Analysis, sources: Sequence[Source]) -> list[OrderFigures]:
+def _orders(analysis: Analysis, sources: Sequence[Source]) -> list[OrderFigures]:
     """Return every half order up to the highest asked for, with what may have caused it."""
-    lines = found.lines
+    lines = analysis.lines
     known: Complex = np.zeros(0, dtype=complex) if lines is None else lines.amplitudes
     errors = np.zeros(0) if lines is None else lines.standard_errors()
     rows = []
-    for place in range(round(2 * found.question.max_order)):
+    for place in range(round(2 * analysis.question.max_order)):
         order = 0.5 * (place + 1)
         amplitude = complex(known[place]) if place < len(known) else None
         rows.append(

@@ -85,8 +85,8 @@ def archive(folder: Path) -> Archive:
             warnings.append(f"{name} is left out: it is no report of balance or recut")
     if entries != known:
         _write_index(folder, entries)
-    found = {name: entry for name, (_, _, entry) in entries.items() if entry is not None}
-    rows = sorted(_last_stages(found), key=lambda row: (row.date, row.report))
+    results = {name: entry for name, (_, _, entry) in entries.items() if entry is not None}
+    rows = sorted(_last_stages(results), key=lambda row: (row.date, row.report))
     return Archive(tuple(rows), tuple(warnings))
 
 

@@ -29,7 +29,7 @@ from autobalance.verification.limit_claims import check_within_limits
 from autobalance.verification.shared_out import GRAINS, SHARE, Found, shared_out
 from autobalance.verification.solids import Files
 
-TOLD = ("face", "web", "radius_mm", "angle_deg", "z_mm")
+STATED = ("face", "web", "radius_mm", "angle_deg", "z_mm")
 """What the machinist reads of every correction, beside what is measured of it."""
 LENGTH_SHARE = 2e-4
 ROUGH_SHARE = 5e-3
@@ -172,7 +172,7 @@ def _before(change: Change) -> Before:
 
 def _check_place(part: Claims) -> None:
     """Check angle, z, radius of entry and direction of feed against the position; none may be left out."""
-    for key in TOLD:
+    for key in STATED:
         part.get(key, object)
     x, y, z = part.array("position_mm", (3,))
     size = max(math.hypot(x, y, z), 1.0)

@@ -79,8 +79,8 @@ class Live:
 
     async def asked(self, request: Request) -> Response:
         """Return what a run was asked for."""
-        found = self._runs.asked(request.path_params["run"])
-        return refused("there is no such run", 404) if found is None else JSONResponse(found)
+        result = self._runs.asked(request.path_params["run"])
+        return refused("there is no such run", 404) if result is None else JSONResponse(result)
 
     async def mesh(self, request: Request) -> Response:
         """Give the crank of an inspection as a buffer."""
@@ -97,8 +97,8 @@ class Live:
     async def paper(self, request: Request) -> Response:
         """Give a certificate, a card, a list or a drawing of a result."""
         run, name = request.path_params["run"], request.path_params["name"]
-        made = (self._json(request, MODEL) or {}).get("papers", [])
-        return file_of(self._project.own(run, name) if name in made else None, name)
+        papers = (self._json(request, MODEL) or {}).get("papers", [])
+        return file_of(self._project.own(run, name) if name in papers else None, name)
 
     async def cards(self, request: Request) -> Response:
         """Return what is compared so far: rows as in the report, and of which a picture is there."""

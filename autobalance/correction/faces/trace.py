@@ -102,7 +102,7 @@ class FaceTrace:
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
         """Return the face as it was before, its new height: the old one less the depth; the job's sector."""
-        asked = getattr(limits, "sector_deg", None)
+        sector = getattr(limits, "sector_deg", None)
         face = self._stated_face(crank)
         height = stated_number(self.item, "face_height_mm")
         return {
@@ -111,7 +111,7 @@ class FaceTrace:
             "normal": face.normal,
             "face_height_mm": float(face.normal @ face.centroid_mm),
             "new_height_mm": height - stated_number(self.item, "depth_mm"),
-            **({} if asked is None else {"sector_deg": np.array([wrapped_deg(angle) for angle in asked])}),
+            **({} if sector is None else {"sector_deg": np.array([wrapped_deg(angle) for angle in sector])}),
         }
 
     def _tool(self, face: Face) -> dict[str, Any]:
@@ -127,14 +127,14 @@ class FaceTrace:
         if not abs(drawn - area) <= DRAWN * area + EDGE_MM2:
             raise FormatError(f"outline of a correction holds {drawn:.6g} mm²; its face has {area:.6g} mm²")
         depth = abs(stated_number(self.item, "depth_mm"))
-        found: dict[str, Any] = {
+        values: dict[str, Any] = {
             "side": side_of(face.normal),
             "tool_volume_mm3": depth * drawn,
             "outline": loops,
         }
-        if found["side"] is None:
-            found["outline_to_rotor"] = axes_of_outline(self.item, face.normal)
-        return found
+        if values["side"] is None:
+            values["outline_to_rotor"] = axes_of_outline(self.item, face.normal)
+        return values
 
     def _stated_face(self, crank: Before) -> Face:
         """Return the face that it is said to be on."""

@@ -87,14 +87,14 @@ class HoleTrace:
         surface = _SURFACES[crank]
         fillets = tuple(each for web in webs for each in fillets_of(crank.anatomy, web))
         tip = 0.0 if sunk is None else self._tip_mm(surface, axis, radius)
-        found: dict[str, Any] = {"deepened_from_mm": sunk}
-        found["deepened_at"] = None if sunk is None else "shoulder" if tip else "bottom"
+        values: dict[str, Any] = {"deepened_from_mm": sunk}
+        values["deepened_at"] = None if sunk is None else "shoulder" if tip else "bottom"
         old = None if sunk is None else OldHole(radius, tip, getattr(limits, "min_wall_mm", 0.0))
         around = Around(surface, axis, fillets, old)
         wall = around.wall_mm(radius, depth, self.half_point_rad)
         if wall is None:
-            return found
-        found["wall_left_mm"] = Reading(np.array(wall), WALL_MM)
+            return values
+        values["wall_left_mm"] = Reading(np.array(wall), WALL_MM)
         if isinstance(limits, DrillLimits) and webs:
             zone_mm = least_radius_mm(crank.anatomy, webs[0], limits.held_zone)
             most = most_mm(axis, zone_mm, radius, self.half_point_rad)
@@ -102,8 +102,8 @@ class HoleTrace:
             room = HoleLimits(limits.min_wall_mm, self.half_point_rad, 0.0, most)
             deepest = around.deepest_mm(radius, room)
             if deepest is not None:
-                found["depth_left_mm"] = depth_left(deepest, depth, limits.depth_step_mm)
-        return found
+                values["depth_left_mm"] = depth_left(deepest, depth, limits.depth_step_mm)
+        return values
 
     def _tip_mm(self, surface: Surface, axis: Axis, radius_mm: float) -> float:
         """Return how far the tip of an old hole's point lies beyond the entry; 0 where it is the entry."""

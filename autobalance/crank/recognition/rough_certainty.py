@@ -54,15 +54,15 @@ class FittedCrank:
         return math.hypot(own, self.origin_pm_mm)
 
 
-def scan_fit(made: FittedCrank, webs: Sequence[ScannedWeb]) -> ScanFit:
+def scan_fit(fitted: FittedCrank, webs: Sequence[ScannedWeb]) -> ScanFit:
     """Return how a scanned crank was fitted."""
-    line, noise = made.line, made.noise
+    line, noise = fitted.line, fitted.noise
     covariance = noise.of(line)
-    journals, pins = made.journals, made.pins
-    arms = [each.run.centre - at for each, at in zip((*journals, *pins), made.axis_at, strict=True)]
+    journals, pins = fitted.journals, fitted.pins
+    arms = [each.run.centre - at for each, at in zip((*journals, *pins), fitted.axis_at, strict=True)]
     own = [noise.of(each.fit) for each in (*journals, *pins)]
     places = [
-        own[number][:2, :2] + made.axis_covariance_at(each.run.z_mid)
+        own[number][:2, :2] + fitted.axis_covariance_at(each.run.z_mid)
         for number, each in enumerate((*journals, *pins))
     ]
     along, across = _by_direction(arms[len(journals) :], places[len(journals) :])
@@ -79,7 +79,7 @@ def scan_fit(made: FittedCrank, webs: Sequence[ScannedWeb]) -> ScanFit:
         if number >= len(journals):  # about the axis it turns with crankpin 1, which settles x
             arm, turn = frame @ arms[number], angles[0]
             centre_pm = np.hypot(centre_pm, turn * np.abs([arm[1], arm[0]]))
-        height_pm = math.hypot(each.middle_pm_mm, made.origin_pm_mm)
+        height_pm = math.hypot(each.middle_pm_mm, fitted.origin_pm_mm)
         centre_pm = np.array([*centre_pm, height_pm])
         if number == len(journals):
             centre_pm[1:] = 0.0
@@ -90,7 +90,7 @@ def scan_fit(made: FittedCrank, webs: Sequence[ScannedWeb]) -> ScanFit:
                 each.width_pm_mm,
                 each.fit.rms_mm,
                 _out_of_round_mm(each),
-                made.covered[number],
+                fitted.covered[number],
                 2.0 * float(np.linalg.norm(arms[number])) if number < len(journals) else None,
             )
         )
@@ -108,8 +108,8 @@ def scan_fit(made: FittedCrank, webs: Sequence[ScannedWeb]) -> ScanFit:
         tuple(math.degrees(angle) for angle in turned),
         tuple(webs),
         tuple(
-            scanned_face(plane, noise, made.long.turn, math.hypot(pm, made.origin_pm_mm), made.edge_mm)
-            for plane, pm in made.planes
+            scanned_face(plane, noise, fitted.long.turn, math.hypot(pm, fitted.origin_pm_mm), fitted.edge_mm)
+            for plane, pm in fitted.planes
         ),
     )
 

@@ -26,37 +26,40 @@ FEWEST = 24
 
 
 def with_rims(
-    anatomy: Anatomy, rough: RoughMesh, normals: Array, made: FittedCrank
+    anatomy: Anatomy, rough: RoughMesh, normals: Array, fitted: FittedCrank
 ) -> tuple[Anatomy, tuple[ScannedWeb, ...]]:
     """Return an anatomy whose counterweights have fitted rims, and how sure its webs are.
 
     ``normals`` (m, 3) are the triangles' smoothed directions in the turned axes.
     """
-    origin_mm = made.pins[0].run.z_mid
+    origin_mm = fitted.pins[0].run.z_mid
     webs, sure = [], []
     for web in anatomy.webs:
-        height_pm = made.height_pm_mm(web.z_min_mm + origin_mm), made.height_pm_mm(web.z_max_mm + origin_mm)
+        height_pm = (
+            fitted.height_pm_mm(web.z_min_mm + origin_mm),
+            fitted.height_pm_mm(web.z_max_mm + origin_mm),
+        )
         if web.outline is None:
             webs.append(web)
             sure.append(ScannedWeb(*height_pm))
             continue
-        rim, rim_pm, rms = _rim(web, rough, normals, made, origin_mm)
+        rim, rim_pm, rms = _rim(web, rough, normals, fitted, origin_mm)
         webs.append(replace(web, outline=replace(web.outline, rim_radius_mm=rim)))
-        border = math.degrees(made.edge_mm / rim)
+        border = math.degrees(fitted.edge_mm / rim)
         sure.append(ScannedWeb(*height_pm, rim_pm, rms, border, 0.5 * border, math.hypot(*height_pm)))
     return replace(anatomy, webs=tuple(webs)), tuple(sure)
 
 
 def _rim(
-    web: Web, rough: RoughMesh, normals: Array, made: FittedCrank, origin_mm: float
+    web: Web, rough: RoughMesh, normals: Array, fitted: FittedCrank, origin_mm: float
 ) -> tuple[float, float, float]:
     """Return a rim's radius, its standard error and how its points stand off it."""
     assert web.outline is not None
     farthest = web.outline.rim_radius_mm
-    vertices = made.long.vertices
+    vertices = fitted.long.vertices
     trim = min(1.0, 0.1 * (web.z_max_mm - web.z_min_mm))
     z = vertices[:, 2] - origin_mm
-    arm = vertices[:, :2] - made.line.values[:2]
+    arm = vertices[:, :2] - fitted.line.values[:2]
     away = np.hypot(*arm.T)
     local = min(rough.local_mm, 0.1)
     here = (z > web.z_min_mm + trim) & (z < web.z_max_mm - trim)
@@ -82,7 +85,7 @@ def _rim(
         off[keep] - radius,
         vertices.take(corners[keep], axis=0),
     )
-    typical = float(np.median([each.fit.rms_mm for each in (*made.journals, *made.pins)]))
+    typical = float(np.median([each.fit.rms_mm for each in (*fitted.journals, *fitted.pins)]))
     if fit.rms_mm > ROUGHER * typical:
         return farthest, peak, fit.rms_mm
-    return radius, made.noise.height_pm_mm(fit), fit.rms_mm
+    return radius, fitted.noise.height_pm_mm(fit), fit.rms_mm

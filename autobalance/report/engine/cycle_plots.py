@@ -169,19 +169,19 @@ def _sweep(rows: Sequence[Mapping[str, Any]]) -> Plots:
     return drawn
 
 
-def flexible_plots(found: CycleAnalysis, bent: FlexibleCycle) -> Plots:
+def flexible_plots(rigid: CycleAnalysis, bent: FlexibleCycle) -> Plots:
     """Draw the orbits of the journals, and how far the webs bend."""
     from autobalance.report import plots
 
-    at = f"at {found.speed_rad_s / RAD_S_PER_RPM:g} rpm"
+    at = f"at {rigid.speed_rad_s / RAD_S_PER_RPM:g} rpm"
     held = "in their films" if bent.stiffness_n_mm is None else "on their springs"
-    count = found.grid.even_rad.size
+    count = rigid.grid.even_rad.size
     paths = UM_PER_MM * bent.orbit_mm[:, :count]
-    paths = paths.conj() if found.firing.engine.clockwise else paths
+    paths = paths.conj() if rigid.firing.engine.clockwise else paths
     curves = [plots.Curve(f"main {n}", path.real, path.imag) for n, path in enumerate(paths, 1)]
-    moments = {f"web {each.web}": found.grid.even(each.bending_n_m) for each in bent.webs}
-    labels, span = ("along x [µm]", "along y [µm]"), 180 * found.firing.strokes
-    angle = found.grid.even_rad
+    moments = {f"web {each.web}": rigid.grid.even(each.bending_n_m) for each in bent.webs}
+    labels, span = ("along x [µm]", "along y [µm]"), 180 * rigid.firing.strokes
+    angle = rigid.grid.even_rad
     return {
         "journal-orbits": plots.polar(f"Journals {held} {at}", labels, curves),
         "web-bending": plots.over_angle(f"Bending of the webs {at}", "moment [N·m]", angle, moments, span),

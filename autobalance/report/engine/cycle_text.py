@@ -209,13 +209,13 @@ def _films(films: Values) -> str:
     return table(rows)
 
 
-def _flexible(found: Values) -> str:
-    bare = found["without_counterweights"]
+def _flexible(flexible: Values) -> str:
+    bare = flexible["without_counterweights"]
     last = () if bare is None else ("without counterweights",)
-    films = found["main_journals"][0]["stiffness_N_mm"] is None
+    films = flexible["main_journals"][0]["stiffness_N_mm"] is None
     head = "Bends, in films" if films else "Bends, on springs"
     rows: list[Sequence[str]] = [(head, "greatest load", "at", "mean", "rigid", "orbit up to", *last)]
-    for place, each in enumerate(found["main_journals"]):
+    for place, each in enumerate(flexible["main_journals"]):
         rows.append(
             (
                 _on(each),
@@ -228,14 +228,14 @@ def _flexible(found: Values) -> str:
             )
         )
     webs: list[Sequence[str]] = [("Web", "throw", "bending moment", *last)]
-    for place, each in enumerate(found["webs"]):
+    for place, each in enumerate(flexible["webs"]):
         others = () if bare is None else (_moments(bare["webs"][place]),)
         webs.append((f"{each['web']}", f"{each['throw']}", _moments(each), *others))
-    off = f"Main loads differ by up to {100.0 * found['rigid_difference']:.3g} % from a rigid crank's"
+    off = f"Main loads differ by up to {100.0 * flexible['rigid_difference']:.3g} % from a rigid crank's"
     blocks = [f"{table(rows)}\n{off}", table(webs)]
-    if found["shafts"]:
+    if flexible["shafts"]:
         shafts: list[Sequence[str]] = [("Twists between", "twist", "torque")]
-        for each in found["shafts"]:
+        for each in flexible["shafts"]:
             twist, torque = each["twist_mrad"], each["torque_N_m"]
             shafts.append(
                 (

@@ -52,11 +52,11 @@ def _fillets(rows: Sequence[Values]) -> str:
     return table(lines)
 
 
-def _elements(found: Values) -> str:
+def _elements(elements: Values) -> str:
     lines: list[Sequence[str]] = [
         ("Web", "fillet", "bending factor", "over formula", "torsion factor", "over formula", "cuts cost")
     ]
-    for row in found["fillets"]:
+    for row in elements["fillets"]:
         cost = row["cost_of_cuts"]
         lines.append(
             (
@@ -69,9 +69,9 @@ def _elements(found: Values) -> str:
                 number(cost, ".2f"),
             )
         )
-    text = f"Throw {found['throw']} by finite elements ({found['nodes']} nodes)\n{table(lines)}"
-    if found["cuts_over_fillets"]:
-        worst = max(found["cuts_over_fillets"])
+    text = f"Throw {elements['throw']} by finite elements ({elements['nodes']} nodes)\n{table(lines)}"
+    if elements["cuts_over_fillets"]:
+        worst = max(elements["cuts_over_fillets"])
         text += f"\nGreatest stress in a cut: {worst:.2f} of the fillets' greatest"
     return text
 

@@ -44,8 +44,8 @@ def _polars(stages: Sequence[Values], tolerance: Values) -> Iterator[str]:
         points = []
         for stage in stages:
             for key, what in (("reading", "read"), ("predicted", "left")):
-                found = stage[key]
-                if found is not None and (k is None or k < len(found["planes"])):
-                    vector = (found if k is None else found["planes"][k])["unbalance_g_mm"]
+                entry = stage[key]
+                if entry is not None and (k is None or k < len(entry["planes"])):
+                    vector = (entry if k is None else entry["planes"][k])["unbalance_g_mm"]
                     points.append((f"{stage['stage']} {what}", vector))
         yield stages_figure(html.escape(name), points, limit["permissible_g_mm"])

@@ -37,21 +37,21 @@ def placed(
     away : float
         Least distance of a label's middle from its mark; 0: on it where there is room.
     """
-    taken: list[Box] = []
-    found = []
+    boxes: list[Box] = []
+    places_of_labels = []
     for mark, (wide, high) in zip(marks, sizes, strict=True):
         best = mark
         for ring in range(RINGS):
             radius = away + 6.0 * ring
             turns = [2.0 * math.pi * k / AROUND - 0.25 * math.pi for k in range(AROUND if radius else 1)]
             places = [(mark[0] + radius * math.cos(t), mark[1] + radius * math.sin(t)) for t in turns]
-            free = [each for each in places if _is_free(_box(each, wide, high), taken, picture)]
+            free = [each for each in places if _is_free(_box(each, wide, high), boxes, picture)]
             if free:
                 best = free[0]
                 break
-        taken.append(_box(best, wide, high))
-        found.append(Placed(mark, best))
-    return found
+        boxes.append(_box(best, wide, high))
+        places_of_labels.append(Placed(mark, best))
+    return places_of_labels
 
 
 def _box(middle: tuple[float, float], wide: float, high: float) -> Box:
@@ -59,8 +59,8 @@ def _box(middle: tuple[float, float], wide: float, high: float) -> Box:
     return x - 0.5 * wide, y - 0.5 * high, x + 0.5 * wide, y + 0.5 * high
 
 
-def _is_free(box: Box, taken: Sequence[Box], picture: tuple[float, float]) -> bool:
+def _is_free(box: Box, boxes: Sequence[Box], picture: tuple[float, float]) -> bool:
     left, top, right, bottom = box
     if left < 0.0 or top < 0.0 or right > picture[0] or bottom > picture[1]:
         return False
-    return not any(left < r and l < right and top < b and t < bottom for l, t, r, b in taken)  # noqa: E741
+    return not any(left < r and l < right and top < b and t < bottom for l, t, r, b in boxes)  # noqa: E741

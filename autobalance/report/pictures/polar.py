@@ -48,9 +48,9 @@ def stages_figure(title: str, points: Sequence[tuple[str, Sequence[float]]], per
         for k, ((name, _), (x, y)) in enumerate(zip(points, tips, strict=True))
     )
     sizes = [(name, unbalance(math.hypot(*vector)), whole_degrees(vector)) for name, vector in points]
-    said = "; ".join(f"stage {name}: {size} at {angle}" for name, size, angle in sizes)
+    words = "; ".join(f"stage {name}: {size} at {angle}" for name, size, angle in sizes)
     return f"""<figure><figcaption><h3>{title}</h3><span class=soft>outer ring {unbalance(full)} {PAGE_UNITS.get().unbalance}</span></figcaption>
-<svg viewBox="0 0 {SIZE:g} {SIZE + 8:g}" role="img" aria-label="{said}"><title>{said}</title>
+<svg viewBox="0 0 {SIZE:g} {SIZE + 8:g}" role="img" aria-label="{words}"><title>{words}</title>
 <circle class=grid cx="{middle}" cy="{middle}" r="{RADIUS}"/><path class=grid d="M{middle} {middle - RADIUS}V{middle + RADIUS}M{middle - RADIUS} {middle}H{middle + RADIUS}"/>
 <circle class=zone cx="{middle}" cy="{middle}" r="{max(per * permitted_g_mm, 0.8):.2f}"/>{_degrees(middle, middle)}
 <path class="vector is" fill="none" d="M{path}"/>{marks}</svg></figure>"""

@@ -69,13 +69,13 @@ class WithoutCounterweights:
     webs: Sequence[FlexibleWeb]
 
     @classmethod
-    def of(cls, found: FlexibleCycle, cycle: CycleAnalysis) -> Self:
+    def of(cls, flexible: FlexibleCycle, cycle: CycleAnalysis) -> Self:
         """Return it of what was found."""
         mains = [
             BareMain(number=number, load=_peak(cycle, load), greatest_orbit_um=UM_PER_MM * _reach(path))
-            for number, (load, path) in enumerate(zip(found.main_n, found.orbit_mm, strict=True), 1)
+            for number, (load, path) in enumerate(zip(flexible.main_n, flexible.orbit_mm, strict=True), 1)
         ]
-        return cls(main_journals=mains, webs=_webs(found))
+        return cls(main_journals=mains, webs=_webs(flexible))
 
 
 @record
@@ -133,15 +133,15 @@ def _shaft(found: ShaftTwist) -> FlexibleShaft:
     )
 
 
-def _film(found: FlexibleCycle, number: int) -> dict[str, Any]:
+def _film(flexible: FlexibleCycle, number: int) -> dict[str, Any]:
     """Return the fields of a journal's film; none on a spring."""
-    if found.clearance_mm is None:
+    if flexible.clearance_mm is None:
         return {}
-    clearance, reach = float(found.clearance_mm[number - 1]), _reach(found.orbit_mm[number - 1])
+    clearance, reach = float(flexible.clearance_mm[number - 1]), _reach(flexible.orbit_mm[number - 1])
     broken = reach > CONTACT * clearance
     return {
-        "least_film_mm": None if broken or not found.is_periodic else clearance - reach,
-        "limit": "contact" if broken else None if found.is_periodic else "not periodic",
+        "least_film_mm": None if broken or not flexible.is_periodic else clearance - reach,
+        "limit": "contact" if broken else None if flexible.is_periodic else "not periodic",
     }
 
 
@@ -153,12 +153,12 @@ def _peak(cycle: CycleAnalysis, load: Complex) -> LoadPeak:
     return cycle.peak(np.stack([load.real, load.imag], axis=-1))
 
 
-def _webs(found: FlexibleCycle) -> list[FlexibleWeb]:
+def _webs(flexible: FlexibleCycle) -> list[FlexibleWeb]:
     return [
         FlexibleWeb(
             throw=each.throw,
             web=each.web,
             bending_N_m=(float(each.bending_n_m.min()), float(each.bending_n_m.max())),
         )
-        for each in found.webs
+        for each in flexible.webs
     ]

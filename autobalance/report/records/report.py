@@ -390,11 +390,11 @@ def _balanced(balanced: run.Balanced, record: run.Record) -> dict[str, Any]:
     }
 
 
-def _corrections(balanced: run.Balanced, found: run.Record) -> list[Correction]:
-    result, anatomy = balanced.result, found.crank.anatomy
+def _corrections(balanced: run.Balanced, record: run.Record) -> list[Correction]:
+    result, anatomy = balanced.result, record.crank.anatomy
     if balanced.kept is not None:
         return kept_corrections(balanced.kept, result, anatomy)
     return [
         Correction.of(number, each, anatomy)
-        for number, each in enumerate(result.corrections, found.cuts_before + 1)
+        for number, each in enumerate(result.corrections, record.cuts_before + 1)
     ]

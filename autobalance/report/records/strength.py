@@ -176,23 +176,23 @@ class FilletElements:
     cost_of_cuts: Positive | None
 
     @classmethod
-    def of(cls, found: FilletByElements, shape: FilletShape, costs: Costs | None) -> Self:
+    def of(cls, fillet: FilletByElements, shape: FilletShape, costs: Costs | None) -> Self:
         """Return that of a fillet."""
         diameter, bore, factors = shape.pin_mm, shape.pin_bore_mm, shape.crankpin
-        if found.place == "journal":
+        if fillet.place == "journal":
             diameter, bore, factors = shape.journal_mm, shape.journal_bore_mm, shape.journal
-        bending = found.bending_MPa * shape.web_breadth_mm * shape.web_thickness_mm**2 / 6.0 / N_MM_PER_N_M
-        torsion = found.torsion_MPa * polar_modulus_mm3(diameter, bore) / N_MM_PER_N_M
+        bending = fillet.bending_MPa * shape.web_breadth_mm * shape.web_thickness_mm**2 / 6.0 / N_MM_PER_N_M
+        torsion = fillet.torsion_MPa * polar_modulus_mm3(diameter, bore) / N_MM_PER_N_M
         return cls(
-            web=found.web,
-            place=found.place,
+            web=fillet.web,
+            place=fillet.place,
             bending_factor=bending,
             torsion_factor=torsion,
             bending_over_formula=bending / factors.bending,
             torsion_over_formula=torsion / factors.torsion,
-            error=found.error,
-            solid_has_fillet=found.is_there,
-            cost_of_cuts=None if costs is None else costs[found.web, found.place],
+            error=fillet.error,
+            solid_has_fillet=fillet.is_there,
+            cost_of_cuts=None if costs is None else costs[fillet.web, fillet.place],
         )
 
 
@@ -206,15 +206,15 @@ class ThrowElements:
     cuts_over_fillets: Sequence[float]
 
     @classmethod
-    def of(cls, throw: int, found: ThrowByElements, sides: Sequence[Side], costs: Costs | None) -> Self:
+    def of(cls, throw: int, elements: ThrowByElements, sides: Sequence[Side], costs: Costs | None) -> Self:
         """Return that of a throw."""
-        greatest = max(each.bending_MPa for each in found.fillets)
-        inside = [each for each in found.in_boxes_MPa if each is not None]
+        greatest = max(each.bending_MPa for each in elements.fillets)
+        inside = [each for each in elements.in_boxes_MPa if each is not None]
         shapes = {side.loads.web: side.shape for side in sides}
         return cls(
             throw=throw,
-            nodes=found.nodes,
-            fillets=[FilletElements.of(each, shapes[each.web], costs) for each in found.fillets],
+            nodes=elements.nodes,
+            fillets=[FilletElements.of(each, shapes[each.web], costs) for each in elements.fillets],
             cuts_over_fillets=[each / greatest for each in inside],
         )
 

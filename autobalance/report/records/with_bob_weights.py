@@ -43,9 +43,9 @@ class WithBobWeights:
     within: bool
 
     @classmethod
-    def of(cls, found: section_rows.SectionTable) -> Self | None:
+    def of(cls, sections: section_rows.SectionTable) -> Self | None:
         """Return what is left of a crank with all that hangs on it; None where nothing judges it."""
-        tolerance, total = found.tolerance, found.unbalance
+        tolerance, total = sections.tolerance, sections.unbalance
         if tolerance is None:
             return None
         rows: list[tuple[Literal["resultant", "A", "B"], float | None, Array, float]]
@@ -59,7 +59,7 @@ class WithBobWeights:
         return cls(
             hung_on=[
                 HungOn(kind=row.kind, number=row.number, name=row.name or None, mass_g=row.moments.mass_g)
-                for row in found.rows
+                for row in sections.rows
                 if row.kind in ("bob-weight", "on crankpin", "attached", "oil")
             ],
             planes=[
@@ -76,5 +76,5 @@ class WithBobWeights:
                 for name, z_mm, vector, limit in rows
             ],
             judge=tolerance.judge,
-            within=bool(found.is_met),
+            within=bool(sections.is_met),
         )

@@ -79,7 +79,7 @@ def _basis(report: Report) -> str:
 
 
 def _facts(report: Report, u: DisplayUnits, date: str) -> Sequence[Sequence[str]]:
-    tolerance, said = report["tolerance"], work(report)
+    tolerance, words = report["tolerance"], work(report)
     machine = at(report, "job.shop.machine")
     bobs = ", ".join(
         f"throw {b['throw']} {u.of_bob_weight(b['mass_g'])}" for b in report["engine"]["bob_weights"]
@@ -87,7 +87,7 @@ def _facts(report: Report, u: DisplayUnits, date: str) -> Sequence[Sequence[str]
     factor = at(report, "balance_factor.final")
     facts = [
         ("Part", file_name(report)),
-        *((name.capitalize(), value) for name, value in said.items()),
+        *((name.capitalize(), value) for name, value in words.items()),
         ("Grade, speed", f"G {tolerance['grade_mm_s']:g}, {plain(tolerance['speed_rpm'], 0)} rpm"),
         ("Rotor mass", u.of_mass(tolerance["rotor_mass_g"])),
         ("Bob-weights", bobs),

@@ -34,7 +34,7 @@ def cheeks(report: Report) -> dict[int, Cheek]:
     """Return by web the cheek nearest to its cuts, of those that no cut moves, if one is left."""
     cuts = [*report["corrections"], *report.get("earlier_corrections", ())]
     moved = [abs(float(cut["face_height_mm"])) for cut in cuts if cut.get("face_height_mm") is not None]
-    found: dict[int, Cheek] = {}
+    cheeks_by_web: dict[int, Cheek] = {}
     for web in report["crank"]["webs"]:
         number = int(web["number"])
         own = [item for item in report["corrections"] if number in webs_cut(item)]
@@ -43,8 +43,8 @@ def cheeks(report: Report) -> dict[int, Cheek]:
         ends = [(float(web["z_min_mm"]), False), (float(web["z_max_mm"]), True)]
         left = [end for end in ends if all(abs(abs(end[0]) - height) > MOVED_MM for height in moved)]
         z, looks_up = min(left or ends, key=lambda end: _away(own, end[0]))
-        found[number] = Cheek(_letter(len(found)), number, z, looks_up)
-    return found
+        cheeks_by_web[number] = Cheek(_letter(len(cheeks_by_web)), number, z, looks_up)
+    return cheeks_by_web
 
 
 def _away(items: Sequence[Item], z_mm: float) -> float:

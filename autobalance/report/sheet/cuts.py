@@ -47,7 +47,7 @@ def cut_columns(u: DisplayUnits, zero: Zero) -> list[Column]:
 
 
 def cut_row(item: Item, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str]:
-    """Return what the table tells of a cut: number, kind, place, angles, radius, z, sizes, mass.
+    """Return what the table says of a cut: number, kind, place, angles, radius, z, sizes, mass.
 
     Where angles count from a keyway, those from crankpin 1, as the report has them, stand beside in brackets.
     """

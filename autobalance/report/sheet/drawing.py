@@ -96,19 +96,19 @@ def drawn(report: Mapping[str, Any], crank: Mesh, gone: Mapping[int, Solid]) -> 
 
 def _plane_deg(items: Sequence[Item]) -> float:
     """Return the angle of the plane for a web's section: that of the cut that moves most."""
-    found = [
+    drawn = [
         (math.hypot(*item["unbalance_change_g_mm"]), angle)
         for item in items
         if (angle := kinds.angle_deg(item)) is not None
     ]
-    return max(found)[1] if found else 0.0
+    return max(drawn)[1] if drawn else 0.0
 
 
 def _sections(crank: Mesh, heights_mm: Sequence[float]) -> list[Polygons]:
     """Return the outlines of cross-sections, straight from the triangles that the planes cross."""
     heights, which = np.unique(heights_mm, return_inverse=True)
-    found = cross_sections(crank.vertices, crank.triangles, heights)
-    return [Region.of(found[k]).polygons for k in which]
+    sections = cross_sections(crank.vertices, crank.triangles, heights)
+    return [Region.of(sections[k]).polygons for k in which]
 
 
 def _section(angle_deg: float, crank: Mesh, gone: Mapping[int, Solid]) -> SectionDrawing:
@@ -118,7 +118,7 @@ def _section(angle_deg: float, crank: Mesh, gone: Mapping[int, Solid]) -> Sectio
     placement = ALONG @ np.array([[c, s, 0.0, 0.0], [-s, c, 0.0, 0.0], [0, 0, 1.0, 0], [0, 0, 0, 1.0]])
     cuts = {number: _near_plane(body.moved(placement)) for number, body in gone.items()}
     (outline,) = _sections(crank.moved(placement), [0.0])
-    return SectionDrawing(angle_deg, outline, {number: found for number, found in cuts.items() if found})
+    return SectionDrawing(angle_deg, outline, {number: cut for number, cut in cuts.items() if cut})
 
 
 def _between(section: SectionDrawing, low_mm: float, high_mm: float) -> SectionDrawing:

@@ -33,21 +33,21 @@ def spread(wanted: Sequence[float], apart: float) -> list[float]:
             first[0] = (first[0] * first[1] + mean * count) / (first[1] + count)
             first[1] += count
     levels = np.repeat([block[0] for block in blocks], [int(block[1]) for block in blocks])
-    found = [0.0] * len(wanted)
+    places = [0.0] * len(wanted)
     for place, k in enumerate(order):
-        found[k] = float(levels[place]) + place * apart
-    return found
+        places[k] = float(levels[place]) + place * apart
+    return places
 
 
 def spread_between(wanted: Sequence[float], apart: float, low: float, high: float) -> list[float]:
     """Return places as ``spread`` does, all of them between two ends where there is room for them."""
-    found = spread([min(max(each, low), high) for each in wanted], apart)
-    order = sorted(range(len(found)), key=lambda k: found[k])
+    places = spread([min(max(each, low), high) for each in wanted], apart)
+    order = sorted(range(len(places)), key=lambda k: places[k])
     for place, k in enumerate(order):
-        found[k] = max(found[k], low + place * apart)
+        places[k] = max(places[k], low + place * apart)
     for place, k in enumerate(reversed(order)):
-        found[k] = min(found[k], high - place * apart)
-    return found
+        places[k] = min(places[k], high - place * apart)
+    return places
 
 
 def spread_on_circle(wanted_rad: Sequence[float], apart_rad: float) -> list[float]:
@@ -66,8 +66,8 @@ def spread_on_circle(wanted_rad: Sequence[float], apart_rad: float) -> list[floa
     along[along > 2.0 * math.pi - 1e-9] = 0.0
     room = 0.5 * max(0.0, widest - apart_rad)
     last = 2.0 * math.pi - widest
-    found = spread_between(along.tolist(), apart_rad, -room, last + room)
-    return [start + each for each in found]
+    places = spread_between(along.tolist(), apart_rad, -room, last + room)
+    return [start + each for each in places]
 
 
 def rings_for(count: int, radius_mm: float, apart_mm: float) -> int:
@@ -82,7 +82,7 @@ class Occupied:
         self._boxes: list[Box] = []
 
     def take(self, box: Box) -> bool:
-        """Take a box unless it lies over one that is taken; tell whether it was free."""
+        """Take a box unless it lies over one that is taken; return whether it was free."""
         free = not any(_overlap(box, other) for other in self._boxes)
         if free:
             self._boxes.append(box)

@@ -37,12 +37,12 @@ def listed_metal(report: Mapping[str, Any], left: Solid) -> dict[int, Solid]:
         The corrected crank, rotor frame.
     """
     webs = {web["number"]: web for web in report["crank"]["webs"]}
-    found = {}
+    bodies = {}
     for item in report["corrections"]:
         body = _body(item, [webs[k] for k in webs_cut(item) if k in webs], left)
         if body is not None and not body.is_empty:
-            found[int(item["number"])] = body
-    return found
+            bodies[int(item["number"])] = body
+    return bodies
 
 
 def _body(item: Item, webs: Sequence[Item], left: Solid) -> Solid | None:

@@ -229,7 +229,7 @@ def _stage_row(stage: Report, u: DisplayUnits, zero: Zero) -> list[str]:
     def pair(values: Sequence[float]) -> str:
         return ", ".join(u.g_mm(value) for value in values)
 
-    taken = "; ".join(
+    words = "; ".join(
         f"{u.g_mm(cut['g_mm'])} at {degrees(cut['angle_deg'] - from_deg)}, z {u.mm(cut['z_mm'])}"
         for cut in stage["corrections"]
     )
@@ -245,6 +245,6 @@ def _stage_row(stage: Report, u: DisplayUnits, zero: Zero) -> list[str]:
         degrees(stage["sum"]["angle_deg"] - from_deg),
         u.g_mm(stage["permissible_g_mm"]),
         "within" if stage["within"] else "ABOVE",
-        taken or NONE,
+        words or NONE,
         pair(stage["left"]),
     ]

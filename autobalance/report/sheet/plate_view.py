@@ -59,8 +59,8 @@ class PlateView(Flowable):  # type: ignore[misc]
         side = SideTable(self.rows, self.u, beside) if self.rows else None
         drawn = self.plate.web.section
         if drawn is not None and drawn.outline:
-            taken = 0.0 if side is None or side.high_mm + LEAST_SECTION_MM > high else side.high_mm + 2.0
-            room = min(SECTION_MM, high - taken)
+            cut_mm = 0.0 if side is None or side.high_mm + LEAST_SECTION_MM > high else side.high_mm + 2.0
+            room = min(SECTION_MM, high - cut_mm)
             self.section = SectionView(
                 f"Section at {self.zero.ccw(drawn.angle_deg):.1f}° ccw",
                 drawn, self.plate.items, self.plate.labels(), self.u, beside, room,
@@ -97,18 +97,18 @@ class PlateView(Flowable):  # type: ignore[misc]
 
     def _words(self) -> str:
         """Return scale, zero and sense, and how the twins lie."""
-        said = [f"Scale {self.view.scale_name}", f"ccw from {self.zero.name}, crankpin 1 up"]
+        words = [f"Scale {self.view.scale_name}", f"ccw from {self.zero.name}, crankpin 1 up"]
         if self.zero.other is not None:
-            said.append(f"in brackets from {self.zero.other}")
+            words.append(f"in brackets from {self.zero.other}")
         if self.plate.from_below:
-            said.append("seen from below: ccw runs clockwise here")
-        said += [twin.words for twin in self.plate.twins]
+            words.append("seen from below: ccw runs clockwise here")
+        words += [twin.words for twin in self.plate.twins]
         items = self.plate.items
         if any(map(kinds.adds_metal, items)):
-            said.append("crossed: built up")
+            words.append("crossed: built up")
         if any(item.get("slug_mass_g") is not None for item in items):
-            said.append("filled: slug")
-        return "; ".join(said)
+            words.append("filled: slug")
+        return "; ".join(words)
 
 
 class WholeCrank(Flowable):  # type: ignore[misc]

@@ -79,16 +79,16 @@ def plates(drawings: Drawings, items: Sequence[Item], webs: Sequence[Mapping[str
     """Return the plates of a sheet, in the order of the webs."""
     heights = {int(web["number"]): (float(web["z_min_mm"]), float(web["z_max_mm"])) for web in webs}
     single = [plate for web in drawings.webs for plate in _sides(web, items)]
-    found: list[Plate] = []
+    plates: list[Plate] = []
     for plate in single:
-        for place, other in enumerate(found):
+        for place, other in enumerate(plates):
             twin = _twin(other, plate, heights)
             if twin is not None:
-                found[place] = Plate(other.web, other.items, other.from_below, (*other.twins, twin))
+                plates[place] = Plate(other.web, other.items, other.from_below, (*other.twins, twin))
                 break
         else:
-            found.append(plate)
-    return found
+            plates.append(plate)
+    return plates
 
 
 def _sides(web: WebDrawing, items: Sequence[Item]) -> list[Plate]:
@@ -186,7 +186,7 @@ def _same_heights(
     heights: Mapping[int, tuple[float, float]],
     mirrored: bool,
 ) -> bool:
-    """Tell whether cuts lie at the same places across their webs, mirrored ones from the other side."""
+    """Return whether cuts lie at the same places across their webs, mirrored ones from the other side."""
     (low, high), (under, over) = heights[drawn.web.number], heights[number]
     if abs((high - low) - (over - under)) > SAME_PLACE_MM:
         return False

@@ -95,7 +95,7 @@ def strips(report: Mapping[str, Any]) -> list[Strip]:
 
 
 def _strips(report: Mapping[str, Any], radial: Sequence[Item]) -> list[Strip]:
-    found = []
+    strips = []
     groups: list[tuple[int, list[Item]]] = []
     for item in sorted(radial, key=lambda each: (each["web"], _radius(each))):
         if (
@@ -112,8 +112,8 @@ def _strips(report: Mapping[str, Any], radial: Sequence[Item]) -> list[Strip]:
             angles, own = [angle for angle, _ in run], tuple(item for _, item in run)
             radius = sum(map(_radius, own)) / len(own)
             first, last, marks = _laid(min(angles), max(angles), radius, lines)
-            found.append(Strip(radius, own, first, last, _z_range(report, web, own), marks))
-    return found
+            strips.append(Strip(radius, own, first, last, _z_range(report, web, own), marks))
+    return strips
 
 
 def _z_range(report: Mapping[str, Any], web: int, items: Sequence[Item]) -> tuple[float, float]:
@@ -149,7 +149,7 @@ def _lines(report: Mapping[str, Any], web: int) -> list[tuple[str, float]]:
     """Return what can be seen on a web's rim: ends of its arc, the lines of the crankpins, the keyway."""
     known = next((each for each in report["crank"]["webs"] if each["number"] == web), None)
     throws = report["crank"]["throws"]
-    found: list[tuple[str, float]] = []
+    marks: list[tuple[str, float]] = []
     outline = (known or {}).get("outline")
     if throws and known:
         middle = 0.5 * (known["z_min_mm"] + known["z_max_mm"])
@@ -157,12 +157,12 @@ def _lines(report: Mapping[str, Any], web: int) -> list[tuple[str, float]]:
         pin, name = float(throw["angle_deg"]), f"line of crankpin {throw['number']}"
         if outline and 0.0 < outline["fan_angle_deg"] < 359.0:
             half = 0.5 * float(outline["fan_angle_deg"])
-            found += [("edge of the arc", pin + 180.0 - half), ("edge of the arc", pin + 180.0 + half)]
-        found += [(name, pin), (name, pin + 180.0)]
+            marks += [("edge of the arc", pin + 180.0 - half), ("edge of the arc", pin + 180.0 + half)]
+        marks += [(name, pin), (name, pin + 180.0)]
     datum = told_angle(report)
     if datum is not None and datum["of"] == "keyway":
-        found.append(("keyway K", float(datum["angle_deg"])))
-    return found
+        marks.append(("keyway K", float(datum["angle_deg"])))
+    return marks
 
 
 def _laid(

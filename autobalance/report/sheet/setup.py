@@ -103,12 +103,12 @@ def _datums(report: Report, cheeks: Iterable[Cheek], u: DisplayUnits) -> str:
 
 def _sides(items: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return which end is up for which cuts, and where their depths begin."""
-    found = []
+    set_ups = []
     for side, (letter, text) in SET_UPS.items():
         count = sum(_side(item) == side for item in items)
         if count:
-            found.append(f"Set-up {letter} for {count} cut{'s' * (count > 1)} {side}: {text}.")
-    return [" ".join(found), " ".join(kinds.datums(items))] if found else kinds.datums(items)
+            set_ups.append(f"Set-up {letter} for {count} cut{'s' * (count > 1)} {side}: {text}.")
+    return [" ".join(set_ups), " ".join(kinds.datums(items))] if set_ups else kinds.datums(items)
 
 
 def _side(item: Mapping[str, Any]) -> str:

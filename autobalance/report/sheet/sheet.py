@@ -171,21 +171,21 @@ class _Story:
         self._tolerances(tolerances(report))
         self._slugs()
 
-    def _tolerances(self, found: Tolerances | None) -> None:
+    def _tolerances(self, tolerances: Tolerances | None) -> None:
         self._gap(1.5)
         self._room(28.0)
         self.parts.append(self._heading("Tolerances: angle, position, depth, diameter"))
         worth = held(self.report)
         if worth is not None:
             self.parts.append(prose(held_words(worth, self.u), 8.5))
-        if found is None:
-            told = (
+        if tolerances is None:
+            words = (
                 "The verdict leaves nothing, so that no tolerance follows from it; hold what the machine can."
             )
-            self.parts.append(prose(told, 7.5))
+            self.parts.append(prose(words, 7.5))
             return
-        self.parts += [tolerance_table(found, self.items, self.u, self.wide_mm), Spacer(1.0, 3.0)]
-        self.parts += [prose(told, 6.2, SOFT, after=0.6) for told in tolerance_words(found)]
+        self.parts += [tolerance_table(tolerances, self.items, self.u, self.wide_mm), Spacer(1.0, 3.0)]
+        self.parts += [prose(words, 6.2, SOFT, after=0.6) for words in tolerance_words(tolerances)]
 
     def _slugs(self) -> None:
         slugs = [item for item in self.items if item.get("slug_mass_g") is not None]
@@ -223,12 +223,12 @@ class _Story:
         rows = template_rows(self.report, drawings, self.u, self.wide_mm, self.zero)
         if not rows:
             return
-        told = (
+        words = (
             "Templates 1:1, outside up: cut out, lay the edges on those of the web and the dashed line on "
             f"what it names, prick the centres. Angles ccw from {self.zero.name}. Check the bar at the foot "
             "with a rule first."
         )
-        heading = [self._heading("Rim, unrolled, and flat sides: templates"), prose(told, 7.0, SOFT)]
+        heading = [self._heading("Rim, unrolled, and flat sides: templates"), prose(words, 7.0, SOFT)]
         self._gap(2.0)
         self.parts += [KeepTogether([*heading, rows[0]]), *rows[1:]]
 

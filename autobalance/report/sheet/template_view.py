@@ -67,8 +67,8 @@ def template_rows(
     tiles += [FlatTile(side, len(round_) + k, u, wide_mm, zero) for k, side in enumerate(flat, 1)]
     rows: list[list[Template]] = []
     for tile in tiles:
-        taken = sum(each.wide_mm + BESIDE_MM for each in rows[-1]) if rows else math.inf
-        if taken + tile.wide_mm > wide_mm + 1e-6:
+        wide = sum(each.wide_mm + BESIDE_MM for each in rows[-1]) if rows else math.inf
+        if wide + tile.wide_mm > wide_mm + 1e-6:
             rows.append([])
         rows[-1].append(tile)
     return [TemplateRow(row) for row in rows]
@@ -129,10 +129,10 @@ class _Tile:
                 pen.line(place, down, x, self.y(float(item["position_mm"][2])), SOFT, 0.1)
         for place, down, item in places:
             pen.badge(place, down, item["number"])
-        told = [self.angle(item) for _, _, item in places]
-        wide = max([0.0, *(width_mm(text, 6.0) for text in told)])
+        angles = [self.angle(item) for _, _, item in places]
+        wide = max([0.0, *(width_mm(text, 6.0) for text in angles)])
         if self.rows == 1 and _apart([place for place, _, _ in places], self.apart + 1.5 + wide):
-            for (place, down, _), text in zip(places, told, strict=True):
+            for (place, down, _), text in zip(places, angles, strict=True):
                 pen.text(place + 0.5 * self.apart + 0.2, down + 0.8, text, 6.0)
 
     def angle(self, item: Item) -> str:

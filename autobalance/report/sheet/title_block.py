@@ -87,8 +87,8 @@ def _head_and_foot(pen: Pen, sheet: Sheet, number: int, count: int) -> None:
     pen.line(FRAME_MM, foot - 4.2, wide - FRAME_MM, foot - 4.2, RULE, 0.15)
     pen.text(MARGIN_MM, foot, f"sha256 {report['input']['sha256']}", 5, SOFT, mono=True)
     scale_bar(pen, sheet.units, MARGIN_MM + BAR_MM, foot - 0.6)
-    made = " · ".join(filter(None, [f"autobalance {report['autobalance']['version']}", safe(sheet.date)]))
-    pen.text(wide - MARGIN_MM, foot, made, 7, SOFT, align="right")
+    program = " · ".join(filter(None, [f"autobalance {report['autobalance']['version']}", safe(sheet.date)]))
+    pen.text(wide - MARGIN_MM, foot, program, 7, SOFT, align="right")
 
 
 def _logo(pen: Pen, sheet: Sheet, high_mm: float) -> float:

@@ -19,16 +19,16 @@ ENOUGH = 0.5
 """Share of what the verdict leaves above which a machined crank is read before it is signed."""
 
 
-def held_words(found: Held, u: DisplayUnits) -> str:
+def held_words(held: Held, u: DisplayUnits) -> str:
     """Return what a shop holds without special care, and by how much the crank may be off then."""
     places, diameter = (_usual(USUAL[key], u) for key in ("position_mm", "diameter_mm"))
-    told = (
+    words = (
         f"Hold ±{places} and ±{USUAL['angle_deg']:g}° (diameters ±{diameter}): then the crank may be off by "
-        f"{u.of_unbalance(found.off_g_mm)}"
+        f"{u.of_unbalance(held.off_g_mm)}"
     )
-    if found.left_g_mm > 0.0:
-        told += f", of {u.of_unbalance(found.left_g_mm)} that the verdict leaves"
-    return told + ("; finish by a reading (recut)." if found.share > ENOUGH else ".")
+    if held.left_g_mm > 0.0:
+        words += f", of {u.of_unbalance(held.left_g_mm)} that the verdict leaves"
+    return words + ("; finish by a reading (recut)." if held.share > ENOUGH else ".")
 
 
 def _usual(value_mm: float, u: DisplayUnits) -> str:
@@ -36,7 +36,9 @@ def _usual(value_mm: float, u: DisplayUnits) -> str:
     return f"{value_mm / u.mm_per_length:.1g} {u.length}"
 
 
-def tolerance_table(found: Tolerances, items: Sequence[Item], u: DisplayUnits, wide_mm: float) -> Flowable:
+def tolerance_table(
+    tolerances: Tolerances, items: Sequence[Item], u: DisplayUnits, wide_mm: float
+) -> Flowable:
     """List the tolerances of each kind's cuts."""
     columns = [
         Column("each", 22.0, "left"),
@@ -47,7 +49,7 @@ def tolerance_table(found: Tolerances, items: Sequence[Item], u: DisplayUnits, w
         Column(f"diameter {u.length}", 20.0),
     ]
     rows = []
-    for kind, values in found.by_kind.items():
+    for kind, values in tolerances.by_kind.items():
         own = [item for item in items if item["kind"] == kind]
         rows.append(
             [
@@ -65,21 +67,22 @@ def tolerance_table(found: Tolerances, items: Sequence[Item], u: DisplayUnits, w
     return table(wide_mm, columns, rows, row_mm=4.0)
 
 
-def tolerance_words(found: Tolerances) -> list[str]:
+def tolerance_words(tolerances: Tolerances) -> list[str]:
     """Return what the tolerances are worth: what they use together, and what to do where they are close."""
-    told = [
-        f"± of each cut of a kind: usual workshop accuracy times {found.factor:.2g}, from what each error "
-        f"does to the unbalance. All errors of all cuts at their limits at once, the worst way round, use "
-        f"{100.0 * found.worst:.0f} % of what the verdict leaves (at most {100.0 * SHARE:.0f} % is given "
-        f"away); independent errors, as the root of the sum of squares, {100.0 * found.independent:.0f} %. "
+    lines = [
+        f"± of each cut of a kind: usual workshop accuracy times {tolerances.factor:.2g}, from what each "
+        f"error does to the unbalance. All errors of all cuts at their limits at once, the worst way round, "
+        f"use {100.0 * tolerances.worst:.0f} % of what the verdict leaves (at most {100.0 * SHARE:.0f} % is "
+        "given away); independent errors, as the root of the sum of squares, "
+        f"{100.0 * tolerances.independent:.0f} %. "
         "Position: how far the axis may lie from its place, square to it; of a pocket, its outline."
     ]
-    if found.factor < CARE:
-        told.append(
+    if tolerances.factor < CARE:
+        lines.append(
             "These are closer than a workshop usually holds: read the machined crank on the balancing "
             "machine, and finish by that reading (recut)."
         )
-    return told
+    return lines
 
 
 def _plus_minus(value: float | None, digits: int, unit: str = "") -> str:

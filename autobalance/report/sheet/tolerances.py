@@ -104,18 +104,18 @@ def _effects(item: Item, planes: Sequence[Mapping[str, Any]]) -> dict[str, Array
     change = np.array(item["unbalance_change_g_mm"], dtype=np.float64)
     centre_z = _centre_z_mm(item)
     moved, mass = float(np.hypot(*change)), abs(float(item["removed_mass_g"]))
-    found = {}
+    shares = {}
     if kinds.angle_deg(item) is not None and item.get("face") is None:
-        found["angle_deg"] = math.radians(USUAL["angle_deg"]) * _shared(moved, centre_z, planes)
+        shares["angle_deg"] = math.radians(USUAL["angle_deg"]) * _shared(moved, centre_z, planes)
     if item.get("inward") is not None or item.get("cutter_mm") is not None:
-        found["position_mm"] = USUAL["position_mm"] * np.maximum(
+        shares["position_mm"] = USUAL["position_mm"] * np.maximum(
             _shared(mass, centre_z, planes), _shifted(moved, planes)
         )
-    found["depth_mm"] = USUAL["depth_mm"] * _per_depth(item, centre_z, planes)
+    shares["depth_mm"] = USUAL["depth_mm"] * _per_depth(item, centre_z, planes)
     diameter = item.get("diameter_mm")
     if diameter is not None:
-        found["diameter_mm"] = USUAL["diameter_mm"] * _shared(2.0 * moved / diameter, centre_z, planes)
-    return found
+        shares["diameter_mm"] = USUAL["diameter_mm"] * _shared(2.0 * moved / diameter, centre_z, planes)
+    return shares
 
 
 def _centre_z_mm(item: Item) -> float:
@@ -156,8 +156,8 @@ def _per_depth(item: Item, z_mm: float, planes: Sequence[Mapping[str, Any]]) -> 
         return np.array([np.hypot(*first)])
     low, high = (float(plane["z_mm"]) for plane in planes)
     upper = (second - low * first) / (high - low)
-    found: Array = np.array([np.hypot(*first), np.hypot(*(first - upper)), np.hypot(*upper)])
-    return found
+    magnitudes: Array = np.array([np.hypot(*first), np.hypot(*(first - upper)), np.hypot(*upper)])
+    return magnitudes
 
 
 def _rounded_down(value: float) -> float:

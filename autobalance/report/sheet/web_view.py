@@ -138,14 +138,14 @@ class WebView:
         """Return where the numbers stand around the wheel."""
         wanted = [self._direction_rad(item) for item in self.plate.items]
         order = sorted(range(len(wanted)), key=lambda k: wanted[k])
-        found = [(0.0, 0.0)] * len(wanted)
+        places = [(0.0, 0.0)] * len(wanted)
         for ring in range(self.rings):
             members = order[ring :: self.rings]
             radius = self.first_ring + RING_MM * (ring + 0.5)
             turns = spread_on_circle([wanted[k] for k in members], self.apart / radius)
             for k, turn in zip(members, turns, strict=True):
-                found[k] = self._at(turn, radius)
-        return found
+                places[k] = self._at(turn, radius)
+        return places
 
     def _at(self, turn_rad: float, radius_mm: float) -> tuple[float, float]:
         """Return the place on the page at an angle from crankpin 1 and a distance from the axis."""
