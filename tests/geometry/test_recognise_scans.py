@@ -90,6 +90,15 @@ def test_a_scanned_crank_is_found_to_a_fraction_of_its_noise(sigma_mm: float, se
     there = scan("single", sigma_mm, edge_mm=EDGE_MM, seed=seed)
     found, fit = _compare(there, there.mesh, sigma_mm)
     _rims(found, fit, 52.0, sigma_mm)
+    assert found.datums is not None
+    (key,) = found.datums.keyways
+    drawn = recognise(generated_crank("single", segments=24).solid, ANY).datums
+    assert drawn is not None
+    (wanted,) = drawn.keyways
+    assert min(abs(key.angle_deg - angle) for angle in (90.0, 270.0)) < 0.5
+    assert key.width_mm == pytest.approx(wanted.width_mm, abs=0.1)
+    assert key.depth_mm == pytest.approx(wanted.depth_mm, abs=0.3)
+    assert key.z_max_mm - key.z_min_mm == pytest.approx(wanted.z_max_mm - wanted.z_min_mm, abs=6.0)
 
 
 def test_a_decimated_scan_is_found() -> None:

@@ -13,6 +13,7 @@ from autobalance.crank.anatomy import Web
 from autobalance.crank.datums import Datums, End, Flange, FlangeHole, Keyway, MachinedFace
 from autobalance.crank.recognition.circles import Circle, corners_of, distances, following, preceding
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
+from autobalance.crank.recognition.rough_keyways import rough_keyway
 from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
@@ -88,7 +89,8 @@ def find_datums(
         return Datums()
     low, high = min(web.z_min_mm for web in webs), max(web.z_max_mm for web in webs)
     ends = (_Zone("-z", long, axis, -math.inf, low), _Zone("+z", long, axis, high, math.inf))
-    keyways = [key for zone in ends for key in _keyways(zone, mesh, to_rotor)]
+    find = _keyways if long.blur_mm == 0.0 else _rough_keyways
+    keyways = [key for zone in ends for key in find(zone, mesh, to_rotor)]
     flanges = [flange for zone in ends if (flange := _flange(zone, journals, to_rotor)) is not None]
     faces = _machined_faces(long, flanges, webs, float(to_rotor[2, 3]))
     return Datums(tuple(keyways), tuple(flanges), tuple(faces))
@@ -155,6 +157,28 @@ def _keyways(zone: _Zone, mesh: Mesh, to_rotor: Array) -> list[Keyway]:
             same.append(slot)
     keyways = (_walled(zone, group, mesh, to_rotor) for group in groups)
     return [key for key in keyways if key is not None]
+
+
+def _rough_keyways(zone: _Zone, mesh: Mesh, to_rotor: Array) -> list[Keyway]:
+    """Return the keyway in a shaft of a scanned crank's end."""
+    shafts = [(section.z_mm, zone.shaft(section)) for section in zone.sections]
+    radii = np.array(sorted((z, shaft[1].radius) for z, shaft in shafts if shaft is not None))
+    if len(radii) < BOLTS:
+        return []
+    turn = zone.long.turn[:3, :3]
+    placed = zone.long.vertices - np.array([*zone.axis, 0.0])
+    here = (placed[:, 2] > zone.low) & (placed[:, 2] < zone.high)
+    triangles = np.flatnonzero(here.take(mesh.triangles).all(axis=1))
+    rows = mesh.triangles.take(triangles, axis=0)
+    facing = mesh.area_vectors.take(triangles, axis=0) @ turn.T
+    facing /= np.maximum(np.linalg.norm(facing, axis=1), 1e-300)[:, None]
+    key = rough_keyway(placed, rows, facing, radii, (KEY_WIDTHS, KEY_DEPTHS))
+    if key is None:
+        return []
+    out = np.array([math.cos(key.angle_rad), math.sin(key.angle_rad)])
+    low, high = (z + float(to_rotor[2, 3]) for z in key.z)
+    angle = _rotor_angle_deg(out, to_rotor)
+    return [Keyway(zone.end, angle, key.width, key.depth, 2.0 * key.radius, low, high)]
 
 
 def _is_one(a: _Slot, b: _Slot) -> bool:

@@ -1,0 +1,137 @@
+"""A keyway in a scanned shaft: a floor and two walls fitted to what lies below the shaft's own surface."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from autobalance.solid.mesh.components import components
+from autobalance.types import Array, Indices
+
+SUNK_RADII, SUNK_MM = 0.03, 0.3
+"""What lies below the shaft's surface by this share of its radius, or by so much, is not of it."""
+DEEPEST = 0.7
+"""What is nearer to the axis than the radius less this share of it is a bore along it."""
+FACING = math.cos(math.radians(35.0))
+"""Triangles of floor and walls face within 35° as they should: noise turns small ones by as much."""
+PARALLEL = math.cos(math.radians(5.0))
+"""The fitted walls look at each other within 5°."""
+UPRIGHT = 0.35
+"""They are parallel to the axis: the axial part of their triangles' directions is at most this."""
+BEYOND = 0.3
+"""A shaft reaches so many radii past the last sections that show its circle, at most."""
+SPREAD = 3.0
+"""Points that stand off a wall by more than so many times the usual are of its corners."""
+FEWEST = 8
+"""Triangles of a floor or a wall, or a chance shows them."""
+
+
+class RoughKeyway:
+    """A slot in a shaft, in axes turned to the crank's: angle [rad], width, depth, radius and ends [mm]."""
+
+    def __init__(
+        self, angle_rad: float, width: float, depth: float, radius: float, z: tuple[float, float]
+    ) -> None:
+        self.angle_rad, self.width, self.depth, self.radius, self.z = angle_rad, width, depth, radius, z
+
+
+def rough_keyway(
+    vertices: Array, triangles: Indices, normals: Array, shaft: Array, keys: tuple[tuple[float, float], ...]
+) -> RoughKeyway | None:
+    """Return the one keyway in a shaft, if there is one.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float
+        Of the mesh, z along the crank axis, which is x = y = 0 [mm].
+    triangles : (m, 3) int
+    normals : (m, 3) float
+        Their directions.
+    shaft : (k, 2) float
+        Heights, rising, and the shaft's radii there [mm].
+    keys : two pairs of float
+        Least and greatest width and depth as shares of the shaft's diameter.
+    """
+    corners = vertices.take(triangles, axis=0)
+    middle = corners.mean(axis=1)
+    past = BEYOND * float(shaft[:, 1].mean())
+    inside = (middle[:, 2] > shaft[0, 0] - past) & (middle[:, 2] < shaft[-1, 0] + past)
+    rows = np.flatnonzero(inside)
+    below = np.interp(middle[rows, 2], *shaft.T)
+    away = np.hypot(*middle[rows, :2].T)
+    sunk = (below - away > np.maximum(SUNK_RADII * below, SUNK_MM)) & (away > (1.0 - DEEPEST) * below)
+    sunk &= np.abs(normals[rows, 2]) < UPRIGHT
+    rows = rows[sunk]
+    number = _connected(triangles.take(rows, axis=0), len(vertices))
+    for each in np.flatnonzero(np.bincount(number) >= 3 * FEWEST):
+        own = rows[number == each]
+        key = _as_key(corners[own], normals[own], shaft, keys)
+        if key is not None:
+            return key
+    return None
+
+
+def _connected(triangles: Indices, vertices: int) -> Indices:
+    """Return for each triangle the number of the piece of surface that it hangs together with."""
+    lowest = components(triangles, vertices).take(triangles[:, 0])
+    piece: Indices = np.unique(lowest, return_inverse=True)[1]
+    return piece
+
+
+def _as_key(
+    corners: Array, facing: Array, shaft: Array, keys: tuple[tuple[float, float], ...]
+) -> RoughKeyway | None:
+    """Return the keyway that triangles with corners (n, 3, 3) and directions (n, 3) are, if they are one."""
+    place = corners.mean(axis=1)
+    out = _unit((place[:, :2] / np.hypot(*place[:, :2].T)[:, None]).sum(axis=0))
+    walls: list[Indices] = []
+    for _ in range(3):
+        across = np.array([-out[1], out[0]])
+        aside, look = place[:, :2] @ across, facing[:, :2] @ across
+        walls = [np.flatnonzero((sign * look < -FACING) & (sign * aside > 0.0)) for sign in (-1.0, 1.0)]
+        walls = [_without_corners(wall, aside) for wall in walls if len(wall) >= FEWEST]
+        if len(walls) < 2:
+            return None
+        towards = [_unit(_line(place[wall, :2], out)) for wall in walls]
+        if float(towards[0] @ towards[1]) < PARALLEL:
+            return None
+        out = _unit(sum(place[wall, :2].mean(axis=0) for wall in walls))  # surer than such short walls
+    across = np.array([-out[1], out[0]])
+    left, right = (float(np.median(place[wall, :2] @ across)) for wall in walls)
+    floor = np.flatnonzero(facing[:, :2] @ out > FACING)
+    floor = floor[np.abs(place[floor, :2] @ across - 0.5 * (left + right)) < 0.4 * (right - left)]
+    if len(floor) < FEWEST:
+        return None
+    z = corners[np.concatenate(walls), :, 2]
+    radius = float(np.interp(np.median(z), *shaft.T))
+    found = RoughKeyway(
+        math.atan2(out[1], out[0]),
+        right - left,
+        radius - float(np.median(place[floor, :2] @ out)),
+        radius,
+        (float(z.min()), float(z.max())),
+    )
+    shares = found.width / (2.0 * radius), found.depth / (2.0 * radius)
+    sized = all(low <= share <= high for share, (low, high) in zip(shares, keys, strict=True))
+    centred = abs(left + right) < 0.2 * found.width
+    return found if sized and centred and found.z[1] - found.z[0] > found.width else None
+
+
+def _without_corners(wall: Indices, aside: Array) -> Indices:
+    """Return the rows of a wall that stand where most of it does."""
+    off = np.abs(aside[wall] - np.median(aside[wall]))
+    kept: Indices = wall[off <= SPREAD * max(float(np.median(off)), 1e-6)]
+    return kept
+
+
+def _line(points: Array, out: Array) -> Array:
+    """Return the direction (2,) of points (n, 2) in a row, outward."""
+    way = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
+    along: Array = way if float(way @ out) > 0.0 else -way
+    return along
+
+
+def _unit(vector: Array) -> Array:
+    unit: Array = vector / np.linalg.norm(vector)
+    return unit
