@@ -1,7 +1,8 @@
-"""Types of arrays."""
+"""Types of arrays, and of tables by key."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,3 +16,7 @@ Floats = NDArray[Any]
 """float32 or float64."""
 Numbers = NDArray[Any]
 """Of one type, integer or not."""
+Values = Mapping[str, Any]
+"""A table of a file or an object of JSON, as it is read."""
+Report = Values
+"""What a verb answers with, as JSON."""

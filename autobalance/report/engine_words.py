@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
+from autobalance.types import Report
 from autobalance.wording import at
 
-Report = Mapping[str, Any]
 EXTERNAL = {
     "solve": "They carry what the crank lacks: weld or bolt it on at the angle, or drill it out opposite.",
     "detroit": "They carry this now, and the crank is cut to suit them.",

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from autobalance.types import Report
 from autobalance.wording import at
-
-Report = Mapping[str, Any]
 
 NAMED = ("customer", "engine", "serial", "operator", "note")
 """Keys of ``[job]``, in the order in which pages have them."""

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autobalance.errors import JobError
+from autobalance.types import Values
 
 if TYPE_CHECKING:
     from autobalance.api.balance import BalanceResult
     from autobalance.rigid_rotor.moments import Moments
 
-Values = dict[str, Any]
 TURNS_DEG = 60.0
 """How far a hole may be turned about the crank axis on the page, each way."""
 

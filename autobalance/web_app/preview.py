@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from autobalance.types import Values
+
 if TYPE_CHECKING:
     from autobalance.rigid_rotor.moments import Moments
-
-Values = dict[str, Any]
 
 
 def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Path) -> Values:

@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance.errors import JobError
 from autobalance.runtime import Notify
-from autobalance.types import Array
+from autobalance.types import Array, Values
 from autobalance.web_app.prediction import checked_cuts
 
 if TYPE_CHECKING:
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from autobalance.rigid_rotor.moments import Moments
     from autobalance.solid.csg.solid import Solid
     from autobalance.solid.csg.tool import Tool
-
-Values = dict[str, Any]
 
 
 @dataclass(frozen=True, eq=False)

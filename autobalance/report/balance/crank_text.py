@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from autobalance.report.balance.scan_text import against_text, scan_lines
 from autobalance.report.balance.section_text import section_heads
 from autobalance.report.balance.suggestion_text import suggestions_text
-from autobalance.report.balance.text import Values
 from autobalance.report.display_units import ON_SCREEN, DisplayUnits, fixed
 from autobalance.report.tables import table
+from autobalance.types import Values
 from autobalance.wording import degrees
 
 MOST_FACES = 12

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-Values = Mapping[str, Any]
+from autobalance.types import Values
 
 MOVED_MM = 0.05
 """A face this near to one that is cut is that face."""

@@ -7,12 +7,9 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from autobalance.correction import KINDS
-from autobalance.correction.contract import Figures
+from autobalance.correction.contract import Figures, Item
 from autobalance.units import wrapped_deg
 from autobalance.wording import degrees, place_of
-
-Item = Mapping[str, Any]
-"""A correction as the report lists it."""
 
 
 def verb(item: Item) -> str:

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from autobalance.job.files.reading_keys import Convention
-
-Values = Mapping[str, Any]
+from autobalance.types import Values
 
 
 def reading_toml(report: Values) -> str:

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from autobalance.report.balance.text import balance_text
 from autobalance.report.display_units import DisplayUnits
-
-Values = Mapping[str, Any]
+from autobalance.types import Values
 
 
 def recut_text(report: Values, units: DisplayUnits) -> str:

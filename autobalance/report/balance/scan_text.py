@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 from autobalance.report.display_units import DisplayUnits
+from autobalance.types import Values
 
-Values = Mapping[str, Any]
 MM_PER_UM = 1e-3
 
 

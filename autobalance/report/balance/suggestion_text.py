@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-Values = Mapping[str, Any]
+from autobalance.types import Values
 
 
 def suggestions_text(suggestions: Values | None) -> str:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from autobalance.report.balance.kinds import angle_deg, verb
 from autobalance.report.balance.relaxation_text import relaxation_lines
 from autobalance.report.balance.scan_text import against_text
 from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.report.tables import table
+from autobalance.types import Values
 from autobalance.wording import NOT_PROVEN, degrees, is_unproven
-
-Values = Mapping[str, Any]
-
 
 OUTCOMES = {
     "within_tolerance": "WITHIN TOLERANCE",

@@ -14,10 +14,9 @@ from typing import Any
 
 from autobalance.report.balance import kinds
 from autobalance.report.job_header import shop_name, work_words
+from autobalance.types import Report
 from autobalance.units import wrapped_deg
 from autobalance.wording import at, file_name, grams, oil_on_crankpin_g, weights
-
-Report = Mapping[str, Any]
 
 GROUPS = (
     ("rotating_g", "m_rot", "Rotating parts, of one connecting rod"),

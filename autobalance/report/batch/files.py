@@ -9,7 +9,7 @@ import re
 from collections import Counter
 from typing import Any
 
-Values = dict[str, Any]
+from autobalance.types import Values
 
 NEWEST = 10
 OWN_WORDS = re.compile(

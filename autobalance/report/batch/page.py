@@ -8,8 +8,7 @@ from typing import Any
 
 from autobalance.report.batch.files import capability, grouped_reasons
 from autobalance.report.page.templates import rendered
-
-Values = dict[str, Any]
+from autobalance.types import Values
 
 BINS = 20
 WIDTH, HEIGHT = 640, 180

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from autobalance.types import Values
 
-Values = dict[str, Any]
 SHOWN_ROWS = 12
 NAMES = {
     "dry": "Dry journal bearing",

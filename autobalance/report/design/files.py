@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.report.pictures.zbuffer import Camera, png, render
+from autobalance.types import Values
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from autobalance.solid.mesh.mesh import Mesh
 
-Values = dict[str, Any]
 
 STEEL = (0.72, 0.74, 0.77)
 

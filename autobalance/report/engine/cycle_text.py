@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from autobalance.report.tables import table
-
-Values = Mapping[str, Any]
+from autobalance.types import Values
 
 
 def cycle_text(report: Values) -> str:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
+from autobalance.types import Values
 
-Values = Mapping[str, Any]
 LEAST_SHOWN_N = 0.05
 """An order below this is shown as 0."""
 

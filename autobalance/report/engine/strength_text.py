@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from autobalance.report.engine.cycle_text import number
 from autobalance.report.tables import table
-
-Values = Mapping[str, Any]
+from autobalance.types import Values
 
 
 def strength_text(report: Values) -> str:

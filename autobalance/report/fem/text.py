@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-Values = dict[str, Any]
+from autobalance.types import Values
 
 
 def fem_text(values: Values) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-from typing import Any
 
 import numpy as np
 
@@ -12,9 +11,7 @@ from autobalance.report.page.templates import rendered
 from autobalance.signal.analysis import Analysis
 from autobalance.signal.record import Channel
 from autobalance.signal.sines import amplitude_spectrum
-from autobalance.types import Array
-
-Values = dict[str, Any]
+from autobalance.types import Array, Values
 
 MOST_POINTS = 1 << 18
 """Of a curve on the page; neighbours are put together, least and greatest, where a record has more."""

@@ -12,12 +12,11 @@ from autobalance.signal.analysis import Analysis
 from autobalance.signal.maps import Map, OrderCut, order_cuts, order_map, waterfall
 from autobalance.signal.record import Channel
 from autobalance.signal.sines import amplitude_spectrum
-from autobalance.types import Array
+from autobalance.types import Array, Values
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Values = dict[str, Any]
 Files = dict[str, dict[str, bytes]]
 SHOWN_SAMPLES = 1 << 21
 CUTS = 4

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from autobalance.types import Values
 
-Values = dict[str, Any]
 SHOWN_PEAKS = 10
 SHOWN_SHARE = 0.01
 """Orders below this share of the greatest are left out of the summary; the JSON lists every one."""

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from markupsafe import Markup
 
 from autobalance.report.page_units import shown
+from autobalance.types import Report
 from autobalance.wording import at, number, signed
-
-Report = Mapping[str, Any]
 
 
 def cell(report: Report, path: str, digits: int = 2) -> Markup:

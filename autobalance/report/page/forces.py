@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from autobalance.types import Report
 from autobalance.wording import at
 
-Report = Mapping[str, Any]
 NOTHING = 0.05
 """Forces [N] and moments [N·m] of orders below it are shown as 0.0, and are left out."""
 FORCES = {

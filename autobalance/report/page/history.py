@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 from autobalance.report.job_header import page_header
 from autobalance.report.page.templates import rendered
 from autobalance.report.pictures.polar import stages_figure
-
-Values = Mapping[str, Any]
+from autobalance.types import Values
 
 OUTCOMES = {
     "within_tolerance": "within tolerance",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -22,6 +22,7 @@ from autobalance.report.page.view import view_data
 from autobalance.report.page_units import PAGE_UNITS
 from autobalance.report.pictures import polar
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Report
 from autobalance.wording import (
     at,
     counts_uncertainty,
@@ -33,7 +34,6 @@ from autobalance.wording import (
     whole_degrees,
 )
 
-Report = Mapping[str, Any]
 COUNTS_AS = {
     "rotating_g": "rotating",
     "reciprocating_g": "reciprocating",

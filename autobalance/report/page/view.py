@@ -13,10 +13,8 @@ from autobalance.report.balance import kinds
 from autobalance.report.metal import Piece
 from autobalance.report.page_units import PAGE_UNITS, length, unbalance
 from autobalance.solid.mesh.mesh import Mesh, compacted
-from autobalance.types import Array, Indices
+from autobalance.types import Array, Indices, Report
 from autobalance.wording import at, number
-
-Report = Mapping[str, Any]
 
 
 def view_data(report: Report, body: Mesh, pieces: Sequence[Piece]) -> tuple[dict[str, Any], bytes]:

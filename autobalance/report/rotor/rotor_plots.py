@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from autobalance.report.plots import Curve, lines
+from autobalance.types import Values
 
-Values = Mapping[str, Any]
 Files = dict[str, dict[str, bytes]]
 SHAPES = 4
 TURN = np.linspace(0.0, 2.0 * np.pi, 73)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from autobalance.report.plots import Curve, drawn, lines, style
+from autobalance.types import Values
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Values = Mapping[str, Any]
 DRAWN_MODES = 5
 CROWDED = 12
 """Stations from which their names stand upright."""

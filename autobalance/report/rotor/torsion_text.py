@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from autobalance.report.tables import table
+from autobalance.types import Values
 
-Values = Mapping[str, Any]
 LISTED_ROWS = 12
 
 

@@ -17,9 +17,9 @@ from autobalance.report.sheet.pen import SOFT
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.title_block import MARGIN_MM, Sheet
 from autobalance.report.sheet.zero import Zero
+from autobalance.types import Report
 from autobalance.wording import at, file_name, grams, oil_on_crankpin_g
 
-Report = Mapping[str, Any]
 Make = tuple[str, str, float, float, float]
 """Part, how it counts, how many, weight of one [g], share of it."""
 

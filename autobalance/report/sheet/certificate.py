@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import PurePath
-from typing import Any
 
 from reportlab.platypus import Flowable, Spacer
 
@@ -17,9 +16,9 @@ from autobalance.report.sheet.pen import SOFT, Pen
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.title_block import MARGIN_MM, Sheet
 from autobalance.report.sheet.zero import Zero, ZeroChoice
+from autobalance.types import Report
 from autobalance.wording import at, file_name, outcome_words
 
-Report = Mapping[str, Any]
 PICTURE_MM = (120.0, 80.0)
 SIGN_MM = 14.0
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
+from autobalance.correction.contract import Item
 from autobalance.report.sheet.drawing import webs_cut
+from autobalance.types import Report
 
-Report = Mapping[str, Any]
-Item = Mapping[str, Any]
 LETTERS = "CDEGJMNPQSUVW"
 """Not A, B (tolerance planes), F, H, K, O (datums), B, L, R, T (set-ups), I and X, Y, Z."""
 MOVED_MM = 0.05

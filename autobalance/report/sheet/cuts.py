@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from reportlab.platypus import Flowable
 
+from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits, plain
 from autobalance.report.sheet.tables import Column, table
@@ -14,7 +14,6 @@ from autobalance.report.sheet.tolerances import press_fit, retention
 from autobalance.report.sheet.zero import FROM_CRANKPIN, Zero
 from autobalance.wording import degrees
 
-Item = Mapping[str, Any]
 NONE = "–"
 AXIAL = 0.7
 """Least z of a feed's direction that is called axial."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
 from autobalance.report.metal import Piece
 from autobalance.solid.csg.region import Polygons, Region
@@ -17,7 +18,6 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.slicing.slices import cross_sections
 from autobalance.types import Array
 
-Item = Mapping[str, Any]
 NEAR_MM = 1.0
 """Metal that comes so near to a section's plane is drawn in it."""
 BESIDE_MM = 8.0

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from autobalance.correction.contract import Item
 from autobalance.errors import FormatError
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem
 from autobalance.report.sheet.drawing import Drawings, WebDrawing, webs_cut
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from ezdxf.layouts.blocklayout import BlockLayout
     from ezdxf.layouts.layout import Modelspace
 
-Item = Mapping[str, Any]
 VERSION = "R2013"
 MILLIMETRES = 4
 LAYERS = {"OUTLINE": 7, "CUTS": 1, "CENTRE": 5, "DIMENSIONS": 3, "TEXT": 7, "FRAME": 8}

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
-from typing import Any
 
 from autobalance.report.balance import kinds
 from autobalance.report.balance.datums import told_angle
 from autobalance.report.display_units import ON_PAPER, UnitSystem
 from autobalance.report.sheet.cuts import side_of
 from autobalance.report.sheet.setup import set_up_letter
+from autobalance.types import Report
 from autobalance.units import wrapped_deg
 
-Report = Mapping[str, Any]
 ANGLE_DIGITS, LENGTH_DIGITS, MASS_DIGITS = 4, 5, 4
 
 

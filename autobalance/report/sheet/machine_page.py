@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from reportlab.platypus import Flowable
 
@@ -13,9 +12,9 @@ from autobalance.report.engine_words import turning_words
 from autobalance.report.sheet.cuts import cut_row
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.zero import Zero
+from autobalance.types import Report
 from autobalance.wording import at, degrees, weights
 
-Report = Mapping[str, Any]
 NONE = "–"
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from reportlab.platypus import Flowable
 
+from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.cheeks import Cheek
@@ -19,7 +20,6 @@ from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.zero import Zero
 from autobalance.wording import degrees
 
-Item = Mapping[str, Any]
 NONE = "–"
 SAME_STEP_DEG = 0.05
 FEWEST_ALIKE = 3

@@ -18,8 +18,8 @@ from autobalance.report.sheet.plates import Plate
 from autobalance.report.sheet.section_view import SectionView
 from autobalance.report.sheet.web_view import WebView
 from autobalance.report.sheet.zero import Zero
+from autobalance.types import Report
 
-Report = Mapping[str, Any]
 HEAD_MM = 8.0
 BESIDE_MM = 5.0
 """Between the view and what stands beside it."""

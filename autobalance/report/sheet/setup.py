@@ -13,9 +13,9 @@ from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.cheeks import Cheek
 from autobalance.report.sheet.cuts import side_of
 from autobalance.report.sheet.zero import CRANKPIN, KEYWAY, Zero
+from autobalance.types import Report
 from autobalance.wording import at, degrees
 
-Report = Mapping[str, Any]
 TURNED = "round the rim"
 SET_UPS = {
     "from +z": ("T", "+z end up, tool along the axis"),

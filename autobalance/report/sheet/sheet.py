@@ -33,9 +33,9 @@ from autobalance.report.sheet.title_block import FOOT_MM, MARGIN_MM, Sheet
 from autobalance.report.sheet.tolerance_table import held_words, tolerance_table, tolerance_words
 from autobalance.report.sheet.tolerances import Tolerances, held, tolerances
 from autobalance.report.sheet.zero import Zero, ZeroChoice
+from autobalance.types import Report
 from autobalance.wording import at, outcome_words
 
-Report = Mapping[str, Any]
 BAD = "#a8231b"
 GAP_MM = 2.5
 """Between what stands below each other."""

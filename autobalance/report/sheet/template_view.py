@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from reportlab.platypus import Flowable
 
+from autobalance.correction.contract import Item
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.drawing import Drawings
 from autobalance.report.sheet.labels import Occupied, spread_between
@@ -18,7 +19,6 @@ from autobalance.report.sheet.rim_strips import LAP_MM, FlatSide, Strip, templat
 from autobalance.report.sheet.zero import Zero
 from autobalance.wording import degrees
 
-Item = Mapping[str, Any]
 ABOVE_MM, BELOW_MM = 11.5, 8.0
 APART_MM, ROW_MM = 5.0, 4.8
 BORDER_MM = 6.0

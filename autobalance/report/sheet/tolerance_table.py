@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from reportlab.platypus import Flowable
 
+from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.tolerances import CARE, SHARE, USUAL, Held, Tolerances
 
-Item = Mapping[str, Any]
 NONE = "–"
 ENOUGH = 0.5
 """Share of what the verdict leaves above which a machined crank is read before it is signed."""

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
 from autobalance.types import Array
 from autobalance.wording import judged_shares
 
-Item = Mapping[str, Any]
 SHARE = 0.5
 """Of what the verdict leaves, for the errors of all cuts together."""
 USUAL = {"angle_deg": 0.25, "position_mm": 0.1, "depth_mm": 0.1, "diameter_mm": 0.05}

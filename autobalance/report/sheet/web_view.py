@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.labels import Occupied, rings_for, spread_on_circle
@@ -31,7 +32,6 @@ from autobalance.types import Array
 from autobalance.wording import at
 
 AXIAL = 0.7
-Item = Mapping[str, Any]
 WHEEL_GAP_MM = 1.5
 RING_MM = 5.0
 """Of the numerals around the wheel, and of each ring of numbers."""

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
 from autobalance.report.balance.datums import told_angle
+from autobalance.types import Report
 from autobalance.wording import degrees
 
-Report = Mapping[str, Any]
-Item = Mapping[str, Any]
 ZeroChoice = Literal["keyway", "crankpin"]
 CRANKPIN, KEYWAY, HOLE = "crankpin 1", "keyway K", "hole H"
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from autobalance.report.balance.text import OUTCOMES
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
+from autobalance.types import Values
 
-Values = Mapping[str, Any]
 GOALS = {"least_squares": "least squares", "least_worst": "least worst reading"}
 
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from autobalance.report import plots
-
-Values = Mapping[str, Any]
+from autobalance.types import Values
 
 
 def readings_plot(report: Values) -> dict[str, dict[str, bytes]]:

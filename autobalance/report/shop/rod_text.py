@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
-
-Values = Mapping[str, Any]
+from autobalance.types import Values
 
 
 def rod_text(report: Values, units: DisplayUnits) -> str:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.report import plots
+from autobalance.types import Values
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Values = dict[str, Any]
 
 BINS = 40
 DRAWN_CAUSES = 8
