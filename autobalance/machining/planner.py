@@ -1,4 +1,4 @@
-"""Which set-up cuts what with which tool, and the moves: programs as blocks, before a post writes them."""
+"""The programs of each set-up as blocks, before a post writes them: tools in turn, and their moves."""
 
 from __future__ import annotations
 
@@ -15,32 +15,24 @@ from autobalance.correction.machining import (
     Operation,
     RimOperation,
     angle_deg,
-    is_along_axis,
-    radial_error,
 )
 from autobalance.errors import JobError
 from autobalance.job.files.machine_tool import CuttingTool, MachineTool
-from autobalance.machining.area_moves import Area, hops, moves
+from autobalance.machining.area_moves import hops, moves
 from autobalance.machining.blocks import Block, Bore, Change, Clamp, Go, Index, Note, Retreat, Unclamp
+from autobalance.machining.choices import rim_lines, setup_of, tool_for
 from autobalance.machining.operation_body import operation_body
 from autobalance.machining.part import Listed, Part
-from autobalance.machining.setups import SetupName, Zero, inverse, placement, rotary_deg, zero_of
-from autobalance.machining.stock import Stock, disc, strip, top_mm
+from autobalance.machining.setups import SetupName, Zero, inverse, placement, rotary_deg
+from autobalance.machining.stock import disc, strip, top_mm
 from autobalance.machining.tool_body import steps_of, widest_mm
+from autobalance.machining.workspace import Workspace
 from autobalance.solid.csg.region import Region
-from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 ORDER: tuple[SetupName, ...] = ("R", "T", "B", "L")
-OFF_AXIS_MM = 0.01
-ASKEW = 1e-4
-SAME_MM = 0.01
-SAME_DEG = 0.5
-NOTHING_MM3 = 1e-3
-COVERED = 0.02
-"""Share of an area that metal may lie over; more, and no cutter comes along the axis."""
-SLIVER_MM = 0.02
 FULL_TURN = 360.0
+PAST_MM = 0.1
 
 
 @dataclass
@@ -78,8 +70,7 @@ class Planner:
 
     def __init__(self, part: Part, machine: MachineTool) -> None:
         self.part, self.machine = part, machine
-        self.zero = zero_of(machine, part.anatomy)
-        self.stock = Stock(part.before, part.anatomy)
+        self.space = Workspace(part, machine)
 
     def plan(self) -> NcPlan:
         """Return the set-ups.
@@ -96,11 +87,11 @@ class Planner:
             operation = cut.operation
             if operation is None:
                 continue
-            place = operation if isinstance(operation, str) else self._setup_of(operation)
+            place = operation if isinstance(operation, str) else setup_of(self.space, operation)
             if isinstance(operation, str) or place not in ORDER:
                 left_out.append((cut, place))
                 continue
-            tool = self._tool(cut, operation, place)
+            tool = tool_for(self.space, cut, operation, place)
             if isinstance(tool, str):
                 faults.append(tool)
             else:
@@ -108,134 +99,10 @@ class Planner:
         if faults:
             raise JobError("; ".join(dict.fromkeys(faults)))
         setups = [self._planned(name, [job for job in jobs if job.setup == name]) for name in ORDER]
-        return NcPlan(self.zero, tuple(each for each in setups if each.cuts), tuple(left_out))
-
-    # --- which set-up -----------------------------------------------------------------------------------
-
-    def _setup_of(self, operation: Operation) -> str:
-        """Return the set-up that reaches a cut; a sentence why none does."""
-        if isinstance(operation, HoleOperation):
-            return self._setup_of_hole(operation)
-        if isinstance(operation, AreaOperation):
-            name: SetupName = "T" if operation.side == 1 else "B"
-            covered = self._covered(name, operation)
-            return name if covered is None else covered
-        if any(tool.kind == "turning" for tool in self.machine.tools):
-            return "L"
-        if self.machine.rotary is not None:
-            return "R"
-        return "the machine file has neither a turning tool nor a [rotary] axis"
-
-    def _setup_of_hole(self, operation: HoleOperation) -> str:
-        if is_along_axis(operation):
-            name: SetupName = "T" if operation.inward[2] < 0.0 else "B"
-            frame = inverse(placement(name, self.zero))
-            x, y, z = frame[:3, :3] @ operation.entry_mm + frame[:3, 3]
-            radius = 0.5 * operation.diameter_mm
-            metal = self._over(name, disc(radius, x, y), z + 2.0 * radius + OVER_ENTRY_MM)
-            if metal.volume_mm3 > NOTHING_MM3:
-                return f"{self._part_at(metal, name)} lies over it along the axis; no set-up reaches it"
-            return name
-        off, lean = radial_error(operation)
-        if off > OFF_AXIS_MM or lean > ASKEW:
-            return "it is oblique: its axis does not meet the crank axis square; no set-up reaches it"
-        return "R" if self.machine.rotary is not None else "the machine file has no [rotary] axis"
-
-    def _covered(self, name: SetupName, operation: AreaOperation) -> str | None:
-        region = self._flat(name, operation.region)
-        top = self._height(name, operation.top_z_mm)
-        metal = self._over(name, region.grown(-SLIVER_MM), top + OVER_ENTRY_MM)
-        if metal.is_empty or metal.shadow().area_mm2 <= COVERED * region.area_mm2:
-            return None
-        return f"{self._part_at(metal, name)} lies over it along the axis; no set-up reaches it"
-
-    def _over(self, name: SetupName, region: Region, height: float) -> Solid:
-        """Return the metal over a region above a height, in the set-up's axes."""
-        if region.is_empty:
-            return Solid.nothing()
-        low, high = region.bounds
-        top = self._top(name) + 1.0
-        if height >= top:
-            return Solid.nothing()
-        near = self.stock.near(placement(name, self.zero), np.array([*low, height]), np.array([*high, top]))
-        return near if near.is_empty else near & Solid.prism(region, height, top)
-
-    def _part_at(self, metal: Solid, name: SetupName) -> str:
-        frame = placement(name, self.zero)
-        return self.stock.part_at(frame[:3, :3] @ metal.moments(1.0).centre_mm + frame[:3, 3])
-
-    # --- which tool -------------------------------------------------------------------------------------
-
-    def _tool(self, cut: Listed, operation: Operation, setup: str) -> CuttingTool | str:
-        """Return the tool that fits a cut; a sentence what is missing."""
-        who = f"cut {cut.number}"
-        if isinstance(operation, HoleOperation):
-            size = f"diameter_mm = {operation.diameter_mm:g} and point_deg = {operation.point_deg:g}"
-            what = f"a drill with {size}"
-            fitting = [
-                tool
-                for tool in self.machine.tools
-                if tool.is_drill
-                and abs(tool.diameter_mm - operation.diameter_mm) <= SAME_MM
-                and abs(tool.point_deg - operation.point_deg) <= SAME_DEG
-            ]
-            return self._long_enough(who, fitting, operation.depth_mm, what)
-        if isinstance(operation, AreaOperation):
-            corner = operation.corner_radius_mm
-            mills = [tool for tool in self.machine.tools if tool.kind == "end_mill"]
-            widest = "" if corner is None else f" of at most {2.0 * corner:g} mm (its corners)"
-            fitting = [tool for tool in mills if corner is None or tool.radius_mm <= corner + 1e-6]
-            fitting.sort(key=lambda tool: -tool.diameter_mm)
-            if corner is None:
-                fitting = self._that_reach(operation, setup, fitting)
-            return self._long_enough(who, fitting, operation.depth_mm, f"an end_mill{widest}")
-        depth = operation.rim_radius_mm - operation.new_radius_mm
-        if setup == "L":
-            turning = [tool for tool in self.machine.tools if tool.kind == "turning"]
-            return self._long_enough(who, turning, depth, "a turning tool")
-        mills = [tool for tool in self.machine.tools if tool.kind == "end_mill"]
-        mills.sort(key=lambda tool: (not self._clears_neighbours(operation, tool), -tool.diameter_mm))
-        return self._long_enough(who, mills, depth, "an end_mill")
-
-    def _long_enough(
-        self, who: str, fitting: Sequence[CuttingTool], depth: float, what: str
-    ) -> CuttingTool | str:
-        if not fitting:
-            return f"{who}: no tool fits; expected {what} in [[tool]]"
-        long = [tool for tool in fitting if tool.flute_mm >= depth - 1e-9]
-        if long:
-            return long[0]
-        tool = max(fitting, key=lambda each: each.flute_mm)
-        return (
-            f"{who}: tool {tool.number} has flute_mm = {tool.flute_mm:g}; the cut is {depth:.4g} mm deep; "
-            "expected a longer one"
-        )
-
-    def _that_reach(
-        self, operation: AreaOperation, setup: str, mills: Sequence[CuttingTool]
-    ) -> list[CuttingTool]:
-        """Return mills in the order in which to take them: the widest that leaves next to nothing first."""
-        area = self._area("T" if setup == "T" else "B", operation)
-        whole = area.floor.area_mm2
-        left = {tool.number: whole - area.reached(tool).area_mm2 for tool in mills}
-        least = min(left.values(), default=0.0)
-        good = [tool for tool in mills if left[tool.number] <= least + LEFT_SHARE * whole]
-        return [*good, *(tool for tool in mills if tool not in good)]
-
-    def _clears_neighbours(self, operation: RimOperation, tool: CuttingTool) -> bool:
-        """Return whether a mill over a rim reaches into no other metal beside it."""
-        low, high = operation.z_from_mm, operation.z_to_mm
-        first, last = self._rim_lines(operation, tool)[0], self._rim_lines(operation, tool)[-1]
-        beside = [(first - tool.radius_mm, low - SLIVER_MM), (high + SLIVER_MM, last + tool.radius_mm)]
-        return all(
-            end <= start or self.stock.reach_mm(start, end) <= operation.new_radius_mm
-            for start, end in beside
-        )
-
-    # --- a set-up's program -----------------------------------------------------------------------------
+        return NcPlan(self.space.zero, tuple(each for each in setups if each.cuts), tuple(left_out))
 
     def _planned(self, name: SetupName, jobs: Sequence[_Job]) -> Setup:
-        setup = Setup(name, self._safe_mm(name))
+        setup = Setup(name, self.space.safe_mm(name))
         order = list(dict.fromkeys(job.tool.number for job in jobs))
         for number in order:
             mine = [job for job in jobs if job.tool.number == number]
@@ -248,7 +115,7 @@ class Planner:
                 setup.cuts.append((job.cut, tool))
                 setup.blocks.append(Note(cut_words(job.cut)))
                 setup.blocks += self._moves(job, setup, tool.feed(rpm))
-                self.stock.cut(operation_body(job.operation))
+                self.space.stock.cut(operation_body(job.operation))
             setup.blocks.append(Retreat(setup.safe_mm))
         return setup
 
@@ -279,8 +146,8 @@ class Planner:
         if setup.name == "R":
             assert rotary is not None  # else it would not be in this set-up
             sign = rotary.sign
-            turned = rotary_deg(angle_deg(operation), self.zero, sign)
-        pose = placement(setup.name, self.zero, sign, turned)
+            turned = rotary_deg(angle_deg(operation), self.space.zero, sign)
+        pose = placement(setup.name, self.space.zero, sign, turned)
         frame = inverse(pose)
         x, y, z = (frame[:3, :3] @ operation.entry_mm + frame[:3, 3]).tolist()
         y = 0.0 if setup.name == "R" else y
@@ -300,48 +167,20 @@ class Planner:
         x, y, z = entry
         clear = self.machine.clearance_mm
         reach = widest_mm(tool) + clear + 1.0
-        top = max(self._top_anywhere, z) + 1.0
+        top = max(self.space.top_anywhere, z) + 1.0
         low, high = np.array([x - reach, y - reach, bottom - 1.0]), np.array([x + reach, y + reach, top])
-        near = self.stock.near(pose, low, high)
+        near = self.space.stock.near(pose, low, high)
         heights = [
             top_mm(near, disc(step.radius_mm + clear, x, y)) + clear - step.low_mm for step in steps_of(tool)
         ]
         return float(np.ceil(max(z + clear, *heights) * 100.0) / 100.0)
 
-    @property
-    def _top_anywhere(self) -> float:
-        low, high = self.stock.ends_mm
-        return max(self.stock.greatest_radius_mm, abs(high - self.zero.z_mm), abs(low - self.zero.z_mm))
-
     # --- areas ------------------------------------------------------------------------------------------
-
-    def _flat(self, name: SetupName, region: Region) -> Region:
-        return region.turned(inverse(placement(name, self.zero))[:2, :2])
-
-    def _height(self, name: SetupName, z_mm: float) -> float:
-        return (z_mm - self.zero.z_mm) * (-1.0 if name == "B" else 1.0)
-
-    def _area(self, name: SetupName, operation: AreaOperation) -> Area:
-        floor = self._flat(name, operation.region)
-        top = self._height(name, operation.top_z_mm)
-        bottom = top - operation.depth_mm
-        low, high = floor.bounds
-        far = max((tool.diameter_mm for tool in self.machine.tools if tool.kind == "end_mill"), default=0.0)
-        near = self.stock.near(
-            placement(name, self.zero),
-            np.array([*(low - 3.0 * far - 5.0), bottom + SLIVER_MM]),
-            np.array([*(high + 3.0 * far + 5.0), self._top(name) + 1.0]),
-        )
-        own = Solid.prism(floor.grown(SLIVER_MM), bottom - 1.0, top + 2.0 * SLIVER_MM)
-        standing = (near - own).shadow() if not near.is_empty else Region.of([])
-        standing = standing.grown(-0.5 * SLIVER_MM).grown(0.5 * SLIVER_MM)
-        finish = min(self.machine.finish_mm, operation.depth_mm)
-        return Area(floor, standing, top, bottom + finish, operation.is_walled)
 
     def _lowered(
         self, operation: AreaOperation, tool: CuttingTool, setup: Setup, feed: float
     ) -> Iterator[Block]:
-        area = self._area(setup.name, operation)
+        area = self.space.area(setup.name, operation)
         if area.top_mm - area.bottom_mm <= 1e-6:
             return
         clear, path = self.machine.clearance_mm, area.centres(tool)
@@ -350,10 +189,10 @@ class Planner:
         swept = path.spread(2.0 * tool.radius_mm + 1.0)
         reach = widest_mm(tool) + clear + 1.0
         low, high = swept.bounds
-        near = self.stock.near(
-            placement(setup.name, self.zero),
+        near = self.space.stock.near(
+            placement(setup.name, self.space.zero),
             np.array([*(low - reach), area.bottom_mm - 1.0]),
-            np.array([*(high + reach), self._top(setup.name) + 1.0]),
+            np.array([*(high + reach), self.space.top(setup.name) + 1.0]),
         )
 
         def over_all(under: Callable[[float], Region]) -> float:
@@ -375,15 +214,6 @@ class Planner:
 
     # --- rims -------------------------------------------------------------------------------------------
 
-    def _rim_lines(self, operation: RimOperation, tool: CuttingTool) -> list[float]:
-        """Return the z that a mill's axis turns the rim under, side by side."""
-        low, high, radius = operation.z_from_mm, operation.z_to_mm, tool.radius_mm
-        if high - low <= 2.0 * radius:
-            return [0.5 * (low + high)]
-        count = max(1, math.ceil((high - low - 2.0 * radius) / min(tool.step_over_mm, 2.0 * radius)))
-        lines: list[float] = np.linspace(low + radius, high - radius, count + 1).tolist()
-        return lines
-
     def _passes(self, operation: RimOperation, tool: CuttingTool) -> list[float]:
         """Return the radii of the passes, the last one that which is left."""
         new = min(operation.new_radius_mm + self.machine.finish_mm, operation.rim_radius_mm)
@@ -398,8 +228,8 @@ class Planner:
         yield Index(0.0)
         yield Unclamp()
         at = 0.0
-        for line in self._rim_lines(operation, tool):
-            yield Go(x=line - self.zero.z_mm, y=0.0)
+        for line in rim_lines(operation, tool):
+            yield Go(x=line - self.space.zero.z_mm, y=0.0)
             for radius in self._passes(operation, tool):
                 yield Go(z=radius, feed=feed)
                 at = FULL_TURN - at
@@ -412,34 +242,14 @@ class Planner:
     ) -> Iterator[Block]:
         past = tool.nose_radius_mm + PAST_MM
         start, end = (
-            operation.z_from_mm - past - self.zero.z_mm,
-            operation.z_to_mm + past - self.zero.z_mm,
+            operation.z_from_mm - past - self.space.zero.z_mm,
+            operation.z_to_mm + past - self.space.zero.z_mm,
         )
         for radius in self._passes(operation, tool):
             yield Go(z=start)
             yield Go(x=2.0 * radius, feed=feed)
             yield Go(z=end, feed=feed)
             yield Go(x=setup.safe_mm, feed=feed)  # the rim stands beside the tool
-
-    # --- heights ----------------------------------------------------------------------------------------
-
-    def _top(self, name: SetupName) -> float:
-        """Return the height of the crank's top in an upright set-up."""
-        low, high = self.stock.ends_mm
-        return max(self._height(name, low), self._height(name, high))
-
-    def _safe_mm(self, name: SetupName) -> float:
-        """Return the height over everything: in R over all that turns by, in L as a diameter."""
-        clear = self.machine.clearance_mm
-        if name in ("T", "B"):
-            return math.ceil(self._top(name) + clear)
-        over = math.ceil(self.stock.greatest_radius_mm + clear)
-        return float(over if name == "R" else 2 * over)
-
-
-OVER_ENTRY_MM = 1.0
-LEFT_SHARE = 2e-4
-PAST_MM = 0.1
 
 
 def tool_words(tool: CuttingTool) -> str:

@@ -112,7 +112,7 @@ def nc_run(part: Part, machine: MachineTool, progress: Notify = lambda _: None) 
         text = writer.program(machine.program_number + place, head(part, machine, plan, setup), setup.blocks)
         moves = tuple(read_program(text, letter))
         programs.append(Program(setup, file, text, moves, time_s(moves, machine)))
-    refuse_travel(programs, planner.stock, machine, plan.zero)
+    refuse_travel(programs, planner.space.stock, machine, plan.zero)
     progress("simulating the programs")
     return simulated(part, machine, plan, programs)
 
