@@ -26,8 +26,8 @@ from autobalance.runtime import one_thread_of_linear_algebra, to_clean
 class Child:
     """A process that answers one request after the other by the ``answer`` of a module."""
 
-    def __init__(self, module: str, longest_s: float) -> None:
-        serving = f"from autobalance.child_process import serve; serve({module!r}, {longest_s!r})"
+    def __init__(self, module: str) -> None:
+        serving = f"from autobalance.child_process import serve; serve({module!r})"
         self.process = subprocess.Popen(
             [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!r}; {serving}"],
             stdin=subprocess.PIPE,
@@ -79,12 +79,10 @@ class Children:
     module : str
         The module whose ``answer(*request)`` is called there; what it raises of ``AutobalanceError`` is
         raised here.
-    longest_s : float
-        How long an answer may take before the system ends its process [s]; not on Windows.
     """
 
-    def __init__(self, module: str, longest_s: float = 0.0) -> None:
-        self._begun = module, longest_s
+    def __init__(self, module: str) -> None:
+        self._module = module
         self._idle: list[Child] = []
         self._lock = threading.Lock()
         atexit.register(self.end)
@@ -99,7 +97,7 @@ class Children:
         if child is not None and child.process.poll() is not None:
             child.end()
             child = None
-        child = child or Child(*self._begun)
+        child = child or Child(self._module)
         try:
             yield child
         except BaseException as error:
@@ -126,7 +124,7 @@ class Children:
         self._idle, self._lock = [], threading.Lock()
 
 
-def serve(module: str, longest_s: float) -> None:
+def serve(module: str) -> None:
     """Answer for the process that started this one, until it closes the pipe."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent's to deal with, who then closes the pipe
     one_thread_of_linear_algebra()
@@ -136,19 +134,24 @@ def serve(module: str, longest_s: float) -> None:
     os.close(nowhere)
     answer = import_module(module).answer
     while (request := _read(requests)) is not None:
-        _alarm(longest_s)
         try:
             result = answer(*request)
         except AutobalanceError as error:
             result = error
-        _alarm(0.0)
         _write(answers, result)
 
 
-def _alarm(seconds: float) -> None:
-    """Let the system end this process after a while, in whatever it is; 0 takes that back."""
-    if hasattr(signal, "setitimer"):  # not on Windows
-        signal.setitimer(signal.ITIMER_REAL, seconds)
+@contextmanager
+def ended_after(processor_s: float) -> Iterator[None]:
+    """Let the system end this process by SIGPROF after so much of its processor time; not on Windows."""
+    timed = hasattr(signal, "setitimer")
+    if timed:
+        signal.setitimer(signal.ITIMER_PROF, processor_s)
+    try:
+        yield
+    finally:
+        if timed:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
 LENGTH: Final = struct.Struct("<Q")

@@ -43,7 +43,7 @@ def test_a_solid_comes_back_from_the_other_process_to_the_bit(ring: ExactSolid, 
     (one,) = file.bodies
     assert (one.name, file.unit, file.repairs) == ("ring", "mm", ())
     assert properties(one.body).mass_g == pytest.approx(math.pi * (400.0 - 25.0) * 30.0, rel=1e-12)
-    here = kernel.properties(foreign_files._shape(foreign_files._bytes(one.body)))
+    here = kernel.properties(foreign_files._shape(foreign_files._bytes(one.body, with_triangles=True)))
     assert here.mass_g == properties(one.body).mass_g
 
 
@@ -83,6 +83,21 @@ def test_who_is_interrupted_leaves_no_reader_behind(step: bytes, monkeypatch: py
     with pytest.raises(KeyboardInterrupt):
         read_foreign_file("step", step)
     assert child.process.poll() is not None
+
+
+def test_a_reader_that_takes_too_long_is_one_line(step: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(foreign_files, "LEAST_S", 1e-3)
+    monkeypatch.setattr(foreign_files, "S_PER_MB", 0.0)
+    with pytest.raises(FormatError, match=r"keeps the CAD kernel busy for more than 0\.001 s; expected"):
+        read_foreign_file("step", step)
+
+
+def test_a_number_without_bounds_is_refused_and_such_a_name_is_not(step: bytes) -> None:
+    """The kernel tessellated a curve with such a point for ever."""
+    with pytest.raises(FormatError, match=r"has a number that ends in E\+30851596599; expected lengths"):
+        read_foreign_file("step", step.replace(b"20.,", b"2.9E+30851596599,", 1))
+    (one,) = read_foreign_file("step", step.replace(b"'ring'", b"'2E1000'")).bodies
+    assert one.name == "2E1000"
 
 
 @pytest.mark.parametrize("number", ["4294967296.", "1.E+30"])

@@ -12,13 +12,15 @@ import tempfile
 from pathlib import Path
 from typing import Any, Final
 
-from autobalance.child_process import Children
+from autobalance.child_process import Children, ended_after
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.cad.cad_file import CadFile, NamedBody
 from autobalance.solid.cad.kernel import kernel_failures, require_kernel
+from autobalance.solid.cad.tessellation import tessellate
 
-MOST_S: Final = 600.0
-"""A reader that takes longer is ended; the largest file tried, of 30 MB, takes 40 s."""
+LEAST_S: Final = 20.0
+S_PER_MB: Final = 10.0
+"""Processor time after which a reader is ended [s]; the largest file tried, of 30 MB, takes 40 s."""
 KINDS: Final = ("step", "iges", "brep")
 
 
@@ -39,22 +41,23 @@ def read_foreign_file(kind: str, data: bytes) -> CadFile:
         If its surfaces do not close.
     """
     with readers.one() as child:
-        child.send(kind, data)
+        longest_s = LEAST_S + S_PER_MB * len(data) / 1e6
+        child.send(kind, data, longest_s)
         require_kernel(kind.upper())  # meanwhile: loading it takes as long here as there
         answer = child.receive()
         if answer is None:
-            raise FormatError(_what_ended(kind, child.end()))
+            raise FormatError(_what_ended(kind, child.end(), longest_s))
     bodies = tuple(NamedBody(name, _shape(body), place) for name, place, body in answer["bodies"])
     return CadFile(bodies, answer["unit"], answer["repairs"])
 
 
-readers: Final = Children(__name__, MOST_S)
+readers: Final = Children(__name__)
 """Kept for the next file: the kernel takes a second to load."""
 
 
-def _what_ended(kind: str, code: int) -> str:
-    if code == -signal.SIGALRM:
-        why = f"keeps the CAD kernel busy for more than {MOST_S:g} s"
+def _what_ended(kind: str, code: int, longest_s: float) -> str:
+    if code == -signal.SIGPROF:
+        why = f"keeps the CAD kernel busy for more than {longest_s:.3g} s"
     elif code < 0:
         why = f"brings the CAD kernel down ({signal.Signals(-code).name})"
     else:
@@ -65,26 +68,34 @@ def _what_ended(kind: str, code: int) -> str:
     )
 
 
-def answer(kind: str, data: bytes) -> dict[str, Any]:
-    """Read a file, in the process that reads: bodies as bytes, unit and repairs."""
+def answer(kind: str, data: bytes, longest_s: float) -> dict[str, Any]:
+    """Read a file, in the process that reads: bodies as bytes, unit and repairs.
+
+    They are tessellated here too: of a STEP file with one number of a curve changed, which reads well, that
+    never ends. The triangles of a single body go along.
+    """
     from autobalance.solid.cad.brep_file import read_brep_file
     from autobalance.solid.cad.iges_file import read_iges_file
     from autobalance.solid.cad.step_file import read_step_file
 
     require_kernel(kind.upper())
-    with kernel_failures(f"the {kind.upper()} file"):
+    with ended_after(longest_s), kernel_failures(f"the {kind.upper()} file"):
         file = {"step": read_step_file, "iges": read_iges_file, "brep": read_brep_file}[kind](data)
-    bodies = [(one.name, one.place, _bytes(one.body)) for one in file.bodies]
+        for one in file.bodies:
+            tessellate(one.body)
+    alone = len(file.bodies) == 1  # several are tessellated as finely as all together need it
+    bodies = [(one.name, one.place, _bytes(one.body, alone)) for one in file.bodies]
     return {"bodies": bodies, "unit": file.unit, "repairs": file.repairs}
 
 
-def _bytes(shape: Any) -> bytes:
+def _bytes(shape: Any, with_triangles: bool) -> bytes:
     """Return a shape in the kernel's binary form."""
-    from OCP.BinTools import BinTools
+    from OCP.BinTools import BinTools, BinTools_FormatVersion
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "shape"
-        if not BinTools.Write_s(shape, str(path)):
+        newest = BinTools_FormatVersion.BinTools_FormatVersion_CURRENT
+        if not BinTools.Write_s(shape, str(path), with_triangles, False, newest):
             raise SolidError("the CAD kernel could not hand a solid on")
         return path.read_bytes()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,12 +11,14 @@ from typing import Any, Final
 
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.cad.cad_file import CadFile, NamedBody
-from autobalance.solid.cad.kernel import compound, explored, refuse_odd_shape, require_kernel
+from autobalance.solid.cad.kernel import MOST_MM, compound, explored, refuse_odd_shape, require_kernel
 from autobalance.solid.cad.sewing import bodies_of
 
 UNITS: Final = {"millimetre": "mm", "centimetre": "cm", "metre": "m", "inch": "inch"}
 """Names of units in STEP files, in small letters, and ours."""
 WRITTEN_UNITS: Final = {"mm": "MM", "cm": "CM", "m": "M", "inch": "INCH"}
+HUGE: Final = re.compile(rb"(?<=[\d.])[Ee]\+?0*(?:10[1-9]|1[1-9]\d|[2-9]\d\d|[1-9]\d{3,})(?!\d)")
+"""Exponents of numbers beyond 1e101, which are no lengths; the kernel's own word for infinite is 2e100."""
 TIME: Final = "2000-01-01T00:00:00"
 """Written as the time of every file, so that equal solids are equal files."""
 
@@ -34,6 +37,11 @@ def read_step_file(data: bytes) -> CadFile:
     require_kernel("STEP")
     if b"ISO-10303-21" not in data[:256]:
         raise FormatError("the STEP file does not begin with ISO-10303-21")
+    if HUGE.search(data) and (huge := HUGE.search(re.sub(rb"'[^']*'", b"''", data))):  # names may have any
+        raise FormatError(
+            f"the STEP file has a number that ends in {huge[0].decode()[:20]}; expected lengths within "
+            f"{MOST_MM:g} mm: export it anew"
+        )
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.STEPCAFControl import STEPCAFControl_Reader
     from OCP.TCollection import TCollection_ExtendedString

@@ -47,12 +47,17 @@ def bounds_mm(body: Any) -> Array:
     return np.array([[low.X(), low.Y(), low.Z()], [high.X(), high.Y(), high.Z()]])
 
 
-def facets(body: Any) -> Facets:
-    """Return triangles of a body, face by face."""
+def tessellate(body: Any) -> None:
+    """Let the kernel put triangles on a body's faces, where they have none that are as fine."""
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
 
     low, high = bounds_mm(body)
     BRepMesh_IncrementalMesh(body, SAG_SHARE * float(np.linalg.norm(high - low)), False, TURN_RAD, False)
+
+
+def facets(body: Any) -> Facets:
+    """Return triangles of a body, face by face."""
+    tessellate(body)
     points: list[Array] = []
     triangles: list[Indices] = []
     owners: list[Indices] = []
