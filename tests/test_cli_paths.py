@@ -215,13 +215,13 @@ def test_a_folder_whose_name_is_no_text(tmp_path: Path, capfdbinary: pytest.Capt
     out = folder / "factor-0.28-balanced"
     assert {path.name for path in out.iterdir()} == WRITTEN
     assert jobs.run("verify", out / "report.json") == 0
-    assert jobs.report_of(out)["job"]["file"] == str(job.resolve())
+    assert jobs.report_of(out)["job"]["file"] == f"../{job.name}"
 
 
 def test_a_job_that_a_report_names_from_its_folder_is_found_there(tmp_path: Path) -> None:
-    """A batch's reports do; a stage and a study of one looked for its files beside where they were begun."""
+    """A stage and a study of one looked for its files beside where they were begun."""
     job = jobs.bundled_job(tmp_path)
     report = jobs.balanced(job, tmp_path / "out", 0, "--only", "json")
-    report["job"]["file"] = f"../{job.name}"
+    assert report["job"]["file"] == f"../{job.name}"
     found = claimed_job(Claims("report.json", report), tmp_path / "out")
     assert found.path.resolve() == job.resolve()

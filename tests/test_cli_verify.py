@@ -3,6 +3,7 @@
 import copy
 import json
 import math
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +29,10 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def output(done: Path, tmp_path: Path) -> Path:
     """A copy of the results that a test may spoil."""
-    for name in ("report.json", "balanced.stl"):
-        (tmp_path / name).write_bytes((done / "out" / name).read_bytes())
-    return tmp_path
+    (tmp_path / "out").mkdir()
+    for name in ("out/report.json", "out/balanced.stl", "crank.stl", "factor-0.28.toml"):
+        shutil.copy2(done / name, tmp_path / name)
+    return tmp_path / "out"
 
 
 def spoilt(output: Path, path: str, value: object) -> Report:
@@ -187,8 +189,16 @@ def test_an_input_that_is_gone_is_refused(tmp_path: Path, capsys: pytest.Capture
     capsys.readouterr()
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 3
     said = capsys.readouterr().err
-    assert "crank.stl is not there; expected the crank that was corrected" in said
+    assert "crank.stl is not there; expected the crank that was corrected, there or beside the report" in said
     assert said.count("\n") == 1
+
+
+def test_a_report_copied_with_its_solid_and_its_crank_holds(done: Path, tmp_path: Path) -> None:
+    """Nothing in it says where it was made; its crank is looked for beside it."""
+    for name in ("out/report.json", "out/balanced.stl", "crank.stl"):
+        shutil.copy(done / name, tmp_path)
+    assert jobs.run("verify", tmp_path / "report.json") == 0
+    assert str(done) not in (tmp_path / "report.json").read_text(encoding="utf-8")
 
 
 def test_nothing_cut_is_verified_on_the_input(tmp_path: Path) -> None:

@@ -12,7 +12,6 @@ from autobalance.errors import AutobalanceError, one_line
 from autobalance.report.files import Staging
 
 if TYPE_CHECKING:
-    from autobalance.api.balance import BalanceResult
     from autobalance.job import Job
 
 FAILED = 3
@@ -76,21 +75,10 @@ def _balanced(task: RowTask) -> tuple[Mapping[str, bytes], int, str]:
 
     crankshaft = replace(task.job.crankshaft, file=task.file)
     result = run(task.job, Crank(_recognised(task), crankshaft), lambda _words: None, Stopwatch())
-    result = _with_job_named(result, task.folder)
     choice = choice_of(task.only, "A4", "metric")
     kept = _InMemory()
     result.staged(task.folder, choice, lambda _words: None, kept)
     return kept.kept, result.exit_code, one_line(result.reason or "")
-
-
-def _with_job_named(result: BalanceResult, folder: Path) -> BalanceResult:
-    """Return the result with its job named from the report's folder, the same whichever worker did it."""
-    from autobalance.api.result_files import seen_from
-
-    balanced = result.record.balanced
-    assert balanced is not None
-    job = {**balanced.job, "file": seen_from(folder, Path(balanced.job["file"]))}
-    return replace(result, record=replace(result.record, balanced=replace(balanced, job=job)))
 
 
 def _recognised(task: RowTask) -> Any:

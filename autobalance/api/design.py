@@ -202,7 +202,7 @@ def _drawn(
 
 def _write(result: DesignResult, folder: Path) -> None:
     """Write the report, the designs and the front, all or none."""
-    files = {"design.json": result.json().encode(), **result.files()}
+    files = {"design.json": result.json(folder).encode(), **result.files()}
     targets = {folder / name: data for name, data in files.items()}
     with Staging(sorted({path.parent for path in targets})) as staging:
         for path, data in targets.items():

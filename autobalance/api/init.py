@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,6 +28,7 @@ from autobalance.job.toml.typed_units import FILL_IN, leaves
 from autobalance.job.workbook import rows_of, write_workbook
 from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.machine_models.rotor_from_job import default_planes_mm
+from autobalance.report.files import seen_from
 from autobalance.report.records.answers import InitReport
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.solid.formats.bodies import read_bodies
@@ -141,7 +141,7 @@ def _converted(source: Path, target: Path, settings: Sequence[str]) -> InitResul
     values = with_settings(tables_of(source), settings)
     crank = values.get("crankshaft", {}).get("file")
     if isinstance(crank, str) and source.parent.resolve() != target.parent.resolve():
-        values["crankshaft"]["file"] = _relative(source.parent / crank, target)
+        values["crankshaft"]["file"] = seen_from(target.parent, source.parent / crank)
     data = (
         write_workbook(described_rows(rows_of(values)))
         if _is_workbook(target)
@@ -165,7 +165,7 @@ def _found(
     density = changed.get("density_kg_m3", density_kg_m3)
     crank, body, parts = _read(source, target, unit, {"density_kg_m3": density or STEEL_KG_M3, **keywords})
     return Found(
-        file=_relative(source, target),
+        file=seen_from(target.parent, source),
         unit=unit if needs_unit(source) else None,
         density_kg_m3=density,
         crankpin_in_file=crank.measured.holds_crankpins,
@@ -201,7 +201,7 @@ def _read(
         assert chosen.anatomy is not None
         measured = measured_source(chosen.body.source, chosen.anatomy, crankshaft.density_g_mm3)
         crank = Crank(measured, crankshaft)
-    located = {"file": _relative(source, target)}
+    located = {"file": seen_from(target.parent, source)}
     if unit is not None and needs_unit(source):
         located["unit"] = unit
     return crank, body, other_parts(parts, body, located, len(crank.throws))
@@ -269,11 +269,3 @@ def _hints(crank: Crank) -> dict[str, Any]:
 
 def _rounded(planes: tuple[float, float] | None) -> tuple[float, float] | None:
     return None if planes is None else (round(planes[0], 4), round(planes[1], 4))
-
-
-def _relative(path: Path, job: Path) -> str:
-    """Return a path as the job's file names it."""
-    try:
-        return Path(os.path.relpath(path.resolve(), job.parent.resolve())).as_posix()
-    except ValueError:  # another drive
-        return path.resolve().as_posix()

@@ -62,11 +62,11 @@ class VerbResult:
         """Return further files by name, such as a series; those of ``write``."""
         return {}
 
-    def json(self) -> str:
-        """Return the report as JSON text, without NaN."""
+    def json(self, folder: Path | None = None) -> str:
+        """Return the report as JSON text, without NaN; with a folder, the job's file is named from there."""
         from autobalance.report.balance.values import dumps
 
-        return dumps(self.report)
+        return dumps(self.report if folder is None else _named_from(folder, self.report))
 
     def write(self, folder: str | Path, only: tuple[str, ...] | None = None) -> tuple[Path, ...]:
         """Write report and files to a folder, all or none.
@@ -90,7 +90,7 @@ class VerbResult:
             If an ending is none that this result has.
         """
         folder = Path(folder)
-        files = {f"{self.report['command']}.json": self.json().encode(), **self.files()}
+        files = {f"{self.report['command']}.json": self.json(folder).encode(), **self.files()}
         if only is not None:
             files = {name: data for name, data in files.items() if name.rsplit(".", 1)[-1] in only}
             if not files:
@@ -131,6 +131,14 @@ class VerbResult:
         except FormatError:  # the extra that draws is not installed
             first = None
         return box(row(text(self.text()), "" if first is None else plot(first._repr_svg_())))
+
+
+def _named_from(folder: Path, report: Values) -> Values:
+    """Return a report whose job is named from a folder: reports are alike on all machines."""
+    from autobalance.report.files import seen_from
+
+    jobs = {key: value for key in ("job", "input") if "crankshaft" in (value := report.get(key) or {})}
+    return report | {key: {**job, "file": seen_from(folder, Path(job["file"]))} for key, job in jobs.items()}
 
 
 def _lists(place: str, values: Mapping[str, Any]) -> Iterator[str]:

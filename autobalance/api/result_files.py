@@ -6,14 +6,13 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import time
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from autobalance.report.bundle import bundle
-from autobalance.report.files import Staging
+from autobalance.report.files import Staging, seen_from
 from autobalance.report.material import Choice, Material
 from autobalance.runtime import Notify
 
@@ -186,21 +185,17 @@ def _sha256(data: bytes) -> str:
 
 
 def _named_from(record: Record, file: Path | None, folder: Path) -> Record:
-    """Return the record with its crank file named from the report's folder, where that can be."""
+    """Return the record with its crank and its job named from the report's folder, where that can be."""
+    if record.balanced is not None:
+        job = record.balanced.job
+        job = {**job, "file": seen_from(folder, Path(job["file"]))}
+        record = replace(record, balanced=replace(record.balanced, job=job))
     if file is None:
         return record
     scan = record.input.scan
     if scan is not None and scan.file is not None:
         scan = replace(scan, file=seen_from(folder, Path(scan.file)))
     return replace(record, input=replace(record.input, file=seen_from(folder, file), scan=scan))
-
-
-def seen_from(folder: Path, file: Path) -> str:
-    """Return a file's path relative to a folder, or absolute on another drive."""
-    try:
-        return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
-    except ValueError:
-        return str(file.resolve())
 
 
 def _in_memory_bytes(record: Record, before: Crank) -> bytes:

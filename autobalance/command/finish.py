@@ -57,7 +57,7 @@ def finish(
     for text in result.warnings:
         warn(text)
     if getattr(arguments, "json", None) == "-":
-        say(result.json().removesuffix("\n"))
+        say(result.json(Path()).removesuffix("\n"))
     else:
         written = ", ".join(str(path) for path, _ in to_write)
         say(result.text(getattr(arguments, "units", "metric")) + (f"\n\nWritten: {written}" * bool(to_write)))
@@ -107,14 +107,15 @@ def _asked_for(arguments: argparse.Namespace, result: VerbResult) -> list[tuple[
     output = getattr(arguments, "output", None)
     if output is not None:
         folder = Path(output)
-        files.append((folder / f"{result.report['command']}.json", result.json().encode()))
+        files.append((folder / f"{result.report['command']}.json", result.json(folder).encode()))
         files += [(folder / name, data) for name, data in result.files().items()]
     if plots is not None:
         folder = Path(plots)
         drawn = result.plots()
         files += [(folder / f"{name}.{end}", data) for name, by in drawn.items() for end, data in by.items()]
     if json_file not in (None, "-"):
-        files.append((Path(str(json_file)), result.json().encode()))
+        path = Path(str(json_file))
+        files.append((path, result.json(path.parent).encode()))
     return files
 
 

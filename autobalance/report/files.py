@@ -29,6 +29,14 @@ OLD_S = 600.0
 """Age from which on those of other machines are taken away; from writing to renaming takes seconds."""
 
 
+def seen_from(folder: Path, file: Path) -> str:
+    """Return a file's path relative to a folder, or absolute where it is on another drive."""
+    try:
+        return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
+    except ValueError:
+        return file.resolve().as_posix()
+
+
 class Staging:
     """Files on their way to one or more folders; use as a context manager.
 

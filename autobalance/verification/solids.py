@@ -222,8 +222,9 @@ def keys_of_pressed_in(correction: Claims) -> tuple[str, str] | None:
 
 
 def input_path(claims: Claims, folder: Path, of: str = "input", key: str = "file") -> Path:
-    """Return the crank's file: relative to the report, else where the job found it; its hash is checked.
+    """Return the crank's file: relative to the report, else where the job finds it, else beside the report.
 
+    Beside it lies the crank of a report that was copied elsewhere with its files. Callers check its hash.
     ``of`` says it in the report, ``key`` in the job: those of its scan, or its own.
     """
     name = Path(claims.get(f"{of}.file", str))
@@ -232,6 +233,9 @@ def input_path(claims: Claims, folder: Path, of: str = "input", key: str = "file
     places = [folder / name, name]
     if isinstance(crank, str) and isinstance(job.get("file"), str) and not name.is_absolute():
         places.append((folder / job["file"]).parent / crank)
+    solid = claims.get("outputs", dict).get("solid")
+    if not (isinstance(solid, dict) and solid.get("file") == name.name):  # a stage cuts the like-named solid
+        places.append(folder / name.name)
     return next((place for place in places if place.is_file()), places[0])
 
 
@@ -269,8 +273,8 @@ def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files:
     path = input_path(claims, folder)
     if not path.is_file():
         raise FileError(
-            f"{claims.name}: input.file {path} is not there; expected the crank that was corrected, "
-            "to see what went from it"
+            f"{claims.name}: input.file {path} is not there; expected the crank that was corrected, there or "
+            "beside the report, to see what went from it"
         )
     crankshaft = job.crankshaft
     source = read_input(files, path, crankshaft)

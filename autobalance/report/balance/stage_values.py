@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.records import fields_of
+from autobalance.report.files import seen_from
 from autobalance.report.records.balance import Unbalance
 from autobalance.report.records.stage import (
     Previous,
@@ -46,7 +46,7 @@ def stage_values(notes: StageNotes, folder: Path, ended: Result) -> Staged:
     earlier, machine = notes.earlier, notes.judged.machine
     return Staged(
         serial=notes.reading.serial,
-        previous=Previous(report=_seen_from(folder, earlier.path), sha256=earlier.sha256),
+        previous=Previous(report=seen_from(folder, earlier.path), sha256=earlier.sha256),
         stages=[*_earlier_stages(earlier, folder), _stage(notes, ended)],
         machine_reading=ReadUnbalance(
             file=notes.reading.values,
@@ -97,14 +97,14 @@ def _earlier_stages(earlier: EarlierStage, folder: Path) -> list[Stage]:
     listed = earlier.values.get("stages")
     if listed:
         here = earlier.path.parent
-        return [_read({**each, "report": _seen_from(folder, here / each["report"])}) for each in listed]
+        return [_read({**each, "report": seen_from(folder, here / each["report"])}) for each in listed]
     corrections = earlier.values["corrections"]
     fit = [each.get("fit_g", each["mass_g"]) for each in earlier.values["engine"]["bob_weights"]]
     return [
         Stage(
             stage=1,
             serial=None,
-            report=_seen_from(folder, earlier.path),
+            report=seen_from(folder, earlier.path),
             outcome=earlier.values["outcome"],
             bob_weights_g=fit,
             speed_rpm=None,
@@ -122,7 +122,3 @@ def _earlier_stages(earlier: EarlierStage, folder: Path) -> list[Stage]:
 def _read(entry: Mapping[str, Any]) -> Stage:
     """Return a stage as an earlier report lists it."""
     return Stage(**{each.name: entry[each.key] for each in fields_of(Stage)})
-
-
-def _seen_from(folder: Path, path: Path) -> str:
-    return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
