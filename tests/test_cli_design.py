@@ -17,19 +17,22 @@ from autobalance.api.design import design
 from autobalance.balancing.measured_crank import measure_crank
 from autobalance.command import main
 from autobalance.design_search import strength
+from autobalance.design_search import written as solids
 from autobalance.design_search.build import with_profiles
 from autobalance.design_search.candidates import Candidate, Found, front, judged
 from autobalance.design_search.chosen import chosen, with_refined
 from autobalance.design_search.exact import design_step
 from autobalance.design_search.free_metal import free_metal
-from autobalance.design_search.level_sets import CLOSE, begun, level_sets
-from autobalance.design_search.problem import Problem
+from autobalance.design_search.level_sets import CLOSE, begun, level_set_for_balance, level_sets
+from autobalance.design_search.problem import MAX_SHARE, Problem
+from autobalance.design_search.remedies import remedies
 from autobalance.design_search.search import Generation, searched
 from autobalance.design_search.start import judged_start
+from autobalance.design_search.written import WrittenDesign
 from autobalance.errors import FileError, JobError
 from autobalance.job.files.design import load_design
 from autobalance.machine_models.solid_meshes import bodies_of_solid
-from autobalance.report.design.values import step_notes
+from autobalance.report.design.values import infeasible_reason, step_notes
 from autobalance.report.encoding import encoded
 from autobalance.report.records.design import SearchFigures, StartFigures
 from autobalance.rigid_rotor.moments import Moments
@@ -40,6 +43,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
 from autobalance.studies.workers import Done, Work
+from autobalance.types import Array
 from tests.coarse import roughen
 from tests.cranks import Shape, make_crank
 
@@ -402,8 +406,8 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_end(found: tuple[Path, di
     other = folder / "other.toml"
     other.write_text(DESIGN.replace("evaluations = 36", "evaluations = 5\nrefine = false"), "utf-8")
     with pytest.raises(FileError, match="another design's search; choose another folder, or --fresh"):
-        design(other, folder / "again")
-    assert len(design(other, folder / "again", fresh=True).report["designs"]) == 1
+        design(other, folder / "again", workers=1)
+    assert len(design(other, folder / "again", fresh=True, workers=1).report["designs"]) == 1
     assert len((folder / "again" / "search.jsonl").read_text("utf-8").splitlines()) == 1
 
 
@@ -490,8 +494,8 @@ def test_a_front_begins_at_the_least_metal_and_trades_it_for_inertia(tmp_path: P
 
 def test_points_that_gather_too_near_are_left_where_they_are(tmp_path: Path, crank: bytes) -> None:
     """One of four ways to gather ten points leaves them no radius: the search ended in a traceback."""
-    text = LIGHT.replace("points = 12", "points = 10") + SEARCH.format('["mass_g"]').replace("64.0", "60.0")
-    report = design(written(tmp_path, text, crank)).report
+    text = LIGHT.replace("points = 12", "points = 10") + SMALL_SEARCH.replace("64.0", "60.0")
+    report = design(written(tmp_path, text, crank), workers=1).report
     assert report["outcome"] == "found"
 
 
@@ -514,27 +518,49 @@ def no_file(_generation: Generation) -> None:
 
 
 COUPLE = (
-    '[[engine.attached]]\nname = "flywheel"\nmass_g = 1000.0\nunbalance_g_mm = [-4000.0, 0.0]\nz_mm = 60.0\n'
+    '[[engine.attached]]\nname = "flywheel"\nmass_g = 1000.0\nunbalance_g_mm = [-400.0, 0.0]\nz_mm = 60.0\n'
+)
+
+
+SMALL_SEARCH = SEARCH.format('["mass_g"]').replace(
+    "evaluations = 60", "evaluations = 4\npopulation = 4\ndesigns = 1"
 )
 
 
 def test_webs_of_one_profile_that_cannot_take_a_couple_are_told_what_helps(
     tmp_path: Path, crank: bytes
 ) -> None:
-    text = LIGHT.replace("[balance]", COUPLE + "[balance]") + SEARCH.format('["mass_g"]')
-    report = design(written(tmp_path, text, crank)).report
-    assert report["outcome"] == "infeasible"
-    assert "what meets it, tried: a profile of its own for each web" in report["reason"]
-    assert "envelope.radius_mm" not in report["reason"]
+    text = (
+        LIGHT.replace("points = 12", "points = 8").replace("[balance]", COUPLE + "[balance]") + SMALL_SEARCH
+    )
+    problem = problem_of(tmp_path, text, crank)
+    least_violated = solids.written(problem, problem.start)
+    reason = infeasible_reason(least_violated, lambda: remedies(problem))
+    assert "what meets it, tried: a profile of its own for each web" in reason
+    assert "envelope.radius_mm" not in reason
     one = text[text.index("[[counterweight]]") : text.index("[envelope]")]
     two = one.replace("webs = [1, 2]", "webs = [1]") + one.replace("webs = [1, 2]", "webs = [2]")
-    assert design(written(tmp_path, text.replace(one, two), crank)).report["outcome"] == "found"
+    helped = problem_of(tmp_path, text.replace(one, two), crank)
+    level = level_set_for_balance(helped)
+    assert level is not None
+    plain, (variables,) = begun(helped, [level], CLOSE[-1])
+    assert solids.written(plain, variables).used_share <= MAX_SHARE < least_violated.used_share
 
 
-def test_where_nothing_that_is_tried_helps_it_says_so(tmp_path: Path, crank: bytes) -> None:
-    heavy = COUPLE.replace("-4000.0", "-90000.0")
-    text = LIGHT.replace("[balance]", heavy + "[balance]") + SEARCH.format('["mass_g"]')
-    report = design(written(tmp_path, text, crank)).report
+def test_where_nothing_that_is_tried_helps_it_says_so(
+    tmp_path: Path, crank: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made, make = [], solids._made
+
+    def counted(problem: Problem, variables: Array) -> WrittenDesign:
+        made.append(variables)
+        return make(problem, variables)
+
+    monkeypatch.setattr(solids, "_made", counted)
+    heavy = COUPLE.replace("-400.0", "-90000.0")
+    text = LIGHT.replace("[balance]", heavy + "[balance]") + SMALL_SEARCH + "refine = false\n"
+    report = design(written(tmp_path, text, crank), workers=1).report
     assert report["outcome"] == "infeasible"
     assert "none of these meets it, tried: a profile of its own" in report["reason"]
     assert "envelope.radius_mm = 80" in report["reason"]
+    assert len(made) == 2  # a solid that comes no nearer is not made again and again

@@ -184,10 +184,10 @@ def _least_wall(outline: Array) -> tuple[float, int]:
     along = np.gradient(points, axis=0)
     normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
     normal = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    offset = points[None] - points[:, None]
-    through = np.einsum("ijk,ik->ij", offset, normal) < 0.0
+    x, y = (points[None, :, axis] - points[:, None, axis] for axis in (0, 1))
+    through = x * normal[:, :1] + y * normal[:, 1:] < 0.0
     facing = (normal @ normal.T < FACING) & through & through.T
-    distance = np.where(facing, np.linalg.norm(offset, axis=2), np.inf)
+    distance = np.where(facing, np.sqrt(x * x + y * y), np.inf)
     place = int(distance.argmin()) // len(points)
     return min(float(distance.min()), 1e6), 2 * place
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -55,7 +56,7 @@ class FreeWeb:
     z_mm: tuple[float, float]
     grows_up: bool
 
-    @property
+    @cached_property
     def matrix(self) -> Array:
         """Rotation (2, 2) from the profile's axes to the rotor frame."""
         c, s = math.cos(self.turn_rad), math.sin(self.turn_rad)

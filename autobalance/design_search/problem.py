@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -319,9 +319,15 @@ class Problem:
     ) -> tuple[list[Constraint], list[Clearance]]:
         """Return everything a design must keep; ``exact`` sweeps finely."""
         share = self.tolerance(moments).used_share(residual)
-        constraints = [
-            Constraint("residual", share, MAX_SHARE, "share of permissible", MAX_SHARE - share, MAX_SHARE)
-        ]
+        kept = Constraint("residual", share, MAX_SHARE, "share of permissible", MAX_SHARE - share, MAX_SHARE)
+        limits, clearances = self.limits(variables, lambda: moments, exact=exact)
+        return [kept, *limits], clearances
+
+    def limits(
+        self, variables: Array, moments: Callable[[], Moments], *, exact: bool = True
+    ) -> tuple[list[Constraint], list[Clearance]]:
+        """Return what a design must keep beside its balance; ``moments`` are only asked for where limited."""
+        constraints = []
         amounts, envelope = self.amounts(variables), self.design.envelope
         for k in range(len(self.free.parts)):
             constraints += of_profile(self.free, k, amounts, envelope)
@@ -330,9 +336,9 @@ class Problem:
         least_mm = near + (0.0 if exact else ROUGH_MM)
         constraints += [of_clearance(each, least_mm) for each in clearances]
         if self.design.mass_g is not None:
-            constraints += of_range("mass_g", moments.mass_g, self.design.mass_g)
+            constraints += of_range("mass_g", moments().mass_g, self.design.mass_g)
         if self.design.polar_inertia_kg_mm2 is not None:
-            inertia = moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2
+            inertia = moments().polar_inertia_g_mm2 / G_MM2_PER_KG_MM2
             constraints += of_range("polar_inertia_kg_mm2", inertia, self.design.polar_inertia_kg_mm2)
         return constraints, clearances
 

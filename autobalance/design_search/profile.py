@@ -162,6 +162,9 @@ class Profile:
         second, second_r = np.zeros((2, 2)), np.zeros((self.count, 2, 2))
         for i, (p, p_r) in enumerate(((x, x_r), (y, y_r))):
             for j, (q, q_r) in enumerate(((x, x_r), (y, y_r))):
+                if j < i:  # symmetric
+                    second[i, j], second_r[:, i, j] = second[j, i], second_r[:, j, i]
+                    continue
                 second[i, j] = 0.25 * float((p * q) @ w)
                 second_r[:, i, j] = 0.25 * ((q * w) @ p_r + (p * w) @ q_r + (p * q) @ w_r)
         inner = self._held_part

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy.optimize import minimize
 
 from autobalance.design_search.candidates import Candidate, judged
 from autobalance.design_search.problem import COLUMNS, G_MM2_PER_KG_MM2, Problem
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.types import Array
 
 REFINEMENTS = 60
@@ -73,28 +75,31 @@ def _descended(problem: Problem, start: Array, pull: Array) -> Array:
         point[loose] = low[loose] + shares * span[loose]
         return point
 
+    @lru_cache(maxsize=4)  # value, balance and its slope are asked for at the same place, one after another
+    def moments_at(shares: bytes) -> tuple[Moments, Array]:
+        return problem.moments(variables(np.frombuffer(shares)))
+
     def value(shares: Array) -> tuple[float, Array]:
-        moments, gradient = problem.moments(variables(shares))
+        moments, gradient = moments_at(shares.tobytes())
         grown_g = moments.mass_g - first.mass_g
         grown_g_mm2 = moments.polar_inertia_g_mm2 - first.polar_inertia_g_mm2
         slope: Array = gradient[loose] @ pull * span[loose] / scale
         return (pull[4] * grown_g + pull[5] * grown_g_mm2) / scale, slope
 
     def balance(shares: Array) -> Array:
-        moments = problem.moments(variables(shares))[0]
+        moments = moments_at(shares.tobytes())[0]
         components: Array = kept @ problem.residual(moments).components
         return components
 
     def balance_slope(shares: Array) -> Array:
-        gradient = problem.moments(variables(shares))[1]
+        gradient = moments_at(shares.tobytes())[1]
         slope: Array = kept @ (gradient[loose, :4] * span[loose, None]).T
         return slope
 
     def margins(shares: Array) -> Array:
         at = variables(shares)
-        moments = problem.moments(at)[0]
-        constraints, _ = problem.constraints(at, moments, problem.residual(moments), exact=False)
-        every = (*constraints[1:], *problem.predicted_limits(at))
+        limits, _ = problem.limits(at, lambda: moments_at(shares.tobytes())[0], exact=False)
+        every = (*limits, *problem.predicted_limits(at))
         worst = np.array([each.margin / each.scale for each in every])
         every_margin: Array = np.concatenate([worst, *outline_margins(problem, at)])
         return every_margin.clip(-10.0, 10.0) - CLEAR_MM

@@ -19,6 +19,8 @@ from autobalance.solid.mesh.measure import soup_moments
 from autobalance.types import Array
 
 PASSES = 6
+STALLED = 1e-3
+"""Share of the residual by which passes must change it: where they do not, bounds stand in the way."""
 AIM_SHARE = 0.1
 """Share of what is allowed that is aimed at: the frame found again on the file moves by its rounding."""
 FORMAT = "stl"
@@ -66,15 +68,16 @@ def written(problem: Problem, variables: Array) -> WrittenDesign:
     SolidError
         If finite elements are asked, and the solid cannot be meshed.
     """
-    off = np.zeros(4)
+    off, before = np.zeros(4), np.nan
     best: WrittenDesign | None = None
     for _ in range(PASSES):
         solved = problem.solved(variables, off)
         design = _made(problem, solved)
         if best is None or design.used_share < best.used_share:
             best = design
-        if best.used_share <= AIM_SHARE * MAX_SHARE:
+        if best.used_share <= AIM_SHARE * MAX_SHARE or abs(design.used_share - before) <= STALLED * before:
             break
+        before = design.used_share
         off = design.residual.components - problem.residual(problem.moments(solved)[0]).components
     assert best is not None
     if not problem.strengths_wanted:
