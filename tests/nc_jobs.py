@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import shutil
+import tempfile
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -82,10 +84,23 @@ def outer_faces(crank: Path) -> list[str]:
 
 
 def balanced(folder: Path, name: str, segments: int = 48, change: tuple[str, str] = ("", "")) -> Path:
-    """Balance a generated crank by one kind of cut, words of which may be changed; return its report."""
+    """Balance a generated crank by one kind of cut, words of which may be changed; return its report.
+
+    What was balanced before is copied.
+    """
+    shutil.copytree(_balanced(name, segments, change), folder, dirs_exist_ok=True)
+    return folder / "out" / "report.json"
+
+
+_FOLDER = tempfile.TemporaryDirectory(prefix="autobalance-nc-")
+"""Of what was balanced; goes with this process."""
+
+
+@cache
+def _balanced(name: str, segments: int, change: tuple[str, str]) -> Path:
+    folder = Path(tempfile.mkdtemp(dir=_FOLDER.name))
     correction, factor, grade = CORRECTIONS[name]
     correction = correction.replace(*change)
-    folder.mkdir(parents=True, exist_ok=True)
     crank = ab.generate("single", file="crank.stl", settings={"segments": segments})
     (folder / "crank.stl").write_bytes(crank.data)
     job = folder / "job.toml"
@@ -95,7 +110,7 @@ def balanced(folder: Path, name: str, segments: int = 48, change: tuple[str, str
     result = ab.balance(ab.read_job(job))
     assert result.corrections, result.reason
     result.write(folder / "out", only=("json",))
-    return folder / "out" / "report.json"
+    return folder
 
 
 ATTACHED_G = 1.0
