@@ -24,8 +24,25 @@ SHAKEN = os.environ.get("AUTOBALANCE_SHAKEN")
 """Seed of the last digits of every plan, where it is given (see tests/shaken.py)."""
 
 
-def pytest_configure() -> None:
+class Examples:
+    """Seeks examples where the package has some: to load and look through all modules takes long.
+
+    A plugin: the hooks of this file hold for the tests' folder alone.
+    """
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_collect_file(
+        self, file_path: Path
+    ) -> Generator[None, list[pytest.Collector], list[pytest.Collector]]:
+        collectors = yield
+        if "tests" not in file_path.parts and b">>> " in file_path.read_bytes():
+            return collectors
+        return [each for each in collectors if not isinstance(each, DoctestModule)]
+
+
+def pytest_configure(config: pytest.Config) -> None:
     """Let Ctrl-C count, here and in children, also where a shell began the tests in the background."""
+    config.pluginmanager.register(Examples())
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     if ignored and threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -51,12 +68,6 @@ def all_shaken() -> Iterator[None]:
     """Make every plan with other last digits."""
     with shaken(int(SHAKEN or 0)):
         yield
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_collect_file(file_path: Path) -> Generator[None, list[pytest.Collector], list[pytest.Collector]]:
-    """Seek examples in the package alone: to look for them through all tests takes long."""
-    return [each for each in (yield) if not isinstance(each, DoctestModule)]
 
 
 @pytest.hookimpl(wrapper=True)
