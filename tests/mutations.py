@@ -14,7 +14,7 @@ from autobalance.report.balance.values import schema
 from autobalance.verification.check import check_claims
 from autobalance.verification.checked import Checked
 from autobalance.verification.claims import Claims
-from autobalance.verification.correction_claims import STATED
+from autobalance.verification.cut_values import STATED
 from autobalance.verification.solids import Files
 
 Report = dict[str, Any]

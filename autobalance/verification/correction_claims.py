@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,29 +14,27 @@ from autobalance.balancing.uncertainty_budget import spacing_mm
 from autobalance.correction import KINDS, kind_of
 from autobalance.correction.clearance import clear_of_roughness
 from autobalance.correction.contract import Limits
-from autobalance.correction.trace import Before, Metal, Reading, Trace
+from autobalance.correction.trace import Before, Metal, Trace
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.faces import find_faces
-from autobalance.errors import ClaimError, FormatError
+from autobalance.errors import ClaimError
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.difference import differences
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
-from autobalance.types import Array
-from autobalance.verification.claims import ROUNDING, Claims
+from autobalance.verification.claims import Claims
+from autobalance.verification.cut_values import (
+    check_file_place,
+    check_implied,
+    check_label,
+    check_place,
+    compare,
+)
 from autobalance.verification.limit_claims import check_within_limits
 from autobalance.verification.shared_out import GRAINS, SHARE, Found, shared_out
 from autobalance.verification.solids import Files
 
-STATED = ("face", "web", "radius_mm", "angle_deg", "z_mm")
-"""What the machinist reads of every correction, beside what is measured of it."""
-LENGTH_SHARE = 2e-4
-ROUGH_SHARE = 5e-3
-"""Of the metal of a cut in a scanned face, crumbs of the rough face beside it are up to this share."""
-UNIT_LENGTH = 1e-6
-LENGTH_MM = 2e-3
-ANGLE_DEG = 0.05
 OTHER_KIND = "the metal of this kind of correction cannot be distinguished"
 TORN = "its metal is thin and hangs together with the file's rounding: its amount and effect were checked"
 THIN = "its metal is thinner than the files resolve places: only the sum of all was checked"
@@ -99,8 +97,8 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
             )
         part.hold("kind")
         part.same("number", number)
-        _check_place(part)
-        _check_file_place(part, change.anatomy.rotor_to_file)
+        check_place(part)
+        check_file_place(part, change.anatomy.rotor_to_file)
         if not _is_kept_unused(claims, part):
             traces.append(KINDS[name].trace(part.values))
     _check_sum(claims, parts, change)
@@ -115,7 +113,7 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
     shared = shared_out(metal, parts, traces, crank, change.near_mm)
     for part, trace, pieces in zip(parts, traces, shared, strict=True):
         _check_one(part, trace, pieces, change, crank)
-        _check_label(part)
+        check_label(part)
 
 
 def check_nothing_cut(claims: Claims) -> None:
@@ -151,16 +149,6 @@ def _check_plan_kept(claims: Claims, parts: Sequence[Claims]) -> None:
         claims.same("plan_kept.cuts", len(parts))
 
 
-def _check_label(part: Claims) -> None:
-    if "label" not in part.values:
-        return
-    try:
-        label = KINDS[part.get("kind", str)].label(part.values)
-    except (LookupError, TypeError, ValueError):
-        raise FormatError(f"{part.name}: {part.place} lacks what its label is made of") from None
-    part.same("label", f"cut {part.get('number', int)}: {label}")
-
-
 def _before(change: Change) -> Before:
     """Return the crank before, with its planar faces and where their triangles lie."""
     mesh = change.before.solid.mesh
@@ -168,41 +156,6 @@ def _before(change: Change) -> Before:
     corners = mesh.moved(change.anatomy.file_to_rotor).corners
     patches = tuple(corners[face.triangles].mean(axis=1) for face in faces)
     return Before(mesh, change.anatomy, faces, patches)
-
-
-def _check_place(part: Claims) -> None:
-    """Check angle, z, radius of entry and direction of feed against the position; none may be left out."""
-    for key in STATED:
-        part.get(key, object)
-    x, y, z = part.array("position_mm", (3,))
-    size = max(math.hypot(x, y, z), 1.0)
-    if math.hypot(x, y) > LENGTH_MM:
-        within = ROUNDING * 360.0 * size / math.hypot(x, y)
-        part.near_angle("angle_deg", math.degrees(math.atan2(y, x)), within)
-    part.near("z_mm", z, size)
-    if "entry_radius_mm" in part.values:
-        part.near("entry_radius_mm", math.hypot(x, y), size)
-    if part.values.get("inward") is not None:
-        length = float(np.linalg.norm(part.array("inward", (3,))))
-        if not abs(length - 1.0) <= UNIT_LENGTH:
-            raise ClaimError(f"{part.name}: {part.path('inward')} is {length:.9g} long; expected length 1")
-
-
-def _check_file_place(part: Claims, rotor_to_file: Array) -> None:
-    """Check place and direction in the file's own coordinates against those in the rotor frame."""
-    if "file_position_mm" in part.values:
-        place = rotor_to_file[:3, :3] @ part.array("position_mm", (3,)) + rotor_to_file[:3, 3]
-        part.near("file_position_mm", place, max(float(np.linalg.norm(place)), 1.0))
-    if part.values.get("file_axis") is None:
-        return
-    stated = next((key for key in ("inward", "normal") if part.values.get(key) is not None), None)
-    if stated is not None:
-        axis = part.array(stated, (3,))
-    else:
-        axis = np.array([0.0, 0.0, -part.get("side", float) if "side" in part.values else 1.0])
-    if stated == "normal" and not KINDS[part.get("kind", str)].adds_metal:
-        axis = -axis
-    part.near("file_axis", rotor_to_file[:3, :3] @ axis, 1.0)
 
 
 def _check_faces(claims: Claims, crank: Before) -> None:
@@ -309,7 +262,7 @@ def _check_one(
     if limits is not None:
         limits = clear_of_roughness(limits, change.anatomy)  # as it was planned
     if trace is not None:
-        _check_implied(part, trace.implied(crank, limits))
+        check_implied(part, trace.implied(crank, limits))
     mine, is_torn = seen.metal, seen.is_torn
     if trace is None or mine is None:
         part.ledger.why_not[part.place] = OTHER_KIND if trace is None else TOUCHING
@@ -351,54 +304,4 @@ def _check_one(
     if not kind.needs_faces:
         measured["face"] = None
     scan = change.anatomy.scan
-    _compare(part, measured, metal, 0.0 if scan is None else scan.roughness_mm)
-
-
-def _check_implied(part: Claims, implied: Mapping[str, Any]) -> None:
-    """Compare what a report lists of a correction with what follows without looking at its metal."""
-    for key, value in implied.items():
-        if isinstance(value, Reading):
-            part.near(key, value.value, value.within, 1.0)
-        elif value is None or isinstance(value, str | int) or key == "outline":
-            part.same(key, value)
-        else:
-            size = float(np.linalg.norm(np.asarray(value, dtype=np.float64)))
-            part.near(key, value, max(size, 1.0))
-
-
-def _compare(part: Claims, measured: Mapping[str, Any], metal: Metal, rough_mm: float) -> None:
-    """Compare what a report lists of a correction with what was read, as exactly as its unit allows.
-
-    Where metal of a scanned face begins is known to its roughness.
-    """
-    skin_mm3 = metal.area_mm2 * metal.near_mm
-    share = SHARE if rough_mm == 0.0 else ROUGH_SHARE
-    reach = float(np.abs(metal.corners).max(initial=0.0))
-    crumbs_mm = 0.0 if rough_mm == 0.0 else rough_mm + ROUGH_SHARE * reach  # of a centre
-    volume_mm3 = sum(piece.volume_mm3 for piece in metal.pieces)
-    thin = min(1.0, skin_mm3 / volume_mm3) if volume_mm3 > 0.0 else 0.0  # 1: a layer of a few roundings
-    for key, value in measured.items():
-        if isinstance(value, Reading):
-            size = float(np.linalg.norm(value.value))
-            part.near(key, value.value, 2.0 * share * size + value.within + 1e-3, 1.0)
-            continue
-        if value is None or isinstance(value, str | list) or (isinstance(value, int) and "_" not in key):
-            part.same(key, value)
-            continue
-        size = float(np.linalg.norm(np.asarray(value, dtype=np.float64)))
-        if key.endswith("_deg"):
-            part.near_angle(
-                key, float(value), ANGLE_DEG + math.degrees(4.0 * metal.near_mm / max(reach, 1.0))
-            )
-        elif key in ("normal", "inward"):
-            part.near(key, value, SHARE, 1.0)
-        elif key.endswith("_per_mm_g_mm") or key.endswith("_mm2"):
-            part.near(key, value, (2.0 * share + thin) * size + 1e-3, 1.0)
-        elif key.endswith("_mm") and not key.endswith("_g_mm"):
-            moved_mm = reach * thin + crumbs_mm if key in ("position_mm", "radius_mm") else rough_mm
-            near_mm = 2.0 * metal.near_mm + moved_mm
-            part.near(key, value, LENGTH_MM + LENGTH_SHARE * size + near_mm, 1.0)
-        else:
-            skin = skin_mm3 if key.endswith("_mm3") else skin_mm3 * metal.density_g_mm3
-            skin *= reach if key.endswith("_g_mm") else 1.0
-            part.near(key, value, share * size + skin, 1.0)
+    compare(part, measured, metal, 0.0 if scan is None else scan.roughness_mm)

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, Throw, Web
+from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, Throw
 from autobalance.crank.recognition.covered import on_surface
 from autobalance.crank.recognition.cylinder_runs import (
     CylinderRun,
@@ -358,7 +358,8 @@ def _anatomy(
     local[:3, 3] = -local[:3, :3] @ np.array([axis[0], axis[1], first.z_mid])
     here = find_webs(long, layout)
     datums = find_datums(long, axis, layout.journals, here, mesh, local)
-    webs = tuple(_shifted(web, -first.z_mid) for web in here)
+    start = first.z_mid
+    webs = tuple(replace(web, z_min_mm=web.z_min_mm - start, z_max_mm=web.z_max_mm - start) for web in here)
     if overrides.crankpins is None and overrides.main_journals is None:
         refuse_incomplete(layout, webs, first.z_mid)
         refuse_unexplained(long, layout, here)
@@ -391,10 +392,6 @@ def _throw(local: Array, run: CylinderRun, number: int) -> Throw:
     angle = math.atan2(centre[1], centre[0]) % (2.0 * math.pi)
     angle = 0.0 if 2.0 * math.pi - angle < 1e-9 else angle
     return Throw(number, math.hypot(centre[0], centre[1]), angle, Pin(centre, 2.0 * run.radius, run.width))
-
-
-def _shifted(web: Web, by: float) -> Web:
-    return replace(web, z_min_mm=web.z_min_mm + by, z_max_mm=web.z_max_mm + by)
 
 
 def _misalignment(layout: JournalLayout) -> float:

@@ -244,7 +244,7 @@ class _Calculation:
                 for kind, lever in (("S", ""), ("P", "z")):
                     self._sum(f"{kind}{axis}", state, throws, turn, lever)
             self.formula(f"U_{state}", "Magnitude", f"SQRT({{USx_{state}}}^2+{{USy_{state}}}^2)", math.hypot(v[f"USx_{state}"], v[f"USy_{state}"]), "g·mm")  # fmt: skip
-            self.formula(f"A_{state}", "Heavy side", f"IF({{U_{state}}}=0,0,MOD(DEGREES(ATAN2({{USx_{state}}},{{USy_{state}}})),360))", _angle(v[f"USx_{state}"], v[f"USy_{state}"]), "°")  # fmt: skip
+            self.formula(f"A_{state}", "Heavy side", f"IF({{U_{state}}}=0,0,MOD(DEGREES(ATAN2({{USx_{state}}},{{USy_{state}}})),360))", wrapped_deg(math.degrees(math.atan2(v[f"USy_{state}"], v[f"USx_{state}"]))), "°")  # fmt: skip
             if len(planes) == 2:
                 for near, far, sign in (("A", "B", 1.0), ("B", "A", -1.0)):
                     self._in_plane(state, near, far, sign)
@@ -344,10 +344,6 @@ class _Calculation:
         self.formula("dmr", "Still to remove", "{mr2}-{mr1}", v["mr2"] - v["mr1"], "g·mm", "positive: remove from the counterweight")  # fmt: skip
 
 
-def _angle(x: float, y: float) -> float:
-    return wrapped_deg(math.degrees(math.atan2(y, x))) if x or y else 0.0
-
-
 def _solid(report: Report, state: str) -> tuple[float, tuple[float, float], tuple[float, float]]:
     """Return mass, ∫(x, y) dm and ∫ z (x, y) dm of the solid before or after, rotor frame.
 
@@ -393,12 +389,10 @@ def _printed(page: Any, report: Report) -> None:
     page.set_paper(PAPER_A4)
     page.set_margins(left=0.5, right=0.5, top=0.6, bottom=0.7)
     page.fit_to_pages(1, 0)
-    name, shop, words = map(_printable, (file_name(report), shop_name(report), work_words(report)))
+    name, shop, words = (
+        "".join(letter for letter in text if letter.isprintable())[:FOOTER_LETTERS].replace("&", "&&")
+        for text in (file_name(report), shop_name(report), work_words(report))
+    )
     page.set_footer(f"&L{name}&C&A&Rpage &P of &N")
     if shop or words:
         page.set_header(f"&L{shop}&R{words}")
-
-
-def _printable(text: str) -> str:
-    """Return a text as the head and foot of a printed sheet take it."""
-    return "".join(letter for letter in text if letter.isprintable())[:FOOTER_LETTERS].replace("&", "&&")
