@@ -15,7 +15,7 @@ import numpy as np
 from autobalance.api.common_parameters import documented
 from autobalance.api.result import VerbResult
 from autobalance.report.files import Staging
-from autobalance.report.plot_files import Plots
+from autobalance.report.plot_files import Plot, Plots
 from autobalance.runtime import Progress, no_progress
 from autobalance.version import __version__
 
@@ -34,7 +34,7 @@ class DesignResult(VerbResult):
     """The best designs; ``made`` are the files of each by its id."""
 
     made: Mapping[str, Mapping[str, bytes]] = field(default_factory=dict)
-    drawn: Mapping[str, bytes] = field(default_factory=dict)
+    drawn: Plot | None = None
 
     @property
     def exit_code(self) -> int:
@@ -49,7 +49,7 @@ class DesignResult(VerbResult):
 
     def plots(self) -> Plots:
         """Return the front."""
-        return Plots({"front": self.drawn})
+        return Plots({} if self.drawn is None else {"front": self.drawn})
 
     def files(self) -> Mapping[str, bytes]:
         """Return each design's files and the front."""
@@ -58,7 +58,8 @@ class DesignResult(VerbResult):
             for name, files in self.made.items()
             for file, data in files.items()
         }
-        return {**by_name, **{f"front.{ending}": data for ending, data in self.drawn.items()}}
+        front = {} if self.drawn is None else {f"front.{ending}": self.drawn[ending] for ending in self.drawn}
+        return {**by_name, **front}
 
 
 @documented
@@ -187,9 +188,7 @@ def _files(problem: Problem, design: WrittenDesign) -> dict[str, bytes]:
     return files
 
 
-def _drawn(
-    problem: Problem, candidates: Sequence[Candidate], designs: Sequence[DesignFigures]
-) -> Mapping[str, bytes]:
+def _drawn(problem: Problem, candidates: Sequence[Candidate], designs: Sequence[DesignFigures]) -> Plot:
     from autobalance.report.design.files import front_plot
 
     names = tuple(name for name, _ in problem.signed_objectives)

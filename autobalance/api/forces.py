@@ -20,7 +20,7 @@ from autobalance.errors import JobError, UsageError
 from autobalance.job import JobSource
 from autobalance.machine_models import engine_from_job, rotor_from_job
 from autobalance.records import ABSENT
-from autobalance.report.plot_files import Drawn, Plots
+from autobalance.report.plot_files import Drawn, Plot, Plots
 from autobalance.report.records.forces import (
     EngineState,
     Factors,
@@ -205,7 +205,7 @@ def _mount_plots(mounts: dict[str, Any]) -> Drawn:
 
     speeds = np.array(mounts["speeds_rpm"])
     names = list(mounts["best_factor_for"]) or ["centre"]
-    drawn: dict[str, dict[str, bytes]] = {}
+    drawn: dict[str, Plot] = {}
     for number, name in enumerate(names, 1):
         curves = [
             plots.Curve(

@@ -8,15 +8,18 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from autobalance.errors import FormatError
+from autobalance.report.plot_files import Plot
 from autobalance.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 STYLES = (
     {"color": "black", "linestyle": "-"},
@@ -34,6 +37,8 @@ SIZE_INCH = (6.4, 4.8)
 PIXELS_PER_INCH = 120
 LAYOUT: Literal["constrained"] | None = "constrained"
 """How room is found for titles and labels."""
+UNDATED: Mapping[str, dict[str, None]] = {"svg": {"Date": None}, "png": {"Software": None}}
+"""What a file says of when and by what it was drawn, by its ending."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +52,7 @@ class Curve:
 
 def over_angle(
     title: str, y_label: str, angle_rad: Array, curves: Mapping[str, Array], span_deg: int = 360
-) -> dict[str, bytes]:
+) -> Plot:
     """Return a plot of curves over the crank angle, closed to 360° or the ``span_deg`` of a whole cycle."""
     degrees = np.append(np.degrees(angle_rad), float(span_deg))
 
@@ -58,10 +63,10 @@ def over_angle(
         axes.set_xticks(range(0, span_deg + 1, span_deg // 6))
         axes.set_xlim(0.0, float(span_deg))
 
-    return _drawn(title, y_label, draw)
+    return drawn(title, y_label, draw)
 
 
-def polar(title: str, labels: tuple[str, str], curves: Sequence[Curve]) -> dict[str, bytes]:
+def polar(title: str, labels: tuple[str, str], curves: Sequence[Curve]) -> Plot:
     """Return a plot of the path that force vectors draw over a turn, both axes to one scale."""
 
     def draw(axes: Axes) -> None:
@@ -72,13 +77,13 @@ def polar(title: str, labels: tuple[str, str], curves: Sequence[Curve]) -> dict[
         axes.set_xlabel(labels[0])
         axes.set_aspect("equal", adjustable="datalim")
 
-    return _drawn(title, labels[1], draw)
+    return drawn(title, labels[1], draw)
 
 
 MARKS = (".", "x", "o", "^", "s", "d")
 
 
-def scatter(title: str, labels: tuple[str, str], clouds: Mapping[str, Array]) -> dict[str, bytes]:
+def scatter(title: str, labels: tuple[str, str], clouds: Mapping[str, Array]) -> Plot:
     """Return named points (n, 2), both axes to one scale."""
 
     def draw(axes: Axes) -> None:
@@ -89,12 +94,10 @@ def scatter(title: str, labels: tuple[str, str], clouds: Mapping[str, Array]) ->
         axes.set_xlabel(labels[0])
         axes.set_aspect("equal", adjustable="datalim")
 
-    return _drawn(title, labels[1], draw)
+    return drawn(title, labels[1], draw)
 
 
-def bars(
-    title: str, y_label: str, orders: Sequence[float], groups: Mapping[str, Sequence[float]]
-) -> dict[str, bytes]:
+def bars(title: str, y_label: str, orders: Sequence[float], groups: Mapping[str, Sequence[float]]) -> Plot:
     """Return a bar chart over the orders, one group of bars for each name."""
     labels = ("order of the crank speed [-]", y_label)
     return named_bars(title, labels, [f"{order:g}" for order in orders], groups)
@@ -106,7 +109,7 @@ def named_bars(
     places: Sequence[str],
     groups: Mapping[str, Sequence[float]],
     plus_minus: Mapping[str, Sequence[float]] | None = None,
-) -> dict[str, bytes]:
+) -> Plot:
     """Return a bar chart over named places; ``plus_minus`` draws error bars where it is above zero."""
     width = 0.8 / len(groups)
 
@@ -123,12 +126,12 @@ def named_bars(
         axes.set_xticks(range(len(places)), list(places))
         axes.set_xlabel(labels[0])
 
-    return _drawn(title, labels[1], draw)
+    return drawn(title, labels[1], draw)
 
 
 def over_speed(
     title: str, y_label: str, curves: Sequence[Curve], thick: str | None, point: tuple[float, float] | None
-) -> dict[str, bytes]:
+) -> Plot:
     """Return curves over the speed [1/min], both scales logarithmic; all but the ``thick`` one are thin."""
 
     def draw(axes: Axes) -> None:
@@ -140,7 +143,7 @@ def over_speed(
         axes.set_xlabel("speed [1/min]")
         axes.grid(visible=True, which="minor", color="0.93")
 
-    return _drawn(title, y_label, draw)
+    return drawn(title, y_label, draw)
 
 
 def lines(
@@ -150,7 +153,7 @@ def lines(
     *,
     equal: bool = False,
     logarithmic: bool = False,
-) -> dict[str, bytes]:
+) -> Plot:
     """Return curves over one another; ``equal``: both axes to one scale, ``logarithmic``: both scales."""
 
     def draw(axes: Axes) -> None:
@@ -163,7 +166,7 @@ def lines(
             axes.set_xscale("log")
             axes.set_yscale("log")
 
-    return _drawn(title, labels[1], draw)
+    return drawn(title, labels[1], draw)
 
 
 def style(number: int) -> dict[str, Any]:
@@ -171,34 +174,46 @@ def style(number: int) -> dict[str, Any]:
     return {**STYLES[number % len(STYLES)], "linewidth": 1.4 + 1.2 * (number // len(STYLES))}
 
 
-def drawn(title: str, y_label: str, draw: Callable[[Axes], None]) -> dict[str, bytes]:
-    """Return whatever ``draw`` puts on the axes, in the style of all plots."""
-    return _drawn(title, y_label, draw)
+def drawn(title: str, y_label: str, draw: Callable[[Axes], None]) -> Plot:
+    """Return whatever ``draw`` puts on the axes, in the style of all plots; the same from run to run.
 
+    Raises
+    ------
+    FormatError
+        If matplotlib is not installed.
+    """
+    if find_spec("matplotlib") is None:
+        raise FormatError("plots need matplotlib, which is not installed: pip install 'autobalance[plots]'")
+    figures: list[Figure] = []
+    layout = LAYOUT
 
-def _drawn(title: str, y_label: str, draw: Any) -> dict[str, bytes]:
-    """Return the plot as the bytes of its files, by their endings; the same from run to run."""
-    try:
+    def file(ending: str) -> bytes:
         import matplotlib
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise FormatError(
-            "plots need matplotlib, which is not installed: pip install 'autobalance[plots]'"
-        ) from None
-    files: dict[str, bytes] = {}
-    with matplotlib.rc_context({"svg.hashsalt": "autobalance", "svg.fonttype": "none"}):
-        figure = Figure(figsize=SIZE_INCH, layout=LAYOUT)
-        axes = figure.subplots()
-        draw(axes)
-        axes.set_title(title)
-        axes.set_ylabel(y_label)
-        axes.grid(visible=True, color="0.85")
-        axes.set_axisbelow(True)
-        if axes.get_legend_handles_labels()[0]:
-            axes.legend(loc="best", fontsize="small")
-        for ending, metadata in (("svg", {"Date": None}), ("png", {"Software": None})):
-            buffer = io.BytesIO()
-            figure.savefig(buffer, format=ending, dpi=PIXELS_PER_INCH, metadata=metadata)
-            files[ending] = buffer.getvalue()
-            figure.set_layout_engine("none")  # the places found are kept: to look again takes a third of all
-    return files
+
+        buffer = io.BytesIO()
+        with matplotlib.rc_context({"svg.hashsalt": "autobalance", "svg.fonttype": "none"}):
+            if not figures:
+                figures.append(_figure(title, y_label, draw, layout))
+            (figure,) = figures
+            figure.savefig(buffer, format=ending, dpi=PIXELS_PER_INCH, metadata=UNDATED[ending])
+        figure.set_layout_engine("none")  # the places found are kept: to look again takes a third of all
+        return buffer.getvalue()
+
+    return Plot(file)
+
+
+def _figure(
+    title: str, y_label: str, draw: Callable[[Axes], None], layout: Literal["constrained"] | None
+) -> Figure:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=SIZE_INCH, layout=layout)
+    axes = figure.subplots()
+    draw(axes)
+    axes.set_title(title)
+    axes.set_ylabel(y_label)
+    axes.grid(visible=True, color="0.85")
+    axes.set_axisbelow(True)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="best", fontsize="small")
+    return figure

@@ -39,6 +39,9 @@ CARD_PIXELS = (560, 380)
 SOLID_READ_SHARE = 0.2
 """The share of ``inspect`` at which its solid can be looked at."""
 
+DRAWING_SHARE = 0.6
+"""The share of an analysis at which its plots are drawn."""
+
 Asked = dict[str, Any]
 
 
@@ -285,20 +288,26 @@ def _analysed(verb: str) -> Callable[[Asked, Place, Progress], int]:
 
         alone = {"workers": 1} if verb == "study" else {}  # the run is a process of its own already
         job = ab.Job.from_dict(request["job"], folder=place.project)
-        return _plotted(getattr(ab, verb)(job, progress=notify, **alone), place)
+
+        def notify_of_verb(words: str, share: float) -> None:
+            notify(words, DRAWING_SHARE * share)
+
+        return _plotted(getattr(ab, verb)(job, progress=notify_of_verb, **alone), place, notify)
 
     return run
 
 
-def _plotted(result: VerbResult, place: Place) -> int:
-    """Write a result's report, its words, its files and its plots."""
+def _plotted(result: VerbResult, place: Place, notify: Progress) -> int:
+    """Write a result's report, its words, its files and its plots, which take longest of some."""
     plots = result.plots()
     place.results.mkdir(parents=True, exist_ok=True)
     words = Project(place.project).as_named(result.text())
     (place.results / SUMMARY).write_text(words, encoding="utf-8")
-    for name, kinds in plots.items():
-        for ending, data in kinds.items():
-            (place.results / f"{name}.{ending}").write_bytes(data)
+    for number, (name, plot) in enumerate(plots.items()):
+        notify(
+            f"drawing {name.replace('-', ' ')}", DRAWING_SHARE + (1.0 - DRAWING_SHARE) * number / len(plots)
+        )
+        (place.results / f"{name}.svg").write_bytes(plot["svg"])
     for name, data in result.files().items():
         (place.results / name).write_bytes(data)
     _report(place, result)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import autobalance as ab
 from autobalance.api import views
@@ -77,6 +78,18 @@ def test_plots_draw_themselves(torsion: Any) -> None:
     assert plots["torsion-modes"]["png"].startswith(b"\x89PNG")
     assert "torsion-modes" in plots._repr_html_()
     assert pickle.loads(pickle.dumps(plots)) == plots
+
+
+def test_a_plot_is_drawn_when_its_file_is_first_read(torsion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[str] = []
+    monkeypatch.setattr(Figure, "savefig", lambda *_, **how: drawn.append(how["format"]))
+    plots = torsion.plots()
+    assert (len(plots["torsion-modes"]), drawn) == (2, [])
+    _ = plots["torsion-modes"]["svg"]
+    _ = plots["torsion-modes"]["svg"]
+    assert drawn == ["svg"]
+    with pytest.raises(KeyError):
+        _ = plots["torsion-modes"]["pdf"]
 
 
 def test_a_balance_shows_its_verdict_the_permitted_circle_and_its_cuts(balanced: ab.BalanceResult) -> None:

@@ -201,7 +201,7 @@ def test_analyses_of_the_job_are_computed_and_drawn(
     page.click_on(at("analyse"))
     until(page, f"return document.querySelector('#analysis-{verb} img')")
     run = latest(project, verb)
-    pictures = {name.removesuffix(".png") for name in run["files"] if name.endswith(".png")}
+    pictures = {name.removesuffix(".svg") for name in run["files"] if name.endswith(".svg")}
     assert some <= pictures
     until(
         page,

@@ -8,11 +8,12 @@ from autobalance.bearings.analysis import Analysis
 from autobalance.bearings.film import Film
 from autobalance.bearings.orbit import Orbits
 from autobalance.report import plots
+from autobalance.report.plot_files import Plot
 from autobalance.report.records.bearing import MM_PER_M, MPA_PER_PA
 from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM
 
-Drawn = dict[str, dict[str, bytes]]
+Drawn = dict[str, Plot]
 PLACES = (0.0, 0.5, 0.8)
 """Where along half the length the pressure is shown."""
 POINTS = 181
@@ -32,7 +33,7 @@ def bearing_plots(analysis: Analysis) -> Drawn:
     return drawn
 
 
-def _pressure(film: Film) -> dict[str, bytes]:
+def _pressure(film: Film) -> Plot:
     """Pressure around the bush, angles from the load's direction."""
     unit = film.unit.pressure
     scale = MPA_PER_PA * film.bearing.pressure_unit_Pa(film.viscosity_Pa_s, film.speed_rad_s)
@@ -48,20 +49,20 @@ def _pressure(film: Film) -> dict[str, bytes]:
     return plots.lines("Pressure of the film", labels, curves)
 
 
-def _path(orbit: Orbits) -> dict[str, bytes]:
+def _path(orbit: Orbits) -> Plot:
     turn = np.linspace(0.0, 2.0 * np.pi, POINTS)
     x, y = orbit.eccentricity[:, 0].T
     curves = [plots.Curve("journal's centre", x, y), plots.Curve("contact", np.cos(turn), np.sin(turn))]
     return plots.polar("Orbit in the film", ("x over the clearance [-]", "y over the clearance [-]"), curves)
 
 
-def _thickness(orbit: Orbits) -> dict[str, bytes]:
+def _thickness(orbit: Orbits) -> Plot:
     degrees = np.degrees(orbit.angle_rad)
     curve = plots.Curve("least film", degrees, MM_PER_M * 1e3 * orbit.film_m[:, 0])
     return plots.lines("Least film through the cycle", ("crank angle [°]", "film [µm]"), [curve])
 
 
-def _moment(analysis: Analysis) -> dict[str, bytes]:
+def _moment(analysis: Analysis) -> Plot:
     speeds = np.array([state.speed_rad_s / RAD_S_PER_RPM for state in analysis.states])
     moments = np.array(
         [

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.report.pictures.zbuffer import Camera, png, render
+from autobalance.report.plot_files import Plot
 from autobalance.types import Values
 
 if TYPE_CHECKING:
@@ -58,9 +59,7 @@ def design_picture(mesh: Mesh) -> bytes:
     return png(drawn.image)
 
 
-def front_plot(
-    names: tuple[str, ...], front: NDArray[np.float64], others: NDArray[np.float64]
-) -> dict[str, bytes]:
+def front_plot(names: tuple[str, ...], front: NDArray[np.float64], others: NDArray[np.float64]) -> Plot:
     """Return the front (n, k) and what else was looked at (m, k), two objectives across and up."""
     from autobalance.report.plots import drawn
 

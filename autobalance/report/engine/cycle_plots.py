@@ -9,6 +9,7 @@ import numpy as np
 
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.factors import MainLoads, key_figures
+from autobalance.report.plot_files import Plot
 from autobalance.types import Array
 from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM, RAD_S_PER_RPM
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from autobalance.machine_models.cycle_films import CycleFilms
     from autobalance.machine_models.flexible_cycle import FlexibleCycle
 
-Plots = dict[str, Mapping[str, bytes]]
+Plots = dict[str, Plot]
 HIGHEST_DRAWN = 8
 UM_PER_MM = 1e3
 AXES = ("load along x [N]", "load along y [N]")

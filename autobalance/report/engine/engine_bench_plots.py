@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autobalance.report import plots
+from autobalance.report.plot_files import Plot
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
@@ -20,9 +21,7 @@ FIGURES = {
 }
 
 
-def engine_bench_plots(
-    report: Mapping[str, Any], curves: Sequence[VariantCurves]
-) -> dict[str, dict[str, bytes]]:
+def engine_bench_plots(report: Mapping[str, Any], curves: Sequence[VariantCurves]) -> dict[str, Plot]:
     """Return the plots by name; those over the speed where there are several speeds."""
     torque = [plots.Curve(each.name, each.angle_deg, each.torque_N_m) for each in curves]
     drawn = {"engine-torque": plots.lines("Output torque", ("crank angle [°]", "torque [N·m]"), torque)}

@@ -9,9 +9,10 @@ import numpy as np
 
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.machine_models.fillets_from_job import Fillet
+from autobalance.report.plot_files import Plot
 from autobalance.units import RAD_S_PER_RPM
 
-Plots = dict[str, Mapping[str, bytes]]
+Plots = dict[str, Plot]
 
 
 def strength_plots(cycle: CycleAnalysis, fillets: Sequence[Fillet], report: Mapping[str, Any]) -> Plots:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from autobalance.report.plot_files import Plot
 from autobalance.types import Values
 
 
-def fem_plots(values: Values) -> dict[str, dict[str, bytes]]:
+def fem_plots(values: Values) -> dict[str, Plot]:
     """Return a bar chart of the modes' frequencies, or of the stress, for each mesh."""
     from autobalance.report import plots
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from autobalance.report.plot_files import Plot
 from autobalance.report.plots import drawn
 from autobalance.signal.analysis import Analysis
 from autobalance.signal.maps import Map, OrderCut, order_cuts, order_map, waterfall
@@ -17,7 +18,7 @@ from autobalance.types import Array, Values
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Files = dict[str, dict[str, bytes]]
+Files = dict[str, Plot]
 SHOWN_SAMPLES = 1 << 21
 CUTS = 4
 POINTS = 4000
@@ -84,7 +85,7 @@ def _top_hz(analysis: Analysis) -> float:
     return min(half, max(1.05 * analysis.question.max_order * fastest, 1.5 * highest))
 
 
-def _spectrum(analysis: Analysis, values: Values, label: str) -> dict[str, bytes]:
+def _spectrum(analysis: Analysis, values: Values, label: str) -> Plot:
     channel = analysis.channel
     f, size = amplitude_spectrum(
         channel.values(0, SHOWN_SAMPLES), channel.sample_rate_hz, analysis.question.window
@@ -105,7 +106,7 @@ def _spectrum(analysis: Analysis, values: Values, label: str) -> dict[str, bytes
     return drawn("Amplitude spectrum", label, draw)
 
 
-def _psd(analysis: Analysis) -> dict[str, bytes]:
+def _psd(analysis: Analysis) -> Plot:
     """Draw the power spectral density with its standard error."""
     density = analysis.power
     f, mean, off = density.frequencies_hz[1:], density.density[1:], density.scatter[1:]
@@ -131,7 +132,7 @@ def _envelope_of(x: Array, y: Array) -> tuple[Array, Array]:
     return x[:kept:few], y[:kept].reshape(-1, few).max(axis=1)
 
 
-def _orders(values: Values, label: str) -> dict[str, bytes]:
+def _orders(values: Values, label: str) -> Plot:
     rows = [row for row in values["orders"] if row["amplitude"] is not None]
 
     def draw(axes: Axes) -> None:
@@ -169,7 +170,7 @@ def _waterfall(
     analysis: Analysis,
     values: Values,
     predicted: Sequence[tuple[float | None, float]],
-) -> dict[str, bytes]:
+) -> Plot:
     rising = fall.speeds_rpm is not None and not analysis.speed.is_steady
     speeds = fall.speeds_rpm
 
@@ -209,7 +210,7 @@ def _predictions(
             axes.plot(*zip(*points, strict=True), ".", color="0.3", markersize=3.0, label="computed")
 
 
-def _order_map(order_map: Map, label: str) -> dict[str, bytes]:
+def _order_map(order_map: Map, label: str) -> Plot:
     speeds = order_map.speeds_rpm
     if speeds is None:
         raise ValueError("an order map has speeds")
@@ -263,7 +264,7 @@ def _cuts(cuts: list[OrderCut], label: str, *, steady: bool) -> Files:
     }
 
 
-def _envelope(analysis: Analysis, values: Values, label: str) -> dict[str, bytes]:
+def _envelope(analysis: Analysis, values: Values, label: str) -> Plot:
     envelope = analysis.envelope
     if envelope is None:
         raise ValueError("there is no envelope")
@@ -289,7 +290,7 @@ def _envelope(analysis: Analysis, values: Values, label: str) -> dict[str, bytes
     return drawn(f"Envelope of {low:g} to {high:g} Hz", label, draw)
 
 
-def _full_spectrum(analysis: Analysis, values: Values) -> dict[str, bytes]:
+def _full_spectrum(analysis: Analysis, values: Values) -> Plot:
     """Return the orders of X + iY with and against the shaft, and what they say."""
     from autobalance.signal.order_lines import order_lines
 

@@ -6,13 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from autobalance.report import plots
+from autobalance.report.plot_files import Plot
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.dynamics.speed_control import Trace
 
 
-def bench_plots(report: Mapping[str, Any], traces: Sequence[Trace]) -> dict[str, dict[str, bytes]]:
+def bench_plots(report: Mapping[str, Any], traces: Sequence[Trace]) -> dict[str, Plot]:
     """Return speed and torque of each run over time; nothing where nothing was run."""
     if not traces:
         return {}

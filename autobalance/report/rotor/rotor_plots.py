@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from autobalance.report.plot_files import Plot
 from autobalance.report.plots import Curve, lines
 from autobalance.types import Values
 
-Files = dict[str, dict[str, bytes]]
+Files = dict[str, Plot]
 SHAPES = 4
 TURN = np.linspace(0.0, 2.0 * np.pi, 73)
 
@@ -31,7 +32,7 @@ def rotor_plots(report: Values) -> Files:
     return plots_drawn
 
 
-def _campbell(rows: list[Values]) -> dict[str, bytes]:
+def _campbell(rows: list[Values]) -> Plot:
     speeds = np.array([row["speed_rpm"] for row in rows])
     most = max(len(row["modes"]) for row in rows)
     curves = []
@@ -42,7 +43,7 @@ def _campbell(rows: list[Values]) -> dict[str, bytes]:
     return lines("Campbell diagram", ("speed [1/min]", "frequency [Hz]"), curves)
 
 
-def _shapes(report: Values) -> dict[str, bytes]:
+def _shapes(report: Values) -> Plot:
     curves = []
     for number, mode in enumerate(report["modes"][:SHAPES], 1):
         z = np.array([each["z_mm"] for each in mode["shape"]])
@@ -56,7 +57,7 @@ def _shapes(report: Values) -> dict[str, bytes]:
     return lines("Mode shapes", ("z [mm]", "deflection, greatest 1 [-]"), curves)
 
 
-def _response(response: list[Values], key: str, label: str) -> dict[str, bytes]:
+def _response(response: list[Values], key: str, label: str) -> Plot:
     curves = [
         Curve(
             f"z {probe['z_mm']:.1f} mm",
@@ -68,7 +69,7 @@ def _response(response: list[Values], key: str, label: str) -> dict[str, bytes]:
     return lines("Unbalance response", ("speed [1/min]", label), curves)
 
 
-def _orbits(response: list[Values]) -> dict[str, bytes]:
+def _orbits(response: list[Values]) -> Plot:
     """Draw each probe's orbit at the speed at which it is greatest."""
     curves = []
     for probe in response:
@@ -81,7 +82,7 @@ def _orbits(response: list[Values]) -> dict[str, bytes]:
     return lines("Orbits", ("x [µm]", "y [µm]"), curves, equal=True)
 
 
-def _stiffness_map(rows: list[Values]) -> dict[str, bytes]:
+def _stiffness_map(rows: list[Values]) -> Plot:
     most = max((len(row["criticals"]) for row in rows), default=0)
     stiffness = np.array([row["k_n_m"] for row in rows])
     curves = []
@@ -92,7 +93,7 @@ def _stiffness_map(rows: list[Values]) -> dict[str, bytes]:
     return lines("Undamped critical speeds", labels, curves, logarithmic=True)
 
 
-def _run_up(runs: list[Values]) -> dict[str, bytes]:
+def _run_up(runs: list[Values]) -> Plot:
     curves = [
         Curve(
             f"z {run['z_mm']:.1f} mm",

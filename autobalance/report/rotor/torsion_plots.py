@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from autobalance.report.plot_files import Plot
 from autobalance.report.plots import Curve, drawn, lines, style
 from autobalance.types import Values
 
@@ -19,7 +20,7 @@ MARKED = 30
 """Critical speeds drawn, those of the greatest torque first."""
 
 
-def torsion_plots(report: Values) -> dict[str, dict[str, bytes]]:
+def torsion_plots(report: Values) -> dict[str, Plot]:
     """Return the plots of a chain by name."""
     plots_drawn = {}
     if report["modes"]:
@@ -33,7 +34,7 @@ def torsion_plots(report: Values) -> dict[str, dict[str, bytes]]:
     return plots_drawn
 
 
-def _modes(report: Values) -> dict[str, bytes]:
+def _modes(report: Values) -> Plot:
     """Draw mode shapes by the names of their stations, a line along each shaft; gears end a line."""
     names, links = report["model"]["stations"], report["model"]["links"]
     joined = {(low, high) for low, high in links}
@@ -53,7 +54,7 @@ def _modes(report: Values) -> dict[str, bytes]:
     return drawn("Torsional modes", "angle, greatest 1 [-]", draw)
 
 
-def _heat(dampers: list[Values]) -> dict[str, bytes]:
+def _heat(dampers: list[Values]) -> Plot:
     curves = []
     for number, each in enumerate(dampers, 1):
         speeds = np.array([one["speed_rpm"] for one in each["heat_W"]])
@@ -62,7 +63,7 @@ def _heat(dampers: list[Values]) -> dict[str, bytes]:
     return lines("Heat of the dampers", ("speed [1/min]", "heat [W]"), curves)
 
 
-def _critical_map(report: Values) -> dict[str, bytes]:
+def _critical_map(report: Values) -> Plot:
     """Draw natural frequencies over the speed with the orders' rays; a dot's area grows with the torque."""
     critical = report["critical"]
     input_speeds = report["input"]["speed_rpm"]
@@ -91,7 +92,7 @@ def _critical_map(report: Values) -> dict[str, bytes]:
     return drawn(f"Critical speeds by order{area}", "natural frequency [Hz]", draw)
 
 
-def _torques(response: list[Values], damping: Values) -> dict[str, bytes]:
+def _torques(response: list[Values], damping: Values) -> Plot:
     """Draw the greatest torque along the chain for the strongest orders."""
     curves = []
     for each in response:

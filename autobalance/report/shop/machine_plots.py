@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from autobalance.report import plots
+from autobalance.report.plot_files import Plot
 from autobalance.types import Values
 
 
-def readings_plot(report: Values) -> dict[str, dict[str, bytes]]:
+def readings_plot(report: Values) -> dict[str, Plot]:
     """Return the readings of ``influence`` as vectors, before and after."""
     curves = [
         _vectors("before", report["initial"]),
@@ -27,7 +28,7 @@ def _vectors(name: str, readings: Sequence[Sequence[float]]) -> plots.Curve:
     return plots.Curve(name, path.real, path.imag)
 
 
-def runs_plot(report: Values) -> dict[str, dict[str, bytes]]:
+def runs_plot(report: Values) -> dict[str, Plot]:
     """Return where the readings of all runs of ``machine`` lie in each plane, and the true unbalance."""
     runs = np.array([[plane["unbalance_g_mm"] for plane in run["planes"]] for run in report["runs"]])
     left = np.array([plane["unbalance_g_mm"] for plane in report["runs"][0]["left"]["planes"]])

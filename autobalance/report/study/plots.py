@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.report import plots
+from autobalance.report.plot_files import Plot
 from autobalance.types import Values
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ DRAWN_CAUSES = 8
 CURVES = 5
 
 
-def study_plots(values: Values, shares: NDArray[np.float64]) -> dict[str, dict[str, bytes]]:
+def study_plots(values: Values, shares: NDArray[np.float64]) -> dict[str, Plot]:
     """Return a histogram of the greatest share used (n,), shares of causes, tornado and curves of figures."""
     drawn = {"study-histogram": _histogram(values, shares)}
     if values["contributions"]:
@@ -37,7 +38,7 @@ def _short(name: str) -> str:
     return name.split(".", 1)[-1]
 
 
-def _histogram(values: Values, shares: NDArray[np.float64]) -> dict[str, bytes]:
+def _histogram(values: Values, shares: NDArray[np.float64]) -> Plot:
     top = max(1.05, float(shares.max()))
     counts, edges = np.histogram(shares, bins=BINS, range=(0.0, top))
 
@@ -52,7 +53,7 @@ def _histogram(values: Values, shares: NDArray[np.float64]) -> dict[str, bytes]:
     return plots.drawn(f"{values['samples']} cranks, {share:.3g} % within tolerance", "cranks", draw)
 
 
-def _causes(values: Values) -> dict[str, bytes]:
+def _causes(values: Values) -> Plot:
     """Return each cause's share of the resultant's variance, and of what is judged (Sobol, total)."""
     total = {each["name"]: each["total"] for each in values["sobol"]["shares"]}
     causes = values["contributions"][:DRAWN_CAUSES]
@@ -70,7 +71,7 @@ def _causes(values: Values) -> dict[str, bytes]:
     return plots.drawn("What makes the spread", "", draw)
 
 
-def _tornado(figure: Values) -> dict[str, bytes]:
+def _tornado(figure: Values) -> Plot:
     """Return bars from −pm to +pm of each cause, from the figure as planned."""
     causes, nominal = figure["causes"][:DRAWN_CAUSES], figure["nominal"]
     at = np.arange(len(causes))[::-1]
@@ -87,7 +88,7 @@ def _tornado(figure: Values) -> dict[str, bytes]:
     return plots.drawn("Each cause from −pm to +pm", "", draw)
 
 
-def _curves(figure: Values) -> dict[str, bytes]:
+def _curves(figure: Values) -> Plot:
     curves = [
         plots.Curve(_short(cause["name"]), np.array(cause["offset"]) / cause["pm"], np.array(cause["values"]))
         for cause in figure["causes"][:CURVES]

@@ -52,9 +52,9 @@ const Single = ({ by, table, field }) => html`<${JobField} key=${field.key} id=$
 
 function Done({ id, verb: name, files, words }) {
   const url = (file) => `/api/runs/${id}/files/${encodeURIComponent(file)}`;
-  const pictures = files.filter((file) => file.endsWith(".png")), others = files.filter((file) => !file.endsWith(".png"));
+  const pictures = files.filter((file) => file.endsWith(".svg")), others = files.filter((file) => !file.endsWith(".svg"));
   return html`<section id=${`analysis-${name}`}><h2>${name}</h2>
     ${words ? html`<pre tabindex="0" aria-label=${t("{verb} in words", { verb: name })}>${words}</pre>` : ""}
-    ${pictures.length ? html`<div class="plots">${pictures.map((file) => html`<figure key=${file}><a href=${url(file)} target="_blank"><img src=${url(file)} alt=${file.replace(/\.png$/, "").replaceAll("-", " ")} loading="lazy"/></a></figure>`)}</div>` : html`<p class="quiet">${t("There is nothing to draw.")}</p>`}
+    ${pictures.length ? html`<div class="plots">${pictures.map((file) => html`<figure key=${file}><a href=${url(file)} target="_blank"><img src=${url(file)} alt=${file.replace(/\.svg$/, "").replaceAll("-", " ")} loading="lazy"/></a></figure>`)}</div>` : html`<p class="quiet">${t("There is nothing to draw.")}</p>`}
     <p>${others.map((file) => html`<a href=${url(file)} download=${file}>${file}</a> `)}</p></section>`;
 }
