@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from autobalance.api.declaration import REQUIRED, Parameter, parameters_of
 from autobalance.command import readers
-from autobalance.command.declaration import REQUIRED, Parameter, parameters_of
 from autobalance.command.options import add_json
 from autobalance.command.progress import add_objects
 

@@ -61,3 +61,13 @@ def file_of(path: Path | None, saved_as: str | None = None) -> Response:
 def asset(room: str, path: str) -> bytes:
     """Return a file of the package."""
     return (resources.files(f"autobalance.{room}") / path).read_bytes()
+
+
+def jsonable(values: Any) -> Any:
+    """Return TOML's values with dates and what is not finite as text."""
+    if isinstance(values, dict):
+        return {key: jsonable(value) for key, value in values.items()}
+    if isinstance(values, list):
+        return [jsonable(value) for value in values]
+    finite = not isinstance(values, float) or abs(values) < float("inf")
+    return values if isinstance(values, str | bool | int | float) and finite else str(values)

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
 
+from autobalance.job.files.declared import forms_of
+from autobalance.job.files.design_keys import START_TABLES
 from autobalance.job.limits import correction_key
 from autobalance.job.tables import job_tables
 from autobalance.job.template import in_plain_text
@@ -32,6 +34,37 @@ def tables() -> list[Form]:
         for table in declared
     )
     return [form for form in forms if form["keys"]]
+
+
+def file_tables(schema: str) -> list[Form]:
+    """Return the tables of a verb's own file, by the name of its schema; those of a job are not among them.
+
+    Keys outside any table come first, in a table without a name. Where a file has several forms, it is all
+    keys of them: one that differs between them has the choices of all, and ``of`` names its forms.
+    """
+    forms = forms_of(schema)
+    declared: dict[str, dict[str, Key]] = {}
+    for form, keys in forms.items():
+        for key in keys:
+            declared.setdefault(key.name, {})[form] = key
+    loose: list[Form] = []
+    tables: list[Form] = []
+    for name, alike in declared.items():
+        key = next(iter(alike.values()))
+        if name in START_TABLES:
+            continue
+        if key.is_table and key.hint is None:
+            head = {"table": name, "says": _plain(key.says), "many": key.many}
+            tables.append({**head, "keys": list(_fields(key.keys, ""))})
+        elif key.hint is not dict:
+            choices = list(dict.fromkeys(choice for each in alike.values() for choice in _choices(each.hint)))
+            some = (
+                {"of": sorted({form.partition(",")[0] for form in alike})} if len(alike) < len(forms) else {}
+            )
+            words = _path_words(key, "")
+            loose.append({**_field(key), **some, "key": name, "words": words, "choices": choices})
+    general = {"table": "", "says": "", "many": False, "keys": loose}
+    return [general, *tables] if loose else tables
 
 
 def limits(kind: str) -> list[Form]:

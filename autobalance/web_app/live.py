@@ -10,14 +10,14 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from autobalance import verbs
 from autobalance.errors import AutobalanceError
+from autobalance.web_app.analyses import analyses
 from autobalance.web_app.answers import body_of, file_of, refused
 from autobalance.web_app.forms import limits, tables
 from autobalance.web_app.opening import named_files
 from autobalance.web_app.prediction import predicted
 from autobalance.web_app.preview import preview
-from autobalance.web_app.work import ANALYSES, CARDS, MESH, MODEL, VIEW
+from autobalance.web_app.work import CARDS, MESH, MODEL, VIEW
 
 if TYPE_CHECKING:
     from autobalance.web_app.project import Project
@@ -53,11 +53,10 @@ class Live:
         from autobalance.engine.grade import GRADES
         from autobalance.job.template import USUAL_PARTS
 
-        analyses = [{"verb": verb, "says": verbs.VERBS[verb]} for verb in ANALYSES]
-        listed, forms = await run_in_threadpool(lambda: (kinds(), tables()))
+        listed, forms, offered = await run_in_threadpool(lambda: (kinds(), tables(), analyses()))
         grades = [{"grade": each.grade_mm_s, "machinery": each.what} for each in GRADES]
         made_of = {"kinds": listed, "tables": forms, "parts": USUAL_PARTS, "grades": grades}
-        return JSONResponse({**made_of, "presets": list(PRESETS), "analyses": analyses})
+        return JSONResponse({**made_of, "presets": list(PRESETS), "analyses": offered})
 
     async def index_test(self, request: Request) -> Response:
         """Return what of two readings is the crank's, and what its tooling's."""
@@ -128,7 +127,7 @@ class Live:
             return file_of(None)
         if not isinstance(values, dict):
             return refused("the body is no JSON object", 400)
-        if any(where != "crankshaft.file" for where, _ in named_files(values, "")):
+        if any(where != "crankshaft.file" for where, _ in named_files(values)):
             return JSONResponse({"why": "weights of solids are known once the crank is balanced"})
         report = json.loads(path.read_text(encoding="utf-8"))
         try:

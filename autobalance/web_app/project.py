@@ -89,11 +89,15 @@ class Project:
         return _inside(self.own_folder(run), run, name)
 
     def write_job(self, text: str) -> None:
-        """Keep the text of the job; whole, and never through a link."""
+        """Keep the text of the job."""
+        self.write_text(JOB, text)
+
+    def write_text(self, name: str, text: str) -> None:
+        """Keep the text of a file of the project; whole, and never through a link."""
         waiting = self.folder / f"{WAITING}{secrets.token_hex(6)}.part"
         data = text.encode()  # before there is a file that an error would leave behind
         waiting.write_bytes(data)
-        waiting.replace(self.folder / JOB)
+        waiting.replace(self.folder / name)
 
     async def keep(
         self, name: str, body: AsyncIterator[bytes], most_bytes: int, apart: str | None = None

@@ -18,7 +18,9 @@ from autobalance.errors import AutobalanceError
 from autobalance.job.toml.document import toml_of
 from autobalance.job.toml.text import toml_text
 from autobalance.version import __version__
-from autobalance.web_app.answers import asset, body_of, drained, file_of, refused
+from autobalance.web_app.analyses import ANALYSES, wrong_request
+from autobalance.web_app.analysis_files import AnalysisFiles
+from autobalance.web_app.answers import asset, body_of, drained, file_of, jsonable, refused
 from autobalance.web_app.guard import COOKIE, Guard, Keys, has_cookie
 from autobalance.web_app.live import Live
 from autobalance.web_app.opening import (
@@ -95,6 +97,7 @@ class Pages:
             Route("/api/runs/{run}/report", self.report),
             Route("/api/runs/{run}/files/{name}", self.result),
             *self._live.routes(),
+            *AnalysisFiles(self._project).routes(),
         ]
 
     async def page(self, request: Request) -> Response:
@@ -135,7 +138,7 @@ class Pages:
         path = self._project.file(JOB)
         text = "" if path is None else path.read_text(encoding="utf-8", errors="replace")
         return JSONResponse(
-            {"files": self._project.files(), "job_text": text, "job": _jsonable(job_of(self._project))}
+            {"files": self._project.files(), "job_text": text, "job": jsonable(job_of(self._project))}
         )
 
     async def keep_job(self, request: Request) -> Response:
@@ -161,7 +164,7 @@ class Pages:
         except AutobalanceError as error:
             return refused(str(error), 400)
         self._project.write_job(text)
-        return JSONResponse({"job": _jsonable(job_of(self._project)), "job_text": text})
+        return JSONResponse({"job": jsonable(job_of(self._project)), "job_text": text})
 
     async def upload(self, request: Request) -> Response:
         """Keep a file that is sent, as it comes in; ``apart``: one of the files of a result."""
@@ -197,7 +200,7 @@ class Pages:
             run = await run_in_threadpool(self._opened, path, apart)
         except AutobalanceError as error:
             return refused(self._project.as_named(str(error)), 400)
-        return JSONResponse({"run": run, "job": _jsonable(job_of(self._project))})
+        return JSONResponse({"run": run, "job": jsonable(job_of(self._project))})
 
     async def example(self, request: Request) -> Response:
         """Make the bundled crank the project's, or one drawn from a preset."""
@@ -209,7 +212,7 @@ class Pages:
             await run_in_threadpool(open_example, name, self._project)
         except AutobalanceError as error:
             return refused(str(error), 400)
-        return JSONResponse({"job": _jsonable(job_of(self._project))})
+        return JSONResponse({"job": jsonable(job_of(self._project))})
 
     def _opened(self, path: Path, apart: str | None) -> str | None:
         ending = path.suffix.lower()
@@ -245,7 +248,9 @@ class Pages:
             values, wrong = self._dragged(values)
         else:
             look = {"recut": self._wrong_reading, "nc": self._wrong_machine}.get(verb, self._wrong_job)
-            wrong = look(values)
+            wrong = look(values) if verb not in ANALYSES else wrong_request(verb, values, self._project)
+            if verb in ANALYSES and not wrong and "job" in values:
+                wrong = self._wrong_job({"job": values["job"]})
         return refused(wrong, 400) if wrong else JSONResponse({"id": self._runs.start(verb, values)}, 202)
 
     def _wrong_job(self, values: dict[str, Any]) -> str:
@@ -255,7 +260,7 @@ class Pages:
             return 'the body must be {"verb": ..., "job": {...}}'
         if not isinstance(job, dict) or not isinstance(job.get("crankshaft"), dict):
             return "job must be an object with crankshaft"
-        for where, name in named_files(job, ""):
+        for where, name in named_files(job):
             if not isinstance(name, str) or self._project.file(name) is None:
                 return f"{where} must be the name of a file in the project"
         if "file" not in job["crankshaft"]:
@@ -325,16 +330,6 @@ class Pages:
     def _of_run(self, run: str, name: str) -> Path | None:
         record = self._runs.state_of(run)
         return self._project.result(run, name) if record is not None and name in record["files"] else None
-
-
-def _jsonable(values: Any) -> Any:
-    """Return TOML's values with dates and what is not finite as text."""
-    if isinstance(values, dict):
-        return {key: _jsonable(value) for key, value in values.items()}
-    if isinstance(values, list):
-        return [_jsonable(value) for value in values]
-    finite = not isinstance(values, float) or abs(values) < float("inf")
-    return values if isinstance(values, str | bool | int | float) and finite else str(values)
 
 
 async def _missing(_: Request, error: Exception) -> Response:

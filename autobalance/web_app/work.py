@@ -11,7 +11,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from autobalance.api.declaration import parameters_of
+from autobalance.job.files.design_keys import START_TABLES
 from autobalance.runtime import own_standard_output
+from autobalance.web_app.analyses import ANALYSES, keywords_of
 from autobalance.web_app.project import Project
 
 if TYPE_CHECKING:
@@ -29,8 +32,6 @@ CARDS = "cards.json"
 DRAWING = "dxf"
 REPORT = "report.json"
 SUMMARY = "summary.txt"
-ANALYSES = ("forces", "cycle", "strength", "shafts", "parts", "torsion", "study")
-"""Verbs that take a job and cut nothing."""
 PAPERS = ("certificate", "card", "csv")
 """Kinds of files that the page gives beside those that the command writes."""
 MEGABYTE = 1 << 20
@@ -281,20 +282,37 @@ def _picture(result: BalanceResult) -> bytes:
 
 
 def _analysed(verb: str) -> Callable[[Asked, Place, Progress], int]:
-    """Return what runs an analysis of the page's job."""
+    """Return what runs an analysis: of the page's job, of a file of its own, or of records."""
 
     def run(request: Asked, place: Place, notify: Progress) -> int:
         import autobalance as ab
 
-        alone = {"workers": 1} if verb == "study" else {}  # the run is a process of its own already
-        job = ab.Job.from_dict(request["job"], folder=place.project)
-
         def notify_of_verb(words: str, share: float) -> None:
             notify(words, DRAWING_SHARE * share)
 
-        return _plotted(getattr(ab, verb)(job, progress=notify_of_verb, **alone), place, notify)
+        os.chdir(place.project)  # what a file names is in the project; the run is a process of its own
+        keywords = keywords_of(verb, request.get("options", {}), Project(place.project))
+        declared = parameters_of(f"api.{verb}:{verb}")
+        if "workers" in declared:
+            keywords["workers"] = 1  # the run is a process of its own already
+        if "progress" in declared:
+            keywords["progress"] = notify_of_verb
+        reads = ANALYSES[verb].reads
+        subject = {
+            "job": lambda: (ab.Job.from_dict(request["job"], folder=place.project),),
+            "file": lambda: (request["file"],),
+            "both": lambda: ({**_start(request["job"]), **request["file"]},),
+            "records": tuple,
+        }[reads]()
+        notify(f"computing {verb}", 0.0)
+        return _plotted(getattr(ab, verb)(*subject, **keywords), place, notify)
 
     return run
+
+
+def _start(job: Asked) -> Asked:
+    """Return the tables of a job that a design starts from."""
+    return {name: table for name, table in job.items() if name in START_TABLES}
 
 
 def _plotted(result: VerbResult, place: Place, notify: Progress) -> int:
@@ -309,7 +327,8 @@ def _plotted(result: VerbResult, place: Place, notify: Progress) -> int:
         )
         (place.results / f"{name}.svg").write_bytes(plot["svg"])
     for name, data in result.files().items():
-        (place.results / name).write_bytes(data)
+        flat = name.removeprefix("designs/").replace("/", "-")  # a result's files are in one folder
+        (place.results / flat).write_bytes(data)
     _report(place, result)
     return result.exit_code
 

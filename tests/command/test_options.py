@@ -13,7 +13,7 @@ from typing import Any, get_args
 import pytest
 
 import autobalance
-from autobalance.command.declaration import REQUIRED, parameters_of
+from autobalance.api.declaration import REQUIRED, parameters_of
 from autobalance.command.main import full_parser
 from autobalance.command.verb import Verb
 from autobalance.verbs import VERBS as COMMANDS

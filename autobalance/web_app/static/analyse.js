@@ -4,7 +4,8 @@ import { $ } from "/static/tools.js";
 import { askText, guarded } from "/static/server.js";
 import { at, changed, job, keep, state } from "/static/job.js";
 import { JobField, Rows } from "/static/fields.js";
-import { start, watched } from "/static/runs.js";
+import { OwnFile, Options, fileOf, optionsOf } from "/static/analysis-file.js";
+import { cancel, running, start, watched } from "/static/runs.js";
 import { mount, signal } from "/static/store.js";
 import { t } from "/static/words.js";
 
@@ -16,8 +17,13 @@ export const setUp = () => mount(Analyse, $("panel-analyse"));
 export const known = (verb) => state.analyses.some((each) => each.verb === verb);
 
 const run = guarded(async () => {
-  if (!state.file) throw new Error(t("open a crank first"));
-  const told = await watched(() => start(verb(), { job: job() }));
+  const name = verb(), { reads } = state.analyses.find((each) => each.verb === name), body = { options: optionsOf(name) };
+  if (["job", "both"].includes(reads)) {
+    if (!state.file) throw new Error(t("open a crank first"));
+    body.job = job();
+  }
+  if (["file", "both"].includes(reads)) body.file = fileOf(name);
+  const told = await watched(() => start(name, body));
   if (told) await show(told);
 });
 
@@ -29,14 +35,24 @@ export async function show({ id, verb: name, files }) {
 
 const verb = () => chosen.value || state.analyses[0]?.verb;
 
+const READS = { job: "Of the job", both: "Of the job and a file", file: "Of a file", records: "Of a recorded signal" };
+const WHAT = { job: "What the job's engine does, before any cut.", both: "Begins with the job's crank; what is free and what must be met stands below.", file: "Needs no crank: all of it stands below.", records: "Needs no crank: a record, and what is known of it." };
+
 function Analyse() {
   const now = state.analyses.find((each) => each.verb === verb());
-  return html`<p class="quiet">${t("What the job's engine does, before any cut.")}</p>
-    <div class="fields wide"><label>${t("Analysis")} <select id="analysis" data-testid="analysis" aria-describedby="analysis-says" value=${verb()} onInput=${({ target }) => { chosen.value = target.value; }}>${state.analyses.map((each) => html`<option>${each.verb}</option>`)}</select></label></div>
-    <p class="quiet" id="analysis-says">${t(now?.says || "")}</p>
-    <${Read} key=${verb()} by=${verb()}/>
-    <p class="buttons"><button type="button" id="analyse" data-testid="analyse" class="main" onClick=${run}>${t("Compute and draw")}</button></p>
+  if (!now) return "";
+  const groups = Object.entries(READS).map(([reads, words]) => html`<optgroup label=${t(words)}>${state.analyses.filter((each) => each.reads === reads).map((each) => html`<option>${each.verb}</option>`)}</optgroup>`);
+  return html`<div class="fields wide"><label>${t("Analysis")} <select id="analysis" data-testid="analysis" aria-describedby="analysis-says" value=${verb()} onInput=${({ target }) => { chosen.value = target.value; }}>${groups}</select></label></div>
+    <p class="quiet" id="analysis-says">${t(now.says)}. ${t(WHAT[now.reads])}</p>
+    ${now.tables.length ? html`<${OwnFile} key=${`file-${now.verb}`} verb=${now.verb} tables=${now.tables}/>` : ""}
+    ${now.reads === "job" ? html`<${Read} key=${now.verb} by=${now.verb}/>` : ""}<${Options} key=${`options-${now.verb}`} verb=${now.verb} fields=${now.options}/>
+    <p class="buttons"><button type="button" id="analyse" data-testid="analyse" class="main" onClick=${run}>${t("Compute and draw")}</button></p><${Going}/>
     <div id="analyses" data-testid="analyses" aria-live="polite">${done.value.map((each) => html`<${Done} key=${each.verb} ...${each}/>`)}</div>`;
+}
+
+// What is being computed, how far it is, and a button to end it.
+function Going() {
+  return running().filter((told) => known(told.verb)).map((told) => html`<div class="going" key=${told.id} data-testid="going"><progress max="1" value=${told.share} aria-label=${told.verb}></progress><span>${told.verb}: ${told.words}</span> <button type="button" aria-label=${`${t("Cancel")} ${told.verb}`} onClick=${guarded(() => cancel(told.id))}>${t("Cancel")}</button></div>`);
 }
 
 // The keys of the job that one analysis reads and not every one: as fields.
@@ -52,9 +68,9 @@ const Single = ({ by, table, field }) => html`<${JobField} key=${field.key} id=$
 
 function Done({ id, verb: name, files, words }) {
   const url = (file) => `/api/runs/${id}/files/${encodeURIComponent(file)}`;
-  const pictures = files.filter((file) => file.endsWith(".svg")), others = files.filter((file) => !file.endsWith(".svg"));
+  const pictures = files.filter((file) => /\.(svg|png)$/.test(file)), others = files.filter((file) => !pictures.includes(file));
   return html`<section id=${`analysis-${name}`}><h2>${name}</h2>
     ${words ? html`<pre tabindex="0" aria-label=${t("{verb} in words", { verb: name })}>${words}</pre>` : ""}
-    ${pictures.length ? html`<div class="plots">${pictures.map((file) => html`<figure key=${file}><a href=${url(file)} target="_blank"><img src=${url(file)} alt=${file.replace(/\.svg$/, "").replaceAll("-", " ")} loading="lazy"/></a></figure>`)}</div>` : html`<p class="quiet">${t("There is nothing to draw.")}</p>`}
+    ${pictures.length ? html`<div class="plots">${pictures.map((file) => html`<figure key=${file}><a href=${url(file)} target="_blank"><img src=${url(file)} alt=${file.replace(/\.\w+$/, "").replaceAll("-", " ")} loading="lazy"/></a></figure>`)}</div>` : html`<p class="quiet">${t("There is nothing to draw.")}</p>`}
     <p>${others.map((file) => html`<a href=${url(file)} download=${file}>${file}</a> `)}</p></section>`;
 }

@@ -31,7 +31,7 @@ export function Field({ id, field, now, set, testid, label, list, help = true })
   system.current = units.value;
   const typing = ({ target }) => { own.current = target.value; set(valueOf(target.value, field)); };
   const options = kind === "bool" ? [["true", t("yes")], ["false", t("no")]] : choices.map((each) => [each, each]);
-  const isTable = typeof now === "object" && now !== null && !Array.isArray(now); // in its place: in the text
+  const isTable = typeof now === "object" && now !== null && (!Array.isArray(now) || now.some((each) => typeof each === "object")); // in its place: in the text
   const common = { id, title: t(says || ""), "data-testid": testid, disabled: isTable, onInput: typing, "aria-describedby": says && help ? `${id}-help` : undefined };
   const input = options.length
     ? html`<select ...${common} value=${own.current}><option value="">${usual ? `${t("usual")}: ${usual}` : ""}</option>${options.map(([value, text]) => html`<option value=${value}>${text}</option>`)}</select>`
@@ -53,13 +53,13 @@ export function Any(given) {
 
 const replaced = (list, place, value) => list.map((each, k) => (k === place ? value : each));
 const without = (list, place) => list.filter((_, k) => k !== place);
-function withKey(table, path, value) {
+export function withKey(table, path, value) {
   const [name, ...rest] = path.split("."), made = { ...table };
   const found = rest.length ? withKey(made[name] || {}, rest.join("."), value) : value;
   if (found === undefined || (rest.length && !Object.keys(found).length)) delete made[name]; else made[name] = found;
   return made;
 }
-const keyOf = (table, path) => path.split(".").reduce((values, name) => values?.[name], table);
+export const keyOf = (table, path) => path.split(".").reduce((values, name) => values?.[name], table);
 
 // A list of tables: a row each, with its fields.
 export function Rows({ id, field, now, set }) {

@@ -73,6 +73,8 @@ function progress(told) {
 const listed = signal([]);
 const all = signal(false);
 const FEW = 5;
+// Those that wait or run, as components show them.
+export const running = () => listed.value.filter((each) => !ENDED.includes(each.state));
 export const setUp = () => mount(RunList, $("run-list"));
 
 // The runs of the project, the latest first: shown, cancelled, taken away.
