@@ -15,7 +15,7 @@ from autobalance.web_app.analyses import analyses
 from autobalance.web_app.answers import body_of, file_of, refused
 from autobalance.web_app.forms import limits, tables
 from autobalance.web_app.opening import named_files
-from autobalance.web_app.prediction import predicted
+from autobalance.web_app.prediction import DRAGGED, predicted
 from autobalance.web_app.preview import preview
 from autobalance.web_app.work import CARDS, MESH, MODEL, VIEW
 
@@ -113,10 +113,11 @@ class Live:
         model, values = self._json(request, MODEL), await body_of(request)
         if model is None or "cuts" not in model:
             return file_of(None)
-        if not isinstance(values, dict) or set(values) - {"depths_mm", "turns_deg"}:
-            return refused('the body must be {"depths_mm": [...], "turns_deg": [...]}', 400)
+        if not isinstance(values, dict) or set(values) - set(DRAGGED):
+            body = ", ".join(f'"{name}": [...]' for name in DRAGGED)
+            return refused(f"the body must be {{{body}}}", 400)
         try:
-            return JSONResponse(predicted(model, values.get("depths_mm", []), values.get("turns_deg", [])))
+            return JSONResponse(predicted(model, *(values.get(name, []) for name in DRAGGED)))
         except AutobalanceError as error:
             return refused(str(error), 400)
 

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from autobalance.api.balance import BalanceResult
     from autobalance.rigid_rotor.moments import Moments
 
+DRAGGED = ("depths_mm", "turns_deg", "diameters_mm")
+"""What a hand may change of the cuts, one entry a cut each."""
+WIDEST = 1.6
+"""How many times as wide, or as narrow, as its own the drills are that the page offers for a hole."""
 TURNS_DEG = 60.0
 """How far a hole may be turned about the crank axis on the page, each way."""
 
@@ -61,10 +65,24 @@ def _cut(cut: Any, depth_mm: float, listed: Mapping[str, Any]) -> Values:
         "depth_step_mm": float(cut.depth_step_mm),
         "limit": cut.limit,
         "may_turn": KINDS[listed["kind"]].has_axis,
+        "diameter_mm": listed.get("diameter_mm"),
+        "drills": _drills(cut, listed),
         **_grip(listed, depth_mm),
         "effect": _moments(cut.effect(depth_mm) + cut.pressed_in(depth_mm)),
         "rate": _moments(cut.rate(depth_mm)),
     }
+
+
+def _drills(cut: Any, listed: Mapping[str, Any]) -> list[Values]:
+    """Return the shop's drills about as wide as a hole's own; none for a hole that is deepened."""
+    if listed["kind"] != "drill" or listed.get("deepened_from_mm"):
+        return []
+    own = cut.diameter_mm
+    return [
+        {"diameter_mm": each, "drill": cut.limits.drill_name(each)}
+        for each in cut.limits.at_hand_mm
+        if own / WIDEST <= each <= WIDEST * own
+    ]
 
 
 def _grip(listed: Mapping[str, Any], depth_mm: float) -> Values:
@@ -107,39 +125,46 @@ def _inertia(moments: Moments) -> float:
     return float(moments.polar_inertia_g_mm2) / 1000.0
 
 
-def predicted(model: Mapping[str, Any], depths_mm: Sequence[Any], turns_deg: Sequence[Any] = ()) -> Values:
-    """Return what other depths, and cuts turned about the axis, would leave: predicted, not measured.
+def predicted(
+    model: Mapping[str, Any],
+    depths_mm: Sequence[Any],
+    turns_deg: Sequence[Any] = (),
+    diameters_mm: Sequence[Any] = (),
+) -> Values:
+    """Return what other depths, drills, and cuts turned about the axis would leave: predicted, not measured.
 
     Parameters
     ----------
     model : mapping
         Of `linear_model`.
-    depths_mm, turns_deg : sequence of float
-        One a cut; without turns every cut stays at its angle.
+    depths_mm, turns_deg, diameters_mm : sequence of float
+        One a cut; without turns every cut stays at its angle, without diameters every hole as wide as it is.
 
     Raises
     ------
     JobError
         If there are not as many as cuts, or one is no number or out of its limits.
     """
-    depths, turns = checked_cuts(model, depths_mm, turns_deg)
+    depths, turns, diameters = checked_cuts(model, depths_mm, turns_deg, diameters_mm)
     unbalance, moment = (
         complex(*model["residual"]["unbalance_g_mm"]),
         complex(*model["residual"]["moment_g_mm2"]),
     )
     mass, inertia = model["mass_change_g"], model["inertia_change_kg_mm2"]
-    for cut, depth, turn in zip(model["cuts"], depths, turns, strict=True):
+    for cut, depth, turn, diameter in zip(model["cuts"], depths, turns, diameters, strict=True):
+        area = 1.0 if diameter is None else (diameter / cut["diameter_mm"]) ** 2
         more = depth - cut["depth_mm"]
         about = complex(math.cos(math.radians(turn)), math.sin(math.radians(turn)))
         effect, rate = cut["effect"], cut["rate"]
         for key in ("unbalance_g_mm", "moment_g_mm2"):
             was = complex(*effect[key])
-            change = (was + more * complex(*rate[key])) * about - was
+            change = area * (was + more * complex(*rate[key])) * about - was
             unbalance, moment = (
                 (unbalance + change, moment) if key[0] == "u" else (unbalance, moment + change)
             )
-        mass += more * rate["mass_g"]
-        inertia += more * rate["inertia_kg_mm2"]
+        mass += area * (effect["mass_g"] + more * rate["mass_g"]) - effect["mass_g"]
+        own = effect["inertia_kg_mm2"]
+        inertia += area * (own + more * rate["inertia_kg_mm2"]) - own
     return {
         **_judged(model["tolerance"], unbalance, moment),
         "mass_change_g": mass,
@@ -179,9 +204,12 @@ def _in_planes(planes: Sequence[Mapping[str, Any]], unbalance: complex, moment: 
 
 
 def checked_cuts(
-    model: Mapping[str, Any], depths_mm: Sequence[Any], turns_deg: Sequence[Any]
-) -> tuple[list[float], list[float]]:
-    """Return depths and turns as numbers, one a cut; without turns none is turned.
+    model: Mapping[str, Any],
+    depths_mm: Sequence[Any],
+    turns_deg: Sequence[Any],
+    diameters_mm: Sequence[Any] = (),
+) -> tuple[list[float], list[float], list[float | None]]:
+    """Return depths, turns and diameters, one a cut; a diameter that stays as it is is None.
 
     Raises
     ------
@@ -193,7 +221,23 @@ def checked_cuts(
     turns = _checked("turns_deg", turns_deg, len(cuts)) if turns_deg else [0.0] * len(cuts)
     for number, (cut, depth, turn) in enumerate(zip(cuts, depths, turns, strict=True), 1):
         _refuse(cut, depth, turn, number)
-    return depths, turns
+    if not diameters_mm:
+        return depths, turns, [None] * len(cuts)
+    if not isinstance(diameters_mm, list | tuple) or len(diameters_mm) != len(cuts):
+        raise JobError(f"diameters_mm must be a list of {len(cuts)} numbers or null, one a cut")
+    pairs = enumerate(zip(cuts, diameters_mm, strict=True), 1)
+    return depths, turns, [_drill(cut, diameter, number) for number, (cut, diameter) in pairs]
+
+
+def _drill(cut: Mapping[str, Any], diameter_mm: Any, number: int) -> float | None:
+    """Return the diameter of one of the shop's drills; None where the hole keeps its own."""
+    if diameter_mm is None or diameter_mm == cut["diameter_mm"]:
+        return None
+    at_hand = [each["diameter_mm"] for each in cut["drills"]]
+    if isinstance(diameter_mm, bool) or diameter_mm not in at_hand:
+        said = ", ".join(f"{each:g}" for each in at_hand) or "null: no other drill fits this cut"
+        raise JobError(f"diameters_mm[{number}] is {diameter_mm!r}; expected one of {said}")
+    return float(diameter_mm)
 
 
 def _checked(name: str, entries: Sequence[Any], count: int) -> list[float]:

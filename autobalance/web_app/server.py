@@ -32,6 +32,7 @@ from autobalance.web_app.opening import (
     open_own_job,
     open_report,
 )
+from autobalance.web_app.prediction import DRAGGED
 from autobalance.web_app.project import JOB, RUN_ID, Project, TooLarge, is_plain
 from autobalance.web_app.runs import Runs
 from autobalance.web_app.work import MODEL, VERBS
@@ -288,11 +289,9 @@ class Pages:
     def _dragged(self, values: dict[str, Any]) -> tuple[dict[str, Any], str]:
         """Return cuts that were dragged with the job that made them, and what is wrong, if anything is."""
         run = self._runs.state_of(str(values.get("run")))
-        if set(values) - {"run", "depths_mm", "turns_deg"}:
-            return (
-                values,
-                'the body must be {"verb": "cut", "run": ..., "depths_mm": [...], "turns_deg": [...]}',
-            )
+        if set(values) - {"run", *DRAGGED}:
+            body = ", ".join(f'"{name}": [...]' for name in DRAGGED)
+            return values, f'the body must be {{"verb": "cut", "run": ..., {body}}}'
         if run is None or run["state"] != "done" or run["verb"] != "balance":
             return values, "run must be a run of balance that is done"
         request = self._runs.asked(run["id"]) or {}

@@ -1,10 +1,10 @@
-"""Cuts as a hand dragged them, made and measured: other depths, and places turned about the crank axis."""
+"""Cuts as a hand dragged them, made and measured: other depths and drills, other angles about the axis."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -64,8 +64,9 @@ def tried(
     depths_mm: Sequence[Any],
     turns_deg: Sequence[Any],
     notify: Notify,
+    diameters_mm: Sequence[Any] = (),
 ) -> Trial:
-    """Cut a job's crank to these depths and turns, and measure what its file holds.
+    """Cut a job's crank to these depths, turns and drills, and measure what its file holds.
 
     Parameters
     ----------
@@ -77,6 +78,8 @@ def tried(
         One a cut.
     notify : callable
         Called with what runs, in a few words.
+    diameters_mm : sequence of float or None
+        One a cut, None where a hole keeps its own; empty: all do. Walls are not looked at again.
 
     Returns
     -------
@@ -95,15 +98,15 @@ def tried(
     from autobalance.report.records import balance as records
     from autobalance.studies.plan import planned
 
-    depths, turns = checked_cuts(model, depths_mm, turns_deg)
+    depths, turns, diameters = checked_cuts(model, depths_mm, turns_deg, diameters_mm)
     plan = planned(job, notify)
     planned_cuts = plan.result.made
     if [cut.label for cut, _ in planned_cuts] != [each["label"] for each in model["cuts"]]:
         raise JobError("the job makes other cuts by now: balance again, then drag")
     notify("cutting what was dragged")
     cuts = [
-        cast("Cut", TurnedCut(cut, _about_axis(turn)))
-        for (cut, _), turn in zip(planned_cuts, turns, strict=True)
+        cast("Cut", TurnedCut(_of_diameter(cut, diameter), _about_axis(turn)))
+        for (cut, _), turn, diameter in zip(planned_cuts, turns, diameters, strict=True)
     ]
     done = cut_and_measure(plan.rotor, plan.tolerance, cuts, np.array(depths), measure_of(plan.crank.source))
     change = done.moments - plan.result.initial_moments
@@ -115,6 +118,10 @@ def tried(
         "inertia_change_kg_mm2": float(change.polar_inertia_g_mm2) / 1000.0,
     }
     return Trial(values, done.measured.data)
+
+
+def _of_diameter(cut: Any, diameter_mm: float | None) -> Any:
+    return cut if diameter_mm is None else replace(cut, hole=cut.hole.of_radius(0.5 * diameter_mm))
 
 
 def _about_axis(turn_deg: float) -> Array:

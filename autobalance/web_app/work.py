@@ -214,12 +214,14 @@ def _papers(result: BalanceResult) -> dict[str, bytes]:
 def _cut(request: Asked, place: Place, notify: Progress) -> int:
     """Make the cuts of a result as they were dragged on the page, and measure them."""
     import autobalance as ab
+    from autobalance.web_app.prediction import DRAGGED
     from autobalance.web_app.trial import tried
 
     model = json.loads((place.own.parent / request["run"] / MODEL).read_text(encoding="utf-8"))
     job = ab.Job.from_dict(request["job"], folder=place.project)
-    dragged = {key: request.get(key, []) for key in ("depths_mm", "turns_deg")}
-    done = tried(job, model, dragged["depths_mm"], dragged["turns_deg"], lambda words: notify(words, 0.2))
+    dragged = {key: request.get(key, []) for key in DRAGGED}
+    depths_mm, turns_deg, diameters_mm = dragged.values()
+    done = tried(job, model, depths_mm, turns_deg, lambda words: notify(words, 0.2), diameters_mm)
     place.results.mkdir(parents=True, exist_ok=True)
     if done.data is not None:
         ending = Path(str(request["job"]["crankshaft"]["file"])).suffix

@@ -130,6 +130,31 @@ def on_small(method: str) -> tuple[ab.Job, ab.BalanceResult]:
     return asked, ab.balance(asked)
 
 
+def test_a_hole_by_another_drill_is_predicted_as_it_is_then_measured() -> None:
+    """Of the shop's drills: 10 and 14 beside the 12 that was planned."""
+    drills = {"diameters_mm": [8.0, 12.0, 14.0, 25.0], "max_holes": 2, "max_drills": 1}
+    values = {**small.DRILLED, "correction": {"method": "drill", "drill": drills}}
+    folder = Path(tempfile.mkdtemp())
+    small.crank(folder)
+    asked = ab.Job.from_dict(values, folder=folder)
+    result = ab.balance(asked)
+    model = linear_model(result)
+    own = [cut["diameter_mm"] for cut in model["cuts"]]
+    depths = [cut["depth_mm"] for cut in model["cuts"]]
+    other = next(each["diameter_mm"] for each in model["cuts"][0]["drills"] if each["diameter_mm"] != own[0])
+    assert 25.0 not in {each["diameter_mm"] for each in model["cuts"][0]["drills"]}  # twice as wide
+    diameters = [other, *own[1:]]
+    told = predicted(model, depths, [], diameters)
+    made = tried(asked, model, depths, [], lambda _: None, diameters)
+    change = made.values["mass_change_g"] - model["mass_change_g"]
+    assert change == pytest.approx(told["mass_change_g"] - model["mass_change_g"], rel=0.05)
+    found = np.array(made.values["residual"]["unbalance_g_mm"]) - result.report["residual"]["unbalance_g_mm"]
+    want = np.array(told["unbalance_g_mm"]) - result.report["residual"]["unbalance_g_mm"]
+    assert found == pytest.approx(want, abs=0.05 * float(np.linalg.norm(want)))
+    with pytest.raises(JobError, match=r"diameters_mm\[1\] is 25.0; expected one of 8"):
+        predicted(model, depths, [], [25.0, *own[1:]])
+
+
 @pytest.mark.parametrize("method", ["drill", "shoulder", "mill"])
 def test_a_handle_stands_where_the_next_metal_goes(method: str) -> None:
     """What one more millimetre takes away has its middle at the floor of the cut."""

@@ -29,6 +29,7 @@ const [a, b] = [view.placed(at), view.placed(to)], d = [b[0] - a[0], b[1] - a[1]
 return [hand.x + hand.width / 2, hand.y + hand.height / 2, d[0] / Math.hypot(...d), d[1] / Math.hypot(...d)];
 """
 SAYS = "document.getElementById('dragged-says')"
+TOGETHER = "document.querySelector('[data-testid=together]').click()"
 BACK = "document.getElementById('undo-dragged').click()"
 
 
@@ -40,9 +41,9 @@ def cuts(page: Browser, project: Served) -> list[dict[str, Any]]:
     until(
         page, "return [...document.querySelectorAll('.handle')].filter(each => each.style.left).length === 2"
     )
-    found: list[dict[str, Any]] = project.ask(f"/api/runs/{latest(project, 'balance')['id']}/model").json[
-        "cuts"
-    ]
+    page.run(TOGETHER)  # each cut on its own
+    run = latest(project, "balance")["id"]
+    found: list[dict[str, Any]] = project.ask(f"/api/runs/{run}/model").json["cuts"]
     return found
 
 
@@ -104,6 +105,20 @@ def test_a_hole_that_is_dragged_in_the_model_is_predicted_then_cut_and_measured(
     assert dragged(page)["turns_deg"] == [0.0, 0.0]
     page.run("document.getElementById('redo').click()")
     assert dragged(page) == asked
+
+
+def test_what_is_alike_in_both_webs_moves_at_once(page: Browser, cuts: list[dict[str, Any]]) -> None:
+    page.run(TOGETHER)
+    page.press(".handle[data-cut='1']", "\ue013\ue014")
+    asked = dragged(page)
+    assert asked["depths_mm"][0] == asked["depths_mm"][1] > cuts[0]["depth_mm"]
+    assert asked["turns_deg"] == [1.0, 1.0]
+    assert page.run("return document.querySelector('#dragged-says .turned').textContent").endswith(
+        "tolerance"
+    )
+    page.run(TOGETHER)
+    page.press(".handle[data-cut='1']", "\ue014")
+    assert dragged(page)["turns_deg"] == [2.0, 1.0]
 
 
 def test_a_handle_is_worked_by_keys_and_by_its_slider(page: Browser, cuts: list[dict[str, Any]]) -> None:
@@ -174,6 +189,7 @@ def test_a_section_cuts_away_what_is_beyond_its_plane(page: Browser) -> None:
 
 
 CYCLE = {"bore_mm": 76.8, "compression_ratio": 13.0, "heat_J": 600.0, "firing_order": [1]}
+STRENGTH = {"pin_fillet_mm": 2.0, "material": {"tensile_MPa": 900.0}}
 
 
 @pytest.mark.parametrize(
@@ -182,6 +198,8 @@ CYCLE = {"bore_mm": 76.8, "compression_ratio": 13.0, "heat_J": 600.0, "firing_or
         ("forces", {"orders", "force-polar"}),
         ("cycle", {"pressure-over-angle", "torque-orders"}),
         ("torsion", {"torsion-modes"}),
+        ("strength", {"fillet-stress", "crankpin-safety"}),
+        ("study", {"study-histogram", "study-causes"}),
         ("shafts", set()),
         ("parts", set()),
     ],
@@ -190,7 +208,8 @@ def test_analyses_of_the_job_are_computed_and_drawn(
     page: Browser, project: Served, verb: str, some: set[str]
 ) -> None:
     crank = {**small.DRILLED["crankshaft"], "density_pm_kg_m3": 20.0}
-    project.ask("/api/job", {**small.DRILLED, "crankshaft": crank, "cycle": CYCLE}, "PUT")
+    tables = {"crankshaft": crank, "cycle": CYCLE, "strength": STRENGTH}
+    project.ask("/api/job", {**small.DRILLED, **tables}, "PUT")
     page.run("window.dispatchEvent(new Event('focus'))")  # the job was changed elsewhere
     job_text(page, "bore_mm = 76.8")
     page.click_on(at("tab-analyse"))
@@ -198,6 +217,8 @@ def test_analyses_of_the_job_are_computed_and_drawn(
     reads = {"cycle": "bore_mm", "torsion": "bore_mm"}.get(verb)
     if reads:  # the keys that it reads are fields beside its button
         until(page, f"return document.querySelector('#analysis-reads [id$={reads}]')")
+    if verb == "study":
+        put(page, study_option_samples=200)
     page.click_on(at("analyse"))
     until(page, f"return document.querySelector('#analysis-{verb} img')")
     run = latest(project, verb)
@@ -214,6 +235,40 @@ def test_analyses_of_the_job_are_computed_and_drawn(
     assert page.run(f"return document.querySelector('#analysis-{verb} pre').textContent").strip()
     assert set(shown) == {name.replace("-", " ") for name in pictures}
     assert run["report"]["command"] == verb
+
+
+def test_a_rotor_is_typed_as_fields_and_as_text_and_drawn(page: Browser, project: Served) -> None:
+    page.click_on(at("tab-analyse"))
+    put(page, analysis="rotor")
+    until(page, "return document.getElementById('rotor-general-speed_rpm')?.value === '0; 9000'")
+    _field(page, "rotor-general-speed_rpm", "0; 3000")
+    text = "return document.getElementById('rotor-text').textContent"
+    until(page, f"{text}.includes('speed_rpm = [0, 3000]')")
+    page.run("document.getElementById('rotor-edit').click()")
+    edited = until(page, "return document.getElementById('rotor-toml')?.value").replace(
+        "length_mm = 1000", "length_mm = 800"
+    )
+    page.run(
+        "document.getElementById('rotor-toml').value = arguments[0]",
+        edited.replace("z_mm = 1000", "z_mm = 800"),
+    )
+    page.run("document.getElementById('rotor-take').click()")
+    until(page, f"{text}.includes('length_mm = 800')")
+    page.click_on(at("analyse"))
+    until(page, "return document.querySelector('#analysis-rotor img')")
+    assert latest(project, "rotor")["report"]["command"] == "rotor"
+    put(page, analysis="orders")  # what is missing is said where it can be seen
+    page.click_on(at("analyse"))
+    assert "record is missing" in until(page, "return document.getElementById('error').textContent")
+
+
+def _field(page: Browser, name: str, value: str) -> None:
+    page.run(
+        "const field = document.getElementById(arguments[0]); field.value = arguments[1];"
+        "field.dispatchEvent(new Event('input', { bubbles: true }))",
+        name,
+        value,
+    )
 
 
 SHEET = """

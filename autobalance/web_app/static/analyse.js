@@ -17,7 +17,9 @@ export const setUp = () => mount(Analyse, $("panel-analyse"));
 export const known = (verb) => state.analyses.some((each) => each.verb === verb);
 
 const run = guarded(async () => {
-  const name = verb(), { reads } = state.analyses.find((each) => each.verb === name), body = { options: optionsOf(name) };
+  const name = verb(), { reads, options } = state.analyses.find((each) => each.verb === name), body = { options: optionsOf(name) };
+  const missing = options.find(({ key, required }) => required && body.options[key] === undefined);
+  if (missing) throw new Error(t("{name} is missing", { name: t(missing.words) }));
   if (["job", "both"].includes(reads)) {
     if (!state.file) throw new Error(t("open a crank first"));
     body.job = job();

@@ -7,6 +7,7 @@ import * as analyse from "/static/analyse.js";
 import * as board from "/static/board.js";
 import * as correct from "/static/correct.js";
 import * as drag from "/static/drag.js";
+import * as dragPanels from "/static/drag-panels.js";
 import * as everything from "/static/everything.js";
 import * as limits from "/static/limits.js";
 import * as machine from "/static/machine.js";
@@ -79,7 +80,7 @@ async function begin() {
   translated(document.body);
   limits.setUp(declared.kinds, changed);
   for (const each of [open, correct, see, drag, views]) each.setUp(view);
-  for (const each of [parts, everything, analyse, board, machine, nc, runs, settings]) each.setUp();
+  for (const each of [dragPanels, parts, everything, analyse, board, machine, nc, runs, settings]) each.setUp();
   for (const id of ["judge", "unit", "density", "crankpin-in-file"]) $(id).addEventListener("input", changed);
   await project();
   tour.setUp();

@@ -1,197 +1,171 @@
-// What other depths and angles of the cuts would leave: predicted by the server as one drags, then cut and measured.
-import { $, el, measured, predicted, shown, withUnit } from "/static/tools.js";
-import { unitOf } from "/static/units.js";
-import { t } from "/static/words.js";
+// Cuts as a hand moves them: depth, angle, drill; what they would leave is predicted by the server as one drags, then cut and measured.
+import { $ } from "/static/tools.js";
 import { askJson, askLeft, guarded, post, say } from "/static/server.js";
 import { applied, on, state } from "/static/job.js";
 import { balance } from "/static/correct.js";
 import * as handles from "/static/handles.js";
 import { kinds } from "/static/limits.js";
 import { start, watched } from "/static/runs.js";
+import { redraw, redrawNow } from "/static/store.js";
 
-const TURN = 60; // degrees, each way
-const TURN_STEP = 0.5; // degrees
-let model = null;
-let run = null;
-let depths = [];
-let turns = [];
-let sliders = []; // of each cut: { depth, turn }, as functions that set what they show
+export const TURN = 60; // degrees, each way
+export const TURN_STEP = 0.5; // degrees: what a dividing head can set
+// What is shown of it: the linear model of a result, where its cuts were moved to, what that is predicted to leave, what was measured.
+const NOTHING = { model: null, run: null, verb: "", depths: [], turns: [], diameters: [], gripped: -1, left: null, busy: false, tried: null };
+export const dragged = { ...NOTHING, together: true };
+
+export const cuts = () => dragged.model?.cuts || [];
+export const isMoved = (place) => { const cut = cuts()[place]; return dragged.depths[place] !== cut.depth_mm || Boolean(dragged.turns[place]) || dragged.diameters[place] !== cut.diameter_mm; };
+export const anyMoved = () => cuts().some((_, place) => isMoved(place));
+export const angleOf = (place) => (((state.result?.report.corrections[place]?.angle_deg ?? 0) + dragged.turns[place]) % 360 + 360) % 360;
 
 export function setUp(view) {
   handles.setUp(view);
-  $("take-depths").addEventListener("click", () => { applied(asLimits()); balance(); });
-  for (const id of ["try-depths", "try-dragged"]) $(id).addEventListener("click", guarded(trial));
-  for (const id of ["undo-depths", "undo-dragged"]) $(id).addEventListener("click", asItWas);
-  $("undo").addEventListener("click", () => step(undone, redone));
-  $("redo").addEventListener("click", () => step(redone, undone));
   document.addEventListener("keydown", (event) => {
-    if (!(event.ctrlKey || event.metaKey) || $("panel-see").hidden || /^(INPUT|TEXTAREA|SELECT)$/.test(event.target.tagName) && event.target.type !== "range") return;
-    const way = { z: event.shiftKey ? "redo" : "undo", Z: "redo", y: "redo" }[event.key];
+    if (!(event.ctrlKey || event.metaKey) || $("panel-see").hidden || (/^(INPUT|TEXTAREA|SELECT)$/.test(event.target.tagName) && event.target.type !== "range")) return;
+    const way = { z: event.shiftKey ? redo : undo, Z: redo, y: redo }[event.key];
     if (!way) return;
-    $(way).click();
+    way();
     event.preventDefault();
   });
-  on("units", () => { if (model?.cuts?.length) { for (const all of sliders) all.forEach((each) => each()); predict(); } });
+  on("units", () => { if (cuts().length) predict(); });
 }
 
-// --- undo and redo: every drag, step by step ----------------------------------------------------------------
+// --- a result is shown, or gone -----------------------------------------------------------------------------
+
+export function clear() {
+  Object.assign(dragged, NOTHING);
+  handles.show([], { cuts: [] });
+  redraw();
+}
+
+export async function show(told) {
+  const model = await askLeft(`/api/runs/${told.id}/model`);
+  if (!model?.cuts?.length) { clear(); return model; }
+  Object.assign(dragged, NOTHING, { model, run: told.id, verb: told.verb });
+  Object.assign(dragged, planned());
+  undone.length = redone.length = 0;
+  await predict();
+  return model;
+}
+const planned = () => ({ depths: cuts().map((cut) => cut.depth_mm), turns: cuts().map(() => 0), diameters: cuts().map((cut) => cut.diameter_mm) });
+
+// The view has the result too: handles may stand on it.
+export function grips() {
+  if (cuts().length) handles.show(cuts(), { cuts: cuts(), at: (place) => ({ depth: dragged.depths[place], turn: dragged.turns[place], diameter: dragged.diameters[place] }), set, thicker });
+}
+
+// --- moves --------------------------------------------------------------------------------------------------
+
+// Cuts of other webs that the plan makes alike, and that are still where this one is.
+export function alike(place) {
+  const at = (k) => [cuts()[k].kind, dragged.depths[k].toFixed(3), angleOf(k).toFixed(1), dragged.diameters[k]].join();
+  const webs = new Set([cuts()[place].web]);
+  return cuts().flatMap((cut, k) => (k !== place && at(k) === at(place) && !webs.has(cut.web) && webs.add(cut.web) ? [k] : []));
+}
+export const someAlike = () => cuts().some((_, place) => alike(place).length);
+
+const within = (value, low, high) => Math.min(Math.max(value, low), high);
+function moves(place, change) {
+  const places = dragged.together ? [place, ...alike(place)] : [place];
+  remembered(place);
+  for (const each of places) change(each, cuts()[each]);
+  dragged.gripped = place;
+  changed();
+}
+export function set(place, depth, turn) {
+  moves(place, (each, cut) => {
+    const step = cut.depth_step_mm;
+    dragged.depths[each] = within(step ? step * Math.round(depth / step) : depth, 0, handles.most(cut));
+    dragged.turns[each] = cut.may_turn ? within(Math.round(turn / TURN_STEP) * TURN_STEP, -TURN, TURN) : 0;
+  });
+}
+// Another of the shop's drills.
+export const drill = (place, diameter) => moves(place, (each) => { dragged.diameters[each] = diameter; });
+// The next drill of the shop: 1 thicker, -1 thinner.
+function thicker(place, by) {
+  const drills = cuts()[place].drills.map((each) => each.diameter_mm), now = drills.indexOf(dragged.diameters[place]);
+  if (drills[now + by] !== undefined) drill(place, drills[now + by]);
+}
+export function asItWas() {
+  remembered(-2);
+  Object.assign(dragged, planned());
+  changed();
+}
+function changed() {
+  dragged.tried = null;
+  handles.told();
+  redrawNow();
+  predict();
+}
+
+// --- undo and redo: every move, step by step ------------------------------------------------------------------
 
 const undone = [], redone = [];
 const TOGETHER_MS = 600; // moves of one cut that follow faster are one step
 let last = { place: -1, at: 0 };
+const now = () => ({ depths: [...dragged.depths], turns: [...dragged.turns], diameters: [...dragged.diameters] });
 function remembered(place) {
-  const now = performance.now();
-  if (place !== last.place || now - last.at > TOGETHER_MS) { undone.push([[...depths], [...turns]]); redone.length = 0; }
-  last = { place, at: now };
-  buttons();
+  const at = performance.now();
+  if (place !== last.place || at - last.at > TOGETHER_MS) { undone.push(now()); redone.length = 0; }
+  last = { place, at };
 }
 function step(from, to) {
   if (!from.length) return;
-  to.push([[...depths], [...turns]]);
-  [depths, turns] = from.pop();
+  to.push(now());
+  Object.assign(dragged, from.pop());
   last = { place: -1, at: 0 };
-  everywhere();
+  changed();
 }
-function everywhere() {
-  for (const all of sliders) all.forEach((each) => each());
-  $("tried").hidden = true;
-  handles.told();
-  buttons();
-  predict();
-}
-function buttons() {
-  $("undo").disabled = !undone.length;
-  $("redo").disabled = !redone.length;
-}
+export const undo = () => step(undone, redone);
+export const redo = () => step(redone, undone);
+export const steps = () => ({ undone: undone.length, redone: redone.length });
 
-export function clear() {
-  model = null;
-  handles.show([], { cuts: [] });
-  for (const id of ["drag-box", "dragged", "tried"]) $(id).hidden = true;
-}
+// --- predicted, then measured ---------------------------------------------------------------------------------
 
-export async function show(told) {
-  run = told.id;
-  model = await askLeft(`/api/runs/${run}/model`);
-  $("drag-box").hidden = !model?.cuts?.length;
-  if ($("drag-box").hidden) { const left = model; clear(); return left; }
-  depths = model.cuts.map((cut) => cut.depth_mm);
-  turns = model.cuts.map(() => 0);
-  undone.length = redone.length = 0;
-  buttons();
-  sliders = [];
-  $("drags").replaceChildren(...model.cuts.map(fields));
-  for (const id of ["try-depths", "try-dragged"]) $(id).hidden = told.verb !== "balance";
-  await predict();
-  return model;
-}
-
-// The view has the result too: handles may stand on it.
-export function grips() {
-  if (model?.cuts?.length) handles.show(model.cuts, { cuts: model.cuts, at: (place) => ({ depth: depths[place], turn: turns[place] }), set });
-}
-
-function set(place, depth, turn) {
-  remembered(place);
-  const cut = model.cuts[place], step = cut.depth_step_mm;
-  const stepped = step ? step * Math.round(depth / step) : depth;
-  depths[place] = Math.min(Math.max(stepped, 0), handles.most(cut));
-  turns[place] = cut.may_turn ? Math.min(Math.max(Math.round(turn / TURN_STEP) * TURN_STEP, -TURN), TURN) : 0; // whole steps: what a dividing head can set
-  sliders[place].forEach((each) => each());
-  $("tried").hidden = true;
-  handles.told();
-  predict();
-}
-
-function asItWas() {
-  remembered(-2);
-  model.cuts.forEach((cut, place) => { depths[place] = cut.depth_mm; turns[place] = 0; });
-  everywhere();
-}
-
-// --- the same by sliders ----------------------------------------------------------------------------------
-
-function fields(cut, place) {
-  const made = el("fieldset", { className: "drag" }, el("legend", { textContent: `${cut.number}. ${cut.label}` }));
-  const top = handles.most(cut);
-  sliders[place] = [];
-  made.append(slider(place, `Depth of cut ${cut.number} [mm]`, 0, top, cut.depth_step_mm || top / 400, 2, () => depths[place], (value) => set(place, value, turns[place])));
-  if (cut.may_turn) made.append(slider(place, `Turn cut ${cut.number} about the axis [°]`, -TURN, TURN, 0.5, 1, () => turns[place], (value) => set(place, depths[place], value)));
-  return made;
-}
-
-function slider(place, words, min, max, step, digits, now, change) {
-  const input = el("input", { type: "range", min, max, step, "aria-label": words }), output = el("output");
-  let own = false; // what is typed at a slider stands where it was put
-  const tell = () => { if (!own) input.value = now(); output.textContent = words.startsWith("Depth") ? withUnit(now(), digits, "mm") : `${shown(now(), digits)}°`; };
-  input.addEventListener("input", () => { own = true; change(Number(input.value)); own = false; });
-  sliders[place].push(tell);
-  tell();
-  return el("label", { className: "slider" }, el("span", { textContent: words.replace(/ of cut \d+| cut \d+/, "").replace(/ \[.*\]$/, "") }), output, input);
-}
-
-// --- predicted, then measured -----------------------------------------------------------------------------
-
-const FACTS = (found) => [["Residual", "residual.magnitude_g_mm", found.magnitude_g_mm, "g·mm", 3], ...found.planes.map((plane, k) => [`Plane ${plane.name}`, `residual.planes.${k}.magnitude_g_mm`, plane.magnitude_g_mm, "g·mm", 3]), ["Of permitted", "worst_share", found.worst_share, "%", 1], ["Mass", "mass_change_g", found.mass_change_g, "g", 2], ["Inertia", "inertia_change_kg_mm2", found.inertia_change_kg_mm2, "kg·mm²", 3]];
-function facts(found, value) {
-  return [...FACTS(found).flatMap(([name, key, amount, unit, digits]) => [el("dt", { textContent: t(name) }), el("dd", {}, value(key, amount, digits, unit), ` ${unitOf(unit)}`)]), ...moved()];
-}
-// Where the cuts that were dragged are now: angle, depth, each with what it was.
-function moved() {
-  return model.cuts.flatMap((cut, place) => {
-    if (depths[place] === cut.depth_mm && !turns[place]) return [];
-    const angle = (((state.result?.report.corrections[place]?.angle_deg ?? 0) + turns[place]) % 360 + 360) % 360;
-    return [el("dt", { textContent: t("Cut {number}", { number: cut.number }) }), el("dd", { textContent: `${shown(angle, 1)}°, ${withUnit(depths[place], 2, "mm")} ${t("deep")}` })];
-  });
-}
-const percent = (made, key, amount) => { if (key === "worst_share") made.textContent = shown(100 * amount, 1); return made; };
-const asPredicted = (key, amount, digits, unit) => percent(predicted(amount, digits, key === "worst_share" ? "" : unit), key, amount);
-const asMeasured = (key, amount, digits) => percent(measured(`trial.${key}`, amount, digits), key, amount);
+const body = () => ({ depths_mm: dragged.depths, turns_deg: dragged.turns, diameters_mm: dragged.diameters });
 
 // One question at a time; the latest that was dragged is asked next. What is shown is busy until it is of that.
-const SAID = ["predictions", "dragged-says"];
-let busy = false;
+let asking = false;
 let again = false;
 async function predict() {
-  for (const id of SAID) $(id).setAttribute("aria-busy", "true");
-  if (busy) { again = true; return; }
-  busy = true;
+  dragged.busy = true;
+  if (asking) { again = true; return; }
+  asking = true;
+  const { run } = dragged;
   try {
-    const found = await post(`/api/runs/${run}/predict`, { depths_mm: depths, turns_deg: turns });
-    for (const id of SAID) {
-      $(id).replaceChildren(...facts(found, asPredicted));
-      $(id).dataset.within = String(found.worst_share <= 1);
-    }
-    $("dragged").hidden = !model || model.cuts.every((cut, place) => depths[place] === cut.depth_mm && !turns[place]);
+    const left = await post(`/api/runs/${run}/predict`, body());
+    if (run === dragged.run) dragged.left = left;
   } catch (error) { say(error.message); }
-  busy = false;
-  if (again) { again = false; predict(); return; }
-  for (const id of SAID) $(id).removeAttribute("aria-busy");
+  asking = false;
+  if (again) { again = false; await predict(); return; }
+  dragged.busy = false;
+  redraw();
 }
 
-// Make the cuts where they were dragged to, and measure the solid's file.
-async function trial() {
-  const told = await watched(() => start("cut", { run, depths_mm: depths, turns_deg: turns }, "as dragged"));
-  if (!told) return;
-  const found = (await askJson(`/api/runs/${told.id}/report`)).trial, name = told.files.find((each) => each.startsWith("tried."));
-  $("tried-says").replaceChildren(...facts({ ...found, magnitude_g_mm: found.residual.magnitude_g_mm, planes: found.residual.planes }, asMeasured));
-  $("tried-says").dataset.within = String(found.within_tolerance);
-  Object.assign($("tried-solid"), { hidden: !name, href: `/api/runs/${told.id}/files/${encodeURIComponent(name || "")}`, download: name || "" });
-  $("tried").hidden = false;
+// Make the cuts where they were moved to, and measure the solid's file.
+export const trial = guarded(async () => {
+  const { run } = dragged, told = await watched(() => start("cut", { run, ...body() }, "as dragged"));
+  if (!told || run !== dragged.run) return;
+  const measured = (await askJson(`/api/runs/${told.id}/report`)).trial, name = told.files.find((each) => each.startsWith("tried."));
+  dragged.tried = { ...measured, magnitude_g_mm: measured.residual.magnitude_g_mm, planes: measured.residual.planes, solid: name && `/api/runs/${told.id}/files/${encodeURIComponent(name)}`, name };
+  redrawNow();
   $("drag-box").open = true;
   $("tried").scrollIntoView({ block: "nearest" });
-}
+});
 
-// The depths and angles that were dragged to, as limits of the job: what the planner then keeps to.
-function asLimits() {
+// What was dragged to, as limits of the job: what the planner then keeps to.
+export function planAgain() {
   const changes = {};
-  for (const name of new Set(model.cuts.map((cut) => cut.kind))) {
-    const mine = model.cuts.flatMap((cut, place) => (cut.kind === name ? [place] : []));
-    const keys = kinds.of(name).keys.map((each) => each.key);
-    if (keys.includes("max_depth_mm") && mine.some((k) => depths[k] !== model.cuts[k].depth_mm)) changes[`correction.${name}.max_depth_mm`] = Math.max(...mine.map((k) => depths[k]));
-    if (keys.includes("sectors_deg") && mine.some((k) => turns[k])) changes[`correction.${name}.sectors_deg`] = mine.map((k) => around(state.result.report.corrections[k].angle_deg + turns[k]));
+  for (const name of new Set(cuts().map((cut) => cut.kind))) {
+    const mine = cuts().flatMap((cut, place) => (cut.kind === name ? [place] : []));
+    const keys = kinds.of(name).keys.map((each) => each.key), key = (end) => `correction.${name}.${end}`;
+    if (keys.includes("max_depth_mm") && mine.some((k) => dragged.depths[k] !== cuts()[k].depth_mm)) changes[key("max_depth_mm")] = Math.max(...mine.map((k) => dragged.depths[k]));
+    if (keys.includes("sectors_deg") && mine.some((k) => dragged.turns[k])) changes[key("sectors_deg")] = mine.map((k) => around(angleOf(k)));
+    if (keys.includes("diameters_mm") && mine.some((k) => dragged.diameters[k] !== cuts()[k].diameter_mm)) changes[key("diameters_mm")] = [...new Set(mine.map((k) => dragged.diameters[k]))];
   }
-  return changes;
+  applied(changes);
+  balance();
 }
 const wrapped = (angle) => Math.round(1e3 * (((angle % 360) + 360) % 360)) / 1e3;
 const around = (angle) => [wrapped(angle - 1), wrapped(angle + 1)];

@@ -8,7 +8,7 @@ const STEEP = 0.25; // share of its length that a depth must show on the screen 
 
 let view = null;
 let hands = [];
-let given = null; // { cut, at(place) → { depth, turn }, set(place, depth, turn), reset(place) }
+let given = null; // { cuts, at(place) → { depth, turn, diameter }, set(place, depth, turn), thicker(place, by) }
 
 export function setUp(model) {
   view = model;
@@ -23,9 +23,10 @@ export const most = (cut) => Math.max(cut.max_depth_mm, cut.depth_mm);
 export function show(cuts, asked) {
   given = asked;
   hands = cuts.map((cut, place) => {
-    const made = el("button", { type: "button", className: "handle", role: "slider", textContent: String(cut.number), "aria-valuemin": "0", "aria-valuemax": most(cut).toFixed(3), "aria-label": `Cut ${cut.number}, ${cut.label}: depth [mm]${cut.may_turn ? "; left and right turn it about the axis" : ""}`, data: { testid: "handle", cut: String(cut.number) } });
+    const made = el("button", { type: "button", className: "handle", role: "slider", textContent: String(cut.number), "aria-valuemin": "0", "aria-valuemax": most(cut).toFixed(3), "aria-label": `Cut ${cut.number}, ${cut.label}: depth [mm]${cut.may_turn ? "; left and right turn it about the axis" : ""}${cut.drills.length > 1 ? "; brackets choose the drill" : ""}`, data: { testid: "handle", cut: String(cut.number) } });
     made.addEventListener("pointerdown", (event) => grip(event, made, cut, place));
     made.addEventListener("keydown", (event) => keyed(event, cut, place));
+    if (cut.drills.length > 1) made.addEventListener("wheel", (event) => { event.preventDefault(); given.thicker(place, event.deltaY < 0 ? 1 : -1); }, { passive: false });
     return made;
   });
   $("handles").replaceChildren(...hands);
@@ -40,7 +41,7 @@ function floor(cut, depth, turn) {
 // Put every handle where its cut is on the screen.
 function follow() {
   $("handles").hidden = view.mode !== "result" || !hands.length || $("panel-see").hidden;
-  $("dragged").dataset.away = String($("handles").hidden);
+  $("dragged-root").dataset.away = String($("handles").hidden);
   if ($("handles").hidden) return;
   const width = $("handles").clientWidth, height = $("handles").clientHeight;
   hands.forEach((hand, place) => {
@@ -57,12 +58,13 @@ function follow() {
 // Tell each handle's value, and move the metal that it holds.
 export function told() {
   hands.forEach((hand, place) => {
-    const cut = given.cuts[place], { depth, turn } = given.at(place);
+    const cut = given.cuts[place], { depth, turn, diameter } = given.at(place);
     hand.setAttribute("aria-valuenow", depth.toFixed(3));
-    hand.setAttribute("aria-valuetext", `${withUnit(depth, 2, "mm")} ${t("deep")}${cut.may_turn ? `, ${t("turned")} ${shown(turn, 1)}°` : ""}`);
+    hand.setAttribute("aria-valuetext", `${withUnit(depth, 2, "mm")} ${t("deep")}${cut.drills.length > 1 ? `, ⌀ ${withUnit(diameter, 2, "mm")}` : ""}${cut.may_turn ? `, ${t("turned")} ${shown(turn, 1)}°` : ""}`);
     hand.title = hand.getAttribute("aria-valuetext");
     const scale = cut.rim_mm === null ? null : (cut.rim_mm - depth) / (cut.rim_mm - cut.depth_mm);
-    view.moved(cut.number, { by: depth - cut.depth_mm, way: cut.deeper, turn: rad(turn), scale });
+    const wide = diameter && cut.diameter_mm ? diameter / cut.diameter_mm : 1;
+    view.moved(cut.number, { by: depth - cut.depth_mm, way: cut.deeper, turn: rad(turn), scale, wide, middle: floor(cut, cut.depth_mm, 0) });
   });
 }
 
@@ -101,10 +103,11 @@ function directions(cut, { depth, turn }) {
 function keyed(event, cut, place) {
   const { depth, turn } = given.at(place), step = cut.depth_step_mm || most(cut) / 100;
   const deeper = { ArrowUp: step, ArrowDown: -step, PageUp: 10 * step, PageDown: -10 * step }[event.key];
-  const across = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+  const across = { ArrowRight: 1, ArrowLeft: -1 }[event.key], thicker = { "]": 1, "[": -1 }[event.key];
   if (deeper) given.set(place, depth + deeper, turn);
   else if (across && cut.may_turn) given.set(place, depth, turn + across);
   else if (across) given.set(place, depth + across * step, turn);
+  else if (thicker) given.thicker(place, thicker);
   else if (event.key === "Home") given.set(place, 0, turn);
   else if (event.key === "End") given.set(place, most(cut), turn);
   else if (event.key === "Escape") given.set(place, cut.depth_mm, 0);

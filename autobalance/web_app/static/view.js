@@ -146,14 +146,18 @@ export class View {
     this.draw();
   }
 
-  // Show a cut's metal where a hand has dragged it: `by` mm along `way`, turned about the axis; or a rim at `scale`.
-  moved(number, { by, way, turn, scale }) {
-    const about = new T.Vector3(0, 0, 1), still = !by && !turn;
+  // Show a cut's metal where a hand has dragged it: `by` mm along `way`, turned about the axis, `wide` times as wide
+  // about its `middle`; or a rim at `scale`.
+  moved(number, { by, way, turn, scale, wide, middle }) {
+    const about = new T.Vector3(0, 0, 1), still = !by && !turn && wide === 1;
     for (const each of [...(this.floors?.children || []), ...(this.metal?.children || [])]) {
       if (each.userData.number !== number) continue;
       const floor = each.parent === this.floors;
       each.rotation.z = turn;
-      if (floor && scale === null) each.position.set(...way).multiplyScalar(by).applyAxisAngle(about, turn);
+      if (floor && scale === null) {
+        each.scale.setScalar(wide);
+        each.position.set(...way).multiplyScalar(by).addScaledVector(new T.Vector3(...middle), 1 - wide).applyAxisAngle(about, turn);
+      }
       if (floor && scale !== null) each.scale.set(scale, scale, 1);
       if (!floor) continue;
       each.userData.ink = still ? "gone" : "chosen";

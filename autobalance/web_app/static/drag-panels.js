@@ -1,0 +1,75 @@
+// What stands of moved cuts: a box over the model, sliders beside it.
+import { html } from "/static/preact.min.js";
+import { $, shown, withUnit } from "/static/tools.js";
+import { TURN, TURN_STEP, angleOf, anyMoved, asItWas, cuts, drill, dragged, isMoved, planAgain, redo, set, someAlike, steps, trial, undo } from "/static/drag.js";
+import { most } from "/static/handles.js";
+import { Measured, Predicted } from "/static/measured.js";
+import { mount, redraw } from "/static/store.js";
+import { unitOf } from "/static/units.js";
+import { t } from "/static/words.js";
+
+export function setUp() {
+  mount(Box, $("dragged-root"));
+  mount(Panel, $("drag-root"));
+}
+
+// --- over the model -------------------------------------------------------------------------------------------
+
+function Box() {
+  const { undone, redone } = steps(), place = dragged.gripped;
+  return html`<div id="dragged" data-testid="dragged" role="group" aria-label=${t("What was dragged")} hidden=${!anyMoved()}>
+    <p class="quiet">${t("Predicted, not yet cut")}</p><${Left} id="dragged-says"/>
+    ${place >= 0 && cuts()[place]?.drills.length > 1 ? html`<${Drill} place=${place} id="gripped-drill"/>` : ""}<${Together}/>
+    <p class="buttons"><button type="button" id="try-dragged" data-testid="try-dragged" hidden=${dragged.verb !== "balance"} onClick=${trial}>${t("Cut and measure")}</button> <button type="button" id="undo-dragged" onClick=${asItWas}>${t("As it was")}</button> <button type="button" id="undo" data-testid="undo" disabled=${!undone} aria-label=${t("Undo")} onClick=${undo}>↶</button> <button type="button" id="redo" data-testid="redo" disabled=${!redone} aria-label=${t("Redo")} onClick=${redo}>↷</button></p></div>`;
+}
+
+function Together() {
+  if (!someAlike()) return "";
+  return html`<label class="check"><input type="checkbox" data-testid="together" checked=${dragged.together} onInput=${({ target }) => { dragged.together = target.checked; redraw(); }}/> ${t("with what is alike in other webs")}</label>`;
+}
+
+function Drill({ place, id }) {
+  const { drills, number } = cuts()[place];
+  return html`<label class="one-line">${t("Drill of cut {number}", { number })} <select id=${id} value=${String(dragged.diameters[place])} onInput=${({ target }) => drill(place, Number(target.value))}>${drills.map((each) => html`<option value=${String(each.diameter_mm)}>${`⌀ ${withUnit(each.diameter_mm, 2, "mm")}${each.drill ? `, ${each.drill}` : ""}`}</option>`)}</select></label>`;
+}
+
+// --- what is left, and where the moved cuts are ----------------------------------------------------------------
+
+const FACTS = (left) => [["Residual", "residual.magnitude_g_mm", left.magnitude_g_mm, "g·mm", 3], ...left.planes.map((plane, k) => [`Plane ${plane.name}`, `residual.planes.${k}.magnitude_g_mm`, plane.magnitude_g_mm, "g·mm", 3]), ["Of permitted", "worst_share", left.worst_share, "%", 1], ["Mass", "mass_change_g", left.mass_change_g, "g", 2], ["Inertia", "inertia_change_kg_mm2", left.inertia_change_kg_mm2, "kg·mm²", 3]];
+
+function Left({ id }) {
+  const { left, busy } = dragged, isWithin = left ? left.worst_share <= 1 : undefined;
+  return html`<dl id=${id} data-testid=${id} aria-live="polite" aria-busy=${busy ? "true" : undefined} data-within=${left ? String(isWithin) : undefined}>
+    ${left ? html`<dt>${t("Verdict")}</dt><dd class="turned">${t(isWithin ? "Within tolerance" : "Above tolerance")}</dd>${FACTS(left).map(([name, , value, unit, digits]) => html`<dt>${t(name)}</dt><dd><${Predicted} value=${value} digits=${digits} unit=${unit}/> ${unitOf(unit)}</dd>`)}<${Moved}/>` : ""}</dl>`;
+}
+
+// Angle, depth and drill of every cut that was moved.
+function Moved() {
+  return cuts().flatMap((cut, place) => (isMoved(place) ? [html`<dt>${t("Cut {number}", { number: cut.number })}</dt><dd>${shown(angleOf(place), 1)}°, ${withUnit(dragged.depths[place], 2, "mm")} ${t("deep")}${cut.drills.length > 1 ? `, ⌀ ${withUnit(dragged.diameters[place], 2, "mm")}` : ""}</dd>`] : []));
+}
+
+// --- beside the model -----------------------------------------------------------------------------------------
+
+function Panel() {
+  const { tried, verb } = dragged;
+  return html`<details id="drag-box" data-testid="drag" hidden=${!cuts().length}><summary>${t("Drag depths and holes")} <small>${t("predicted: a linear model about this result")}</small></summary>
+    <div id="drags">${cuts().map((cut, place) => html`<${Sliders} key=${cut.number} cut=${cut} place=${place}/>`)}</div><${Left} id="predictions"/>
+    <p class="buttons"><button type="button" id="try-depths" data-testid="try-depths" hidden=${verb !== "balance"} onClick=${trial}>${t("Cut these and measure")}</button> <button type="button" id="take-depths" onClick=${planAgain}>${t("Plan again within these")}</button> <button type="button" id="undo-depths" onClick=${asItWas}>${t("As it was")}</button></p>
+    <div id="tried" data-testid="tried" hidden=${!tried}>${tried ? html`<${Tried} tried=${tried}/>` : ""}</div></details>`;
+}
+
+function Sliders({ cut, place }) {
+  const top = most(cut), depth = dragged.depths[place], turn = dragged.turns[place];
+  return html`<fieldset class="drag"><legend>${cut.number}. ${cut.label}</legend>
+    <${Slider} words=${t("Depth")} label=${`${t("Depth of cut {number}", { number: cut.number })} [mm]`} min=${0} max=${top} step=${cut.depth_step_mm || top / 400} value=${depth} says=${withUnit(depth, 2, "mm")} change=${(value) => set(place, value, dragged.turns[place])}/>
+    ${cut.may_turn ? html`<${Slider} words=${t("Turn about the axis")} label=${`${t("Turn cut {number} about the axis", { number: cut.number })} [°]`} min=${-TURN} max=${TURN} step=${TURN_STEP} value=${turn} says=${`${shown(turn, 1)}°`} change=${(value) => set(place, dragged.depths[place], value)}/>` : ""}
+    ${cut.drills.length > 1 ? html`<${Drill} place=${place} id=${`drill-${cut.number}`}/>` : ""}</fieldset>`;
+}
+
+const Slider = ({ words, label, min, max, step, value, says, change }) => html`<label class="slider"><span>${words}</span><output>${says}</output><input type="range" min=${min} max=${max} step=${step} value=${value} aria-label=${label} onInput=${({ target }) => change(Number(target.value))}/></label>`;
+
+function Tried({ tried }) {
+  const facts = FACTS(tried).map(([name, key, value, unit, digits]) => html`<dt>${t(name)}</dt><dd>${key === "worst_share" ? html`<span data-key="trial.worst_share" data-value=${String(value)}>${shown(100 * value, 1)}</span>` : html`<${Measured} of=${`trial.${key}`} value=${value} digits=${digits}/>`} ${unitOf(unit)}</dd>`);
+  return html`<h2>${t("As dragged, cut and measured")}</h2><dl id="tried-says" aria-live="polite" data-within=${String(tried.within_tolerance)}>${facts}<${Moved}/></dl>
+    <p><a id="tried-solid" hidden=${!tried.name} href=${tried.solid || ""} download=${tried.name || ""}>${t("Solid with these cuts")}</a></p>`;
+}
