@@ -14,7 +14,7 @@ from autobalance.errors import AutobalanceError
 from autobalance.web_app.analyses import analyses
 from autobalance.web_app.answers import body_of, file_of, refused
 from autobalance.web_app.forms import limits, tables
-from autobalance.web_app.opening import named_files
+from autobalance.web_app.named_files import named_files
 from autobalance.web_app.prediction import DRAGGED, predicted
 from autobalance.web_app.preview import preview
 from autobalance.web_app.work import CARDS, MESH, MODEL, VIEW

@@ -11,10 +11,9 @@ from typing import Any
 from autobalance.bundled import bundled_folder
 from autobalance.errors import FileError, FormatError
 from autobalance.job.toml.text import toml_text
+from autobalance.web_app.named_files import FILE_KEYS
 from autobalance.web_app.project import JOB, Project, is_plain
 
-FILE_KEYS = ("file", "trace", "logo")
-"""Keys of a job that name a file."""
 REPORT = "report.json"
 JOBS = (".toml", ".xlsx")
 WORKBOOK_MB = 1024
@@ -153,20 +152,6 @@ def _named(values: Any, name: Callable[[str], str]) -> Any:
             for key, value in values.items()
         }
     return [_named(item, name) for item in values] if isinstance(values, list) else values
-
-
-def named_files(values: Any, keys: tuple[str, ...] = FILE_KEYS, path: str = "") -> list[tuple[str, Any]]:
-    """Return every file that a job, or another file, names under one of ``keys``, with where it does."""
-    files: list[tuple[str, Any]] = []
-    if isinstance(values, dict):
-        for key, value in values.items():
-            where = f"{path}.{key}" if path else str(key)
-            is_name = key in keys and not isinstance(value, dict | list)
-            files += [(where, value)] if is_name else named_files(value, keys, where)
-    elif isinstance(values, list):
-        for place, item in enumerate(values, 1):
-            files += named_files(item, keys, f"{path}[{place}]")
-    return files
 
 
 def open_report(path: Path, project: Project, anywhere: bool = True) -> str:

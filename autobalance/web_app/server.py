@@ -23,10 +23,10 @@ from autobalance.web_app.analysis_files import AnalysisFiles
 from autobalance.web_app.answers import asset, body_of, drained, file_of, jsonable, refused
 from autobalance.web_app.guard import COOKIE, Guard, Keys, has_cookie
 from autobalance.web_app.live import Live
+from autobalance.web_app.named_files import named_files
 from autobalance.web_app.opening import (
     JOBS,
     job_of,
-    named_files,
     open_crank,
     open_example,
     open_own_job,
