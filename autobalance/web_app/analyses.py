@@ -155,8 +155,8 @@ def keywords_of(verb: str, values: Mapping[str, Any], project: Project) -> dict[
 
 def _value(parameter: Parameter, value: Any, project: Project) -> Any:
     expected = EXPECTED.get(parameter.type, (str,))
-    is_flag = isinstance(value, bool) and bool not in expected
-    if is_flag or not isinstance(value, expected) or (parameter.choices and value not in parameter.choices):
+    is_of_type = isinstance(value, expected) and (not isinstance(value, bool) or bool in expected)
+    if not is_of_type or (parameter.choices and value not in parameter.choices):
         what = ", ".join(parameter.choices) or parameter.type
         raise UsageError(f"{parameter.name} is {value!r}; expected {what}")
     numbers = parameter.type in ("Sequence[float]", "tuple[float, float]")

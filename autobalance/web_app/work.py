@@ -299,17 +299,24 @@ def _analysed(verb: str) -> Callable[[Asked, Place, Progress], int]:
             keywords["workers"] = 1  # the run is a process of its own already
         if "progress" in declared:
             keywords["progress"] = notify_of_verb
-        reads = ANALYSES[verb].reads
-        subject = {
-            "job": lambda: (ab.Job.from_dict(request["job"], folder=place.project),),
-            "file": lambda: (request["file"],),
-            "both": lambda: ({**_start(request["job"]), **request["file"]},),
-            "records": tuple,
-        }[reads]()
         notify(f"computing {verb}", 0.0)
-        return _plotted(getattr(ab, verb)(*subject, **keywords), place, notify)
+        return _plotted(getattr(ab, verb)(*_subject(verb, request, place.project), **keywords), place, notify)
 
     return run
+
+
+def _subject(verb: str, request: Asked, folder: Path) -> tuple[Any, ...]:
+    """Return what an analysis is of: a job, a file, a file beside a job; nothing where an option names it."""
+    from autobalance.job import Job
+
+    match ANALYSES[verb].reads:
+        case "job":
+            return (Job.from_dict(request["job"], folder=folder),)
+        case "file":
+            return (request["file"],)
+        case "both":
+            return ({**_start(request["job"]), **request["file"]},)
+    return ()
 
 
 def _start(job: Asked) -> Asked:
