@@ -13,7 +13,7 @@ from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.recognition.alignment import misalignment_warning
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.crank.recognition.rough_cylinders import RoughMesh, covered_share
+from autobalance.crank.recognition.rough_cylinders import RoughMesh, _ends, covered_share
 from autobalance.crank.recognition.rough_runs import rough_stack
 from autobalance.crank.scan import ScanFit
 from autobalance.errors import RecognitionError
@@ -104,6 +104,17 @@ def test_a_scanned_crank_is_found_to_a_fraction_of_its_noise(sigma_mm: float, se
 def test_a_decimated_scan_is_found() -> None:
     there = scan("single", 0.05, edge_mm=1.6, seed=0)
     _compare(there, decimated(there.mesh, 15000), 0.05)
+
+
+def test_points_about_an_oil_hole_of_a_decimated_scan_end_no_crankpin() -> None:
+    """Most points of a height lie at the drilling's edge, most of the surface on the cylinder; some heights
+    have none."""
+    run = CylinderRun(np.zeros(2), 16.0, 0.0, 20.0)
+    on, hole, fillets = np.repeat(np.arange(0.2, 20.0, 1.1), 2), np.full(20, 7.0), np.array([-0.9, 20.9] * 10)
+    off = np.concatenate([np.full(len(on), 0.02), np.full(20, -0.3), np.full(20, 0.6)])
+    areas = np.concatenate([np.full(len(on), 8.0), np.full(20, 0.1), np.full(20, 2.0)])
+    low, high = _ends(np.concatenate([on, hole, fillets]), off, areas, run, 0.15)
+    assert (low, high) == pytest.approx((0.0, 20.0), abs=0.9)
 
 
 def test_a_pressed_up_crank_without_its_pin_is_found_by_its_bores() -> None:
