@@ -244,7 +244,7 @@ class _Calculation:
                 for kind, lever in (("S", ""), ("P", "z")):
                     self._sum(f"{kind}{axis}", state, throws, turn, lever)
             self.formula(f"U_{state}", "Magnitude", f"SQRT({{USx_{state}}}^2+{{USy_{state}}}^2)", math.hypot(v[f"USx_{state}"], v[f"USy_{state}"]), "g·mm")  # fmt: skip
-            self.formula(f"A_{state}", "Heavy side", f"IF({{U_{state}}}=0,0,MOD(DEGREES(ATAN2({{USx_{state}}},{{USy_{state}}})),360))", wrapped_deg(math.degrees(math.atan2(v[f"USy_{state}"], v[f"USx_{state}"]))), "°")  # fmt: skip
+            self.formula(f"A_{state}", "Heavy side", f"IF({{U_{state}}}=0,0,MOD(DEGREES(ATAN2({{USx_{state}}},{{USy_{state}}})),360))", wrapped_deg(math.degrees(math.atan2(v[f"USy_{state}"], v[f"USx_{state}"]))) if v[f"U_{state}"] else 0.0, "°")  # fmt: skip
             if len(planes) == 2:
                 for near, far, sign in (("A", "B", 1.0), ("B", "A", -1.0)):
                     self._in_plane(state, near, far, sign)
