@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 from autobalance import command
-from autobalance.balancing import loop
+from autobalance.balancing import remedies
 from tests.coarse import bundled_corners
 from tests.read_once import read_once
 
@@ -104,8 +104,8 @@ def run(*arguments: str | Path) -> int:
 def without_advice() -> Iterator[None]:
     """Balance without what would suffice where limits fall short: it takes longer than all the rest."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(loop, "relaxations", lambda *_, **__: [])
-        patch.setattr(loop, "heavier", lambda *_: [])
+        patch.setattr(remedies, "relaxations", lambda *_, **__: [])
+        patch.setattr(remedies, "heavier", lambda *_: [])
         yield
 
 

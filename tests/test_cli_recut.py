@@ -138,6 +138,7 @@ def test_stages_are_listed_with_what_was_expected(loop: Path) -> None:
     assert two["reading"]["uncertainty_g_mm"] > 0.5
     page = (loop / "out" / "stage-2" / "history.html").read_text(encoding="utf-8")
     assert page.count("<tr>") == 3
+    assert len(re.findall(r"<td>\d{4}-\d\d-\d\d</td>", page)) == 2  # when each stage was written
 
 
 def test_what_is_left_in_truth_is_what_was_predicted(loop: Path) -> None:

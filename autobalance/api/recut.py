@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import date
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -42,7 +43,7 @@ class RecutResult(BalanceResult):
         """The page of all stages."""
         from autobalance.report.page.history import history_page
 
-        return history_page(self.report)
+        return history_page(self.report, stage_dates(self.report["stages"][:-1], self.folder))
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
@@ -80,12 +81,22 @@ class RecutResult(BalanceResult):
         record = self.record
         assert record.balanced is not None
         record = replace(record, staged=stage_values(self.notes, folder, record.balanced.result))
-        page = history_page(report(record)).encode()
+        values = report(record)
+        dates = [*stage_dates(values["stages"][:-1], folder), choice.date]
+        page = history_page(values, dates, choice.units).encode()
         staging.add(folder / HISTORY, page)
         entry = Page(file=HISTORY, sha256=hashlib.sha256(page).hexdigest())
         record = replace(record, outputs={**record.outputs, "history": entry})
-        values, files = staged_files(record, self.before, folder, choice, notify, staging)
-        return values, (*files, folder / HISTORY)
+        written, files = staged_files(record, self.before, folder, choice, notify, staging)
+        return written, (*files, folder / HISTORY)
+
+
+def stage_dates(stages: Sequence[Mapping[str, Any]], folder: Path) -> list[str]:
+    """Return the days on which the reports of earlier stages were written; "" of one that is gone."""
+    reports = [folder / each["report"] for each in stages]
+    return [
+        date.fromtimestamp(path.stat().st_mtime).isoformat() if path.is_file() else "" for path in reports
+    ]
 
 
 @documented

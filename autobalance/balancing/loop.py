@@ -11,7 +11,8 @@ import numpy as np
 from autobalance import correction
 from autobalance.balancing.cut_pass import Pass, cut_and_measure, made
 from autobalance.balancing.measuring import Measure, Measured, in_memory, refuse_sum
-from autobalance.balancing.offers import BestOffer, Offers, best_offer, why_not_used, workpiece
+from autobalance.balancing.offers import BestOffer, Offers, best_offer, why_not_used
+from autobalance.balancing.remedies import Above, why_above
 from autobalance.balancing.rotor import Rotor
 from autobalance.balancing.taken import taken_of_scan
 from autobalance.correction import Limits
@@ -22,11 +23,8 @@ from autobalance.correction.setup_order import setup_order
 from autobalance.planning.depths import AIM, Plan
 from autobalance.planning.drop_negligible_cuts import worthwhile
 from autobalance.planning.least_steps import settable
-from autobalance.planning.milp import least_share
 from autobalance.planning.reject_worse import harmless, is_harmless
-from autobalance.planning.relaxation import Attempt, Relaxation, relaxations
-from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxation
-from autobalance.planning.too_light import heavier, too_light_g_mm, too_light_text
+from autobalance.planning.relaxation import Relaxation
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -257,33 +255,8 @@ class _Run:
 
     def _why(self, plan: Plan, residual: Unbalance) -> tuple[str, tuple[Relaxation, ...]]:
         """Return why the tolerance is not reached, and all that would do it."""
-        rotor, candidates = self.rotor, self.chosen.candidates
-        remedies: list[Relaxation] = []
-        work = workpiece(rotor, self.tolerance, self.initial)
-        light_g_mm = None if plan.depths_mm.any() else too_light_g_mm(work)
-        if self.advise:
-            self.progress("looking for what would suffice")
-            attempt = Attempt(
-                work, self.chosen.methods, self.methods, candidates, self.initial, self.tolerance
-            )
-            remedies = relaxations(attempt, more_of_the_same=light_g_mm is None)
-            if light_g_mm is not None:
-                remedies += heavier(attempt, remedies)
-        bound = least_share(self.initial, self.tolerance, candidates)
-        shortfall = Shortfall(
-            residual,
-            self.tolerance,
-            Unbalance.of(rotor.loads_per_factor),
-            rotor.factor,
-            candidates.cuts,
-            plan.depths_mm,
-            plan.binding,
-            _web_places_mm(rotor),
-            "" if light_g_mm is None else too_light_text(light_g_mm),
-        )
-        factor = factor_relaxation(shortfall)
-        every = (*remedies, *(() if factor is None else (factor,)))
-        return explain_shortfall(shortfall, [each.text for each in remedies], bound), every
+        above = Above(self.rotor, self.tolerance, self.methods, self.chosen, self.initial)
+        return why_above(above, plan, residual, self.advise, self.progress)
 
 
 def _steps(passes: Sequence[tuple[Plan, Pass]], first: Iterable[int]) -> tuple[Step, ...]:
@@ -375,9 +348,3 @@ def planned(
     holes = _corrections(cuts, depths)
     order = setup_order(holes, [cut for cut, _ in made(cuts, depths)])
     return tuple(holes[k] for k in order), best.plan.predicted
-
-
-def _web_places_mm(rotor: Rotor) -> tuple[float, float] | None:
-    """Return the middles of the outermost webs: where metal can be added; None with one web."""
-    z = [0.5 * (web.z_min_mm + web.z_max_mm) for web in rotor.anatomy.webs]
-    return (z[0], z[-1]) if len(z) > 1 else None

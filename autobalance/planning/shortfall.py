@@ -39,11 +39,13 @@ class Shortfall:
     too_light: str = ""
 
 
-def explain_shortfall(short: Shortfall, computed: Sequence[str] = (), bound: float = 0.0) -> str:
+def explain_shortfall(
+    short: Shortfall, computed: Sequence[str] = (), bound: float = 0.0, factor: Relaxation | None = None
+) -> str:
     """Say by how much, in which plane, what limits it, and what would fix it.
 
-    ``computed`` are changes of the limits that are known to suffice; ``bound`` is the share of the
-    permissible value that no plan within the limits gets below, where that is known.
+    ``computed`` are changes of the limits that are known to suffice, ``factor`` is one of the balance factor;
+    ``bound`` is the share of the permissible value that no plan within the limits gets below, where known.
     """
     worst, value, permitted = max(_judged_values(short), key=lambda row: key(row[1] / row[2]))
     text = (
@@ -62,7 +64,8 @@ def explain_shortfall(short: Shortfall, computed: Sequence[str] = (), bound: flo
     if bound > 1.0:
         text += f"; no plan within these limits leaves less than {bound:.3g} times the permissible value"
     enough = "; enough would be: " + ", or ".join(computed) if computed else ""
-    fixes = _fixes(short, with_vectors=not (is_light and computed))
+    fixes = [] if factor is None else [factor.text]
+    fixes += [] if is_light and computed else [_added(short)]
     return text + enough + ("; " + ", or ".join(fixes) if fixes else "")
 
 
@@ -73,11 +76,6 @@ def _judged_values(short: Shortfall) -> list[tuple[str, float, float]]:
         for plane, vector in zip((a, b), short.residual.in_planes(a.z_mm, b.z_mm), strict=True):
             rows.append((f"plane {plane.name}", math.hypot(*vector), plane.permissible_g_mm))
     return rows
-
-
-def _fixes(short: Shortfall, with_vectors: bool = True) -> list[str]:
-    factor = factor_relaxation(short)
-    return [*([] if factor is None else [factor.text]), *([_added(short)] if with_vectors else [])]
 
 
 def _added(short: Shortfall) -> str:
@@ -110,14 +108,15 @@ def _vector(unbalance: Array, permissible_g_mm: float) -> str:
 
 
 def factor_relaxation(short: Shortfall) -> Relaxation | None:
-    """Return the change of the balance factor that the same cuts reach, if one does."""
+    """Return the change of the balance factor that the same cuts reach by what they leave, if one does."""
     factor = reachable_factor(short)
     if factor is None:
         return None
     factor = round(factor, 6)
-    text = f"a balance factor of {factor:.4f} can be reached as it is"
+    how = "with the cuts at hand" if short.depths_mm.any() else "as it is"
+    text = f"a balance factor of {factor:.4f} can be reached {how}"
     change = Change("balance.factor", short.factor, factor)
-    return Relaxation(text, (change,), _share_at(short, factor), None, tried=False)
+    return Relaxation(text, (change,), _share_at(short, factor), None)
 
 
 def _share_at(short: Shortfall, factor: float) -> float:

@@ -13,7 +13,9 @@ from autobalance.balancing.loop import Result, balance
 from autobalance.balancing.offers import workpiece
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.planning.relaxation import Attempt
 from autobalance.planning.too_light import too_light_g_mm, too_light_text
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 from tests.cranks import Shape, make_crank
 from tests.geometry.test_plans import judge, rotor
@@ -116,3 +118,38 @@ def test_the_vector_of_what_is_missing_is_the_sum_of_both_ends() -> None:
     made = light(1500.0)
     ends = workpiece(made, judge(made), Unbalance.of(made.moments + made.loads)).heavy_at
     assert sum(float(np.linalg.norm(vector)) for _, vector in ends) == pytest.approx(1500.0, rel=1e-6)
+
+
+PER_FACTOR_G_MM = 20_000.0
+
+
+def with_factor(made: Rotor, factor: float) -> Rotor:
+    """The crank with a piston that pulls along its throw, half of it at each end, at a balance factor."""
+    ends = made.anatomy.webs[0].z_min_mm, made.anatomy.webs[-1].z_max_mm
+    per = [Moments.point(0.5 * PER_FACTOR_G_MM, np.array([1.0, 0.0, z])) for z in ends]
+    more = [Moments.point(0.5 * PER_FACTOR_G_MM * (factor - 0.5), np.array([1.0, 0.0, z])) for z in ends]
+    loads, per_factor = sum(more, made.loads), sum(per[1:], per[0])
+    return replace(made, loads=loads, loads_per_factor=per_factor, factor=factor)
+
+
+@pytest.mark.parametrize("heavy_g_mm", [2000.0, -9000.0])
+def test_a_factor_is_tried_before_it_is_named(heavy_g_mm: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """2000: the crank as it is, at 0.4; -9000: with all that the drill may take, above 0.5."""
+    made = with_factor(light(heavy_g_mm), 0.5)
+    drill = replace(DRILL, max_holes=1)
+    refused = balance(made, judge(made), [drill])
+    (way,) = [each for each in refused.relaxations if each.changes[0].key == "balance.factor"]
+    assert way.tried
+    assert refused.reason is not None
+    assert way.text in refused.reason
+    if heavy_g_mm > 0.0:
+        assert way.changes[0].proposed == pytest.approx(0.4, abs=1e-6)
+        assert (way.metal_g, way.text) == (0.0, "a balance factor of 0.4000 can be reached as it is")
+    at_that = with_factor(light(heavy_g_mm), float(way.changes[0].proposed))
+    assert balance(at_that, judge(at_that), [drill]).outcome != "above_tolerance"
+    if heavy_g_mm < 0.0:
+        assert (way.metal_g or 0.0) > 1.0
+        monkeypatch.setattr(Attempt, "offer_with", lambda *_, **__: None)  # a plan anew that fails
+        again = balance(made, judge(made), [drill])
+        assert not any(each.changes[0].key == "balance.factor" for each in again.relaxations)
+        assert "balance factor of" not in str(again.reason)

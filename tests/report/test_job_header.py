@@ -88,6 +88,12 @@ def test_the_history_draws_every_stage_and_plane() -> None:
     assert text.count("<svg") == 1 + len(report["tolerance"]["planes"])
     for name in ("1 left", "2 read", "2 left"):
         assert text.count(f">{name}</text>") == 1 + len(report["tolerance"]["planes"])
+    inch = history_page({**report, "stages": [stage, second]}, ["2026-03-04", "2026-03-05"], "inch")
+    for day in ("2026-03-04", "2026-03-05"):
+        assert inch.count(f"<td>{day}</td>") == 1
+        assert inch.count(f": {day}") == 1 + len(report["tolerance"]["planes"])  # at each polar
+    assert "oz·in" in inch
+    assert "g·mm" not in inch
 
 
 def test_page_history_and_workbook_have_them(logo: Path) -> None:

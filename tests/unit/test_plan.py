@@ -15,7 +15,7 @@ from autobalance.planning import depths as planner
 from autobalance.planning.depths import AIM, plan_depths
 from autobalance.planning.drop_negligible_cuts import worthwhile
 from autobalance.planning.reject_worse import harmless, is_harmless
-from autobalance.planning.shortfall import Shortfall, explain_shortfall, reachable_factor
+from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxation, reachable_factor
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -173,7 +173,8 @@ def short(residual: Unbalance, cuts: list[Column], depths: list[float], *binding
 
 def test_a_shortfall_says_how_much_where_why_and_what_helps() -> None:
     cuts = [Column(-20.0, 0.0, 0.0, max_depth_mm=2.0)]
-    text = explain_shortfall(short(unbalance(-60.0), cuts, [2.0], "max_depth_mm = 2"))
+    ended = short(unbalance(-60.0), cuts, [2.0], "max_depth_mm = 2")
+    text = explain_shortfall(ended, factor=factor_relaxation(ended))
     assert "the resultant is 60.00 g·mm, 50.00 g·mm above the permissible 10.00" in text
     assert "max_depth_mm = 2" in text
     assert "balance factor of 0.5600 can be reached" in text

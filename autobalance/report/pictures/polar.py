@@ -36,8 +36,13 @@ def figures(report: Mapping[str, Any]) -> list[str]:
     return [figure("Resultant", before, after, permitted), *of_planes]
 
 
-def stages_figure(title: str, points: Sequence[tuple[str, Sequence[float]]], permitted_g_mm: float) -> str:
-    """Return one plot of vectors in order, each named at its tip, a line from one to the next."""
+def stages_figure(
+    title: str, points: Sequence[tuple[str, Sequence[float]]], permitted_g_mm: float, days: str = ""
+) -> str:
+    """Return one plot of vectors in order, each named at its tip, a line from one to the next.
+
+    ``days`` stands below its title.
+    """
     full = max([permitted_g_mm, *(math.hypot(*vector) for _, vector in points)])
     per, middle = RADIUS / full, SIZE / 2.0
     tips = [(middle - per * y, middle - per * x) for _, (x, y) in points]  # rotor x is up, y is left
@@ -49,7 +54,8 @@ def stages_figure(title: str, points: Sequence[tuple[str, Sequence[float]]], per
     )
     sizes = [(name, unbalance(math.hypot(*vector)), whole_degrees(vector)) for name, vector in points]
     words = "; ".join(f"stage {name}: {size} at {angle}" for name, size, angle in sizes)
-    return f"""<figure><figcaption><h3>{title}</h3><span class=soft>outer ring {unbalance(full)} {PAGE_UNITS.get().unbalance}</span></figcaption>
+    dated = f"<br>{days}" if days else ""
+    return f"""<figure><figcaption><h3>{title}</h3><span class=soft>outer ring {unbalance(full)} {PAGE_UNITS.get().unbalance}{dated}</span></figcaption>
 <svg viewBox="0 0 {SIZE:g} {SIZE + 8:g}" role="img" aria-label="{words}"><title>{words}</title>
 <circle class=grid cx="{middle}" cy="{middle}" r="{RADIUS}"/><path class=grid d="M{middle} {middle - RADIUS}V{middle + RADIUS}M{middle - RADIUS} {middle}H{middle + RADIUS}"/>
 <circle class=zone cx="{middle}" cy="{middle}" r="{max(per * permitted_g_mm, 0.8):.2f}"/>{_degrees(middle, middle)}

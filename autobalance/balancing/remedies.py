@@ -1,0 +1,87 @@
+"""Why a tolerance is not reached, and what would do it: each way planned before it is named."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from autobalance.balancing.offers import BestOffer, workpiece
+from autobalance.balancing.rotor import Rotor
+from autobalance.correction import Limits
+from autobalance.planning.depths import Plan
+from autobalance.planning.milp import least_share
+from autobalance.planning.relaxation import Attempt, Relaxation, relaxations
+from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxation
+from autobalance.planning.too_light import heavier, too_light_g_mm, too_light_text
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.runtime import Notify
+
+
+@dataclass(frozen=True, eq=False)
+class Above:
+    """A crank that stays above its tolerance: what was asked for, and the cuts to choose from."""
+
+    rotor: Rotor
+    tolerance: Tolerance
+    methods: tuple[Limits, ...]
+    chosen: BestOffer
+    initial: Unbalance
+
+
+def why_above(
+    above: Above, plan: Plan, residual: Unbalance, advise: bool, progress: Notify
+) -> tuple[str, tuple[Relaxation, ...]]:
+    """Return why the tolerance is not reached and, with ``advise``, all that would do it."""
+    rotor, candidates = above.rotor, above.chosen.candidates
+    work = workpiece(rotor, above.tolerance, above.initial)
+    light_g_mm = None if plan.depths_mm.any() else too_light_g_mm(work)
+    shortfall = Shortfall(
+        residual,
+        above.tolerance,
+        Unbalance.of(rotor.loads_per_factor),
+        rotor.factor,
+        candidates.cuts,
+        plan.depths_mm,
+        plan.binding,
+        _web_places_mm(rotor),
+        "" if light_g_mm is None else too_light_text(light_g_mm),
+    )
+    bound = least_share(above.initial, above.tolerance, candidates)
+    if not advise:
+        return explain_shortfall(shortfall, bound=bound), ()
+    progress("looking for what would suffice")
+    attempt = Attempt(work, above.chosen.methods, above.methods, candidates, above.initial, above.tolerance)
+    remedies = relaxations(attempt, more_of_the_same=light_g_mm is None)
+    if light_g_mm is not None:
+        remedies += heavier(attempt, remedies)
+    factor = _factor_tried(above, shortfall, attempt)
+    text = explain_shortfall(shortfall, [each.text for each in remedies], bound, factor)
+    return text, (*remedies, *(() if factor is None else (factor,)))
+
+
+def _factor_tried(above: Above, shortfall: Shortfall, attempt: Attempt) -> Relaxation | None:
+    """Return the change of the balance factor that the job's own methods reach, planned anew, if one does."""
+    way = factor_relaxation(shortfall)
+    if way is None:
+        return None
+    (change,) = way.changes
+    moved = shortfall.per_factor.scaled(change.proposed - change.present)
+    initial = above.initial + moved
+    share = above.tolerance.used_share(initial)
+    if share <= 1.0:  # the crank as it is
+        return replace(way, used_share=share, metal_g=0.0)
+    work = workpiece(above.rotor, above.tolerance, initial)
+    anew = replace(attempt, work=work, residual=initial)
+    candidates = anew.offer_with(*attempt.methods)
+    if candidates is None or not anew.may_do(candidates):
+        return None
+    plan = anew.plan(candidates)
+    cuts = zip(candidates.cuts, plan.depths_mm.tolist(), strict=True)
+    metal = sum(abs(cut.effect(depth).mass_g) for cut, depth in cuts if depth > 0.0)
+    return None if plan.share > 1.0 else replace(way, used_share=plan.share, metal_g=float(metal))
+
+
+def _web_places_mm(rotor: Rotor) -> tuple[float, float] | None:
+    """Return the middles of the outermost webs: where metal can be added; None with one web."""
+    z = [0.5 * (web.z_min_mm + web.z_max_mm) for web in rotor.anatomy.webs]
+    return (z[0], z[-1]) if len(z) > 1 else None
