@@ -218,6 +218,7 @@ def balance(
     crank: Crank | None = None,
     *,
     keep: str | Path | Mapping[str, Any] | None = None,
+    fem: bool = False,
     progress: Progress | None = None,
 ) -> BalanceResult:
     """Cut a crank until its residual unbalance is within tolerance, or as near as the metal allows.
@@ -232,6 +233,9 @@ def balance(
     keep : path, dict or None
         Report whose cuts are kept with new depths: places, tools, faces and numbers stay; None: the job's
         ``correction.keep``.
+    fem : bool
+        Compute how the rods bend the webs at service speed, before and after the cuts: the weakest section of
+        each web, and by finite elements the throw that loses most (extra fem).
 
     Returns
     -------
@@ -257,13 +261,17 @@ def balance(
         read = jobs.given(job)
         if keep is not None:
             read = replace(read, keep=keep if isinstance(keep, Mapping) else Path(keep))
-    return run(read, crank, telling(progress), watch)
+    return run(read, crank, telling(progress), watch, fem)
 
 
-def run(job: Job, crank: Crank | None, notify: Notify, watch: Stopwatch) -> BalanceResult:
+def run(job: Job, crank: Crank | None, notify: Notify, watch: Stopwatch, fem: bool = False) -> BalanceResult:
     """Balance a job's crank; the stopwatch may have counted what came before."""
     from autobalance.api.crank import Crank
 
+    if fem:
+        from autobalance.fem_analysis.mesher import need_libraries
+
+        need_libraries()
     notify("reading the crank")
     if crank is None:
         measured = measure_crank(job.crankshaft, watch, job.balance, work_on_faces(job))
@@ -275,10 +283,23 @@ def run(job: Job, crank: Crank | None, notify: Notify, watch: Stopwatch) -> Bala
 
     record = balanced_record(job, measured, watch, notify, _kept(job))
     record = replace(record, warnings=(*_warnings(job, measured), *record.warnings))
+    if fem:
+        record = _with_bending(record, job, measured, notify)
     record = with_outputs(record, job, measured, watch)
     from autobalance.report.records.report import Report
 
     return BalanceResult(Report.of(record), job, record, Crank(measured, job.crankshaft))
+
+
+def _with_bending(record: Record, job: Job, crank: MeasuredCrank, notify: Notify) -> Record:
+    """Return a run's record with the stress of its webs."""
+    from autobalance.machine_models.web_bending import bending, inertia_forces_N
+
+    balanced = record.balanced
+    assert balanced is not None  # a record of balance has it
+    forces = inertia_forces_N(job, crank.anatomy)
+    stress = bending(crank, balanced.result.solid, forces, lambda text, _: notify(text))
+    return replace(record, balanced=replace(balanced, bending=stress))
 
 
 def _kept(job: Job) -> KeptPlan | None:

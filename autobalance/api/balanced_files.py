@@ -26,7 +26,12 @@ class BalancedFiles:
 
 
 def balance_to_files(
-    job: Job, folder: Path, json_file: str | None, notify: Notify, choice: Choice | None = None
+    job: Job,
+    folder: Path,
+    json_file: str | None,
+    notify: Notify,
+    choice: Choice | None = None,
+    fem: bool = False,
 ) -> BalancedFiles:
     """Balance the crank of a job and write its files to ``folder``, all of them or none.
 
@@ -43,6 +48,8 @@ def balance_to_files(
         Called with what runs, in a few words.
     choice : Choice or None
         The pages, sheets and pictures to write beside the report; None: none.
+    fem : bool
+        Whether the stress of the webs is computed too.
 
     Raises
     ------
@@ -56,7 +63,7 @@ def balance_to_files(
     targets = [folder / REPORT, solid_path, *pages] + ([copy] if copy else [])
     _refuse_overwriting(targets, [job.path, *([job.crankshaft.file] if job.crankshaft.file else [])])
     with staging_for(folder, copy) as staging:
-        result = run(job, None, notify, Stopwatch())
+        result = run(job, None, notify, Stopwatch(), fem)
         values, files = committed(result, folder, choice, notify, staging, copy)
     warnings = list(result.warnings)
     if values["outputs"]["solid"] is None and solid_path.exists():

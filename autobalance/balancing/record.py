@@ -24,6 +24,7 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.machine_models.loads_with_gas import LoadsWithGas
     from autobalance.machine_models.scan_calibration import Calibration
     from autobalance.machine_models.section_rows import SectionTable
+    from autobalance.machine_models.web_bending import Bending
     from autobalance.rigid_rotor.moments import Moments
     from autobalance.rigid_rotor.tolerance import Tolerance
     from autobalance.rigid_rotor.unbalance import Unbalance
@@ -155,7 +156,7 @@ class Balanced:
     """What only a balancing run knows.
 
     ``faces`` are those that corrections name; ``forces`` are None where the job lacks a cylinder's direction,
-    ``loads_with_gas`` where it has no cycle;
+    ``loads_with_gas`` where it has no cycle, ``bending`` where it was not asked for;
     ``job_set`` are the keys of the job that were set from outside, as given; ``kept`` is the earlier plan
     whose cuts were kept, if one was.
     """
@@ -176,6 +177,7 @@ class Balanced:
     faces: tuple[Face, ...] = ()
     kept: KeptPlan | None = None
     web_metal: tuple[WebMetal, ...] = ()
+    bending: Bending | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,7 +49,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.keep is not None:
         this_job = replace(this_job, keep=Path(arguments.keep))
     folder = Path(arguments.output) if arguments.output else default_folder(this_job.path)
-    done = balanced(this_job, folder, arguments.json, chosen_pages(arguments), mode_of(arguments))
+    done = balanced(
+        this_job, folder, arguments.json, chosen_pages(arguments), mode_of(arguments), arguments.fem
+    )
     from autobalance.report.balance.text import balance_text
     from autobalance.report.balance.values import dumps
     from autobalance.report.display_units import ON_SCREEN

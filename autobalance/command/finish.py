@@ -133,7 +133,12 @@ def _refuse_collisions(targets: list[Path], sources: Mapping[Path, str]) -> None
 
 
 def balanced(
-    job: Job, folder: Path, json_file: str | None = None, choice: Choice | None = None, mode: Mode = "usual"
+    job: Job,
+    folder: Path,
+    json_file: str | None = None,
+    choice: Choice | None = None,
+    mode: Mode = "usual",
+    fem: bool = False,
 ) -> BalancedFiles:
     """Run a job and put its files in place."""
     from autobalance.api.balanced_files import balance_to_files
@@ -141,7 +146,7 @@ def balanced(
     from autobalance.command.progress import shown
 
     with shown(mode) as progress:
-        done = balance_to_files(job, folder, json_file, telling(progress), choice)
+        done = balance_to_files(job, folder, json_file, telling(progress), choice, fem)
     for text in done.warnings:
         warn(text)
     return done

@@ -19,7 +19,7 @@ from autobalance.fem_analysis.elasticity import (
 from autobalance.fem_analysis.statics import facet_nodes
 from autobalance.fem_analysis.twist import ON_END, end_nodes
 from autobalance.fem_analysis.two_level import TwoLevelSolver
-from autobalance.types import Array
+from autobalance.types import Array, Indices
 
 N_MM_PER_N_M = 1e3
 
@@ -67,34 +67,53 @@ def throw_loads(body: ElasticBody, material: Material, towards: Array) -> ThrowL
     SolidError
         If an end has no surface.
     """
-    places = body.places_mm
-    low, high = float(places[:, 2].min()), float(places[:, 2].max())
-    ends = [end_nodes(body, z, ON_END * (high - low)) for z in (low, high)]
+    bending = throw_bending_MPa(body, material, towards)
+    places, ends = body.places_mm, _ends(body)
     stiffness = stiffness_and_mass(body, material)[0]
-    bent, pulled, twisted = np.zeros((3, body.nodes, 3))
-    bent_held, twisted_held = np.zeros((2, body.nodes, 3), dtype=bool)
-    for nodes, sense in zip(ends, (1.0, -1.0), strict=True):
-        bent[nodes, 2] = sense * (places[nodes, :2] @ towards)
-        bent_held[nodes, 2] = True
-        nearest_axis = nodes[np.argmin(np.hypot(*places[nodes, :2].T))]
-        bent_held[nearest_axis, :2] = True
-        twisted_held[nodes, :2] = True
-    pulled[ends[1], 2] = 1.0
-    rim = ends[0][np.argmax(np.hypot(places[ends[0], 0], places[ends[0], 1]))]
-    bent_held[rim, int(np.argmin(np.abs(places[rim, :2])))] = True  # no turning about z; it takes no force
+    twisted = np.zeros((body.nodes, 3))
+    held = np.zeros((body.nodes, 3), dtype=bool)
+    for nodes in ends:
+        held[nodes, :2] = True
     twisted[ends[1], 0], twisted[ends[1], 1] = -places[ends[1], 1], places[ends[1], 0]
-    twisted_held[ends[0][0], 2] = True
+    held[ends[0][0], 2] = True
     surface = np.unique(facet_nodes(body, body.mesh.boundary_facets()))
-    moved, stretched = _moved(body, stiffness, bent_held, (bent, pulled))
-    axial = [float((stiffness @ each).reshape(-1, 3)[ends[1], 2].sum()) for each in (moved, stretched)]
-    moved = moved - axial[0] / axial[1] * stretched  # the ends are free to come nearer
-    moment = 0.5 * float(moved @ (stiffness @ moved))  # N·mm, both ends by 1 rad
-    bending = von_mises_MPa(nodal_stress_MPa(body, material, moved * (N_MM_PER_N_M / moment))[0])
-    (moved,) = _moved(body, stiffness, twisted_held, (twisted,))
+    (moved,) = _moved(body, stiffness, held, (twisted,))
     torque = float(moved @ (stiffness @ moved))
     torsion = nodal_stress_MPa(body, material, moved * (N_MM_PER_N_M / torque))[0]
     principal = np.linalg.eigvalsh(torsion[surface])[:, -1].astype(np.float64)
-    return ThrowLoads(places[surface], bending[surface], principal, body.nodes)
+    return ThrowLoads(places[surface], bending, principal, body.nodes)
+
+
+def throw_bending_MPa(body: ElasticBody, material: Material, towards: Array) -> Array:
+    """Return von Mises' stress (n,) of the nodes on a throw's surface under 1 N·m all along it.
+
+    Its ends stay plane, tilt against each other and are free to come nearer; for the rest see `throw_loads`.
+    """
+    places, ends = body.places_mm, _ends(body)
+    stiffness = stiffness_and_mass(body, material)[0]
+    bent, pulled = np.zeros((2, body.nodes, 3))
+    held = np.zeros((body.nodes, 3), dtype=bool)
+    for nodes, sense in zip(ends, (1.0, -1.0), strict=True):
+        bent[nodes, 2] = sense * (places[nodes, :2] @ towards)
+        held[nodes, 2] = True
+        nearest_axis = nodes[np.argmin(np.hypot(*places[nodes, :2].T))]
+        held[nearest_axis, :2] = True
+    pulled[ends[1], 2] = 1.0
+    rim = ends[0][np.argmax(np.hypot(places[ends[0], 0], places[ends[0], 1]))]
+    held[rim, int(np.argmin(np.abs(places[rim, :2])))] = True  # no turning about z; it takes no force
+    moved, stretched = _moved(body, stiffness, held, (bent, pulled))
+    axial = [float((stiffness @ each).reshape(-1, 3)[ends[1], 2].sum()) for each in (moved, stretched)]
+    moved = moved - axial[0] / axial[1] * stretched
+    moment = 0.5 * float(moved @ (stiffness @ moved))  # N·mm, both ends by 1 rad
+    stress = von_mises_MPa(nodal_stress_MPa(body, material, moved * (N_MM_PER_N_M / moment))[0])
+    on_surface: Array = stress[np.unique(facet_nodes(body, body.mesh.boundary_facets()))]
+    return on_surface
+
+
+def _ends(body: ElasticBody) -> list[Indices]:
+    """Return the nodes of both plane ends."""
+    low, high = float(body.places_mm[:, 2].min()), float(body.places_mm[:, 2].max())
+    return [end_nodes(body, z, ON_END * (high - low)) for z in (low, high)]
 
 
 def _moved(

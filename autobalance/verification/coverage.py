@@ -18,6 +18,7 @@ NOT_CHECKED: Mapping[str, str] = {
     "warnings": "words for people",
     "notes": "words for people",
     "weak_places": "words for people; webs and walls were checked",
+    "bending": "finite elements on meshes that are not kept; `balance --fem` computes them again",
     "reason": "words for people, from plans that were tried",
     "relaxations": "limits that the cuts did not have, from plans that were tried",
     "plan_kept": "the report whose cuts were kept is not read",

@@ -38,6 +38,7 @@ def balance_text(report: Values, units: DisplayUnits, folder: Path | None = None
         _factor(report, units),
         _forces(report),
         _loads_with_gas(report),
+        _bending(report),
         _changes(report, units),
         _overbalance(report, units),
         _external(report, units),
@@ -45,6 +46,14 @@ def balance_text(report: Values, units: DisplayUnits, folder: Path | None = None
         _assembly(report, units),
     ]
     return "\n\n".join(part for part in parts if part)
+
+
+def _bending(report: Values) -> str:
+    if not report.get("bending"):
+        return ""
+    from autobalance.report.balance.bending_text import bending_text
+
+    return bending_text(report["bending"])
 
 
 def _assembly(report: Values, units: DisplayUnits) -> str:

@@ -30,6 +30,7 @@ from autobalance.records import (
 )
 from autobalance.report.records.against import Against
 from autobalance.report.records.balance import BalanceFactor, Counterweight, Engine, Tolerance, Unbalance
+from autobalance.report.records.bending import Bending
 from autobalance.report.records.corrections import (
     Correction,
     Overbalance,
@@ -259,6 +260,7 @@ class Report:
         ]
         | Absent
     ) = ABSENT
+    bending: Annotated[Bending, "with --fem: stress of the webs, before and after"] | Absent = ABSENT
     plan_kept: Annotated[PlanKept, "the earlier report whose cuts were kept, with new depths"] | Absent = (
         ABSENT
     )
@@ -378,6 +380,7 @@ def _balanced(balanced: run.Balanced, record: run.Record) -> dict[str, Any]:
         "notes": result.notes,
         "web_metal": [WebMetal(**vars(each)) for each in balanced.web_metal],
         "weak_places": weak_places(balanced.web_metal, result.corrections, anatomy, record.cuts_before + 1),
+        "bending": Bending.of(balanced.bending),
         "final_with_slugs": WithSlugs.of(result),
         "loads_with_gas": balanced.loads_with_gas or ABSENT,
         "external": [ExternalPart.of(each) for each in balanced.external] or ABSENT,
