@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +18,7 @@ class CalcResult(VerbResult):
         """Return the result's fields, one a line; units end the names."""
         result = self.report["result"]
         if isinstance(result, list):
-            return "\n".join(_line(each) for each in result)
+            return _table(result) if all(isinstance(each, Mapping) for each in result) else _shown(result)
         if isinstance(result, Mapping):
             width = max(len(key) for key in result)
             return "\n".join(f"{key:<{width}}  {_shown(value)}" for key, value in result.items())
@@ -57,7 +57,10 @@ def _shown(value: Any) -> str:
     return ", ".join(_shown(item) for item in value) if isinstance(value, list) else str(value)
 
 
-def _line(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return "  ".join(f"{key} {_shown(item)}" for key, item in value.items())
-    return _shown(value)
+def _table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return rows of the same keys as columns, these in a line above them."""
+    if not rows:
+        return ""
+    cells = [list(rows[0]), *([_shown(value) for value in row.values()] for row in rows)]
+    wide = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return "\n".join("  ".join(map(str.ljust, line, wide)).rstrip() for line in cells)

@@ -46,13 +46,13 @@ MATERIALS: Final[Mapping[str, Material]] = {
 """By name, as a job's ``density`` takes them."""
 
 
-def density(material: str) -> Material:
-    """Return the usual density of a material, and where it is from.
+def density(material: str = "all") -> Material | tuple[Material, ...]:
+    """Return the usual density of a material, or of all of them, and where each is from.
 
     Parameters
     ----------
     material : str
-        steel, cast iron, ductile iron, aluminium, titanium, magnesium, brass, copper, lead or
+        all, steel, cast iron, ductile iron, aluminium, titanium, magnesium, brass, copper, lead or
         tungsten alloy.
 
     Raises
@@ -66,9 +66,11 @@ def density(material: str) -> Material:
 
     Examples
     --------
-    >>> density("steel").density_kg_m3
-    7850.0
+    >>> density("cast iron").density_kg_m3, len(density())
+    (7200.0, 10)
     """
+    if material == "all":
+        return tuple(MATERIALS.values())
     if material not in MATERIALS:
         close = get_close_matches(material, MATERIALS, n=1)
         hint = f"; did you mean {close[0]!r}?" if close else f"; there are {', '.join(MATERIALS)}"

@@ -29,10 +29,10 @@ from autobalance.job.solid_weights import with_weighed_solids
 from autobalance.job.tables import OF_TORSION, TOP_KEYS, job_tables
 from autobalance.job.toml.document import text_of, toml_of
 from autobalance.job.toml.faults import Faults
-from autobalance.job.toml.keys import Values, plain, read
+from autobalance.job.toml.keys import Values, plain, read, value_of
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.toml.table import Table, unknown_keys
-from autobalance.job.toml.typed_units import in_base_units, refuse_unfilled
+from autobalance.job.toml.typed_units import gathered_in_base_units, in_base_units, refuse_unfilled
 from autobalance.solid.formats.registry import FOREIGN_CAD
 from autobalance.solid.formats.table import endings
 from autobalance.units import RAD_S_PER_RPM
@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from autobalance.job.model.torsion import CrankTorsion
     from autobalance.signal.drive_sources import Drive
 
+ALWAYS_THERE = ("crankshaft", "engine", "original", "balance", "correction", "shafts")
+"""Tables that are read of every job, with their defaults where it has none."""
 WORKBOOKS = (".xlsx", ".xlsm")
 
 
@@ -236,14 +238,18 @@ def parse(
     ``settings`` are listed in the report; they are in ``raw`` already.
     """
     refuse_unfilled(raw)
-    raw = with_measured_rod(with_weighed_solids(in_base_units(raw), path.parent), path.parent)
+    units, later = Faults(), Faults()
+    raw = gathered_in_base_units(raw, units)
+    with later.gathered():
+        raw = with_measured_rod(with_weighed_solids(raw, path.parent), path.parent)
     free = crank_given and "file" not in _table(raw, "crankshaft")
     tables = tuple(of_no_file(key) if free and key is CRANKSHAFT else key for key in job_tables(raw))
-    faults = Faults(*unknown_keys(Table(raw, "", None), TOP_KEYS))
-    with faults.gathered():
-        values = read({key: value for key, value in raw.items() if key in TOP_KEYS}, tables)
-    faults.refuse()
-    return _job(raw, values, path, settings)
+    later.lines += unknown_keys(Table(raw, "", None), TOP_KEYS)
+    table, values = Table({key: value for key, value in raw.items() if key in TOP_KEYS}, "", None), Values()
+    for key in tables:
+        with later.gathered():
+            values[key.name] = value_of(table, key)
+    return _job(raw, values, path, settings, units.with_more(later))
 
 
 def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:
@@ -251,38 +257,49 @@ def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     return table if isinstance(table, Mapping) else {}
 
 
-def _job(raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str, ...]) -> Job:
-    """Return the job of values that are right each by itself.
+def _job(
+    raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str, ...], faults: Faults
+) -> Job:
+    """Return the job of tables that are right each by itself; some are left out where there are ``faults``.
 
     Raises
     ------
     JobError
-        With everything that contradicts itself.
+        With these and everything that contradicts itself.
     """
-    faults, parsed = Faults(), Values()
-    in_file = values["crankshaft"]["crankpin_in_file"]
-    original = values["balance"]["factor"] == "original"
-    makers: Mapping[str, Callable[[], Any]] = {
-        "crankshaft": lambda: crankshaft_of(values["crankshaft"], path.parent),
-        "engine": lambda: engine_of(values["engine"], in_file),
-        "balance": lambda: balance_of(values["balance"]),
-        "original": lambda: original_of(values["original"], in_file, required=original),
-        "correction": lambda: correction_of(
-            values["correction"], raw["correction"], drills_of_shop(values), slugs_of_shop(values)
+    later, parsed = Faults(), Values()
+    in_file = values.get("crankshaft", {}).get("crankpin_in_file")
+    makers: Mapping[str, tuple[tuple[str, ...], Callable[[], Any]]] = {
+        "crankshaft": (("crankshaft",), lambda: crankshaft_of(values["crankshaft"], path.parent)),
+        "engine": (("engine", "crankshaft"), lambda: engine_of(values["engine"], in_file)),
+        "balance": (("balance",), lambda: balance_of(values["balance"])),
+        "original": (
+            ("original", "balance", "crankshaft"),
+            lambda: original_of(
+                values["original"], in_file, required=values["balance"]["factor"] == "original"
+            ),
         ),
-        "shafts": lambda: shafts_of(values["shafts"]),
-        "cycle": lambda: _cycle(values, raw),
-        "torsion": lambda: _torsion(values, raw),
-        "assembly": lambda: _assembly(values, path.parent),
-        "drive": lambda: _drive(values),
-        "mounts": lambda: _mounts(values),
-        "strength": lambda: _strength(values),
-        "bearings_n_mm": lambda: (values.get("bearings") or {}).get("k_N_mm"),
+        "correction": (
+            ("correction",),
+            lambda: correction_of(
+                values["correction"], raw["correction"], drills_of_shop(values), slugs_of_shop(values)
+            ),
+        ),
+        "shafts": (("shafts",), lambda: shafts_of(values["shafts"])),
+        "cycle": ((), lambda: _cycle(values, raw)),
+        "torsion": (OF_TORSION, lambda: _torsion(values, raw)),
+        "assembly": ((), lambda: _assembly(values, path.parent)),
+        "drive": ((), lambda: _drive(values)),
+        "mounts": (("balance",), lambda: _mounts(values)),
+        "strength": ((), lambda: _strength(values)),
+        "bearings_n_mm": ((), lambda: (values.get("bearings") or {}).get("k_N_mm")),
     }
-    for name, maker in makers.items():
-        with faults.gathered():
+    for name, (needs, maker) in makers.items():
+        if any(key not in values for key in needs if key in raw or key in ALWAYS_THERE):
+            continue  # that table is wrong by itself
+        with later.gathered():
             parsed[name] = maker()
-    faults.refuse()
+    faults.with_more(later).refuse()
     method_names, methods = parsed.pop("correction")
     job = Job(
         path,

@@ -520,3 +520,29 @@ def test_a_described_job_reads_back_as_itself(folder: str, name: str) -> None:
     assert again.engine == found.engine
     assert again.balance == found.balance
     assert again.methods == found.methods
+
+
+def test_all_that_is_wrong_is_said_at_once_whatever_kind_of_wrong_it_is() -> None:
+    """Units, types, names and limits are looked at one after the other; none hides the others."""
+
+    def edit(raw: Raw) -> None:
+        raw["crankshaft"] |= {"unit": "mmm", "density": "stell"}
+        del raw["crankshaft"]["density_kg_m3"]
+        raw["engine"]["stroke_mm"] = "60 furlongs"
+        raw["engine"]["reciprocating_g"]["piston"] = -3
+        raw["balance"] |= {"factor": "50 percent", "grade": "H 6.3", "speed_rpm": "9500 rmp"}
+        raw["correction"] = {"method": "drill", "drill": {"point_angle_deg": 10.0}}
+
+    with pytest.raises(JobError) as caught:
+        parsed(edit)
+    named = [line.split()[0] for line in caught.value.lines]
+    assert sorted(named) == [
+        "balance.factor",
+        "balance.grade",
+        "balance.speed_rpm",
+        "correction.drill.point_angle_deg",
+        "crankshaft.density",
+        "crankshaft.unit",
+        "engine.reciprocating_g.piston",
+        "engine.stroke_mm",
+    ]

@@ -22,6 +22,11 @@ class Faults:
         except JobError as error:
             self.lines += error.lines
 
+    def with_more(self, later: Faults) -> Faults:
+        """Return these and what a later look found wrong with other keys."""
+        known = [line.split(maxsplit=1)[0] for line in self.lines]
+        return Faults(*self.lines, *(line for line in later.lines if not _is_about(line, known)))
+
     def refuse(self) -> None:
         """Raise all that was gathered, in its order.
 
@@ -32,3 +37,9 @@ class Faults:
         """
         if self.lines:
             raise JobError(*dict.fromkeys(self.lines))
+
+
+def _is_about(line: str, keys: list[str]) -> bool:
+    """Whether a line names one of some keys first, or a key in it; a density may be named by its material."""
+    name = line.split(maxsplit=1)[0].rstrip(":,;")
+    return any(name == key or name.startswith((f"{key}.", f"{key}[", f"{key}_kg_m3")) for key in keys)

@@ -7,7 +7,7 @@ or a table with one unit of mass, of one piece or of several, and ``density`` na
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -100,13 +100,21 @@ def in_base_units(values: Mapping[str, Any], path: str = "") -> dict[str, Any]:
     JobError
         If a unit is missing or unknown.
     """
-    faults, converted = Faults(), {}
+    faults = Faults()
+    converted = gathered_in_base_units(values, faults, path)
+    faults.refuse()
+    return converted
+
+
+def gathered_in_base_units(values: Mapping[str, Any], faults: Faults, path: str = "") -> dict[str, Any]:
+    """Do the same; what is wrong is gathered, and stays as it was typed."""
     with faults.gathered():
         values = _with_density(values, path)
+    converted = {}
     for key, value in values.items():
+        converted[key] = value
         with faults.gathered():
-            converted[key] = _converted(key, value, f"{path}.{key}" if path else key)
-    faults.refuse()
+            converted[key] = _converted(key, value, f"{path}.{key}" if path else key, faults)
     return converted
 
 
@@ -127,29 +135,36 @@ def _with_density(values: Mapping[str, Any], path: str) -> Mapping[str, Any]:
     return {**rest, "density_kg_m3": MATERIALS[name].density_kg_m3}
 
 
-def _converted(key: str, value: Any, where: str) -> Any:
+def _converted(key: str, value: Any, where: str, faults: Faults) -> Any:
     if key in WEIGHT_TABLES and isinstance(value, Mapping):
-        return {name: _weight(weight, f"{where}.{name}") for name, weight in value.items()}
+        return {name: _gathered(weight, f"{where}.{name}", _weight, faults) for name, weight in value.items()}
     if isinstance(value, Mapping):
-        return in_base_units(value, where)
+        return gathered_in_base_units(value, faults, where)
     if key == "g_mm" or key.endswith("_g_mm"):
-        return _each(value, where, unbalance_g_mm)
+        return _each(value, where, unbalance_g_mm, faults)
     if key.endswith("_mm") and not key.endswith(("_kg_mm", "_n_mm")):
-        return _each(value, where, length_mm)
+        return _each(value, where, length_mm, faults)
     if isinstance(value, list):
         return [
-            in_base_units(item, f"{where}[{place}]") if isinstance(item, Mapping) else item
+            gathered_in_base_units(item, faults, f"{where}[{place}]") if isinstance(item, Mapping) else item
             for place, item in enumerate(value, 1)
         ]
     return value
 
 
-def _each(value: Any, where: str, convert: Any) -> Any:
+def _gathered(value: Any, where: str, convert: Callable[[Any, str], Any], faults: Faults) -> Any:
+    with faults.gathered():
+        return convert(value, where)
+    return value
+
+
+def _each(value: Any, where: str, convert: Callable[[str, str], float], faults: Faults) -> Any:
     if isinstance(value, str) and value != FILL_IN:
         return convert(value, where)
     if isinstance(value, list):
-        return [_each(item, f"{where}[{place}]", convert) for place, item in enumerate(value, 1)]
-    return in_base_units(value, where) if isinstance(value, Mapping) else value
+        places = enumerate(value, 1)
+        return [_each(item, f"{where}[{place}]", convert, faults) for place, item in places]
+    return gathered_in_base_units(value, faults, where) if isinstance(value, Mapping) else value
 
 
 def _weight(value: Any, where: str) -> Any:

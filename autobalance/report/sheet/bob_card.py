@@ -79,8 +79,8 @@ def _throws(report: Report, throws: Sequence[int], bob: Report, u: DisplayUnits,
     columns = [
         Column("part", 52.0, "left"),
         Column("counts as", 34.0, "left"),
-        Column("pieces", 16.0),
-        Column(f"of one {'g' if u.is_metric else 'g (oz)'}", 30.0),
+        Column("rods", 16.0),
+        Column(f"each {'g' if u.is_metric else 'g (oz)'}", 30.0),
         Column("share", 18.0),
         Column(f"in the bob-weight {'g' if u.is_metric else 'g (oz)'}", 38.0),
     ]
