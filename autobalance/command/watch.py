@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,11 +30,30 @@ def watch(machine_file: str, source: str, folder: str | None, report: str | None
     """
     from autobalance.command.console import say
     from autobalance.job.files.machine_line import read_watched
-    from autobalance.report.shop.big_text import big_vectors, settled_toml, vectors_text
+    from autobalance.report.files import Staging
+    from autobalance.report.shop.big_text import settled_toml, vectors_text
 
     watched = read_watched(machine_file)
+    place = Path(folder or ".") / "reading.toml"
+    with Staging([place.parent]) as staging:  # that it can be written is proved before anything is spun
+        vectors = _settled(watched, source, timeout_s)
+        say(f"settled: {vectors_text(vectors)}")
+        staging.add(place, settled_toml(vectors, watched.reading, watched.speed_rpm).encode())
+        staging.commit()
+    say(f"Written: {place}")
+    if report is None:
+        return 0
+    from autobalance.command.main import main
+
+    return main(["recut", report, str(place)])
+
+
+def _settled(watched: Watched, source: str, timeout_s: float) -> Mapping[str, complex]:
+    """Show vectors as they come; return them once they settled."""
+    from autobalance.command.console import say
+    from autobalance.report.shop.big_text import big_vectors, vectors_text
+
     large = sys.stdout.isatty()
-    vectors = None
     for line in _lines(source, time.monotonic() + timeout_s):
         read = watched.line.vectors(line)
         for plane, vector in read.items():
@@ -42,21 +61,9 @@ def watch(machine_file: str, source: str, folder: str | None, report: str | None
         if read:
             latest = {name: each[-1] for name, each in sorted(watched.settling.last.items())}
             say(CLEAR + big_vectors(latest) if large else vectors_text(latest))
-            vectors = watched.settling.settled
-        if vectors is not None:
-            break
-    if vectors is None:
-        raise FileError(f"{source}: {_unsettled(watched, timeout_s)}")
-    say(f"settled: {vectors_text(vectors)}")
-    place = Path(folder or ".") / "reading.toml"
-    place.parent.mkdir(parents=True, exist_ok=True)
-    place.write_text(settled_toml(vectors, watched.reading, watched.speed_rpm), encoding="utf-8")
-    say(f"Written: {place}")
-    if report is None:
-        return 0
-    from autobalance.command.main import main
-
-    return main(["recut", report, str(place)])
+        if read and (vectors := watched.settling.settled) is not None:
+            return vectors
+    raise FileError(f"{source}: {_unsettled(watched, timeout_s)}")
 
 
 def _unsettled(watched: Watched, timeout_s: float) -> str:

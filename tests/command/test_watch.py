@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from autobalance.command import watch
 from autobalance.command.main import main
 from autobalance.report.shop.big_text import GLYPHS, big_vectors
 from tests import jobs
@@ -47,6 +48,25 @@ def test_vectors_settle_and_become_a_reading(tmp_path: Path, capsys: pytest.Capt
         ("B", pytest.approx((12.0 + 2 * 12.05) / 3, abs=1e-6), pytest.approx(40.0)),
     ]
     assert (reading["umar_g_mm"], reading["urr_percent"], reading["rotation"]) == (0.2, 95.0, "cw")
+
+
+def test_ctrl_c_and_a_folder_that_cannot_be_written_leave_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lines = tmp_path / "lines.txt"
+    lines.write_text("L = 35.1 @ 191.0\n", encoding="utf-8")
+
+    def pressed(_: float) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(watch.time, "sleep", pressed)
+    file = machine(tmp_path)
+    assert main(["machine", file, "--watch", str(lines), "-o", str(tmp_path / "out")]) == 130
+    assert len(capsys.readouterr().err.splitlines()) == 1
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["lines.txt", "machine.toml"]
+    (tmp_path / "out").write_text("", encoding="utf-8")
+    assert main(["machine", file, "--watch", str(lines), "-o", str(tmp_path / "out")]) == 3  # before any line
+    assert "it is a file, not a folder" in capsys.readouterr().err
 
 
 def test_what_does_not_settle_is_said_with_what_to_do(
