@@ -171,7 +171,7 @@ def ranked(rows: Sequence[Row], prefer: Prefer) -> list[Row]:
         first: Mapping[Prefer, tuple[float, ...]] = {
             "simple": (row.different, row.cuts),
             "same_setup": (row.different, row.cuts),
-            "least_metal": (),
+            "least_metal": (moved,),
             "fewest_holes": (row.cuts,),
             "least_inertia_change": (abs(inertia),),
             "most_inertia_removed": (inertia,),

@@ -1,9 +1,10 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from autobalance.balancing.comparison import Row, beaten_by, wall_left_mm
+from autobalance.balancing.comparison import Row, beaten_by, ranked, wall_left_mm
 from autobalance.correction.contract import Correction
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.report.balance.comparison import comparison, comparison_html, comparison_text
@@ -116,3 +117,16 @@ def test_table_and_values_tell_the_same() -> None:
     assert "add: no face" in text
     assert text.endswith("Nothing beats: turn")
     assert "oz·in" in comparison_text(values, ON_SCREEN["inch"])
+
+
+def test_what_thins_a_web_ranks_behind_its_like_that_does_not() -> None:
+    """After what was preferred, before metal: 0.89 of a web's metal is thin, 0.91 is not."""
+    light_but_thin = replace(row("a", 8.0, 500.0, 2), thinnest_share=0.89)
+    heavy = replace(row("b", 12.0, 500.0, 2), thinnest_share=0.91)
+    light = replace(row("c", 10.0, 500.0, 2), thinnest_share=None)
+    more_cuts = replace(row("d", 1.0, 500.0, 3), thinnest_share=1.0)
+    rows = [light_but_thin, heavy, light, more_cuts, ABOVE, NO_PLACE]
+    assert [each.name for each in ranked(rows, "simple")] == ["c", "b", "a", "d"]
+    assert [each.name for each in ranked(rows, "fewest_holes")] == ["c", "b", "a", "d"]
+    by_metal = [each.name for each in ranked(rows, "least_metal")]
+    assert by_metal == ["d", "a", "c", "b"]  # metal was asked for first
