@@ -88,6 +88,7 @@ def throw_bending_MPa(body: ElasticBody, material: Material, towards: Array) -> 
     """Return von Mises' stress (n,) of the nodes on a throw's surface under 1 N·m all along it.
 
     Its ends stay plane, tilt against each other and are free to come nearer; for the rest see `throw_loads`.
+    The nodes are in the order of their numbers, as ``np.unique`` of `facet_nodes` has them.
     """
     places, ends = body.places_mm, _ends(body)
     stiffness = stiffness_and_mass(body, material)[0]
@@ -108,6 +109,23 @@ def throw_bending_MPa(body: ElasticBody, material: Material, towards: Array) -> 
     stress = von_mises_MPa(nodal_stress_MPa(body, material, moved * (N_MM_PER_N_M / moment))[0])
     on_surface: Array = stress[np.unique(facet_nodes(body, body.mesh.boundary_facets()))]
     return on_surface
+
+
+def stress_beyond_MPa(body: ElasticBody, surface_MPa: Array, area_mm2: float) -> float:
+    """Return the stress that so much of a surface exceeds, of nodes as `throw_bending_MPa` has them.
+
+    Areas are of the plane triangles between the corners of facets, each with the mean stress of its corners.
+    """
+    facets = body.mesh.boundary_facets()
+    stress = np.zeros(body.nodes)
+    stress[np.unique(facet_nodes(body, facets))] = surface_MPa
+    corners = body.mesh.facets[:, facets]  # (3, m)
+    of_facet = stress[body.basis.nodal_dofs[0][corners]].mean(axis=0)
+    a, b, c = np.moveaxis(body.mesh.p[:, corners], 1, 0)  # each (3, m)
+    areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a, axis=0), axis=0)
+    order = np.argsort(-of_facet)
+    reached = int(np.searchsorted(np.cumsum(areas[order]), area_mm2))
+    return float(of_facet[order[min(reached, len(order) - 1)]])
 
 
 def _ends(body: ElasticBody) -> list[Indices]:

@@ -28,9 +28,9 @@ SHARE_OF_RADIUS = 1.6
 """Size of elements on a curved surface, over its radius."""
 LONGEST_S = 40.0
 """Processor time for the meshes [s]."""
-MOST_OF_SURFACE = 0.99
-"""Share of the nodes on the surface that bear less than what is taken: the greatest of a coarse mesh is at a
-sharp inner edge, and chance."""
+SHARE_OF_SURFACE = 0.01
+"""Share of the throw's surface, as it came, that bears more than what is taken: the greatest of a coarse mesh
+is at a sharp inner edge, and chance."""
 SAME = 1e-6
 
 
@@ -165,7 +165,7 @@ def _stress_MPa(arm: Solid, height_mm: float, moment_n_mm: float, force_N: float
     middle = float(first[0]) / area
     inertia = float(second[0, 0]) - area * middle**2
     low, high = section.bounds[:, 0]
-    return moment_n_mm * max(high - middle, middle - low) / inertia + force_N / area
+    return float(moment_n_mm * max(high - middle, middle - low) / inertia + force_N / area)
 
 
 def _by_elements(
@@ -174,7 +174,7 @@ def _by_elements(
     """Bend a throw's metal before and after its cuts by the moment in the middles of its webs."""
     from autobalance.fem_analysis.elasticity import STEEL
     from autobalance.fem_analysis.mesher import default_size_mm
-    from autobalance.fem_analysis.throw_load import throw_bending_MPa
+    from autobalance.fem_analysis.throw_load import stress_beyond_MPa, throw_bending_MPa
     from autobalance.machine_models.solid_meshes import Deadline, bodies_of_solid
     from autobalance.machine_models.throw_twist import throw_ends_mm
 
@@ -183,19 +183,21 @@ def _by_elements(
     moments = [_moment_n_mm(throw, web, ends, force_N) for web in _webs_of(crank.anatomy, throw)]
     moment_n_m = sum(moments) / len(moments) / 1e3
     begun, deadline = _spent_s(), Deadline.after(LONGEST_S)
-    stress, nodes = [], 0
+    stress, nodes, area = [], 0, 0.0
     for number, solid in enumerate((was, now) if now is not was else (was,)):
         progress(
             f"throw {throw.number} by finite elements, {('before', 'after')[number]} its cuts", 0.5 * number
         )
         piece = with_crankpins(solid, crank).above(ends[0]).below(ends[1])
-        size = COARSER * default_size_mm(piece.volume_mm3, 0.5 * float(piece.mesh.doubled_areas.sum()))
+        surface = 0.5 * float(piece.mesh.doubled_areas.sum())
+        area = area or SHARE_OF_SURFACE * surface
+        size = COARSER * default_size_mm(piece.volume_mm3, surface)
         try:
             body = bodies_of_solid(piece, size, (1.0,), SHARE_OF_RADIUS, deadline, rough=True)[0]
             surface_MPa = throw_bending_MPa(body, STEEL, throw.direction)
         except AutobalanceError as error:  # the sections hold all the same
             return ThrowElements(throw.number, None, None, None, _spent_s() - begun, str(error))
-        stress.append(moment_n_m * float(np.quantile(surface_MPa, MOST_OF_SURFACE)))
+        stress.append(moment_n_m * stress_beyond_MPa(body, surface_MPa, area))
         nodes = body.nodes
     return ThrowElements(throw.number, stress[0], stress[-1], nodes, _spent_s() - begun)
 
