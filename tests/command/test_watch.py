@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from autobalance.command import watch
 from autobalance.command.main import main
 from autobalance.report.shop.big_text import GLYPHS, big_vectors
 from tests import jobs
@@ -59,7 +58,7 @@ def test_ctrl_c_and_a_folder_that_cannot_be_written_leave_nothing(
     def pressed(_: float) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(watch.time, "sleep", pressed)
+    monkeypatch.setattr("autobalance.command.watch.time.sleep", pressed)
     file = machine(tmp_path)
     assert main(["machine", file, "--watch", str(lines), "-o", str(tmp_path / "out")]) == 130
     assert len(capsys.readouterr().err.splitlines()) == 1

@@ -137,7 +137,11 @@ def _with_density(values: Mapping[str, Any], path: str) -> Mapping[str, Any]:
 
 def _converted(key: str, value: Any, where: str, faults: Faults) -> Any:
     if key in WEIGHT_TABLES and isinstance(value, Mapping):
-        return {name: _gathered(weight, f"{where}.{name}", _weight, faults) for name, weight in value.items()}
+        weights = dict(value)
+        for name, weight in value.items():
+            with faults.gathered():
+                weights[name] = _weight(weight, f"{where}.{name}")
+        return weights
     if isinstance(value, Mapping):
         return gathered_in_base_units(value, faults, where)
     if key == "g_mm" or key.endswith("_g_mm"):
@@ -149,12 +153,6 @@ def _converted(key: str, value: Any, where: str, faults: Faults) -> Any:
             gathered_in_base_units(item, faults, f"{where}[{place}]") if isinstance(item, Mapping) else item
             for place, item in enumerate(value, 1)
         ]
-    return value
-
-
-def _gathered(value: Any, where: str, convert: Callable[[Any, str], Any], faults: Faults) -> Any:
-    with faults.gathered():
-        return convert(value, where)
     return value
 
 

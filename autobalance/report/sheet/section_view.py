@@ -34,6 +34,8 @@ NUMBERS_MM, LEAST_NUMBERS_MM = 9.0, 4.6
 """From one number of a scale to the next, if there is room, and at least."""
 AXIAL = 0.7
 SIZE = 6.5
+SHORT_MM = 5.0
+"""A dimension that is shorter on the page has its arrows outside."""
 
 
 class SectionView:
@@ -147,10 +149,9 @@ class SectionView:
         (x0, y0), (x1, y1) = self._place(*one), self._place(*two)
         for start, y in ((x0, y0), (x1, y1)):
             pen.line(start + 0.6, y, x + 1.0, y, SOFT, 0.1)
-        middle = 0.5 * (y0 + y1)
-        pen.arrow(x, middle, x, y0)
-        pen.arrow(x, middle, x, y1)
-        pen.text(x + 1.0, middle + 0.8, text, SIZE)
+        for from_, to in _arrows(y0, y1):
+            pen.arrow(x, from_, x, to)
+        pen.text(x + 1.6, 0.5 * (y0 + y1) + 0.8, text, SIZE)
 
     def _along(
         self, pen: Pen, down: float, one: tuple[float, float], two: tuple[float, float], text: str
@@ -159,9 +160,10 @@ class SectionView:
         (x0, y0), (x1, y1) = self._place(*one), self._place(*two)
         for x, y in ((x0, y0), (x1, y1)):
             pen.line(x, y + 0.6, x, down + 1.0, SOFT, 0.1)
-        pen.arrow(0.5 * (x0 + x1), down, x0, down)
-        pen.arrow(0.5 * (x0 + x1), down, x1, down)
-        pen.text(max(x0, x1) + 1.2, down + 0.8, text, SIZE)
+        arrows = _arrows(x0, x1)
+        for from_, to in arrows:
+            pen.arrow(from_, down, to, down)
+        pen.text(max(x0, x1, *(from_ for from_, _ in arrows)) + 1.2, down + 0.8, text, SIZE)
 
     def _badges(self, pen: Pen) -> None:
         """Put the numbers above, a line from each to the middle of its metal."""
@@ -197,6 +199,15 @@ class SectionView:
                 pen.text(x, down + 4.1, f"{k * step + 0.0:.{digits}f}", 6.0, INK, align="centre")
         name = "z" if self.cheek is None else f"z from {self.cheek.letter}"
         pen.text(x1 + 2.0, down + 0.6, f"{name} {self.u.length}", 6.0, SOFT)
+
+
+def _arrows(one: float, other: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return from where to where the arrows of a dimension run; from outside where it is short."""
+    middle = 0.5 * (one + other)
+    if abs(other - one) >= SHORT_MM:
+        return (middle, one), (middle, other)
+    out = math.copysign(0.5 * SHORT_MM, one - other)
+    return (one + out, one), (other - out, other)
 
 
 def ruler_steps(long: float, mm_per: float) -> tuple[float, int]:
