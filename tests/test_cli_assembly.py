@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from autobalance.job.read import load
-from autobalance.solid.cad.kernel import has_kernel
+from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.csg.shape import tessellated
 from autobalance.solid.mesh.mesh import Mesh
 from tests import jobs

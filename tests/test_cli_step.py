@@ -20,7 +20,8 @@ from autobalance.command import main
 from autobalance.report.balance.values import schema
 from autobalance.solid.cad import machining
 from autobalance.solid.cad.brep import ExactSolid
-from autobalance.solid.cad.kernel import compound, explored, has_kernel, is_valid
+from autobalance.solid.cad.installed import has_kernel
+from autobalance.solid.cad.kernel import compound, explored, is_valid
 from autobalance.solid.cad.step_file import read_step_file
 from autobalance.solid.cad.surface import CylinderFace, PlaneFace
 from autobalance.solid.chordal_error.estimate import estimate_chordal_error

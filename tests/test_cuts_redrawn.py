@@ -13,7 +13,8 @@ import pytest
 
 from autobalance.command import main
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.cad.kernel import common, cut, explored, fused, has_kernel, properties
+from autobalance.solid.cad.installed import has_kernel
+from autobalance.solid.cad.kernel import common, cut, explored, fused, properties
 from autobalance.solid.cad.step_file import read_step_file
 from tests.coarse import coarse_facets
 from tests.generated import single_step

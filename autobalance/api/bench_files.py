@@ -48,7 +48,7 @@ def rotor_files(
 
 def _written(name: str, shape: Shape, density: float) -> list[tuple[str, bytes, Moments]]:
     """Return the files of a solid with the moments that are read back from each."""
-    from autobalance.solid.cad.kernel import has_kernel
+    from autobalance.solid.cad.installed import has_kernel
     from autobalance.solid.formats.write import through_file
     from autobalance.solid.mesh.measure import soup_moments
 

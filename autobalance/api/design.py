@@ -176,7 +176,7 @@ def _files(problem: Problem, design: WrittenDesign) -> dict[str, bytes]:
     from autobalance.design_search.exact import design_step
     from autobalance.design_search.written_job import job_toml
     from autobalance.report.design.files import design_picture
-    from autobalance.solid.cad.kernel import has_kernel
+    from autobalance.solid.cad.installed import has_kernel
 
     files = {"crank.stl": design.data}
     if has_kernel():

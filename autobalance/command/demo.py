@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.command.options import add_units
+from autobalance.command.progress import add_objects
 
 
 @dataclass(frozen=True)
@@ -39,14 +40,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="folder for the results (default: demo-output)",
     )
     add_units(parser)
+    add_objects(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Balance the bundled crank to 28 % and to its original factor."""
     from autobalance import job
+    from autobalance.api.balanced_files import balance_to_files
+    from autobalance.api.progress import telling
     from autobalance.bundled import bundled_folder
-    from autobalance.command.console import called_as, say
-    from autobalance.command.finish import balanced
+    from autobalance.command.console import called_as, say, warn
+    from autobalance.command.progress import shown
     from autobalance.report.bundle import choice_of
     from autobalance.report.display_units import ON_SCREEN
 
@@ -54,9 +58,16 @@ def run(arguments: argparse.Namespace) -> int:
     choice = choice_of(None, "A4", arguments.units)
     jobs = bundled_folder() / "crf250r" / "drafted"
     done = []
-    for case in CASES:
-        demo_job = job.load(jobs / f"{case.job}.toml")
-        done.append(balanced(demo_job, output / case.job, choice=choice))
+    with shown() as progress:
+        for number, case in enumerate(CASES):
+
+            def of_both(words: str, share: float | None, before: int = number) -> None:
+                progress(words, (before + (share or 0.0)) / len(CASES))
+
+            demo_job = job.load(jobs / f"{case.job}.toml")
+            done.append(balance_to_files(demo_job, output / case.job, None, telling(of_both), choice))
+    for text in (text for each in done for text in each.warnings):
+        warn(text)
     say(demo_text([each.report for each in done], ON_SCREEN[arguments.units]))
     say(f"\nWritten: {', '.join(str(output / case.job) for case in CASES)}")
     say(f"Check:   {called_as()} verify {output / CASES[0].job / 'report.json'}")

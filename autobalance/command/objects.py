@@ -28,35 +28,42 @@ class Objects:
         from autobalance.api.progress import BALANCED_BEFORE, share_before
 
         done = share_before(text, BALANCED_BEFORE) if share is None else share
-        self._stage, self._share = text, min(1.0, max(self._share, done))
-        self.tell_stage()
-
-    def tell_stage(self) -> None:
-        """Write what runs, how far it is, and since when."""
-        elapsed = round(self._clock() - self._start, 3)
-        self.write({"stage": self._stage, "share": self._share, "elapsed_s": elapsed})
+        with self._lock:
+            self._stage, self._share = text, min(1.0, max(self._share, done))
+            self._print_stage()
 
     def write(self, values: dict[str, Any]) -> None:
-        import json
-
-        with self._lock, suppress(OSError, ValueError):  # a reader that has gone away stops no run
-            self._stream.write(json.dumps(values, ensure_ascii=False, allow_nan=False) + "\n")
-            self._stream.flush()
+        with self._lock:
+            self._print(values)
 
     def fail(self, lines: Sequence[str], exit_code: int) -> None:
         self._ended.set()
         self.write({"error": "\n".join(lines), "exit": exit_code})
 
     def repeat(self) -> None:
-        """Write the same again until the end; runs in a thread of its own."""
+        """Print the same stage again until the end; runs in a thread of its own."""
         while not self._ended.wait(EVERY_S):
-            self.tell_stage()
+            with self._lock:
+                if not self._ended.is_set():  # the last line is the end, not what was before it
+                    self._print_stage()
 
     def end(self, is_done: bool) -> None:
         """Stop; what was done is reported as such."""
         self._ended.set()
         if is_done:
             self("done", 1.0)
+
+    def _print_stage(self) -> None:
+        """Print what runs, how far it is, and since when; who calls holds the lock."""
+        elapsed = round(self._clock() - self._start, 3)
+        self._print({"stage": self._stage, "share": self._share, "elapsed_s": elapsed})
+
+    def _print(self, values: dict[str, Any]) -> None:
+        import json
+
+        with suppress(OSError, ValueError):  # a reader that has gone away stops no run
+            self._stream.write(json.dumps(values, ensure_ascii=False, allow_nan=False) + "\n")
+            self._stream.flush()
 
 
 _current: Objects | None = None

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib.util import find_spec
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from autobalance.report.output_kind import OutputKind
+from autobalance.solid.cad.installed import has_kernel
 
 if TYPE_CHECKING:
     from autobalance.report.material import Material
 
-TOOLS = "tools.step" if find_spec("OCP") is not None else "tools.3mf"
+TOOLS = "tools.step" if has_kernel() else "tools.3mf"
 """Named solids with true surfaces, where the CAD kernel is installed."""
 _KINDS: dict[str, OutputKind] = {}
 KINDS: Mapping[str, OutputKind] = MappingProxyType(_KINDS)

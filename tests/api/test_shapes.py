@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.solid.cad.kernel import has_kernel
+from autobalance.solid.cad.installed import has_kernel
 from tests.generated import single_step
 
 pytestmark = [
@@ -118,7 +118,7 @@ def test_a_kernel_of_another_generation_is_one_line(
 ) -> None:
     from autobalance.solid.cad import kernel
 
-    monkeypatch.setattr(kernel, "installed_version", lambda: "7.9.3")
+    monkeypatch.setattr(kernel, "installed_versions", lambda: ("7.9.3",))
     with pytest.raises(ab.AutobalanceError, match=r"needs the CAD kernel OCP 8; found OCP 7\.9\.3"):
         ab.crank_from_shape(shape)
     mesh = ab.crank_from_mesh(of_file.vertices_mm, of_file.triangles)

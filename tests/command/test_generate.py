@@ -15,7 +15,8 @@ from autobalance.command import main
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.job.files.crank_design import read_design
 from autobalance.report.balance.values import schema
-from autobalance.solid.cad.kernel import has_kernel, properties
+from autobalance.solid.cad.installed import has_kernel
+from autobalance.solid.cad.kernel import properties
 from autobalance.solid.cad.step_file import read_step_file
 from autobalance.solid.formats.read import read
 

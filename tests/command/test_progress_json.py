@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import argparse
+import io
 import json
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
+from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from autobalance.command.main import full_parser
+from autobalance.command.objects import Objects
+from autobalance.verbs import public
 from tests import jobs
 from tests.test_cli_warnings import shift_one_half
 
@@ -65,6 +73,35 @@ def test_a_failure_is_an_object_with_its_exit_code(
     assert found[-1]["exit"] == code
     assert found[-1]["error"]
     assert not any(each.get("share") == 1.0 for each in found)
+
+
+def test_two_threads_never_let_the_share_fall() -> None:
+    """One that was slow to look at the clock must not report after one that is farther."""
+    stream, late = io.StringIO(), threading.Event()
+
+    def clock() -> float:
+        if threading.current_thread() is not threading.main_thread():
+            late.set()
+            time.sleep(0.05)
+        return time.monotonic()
+
+    out = Objects(stream, clock)
+    slow = threading.Thread(target=out, args=("planning", 0.2))
+    slow.start()
+    assert late.wait(5.0)
+    out("cutting", 0.6)
+    slow.join()
+    found = objects(stream.getvalue())
+    assert [each["share"] for each in found] == [0.2, 0.6]
+    assert found[0]["elapsed_s"] <= found[1]["elapsed_s"]
+
+
+def test_every_verb_with_progress_takes_it() -> None:
+    (commands,) = (each for each in full_parser()._actions if isinstance(each, argparse._SubParsersAction))
+    shown = {verb for verb, parser in commands.choices.items() if "--progress {" in parser.format_help()}
+    modules = {verb: import_module(f"autobalance.{module}") for verb, module in public().items()}
+    long = {verb for verb, each in modules.items() if "progress" in signature(getattr(each, verb)).parameters}
+    assert {"demo", *long} <= shown
 
 
 HELD = """

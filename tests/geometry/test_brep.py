@@ -11,6 +11,7 @@ from autobalance.crank.parametric.generate import crank_shape, exact_moments
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.cad import kernel
 from autobalance.solid.cad.brep import ExactSolid
+from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.csg.shape import (
     Bar,
     Drafted,
@@ -26,7 +27,7 @@ from autobalance.solid.csg.shape import (
 from tests.generated import AT_OTHER_ANGLES, true_moments
 from tests.sweeps import SWEPT
 
-needs_kernel = pytest.mark.skipif(not kernel.has_kernel(), reason="the extra 'step' is not installed")
+needs_kernel = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
 ROUNDING = 1e-9
 COARSE = 1.6e-5  # from 64 segments, with oil holes
 FACETS = 1e-6  # from 128: what extrapolation leaves of the facets, with oil holes

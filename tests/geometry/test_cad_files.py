@@ -14,7 +14,8 @@ import pytest
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.doubt import doubt_of
-from autobalance.solid.cad.kernel import explored, has_kernel
+from autobalance.solid.cad.installed import has_kernel
+from autobalance.solid.cad.kernel import explored
 from autobalance.solid.cad.sewing import bodies_of
 from autobalance.solid.cad.soundness import Gap, sound
 from autobalance.solid.cad.step_file import write_step

@@ -13,7 +13,8 @@ import pytest
 from autobalance.crank.parametric.design import preset
 from autobalance.crank.parametric.generate import crank_shape
 from autobalance.solid.cad.brep import ExactSolid
-from autobalance.solid.cad.kernel import explored, has_kernel
+from autobalance.solid.cad.installed import has_kernel
+from autobalance.solid.cad.kernel import explored
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
 from autobalance.solid.csg.shape import Bar, Joined, Prism, Revolved, Shape, Without, circle, polygon
 from autobalance.solid.mesh.measure import mesh_moments

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 import re
 import signal
+from importlib.machinery import ModuleSpec
 from pathlib import Path
 
 import pytest
 
 from autobalance.errors import FormatError, SolidError
-from autobalance.solid.cad import foreign_files, kernel
+from autobalance.solid.cad import foreign_files, installed, kernel
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.foreign_files import read_foreign_file
-from autobalance.solid.cad.kernel import has_kernel, properties
+from autobalance.solid.cad.installed import has_kernel
+from autobalance.solid.cad.kernel import properties
 from autobalance.solid.cad.tessellation import bounds_mm
 from autobalance.solid.csg.shape import Bar, Prism, Without, circle
 from autobalance.solid.formats.read import read
@@ -110,8 +112,29 @@ def test_a_point_far_away_is_refused(step: bytes, number: str, tmp_path: Path) -
     assert "\n" not in str(caught.value)
 
 
-def test_a_kernel_of_another_generation_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kernel, "installed_version", lambda: "7.9.3.1")
+@pytest.mark.parametrize(
+    ("packages", "expected"),
+    [
+        ((), True),  # brought by no package that is known
+        (("cadquery_ocp_novtk-8.0.1", "cadquery_ocp_proxy-8.0.1"), True),
+        (("cadquery_ocp-7.9.3.1.1", "cadquery_ocp_proxy-8.0.1"), False),
+        (("cadquery_ocp-7.9.3.1.1", "cadquery_ocp_novtk-8.0.1"), True),  # whichever was unpacked last
+    ],
+)
+def test_the_generation_of_a_kernel_is_known_without_loading_it(
+    packages: tuple[str, ...], expected: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in packages:
+        (tmp_path / f"{name}.dist-info").mkdir()
+    spec = ModuleSpec("OCP", None, is_package=True)
+    spec.submodule_search_locations = [str(tmp_path / "OCP")]
+    monkeypatch.setattr(installed, "find_spec", lambda _: spec)
+    assert installed.has_kernel() is expected
+
+
+@pytest.mark.parametrize("where", ["installed_versions", "loaded_version"])
+def test_a_kernel_of_another_generation_is_named(monkeypatch: pytest.MonkeyPatch, where: str) -> None:
+    monkeypatch.setattr(kernel, where, lambda: "7.9.3.1" if where == "loaded_version" else ("7.9.3.1",))
     with pytest.raises(FormatError, match=r"kernel OCP 8; found OCP 7\.9\.3\.1; .*pip install"):
         kernel.require_kernel("STEP")
 

@@ -30,7 +30,7 @@ from autobalance.report.encoding import encoded
 from autobalance.report.records.corrections import Correction
 from autobalance.report.sheet.cuts import cut_row
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.cad.kernel import has_kernel
+from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import placed
 from autobalance.solid.formats.read import Source, read

@@ -11,7 +11,8 @@ from autobalance.errors import CorrectionError, SolidError
 from autobalance.solid.cad import machining
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.build import moved
-from autobalance.solid.cad.kernel import explored, has_kernel
+from autobalance.solid.cad.installed import has_kernel
+from autobalance.solid.cad.kernel import explored
 from autobalance.solid.cad.step_file import read_step_file
 from autobalance.solid.cad.surface import CylinderFace, PlaneFace, Surface
 from autobalance.solid.csg.region import Region

@@ -13,7 +13,7 @@ from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.crank.recognition.exact_cylinders import own_direction
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.solid.cad.brep import ExactSolid
-from autobalance.solid.cad.kernel import has_kernel
+from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.csg.shape import Placed
 from autobalance.solid.formats.read import Source, read

@@ -12,7 +12,7 @@ from autobalance.command.main import main
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import SolidError
-from autobalance.solid.cad.kernel import has_kernel
+from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.formats.read import Source, read
 
 CORPUS = os.environ.get("AUTOBALANCE_CORPUS")

@@ -13,7 +13,7 @@ from autobalance.crank.recognition.rod_eyes import find_eyes
 from autobalance.engine.conrod import cut_at_centre_of_mass
 from autobalance.errors import RecognitionError
 from autobalance.solid.cad.brep import ExactSolid
-from autobalance.solid.cad.kernel import has_kernel
+from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Prism, Without, circle, polygon, tessellated
 from autobalance.solid.csg.solid import Solid

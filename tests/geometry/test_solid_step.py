@@ -12,7 +12,8 @@ from autobalance.crank.parametric.generate import crank_shape
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.cad import kernel, step
 from autobalance.solid.cad.brep import ExactSolid
-from autobalance.solid.cad.kernel import compound, has_kernel
+from autobalance.solid.cad.installed import has_kernel
+from autobalance.solid.cad.kernel import compound
 from autobalance.solid.cad.step_file import read_step_file
 from autobalance.solid.chordal_error.estimate import estimate_chordal_error
 from autobalance.solid.csg.shape import Bar, Prism, Without, circle, polygon

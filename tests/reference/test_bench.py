@@ -10,7 +10,7 @@ import pytest
 
 from autobalance.api.bench import bench
 from autobalance.command import main
-from autobalance.solid.cad.kernel import has_kernel
+from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.formats.read import read
 
 SPEEDS = (3000.0, 6000.0, 9000.0)

@@ -11,24 +11,19 @@ import numpy as np
 
 from autobalance.errors import FormatError, SolidError
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.cad.installed import (
+    GENERATION,
+    INSTALL,
+    has_kernel,
+    installed_versions,
+    is_of_generation,
+)
 
-INSTALL = "pip install 'autobalance[step]'"
-GENERATION: Final = "8"
-"""Of the CAD kernel: the first number of its version; its packages of another have other names inside."""
-PACKAGES: Final = ("cadquery-ocp-novtk", "cadquery-ocp")
-"""The packages that bring the kernel, under one name of import."""
 MOST_MM: Final = 1e7
 """Farther from the origin than 10 km no crankshaft lies: the kernel computes such files without end."""
 PROPERTIES = 1e-10
 """Relative error of each face's share of the volume; in its default order the kernel is off by 1e-5
 of a hole that enters a round rim."""
-
-
-def has_kernel() -> bool:
-    """Return whether the CAD kernel is installed."""
-    from importlib.util import find_spec
-
-    return find_spec("OCP") is not None
 
 
 def require_kernel(what: str = "STEP") -> None:
@@ -39,15 +34,15 @@ def require_kernel(what: str = "STEP") -> None:
     FormatError
         If it is not installed, is of another generation, or cannot be loaded.
     """
+    versions = installed_versions()
+    if versions and not any(is_of_generation(each) for each in versions):
+        raise _other_generation(what, versions[-1])
     if not has_kernel():
         raise FormatError(f"{what} needs the CAD kernel, which is not installed: {INSTALL}")
-    version = installed_version()
-    if version.split(".", maxsplit=1)[0] not in ("", GENERATION):
-        raise FormatError(
-            f"{what} needs the CAD kernel OCP {GENERATION}; found OCP {version}; in an environment without "
-            f"the package that brings it: {INSTALL}"
-        )
     try:
+        loaded = loaded_version()
+        if not is_of_generation(loaded):  # two packages were unpacked under one name
+            raise _other_generation(what, loaded)
         silence()
     except ImportError as error:
         reason = str(error).splitlines()[0]
@@ -56,16 +51,18 @@ def require_kernel(what: str = "STEP") -> None:
         ) from None
 
 
-def installed_version() -> str:
-    """Return the version of the kernel that is installed; empty where no package says it."""
-    from importlib.metadata import PackageNotFoundError, version
+def _other_generation(what: str, version: str) -> FormatError:
+    return FormatError(
+        f"{what} needs the CAD kernel OCP {GENERATION}; found OCP {version}; use an environment without it "
+        f"(CadQuery brings it): {INSTALL}"
+    )
 
-    for package in PACKAGES:
-        try:
-            return version(package)
-        except PackageNotFoundError:
-            continue
-    return ""
+
+def loaded_version() -> str:
+    """Return the version that the kernel states of itself; loads it."""
+    import OCP
+
+    return str(OCP.__version__)
 
 
 @contextmanager
