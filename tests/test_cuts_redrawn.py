@@ -182,7 +182,8 @@ def redrawn(item: dict[str, Any]) -> Any:
             item[key] for key in ("z_from_mm", "z_to_mm", "new_radius_mm", "outer_radius_mm")
         )
         return revolved([(r, low), (far, low), (far, high), (r, high)], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
-    ends = sorted(item["side"] * item[key] for key in ("face_height_mm", "new_height_mm"))
+    begun = item["face_height_mm"] + item.get("entry_lift_mm", 0.0)
+    ends = sorted(item["side"] * height for height in (begun, item["new_height_mm"]))
     return prism(item["outline"], *ends)
 
 

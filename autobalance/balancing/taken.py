@@ -48,9 +48,10 @@ def _measured(rotor: Rotor, planned: Correction, pressed_in: Any, took: EachTake
         rate, area = took.floor.moved(frame).scaled(density), took.floor.mass_g
         details = _outline(took, sign * planned.axis, frame)
         details |= {"area_mm2": area} if "area_mm2" in planned.details else {}
+        details |= {"entry_lift_mm": took.lift_mm} if took.lift_mm > 0.0 else {}
     correction = as_taken(planned, change, rate, area, -sign * took.volume.mass_g, **details)
     if "outline" in details:
-        volume = abs(correction.depth_mm) * loops_area_mm2(details["outline"])
+        volume = (abs(correction.depth_mm) + took.lift_mm) * loops_area_mm2(details["outline"])
         correction = replace(correction, tool_volume_mm3=volume)
     return correction if took.hole is None else _in_old_hole(correction, frame @ took.hole)
 

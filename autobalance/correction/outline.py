@@ -94,10 +94,12 @@ def outline_of(loop: Sequence[dict[str, Any]]) -> Outline:
 def outline_shape(item: Item) -> Shape:
     """Return the prism of a listed correction's ``outline`` between the old height of its face and the new.
 
+    It begins over the old face where that was cut up in a fillet, whose foot the tool takes too.
     Islands, which run the other way round, are left out of the loop before them.
     """
     side = item["side"]
-    heights = sorted((side or 1) * item[key] for key in ("face_height_mm", "new_height_mm"))
+    begun = item["face_height_mm"] + item.get("entry_lift_mm", 0.0)
+    heights = sorted((side or 1) * height for height in (begun, item["new_height_mm"]))
     prisms = [(outline_of(loop), outline_area_mm2(outline_of(loop)) > 0.0) for loop in item["outline"]]
     outer = [Prism(loop, *heights) for loop, is_outer in prisms if is_outer]
     islands = tuple(Prism(_turned_round(loop), *heights) for loop, is_outer in prisms if not is_outer)

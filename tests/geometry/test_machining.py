@@ -7,14 +7,16 @@ import pytest
 
 from autobalance.correction.faces.layer import FaceLayer
 from autobalance.correction.faces.lowering import clear_of, lowering
+from autobalance.correction.outline import listed_outline, outline_shape
 from autobalance.errors import CorrectionError, SolidError
-from autobalance.solid.cad import machining
+from autobalance.solid.cad import machining, taken
 from autobalance.solid.cad.brep import ExactSolid
-from autobalance.solid.cad.build import moved
+from autobalance.solid.cad.build import built, moved
 from autobalance.solid.cad.installed import has_kernel
-from autobalance.solid.cad.kernel import explored
+from autobalance.solid.cad.kernel import common, explored, properties, scaled
 from autobalance.solid.cad.step_file import read_step_file
 from autobalance.solid.cad.surface import CylinderFace, PlaneFace, Surface
+from autobalance.solid.cad.taken import flat_loops
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import (
     Arc,
@@ -131,6 +133,39 @@ def test_what_a_tool_took_higher_in_the_fillet_is_measured(monkeypatch: pytest.M
     assert taken.volume.mass_g == pytest.approx(3.0 * area, rel=1e-5)  # and a little of the fillet
     assert taken.volume.mass_g == pytest.approx(whole.volume_mm3 - done.volume_mm3, rel=1e-9)
     assert taken.floor.centre_mm[2] == pytest.approx(7.0)
+
+
+@pytest.mark.parametrize("share", [1e-7, 1e-3])
+def test_a_tool_begun_up_in_a_fillet_can_be_drawn_again(
+    share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its outline, drawn out from the new face to where it began, takes what is listed."""
+    for room in (machining, taken):
+        monkeypatch.setattr(room, "CLEAR_SHARES", (share,))
+    whole, tool = filleted(), lowered_by(3.0)
+    each = whole.each_taken([tool], [], whole.machined([tool]))
+    assert each is not None
+    ((took,), _) = each
+    assert took.lift_mm == (0.0 if share <= 1e-6 else pytest.approx(share * math.hypot(SIDE, SIDE, 30.0)))
+    item = listed_outline(flat_loops(took.loops, np.eye(4)), np.eye(4))
+    item |= {"face_height_mm": 10.0, "new_height_mm": 7.0, "entry_lift_mm": took.lift_mm}
+    again = properties(common(whole.body, built(outline_shape(item))))
+    assert again.mass_g == pytest.approx(took.volume.mass_g, rel=1e-8)
+    short = properties(common(whole.body, built(outline_shape({**item, "entry_lift_mm": 0.0}))))
+    assert (abs(short.mass_g / took.volume.mass_g - 1.0) > 1e-5) == (share > 1e-6)
+
+
+def test_what_tools_took_adds_up_where_parts_do_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A body whose edges lie off its faces is more or less than its parts: what went is measured in turn."""
+    whole, tools = filleted(), [lowered_by(3.0), Bar((0.0, 0.0, 40.0), (0.0, 0.0, 20.0), 2.0)]
+    done = whole.machined(tools)
+    sound = whole.each_taken(tools, [], done)
+    monkeypatch.setattr(taken, "common", lambda body, part: scaled(common(body, part), 0.999))
+    again = whole.each_taken(tools, [], done)
+    assert sound is not None
+    assert again is not None
+    for one, other in zip(sound[0], again[0], strict=True):
+        assert other.volume.mass_g == pytest.approx(one.volume.mass_g, rel=1e-6)
 
 
 def test_drillings_in_what_stands_on_the_face_are_left_alone() -> None:

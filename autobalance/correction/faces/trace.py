@@ -127,9 +127,10 @@ class FaceTrace:
         if not abs(drawn - area) <= DRAWN * area + EDGE_MM2:
             raise FormatError(f"outline of a correction holds {drawn:.6g} mm²; its face has {area:.6g} mm²")
         depth = abs(stated_number(self.item, "depth_mm"))
+        lift = stated_number({"entry_lift_mm": 0.0, **self.item}, "entry_lift_mm")
         values: dict[str, Any] = {
             "side": side_of(face.normal),
-            "tool_volume_mm3": depth * drawn,
+            "tool_volume_mm3": (depth + lift) * drawn,
             "outline": loops,
         }
         if values["side"] is None:

@@ -47,7 +47,11 @@ class CorrectionDetails:
     point_angle_deg: Annotated[float, "180: flat"] | Absent = ABSENT
     face_z_mm: Annotated[float, "where the depth of a milled pocket begins"] | Absent = ABSENT
     entry_lift_mm: (
-        Annotated[NotNegative, "how far outside the entry the tool begins: drill, slug"] | Absent
+        Annotated[
+            NotNegative,
+            "how far outside the entry the tool begins: drill, slug, a shoulder up in a fillet",
+        ]
+        | Absent
     ) = ABSENT
     entry_mm: Annotated[Triple | None, "entry of the first stage of a hole that is deepened"] | Absent = (
         ABSENT

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.cad.kernel import area_properties, common, cut, explored, fused, properties
 from autobalance.solid.cad.machining import (
+    AS_DRAWN,
     CLEAR_SHARES,
     SAME_HEIGHT_MM,
     SAME_NORMAL,
@@ -62,12 +63,15 @@ class EachTaken:
         Outline of that face: outer loops, each followed by its islands.
     hole : (4, 4) float or None
         Where a drill ran along a hole that was there, its placement there.
+    lift_mm : float
+        How far over its old face a lowered one was begun, where that was up in a fillet; else 0.
     """
 
     volume: Moments
     floor: Moments | None = None
     loops: tuple[Loop, ...] = ()
     hole: Array | None = None
+    lift_mm: float = 0.0
 
 
 def each_taken(
@@ -76,23 +80,49 @@ def each_taken(
     """Return what each removing tool and each adding one did to a body, in turn.
 
     Metal that two tools want is the first one's. ``change_mm3`` is by how much all of them changed the body's
-    volume; None where their sum is not that, however high over faces it is looked what stands on them.
+    volume; None where their sum is not that, however high over faces it is looked what stands on them, and
+    however they are measured.
     """
     low, high = bounds_mm(body)
     size = float(np.linalg.norm(high - low))
     for share in CLEAR_SHARES:
+        lift_mm = 0.0 if share <= AS_DRAWN else share * size
         grown = [tool_shape(tool, body, share * size) for tool in added]
         tools = [tool_shape(tool, body, share * size) for tool in removed]
         whole = fused([body, *grown])
         came = [cut(part, [body]) for part in _apart(grown)]
         went = [common(whole, part) for part in _apart(tools)]
-        adds = tuple(_measured(tool, part, body) for tool, part in zip(added, came, strict=True))
-        takes = tuple(_measured(tool, part, body) for tool, part in zip(removed, went, strict=True))
-        moved = sum(each.volume.mass_g for each in (*adds, *takes))
-        sum_mm3 = sum(each.volume.mass_g for each in adds) - sum(each.volume.mass_g for each in takes)
-        if abs(sum_mm3 - change_mm3) <= ADD_UP * moved:
+        adds = tuple(_measured(tool, part, body, 0.0) for tool, part in zip(added, came, strict=True))
+        takes = tuple(_measured(tool, part, body, lift_mm) for tool, part in zip(removed, went, strict=True))
+        if _adds_up(takes, adds, change_mm3):
+            return takes, adds
+        changes = iter(_in_turn(body, grown, tools))
+        adds = tuple(replace(each, volume=next(changes)) for each in adds)
+        takes = tuple(replace(each, volume=next(changes).scaled(-1.0)) for each in takes)
+        if _adds_up(takes, adds, change_mm3):
             return takes, adds
     return None
+
+
+def _adds_up(takes: Sequence[EachTaken], adds: Sequence[EachTaken], change_mm3: float) -> bool:
+    came, went = (sum(each.volume.mass_g for each in some) for some in (adds, takes))
+    return bool(abs(came - went - change_mm3) <= ADD_UP * (abs(came) + abs(went)))
+
+
+def _in_turn(body: Any, grown: Sequence[Any], tools: Sequence[Any]) -> list[Moments]:
+    """Return by how much each tool, one after another, changed the body as it is measured.
+
+    Where edges lie off their faces, as in the corpus's forging (18 faces, by 0.2 mm), a body's volume is not
+    the sum of its parts'.
+    """
+    measured = [properties(body)]
+    for shape in grown:
+        body = fused([body, shape])
+        measured.append(properties(body))
+    for shape in tools:
+        body = cut(body, [shape])
+        measured.append(properties(body))
+    return [after - before for before, after in pairwise(measured)]
 
 
 def _apart(shapes: Sequence[Any]) -> list[Any]:
@@ -108,7 +138,7 @@ def _apart(shapes: Sequence[Any]) -> list[Any]:
     return parts
 
 
-def _measured(tool: Tool, part: Any, body: Any) -> EachTaken:
+def _measured(tool: Tool, part: Any, body: Any, lift_mm: float) -> EachTaken:
     volume = properties(part)
     if isinstance(tool, Drilling):
         placed = along_old_hole(tool, body)
@@ -116,7 +146,7 @@ def _measured(tool: Tool, part: Any, body: Any) -> EachTaken:
     if isinstance(tool, Lowering):
         outward = tool.placement[:3, 2]
         height = tool.low_mm + float(tool.placement[:3, 3] @ outward)
-        return _on_plane(part, volume, -outward, -height)
+        return replace(_on_plane(part, volume, -outward, -height), lift_mm=lift_mm)
     if isinstance(tool, Raising):
         if not tool.surfaces:
             return EachTaken(volume)
