@@ -71,8 +71,11 @@ def check_kind(kind):
     u, v = report["residual"]["unbalance_g_mm"]
     off = ((x - u) ** 2 + (y - v) ** 2) ** 0.5 / obj.Permissible
     assert off <= RESIDUAL, (kind, off)
-    if kind == "add":
-        check_kept(obj, tree, made)
+    (shown,) = [each for each in made.Objects if hasattr(each, "ByFreeCAD")]
+    assert abs(shown.ByFreeCAD - (x * x + y * y) ** 0.5) < 1e-9 and abs(shown.ByReport - obj.Residual) < 1e-9
+    assert shown.Apart <= RESIDUAL
+    if kind in ("add", "drill"):
+        check_kept(obj, tree, made, shown)
     print(
         "%s: %d cuts, volume within %.1e, residual within %.2f %%"
         % (kind, len(report["corrections"]), worst, 100 * off)
@@ -80,14 +83,20 @@ def check_kind(kind):
     FreeCAD.closeDocument(made.Name)
 
 
-def check_kept(obj, tree, made):
-    """The same cuts with new depths: their number stays, and the native tree follows."""
+def check_kept(obj, tree, made, shown):
+    """The same cuts with new depths, then none: their number stays, and the native tree follows."""
     first, volume = list(obj.Depths), obj.Shape.Volume
     obj.Plan, obj.Reciprocating = "kept", [290.0]
     made.recompute()
     assert len(obj.Depths) == len(first) and list(obj.Depths) != first, (first, list(obj.Depths))
     apart = abs(tree.Shape.Volume - obj.Shape.Volume)
     assert apart < 1e-5 * volume, ("the native tree does not follow", apart)
+    assert shown.Apart <= RESIDUAL and abs(shown.ByReport - obj.Residual) < 1e-9
+    obj.Factor, count = json.loads(obj.Report)["balance_factor"]["initial"], len(first)
+    made.recompute()
+    assert list(obj.Depths) == [0.0] * count, list(obj.Depths)
+    apart = abs(tree.Shape.Volume - obj.Source.Shape.Volume)
+    assert apart < 1e-5 * volume, ("a cut of depth 0 cuts", apart)
 
 
 def check_spreadsheet():
@@ -159,6 +168,46 @@ def check_thesis():
     FreeCAD.closeDocument(made.Name)
 
 
+def check_job():
+    """What is written as a job is what is run; a mesh has a tree of cuts, too; odd sizes are named."""
+    import tomllib
+
+    import MeshPart
+
+    made, source = document()
+    mesh = made.addObject("Mesh::Feature", "Mesh")
+    mesh.Mesh = MeshPart.meshFromShape(
+        Shape=source.Shape.Solids[0], LinearDeflection=0.2, AngularDeflection=0.5
+    )
+    obj = cranks.make_crank(mesh, made)
+    obj.Method, obj.Rotating, obj.Reciprocating, obj.Factor, obj.Grade = "drill", [300.0], [300.0], 0.12, 40.0
+    obj.Drills, obj.Limits = (
+        [12.0],
+        ["drill.diameters_mm = [10.0]", "drill.direction=radial", "min_wall_mm=2.5"],
+    )
+    folder = tempfile.mkdtemp()
+    with open(cranks.write_job(obj, folder), "rb") as stream:
+        table = tomllib.load(stream)["correction"]
+    wanted = {"method": "drill", "min_wall_mm": 2.5, "drill": {"diameters_mm": [10.0], "direction": "radial"}}
+    assert table == wanted, table
+    assert cranks.balanceable(obj) == [mesh, source]
+    assert cranks.size_of(source, 7850.0).endswith(" × 94.26 × 152 mm, 1857 g"), cranks.size_of(
+        source, 7850.0
+    )
+    made.recompute()
+    depths, obj.Limits, obj.JobFile = list(obj.Depths), [], os.path.join(folder, "job.toml")
+    made.recompute()
+    assert depths and list(obj.Depths) == depths, (depths, list(obj.Depths), obj.Problem)
+    tree = commands.make_cuts(obj)
+    (shown,) = [each for each in made.Objects if hasattr(each, "ByFreeCAD")]
+    assert shown.Apart <= RESIDUAL and tree.Shape.Volume < mesh.Mesh.Volume
+    print(
+        "job: limits written, a mesh's tree of %d cuts, %s"
+        % (len(obj.Depths), cranks.size_of(source, 7850.0))
+    )
+    FreeCAD.closeDocument(made.Name)
+
+
 def limits_of_the_thesis():
     """Return the keys of the bundled job's [correction] but its method."""
     import tomllib
@@ -216,6 +265,12 @@ def check_refusals():
     assert len(made.Objects) == count + 2
     obj = balanced("drill", made, source)
     volume, report = obj.Shape.Volume, obj.Report
+    obj.SpeedRpm, obj.Grade = -1.0, -1.0
+    made.recompute()
+    assert [each.split()[1] for each in obj.Problem.splitlines()] == ["balance.grade", "balance.speed_rpm"], (
+        obj.Problem
+    )
+    obj.Grade = 40.0
     for change, why in (
         (lambda: setattr(obj, "SpeedRpm", -1.0), "speed_rpm"),
         (
@@ -260,7 +315,7 @@ COMMAND = os.environ["AUTOBALANCE_COMMAND"]
 def main():
     failed = 0
     checks = [("kind " + kind, lambda kind=kind: check_kind(kind)) for kind in KINDS]
-    checks += [("spreadsheet", check_spreadsheet), ("thesis", check_thesis)]
+    checks += [("spreadsheet", check_spreadsheet), ("thesis", check_thesis), ("job", check_job)]
     checks += [("inspect", check_inspect), ("refusals", check_refusals)]
     wanted = os.environ.get("AUTOBALANCE_CHECKS", "")
     for name, check in checks:

@@ -28,6 +28,8 @@ def main():
     source = commands.new_crank("single", document)
     obj = make_crank(source, document)
     shown = panel.show(obj)
+    assert [shown.body.itemText(k) for k in range(shown.body.count())] == [source.Label]
+    assert shown.size.text().endswith(" mm, 1857 g"), shown.size.text()
     shown.fields["Rotating"].setText("200; 100")
     shown.fields["Reciprocating"].setText("300")
     shown.fields["Factor"].setText("0.12")
@@ -48,6 +50,8 @@ def main():
     assert obj.Outcome == "within_tolerance", shown.said.text()
     assert shown.cuts.topLevelItemCount() == len(obj.Depths) > 0
     commands.make_cuts(obj)
+    shown.result()
+    assert "FreeCAD's own residual of the tree of cuts: " in shown.said.text(), shown.said.text()
     source.ViewObject.Visibility = False
     shown.cuts.topLevelItem(0).setSelected(True)
     assert len(FreeCADGui.Selection.getSelection()) == 1
@@ -90,14 +94,14 @@ def picture(form, view):
 def check_buttons(document, source):
     """Each button that cannot work says so in one line of the report view, and changes nothing."""
     import Part
-    from freecad.autobalance import commands
+    from freecad.autobalance import commands, program
 
     two = document.addObject("Part::Feature", "Two")
     two.Shape = Part.makeCompound([Part.makeBox(1, 1, 1), Part.makeBox(1, 1, 1, FreeCAD.Vector(5, 0, 0))])
     sketch = document.addObject("Sketcher::SketchObject", "Sketch")
     document.recompute()
     said, asked, known = [], [], os.environ["AUTOBALANCE_COMMAND"]
-    commands.say = lambda error: said.append(str(error))
+    program.complain = lambda error, label="": said.append(str(error))
     commands.offer_environment = lambda: asked.append(True)
     cases = (
         ([], "0 objects are selected", known),

@@ -6,6 +6,8 @@ from xml.etree import ElementTree
 
 import pytest
 
+from autobalance.crank.parametric.design import PRESETS
+
 ROOM = Path(__file__).resolve().parents[2] / "freecad" / "freecad" / "autobalance"
 
 
@@ -20,6 +22,12 @@ def shown() -> set[str]:
             if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in ("LISTS", "NUMBERS"):
                 texts |= {words for _, words in ast.literal_eval(node.value)}
     return texts
+
+
+def test_the_presets_to_choose_from_are_those_of_the_generator() -> None:
+    tree = ast.parse((ROOM / "commands.py").read_text(encoding="utf-8"))
+    lists = {each.targets[0].id: each.value for each in tree.body if isinstance(each, ast.Assign)}
+    assert ast.literal_eval(lists["PRESETS"]) == tuple(PRESETS)
 
 
 @pytest.mark.parametrize("name", ["autobalance.ts", "autobalance_de.ts"])

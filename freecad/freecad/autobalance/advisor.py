@@ -4,7 +4,7 @@ import shutil
 import tempfile
 
 from freecad.autobalance import program
-from freecad.autobalance.crank import write_job
+from freecad.autobalance.crank import job_words
 from PySide import QtCore, QtGui
 
 WIDTH, HEIGHT, EDGE = 230, 130, 20
@@ -38,7 +38,7 @@ def factors_of(crank):
     """
     if not crank.RodLength > 0.0 and not crank.JobFile:
         raise program.CommandError("the rod length is 0; expected the rod length in mm")
-    return _answer(lambda folder: ["forces", write_job(crank, folder)])["factors"]
+    return _answer(lambda folder: ["forces", *job_words(crank, folder)])["factors"]
 
 
 def curve_picture(factors, factor):

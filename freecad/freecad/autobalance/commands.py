@@ -8,11 +8,34 @@ import tempfile
 
 import FreeCAD
 from freecad.autobalance import program
-from freecad.autobalance.crank import check_source, input_hash, make_crank, shape_of, write_job, write_source
+from freecad.autobalance.crank import (
+    check_source,
+    input_hash,
+    job_words,
+    make_crank,
+    shape_of,
+    write_job,
+    write_source,
+)
 from freecad.autobalance.cuts import make_cuts
 from freecad.autobalance.datums import recognised
 from freecad.autobalance.translation import translate
 
+PRESETS = (
+    "single",
+    "pressed-up-single",
+    "pressed-up-single-no-pin",
+    "v-twin-45",
+    "parallel-twin-360",
+    "inline-3",
+    "inline-4",
+    "inline-6",
+    "v6-60",
+    "v8-crossplane",
+    "v8-flatplane",
+    "v12-60",
+)
+"""Of ``autobalance generate``."""
 ICONS = os.path.join(os.path.dirname(__file__), "icons")
 
 
@@ -51,9 +74,8 @@ def verify(crank):
     """Return the lines of ``autobalance verify`` on a crank's report, made again in a temporary folder."""
     folder = tempfile.mkdtemp(prefix="autobalance-")
     try:
-        job = write_job(crank, folder)
         out = os.path.join(folder, "out")
-        program.run(["balance", job, "-o", out, "--only", "json"], folder)
+        program.run(["balance", *job_words(crank, folder), "-o", out, "--only", "json"], folder)
         program.run(["verify", os.path.join(out, "report.json")], folder)
         return "every claim of the report holds"
     finally:
@@ -64,8 +86,8 @@ def sheet(crank, target):
     """Write the shop sheet of a balanced crank to a file."""
     folder = tempfile.mkdtemp(prefix="autobalance-")
     try:
-        job = write_job(crank, folder)
-        program.run(["balance", job, "-o", os.path.join(folder, "out"), "--only", "pdf"], folder)
+        out = os.path.join(folder, "out")
+        program.run(["balance", *job_words(crank, folder), "-o", out, "--only", "pdf"], folder)
         shutil.copy(os.path.join(folder, "out", "sheet.pdf"), target)
         return target
     finally:
@@ -88,11 +110,6 @@ def selected():
     return found[0]
 
 
-def say(error):
-    """Say in the report view what went wrong, in a line."""
-    FreeCAD.Console.PrintError("autobalance: %s\n" % str(error).splitlines()[0])
-
-
 def offer_environment():
     """Ask whether to make an environment for the command, and make it; the last word is a line."""
     from PySide import QtGui
@@ -103,7 +120,7 @@ def offer_environment():
     try:
         FreeCAD.Console.PrintMessage("autobalance: installed as %s\n" % program.make_environment())
     except program.CommandError as error:
-        say(error)
+        program.complain(error)
 
 
 class Command:
@@ -133,11 +150,11 @@ class Command:
             document.commitTransaction()
         except program.NotFoundError as error:
             document.abortTransaction()
-            say(error)
+            program.complain(error)
             offer_environment()
         except Exception as error:  # a command of a window: nobody is above it
             document.abortTransaction()
-            say(error)
+            program.complain(error)
 
 
 def _balance():
@@ -165,14 +182,26 @@ def _sheet():
     QtGui.QDesktopServices.openUrl(QtCore.QUrl.fromLocalFile(path))
 
 
-def _app():
-    subprocess.Popen([*program.command(), "app"])
+def _new():
+    from PySide import QtGui
+
+    words = translate("Preset of the crank")
+    preset, chosen = QtGui.QInputDialog.getItem(None, "autobalance", words, list(PRESETS), 0, True)
+    if chosen:
+        new_crank(preset)
+
+
+def _verify():
+    FreeCAD.Console.PrintMessage("autobalance: %s\n" % verify(selected()))
+
+
+def open_app():
+    """Start the app, which opens in a browser."""
+    return subprocess.Popen([*program.command(), "app"])
 
 
 COMMANDS = {
-    "Autobalance_New": Command(
-        "New crank", "A crank of the generator's presets", "autobalance.svg", new_crank
-    ),
+    "Autobalance_New": Command("New crank", "A crank of the generator's presets", "autobalance.svg", _new),
     "Autobalance_Inspect": Command(
         "Inspect",
         "Axis, journals, crankpins, webs and faces as a group",
@@ -183,11 +212,9 @@ COMMANDS = {
     "Autobalance_Cuts": Command(
         "Cuts", "The cuts as native features", "cuts.svg", lambda: make_cuts(selected())
     ),
-    "Autobalance_Verify": Command(
-        "Verify", "Check every claim of the report", "verify.svg", lambda: verify(selected())
-    ),
+    "Autobalance_Verify": Command("Verify", "Check every claim of the report", "verify.svg", _verify),
     "Autobalance_Sheet": Command("Sheet", "Open the shop sheet", "verify.svg", _sheet),
     "Autobalance_Job": Command("Write job", "Write job and solid to a folder", "cuts.svg", _write_job),
-    "Autobalance_App": Command("App", "Open the app in a browser", "autobalance.svg", _app),
+    "Autobalance_App": Command("App", "Open the app in a browser", "autobalance.svg", open_app),
 }
 __all__ = ["COMMANDS", "input_hash", "inspect", "make_cuts", "new_crank", "shape_of", "sheet", "verify"]

@@ -9,6 +9,7 @@ import tempfile
 import FreeCAD
 import Part
 from freecad.autobalance import program
+from freecad.autobalance.cuts import mesh_shape
 from freecad.autobalance.job import job_of, toml
 
 VERSION = 1
@@ -65,7 +66,8 @@ class BalancedCrank:
         add_properties(obj)
         version = getattr(self, "version", 0)
         if version != VERSION:
-            warn("%s was saved by version %s of the workbench; it is kept as it is" % (obj.Label, version))
+            words = "%s was saved by version %s of the workbench; it is kept as it is"
+            program.warn(words % (obj.Label, version))
             self.version = VERSION
 
     def execute(self, obj):
@@ -77,8 +79,7 @@ class BalancedCrank:
             self.balance(obj)
             obj.Problem = ""
         except program.CommandError as error:
-            obj.Problem = str(error).splitlines()[0]
-            FreeCAD.Console.PrintError("autobalance: %s: %s\n" % (obj.Label, obj.Problem))
+            obj.Problem = program.complain(error, obj.Label)
 
     def balance(self, obj):
         """Balance anew if geometry or a property has changed.
@@ -154,6 +155,35 @@ def check_source(source):
         )
 
 
+def balanceable(crank):
+    """Return the objects of a document that may be a crank's source: its own first, other solids, meshes."""
+    found = [crank.Source]
+    for each in crank.Document.Objects:
+        if each is crank or each in found or crank in each.OutListRecursive:
+            continue
+        try:
+            check_source(each)
+        except program.CommandError:
+            continue
+        found.append(each)
+    return found
+
+
+ODD_MM = (5.0, 5000.0)
+"""Lengths between which a crank is taken for one."""
+
+
+def size_of(source, density):
+    """Return a body's size and mass as a text, by which a wrong unit is seen; ``density`` in kg/m³."""
+    shape = source.Mesh if hasattr(source, "Mesh") else source.Shape.Solids[0]
+    box = shape.BoundBox
+    sizes = (box.XLength, box.YLength, box.ZLength)
+    text = "%.4g × %.4g × %.4g mm, %.4g g" % (*sizes, shape.Volume * density * 1e-6)
+    if not ODD_MM[0] <= max(sizes) <= ODD_MM[1]:
+        text += "; odd for a crank: was the file's unit another? Scale the body, or import it anew"
+    return text
+
+
 def input_hash(obj):
     """Return a hash of all that the result depends on."""
     digest = hashlib.sha256()
@@ -188,13 +218,8 @@ def balanced(obj, tell=None, cancelled=None):
     check_source(obj.Source)
     folder = tempfile.mkdtemp(prefix="autobalance-")
     try:
-        job = write_job(obj, folder)
-        words = ["balance", job, "-o", os.path.join(folder, "out"), "--only", "json"]
-        for limit in obj.Limits:
-            words += ["--set", "correction." + limit if not limit.startswith("correction.") else limit]
-        _, warnings = program.run(words, folder, tell, cancelled)
-        for each in warnings:
-            warn(each)
+        words = ["balance", *job_words(obj, folder), "-o", os.path.join(folder, "out"), "--only", "json"]
+        program.run(words, folder, tell, cancelled)
         with open(os.path.join(folder, "out", "report.json"), encoding="utf-8") as stream:
             report = json.load(stream)
         return shape_of(report, os.path.join(folder, "out"), obj.Source), report
@@ -211,6 +236,16 @@ def write_source(source, folder):
     else:
         source.Shape.Solids[0].exportStep(path)
     return file
+
+
+def job_words(obj, folder):
+    """Write a crank's solid and its job to a folder; return the words of a command that reads that job."""
+    words = [write_job(obj, folder)]
+    if obj.JobFile:  # it may name another file, which is that of the crank elsewhere
+        mesh = hasattr(obj.Source, "Mesh")
+        words += ["--set", 'crankshaft.file="%s"' % ("crank.stl" if mesh else "crank.step")]
+        words += ["--set", 'crankshaft.unit="mm"'] if mesh else []
+    return words
 
 
 def write_job(obj, folder):
@@ -245,13 +280,6 @@ def shape_of(report, folder, source):
     return shape.Solids[0] if len(shape.Solids) == 1 else shape
 
 
-def mesh_shape(mesh):
-    """Return a mesh as a solid of flat faces."""
-    shell = Part.Shape()
-    shell.makeShapeFromMesh(mesh.Topology, 1e-4)
-    return Part.makeSolid(shell) if shell.isClosed() else shell
-
-
 def show_results(obj, report):
     """Show a report in the result properties."""
     factor = report["balance_factor"]
@@ -263,8 +291,3 @@ def show_results(obj, report):
     obj.FactorAfter = float(factor["final"] or 0.0)
     obj.Depths = [float(cut["depth_mm"]) for cut in report["corrections"]]
     obj.Report = json.dumps(report)
-
-
-def warn(text):
-    """Say something in the report view."""
-    FreeCAD.Console.PrintWarning("autobalance: %s\n" % text)

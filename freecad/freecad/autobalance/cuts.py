@@ -12,7 +12,11 @@ import Part
 from FreeCAD import Matrix, Placement, Vector
 
 FAR_MM = 1.0
-"""How far a turned rim's tool reaches beyond the metal."""
+"""How far a pocket's tool begins outside of the metal."""
+AWAY_MM = 1e4
+"""Beyond any crank."""
+THIN_MM = 1e-3
+"""Least length of a pad: FreeCAD makes none of 0."""
 
 
 def make_cuts(crank):
@@ -25,13 +29,14 @@ def make_cuts(crank):
     report = json.loads(crank.Report)
     document = crank.Document
     group = document.addObject("App::DocumentObjectGroup", "Cuts")
+    source = solid_source(crank, group)
     taken, added = [], []
     for place, cut in enumerate(report["corrections"]):
         tool = make_tool(crank, report, place)
         tool.Label = cut["label"]
         group.addObject(tool)
         (added if cut["kind"] == "add" else taken).append(tool)
-    result = crank.Source
+    result = source
     for tools, kind in ((added, "Part::MultiFuse"), (taken, "Part::Cut")):
         if not tools:
             continue
@@ -41,8 +46,66 @@ def make_cuts(crank):
         else:
             made.Shapes = [result, *tools]
         result = made
+    if result is not source:
+        Residual(document.addObject("App::FeaturePython", "TreeResidual"), crank, source, result)
     document.recompute()
     return result
+
+
+def solid_source(crank, group):
+    """Return the feature that the tools are cut from: the source, or a mesh's solid of flat faces."""
+    source = crank.Source
+    if not hasattr(source, "Mesh"):
+        return source
+    solid = crank.Document.addObject("Part::Feature", "SourceSolid")
+    solid.Shape = mesh_shape(source.Mesh)
+    group.addObject(solid)
+    return solid
+
+
+def mesh_shape(mesh):
+    """Return a mesh as a solid of flat faces."""
+    shell = Part.Shape()
+    shell.makeShapeFromMesh(mesh.Topology, 1e-4)
+    return Part.makeSolid(shell) if shell.isClosed() else shell
+
+
+class Residual:
+    """FreeCAD's own residual of the tree of cuts, from its B-rep, beside the report's; it follows both."""
+
+    def __init__(self, obj, crank, source, tree):
+        obj.Proxy = self
+        for name, linked in (("Crank", crank), ("Before", source), ("Tree", tree)):
+            obj.addProperty("App::PropertyLink", name, "Cuts", "What it is measured on")
+            setattr(obj, name, linked)
+        for name, words in (
+            ("ByFreeCAD", "Residual of the tree as FreeCAD measures it, in g mm"),
+            ("ByReport", "Residual of the report, in g mm"),
+            ("Apart", "Their difference as a share of what is permitted"),
+        ):
+            obj.addProperty("App::PropertyFloat", name, "Residual", words)
+            obj.setEditorMode(name, 1)
+
+    def execute(self, obj):
+        """Measure."""
+        x, y = residual_by_freecad(obj.Crank, obj.Tree.Shape, obj.Before.Shape)
+        u, v = json.loads(obj.Crank.Report)["residual"]["unbalance_g_mm"]
+        obj.ByFreeCAD, obj.ByReport = math.hypot(x, y), math.hypot(u, v)
+        obj.Apart = math.hypot(x - u, y - v) / obj.Crank.Permissible
+
+    def dumps(self):
+        """Save nothing."""
+        return
+
+    def loads(self, state):
+        """Take nothing."""
+
+    __getstate__, __setstate__ = dumps, loads
+
+
+def residual_of(crank):
+    """Return the residual object of a crank's tree; None without a tree."""
+    return next((each for each in crank.InList if hasattr(each, "ByFreeCAD")), None)
 
 
 def _fused(document, group, tools):
@@ -89,10 +152,10 @@ def _hole(crank, report, place):
     cone = document.addObject("Part::Cone", "Point")
     cone.Radius1, cone.Radius2, cone.Height = radius, 0.0, point
     cone.Placement = Placement(entry + axis * cut["depth_mm"], turn)
+    depth, away = _depth(crank, place), -(lift + point)  # with depth 0 nothing is cut: the point is outside
     for letter, start, along in zip("xyz", entry, axis):
-        cone.setExpression(
-            "Placement.Base." + letter, "%.15g mm + %s * %.15g mm" % (start, _depth(crank, place), along)
-        )
+        words = "%.15g mm + (%s > 0 ? %s : %.15g) * %.15g mm" % (start, depth, depth, away, along)
+        cone.setExpression("Placement.Base." + letter, words)
     hole = document.addObject("Part::MultiFuse", "Hole")
     hole.Shapes = [bore, cone]
     return hole
@@ -104,9 +167,8 @@ def _pocket(crank, report, place):
     outline = crank.Document.addObject("Part::Feature", "PocketOutline")
     lift = Placement(Vector(0, 0, cut["face_z_mm"] + cut["side"] * FAR_MM), FreeCAD.Rotation())
     outline.Shape = Part.Face(_pocket_wire(cut)).transformed(to_file(report).multiply(lift).toMatrix(), True)
-    return _extruded(
-        crank, outline, _along(report, -cut["side"]), "%s * 1mm + %.15g mm" % (_depth(crank, place), FAR_MM)
-    )
+    length = "%s * 1mm + %.15g mm" % (_depth(crank, place), FAR_MM)
+    return _extruded(crank, outline, _along(report, -cut["side"]), length)
 
 
 def _pocket_wire(cut):
@@ -215,6 +277,8 @@ class Outline:
 def outline_shape(report, place):
     """Return the faces that an outline draws, file coordinates."""
     cut = report["corrections"][place]
+    if not cut["depth_mm"]:  # a kept cut that is not needed: its feature stays, and cuts nothing
+        return Part.makePlane(1.0, 1.0, Vector(AWAY_MM, AWAY_MM, AWAY_MM))
     wires = [Part.Wire(Part.__sortEdges__([_edge(each) for each in loop])) for loop in cut["outline"]]
     faces = []
     for wire, area in ((wire, _area(loop)) for wire, loop in zip(wires, cut["outline"])):
@@ -269,10 +333,14 @@ def _face(crank, report, place):
     outline.recompute()
     normal = to_file(report).Rotation.multVec(Vector(*cut["normal"]))
     sign = -1.0 if cut["kind"] == "add" else 1.0
-    return _extruded(crank, outline, normal * sign, "abs(%s) * 1mm" % _depth(crank, place))
+    lift = cut.get(
+        "entry_lift_mm", 0.0
+    )  # a shoulder begins up in a fillet where the kernel could only cut there
+    length = "(max(abs(%s); %g) + %.15g) * 1mm" % (_depth(crank, place), THIN_MM, lift)
+    return _extruded(crank, outline, normal * sign, length)
 
 
-def residual_by_freecad(crank, shape):
+def residual_by_freecad(crank, shape, source=None):
     """Return the residual resultant [g mm] as FreeCAD measures a shape made of the crank's source.
 
     The report's initial unbalance less that of the metal that went, plus that of what came: FreeCAD measures
@@ -280,8 +348,9 @@ def residual_by_freecad(crank, shape):
     """
     report = json.loads(crank.Report)
     frame = to_file(report).inverse()
-    before = _moment(crank.Source.Shape.cut(shape), frame, crank.Density)
-    after = _moment(shape.cut(crank.Source.Shape), frame, crank.Density)
+    source = source or crank.Source.Shape
+    before = _moment(source.cut(shape), frame, crank.Density)
+    after = _moment(shape.cut(source), frame, crank.Density)
     x, y = report["initial"]["unbalance_g_mm"]
     for cut in report["corrections"]:
         if cut.get("slug_mass_g") and cut["depth_mm"]:

@@ -19,6 +19,8 @@ def _table(values, path):
 
 
 def _value(value):
+    if isinstance(value, Typed):
+        return str(value)
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, (list, tuple)):
@@ -66,7 +68,24 @@ def job_of(crank, file, keep):
         values["engine"]["crankpin_g"] = _parts("crankpin", crank.Crankpin)
     if keep is not None:
         values["correction"]["keep"] = keep
+    for limit in crank.Limits:
+        _set(values, limit if limit.startswith("correction.") else "correction." + limit)
     return values
+
+
+class Typed(str):
+    """A value as it was typed: TOML already."""
+
+
+def _set(values, typed):
+    """Set one key of nested tables to what was typed, as ``--set`` does: a bare word is a text."""
+    path, _, text = typed.partition("=")
+    *tables, key = path.strip().split(".")
+    for name in tables:
+        values = values.setdefault(name, {})
+    text = text.strip()
+    is_toml = text[:1] in "[{\"'+-.0123456789" or text in ("true", "false")
+    values[key] = Typed(text) if text and is_toml else text
 
 
 def _parts(name, weights):

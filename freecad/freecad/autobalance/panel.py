@@ -2,10 +2,11 @@
 
 import json
 
-import FreeCAD
 import FreeCADGui
+from freecad.autobalance import program
 from freecad.autobalance.advisor import curve_picture, factors_of, grades
-from freecad.autobalance.crank import METHODS, PLANS
+from freecad.autobalance.crank import METHODS, PLANS, balanceable, size_of
+from freecad.autobalance.cuts import residual_of
 from freecad.autobalance.translation import translate
 from PySide import QtCore, QtGui
 
@@ -40,6 +41,7 @@ class Panel:
         self.form.setWindowTitle(translate("Balanced crank"))
         layout = QtGui.QFormLayout(self.form)
         self.fields = {}
+        self.choose_body(layout)
         for name, words in LISTS:
             field = QtGui.QLineEdit("; ".join("%g" % value for value in getattr(crank, name)))
             field.textChanged.connect(self.sums)
@@ -69,13 +71,7 @@ class Panel:
         layout.addRow(translate("Bob-weight"), self.bob)
         self.bar = QtGui.QProgressBar()
         layout.addRow(self.bar)
-        buttons = QtGui.QHBoxLayout()
-        self.go, self.cancel = QtGui.QPushButton(translate("Balance")), QtGui.QPushButton(translate("Cancel"))
-        self.go.clicked.connect(self.run)
-        self.cancel.clicked.connect(self.stop)
-        buttons.addWidget(self.go)
-        buttons.addWidget(self.cancel)
-        layout.addRow(buttons)
+        layout.addRow(self.buttons())
         self.said = QtGui.QLabel()
         self.said.setWordWrap(True)
         layout.addRow(self.said)
@@ -83,8 +79,37 @@ class Panel:
         self.cuts.setHeaderLabels(["cut", "depth [mm]", "takes [g]"])
         self.cuts.itemSelectionChanged.connect(self.light)
         layout.addRow(self.cuts)
+        self.fields["Density"].textChanged.connect(self.measure)
+        self.measure()
         self.sums()
         self.result()
+
+    def choose_body(self, layout):
+        """Add the choice of a body, and its size."""
+        self.body, self.size = QtGui.QComboBox(), QtGui.QLabel()
+        self.size.setWordWrap(True)
+        self.bodies = balanceable(self.crank)
+        self.body.addItems([each.Label for each in self.bodies])
+        self.body.currentIndexChanged.connect(self.measure)
+        layout.addRow(translate("Body"), self.body)
+        layout.addRow(translate("Size: is the unit right?"), self.size)
+
+    def buttons(self):
+        """Return the row of buttons."""
+        row = QtGui.QHBoxLayout()
+        self.go, self.cancel = QtGui.QPushButton(translate("Balance")), QtGui.QPushButton(translate("Cancel"))
+        self.go.clicked.connect(self.run)
+        self.cancel.clicked.connect(self.stop)
+        row.addWidget(self.go)
+        row.addWidget(self.cancel)
+        return row
+
+    def measure(self, _=None):
+        """Show size and mass of the body, by which a wrong unit is seen."""
+        try:
+            self.size.setText(size_of(self.bodies[self.body.currentIndex()], self.values("Density")[0]))
+        except (ValueError, IndexError):
+            self.size.setText("–")
 
     def grade_field(self):
         """Return a field whose completer lists the grades, each with the drive that it is for."""
@@ -136,8 +161,7 @@ class Panel:
             crank.Document.recompute()
             self.result()
         except Exception as error:  # shown to the one who pressed the button
-            self.said.setText(str(error))
-            FreeCAD.Console.PrintError("autobalance: %s\n" % str(error).splitlines()[0])
+            self.said.setText(program.complain(error))
             crank.purgeTouched()  # else the document's next recompute fails once more
         finally:
             crank.Proxy.tell = crank.Proxy.cancelled = None
@@ -153,6 +177,9 @@ class Panel:
         except (ValueError, IndexError):
             self.said.setText(translate("a weight or number is none; expected numbers with ; between them"))
             return False
+        chosen = self.bodies[self.body.currentIndex()]
+        if chosen is not crank.Source:
+            crank.Source = chosen
         for name in ("Method", "Plan"):
             setattr(crank, name, self.fields[name].currentText())
         crank.Limits = [line for line in self.limits.toPlainText().splitlines() if line.strip()]
@@ -182,6 +209,10 @@ class Panel:
             "%s: residual %.2f of %.2f g mm permitted. %s"
             % (crank.Outcome.replace("_", " "), crank.Residual, crank.Permissible, crank.Reason)
         )
+        tree = residual_of(crank)
+        if tree is not None:
+            words = translate("FreeCAD's own residual of the tree of cuts: %.2f g mm")
+            self.said.setText(self.said.text() + " " + words % tree.ByFreeCAD)
         for cut in json.loads(crank.Report)["corrections"]:
             row = QtGui.QTreeWidgetItem(
                 [cut["label"], "%.3f" % cut["depth_mm"], "%.2f" % cut["removed_mass_g"]]
@@ -198,4 +229,5 @@ class Panel:
 
     def getStandardButtons(self):
         """Show Close alone."""
-        return int(QtGui.QDialogButtonBox.Close)
+        close = QtGui.QDialogButtonBox.Close
+        return getattr(close, "value", None) or int(close)  # Qt 6 has enumerations of Python, Qt 5 numbers

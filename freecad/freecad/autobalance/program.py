@@ -19,6 +19,19 @@ MISSING = (
 )
 
 
+def complain(error, label=""):
+    """Print an error's own lines in the report view; return them as one text."""
+    lines = [line for line in str(error).splitlines() if line] or [type(error).__name__]
+    for line in lines:
+        FreeCAD.Console.PrintError("autobalance: %s%s\n" % (label and label + ": ", line))
+    return "\n".join(lines)
+
+
+def warn(text):
+    """Print a warning in the report view."""
+    FreeCAD.Console.PrintWarning("autobalance: %s\n" % text)
+
+
 QUIET = ("grade",)
 """Commands that have no progress; their error is a line of text."""
 
@@ -77,7 +90,7 @@ def answer(words, folder):
 
 
 def run(words, folder, tell=None, cancelled=None):
-    """Run the command in a folder; return its exit code, 0 or 4, and its warnings.
+    """Run the command in a folder; return its exit code, 0 or 4. Its warnings go to the report view.
 
     Parameters
     ----------
@@ -125,7 +138,9 @@ def run(words, folder, tell=None, cancelled=None):
         if words[0] in QUIET and warnings:
             error = last.partition("error: ")[2] or last
         raise CommandError(error or "autobalance ended with exit code %d: %s" % (process.returncode, last))
-    return process.returncode, warnings
+    for each in warnings:
+        warn(each)
+    return process.returncode
 
 
 def end(process):

@@ -8,7 +8,15 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>a weight or number is none; expected numbers with ; between them</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>App</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>autobalance was not found. Make a virtual environment and install it there?</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -33,6 +41,10 @@
     </message>
     <message>
         <source>Bob-weight</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Body</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -64,11 +76,19 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>FreeCAD's own residual of the tree of cuts: %.2f g mm</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Grade G</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Inspect</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>least first order %.3f, least greatest force %.3f</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -88,6 +108,10 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>Preset of the crank</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Reciprocating weights [g]</source>
         <translation type="unfinished"></translation>
     </message>
@@ -101,6 +125,10 @@
     </message>
     <message>
         <source>Sheet</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Size: is the unit right?</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -121,18 +149,6 @@
     </message>
     <message>
         <source>Write job and solid to a folder</source>
-        <translation type="unfinished"></translation>
-    </message>
-    <message>
-        <source>a weight or number is none; expected numbers with ; between them</source>
-        <translation type="unfinished"></translation>
-    </message>
-    <message>
-        <source>autobalance was not found. Make a virtual environment and install it there?</source>
-        <translation type="unfinished"></translation>
-    </message>
-    <message>
-        <source>least first order %.3f, least greatest force %.3f</source>
         <translation type="unfinished"></translation>
     </message>
 </context>

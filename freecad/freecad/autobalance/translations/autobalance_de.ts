@@ -8,8 +8,16 @@
         <translation>Eine Kurbelwelle aus den Vorlagen</translation>
     </message>
     <message>
+        <source>a weight or number is none; expected numbers with ; between them</source>
+        <translation>ein Gewicht oder eine Zahl ist keine; erwartet: Zahlen mit ; dazwischen</translation>
+    </message>
+    <message>
         <source>App</source>
         <translation>App</translation>
+    </message>
+    <message>
+        <source>autobalance was not found. Make a virtual environment and install it there?</source>
+        <translation>autobalance wurde nicht gefunden. Eine virtuelle Umgebung anlegen und dort installieren?</translation>
     </message>
     <message>
         <source>Axis, journals, crankpins, webs and faces as a group</source>
@@ -34,6 +42,10 @@
     <message>
         <source>Bob-weight</source>
         <translation>Meistergewicht</translation>
+    </message>
+    <message>
+        <source>Body</source>
+        <translation>Körper</translation>
     </message>
     <message>
         <source>Cancel</source>
@@ -64,12 +76,20 @@
         <translation>Faktor: was jeder bewirkt</translation>
     </message>
     <message>
+        <source>FreeCAD's own residual of the tree of cuts: %.2f g mm</source>
+        <translation>FreeCADs eigene Restunwucht des Baums der Schnitte: %.2f g mm</translation>
+    </message>
+    <message>
         <source>Grade G</source>
         <translation>Gütestufe G</translation>
     </message>
     <message>
         <source>Inspect</source>
         <translation>Untersuchen</translation>
+    </message>
+    <message>
+        <source>least first order %.3f, least greatest force %.3f</source>
+        <translation>kleinste erste Ordnung %.3f, kleinste größte Kraft %.3f</translation>
     </message>
     <message>
         <source>Limits, key=value</source>
@@ -88,6 +108,10 @@
         <translation>Das Werkstattblatt öffnen</translation>
     </message>
     <message>
+        <source>Preset of the crank</source>
+        <translation>Vorlage der Kurbelwelle</translation>
+    </message>
+    <message>
         <source>Reciprocating weights [g]</source>
         <translation>Oszillierende Gewichte [g]</translation>
     </message>
@@ -102,6 +126,10 @@
     <message>
         <source>Sheet</source>
         <translation>Blatt</translation>
+    </message>
+    <message>
+        <source>Size: is the unit right?</source>
+        <translation>Größe: stimmt die Einheit?</translation>
     </message>
     <message>
         <source>Speed [1/min]</source>
@@ -122,18 +150,6 @@
     <message>
         <source>Write job and solid to a folder</source>
         <translation>Auftrag und Körper in einen Ordner schreiben</translation>
-    </message>
-    <message>
-        <source>a weight or number is none; expected numbers with ; between them</source>
-        <translation>ein Gewicht oder eine Zahl ist keine; erwartet: Zahlen mit ; dazwischen</translation>
-    </message>
-    <message>
-        <source>autobalance was not found. Make a virtual environment and install it there?</source>
-        <translation>autobalance wurde nicht gefunden. Eine virtuelle Umgebung anlegen und dort installieren?</translation>
-    </message>
-    <message>
-        <source>least first order %.3f, least greatest force %.3f</source>
-        <translation>kleinste erste Ordnung %.3f, kleinste größte Kraft %.3f</translation>
     </message>
 </context>
 </TS>
