@@ -35,7 +35,7 @@ from autobalance.solid.csg.shape import (
     tessellated,
 )
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.csg.tool import Drilling, Lowering, Raising, placed, ring, twist_drill, wedge
+from autobalance.solid.csg.tool import Drilling, Lowering, Raising, Tool, placed, ring, twist_drill, wedge
 
 pytestmark = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
 
@@ -157,7 +157,8 @@ def test_a_tool_begun_up_in_a_fillet_can_be_drawn_again(
 
 def test_what_tools_took_adds_up_where_parts_do_not(monkeypatch: pytest.MonkeyPatch) -> None:
     """A body whose edges lie off its faces is more or less than its parts: what went is measured in turn."""
-    whole, tools = filleted(), [lowered_by(3.0), Bar((0.0, 0.0, 40.0), (0.0, 0.0, 20.0), 2.0)]
+    whole = filleted()
+    tools: list[Tool] = [lowered_by(3.0), Bar((0.0, 0.0, 40.0), (0.0, 0.0, 20.0), 2.0)]
     done = whole.machined(tools)
     sound = whole.each_taken(tools, [], done)
     monkeypatch.setattr(taken, "common", lambda body, part: scaled(common(body, part), 0.999))

@@ -26,7 +26,7 @@ def shown() -> set[str]:
 
 def test_the_presets_to_choose_from_are_those_of_the_generator() -> None:
     tree = ast.parse((ROOM / "commands.py").read_text(encoding="utf-8"))
-    lists = {each.targets[0].id: each.value for each in tree.body if isinstance(each, ast.Assign)}
+    lists = {ast.unparse(each.targets[0]): each.value for each in tree.body if isinstance(each, ast.Assign)}
     assert ast.literal_eval(lists["PRESETS"]) == tuple(PRESETS)
 
 
