@@ -56,6 +56,16 @@ def _take(page: Browser) -> None:
     until(page, "return !document.getElementById('dragged').hidden")
     _shot(page, "drag")
     page.run("document.getElementById('undo-dragged').click()")
+    _dark(page, True)
+    _shot(page, "dark")
+    _dark(page, False)
+    page.click_on(at("tab-analyse"))
+    put(page, analysis="rotor")
+    until(page, "return document.getElementById('rotor-general-speed_rpm')")
+    page.click_on(at("analyse"))
+    until(page, "return document.querySelectorAll('#analysis-rotor img').length > 3")
+    page.run("document.getElementById('analyse').scrollIntoView()")
+    _shot(page, "analyse")
     page.click_on(at("tab-machine"))
     put(page, umar=0.5, g_mm_1=9, angle_1=200, g_mm_2=2, angle_2=60)
     page.run("window.scrollTo(0, 0)")
@@ -67,6 +77,12 @@ def _take(page: Browser) -> None:
     page.click_on(at("tab-see"))
     page.run("window.scrollTo(0, 0)")
     _shot(page, "phone")
+
+
+def _dark(page: Browser, on: bool) -> None:
+    scheme = {"name": "prefers-color-scheme", "value": "dark" if on else "light"}
+    asked = {"cmd": "Emulation.setEmulatedMedia", "params": {"features": [scheme]}}
+    page.call("POST", "/goog/cdp/execute", asked)
 
 
 def _shot(page: Browser, name: str) -> None:

@@ -17,6 +17,7 @@ pytestmark = pytest.mark.slow
 def programs(page: Browser, machine: str) -> None:
     page.run(
         "const box = document.getElementById('machine-toml'); box.value = arguments[0];"
+        "box.dispatchEvent(new Event('input', { bubbles: true }));"
         "document.getElementById('nc-box').open = true",
         machine,
     )

@@ -1,7 +1,7 @@
 // The page: what the user knows goes into a job, the server's functions do the work, their numbers are shown.
 import { $ } from "/static/tools.js";
 import { askJson, behind, guarded } from "/static/server.js";
-import { CRANKS, changed, emit, on, state, taken } from "/static/job.js";
+import { CRANKS, emit, on, state, taken } from "/static/job.js";
 import { ending } from "/static/tools.js";
 import * as analyse from "/static/analyse.js";
 import * as board from "/static/board.js";
@@ -17,6 +17,7 @@ import * as parts from "/static/parts.js";
 import * as place from "/static/place.js";
 import * as runs from "/static/runs.js";
 import * as settings from "/static/settings.js";
+import { redraw } from "/static/store.js";
 import * as see from "/static/see.js";
 import * as tour from "/static/tour.js";
 import { t, translated } from "/static/words.js";
@@ -78,10 +79,9 @@ async function begin() {
   const declared = await askJson("/api/kinds");
   Object.assign(state, { declared, usual: declared.parts, presets: declared.presets, analyses: declared.analyses });
   translated(document.body);
-  limits.setUp(declared.kinds, changed);
+  limits.setUp(declared.kinds);
   for (const each of [open, correct, see, drag, views]) each.setUp(view);
-  for (const each of [dragPanels, parts, everything, analyse, board, machine, nc, runs, settings]) each.setUp();
-  for (const id of ["judge", "unit", "density", "crankpin-in-file"]) $(id).addEventListener("input", changed);
+  for (const each of [dragPanels, parts, everything, analyse, board, machine, nc, settings]) each.setUp();
   await project();
   tour.setUp();
   const told = (await askJson("/api/runs")).runs;
@@ -104,7 +104,7 @@ async function project() {
   taken(found.job);
   if (!state.file) {
     state.file = found.files.find((name) => CRANKS.includes(ending(name))) || null;
-    open.chosen();
+    redraw();
   }
   $("job-text").textContent = found.job_text;
 }

@@ -5,7 +5,7 @@ import { askJson, guarded } from "/static/server.js";
 import { applied, job, on, state } from "/static/job.js";
 import { start, watched } from "/static/runs.js";
 import { Measured } from "/static/measured.js";
-import { mount, signal } from "/static/store.js";
+import { signal } from "/static/store.js";
 import { t } from "/static/words.js";
 
 const VERDICTS = { within_tolerance: "within tolerance", already_within_tolerance: "already within tolerance", above_tolerance: "above tolerance" };
@@ -13,20 +13,19 @@ const shown = signal(null); // { id, rows, pictures, recommended, why, whole }
 const asking = signal(""); // a card that fails, and that somebody is about to take all the same
 
 export function setUp() {
-  mount(Board, $("board"));
   on("forgotten", () => { shown.value = null; });
-  $("compare").addEventListener("click", guarded(async () => {
-    if (!state.file) throw new Error(t("open a crank first"));
-    let seen = 0;
-    const meanwhile = async (told) => {
-      const found = await askJson(`/api/runs/${told.id}/cards`).catch(() => null);
-      if (found && found.rows.length + found.pictures.length > seen && !shown.value?.whole) { seen = found.rows.length + found.pictures.length; shown.value = { id: told.id, ...found, whole: false }; }
-    };
-    shown.value = null;
-    const told = await watched(() => start("compare", { job: job() }, "", meanwhile));
-    if (told) await board(told);
-  }));
 }
+export const compare = guarded(async () => {
+  if (!state.file) throw new Error(t("open a crank first"));
+  let seen = 0;
+  const meanwhile = async (told) => {
+    const found = await askJson(`/api/runs/${told.id}/cards`).catch(() => null);
+    if (found && found.rows.length + found.pictures.length > seen && !shown.value?.whole) { seen = found.rows.length + found.pictures.length; shown.value = { id: told.id, ...found, whole: false }; }
+  };
+  shown.value = null;
+  const told = await watched(() => start("compare", { job: job() }, "", meanwhile));
+  if (told) await board(told);
+});
 
 export async function board(told) {
   const report = await askJson(`/api/runs/${told.id}/report`);
@@ -39,7 +38,10 @@ const good = (row) => row.outcome === "within_tolerance" || row.outcome === "alr
 // Two rows that make the same cuts are one plan; the one with fewer kinds stands for both.
 const plan = (row) => JSON.stringify([row.outcome, row.residual_g_mm, row.metal_moved_g, row.cuts, row.inertia_change_kg_mm2]);
 
-function Board() {
+export function Board() {
+  return html`<div id="board" data-testid="board" role="group" aria-label=${t("Alternatives")}><${Cards}/></div>`;
+}
+function Cards() {
   if (!shown.value) return null;
   const { rows, recommended, why, whole } = shown.value, first = new Map();
   rows.forEach((row, place) => { if (row.outcome && !first.has(plan(row))) first.set(plan(row), { row, place, also: [] }); else if (row.outcome) first.get(plan(row)).also.push(nameOf(row)); });

@@ -1,48 +1,33 @@
 // Correct: kinds, limits, faces and angles picked in the model; cut and measure; alternatives as a board.
-import { $, el, measured, predicted } from "/static/tools.js";
-import { guarded, say } from "/static/server.js";
-import { changed, emit, job, on, state } from "/static/job.js";
-import { faces, isPoint, sectors, zoneRows, zones } from "/static/limits.js";
+import { html } from "/static/preact.min.js";
+import { $ } from "/static/tools.js";
+import { guarded } from "/static/server.js";
+import { at, changed, emit, job, keep, on, state } from "/static/job.js";
+import { WORDS, chosen, faces, has, isPoint, kinds, limitOf, methods, sectors, setLimit, zones } from "/static/limits.js";
+import { Board, compare } from "/static/board.js";
+import { Field } from "/static/fields.js";
+import { Measured, Predicted } from "/static/measured.js";
+import { Cancel, Progress, RunList, start, watched } from "/static/runs.js";
+import { mount, signal } from "/static/store.js";
 import { unitOf } from "/static/units.js";
 import { t } from "/static/words.js";
-import { cancel, start, watched } from "/static/runs.js";
 
 let view = null;
-let picking = null; // angles of a zone that is being picked in the model
+const picking = signal(null); // angles of a zone that is being picked in the model
+const says = signal(""); // what was picked
+const kindOfZone = signal("allowed");
 
 export function setUp(model) {
   view = model;
-  $("balance").addEventListener("click", () => balance());
-  $("cancel").addEventListener("click", guarded(async () => { if ($("cancel").dataset.run) await cancel($("cancel").dataset.run); }));
-  $("pick-zone").addEventListener("click", () => { picking = []; told("click in the model where the zone begins"); });
-  on("opened", faceRows);
-  for (const name of ["taken", "units"]) on(name, faceRows);
+  mount(Correct, $("panel-correct"));
   on("job", marks);
-  on("forgotten", () => { faces.clear(); $("faces").replaceChildren(); });
-}
-const told = (text) => { $("pick-says").textContent = text; };
-
-// --- faces and angles -------------------------------------------------------------------------------------
-
-function faceRows() {
-  const found = state.inspected?.report.faces || [];
-  const points = [...faces].filter(isPoint).map((point) => faceRow(point, ["the face at this point of the file [mm]"]));
-  $("faces").replaceChildren(...points, ...found.map((face, k) => {
-    const worth = Math.hypot(...face.unbalance_per_mm_g_mm);
-    return faceRow(face.id, [`web ${face.web ?? "–"}, `, measured(`faces.${k}.area_mm2`, face.area_mm2, 0), ` ${unitOf("mm²")}, `, predicted(worth, 0), " g·mm per mm"]);
-  }));
-  if (!found.length) $("faces").append("Open the crank first.");
+  on("forgotten", () => faces.clear());
 }
 
-function faceRow(id, says) {
-  const input = el("input", { type: "checkbox", checked: faces.has(id) });
-  input.addEventListener("change", () => use(id, input.checked));
-  return el("label", { className: "check", data: { face: id } }, input, ` ${id} `, el("small", {}, ...says));
-}
+// --- picked in the model ------------------------------------------------------------------------------------
 
-function use(id, chosen) {
-  if (chosen) faces.add(id); else faces.delete(id);
-  for (const each of $("faces").querySelectorAll("label")) each.querySelector("input").checked = faces.has(each.dataset.face);
+function use(id, isUsed) {
+  if (isUsed) faces.add(id); else faces.delete(id);
   changed();
 }
 
@@ -50,34 +35,78 @@ function use(id, chosen) {
 export function marks() {
   if (!view.parts.length || $("panel-correct").hidden) return;
   view.mark(view.parts.flatMap((part, k) => (part.kind === "face" && faces.has(part.id) ? [k + 1] : [])));
-  view.sectors($("zones-box").hidden || !zones.list.length ? [] : sectors());
+  view.sectors(hasZones() && zones.list.length ? sectors() : []);
 }
+const hasZones = () => has("sector_deg") || has("sectors_deg");
 
 export function pickedInModel(hit) {
   if (!hit) return;
-  if (picking) { angle(hit.point); return; }
+  if (picking.value) { angle(hit.point); return; }
   const part = view.parts[hit.part - 1];
-  if ($("faces-box").hidden || !part || part.kind !== "face") { told(part ? `that is ${part.kind.replace("_", " ")} ${part.number}` : "that is no face that a correction can use"); return; }
+  if (!has("faces") || !part || part.kind !== "face") { says.value = part ? t("that is {part}", { part: `${t(part.kind.replace("_", " "))} ${part.number}` }) : t("that is no face that a correction can use"); return; }
   use(part.id, !faces.has(part.id));
-  told(`face ${part.id} ${faces.has(part.id) ? "chosen" : "left out"}`);
+  says.value = t(faces.has(part.id) ? "face {face} chosen" : "face {face} left out", { face: part.id });
 }
 
 function angle([x, y]) {
-  picking.push(Math.round(((Math.atan2(y, x) * 180) / Math.PI + 360) % 360));
-  if (picking.length === 1) { told(`from ${picking[0]}°; click where it ends, counter-clockwise`); return; }
-  zones.list.push({ from: picking[0], to: picking[1], allowed: $("zone-kind").value === "allowed" });
-  told(`${$("zone-kind").value} from ${picking[0]}° to ${picking[1]}°`);
-  picking = null;
-  zoneRows();
+  const angles = [...picking.value, Math.round(((Math.atan2(y, x) * 180) / Math.PI + 360) % 360)];
+  picking.value = angles.length === 1 ? angles : null;
+  if (angles.length === 1) { says.value = t("from {from}°; click where it ends, counter-clockwise", { from: angles[0] }); return; }
+  zones.list.push({ from: angles[0], to: angles[1], allowed: kindOfZone.value === "allowed" });
+  says.value = t("{kind} from {from}° to {to}°", { kind: t(kindOfZone.value), from: angles[0], to: angles[1] });
   changed();
 }
+function pick() {
+  picking.value = [];
+  says.value = t("click in the model where the zone begins");
+}
 
-// --- cut and measure --------------------------------------------------------------------------------------
+// --- cut and measure ----------------------------------------------------------------------------------------
 
 export const balance = guarded(async () => {
-  if (!state.file) throw new Error("open a crank first");
+  if (!state.file) throw new Error(t("open a crank first"));
   emit("begun");
-  const told = await watched(() => start("balance", { job: job() }, $("method").value));
+  const told = await watched(() => start("balance", { job: job() }, chosen.method));
   if (told) { emit("show", told); emit("tab", "see"); }
 });
-export { say };
+
+// --- the panel ----------------------------------------------------------------------------------------------
+
+function Correct() {
+  const options = kinds.list.map((kind) => html`<option value=${kind.name}>${kind.name === kind.noun.toLowerCase() ? kind.name : `${kind.name}: ${t(kind.noun).toLowerCase()}`}</option>`);
+  const set = (key) => ({ target }) => { chosen[key] = target.value; chosen.others = []; changed(); };
+  const judge = ({ target }) => { keep("balance.judge", target.value); changed(); };
+  return html`<div class="fields wide"><label>${t("Kind of correction")} <select data-testid="method" id="method" value=${chosen.method} onInput=${set("method")}>${options}</select></label>
+    <label>${t("Mixed with")} <select data-testid="also" id="also" value=${chosen.also} onInput=${set("also")}><option value="">${t("nothing else")}</option>${options}</select></label>
+    <label>${t("Verdict on")} <select data-testid="judge" id="judge" value=${at("balance.judge") || "dynamic"} onInput=${judge}><option value="dynamic">${t("resultant and planes")}</option><option value="static">${t("resultant alone")}</option></select></label></div>
+    <p class="buttons"><button type="button" data-testid="balance" id="balance" class="main" onClick=${() => balance()}>${t("Balance: cut and measure")}</button> <button type="button" data-testid="compare" id="compare" onClick=${() => compare()}>${t("Compare all kinds")}</button> <${Cancel}/></p>
+    <${Progress}/><${RunList}/><${Faces}/><${Zones}/><p class="quiet" id="pick-says" aria-live="polite">${says.value}</p>
+    <details><summary>${t("Limits")}</summary><div id="limits">${methods().map(kinds.of).filter((kind) => kind).map((kind) => html`<${Limits} key=${kind.name} kind=${kind}/>`)}</div></details><${Board}/>`;
+}
+
+function Limits({ kind }) {
+  const set = (key) => (value) => { setLimit(kind.name, key, value); changed(); };
+  return html`<fieldset class="fields"><legend>${t("{kind}: limits", { kind: t(kind.noun) })}</legend>${kind.keys.filter(({ key }) => !(key in WORDS)).map((field) => html`<${Field} key=${field.key} id=${`limit-${kind.name}-${field.key}`} field=${field} now=${limitOf(kind.name, field.key)} set=${set(field.key)}/>`)}</fieldset>`;
+}
+
+function Faces() {
+  const known = state.inspected?.report.faces || [], row = (id, words) => html`<label class="check" key=${id} data-face=${id}><input type="checkbox" checked=${faces.has(id)} onInput=${({ target }) => use(id, target.checked)}/> ${id} <small>${words}</small></label>`;
+  return html`<details id="faces-box" open hidden=${!has("faces")}><summary>${t("Faces to use")} <small>${t("none ticked: the program chooses; or click them in the model")}</small></summary><div id="faces" data-testid="faces">
+    ${[...faces].filter(isPoint).map((point) => row(point, t("the face at this point of the file [mm]")))}
+    ${known.map((face, k) => row(face.id, html`${t("web")} ${face.web ?? "–"}, <${Measured} of=${`faces.${k}.area_mm2`} value=${face.area_mm2} digits=${0}/> ${unitOf("mm²")}, <${Predicted} value=${Math.hypot(...face.unbalance_per_mm_g_mm)} digits=${0}/> g·mm ${t("per")} mm`))}
+    ${known.length ? "" : t("Open the crank first.")}</div></details>`;
+}
+
+function Zones() {
+  const add = (zone) => { zones.list.push(zone); changed(); };
+  return html`<details id="zones-box" open hidden=${!hasZones()}><summary>${t("Angles about the axis")} <small>${t("from crankpin 1, counter-clockwise")}</small></summary>
+    <div id="zones">${zones.list.map((zone, place) => html`<${Zone} key=${place} zone=${zone} place=${place}/>`)}</div>
+    <p class="buttons"><button type="button" id="add-zone" onClick=${() => add({ from: 120, to: 240, allowed: true })}>${t("Allow a zone")}</button><button type="button" id="add-forbidden" onClick=${() => add({ from: 170, to: 190, allowed: false })}>${t("Forbid a zone")}</button>
+    <button type="button" id="pick-zone" onClick=${pick}>${t("Pick in the model")}</button> <select id="zone-kind" aria-label=${t("What the picked zone is")} value=${kindOfZone.value} onInput=${({ target }) => { kindOfZone.value = target.value; }}><option value="allowed">${t("allowed")}</option><option value="forbidden">${t("forbidden")}</option></select></p></details>`;
+}
+
+function Zone({ zone, place }) {
+  const kind = t(zone.allowed ? "allowed" : "forbidden");
+  const input = (key) => html`<input inputMode="decimal" value=${zone[key]} aria-label=${`${t("zone {place}", { place: place + 1 })}, ${kind}, ${t(key)} [°]`} onInput=${({ target }) => { const value = Number(target.value.replace(",", ".")); if (target.value.trim() && Number.isFinite(value)) { zone[key] = value; changed(); } }}/>`;
+  return html`<div class="zone"><span>${kind}</span>${input("from")}<span>${t("to")}</span>${input("to")}<span>°</span><button type="button" aria-label=${t("Remove {name}", { name: t("zone {place}", { place: place + 1 }) })} onClick=${() => { zones.list.splice(place, 1); changed(); }}>×</button></div>`;
+}

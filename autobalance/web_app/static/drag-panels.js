@@ -10,7 +10,6 @@ import { t } from "/static/words.js";
 
 export function setUp() {
   mount(Box, $("dragged-root"));
-  mount(Panel, $("drag-root"));
 }
 
 // --- over the model -------------------------------------------------------------------------------------------
@@ -50,7 +49,7 @@ function Moved() {
 
 // --- beside the model -----------------------------------------------------------------------------------------
 
-function Panel() {
+export function Panel() {
   const { tried, verb } = dragged;
   return html`<details id="drag-box" data-testid="drag" hidden=${!cuts().length}><summary>${t("Drag depths and holes")} <small>${t("predicted: a linear model about this result")}</small></summary>
     <div id="drags">${cuts().map((cut, place) => html`<${Sliders} key=${cut.number} cut=${cut} place=${place}/>`)}</div><${Left} id="predictions"/>

@@ -3,6 +3,7 @@ import { $, el, shown, withUnit } from "/static/tools.js";
 import { t } from "/static/words.js";
 
 const GRIPPED = 4; // px before a drag has a direction
+const SLICE_MS = 20; // of a frame, for finding out which numbers metal hides
 const CLEAR_MM = 0.3; // out of the metal, where it is asked whether a cut is seen
 const STEEP = 0.25; // share of its length that a depth must show on the screen to be dragged along
 
@@ -22,6 +23,7 @@ export const most = (cut) => Math.max(cut.max_depth_mm, cut.depth_mm);
 // One handle a cut; `asked` tells and takes what is dragged.
 export function show(cuts, asked) {
   given = asked;
+  hiding++;
   hands = cuts.map((cut, place) => {
     const made = el("button", { type: "button", className: "handle", role: "slider", textContent: String(cut.number), "aria-valuemin": "0", "aria-valuemax": most(cut).toFixed(3), "aria-label": `Cut ${cut.number}, ${cut.label}: depth [mm]${cut.may_turn ? "; left and right turn it about the axis" : ""}${cut.drills.length > 1 ? "; brackets choose the drill" : ""}`, data: { testid: "handle", cut: String(cut.number) } });
     made.addEventListener("pointerdown", (event) => grip(event, made, cut, place));
@@ -51,8 +53,20 @@ function follow() {
     hand.style.setProperty("top", `${y.toFixed(1)}px`);
     hand.style.setProperty("z-index", String(Math.round(500 * (1 + near))));
     hand.hidden = x < 0 || y < 0 || x > width || y > height;
-    if (!view.turning) hand.dataset.behind = String(![-CLEAR_MM, depth - CLEAR_MM, depth + CLEAR_MM].some((at) => view.sees(floor(cut, at, turn)))); // of two at a face, one is in metal
   });
+  if (!view.turning) hide();
+}
+
+// Hide the numbers that metal is before, some at a time: three rays a cut through a large crank take long.
+let hiding = 0;
+function hide(place = 0, mine = ++hiding) {
+  if (mine !== hiding || view.turning) return;
+  const until = performance.now() + SLICE_MS;
+  for (; place < hands.length && performance.now() < until; place++) {
+    const { depth, turn } = given.at(place), at = [-CLEAR_MM, depth - CLEAR_MM, depth + CLEAR_MM]; // of two at a face, one is in metal
+    hands[place].dataset.behind = String(!at.some((deep) => view.sees(floor(given.cuts[place], deep, turn))));
+  }
+  if (place < hands.length) requestAnimationFrame(() => hide(place, mine));
 }
 
 // Tell each handle's value, and move the metal that it holds.

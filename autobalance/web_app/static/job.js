@@ -6,7 +6,7 @@ import { plain } from "/static/words.js";
 import { correction, takeCorrection } from "/static/limits.js";
 
 // Endings of crank files, and those of formats without a unit: the server writes them into the page.
-const endings = (name) => $("file-input").dataset[name].split(" ");
+const endings = (name) => $("panel-open").dataset[name].split(" ");
 export const CRANKS = endings("cranks");
 export const UNITLESS = endings("unitless");
 export const JOBS = ["toml", "xlsx"];
@@ -40,12 +40,14 @@ export function keep(path, value) {
   for (let k = names.length; k > 0 && !Object.keys(way[k]).length; k--) delete way[k - 1][names[k - 1]];
 }
 
+// What is taken for a file that does not say it: as it was for the file before.
+export const assumed = { unit: "mm", density_kg_m3: 7850 };
+export const unitOfFile = () => at("crankshaft.unit") || assumed.unit;
+
 export function crankshaft() {
-  const found = { ...(state.tables.crankshaft || {}), file: state.file, density_kg_m3: typed($("density").value) };
+  const found = { file: "", density_kg_m3: assumed.density_kg_m3, ...(state.tables.crankshaft || {}), file: state.file };
   delete found.unit;
-  delete found.crankpin_in_file;
-  if (UNITLESS.includes(ending(state.file))) found.unit = $("unit").value;
-  if ($("crankpin-in-file").value !== "") found.crankpin_in_file = $("crankpin-in-file").value === "true";
+  if (UNITLESS.includes(ending(state.file))) found.unit = unitOfFile();
   return found;
 }
 
@@ -83,7 +85,7 @@ export function job() {
   const engine = { ...(state.tables.engine || {}) };
   for (const group of Object.keys(GROUPS)) engine[group] = byName(state.weights[group]);
   if (!Object.keys(engine.crankpin_g).length) delete engine.crankpin_g;
-  const balance = { ...(state.tables.balance || {}), judge: $("judge").value };
+  const balance = { ...(state.tables.balance || {}), judge: at("balance.judge") || "dynamic" };
   return { ...state.tables, crankshaft: crankshaft(), engine, balance, correction: correction(state.tables.correction || {}) };
 }
 
@@ -100,16 +102,16 @@ export function changed() {
 
 // Take a job as the server has it: the page shows what it says and keeps what it does not show.
 export function taken(tables) {
+  for (const { unit, density_kg_m3: density } of [state.tables.crankshaft || {}, tables.crankshaft || {}]) {
+    if (unit) assumed.unit = unit;
+    if (typeof density === "number") assumed.density_kg_m3 = density;
+  }
   state.tables = tables;
-  const { crankshaft: crank = {}, engine = {}, balance = {} } = tables;
+  const { crankshaft: crank = {}, engine = {} } = tables;
   state.file = crank.file || state.file;
-  if (crank.unit) $("unit").value = crank.unit;
-  if (typeof crank.density_kg_m3 === "number") $("density").value = crank.density_kg_m3;
-  $("crankpin-in-file").value = crank.crankpin_in_file === undefined ? "" : String(crank.crankpin_in_file);
   for (const group of Object.keys(GROUPS)) state.weights[group] = Object.entries(engine[group] || {}).map(rowOf);
   const empty = Object.values(state.weights).every((rows) => !rows.length);
   if (empty) for (const group of Object.keys(GROUPS)) state.weights[group] = Object.entries(state.usual[group] || {}).map(([name, hint]) => ({ name, g: "", pm: "", pieces: "", hint }));
-  if (balance.judge) $("judge").value = balance.judge;
   takeCorrection(tables.correction || {});
   emit("taken");
 }

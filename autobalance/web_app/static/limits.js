@@ -1,51 +1,22 @@
-// The kinds of correction with their limits, faces and angles: the job's [correction], as a form.
-import { html, render } from "/static/preact.min.js";
-import { $, el } from "/static/tools.js";
-import { Field } from "/static/fields.js";
-import { t } from "/static/words.js";
-
-const WORDS = { faces: "", sector_deg: "", sectors_deg: "" };
+// The kinds of correction with their limits, faces and angles: the job's [correction], as forms change it.
+export const WORDS = { faces: "", sector_deg: "", sectors_deg: "" }; // keys with controls of their own
 export const kinds = { list: [], of: (name) => kinds.list.find((kind) => kind.name === name) };
+export const chosen = { method: "drill", also: "", others: [] }; // others: methods of a job beyond the two that the form shows
 export const faces = new Set(); // ids, and points of a job's file as JSON; none: chosen by the program
 export const isPoint = (face) => face.startsWith("[");
 export const zones = { list: [] }; // { from, to, allowed }
 const given = {}; // kind → key → value
 const TOP = ["faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm", "depth_step_mm"]; // may stand above the kinds' tables
-let others = []; // methods of a job beyond the two that the form shows
 
-let told = () => {};
-
-export function setUp(list, changed) {
-  kinds.list = list;
-  told = changed;
-  const options = () => list.map((kind) => el("option", { value: kind.name, textContent: kind.name === kind.noun.toLowerCase() ? kind.name : `${kind.name}: ${kind.noun.toLowerCase()}` }));
-  $("method").replaceChildren(...options());
-  $("also").replaceChildren(el("option", { value: "", textContent: t("nothing else") }), ...options());
-  $("method").value = "drill";
-  for (const id of ["method", "also"]) $(id).addEventListener("input", () => { others = []; shown(); told(); });
-  $("add-zone").addEventListener("click", () => { zones.list.push({ from: 120, to: 240, allowed: true }); zoneRows(); told(); });
-  $("add-forbidden").addEventListener("click", () => { zones.list.push({ from: 170, to: 190, allowed: false }); zoneRows(); told(); });
-  shown();
-}
+export function setUp(list) { kinds.list = list; }
 
 export function methods() {
-  const also = $("also").value;
-  return [...(also && also !== $("method").value ? [$("method").value, also] : [$("method").value]), ...others];
+  const { method, also, others } = chosen;
+  return [...(also && also !== method ? [method, also] : [method]), ...others];
 }
-const has = (key) => methods().some((name) => kinds.of(name)?.keys.some((each) => each.key === key));
-
-// The form of the kinds that are chosen.
-export function shown() {
-  const chosen = methods().map(kinds.of).filter((kind) => kind);
-  render(html`${chosen.map((kind) => html`<fieldset class="fields" key=${kind.name}><legend>${t("{kind}: limits", { kind: t(kind.noun) })}</legend>${kind.keys.filter(({ key }) => !(key in WORDS)).map((field) => html`<${Limit} kind=${kind.name} field=${field}/>`)}</fieldset>`)}`, $("limits"));
-  $("faces-box").hidden = !has("faces");
-  $("zones-box").hidden = !has("sector_deg") && !has("sectors_deg");
-}
-
-function Limit({ kind, field }) {
-  const set = (value) => { (given[kind] ||= {})[field.key] = value; shown(); told(); };
-  return html`<${Field} id=${`limit-${kind}-${field.key}`} field=${field} now=${given[kind]?.[field.key]} set=${set}/>`;
-}
+export const has = (key) => methods().some((name) => kinds.of(name)?.keys.some((each) => each.key === key));
+export const limitOf = (kind, key) => given[kind]?.[key];
+export const setLimit = (kind, key, value) => { (given[kind] ||= {})[key] = value; };
 
 // The table [correction] of the job: what is filled in; keys that the page does not show stay.
 export function correction(before) {
@@ -96,25 +67,12 @@ function without([from, to], [low, high]) {
   return found.map(([a, b]) => [turned(a), turned(b) === 0 ? 360 : turned(b)]);
 }
 
-export function zoneRows() {
-  $("zones").replaceChildren(...zones.list.map((zone, place) => {
-    const input = (key, words) => {
-      const made = el("input", { inputMode: "decimal", value: zone[key], "aria-label": `${zone.allowed ? "Allowed" : "Forbidden"} zone ${place + 1}: ${words} [degrees]` });
-      made.addEventListener("input", () => { if (Number.isFinite(Number(made.value))) { zone[key] = Number(made.value); told(); } });
-      return made;
-    };
-    const remove = el("button", { type: "button", textContent: "×", "aria-label": `Remove zone ${place + 1}` });
-    remove.addEventListener("click", () => { zones.list.splice(place, 1); zoneRows(); told(); });
-    return el("div", { className: "zone" }, el("span", { textContent: zone.allowed ? "allowed" : "forbidden" }), input("from", "from"), el("span", { textContent: "to" }), input("to", "to"), el("span", { textContent: "°" }), remove);
-  }));
-}
-
 // Take the table of a job into the form.
 export function takeCorrection(table) {
   const names = [].concat(table.method || "drill");
-  if (kinds.of(names[0])) $("method").value = names[0];
-  $("also").value = names[1] && kinds.of(names[1]) ? names[1] : "";
-  others = names.slice(2).filter((name) => kinds.of(name));
+  if (kinds.of(names[0])) chosen.method = names[0];
+  chosen.also = names[1] && kinds.of(names[1]) ? names[1] : "";
+  chosen.others = names.slice(2).filter((name) => kinds.of(name));
   faces.clear();
   zones.list = [];
   for (const name of methods()) {
@@ -129,6 +87,4 @@ export function takeCorrection(table) {
       else given[name][key] = found;
     }
   }
-  shown();
-  zoneRows();
 }

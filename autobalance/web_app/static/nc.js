@@ -1,27 +1,18 @@
 // NC programs: the machine's file becomes programs of the cuts; their set-ups, and what the simulation leaves.
-import { $, el, row, shown as number } from "/static/tools.js";
+import { html } from "/static/preact.min.js";
+import { $, shown, withUnit } from "/static/tools.js";
 import { askJson, guarded, say } from "/static/server.js";
-import { t } from "/static/words.js";
 import { on, state } from "/static/job.js";
 import { start } from "/static/runs.js";
+import { mount, signal } from "/static/store.js";
+import { t } from "/static/words.js";
+
+const machine = signal(""); // the text of the machine file
+const done = signal(null); // { id, report } of the programs that were written
 
 export function setUp() {
-  on("gone", () => { $("machine-ready").hidden = true; });
-  on("result", ({ id }) => {
-    $("machine-ready").hidden = false;
-    $("recut-line").textContent = `autobalance recut runs/${id}/report.json READING.toml`;
-    $("nc-line").textContent = `autobalance nc runs/${id}/report.json MACHINE.toml -o programs`;
-    shown(null);
-  });
-  $("machine-file").addEventListener("change", guarded(async () => {
-    const file = $("machine-file").files[0];
-    if (file) $("machine-toml").value = await file.text();
-  }));
-  $("nc").addEventListener("click", programs);
-  $("nc-example").addEventListener("click", guarded(() => {
-    if (!state.result) throw new Error(t("balance a crank first"));
-    $("machine-toml").value = example(state.result.report.corrections);
-  }));
+  mount(Ready, $("machine-ready"));
+  for (const name of ["gone", "result"]) on(name, () => { done.value = null; });
 }
 
 // A machine file to put one's own figures into: a centre with a rotary axis, and a drill for each diameter of the cuts.
@@ -33,22 +24,32 @@ function example(cuts) {
 }
 
 const programs = guarded(async () => {
-  if (!state.result) throw new Error("balance a crank first");
-  if (!$("machine-toml").value.trim()) throw new Error("open or paste a machine file first; docs/nc.md has two");
-  shown(null);
-  const told = await start("nc", { run: state.result.id, machine: $("machine-toml").value }, "programs");
+  if (!machine.value.trim()) throw new Error(t("open or paste a machine file first; docs/nc.md has two"));
+  done.value = null;
+  const told = await start("nc", { run: state.result.id, machine: machine.value }, "programs");
   if (!told) return;
-  shown(await askJson(`/api/runs/${told.id}/report`), told.id);
+  done.value = { id: told.id, report: await askJson(`/api/runs/${told.id}/report`) };
   say("");
 });
+const opened = guarded(async ({ target }) => { if (target.files[0]) machine.value = await target.files[0].text(); });
 
-function shown(report, id) {
-  const setups = report ? report.setups : [];
-  $("setups").hidden = !setups.length;
-  const link = (name, text) => el("a", { href: `/api/runs/${id}/files/${encodeURIComponent(name)}`, download: name, textContent: text });
-  $("setups").tBodies[0].replaceChildren(...setups.map((each) => row([each.name, link(each.file, each.file), each.tools.map((tool) => `T${tool}`).join(", "), each.cuts.join(", "), number(each.time_s / 60, 1)], 1)));
-  $("nc-left-out").replaceChildren(...(report ? report.not_programmed : []).map((each) => el("li", { textContent: `Cut ${each.correction} is not programmed: ${each.why}` })));
-  if (!report) { $("nc-says").replaceChildren(); return; }
-  const done = report.simulated;
-  $("nc-says").replaceChildren("Simulated residual ", number(done.residual.magnitude_g_mm), " g\u00b7mm, ", number(100 * done.used_share, 0), " % of what is permitted. ", link("setup.pdf", "Set-up sheet"), " ", link("nc.json", "nc.json"));
+function Ready() {
+  if (!state.result) return "";
+  const folder = `runs/${state.result.id}/report.json`;
+  return html`<p class="quiet">${t("The same from the command line:")}</p><pre id="recut-line" tabindex="0">autobalance recut ${folder} READING.toml</pre>
+    <details id="nc-box"><summary>${t("NC programs")}</summary><p class="quiet">${t("Open or paste the machine's file: machine, rotary axis, zero and tools. Or begin with an example, and put the figures of your machine in.")}</p>
+    <p class="buttons"><button type="button" id="nc-example" data-testid="nc-example" onClick=${() => { machine.value = example(state.result.report.corrections); }}>${t("Begin with an example")}</button></p>
+    <p><label>${t("Machine file")} <input type="file" id="machine-file" data-testid="machine-file" accept=".toml" onChange=${opened}/></label></p>
+    <label for="machine-toml">${t("Its text")}</label><textarea id="machine-toml" data-testid="machine-toml" rows="8" spellcheck=${false} value=${machine.value} onInput=${({ target }) => { machine.value = target.value; }}></textarea>
+    <p class="buttons"><button type="button" id="nc" data-testid="nc" onClick=${programs}>${t("Write NC programs")}</button></p><${Programs}/>
+    <p class="quiet">${t("Simulated from their own text; not proven on a machine. The same from the command line:")}</p><pre id="nc-line" tabindex="0">autobalance nc ${folder} MACHINE.toml -o programs</pre></details>`;
+}
+
+function Programs() {
+  const { id, report } = done.value || {}, setups = report?.setups || [], left = report?.not_programmed || [], simulated = report?.simulated;
+  const link = (name, text) => html`<a href=${`/api/runs/${id}/files/${encodeURIComponent(name)}`} download=${name}>${text}</a>`;
+  return html`<p id="nc-says" data-testid="nc-says" aria-live="polite">${report ? html`${t("Simulated residual")} ${withUnit(simulated.residual.magnitude_g_mm, 2, "g·mm")}, ${t("{share} % of what is permitted", { share: shown(100 * simulated.used_share, 0) })}. ${link("setup.pdf", t("Set-up sheet"))} ${link("nc.json", "nc.json")}` : ""}</p>
+    <table id="setups" data-testid="setups" hidden=${!setups.length}><caption>${t("Set-ups, in their order")}</caption><thead><tr>${["set-up", "program", "tools", "cuts", "time [min]"].map((words) => html`<th scope="col">${t(words)}</th>`)}</tr></thead>
+    <tbody>${setups.map((each) => html`<tr><th scope="row">${each.name}</th><td>${link(each.file, each.file)}</td><td>${each.tools.map((tool) => `T${tool}`).join(", ")}</td><td>${each.cuts.join(", ")}</td><td>${shown(each.time_s / 60, 1)}</td></tr>`)}</tbody></table>
+    <ul id="nc-left-out" aria-label=${t("Cuts that are not programmed")}>${left.map((each) => html`<li>${t("Cut {number} is not programmed: {why}", { number: each.correction, why: each.why })}</li>`)}</ul>`;
 }

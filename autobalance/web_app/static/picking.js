@@ -22,8 +22,8 @@ export class Rays {
     return made;
   }
 
-  // The nearest hit for which `kept` holds: { triangle, distance, point } or null.
-  cast(origin, way, kept = () => true) {
+  // The nearest hit for which `kept` holds: { triangle, distance, point } or null; `any`: the first that is found.
+  cast(origin, way, kept = () => true, any = false) {
     let best = null;
     const small = this.small.length / 6;
     for (let b = 0; b < this.large.length / 6; b++) {
@@ -34,7 +34,9 @@ export class Rays {
           const distance = this.hit(k, origin, way);
           if (distance === null || (best && distance >= best.distance)) continue;
           const point = origin.map((o, axis) => o + distance * way[axis]);
-          if (kept(point)) best = { triangle: k, distance, point };
+          if (!kept(point)) continue;
+          best = { triangle: k, distance, point };
+          if (any) return best;
         }
       }
     }

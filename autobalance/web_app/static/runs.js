@@ -1,9 +1,8 @@
 // Runs: several at once, each followed to its end; a page that comes back finds them.
 import { html } from "/static/preact.min.js";
-import { $ } from "/static/tools.js";
 import { askJson, guarded, post, remove, say } from "/static/server.js";
 import { emit, state } from "/static/job.js";
-import { mount, signal } from "/static/store.js";
+import { signal } from "/static/store.js";
 import { t } from "/static/words.js";
 
 const ENDED = ["done", "failed", "cancelled"];
@@ -55,19 +54,20 @@ async function poll() {
 export function list(runs) {
   const going = runs.filter((each) => !ENDED.includes(each.state));
   const shown = going.find((each) => each.id === newest) || going[going.length - 1];
-  $("cancel").disabled = !shown;
-  $("cancel").dataset.run = shown ? shown.id : "";
   const last = shown || runs.find((each) => each.id === newest) || runs.findLast((each) => each.verb !== "inspect") || runs.at(-1);
-  if (last) progress(last); // a page that comes after the end of a run shows that end
+  now.value = { going: shown ? shown.id : "", last: last || null }; // a page that comes after the end of a run shows that end
   listed.value = runs.filter((each) => each.verb !== "inspect" || !ENDED.includes(each.state)).reverse();
 }
 
-function progress(told) {
-  const share = Math.round(100 * told.share);
-  $("progress").setAttribute("aria-valuenow", String(share));
-  $("progress").setAttribute("aria-valuetext", `${told.verb}: ${told.words}`);
-  $("progress").firstElementChild.style.setProperty("width", `${share}%`);
-  $("progress").lastElementChild.textContent = `${told.verb}: ${told.words}`;
+const now = signal({ going: "", last: null }); // the run that a person watches: its id while it goes, and how far the last one came
+
+export function Cancel() {
+  const { going } = now.value;
+  return html`<button type="button" data-testid="cancel" id="cancel" disabled=${!going} data-run=${going} onClick=${guarded(async () => { if (going) await cancel(going); })}>${t("Cancel")}</button>`;
+}
+export function Progress() {
+  const { last } = now.value, share = Math.round(100 * (last?.share || 0)), words = last ? `${last.verb}: ${last.words}` : "";
+  return html`<div data-testid="progress" id="progress" role="progressbar" aria-label=${t("Progress")} aria-valuemin="0" aria-valuemax="100" aria-valuenow=${String(share)} aria-valuetext=${words}><i style=${{ width: `${share}%` }}></i><span>${words}</span></div>`;
 }
 
 const listed = signal([]);
@@ -75,13 +75,12 @@ const all = signal(false);
 const FEW = 5;
 // Those that wait or run, as components show them.
 export const running = () => listed.value.filter((each) => !ENDED.includes(each.state));
-export const setUp = () => mount(RunList, $("run-list"));
 
 // The runs of the project, the latest first: shown, cancelled, taken away.
-function RunList() {
+export function RunList() {
   const runs = listed.value, some = all.value ? runs : runs.slice(0, FEW);
   const more = runs.length > FEW && html`<li><button type="button" onClick=${() => { all.value = !all.value; }}>${all.value ? t("Only the latest") : t("All {count} runs", { count: runs.length })}</button></li>`;
-  return html`${some.map((told) => html`<${Item} key=${told.id} told=${told}/>`)}${more}`;
+  return html`<ul id="run-list" class="quiet" data-testid="runs" aria-label=${t("Runs")}>${some.map((told) => html`<${Item} key=${told.id} told=${told}/>`)}${more}</ul>`;
 }
 
 function Item({ told }) {

@@ -1,59 +1,47 @@
-// See: the verdict and its numbers as measured, before and after, what was cut, doubts, plots, files.
-import { $, el, withUnit } from "/static/tools.js";
+// See: the verdict and its numbers as measured, before and after, what was cut, doubts, files.
+import { html } from "/static/preact.min.js";
+import { $, withUnit } from "/static/tools.js";
 import { askBuffer, askJson, guarded } from "/static/server.js";
 import { applied, emit, on, state } from "/static/job.js";
 import { balance } from "/static/correct.js";
 import { Doubts, Numbers } from "/static/result.js";
 import { outOf } from "/static/cuts.js";
-import { mount, redraw } from "/static/store.js";
-import { t } from "/static/words.js";
 import * as drag from "/static/drag.js";
+import { Panel as Drag } from "/static/drag-panels.js";
+import { mount, redraw, signal } from "/static/store.js";
+import { t } from "/static/words.js";
 
 const OUTCOMES = { within_tolerance: "Within tolerance", already_within_tolerance: "Already within tolerance", above_tolerance: "Above tolerance" };
-const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook",  "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages", "reading.toml": "Reading to fill in", "certificate.pdf": "Certificate", "bob-weights.pdf": "Bob-weight card", "holes.csv": "List of holes", "drawing.dxf": "Drawing (DXF)" };
+const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook", "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages", "reading.toml": "Reading to fill in", "certificate.pdf": "Certificate", "bob-weights.pdf": "Bob-weight card", "holes.csv": "List of holes", "drawing.dxf": "Drawing (DXF)" };
+const AXES = { none: "none", z: "the axis", x: "the throw", y: "y" };
 let view = null;
+const none = signal("No result yet"); // what stands where no result is
+const look = { fade: 100, axis: "none", at: 50, place: null }; // how the view shows the result
 
 export function setUp(model) {
   view = model;
-  mount(Numbers, $("result-numbers"));
-  mount(Doubts, $("result-doubts"));
+  mount(See, $("panel-see"));
   on("look", (out) => view.turnTo(out));
-  on("units", section);
   on("show", (told) => guarded(show)(told));
-  on("begun", () => clear(t("Working …")));
-  for (const name of ["forgotten", "gone"]) on(name, () => clear(t("No result yet")));
-  $("fade").addEventListener("input", fade);
-  for (const id of ["section", "section-at"]) $(id).addEventListener("input", section);
-  $("download-job").addEventListener("click", () => save("job.toml", state.text));
+  on("begun", () => clear("Working …"));
+  for (const name of ["forgotten", "gone"]) on(name, () => clear("No result yet"));
 }
 
 function clear(words) {
   state.result = null;
-  redraw();
-  $("verdict").dataset.outcome = "";
-  $("verdict").textContent = words;
-  $("reason").textContent = "";
-  for (const id of ["relaxations", "more-files"]) $(id).replaceChildren();
+  none.value = words;
   drag.clear();
-  for (const id of ["download-solid", "download-report"]) $(id).hidden = true;
+  redraw();
 }
 
 export async function show(told) {
   const report = await askJson(`/api/runs/${told.id}/report`);
   clear("");
-  state.result = { id: told.id, report, told };
-  files(told, report);
-  relaxations(report);
   const [left] = await Promise.all([drag.show(told), model(told.id)]);
-  for (const name of left?.papers || []) $("more-files").append(el("a", { textContent: t(FILES[name] || name), href: `/api/runs/${told.id}/papers/${name}`, download: name }));
+  state.result = { id: told.id, report, told, papers: left?.papers || [] };
   drag.grips();
   if (report.corrections.length) view.turnTo(middle(report.corrections.map(outOf)), [0.15, 0.45, 0.7]);
   emit("result", state.result);
-  $("reason").textContent = report.reason || "";
-  const unproven = report.outcome !== "above_tolerance" && report.proven === false;
-  $("verdict").textContent = t(OUTCOMES[report.outcome]) + (unproven ? t(", not proven") : "");
-  $("verdict").title = unproven ? "Residual and uncertainty together exceed what is permitted." : "";
-  $("verdict").dataset.outcome = report.outcome;
 }
 
 // Where most cuts are entered from; that of the first where they stand against each other.
@@ -67,49 +55,48 @@ async function model(id) {
   const buffer = await askBuffer(`/api/runs/${id}/view`);
   if (!buffer) return; // a result from elsewhere has no view
   view.showResult(buffer);
-  fade();
-}
-
-// --- files ------------------------------------------------------------------------------------------------
-
-function files(told, report) {
-  const url = (name) => `/api/runs/${told.id}/files/${encodeURIComponent(name)}`;
-  const link = (made, name) => Object.assign(made, { hidden: false, href: url(name), download: name });
-  const solid = report.outputs.solid?.file;
-  if (solid) link($("download-solid"), solid);
-  link($("download-report"), "report.json");
-  const more = told.files.filter((name) => name !== "report.json" && name !== solid);
-  $("more-files").replaceChildren(...more.map((name) => link(el("a", { textContent: t(FILES[name] || name) }), name)));
+  view.fade(1 - look.fade / 100);
 }
 
 function save(name, text) {
   const url = URL.createObjectURL(new Blob([text], { type: "application/toml" }));
-  el("a", { href: url, download: name }).click();
+  Object.assign(document.createElement("a"), { href: url, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(url), 1000);
 }
 
-// --- what would suffice -----------------------------------------------------------------------------------
+// --- the panel ------------------------------------------------------------------------------------------------
 
-function relaxations(report) {
-  const found = (report.relaxations || []).filter(({ changes }) => changes.length);
-  $("relaxations").replaceChildren(...found.map(({ text, changes }) => {
-    const values = Object.fromEntries(changes.map(({ key, proposed }) => [key, proposed]));
-    const made = el("button", { type: "button", textContent: `Try ${text}`, data: { changes: JSON.stringify(values) } });
-    made.addEventListener("click", () => { applied(values); balance(); });
-    return made;
-  }));
+function See() {
+  return html`<${Verdict}/><${Remedies}/><${Files}/><${Look}/><div id="result-numbers"><${Numbers}/></div><${Drag}/><div id="result-doubts"><${Doubts}/></div>`;
 }
 
-// --- the view ---------------------------------------------------------------------------------------------
-
-function fade() {
-  const share = Number($("fade").value) / 100;
-  $("fade").setAttribute("aria-valuetext", share === 0 ? "before" : share === 1 ? "after" : `${Math.round(100 * share)} % after`);
-  view.fade(1 - share);
+function Verdict() {
+  const report = state.result?.report;
+  if (!report) return html`<p role="status" data-testid="verdict" id="verdict" data-outcome="">${t(none.value)}</p><p data-testid="reason" id="reason"></p>`;
+  const unproven = report.outcome !== "above_tolerance" && report.proven === false;
+  return html`<p role="status" data-testid="verdict" id="verdict" data-outcome=${report.outcome} title=${unproven ? t("Residual and uncertainty together exceed what is permitted.") : ""}>${t(OUTCOMES[report.outcome])}${unproven ? t(", not proven") : ""}</p><p data-testid="reason" id="reason">${report.reason || ""}</p>`;
 }
 
-function section() {
-  const axis = $("section").value, place = view.section(axis, Number($("section-at").value) / 100);
-  $("section-at").disabled = axis === "none";
-  $("section-says").textContent = place === null ? "" : `${axis} = ${withUnit(place, 1, "mm")}`;
+// What would suffice where the limits do not: each change is a button.
+function Remedies() {
+  const found = (state.result?.report.relaxations || []).filter(({ changes }) => changes.length);
+  const values = (changes) => Object.fromEntries(changes.map(({ key, proposed }) => [key, proposed]));
+  return html`<div id="relaxations" data-testid="relaxations" class="buttons">${found.map(({ text, changes }) => html`<button type="button" data-changes=${JSON.stringify(values(changes))} onClick=${() => { applied(values(changes)); balance(); }}>${t("Try {change}", { change: text })}</button>`)}</div>`;
+}
+
+function Files() {
+  const { id, report, told, papers = [] } = state.result || {}, solid = report?.outputs.solid?.file;
+  const link = (name, words, more = {}) => html`<a href=${`/api/runs/${id}/${more.room || "files"}/${encodeURIComponent(name)}`} download=${name} id=${more.id} data-testid=${more.id}>${t(words)}</a> `;
+  const others = (told?.files || []).filter((name) => name !== "report.json" && name !== solid);
+  return html`<p id="downloads">${solid ? link(solid, "Corrected solid", { id: "download-solid" }) : ""}${report ? link("report.json", "Report", { id: "download-report" }) : ""}<span id="more-files">${others.map((name) => link(name, FILES[name] || name))}${papers.map((name) => link(name, FILES[name] || name, { room: "papers" }))}</span> <button type="button" id="download-job" onClick=${() => save("job.toml", state.text)}>${t("Job")}</button></p>`;
+}
+
+// Before to after, and a section.
+function Look() {
+  const share = look.fade / 100;
+  const fade = ({ target }) => { look.fade = Number(target.value); view.fade(1 - look.fade / 100); redraw(); };
+  const section = (key) => ({ target }) => { look[key] = key === "at" ? Number(target.value) : target.value; look.place = view.section(look.axis, look.at / 100); redraw(); };
+  return html`<div class="fields view-fields"><label class="slider"><span>${t("Before to after")}</span><input type="range" id="fade" data-testid="fade" min="0" max="100" value=${look.fade} aria-valuetext=${share === 0 ? t("before") : share === 1 ? t("after") : `${look.fade} % ${t("after")}`} onInput=${fade}/></label>
+    <label>${t("Section across")} <select id="section" data-testid="section" value=${look.axis} onInput=${section("axis")}>${Object.entries(AXES).map(([value, words]) => html`<option value=${value}>${t(words)}</option>`)}</select></label>
+    <label class="slider"><span>${t("at")} <output id="section-says">${look.place === null ? "" : `${look.axis} = ${withUnit(look.place, 1, "mm")}`}</output></span><input type="range" id="section-at" data-testid="section-at" aria-label=${t("Place of the section")} min="0" max="100" value=${look.at} disabled=${look.axis === "none"} onInput=${section("at")}/></label></div>`;
 }

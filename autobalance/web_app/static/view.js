@@ -397,7 +397,7 @@ export class View {
     if (this.clip.distanceToPoint(new T.Vector3(...point)) < 0) return false;
     const toEye = new T.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 2).toArray();
     const before = (at) => at.some((value, axis) => Math.abs(value - point[axis]) > HAIR_MM) && at.reduce((sum, value, axis) => sum + (value - point[axis]) * toEye[axis], 0) > 0;
-    return !this.bodyRays?.cast(point, toEye, (at) => before(at) && this.clip.distanceToPoint(new T.Vector3(...at)) >= 0);
+    return !this.bodyRays?.cast(point, toEye, (at) => before(at) && this.clip.distanceToPoint(new T.Vector3(...at)) >= 0, true);
   }
 
   // Where a point of the scene is in the box [px], and how near to the eye.

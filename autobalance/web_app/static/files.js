@@ -1,0 +1,86 @@
+// Files and folders that are dropped or chosen: sent to the project, and opened.
+import { $, ending } from "/static/tools.js";
+import { askJson, guarded, post } from "/static/server.js";
+import { CRANKS, JOBS, changed, emit, state, taken } from "/static/job.js";
+import { signal } from "/static/store.js";
+
+export const sent = signal(""); // what is being sent, by its names
+export const over = signal(false); // something is held over the page
+export const coming = signal(""); // the crank that is being sent
+let opens = () => {};
+
+export function setUp(open) {
+  opens = open;
+  for (const kind of ["dragover", "dragleave", "drop"]) document.addEventListener(kind, (event) => {
+    event.preventDefault();
+    over.value = kind === "dragover";
+    if (kind === "drop") filesOf(event.dataTransfer).then(dropped);
+  });
+}
+
+async function filesOf(transfer) {
+  const entries = [...transfer.items].map((item) => item.webkitGetAsEntry?.()).filter((entry) => entry);
+  const folder = entries.find((entry) => entry.isDirectory);
+  if (!folder) return [...transfer.files];
+  const reader = folder.createReader(), inside = [];
+  for (;;) {
+    const some = await new Promise((resolve, reject) => reader.readEntries(resolve, reject));
+    if (!some.length) break;
+    inside.push(...some.filter((entry) => entry.isFile && !entry.name.startsWith(".")));
+  }
+  return Promise.all(inside.map((entry) => new Promise((resolve, reject) => entry.file(resolve, reject))));
+}
+
+const send = (file, apart) => askJson(`/api/files?name=${encodeURIComponent(file.name)}${apart ? `&apart=${apart}` : ""}`, { method: "POST", body: file });
+
+export let sending = Promise.resolve();
+// What was dropped is opened at once; a file without a unit in the unit that the page shows beside it.
+export function dropped(files) {
+  sending = taking(files);
+  sending.then((isCrank) => isCrank && opens());
+}
+const taking = guarded(async (files) => {
+  if (!files.length) return false;
+  coming.value = files.find((file) => CRANKS.includes(ending(file.name)))?.name || "";
+  sent.value = files.map((file) => file.name).join(", ");
+  try {
+    if (!files.some((file) => file.name === "report.json")) return await crankAndJob(files);
+    await result(files);
+  } finally { sent.value = coming.value = ""; }
+  return false;
+});
+
+async function result(files) {
+  const apart = [...crypto.getRandomValues(new Uint8Array(6))].map((each) => each.toString(16).padStart(2, "0")).join("");
+  for (const file of files) await send(file, apart);
+  const { run, job } = await post("/api/open", { file: "report.json", apart });
+  taken(job);
+  changed();
+  emit("show", await askJson(`/api/runs/${run}`));
+  emit("tab", "see");
+}
+
+async function crankAndJob(files) {
+  const kept = {};
+  for (const file of files) kept[file.name] = (await send(file)).file;
+  const names = Object.values(kept);
+  const job = names.find((name) => JOBS.includes(ending(name))), crank = names.find((name) => CRANKS.includes(ending(name)));
+  const { job: tables } = await post("/api/open", { file: job || crank || names[0] });
+  if (job && crank && tables.crankshaft && Object.keys(kept).includes(tables.crankshaft.file)) tables.crankshaft.file = kept[tables.crankshaft.file];
+  another(tables);
+  return (await askJson("/api/project")).files.includes(state.file);
+}
+
+// A crank to begin with: the bundled one with its weights, or one from a preset's dimensions.
+export const example = guarded(async (preset) => {
+  another((await post("/api/example", { preset })).job);
+  await opens();
+});
+
+function another(tables) {
+  state.inspected = null;
+  state.file = null;
+  emit("forgotten");
+  taken(tables);
+  changed();
+}
