@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -170,12 +171,14 @@ def given(job: JobSource, settings: Sequence[str] = ()) -> Job:
     Raises
     ------
     FileError, JobError
-        As ``load``.
+        As ``load``; or it is none of these.
     """
     if isinstance(job, Job):
         return job
     if isinstance(job, Mapping):
         return Job.from_dict(with_settings(job, settings))
+    if not isinstance(job, str | os.PathLike):
+        raise JobError(f"job is {job!r}; expected a job, the path of a job file, or a dict of its structure")
     return load(job, settings)
 
 

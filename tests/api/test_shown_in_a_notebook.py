@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 import autobalance as ab
 from autobalance.api import views
 from autobalance.api.entry import Entries
-from autobalance.errors import UsageError
+from autobalance.errors import JobError, UsageError
 from autobalance.report.plot_files import Plots
 
 CHAIN = {
@@ -69,6 +69,12 @@ def test_a_result_shows_its_words_and_its_first_plot(torsion: Any) -> None:
     shown = torsion._repr_html_()
     assert "flywheel" in shown
     assert "<svg" in shown
+
+
+def test_what_is_no_job_is_told_what_one_is() -> None:
+    for verb in (ab.balance, ab.forces, ab.compare):
+        with pytest.raises(JobError, match="job is 3; expected a job, the path of a job file, or a dict"):
+            verb(3)  # type: ignore[arg-type]
 
 
 def test_plots_draw_themselves(torsion: Any) -> None:
