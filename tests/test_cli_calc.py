@@ -152,7 +152,7 @@ def test_sections_and_shafts(capsys: pytest.CaptureFixture[str]) -> None:
         (("swept_volume_cm3", "bore=76.8"), "has no 'bore'; its keys are bore_mm, stroke_mm"),
         (("swept_volume_cm3", "bore_mm=wide", "stroke_mm=1"), "must be a number"),
         (("swept_volume_cm3", "bore_mm=nan", "stroke_mm=1"), "must be a finite number"),
-        (("swept_volume_cm3", "76.8"), "is no key=value"),
+        (("swept_volume_cm3", "76.8"), "is not key=value"),
         (("shaft_pair", "order=1.5", "amplitude_g_mm=1"), "must be a whole number"),
         (("correction_mass_g", "unbalance_g_mm=1", "radius_mm=0"), "must be > 0"),
         (("piston_motion", "crank_radius_mm=9", "rod_length_mm=3", "angle_deg=0"), "rod length is 3 mm"),

@@ -184,8 +184,8 @@ def test_units_that_people_type(crank: Path) -> None:
             "no.stl does not exist",
         ),
         ("engine.throw[3].rods", "2", "the next is [1]"),
-        ("balance.factor.x", "2", "is no table"),
-        ("balance..factor", "2", "is no dotted key"),
+        ("balance.factor.x", "2", "is not a table"),
+        ("balance..factor", "2", "is not a dotted key"),
     ],
 )
 def test_other_units_are_refused(

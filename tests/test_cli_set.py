@@ -95,7 +95,7 @@ def test_batch_sets_a_key_in_every_row_and_columns_go_before(
     permitted = [float(row["permissible_g_mm"]) for row in rows]
     assert permitted[0] == pytest.approx(permitted[1] * 4000 / 2500)
     assert jobs.run("batch", listed, "-o", tmp_path / "out2", "--set", "grade", "--workers", "1") == 2
-    assert "--set 'grade' is no KEY=VALUE" in capsys.readouterr().err
+    assert "--set 'grade' is not KEY=VALUE" in capsys.readouterr().err
 
 
 def test_orders_sets_keys_of_the_engines_job_alone(

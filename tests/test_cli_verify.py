@@ -222,8 +222,8 @@ def test_above_tolerance_is_four(tmp_path: Path, capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"", "is no JSON"),
-        (b"[1]", "its JSON is no object"),
+        (b"", "is not JSON"),
+        (b"[1]", "its JSON is not an object"),
         (b"{}", "command is missing"),
         (b"\xff", "no JSON"),
     ],
@@ -250,7 +250,7 @@ def test_the_original_factor_is_found_again(tmp_path: Path) -> None:
     ("path", "value", "said"),
     [
         ("crank.mass_g", 1e308, "it holds a number beyond 1e+30"),
-        ("crank.mass_g", 10**400, "is no JSON"),
+        ("crank.mass_g", 10**400, "is not JSON"),
         ("crank.mass_g", math.nan, "it holds the number NaN"),
         ("crank.journal_misalignment_mm", -1.0, "journal_misalignment_mm is -1.0; expected at least 0"),
         ("crank.main_journals.0.centre_mm.2", 1e6, "the first must be lower"),

@@ -26,7 +26,6 @@ class Entry(Mapping[str, Any]):
     __slots__ = ("_values",)
 
     def __init__(self, values: Mapping[str, Any]) -> None:
-        """Take the values of a table."""
         self._values = dict(values)
 
     def __getitem__(self, key: str) -> Any:

@@ -56,7 +56,7 @@ def jobs(folder: str | Path = ".", *, find: str | None = None) -> JobsResult:
 
     place = Path(folder)
     if not place.is_dir():
-        raise FileError(f"{place} is no folder; expected the folder of a shop's results")
+        raise FileError(f"{place} is not a folder; expected the folder of a shop's results")
     listed = archive(place)
     rows = [row for row in listed.rows if find is None or row.holds(find)]
     return JobsResult(

@@ -1,4 +1,4 @@
-"""``ab.machine``: what a balancing machine reads on a rotor of known unbalance, and what that leaves."""
+"""``ab.machine``: simulate a balancing machine on a rotor of known unbalance."""
 
 from __future__ import annotations
 

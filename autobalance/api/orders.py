@@ -232,7 +232,7 @@ def _predicted(source: str | Path | Mapping[str, Any]) -> tuple[tuple[float | No
         try:
             report = json.loads(text)
         except ValueError:
-            raise FormatError(f"{source} is no report of rotor or torsion: it is not JSON") from None
+            raise FormatError(f"{source} is not a report of rotor or torsion: it is not JSON") from None
     try:
         if isinstance(report, Mapping) and "campbell" in report:
             rows = report["campbell"]
@@ -243,7 +243,7 @@ def _predicted(source: str | Path | Mapping[str, Any]) -> tuple[tuple[float | No
             return tuple((None, float(f)) for f in report["natural_frequencies_hz"])
     except (KeyError, TypeError, ValueError):
         pass
-    raise FormatError("campbell is no report of rotor or torsion: it holds no natural frequencies")
+    raise FormatError("campbell holds no natural frequencies; expected a report of rotor or torsion")
 
 
 def _record(
@@ -287,7 +287,7 @@ def _channels(arrays: Mapping[str, ArrayLike], sample_rate: float | None) -> tup
     for header, samples in arrays.items():
         values = np.asarray(samples)
         if values.ndim != 1 or values.size < 2 or values.dtype.kind not in "iuf":
-            raise FormatError(f"channel {header!r} is no list of numbers longer than 1")
+            raise FormatError(f"channel {header!r} is not a list of numbers longer than 1")
         channels.append(Channel(*named(header), rate, values, header=header))
     if not channels:
         raise FormatError("the record holds no channel")

@@ -96,7 +96,7 @@ class VerbResult:
             if not files:
                 raise FormatError(f"only is {', '.join(only) or 'empty'}; this result has no such file")
         if folder.exists() and not folder.is_dir():
-            raise FileError(f"cannot write to {folder}: it is no folder")
+            raise FileError(f"cannot write to {folder}: it is not a folder")
         with Staging([folder]) as staging:
             for name, data in files.items():
                 staging.add(folder / name, data)

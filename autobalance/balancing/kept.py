@@ -250,7 +250,7 @@ def refuse_other_crank(plan: KeptPlan, job: Job, anatomy: Anatomy) -> None:
         there = tuple(len(crank[key]) for key in ("throws", "webs", "main_journals"))
     except (LookupError, TypeError, ValueError):
         raise JobError(
-            f"{plan.report} is no whole report: its cuts have no numbers, or it no crank"
+            f"{plan.report} is not a whole report: its cuts have no numbers, or it has no crank"
         ) from None
     here = len(anatomy.throws), len(anatomy.webs), len(anatomy.main_journals)
     if there != here:

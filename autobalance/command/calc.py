@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     for text in arguments.values:
         key, equals, value = text.partition("=")
         if not equals:
-            raise UsageError(f"{text!r} is no key=value")
+            raise UsageError(f"{text!r} is not key=value")
         values[key.strip()] = value.strip()
     return finish(arguments, calc(arguments.name, values))
 

@@ -67,7 +67,7 @@ def settings(option: str, texts: Sequence[str]) -> list[str]:
     for text in texts:
         key, sign, _ = text.partition("=")
         if not sign or not key.strip():
-            raise UsageError(f"{option} {text!r} is no KEY=VALUE; expected for example balance.factor=0.5")
+            raise UsageError(f"{option} {text!r} is not KEY=VALUE; expected for example balance.factor=0.5")
     return list(texts)
 
 
@@ -79,7 +79,7 @@ def dimensions(option: str, texts: Sequence[str]) -> dict[str, Any]:
     for text in texts:
         key, equals, value = (each.strip() for each in text.partition("="))
         if not (key and equals):
-            raise UsageError(f"{option} {text!r} is no KEY=VALUE; expected for example stroke_mm=58")
+            raise UsageError(f"{option} {text!r} is not KEY=VALUE; expected for example stroke_mm=58")
         try:
             sizes[key] = tomllib.loads(f"value = {value}")["value"]
         except (ValueError, RecursionError):  # TOMLDecodeError is a ValueError

@@ -1,4 +1,4 @@
-"""``autobalance study JOB.toml|REPORT.json``: many cranks to one plan, and how many are within."""
+"""``autobalance study JOB.toml|REPORT.json``: Monte Carlo tolerance study, and its yield."""
 
 from __future__ import annotations
 

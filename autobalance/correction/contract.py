@@ -17,7 +17,7 @@ from autobalance.types import Array
 Prefer = Literal[
     "simple", "same_setup", "least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"
 ]
-"""What to spare, or to get rid of, among plans that reach the aim; simple: fewest different cuts (of tool and
+"""Secondary objective among plans that reach the aim; simple: fewest different cuts (of tool and
 depth), then fewest cuts, then least metal; same_setup: first the tools of earlier stages in their own places,
 then these tools anywhere, then simple."""
 

@@ -49,7 +49,7 @@ class Workpiece:
     heavy_at : two of (float, (2,) float)
         Heavy vector (rotor frame) at two places along the axis [mm, g·mm].
     look : float
-        How much farther than the unbalance seems to need a kind should look for metal; 1 at first.
+        Multiple of the estimated need in which a kind searches for metal; 1 at first.
     service_speed_rad_s : float or None
         For the loads on what is pressed in.
     earlier : tuple of EarlierCut

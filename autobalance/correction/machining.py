@@ -104,7 +104,7 @@ def outlined_region(loops: Sequence[Sequence[dict[str, Any]]]) -> Region:
     try:
         return Region.of([outline_points(outline_of(loop), SEGMENTS) for loop in loops])
     except (LookupError, TypeError, ValueError):
-        raise FormatError("outline of a correction is no list of loops of lines and arcs") from None
+        raise FormatError("outline of a correction is not a list of loops of lines and arcs") from None
 
 
 def face_operation(item: Item) -> AreaOperation | str:

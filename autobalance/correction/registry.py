@@ -28,7 +28,7 @@ def register(kind: Kind[Any]) -> None:
         If it does not say all that `Kind` asks, or a kind of its name or limits is there already.
     """
     for fault in _faults(kind):
-        raise TypeError(f"{type(kind).__name__} is no kind of correction: {fault}")
+        raise TypeError(f"{type(kind).__name__} is not a kind of correction: {fault}")
     _KINDS[kind.name] = kind
 
 

@@ -220,7 +220,7 @@ def stated_number(item: Item, key: str) -> float:
     """Return a number of a listed correction."""
     value = item.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise FormatError(f"{key} of a correction of kind {item.get('kind')!r} is no number")
+        raise FormatError(f"{key} of a correction of kind {item.get('kind')!r} is not a number")
     if abs(value) > GREATEST_VALUE:
         raise FormatError(
             f"{key} of a correction of kind {item.get('kind')!r} is {value:g}; at most {GREATEST_VALUE:g}"
@@ -251,7 +251,7 @@ def stated_unit(item: Item, key: str) -> Array:
     vector = stated_vector(item, key)
     size = float(np.linalg.norm(vector))
     if not abs(size - 1.0) <= 1e-6:
-        raise FormatError(f"{key} of a correction of kind {item.get('kind')!r} is no unit vector")
+        raise FormatError(f"{key} of a correction of kind {item.get('kind')!r} is not a unit vector")
     return vector / size
 
 

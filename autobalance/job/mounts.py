@@ -72,7 +72,7 @@ def mounts_of(values: Values | None, listed: list[Values], top_rad_s: float) -> 
         return None
     inertia = np.array(values["inertia_kg_mm2"]) * G_MM2_PER_KG_MM2
     if not np.allclose(inertia, inertia.T) or not (np.linalg.eigvalsh(inertia) > 0.0).all():
-        raise JobError("mounts.inertia_kg_mm2 is no inertia; expected a symmetric, positive 3 × 3")
+        raise JobError("mounts.inertia_kg_mm2 is not an inertia; expected a symmetric, positive 3 × 3")
     entries = [*values["mount"], *listed]
     if not entries:
         raise JobError("[[mounts.mount]] is missing; expected at least one")

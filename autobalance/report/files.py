@@ -85,7 +85,7 @@ class Staging:
         Raises
         ------
         FileError
-            If it cannot be written, a folder has its name, or it is asked for twice or was read.
+            If it cannot be written, is a folder, is the file of another output, or was read.
         """
         place = path.resolve()
         if was_read(path):

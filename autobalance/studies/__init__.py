@@ -1,1 +1,1 @@
-"""Many runs: what many cranks to one plan would be, and many jobs; here, on all cores, or on a cluster."""
+"""Many runs: Monte Carlo tolerance studies and batches of jobs, on this machine or on a cluster."""

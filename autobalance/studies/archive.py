@@ -82,7 +82,7 @@ def archive(folder: Path) -> Archive:
         except AutobalanceError as error:
             warnings.append(f"{name} is left out: {error}")
         except (KeyError, TypeError, ValueError):
-            warnings.append(f"{name} is left out: it is no report of balance or recut")
+            warnings.append(f"{name} is left out: it is not a report of balance or recut")
     if entries != known:
         _write_index(folder, entries)
     results = {name: entry for name, (_, _, entry) in entries.items() if entry is not None}

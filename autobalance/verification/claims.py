@@ -137,7 +137,7 @@ class Claims:
             )
         for number, each in enumerate(values, 1):
             if not isinstance(each, dict):
-                raise FormatError(f"{self.name}: {self.path(path)}[{number}] is no object")
+                raise FormatError(f"{self.name}: {self.path(path)}[{number}] is not an object")
         return [self.at(f"{path}[{number}]", each) for number, each in enumerate(values, 1)]
 
     # --- checks -----------------------------------------------------------------------------------------

@@ -172,7 +172,7 @@ def _check_faces(claims: Claims, crank: Before) -> None:
     for part in claims.entries("faces"):
         face = faces.get(part.get("id", str))
         if face is None:
-            raise ClaimError(f"{part.name}: {part.path('id')} is {part.values['id']!r}, which is no face")
+            raise ClaimError(f"{part.name}: {part.path('id')} is {part.values['id']!r}, which is not a face")
         centre = face.centroid_mm
         part.hold("id")
         part.same("kind", face.kind)

@@ -35,7 +35,7 @@ NOT_CHECKED: Mapping[str, str] = {
     "true_surfaces": "counted by the CAD kernel while the run had both solids",
 }
 """Places of values that nothing in the files decides, and why."""
-UNKNOWN = "verify knows nothing to check it against"
+UNKNOWN = "there is no independent source to check it against"
 
 
 @dataclass(frozen=True)

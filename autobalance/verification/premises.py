@@ -102,7 +102,7 @@ def claimed_frame(claims: Claims) -> Array:
     turn = frame[:3, :3]
     rigid = np.abs(turn.T @ turn - np.eye(3)).max() <= RIGID and np.linalg.det(turn) > 0.0
     if not (rigid and frame[3].tolist() == [0.0, 0.0, 0.0, 1.0]):
-        raise ClaimError(f"{claims.name}: frame.file_to_rotor is no rigid motion")
+        raise ClaimError(f"{claims.name}: frame.file_to_rotor is not a rigid motion")
     claims.note("frame.file_to_rotor is a rigid motion", True, True)
     return frame
 

@@ -40,9 +40,9 @@ def read_report(path: Path) -> Mapping[str, Any]:
             object_pairs_hook=_each_once,
         )
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"{path} is no JSON: {str(error).splitlines()[0]}") from None
+        raise FormatError(f"{path} is not JSON: {str(error).splitlines()[0]}") from None
     if not isinstance(values, dict):
-        raise FormatError(f"{path} is no report: its JSON is no object")
+        raise FormatError(f"{path} is not a report: its JSON is not an object")
     if "command" in values:
         refuse_version(path.name, values)
     return values

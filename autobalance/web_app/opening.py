@@ -169,7 +169,7 @@ def open_report(path: Path, project: Project, anywhere: bool = True) -> str:
 
     report = read_report(path)
     if report.get("command") not in ("balance", "recut") or not isinstance(report.get("job"), dict):
-        raise FormatError(f"{path.name} is no report of balance or recut")
+        raise FormatError(f"{path.name} is not a report of balance or recut")
     names = [REPORT, *(str(each["file"]) for each in _outputs(report))]
     run = hashlib.sha256(path.read_bytes()).hexdigest()[:12]
     folder = project.run_folder(run)

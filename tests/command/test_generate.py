@@ -150,7 +150,7 @@ def test_the_volume_told_is_that_of_the_step_file() -> None:
         (["singel"], 3, "no preset is called 'singel'; did you mean single?"),
         (["single", "--set", "strok_mm=3"], 3, "strok_mm is an unknown key; did you mean 'stroke_mm'?"),
         (["single", "--set", "stroke_mm=long"], 3, "stroke_mm is 'long'; must be a number"),
-        (["single", "--set", "stroke_mm"], 2, "--set 'stroke_mm' is no KEY=VALUE"),
+        (["single", "--set", "stroke_mm"], 2, "--set 'stroke_mm' is not KEY=VALUE"),
         (["single", "--segments", "3"], 3, "segments is 3; must be 8 to 4096"),
         (["single", "-o", "a.xyz"], 3, "xyz"),
         (["single", "-o", "a.step", "--unit", "inch"], 2, "--unit inch: STEP files are written in mm"),

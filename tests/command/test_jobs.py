@@ -147,4 +147,4 @@ def test_statistics_of_a_plane_against_closed_forms() -> None:
 
 def test_a_folder_that_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert jobs.run("jobs", tmp_path / "nowhere") == 3
-    assert "is no folder; expected" in capsys.readouterr().err
+    assert "is not a folder; expected" in capsys.readouterr().err

@@ -104,8 +104,8 @@ def test_every_option_says_what_it_sets_and_its_default(name: str) -> None:
         (("study", "JOB", "--exact", "-1"), "exact is -1"),
         (("study", "JOB", "--workers", "0"), "workers is 0; must be ≥ 1"),
         (("batch", "JOB", "-o", "out", "--workers", "0"), "workers is 0; must be ≥ 1"),
-        (("parts", "JOB", "--set", "balance.factor"), "--set 'balance.factor' is no KEY=VALUE"),
-        (("inspect", "JOB", "--set", "=3"), "--set '=3' is no KEY=VALUE"),
+        (("parts", "JOB", "--set", "balance.factor"), "--set 'balance.factor' is not KEY=VALUE"),
+        (("inspect", "JOB", "--set", "=3"), "--set '=3' is not KEY=VALUE"),
     ],
 )
 def test_options_out_of_range_are_wrong_use(

@@ -86,7 +86,7 @@ def test_what_does_not_settle_is_said_with_what_to_do(
     ("text", "said"),
     [
         ("speed_rpm = 600.0\n", "[machine.line] is missing; expected a pattern"),
-        ("[machine.line]\npattern = '(?P<amount>'\n", "is no pattern"),
+        ("[machine.line]\npattern = '(?P<amount>'\n", "is not a pattern"),
         ("[machine.line]\npattern = '(?P<amount>.)'\n", "has the groups amount; expected"),
         (
             "[machine.line]\npattern = '(?P<amount>.)(?P<angle>.)'\nunit = 'furlong'\n",

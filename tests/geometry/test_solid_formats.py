@@ -178,7 +178,7 @@ def test_3mf_components_placements_and_mirrors() -> None:
     [
         (b"PK no zip", "no readable zip archive"),
         (archive("x", "other.txt"), "holds no model"),
-        (archive("<model"), "is no XML"),
+        (archive("<model"), "is not XML"),
         (archive('<!DOCTYPE a [<!ENTITY e "x">]><model>&e;</model>'), "declares XML entities"),
         (archive(model(TETRAHEDRON, unit="cubit")), "is in 'cubit'"),
         (archive(model('<object id="1"/>')), "no triangles"),

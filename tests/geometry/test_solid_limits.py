@@ -193,14 +193,14 @@ def test_a_corner_far_beyond_reason_is_refused(name: str, tmp_path: Path) -> Non
 def test_a_device_is_no_crank(tmp_path: Path) -> None:
     link = tmp_path / "crank.stl"
     link.symlink_to("/dev/zero")
-    with pytest.raises(FileError, match="is no regular file"):
+    with pytest.raises(FileError, match="is not a regular file"):
         read(link, "mm")
 
 
 @needs_devices
 def test_a_pipe_is_no_crank(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "crank.stl")
-    with pytest.raises(FileError, match="is no regular file"):
+    with pytest.raises(FileError, match="is not a regular file"):
         read(tmp_path / "crank.stl", "mm")
 
 

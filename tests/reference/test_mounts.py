@@ -127,7 +127,7 @@ def test_the_best_factor_is_least_at_its_place(single: ab.Crank) -> None:
     ("change", "words"),
     [
         ({"mount": []}, r"\[\[mounts.mount\]\] is missing"),
-        ({"inertia_kg_mm2": [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}, "inertia_kg_mm2 is no inertia"),
+        ({"inertia_kg_mm2": [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}, "inertia_kg_mm2 is not an inertia"),
         ({"speed_rpm": [2000, 1000]}, "the first must be the lower one"),
     ],
 )

@@ -85,7 +85,7 @@ def axes_of_outline(item: Item, normal: Array) -> Array:
     except (LookupError, TypeError, ValueError):
         fits = False
     if not fits:
-        raise FormatError("outline_to_rotor of a correction is no rotation of z to the normal of its face")
+        raise FormatError("outline_to_rotor of a correction is not a rotation of z to the normal of its face")
     return axes
 
 
@@ -123,7 +123,7 @@ class FaceTrace:
         try:
             drawn = loops_area_mm2(loops)
         except (LookupError, TypeError, ValueError):
-            raise FormatError("outline of a correction is no list of loops of lines and arcs") from None
+            raise FormatError("outline of a correction is not a list of loops of lines and arcs") from None
         if not abs(drawn - area) <= DRAWN * area + EDGE_MM2:
             raise FormatError(f"outline of a correction holds {drawn:.6g} mm²; its face has {area:.6g} mm²")
         depth = abs(stated_number(self.item, "depth_mm"))

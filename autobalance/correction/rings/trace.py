@@ -119,7 +119,7 @@ class RingTrace:
         inner = max(inner - slack_mm(inner), 0.0)
         listed = self.item.get("webs")
         if not isinstance(listed, list):
-            raise FormatError(f"webs of a correction of kind {self.item.get('kind')!r} is no list")
+            raise FormatError(f"webs of a correction of kind {self.item.get('kind')!r} is not a list")
         rings = [
             faceted_ring(inner, FAR_MM, web.z_min_mm - SLACK_MM, web.z_max_mm + SLACK_MM)
             for web in crank.anatomy.webs

@@ -66,7 +66,7 @@ class BatchList:
         for setting in settings:
             key, equals, text = setting.partition("=")
             if not equals or not key.strip():
-                raise JobError(f"--set {setting!r} is no KEY=VALUE, such as balance.factor=0.5")
+                raise JobError(f"--set {setting!r} is not KEY=VALUE, such as balance.factor=0.5")
             pairs.append((key.strip(), text))
         return replace(self, rows=tuple(replace(row, settings=(*pairs, *row.settings)) for row in self.rows))
 
@@ -137,7 +137,7 @@ def _csv(path: Path) -> list[list[str]]:
     try:
         rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True))
     except csv.Error as error:
-        raise JobError(f"{path.name} is no list: {error}") from None
+        raise JobError(f"{path.name} is not a list: {error}") from None
     return [row for row in rows if any(cell.strip() for cell in row)]
 
 

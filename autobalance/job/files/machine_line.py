@@ -50,7 +50,7 @@ def _watched(values: Values) -> Watched:
     try:
         pattern = re.compile(line["pattern"])
     except re.error as error:
-        raise JobError(f"machine.line.pattern is no pattern: {error}") from None
+        raise JobError(f"machine.line.pattern is not a pattern: {error}") from None
     groups = set(pattern.groupindex)
     if not (set(ONE) <= groups or set(BOTH) <= groups):
         raise JobError(

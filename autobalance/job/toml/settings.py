@@ -44,7 +44,7 @@ def setting_of(setting: str) -> tuple[str, Any]:
     """Return the key and the value of ``KEY=VALUE``."""
     key, equals, text = setting.partition("=")
     if not equals or not key.strip():
-        raise JobError(f"--set {setting!r} is no KEY=VALUE, such as balance.factor=0.5")
+        raise JobError(f"--set {setting!r} is not KEY=VALUE, such as balance.factor=0.5")
     return key.strip(), value_of(text)
 
 
@@ -70,14 +70,14 @@ def set_key(values: dict[str, Any], key: str, value: Any) -> None:
         last = number == len(steps) - 1
         if isinstance(step, str):
             if not isinstance(place, dict):
-                raise JobError(f"{key}: {_path(steps[:number])} is no table")
+                raise JobError(f"{key}: {_path(steps[:number])} is not a table")
             if last:
                 place[step] = value
                 return
             place = place.setdefault(step, [] if isinstance(steps[number + 1], int) else {})
             continue
         if not isinstance(place, list):
-            raise JobError(f"{key}: {_path(steps[:number])} is no list")
+            raise JobError(f"{key}: {_path(steps[:number])} is not a list")
         if step > len(place) + 1 or step < 1:
             raise JobError(
                 f"{key}: {_path(steps[:number])} has {len(place)} entries; the next is [{len(place) + 1}]"
@@ -95,7 +95,7 @@ def _steps(key: str) -> list[str | int]:
     for part in key.split("."):
         match = PART.fullmatch(part)
         if match is None:
-            raise JobError(f"{key!r} is no dotted key, such as engine.throw[2].rods")
+            raise JobError(f"{key!r} is not a dotted key, such as engine.throw[2].rods")
         steps.append(match[1])
         steps += [int(number) for number in re.findall(r"\[(\d+)\]", match[2])]
     return steps

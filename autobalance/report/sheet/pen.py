@@ -15,7 +15,7 @@ from autobalance.solid.csg.region import Polygons
 from autobalance.types import Array
 
 INK, SOFT, RULE, ACCENT, METAL, GONE = "#17191c", "#5d636b", "#c9c9c4", "#1c5d8f", "#e4e6e8", "#b5400f"
-COMING = "#0b6e4f"
+ADDED_COLOUR = "#0b6e4f"
 SLUG = "#cfe6dc"
 """The ground of what is put into a bore."""
 POINT_SPACING_MM = 0.3
@@ -190,9 +190,9 @@ class Pen:
         """Draw metal that goes, hatched; what comes, crossed; a bore with its slug filled and crossed."""
         if not polygons:
             return
-        colour = COMING if comes or filled else GONE
+        colour = ADDED_COLOUR if comes or filled else GONE
         if filled:
-            self.shape(polygons, to_page, SLUG, COMING, 0.3)
+            self.shape(polygons, to_page, SLUG, ADDED_COLOUR, 0.3)
         places = np.concatenate([to_page(np.asarray(polygon)) for polygon in polygons])
         (left, top), (right, bottom) = places.min(axis=0), places.max(axis=0)
         high = bottom - top

@@ -45,7 +45,7 @@ def read(path: str | Path, sample_rate_hz: float | None = None) -> Record:
         raise FormatError(f"the sample rate is {sample_rate_hz:g} Hz; must be > 0")
     name = READERS.get(file.suffix.lower())
     if name is None:
-        raise FormatError(f"{file.name} is no record that can be read; known: {', '.join(READERS)}")
+        raise FormatError(f"{file.name} is not a record that can be read; known: {', '.join(READERS)}")
     if not file.is_file():
         raise FileError(f"no such file: {file}")
     note_read(file)

@@ -172,7 +172,7 @@ def _sheet(path: Path) -> _Sheet:
     """Read headers and numbers, line by line: no more of a long file is in memory than its numbers."""
     with path.open("rb") as stream:
         if b"\0" in stream.read(4096):
-            raise FormatError(f"{path.name} is no text file")
+            raise FormatError(f"{path.name} is not a text file")
     try:
         return _in_encoding(path, "utf-8-sig")
     except UnicodeDecodeError:

@@ -25,7 +25,7 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
     except NotImplementedError:
         raise FormatError(f"{path.name} is a MATLAB file of version 7.3; save it with -v7") from None
     except (MatReadError, ValueError, TypeError, KeyError, IndexError, EOFError, zlib.error) as error:
-        raise FormatError(f"{path.name} is no MATLAB file of version 5: {error}") from None
+        raise FormatError(f"{path.name} is not a MATLAB file of version 5: {error}") from None
     rates = [float(variables[key].item()) for key in RATES if key in variables and _is_number(variables[key])]
     rate_hz = agreed_rate(path.name, rates[0] if rates else None, sample_rate_hz)
     arrays = {key: np.ravel(value) for key, value in variables.items() if _is_channel(key, value)}

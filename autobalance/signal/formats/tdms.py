@@ -22,11 +22,11 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
         ) from None
     with path.open("rb") as stream:
         if stream.read(4) != b"TDSm":
-            raise FormatError(f"{path.name} is no TDMS file that can be read: it does not begin with TDSm")
+            raise FormatError(f"{path.name} is not a TDMS file that can be read: it does not begin with TDSm")
     try:
         file = TdmsFile.read(path)
     except (ValueError, KeyError, IndexError, EOFError, TypeError, NotImplementedError) as error:
-        raise FormatError(f"{path.name} is no TDMS file that can be read: {error}") from None
+        raise FormatError(f"{path.name} is not a TDMS file that can be read: {error}") from None
     signals = [each for group in file.groups() for each in group.channels()]
     signals = [each for each in signals if len(each) > 1 and np.dtype(each.dtype).kind in "iuf"]
     times = Counter(each.name for each in signals)

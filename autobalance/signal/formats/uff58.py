@@ -28,7 +28,7 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
         sets = [file.read_sets(place) for place in places]
     except Exception as error:  # noqa: BLE001 pyuff raises just that where a set is damaged
         reason = " ".join(str(error).split())
-        raise FormatError(f"{path.name} is no universal file that can be read: {reason}") from None
+        raise FormatError(f"{path.name} is not a universal file that can be read: {reason}") from None
     channels = tuple(_channel(path, each, sample_rate_hz) for each in sets if _is_time_record(each))
     return Record(path.name, "UFF58", channels)
 

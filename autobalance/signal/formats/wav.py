@@ -33,7 +33,7 @@ def _header(path: Path) -> tuple[int, int, int, int, int, int]:
     with path.open("rb") as stream:
         head = stream.read(12)
         if len(head) < 12 or head[:4] not in (b"RIFF", b"RF64") or head[8:] != b"WAVE":
-            raise FormatError(f"{path.name} is no WAV file: it does not begin with RIFF ... WAVE")
+            raise FormatError(f"{path.name} is not a WAV file: it does not begin with RIFF ... WAVE")
         form: tuple[int, int, int, int] | None = None
         while len(chunk := stream.read(8)) == 8:
             name, size = struct.unpack("<4sI", chunk)

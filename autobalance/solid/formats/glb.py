@@ -50,7 +50,7 @@ def read_glb(data: bytes) -> Raw:
 
 def _chunks(data: bytes) -> tuple[dict[str, Any], bytes]:
     if len(data) < 20 or struct.unpack_from("<II", data) != (MAGIC, 2):
-        raise FormatError("the file is no GLB of version 2")
+        raise FormatError("the file is not a GLB of version 2")
     stated = struct.unpack_from("<I", data, 8)[0]
     if stated != len(data):
         raise FormatError(f"the GLB file states {stated} bytes and has {len(data)}")
@@ -67,7 +67,7 @@ def _chunks(data: bytes) -> tuple[dict[str, Any], bytes]:
     except (ValueError, RecursionError):
         raise FormatError("the GLB file has no readable JSON chunk") from None
     if not isinstance(document, dict):
-        raise FormatError("the JSON chunk of the GLB file is no object")
+        raise FormatError("the JSON chunk of the GLB file is not an object")
     return document, chunks.get(BINARY_CHUNK, b"")
 
 

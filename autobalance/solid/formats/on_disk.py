@@ -22,6 +22,6 @@ def file_bytes(path: Path) -> bytes:
         if not path.exists():
             raise FileError(f"{path} does not exist")
         if not path.is_file():  # a device or a pipe may never end
-            raise FileError(f"{path} is no regular file; expected one on disk")
+            raise FileError(f"{path} is not a regular file; expected one on disk")
         note_read(path)
         return path.read_bytes()

@@ -121,7 +121,7 @@ def _floats(words: Iterable[bytes], count: int) -> Array:
     try:
         return np.fromiter(map(float, words), dtype=np.float64, count=count)
     except ValueError as error:
-        raise FormatError(f"the ASCII STL file has a coordinate that is no number: {error}") from None
+        raise FormatError(f"the ASCII STL file has a coordinate that is not a number: {error}") from None
 
 
 def write_stl(vertices: NDArray[np.float32], triangles: Indices) -> bytes:

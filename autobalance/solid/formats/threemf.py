@@ -171,7 +171,7 @@ def read_3mf(data: bytes) -> Raw:
         raise
     except UNREADABLE as error:
         raise FormatError(
-            f"the 3MF file is no readable zip archive: {' '.join(str(error).split())[:80]}"
+            f"the 3MF file is not a readable zip archive: {' '.join(str(error).split())[:80]}"
         ) from None
 
 
@@ -346,11 +346,11 @@ def _parse(parser: expat.XMLParserType, piece: bytes, last: bool = False) -> Non
     try:
         parser.Parse(piece, last)
     except expat.ExpatError as error:
-        raise FormatError(f"the model in the 3MF file is no XML: {error}") from None
+        raise FormatError(f"the model in the 3MF file is not XML: {error}") from None
     except KeyError as error:
         raise FormatError(f"the model in the 3MF file lacks the attribute {error}") from None
     except LookupError as error:  # an encoding that Python does not know
-        raise FormatError(f"the model in the 3MF file is no XML: {str(error)[:80]}") from None
+        raise FormatError(f"the model in the 3MF file is not XML: {str(error)[:80]}") from None
     except FormatError:
         raise
     except (ValueError, OverflowError) as error:

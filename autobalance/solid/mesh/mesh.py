@@ -94,7 +94,7 @@ class Mesh:
 
     @cached_property
     def sample(self) -> tuple[Indices, Array]:
-        """Rows and weights of triangles that stand for all: the largest, and every so-manieth of the rest.
+        """Rows and weights of triangles that stand for all: the largest, and every n-th of the rest.
 
         A few large triangles may be a whole face, many small ones a whole fillet.
         """
