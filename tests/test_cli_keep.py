@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import autobalance as ab
@@ -119,3 +120,19 @@ def test_what_cannot_be_kept_is_one_line(tmp_path: Path, capsys: pytest.CaptureF
         assert why in error, error
         assert error.count("\n") == 1, error
     assert not (tmp_path / "no").exists()
+
+
+@pytest.mark.parametrize("kind", ["radial", "axial"])
+def test_holes_are_kept_on_a_slightly_changed_crank(kind: str, tmp_path: Path) -> None:
+    """Drawn with rims of 52.3 in place of 52 mm: the holes stay on their axes."""
+    report = nc_jobs.balanced(tmp_path / kind, kind)
+    changed = {"counterweight.radius_mm": 52.3}
+    (tmp_path / kind / "crank.stl").write_bytes(
+        ab.generate("single", file="a.stl", segments=48, settings=changed).data
+    )
+    after = ab.balance(lighter(report, 300.0), keep=report)
+    assert after.report["plan_kept"]["cuts"] == len(after.corrections)
+    for old, new in zip(values(report)["corrections"], after.report["corrections"], strict=True):
+        assert new["number"] == old["number"]
+        off = np.array(new["position_mm"]) - old["position_mm"]
+        assert np.linalg.norm(np.cross(off, old["inward"])) < 0.06

@@ -18,7 +18,7 @@ from autobalance.correction import KINDS, kind_of, search_levels
 from autobalance.correction.apart import keep_apart
 from autobalance.correction.contract import Apart, Cut, Item, Limits, SharedDepth
 from autobalance.correction.faces.cut import FaceCut
-from autobalance.correction.kind import Candidates, Workpiece
+from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.overlap import Overlap
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError, JobError
@@ -174,14 +174,20 @@ def kept_cut(item: Item, work: Workpiece, limits: Limits) -> Cut | None:
         heavy = tuple((z, sign * towards) for z, _ in work.heavy_at)
         there = replace(work, heavy_at=(heavy[0], heavy[1]))
         for level in range(search_levels(limits)):
-            try:
-                cuts = kind.offer(there, kind.kept_limits(limits, item, SECTOR_DEG), level).cuts
-            except CorrectionError:
-                continue
-            kept_cut_of_kind = next((cut for cut in cuts if kind.is_kept(cut, item)), None)
-            if kept_cut_of_kind is not None:
-                return kept_cut_of_kind
-    return None
+            found = _among(kind, there, kind.kept_limits(limits, item, SECTOR_DEG), level, item)
+            if found is not None:
+                return found
+    named = kind.kept_place(limits, item)
+    return None if named is None else _among(kind, work, named, 0, item)
+
+
+def _among(kind: Kind[Any], work: Workpiece, limits: Limits, level: int, item: Item) -> Cut | None:
+    """Return the listed cut among what a kind offers within limits; None if it is not there."""
+    try:
+        cuts = kind.offer(work, limits, level).cuts
+    except CorrectionError:
+        return None
+    return next((cut for cut in cuts if kind.is_kept(cut, item)), None)
 
 
 def balanced_as_kept(

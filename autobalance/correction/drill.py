@@ -28,7 +28,7 @@ from autobalance.correction.refusals import (
     refuse_wide,
 )
 from autobalance.correction.relaxing import MoreCuts, Otherwise, Relaxing, deeper, thinner
-from autobalance.correction.trace import Trace, stated_number
+from autobalance.correction.trace import Trace, stated_number, turn_deg
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
@@ -102,6 +102,10 @@ class DrillCut(HoleCut):
         return self.hole.axis.entry_mm - self.site.sunk_mm * self.hole.axis.inward
 
 
+INSIDE_MM = 0.01
+"""How far inside of a web's face a place is that certainly lies in the web."""
+
+
 class Drill(HoleKind[DrillLimits]):
     """Twist-drilled holes."""
 
@@ -112,6 +116,17 @@ class Drill(HoleKind[DrillLimits]):
     limits = DrillLimits
     search_levels = 2
     finishes = True
+
+    def kept_place(self, limits: DrillLimits, item: Item) -> DrillLimits | None:
+        """Return limits that name a listed hole's place; None of one that is deepened: it has one."""
+        if item.get("deepened_from_mm") is not None:
+            return None
+        x, y, z = (float(each) for each in item["position_mm"])
+        place: tuple[float, ...] = (turn_deg(x, y), z)
+        if limits.direction == "axial":
+            inside = z + float(item["inward"][2]) * INSIDE_MM  # its entry is on the web's very face
+            place = (place[0], inside, math.hypot(x, y))
+        return replace(limits, positions=(place,), deepen=False)
 
     def offer(self, work: Workpiece, limits: DrillLimits, search_level: int) -> Candidates:
         """Return the holes that a job's limits allow, which keep a spacing and are limited in number."""

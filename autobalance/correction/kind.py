@@ -179,6 +179,14 @@ class Kind(ABC, Generic[L]):
         angle_deg = float(item["angle_deg"])
         return replace(limits, **{"sectors_deg": ((angle_deg - around_deg, angle_deg + around_deg),)})
 
+    def kept_place(self, limits: L, item: Item) -> L | None:
+        """Return limits that name the place of a listed cut, where a kind's limits can; None elsewhere.
+
+        On a crank that has changed a little the places that are tried are others than they were.
+        """
+        del limits, item
+        return None
+
     def is_kept(self, cut: Any, item: Item) -> bool:
         """Return whether a candidate is the cut that an earlier report lists, at whatever depth."""
         shown = cut.correction(cut.max_depth_mm)

@@ -98,10 +98,20 @@ class HoleSearch:
 
 
 def is_kept_hole(cut: HoleCut, item: Item) -> bool:
-    """Return whether a hole begins where one of an earlier report does, and is as wide."""
-    off = np.linalg.norm(cut.hole.axis.entry_mm - np.array(item["position_mm"], dtype=np.float64))
+    """Return whether a hole has the axis of one of an earlier report, and is as wide.
+
+    It may begin a little higher or lower there: a rim of 52.3 mm in place of 52 is a slight change.
+    """
+    axis = cut.hole.axis
+    off = axis.entry_mm - np.array(item["position_mm"], dtype=np.float64)
+    along = float(off @ axis.inward)
+    aside = float(np.linalg.norm(off - along * axis.inward))
+    same = float(axis.inward @ np.array(item["inward"], dtype=np.float64)) > 0.0
     wide = abs(cut.diameter_mm - float(item["diameter_mm"]))
-    return bool(off <= KEPT_MM and wide < SAME_MM and cut.web == item["web"])
+    near = aside <= KEPT_MM and abs(along) <= ENTRY_MM
+    return same and near and wide < SAME_MM and cut.web == item["web"]
 
 
 SAME_MM = 1e-6
+ENTRY_MM = 1.0
+"""How far along its axis a kept hole may begin elsewhere."""
