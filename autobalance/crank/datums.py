@@ -15,7 +15,8 @@ SAME_HOLE = 0.02
 class Keyway:
     """A slot with two walls parallel to the axis in a shaft at an end of the crank.
 
-    ``angle_deg`` is the middle of the slot, ``depth_mm`` counts from the shaft's surface above it.
+    ``angle_deg`` is the middle of the slot, ``depth_mm`` counts from the shaft's surface above it; standard
+    errors (``pm``), here and below, are a scanned one's, None where it was drawn.
     """
 
     end: End
@@ -25,6 +26,9 @@ class Keyway:
     shaft_diameter_mm: float
     z_min_mm: float
     z_max_mm: float
+    angle_pm_deg: float | None = None
+    width_pm_mm: float | None = None
+    depth_pm_mm: float | None = None
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,9 @@ class FlangeHole:
     angle_deg: float
     radius_mm: float
     diameter_mm: float
+    angle_pm_deg: float | None = None
+    radius_pm_mm: float | None = None
+    diameter_pm_mm: float | None = None
 
 
 @dataclass(frozen=True)
@@ -47,6 +54,8 @@ class Flange:
     diameter_mm: float
     face_z_mm: float | None
     holes: tuple[FlangeHole, ...]
+    diameter_pm_mm: float | None = None
+    face_z_pm_mm: float | None = None
 
     @property
     def told_hole(self) -> FlangeHole | None:
@@ -72,6 +81,7 @@ class MachinedFace:
     of: Literal["flange", "web", "end"]
     name: str
     z_mm: float
+    z_pm_mm: float | None = None
 
 
 @dataclass(frozen=True)

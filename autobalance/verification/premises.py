@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -133,17 +133,25 @@ def _datums(claims: Claims) -> Datums | None:
     if claims.get("crank.datums", object) is None:
         return None
     part_of = claims.at("crank.datums", claims.get("crank.datums", dict))
-    keys = [Keyway(end=_end(part), **_lengths(part, *KEYWAY)) for part in part_of.entries("keyways")]
+    keys = [
+        Keyway(end=_end(part), **_lengths(part, *KEYWAY), **_errors(part, Keyway))
+        for part in part_of.entries("keyways")
+    ]
     flanges = []
     for part in part_of.entries("flanges"):
         height = part.values.get("face_z_mm")
-        holes = tuple(FlangeHole(**_lengths(hole, *FLANGE_HOLE)) for hole in part.entries("holes"))
+        holes = tuple(
+            FlangeHole(**_lengths(hole, *FLANGE_HOLE), **_errors(hole, FlangeHole))
+            for hole in part.entries("holes")
+        )
         face_z = None if height is None else float(part.get("face_z_mm", float))
-        flanges.append(Flange(_end(part), float(part.get("diameter_mm", float)), face_z, holes))
+        diameter = float(part.get("diameter_mm", float))
+        flanges.append(Flange(_end(part), diameter, face_z, holes, **_errors(part, Flange)))
     faces = []
     for part in part_of.entries("faces"):
         of: Any = _one_of(part, "of", ("flange", "web", "end"))
-        faces.append(MachinedFace(of, part.get("name", str), float(part.get("z_mm", float))))
+        z = float(part.get("z_mm", float))
+        faces.append(MachinedFace(of, part.get("name", str), z, **_errors(part, MachinedFace)))
     return Datums(tuple(keys), tuple(flanges), tuple(faces))
 
 
@@ -153,6 +161,12 @@ FLANGE_HOLE = ("angle_deg", "radius_mm", "diameter_mm")
 
 def _lengths(claims: Claims, *keys: str) -> dict[str, float]:
     return {key: float(claims.get(key, float)) for key in keys}
+
+
+def _errors(claims: Claims, datum: type[Any]) -> dict[str, float]:
+    """Return the standard errors that a scanned crank's report has beside a datum's values."""
+    names = (each.name for each in fields(datum))
+    return _lengths(claims, *(name for name in names if "_pm_" in name and name in claims.values))
 
 
 def _end(claims: Claims) -> Any:

@@ -17,6 +17,7 @@ from autobalance.crank.recognition.rough_cylinders import RoughMesh, _ends, cove
 from autobalance.crank.recognition.rough_runs import rough_stack
 from autobalance.crank.scan import ScanFit
 from autobalance.errors import RecognitionError
+from autobalance.report.records.datums import Datums as DatumRecords
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 from autobalance.solid.roughness.estimate import DRAWN, SCANNED, flat_share, local_roughness_mm
@@ -96,6 +97,8 @@ def test_a_scanned_crank_is_found_to_a_fraction_of_its_noise(sigma_mm: float, se
     assert drawn is not None
     (wanted,) = drawn.keyways
     assert min(abs(key.angle_deg - angle) for angle in (90.0, 270.0)) < 0.5
+    assert abs(key.width_mm - wanted.width_mm) < SURE * (key.width_pm_mm or 0.0)
+    assert min(abs(key.angle_deg - angle) for angle in (90.0, 270.0)) < SURE * (key.angle_pm_deg or 0.0)
     assert key.width_mm == pytest.approx(wanted.width_mm, abs=0.1)
     assert key.depth_mm == pytest.approx(wanted.depth_mm, abs=0.3)
     assert key.z_max_mm - key.z_min_mm == pytest.approx(wanted.z_max_mm - wanted.z_min_mm, abs=6.0)
@@ -170,6 +173,14 @@ def test_a_scanned_flange_is_found_with_its_face_and_its_holes() -> None:
     assert flange.diameter_mm == pytest.approx(76.0, abs=0.05)
     assert [hole.diameter_mm for hole in flange.holes] == pytest.approx([8.5] * 6, abs=0.1)
     assert [hole.radius_mm for hole in flange.holes] == pytest.approx([29.0] * 6, abs=0.05)
+    assert abs(flange.diameter_mm - 76.0) < SURE * (flange.diameter_pm_mm or 0.0) < 0.1
+    for hole in flange.holes:
+        off = (hole.angle_deg + 30.0) % 60.0 - 30.0
+        assert abs(off) < SURE * (hole.angle_pm_deg or 0.0) < 1.0
+        assert abs(hole.radius_mm - 29.0) < SURE * (hole.radius_pm_mm or 0.0) < 0.3
+        assert abs(hole.diameter_mm - 8.5) < SURE * (hole.diameter_pm_mm or 0.0) < 0.6
+    assert all((face.z_pm_mm or 0.0) > 0.0 for face in found.datums.faces)
+    assert DatumRecords.of(found.datums).flanges[0].face_z_pm_mm == flange.face_z_pm_mm
     heights = {face.of: face.z_mm for face in found.datums.faces}
     assert heights["flange"] == flange.face_z_mm
 

@@ -27,6 +27,7 @@ from autobalance.crank.recognition.rough_cylinders import (
     fitted_bores,
     fitted_cylinder,
 )
+from autobalance.crank.recognition.rough_datums import with_certain_datums
 from autobalance.crank.recognition.rough_ends import between_faces, with_ends
 from autobalance.crank.recognition.rough_fits import Fit, fit_line, noise_of
 from autobalance.crank.recognition.rough_planes import rough_planes
@@ -153,6 +154,7 @@ def _fitted(
         long, line, tuple(journals), tuple(pins), covered, axis_at, sure, noise, rough.edge_mm
     )
     anatomy, webs = with_rims(anatomy, rough, normals, measured)
+    anatomy = with_certain_datums(anatomy, rough, measured)
     return replace(anatomy, scan=scan_fit(measured, webs))
 
 

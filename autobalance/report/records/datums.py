@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from autobalance.records import (
+    ABSENT,
+    Absent,
     Angle,
+    NotNegative,
     Positive,
     record,
 )
 
 if TYPE_CHECKING:
     from autobalance.crank import datums as crank_datums
+
+
+def _fields(datum: object) -> dict[str, Any]:
+    """Return the values of a datum; a drawn one has no standard errors."""
+    return {key: ABSENT if value is None and "_pm_" in key else value for key, value in vars(datum).items()}
 
 
 @record
@@ -26,6 +34,9 @@ class Keyway:
     shaft_diameter_mm: Positive
     z_min_mm: float
     z_max_mm: float
+    angle_pm_deg: NotNegative | Absent = ABSENT
+    width_pm_mm: NotNegative | Absent = ABSENT
+    depth_pm_mm: NotNegative | Absent = ABSENT
 
 
 @record
@@ -35,6 +46,9 @@ class FlangeHole:
     angle_deg: Angle
     radius_mm: Positive
     diameter_mm: Positive
+    angle_pm_deg: NotNegative | Absent = ABSENT
+    radius_pm_mm: NotNegative | Absent = ABSENT
+    diameter_pm_mm: NotNegative | Absent = ABSENT
 
 
 @record
@@ -45,6 +59,8 @@ class Flange:
     diameter_mm: Positive
     face_z_mm: float | None
     holes: Sequence[FlangeHole]
+    diameter_pm_mm: NotNegative | Absent = ABSENT
+    face_z_pm_mm: NotNegative | Absent = ABSENT
 
 
 @record
@@ -62,6 +78,7 @@ class DatumFace:
     of: Literal["flange", "web", "end"]
     name: str
     z_mm: float
+    z_pm_mm: NotNegative | Absent = ABSENT
 
 
 @record
@@ -78,11 +95,11 @@ class Datums:
         """Return those of a crank."""
         angle = datums.angle
         return cls(
-            keyways=[Keyway(**vars(each)) for each in datums.keyways],
+            keyways=[Keyway(**_fields(each)) for each in datums.keyways],
             flanges=[
-                Flange(**{**vars(each), "holes": [FlangeHole(**vars(hole)) for hole in each.holes]})
+                Flange(**{**_fields(each), "holes": [FlangeHole(**_fields(hole)) for hole in each.holes]})
                 for each in datums.flanges
             ],
             angle=None if angle is None else DatumAngle(of=angle[0], angle_deg=angle[1]),
-            faces=[DatumFace(**vars(each)) for each in datums.faces],
+            faces=[DatumFace(**_fields(each)) for each in datums.faces],
         )
