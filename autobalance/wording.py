@@ -99,6 +99,12 @@ def file_name(report: Mapping[str, Any]) -> str:
     return str(report["input"]["file"]).replace("\\", "/").rpartition("/")[2]
 
 
+def part_name(report: Mapping[str, Any]) -> str:
+    """Return the name of the crank's file as it came; that of the first stage, where it was cut since."""
+    first = at(report, "job.crankshaft.file") if report.get("stages") else None
+    return file_name({"input": {"file": first}} if first else report)
+
+
 def weights(report: Mapping[str, Any], group: str) -> dict[str, float]:
     """Return the weights of a group of parts, ``rotating_g``, as the job names them [g]."""
     named = at(report, f"job.engine.{group}") or {}

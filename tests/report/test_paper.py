@@ -527,3 +527,26 @@ def test_the_angle_of_added_metal_is_that_of_its_place() -> None:
             item["position_mm"] = [30.0 * x, y, 0.0]
             assert kinds.angle_deg({**item, "angle_deg": 180.0}) == 180.0
             assert kinds.angle_deg({key: item[key] for key in item if key != "angle_deg"}) == 180.0
+
+
+def test_a_hole_that_is_there_needs_no_template_and_has_its_whole_depth() -> None:
+    report = plans.plan(1)
+    radial = {"direction": "radial", "inward": [0.0, -1.0, 0.0], "position_mm": [0.0, 48.0, -34.0]}
+    fresh = hole(1, 1, 90.0, True) | radial
+    report["corrections"] = [fresh, fresh | {"number": 2, "deepened_from_mm": 7.5, "depth_mm": 2.0}]
+    round_, _ = templates(report)
+    assert [[item["number"] for item in strip.items] for strip in round_] == [[1]]
+    text = " ".join(" ".join(pages_of(report)).split())
+    assert "the hole is there, 7.500 deep: 9.500 in all" in text
+    assert "A hole that is there already: depth from where its full diameter ended." in text
+
+
+def test_the_part_keeps_its_name_when_it_is_cut_again() -> None:
+    report = plans.plan(1)
+    report["input"]["file"] = "../balanced.stl"
+    report["job"]["crankshaft"] = {**report["job"]["crankshaft"], "file": "cranks/no-7.stl"}
+    assert "PART balanced.stl" in " ".join(" ".join(pages_of(report)).split())
+    stages = [{"stage": 2, "reading": report["initial"]}]
+    text = " ".join(" ".join(pages_of(report | {"stages": stages})).split())
+    assert "PART no-7.stl" in text
+    assert "no-7.stl · job.toml · stage 2 from balanced.stl" in text

@@ -55,8 +55,12 @@ def place(item: Item) -> str:
 
 def datums(items: Iterable[Item]) -> list[str]:
     """Return from where the depths of some corrections count, a line a kind."""
-    kinds = dict.fromkeys(item["kind"] for item in items)
-    return [f"{KINDS[kind].noun}: depth from {KINDS[kind].datum}." for kind in kinds]
+    every = list(items)
+    kinds = dict.fromkeys(item["kind"] for item in every)
+    lines = [f"{KINDS[kind].noun}: depth from {KINDS[kind].datum}." for kind in kinds]
+    if any(item.get("deepened_from_mm") for item in every):
+        lines.append("A hole that is there already: depth from where its full diameter ended.")
+    return lines
 
 
 def eye(report: Mapping[str, Any]) -> tuple[float, float, float]:

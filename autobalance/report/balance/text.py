@@ -111,6 +111,8 @@ def _correction(correction: Values, units: DisplayUnits) -> str:
     what = verb(correction)
     if correction.get("diameter_mm") is not None:
         what += f" ⌀{units.of_length(correction['diameter_mm'])}"
+        called = correction.get("drill")
+        what += f" ({called})" if called and called not in what else ""
     where = [f"face {correction['face']}"] if correction["face"] is not None else []
     sector = correction.get("sector_deg")
     start, end = sector if isinstance(sector, list | tuple) else (0.0, 360.0)  # a kind may call one angle so
@@ -120,6 +122,8 @@ def _correction(correction: Values, units: DisplayUnits) -> str:
     if (angle := angle_deg(correction)) is not None:
         where.append(f"at {degrees(angle)}")
     size = units.of_length(abs(correction["depth_mm"]))
+    if old_mm := correction.get("deepened_from_mm"):
+        size += f" deeper, {units.of_length(old_mm + correction['depth_mm'])} in all"
     off = units.of_mass(abs(correction["removed_mass_g"]))
     return (
         f"  {correction['number']:>2}. {what} {', '.join(where)}: {size} "

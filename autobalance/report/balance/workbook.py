@@ -16,7 +16,7 @@ from autobalance.report.balance import kinds
 from autobalance.report.job_header import shop_name, work_words
 from autobalance.types import Report
 from autobalance.units import wrapped_deg
-from autobalance.wording import at, file_name, grams, oil_on_crankpin_g, weights
+from autobalance.wording import at, grams, oil_on_crankpin_g, part_name, weights
 
 GROUPS = (
     ("rotating_g", "m_rot", "Rotating parts, of one connecting rod"),
@@ -84,7 +84,7 @@ class _Calculation:
         page.hide_gridlines(2)
         _printed(page, self.report)
         page.write_string(0, 0, "Balance calculation", self.formats["title"])
-        page.write_string(1, 0, file_name(self.report), self.formats["soft"])
+        page.write_string(1, 0, part_name(self.report), self.formats["soft"])
         page.write_string(2, 0, "Change it", self.formats[INPUT])
         page.write_string(2, 1, "Measured", self.formats[MEASURED])
         page.write_string(2, 3, "Yellow cells may be changed; blue ones were measured on the solid; the rest follows.", self.formats["soft"])  # fmt: skip
@@ -391,7 +391,7 @@ def _printed(page: Any, report: Report) -> None:
     page.fit_to_pages(1, 0)
     name, shop, words = (
         "".join(letter for letter in text if letter.isprintable())[:FOOTER_LETTERS].replace("&", "&&")
-        for text in (file_name(report), shop_name(report), work_words(report))
+        for text in (part_name(report), shop_name(report), work_words(report))
     )
     page.set_footer(f"&L{name}&C&A&Rpage &P of &N")
     if shop or words:

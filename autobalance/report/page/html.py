@@ -30,6 +30,7 @@ from autobalance.wording import (
     file_name,
     judged_shares,
     outcome_words,
+    part_name,
     verdict,
     weights,
     whole_degrees,
@@ -112,6 +113,7 @@ def _verdict(report: Report) -> dict[str, Any]:
     versions = report["autobalance"]
     return {
         "file": file_name(report),
+        "part": part_name(report),
         "job_file": str(at(report, "job.file") or "").replace("\\", "/").rpartition("/")[2],
         "stage": stage_words(report),
         "outcome": outcome_words(report),

@@ -12,6 +12,8 @@ from autobalance.wording import angle_deg, escape, number, whole_degrees
 SIZE = 200.0
 RADIUS = 74.0
 """Of the outer ring, of ``SIZE`` in all."""
+NAME_WIDE, NAME_HIGH = 36.0, 11.0
+"""Room of a stage's name at its tip."""
 
 
 def figure(
@@ -47,10 +49,10 @@ def stages_figure(
     per, middle = RADIUS / full, SIZE / 2.0
     tips = [(middle - per * y, middle - per * x) for _, (x, y) in points]  # rotor x is up, y is left
     path = "L".join(f"{x:.2f} {y:.2f}" for x, y in tips)
-    marks = "".join(
-        f'<circle class="tip is" cx="{x:.2f}" cy="{y:.2f}" r="3"/>'
-        f'<text x="{x + 5.0:.2f}" y="{y + 4.0 + 9.0 * (k % 2):.2f}">{name}</text>'
-        for k, ((name, _), (x, y)) in enumerate(zip(points, tips, strict=True))
+    marks = "".join(f'<circle class="tip is" cx="{x:.2f}" cy="{y:.2f}" r="3"/>' for x, y in tips)
+    marks += "".join(
+        f'<text x="{x:.2f}" y="{y:.2f}">{name}</text>'
+        for (name, _), (x, y) in zip(points, _beside(tips), strict=True)
     )
     sizes = [(name, unbalance(math.hypot(*vector)), whole_degrees(vector)) for name, vector in points]
     words = "; ".join(f"stage {name}: {size} at {angle}" for name, size, angle in sizes)
@@ -60,6 +62,26 @@ def stages_figure(
 <circle class=grid cx="{middle}" cy="{middle}" r="{RADIUS}"/><path class=grid d="M{middle} {middle - RADIUS}V{middle + RADIUS}M{middle - RADIUS} {middle}H{middle + RADIUS}"/>
 <circle class=zone cx="{middle}" cy="{middle}" r="{max(per * permitted_g_mm, 0.8):.2f}"/>{_degrees(middle, middle)}
 <path class="vector is" fill="none" d="M{path}"/>{marks}</svg></figure>"""
+
+
+def _beside(tips: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return where the names of tips stand: right of each, lower where another name or numeral is."""
+    middle, far = SIZE / 2.0, RADIUS + 12.0
+    taken = [
+        (middle - 12.0, middle + far),
+        (middle - far - 12.0, middle + 4.0),
+        (middle + far - 12.0, middle + 4.0),
+    ]
+    places = []
+    for x, y in tips:
+        place = (x + 5.0, y + 4.0)
+        while any(
+            abs(place[0] - left) < NAME_WIDE and abs(place[1] - base) < NAME_HIGH for left, base in taken
+        ):
+            place = (place[0], place[1] + 2.0)
+        taken.append(place)
+        places.append(place)
+    return places
 
 
 def _plot(

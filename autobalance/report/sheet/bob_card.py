@@ -18,7 +18,7 @@ from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.title_block import MARGIN_MM, Sheet
 from autobalance.report.sheet.zero import Zero
 from autobalance.types import Report
-from autobalance.wording import at, file_name, grams, oil_on_crankpin_g
+from autobalance.wording import at, grams, oil_on_crankpin_g, part_name
 
 Make = tuple[str, str, float, float, float]
 """Part, how it counts, how many, weight of one [g], share of it."""
@@ -31,7 +31,7 @@ def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", 
     sheet = Sheet(report, u, date, wide, high, "Bob-weights")
     factor = at(report, "balance_factor.target")
     text = (
-        f"{file_name(report)}, balance factor {factor:.4f}. Each bob-weight: crankpin parts + rods × "
+        f"{part_name(report)}, balance factor {factor:.4f}. Each bob-weight: crankpin parts + rods × "
         "(rotating + factor × reciprocating). All off by their tolerance at once use a tenth of what is "
         f"permitted.{turning_words(report)}"
     )

@@ -17,7 +17,7 @@ from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.title_block import MARGIN_MM, Sheet
 from autobalance.report.sheet.zero import Zero, ZeroChoice
 from autobalance.types import Report
-from autobalance.wording import at, file_name, outcome_words
+from autobalance.wording import at, outcome_words, part_name
 
 PICTURE_MM = (120.0, 80.0)
 SIGN_MM = 14.0
@@ -85,7 +85,7 @@ def _facts(report: Report, u: DisplayUnits, date: str) -> Sequence[Sequence[str]
     )
     factor = at(report, "balance_factor.final")
     facts = [
-        ("Part", file_name(report)),
+        ("Part", part_name(report)),
         *((name.capitalize(), value) for name, value in words.items()),
         ("Grade, speed", f"G {tolerance['grade_mm_s']:g}, {plain(tolerance['speed_rpm'], 0)} rpm"),
         ("Rotor mass", u.of_mass(tolerance["rotor_mass_g"])),

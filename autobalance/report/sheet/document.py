@@ -17,7 +17,7 @@ from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate, P
 from autobalance.report.sheet.lettering import POINTS_PER_MM, font_of, safe
 from autobalance.report.sheet.pen import INK, Pen
 from autobalance.report.sheet.title_block import FOOT_MM, MARGIN_MM, NumberedCanvas, Sheet, title_block
-from autobalance.wording import file_name
+from autobalance.wording import part_name
 
 Paper = Literal["A4", "Letter"]
 PAPERS_MM = {"A4": (210.0, 297.0), "Letter": (215.9, 279.4)}
@@ -34,7 +34,7 @@ def written(
     document = BaseDocTemplate(
         buffer,
         pagesize=SIZES_PT[paper],
-        title=safe(f"{sheet.name} {file_name(sheet.report)}"),
+        title=safe(f"{sheet.name} {part_name(sheet.report)}"),
         author=f"autobalance {sheet.report['autobalance']['version']}",
         invariant=1,
         pageCompression=1,

@@ -68,7 +68,7 @@ def templates(
     report: Mapping[str, Any], drawings: Drawings | None = None
 ) -> tuple[list[Strip], list[FlatSide]]:
     """Return the templates for all holes that enter from the rim: round ones, flat ones."""
-    radial = [item for item in report["corrections"] if item.get("inward") and abs(item["inward"][2]) < AXIAL]
+    radial = [item for item in report["corrections"] if _needs_template(item)]
     outlines = {} if drawings is None else {web.number: web.outline for web in drawings.webs}
     flats: dict[tuple[int, int, int], list[tuple[float, Item, float]]] = {}
     round_: list[Item] = []
@@ -87,6 +87,11 @@ def templates(
             FlatSide(items, tuple(along for along, _, _ in held), held[0][2], _z_range(report, web, items))
         )
     return _strips(report, round_), sides
+
+
+def _needs_template(item: Item) -> bool:
+    """Whether a hole enters from the rim, and is not there already."""
+    return bool(item.get("inward")) and abs(item["inward"][2]) < AXIAL and not item.get("deepened_from_mm")
 
 
 def strips(report: Mapping[str, Any]) -> list[Strip]:

@@ -13,7 +13,7 @@ from autobalance.report.display_units import DisplayUnits, plain
 from autobalance.report.sheet.lettering import POINTS_PER_MM, fitted, safe, shortened, width_mm
 from autobalance.report.sheet.pen import INK, RULE, SOFT, Pen
 from autobalance.report.sheet.scales import scale_bar
-from autobalance.wording import at, file_name, outcome_words
+from autobalance.wording import at, file_name, outcome_words, part_name
 
 FRAME_MM = 8.0
 MARGIN_MM = 12.0
@@ -102,8 +102,11 @@ def _logo(pen: Pen, sheet: Sheet, high_mm: float) -> float:
 def _names(sheet: Sheet) -> list[str]:
     report = sheet.report
     job = str(at(report, "job.file") or "").replace("\\", "/").rpartition("/")[2]
-    names = [job_header.shop_name(report), sheet.name, file_name(report), job]
-    return [safe(name) for name in (*names, job_header.stage_words(report)) if name]
+    part, stage = part_name(report), job_header.stage_words(report)
+    if part != file_name(report):
+        stage += f" from {file_name(report)}"
+    names = (job_header.shop_name(report), sheet.name, part, job, stage)
+    return [safe(name) for name in names if name]
 
 
 def title_block(pen: Pen, sheet: Sheet) -> None:
@@ -137,7 +140,7 @@ def _rows(sheet: Sheet) -> Sequence[Sequence[tuple[str, str]]]:
     names = [(name.upper(), work[name]) for name in ("customer", "engine", "operator") if name in work]
     return (
         (
-            ("PART", safe(file_name(report))),
+            ("PART", safe(part_name(report))),
             ("JOB", safe(job) or "-"),
             ("SERIAL", work.get("serial", "-")),
         ),
