@@ -55,6 +55,17 @@ def number(value: float | None, digits: int = 2) -> str:
     return f"−{text}" if negative else text
 
 
+def bare(value: float) -> str:
+    """Return a number with three decimals at most, without zeros at its end.
+
+    Examples
+    --------
+    >>> bare(11.90625), bare(12.0)
+    ('11.906', '12')
+    """
+    return f"{value:.3f}".rstrip("0").rstrip(".")
+
+
 def signed(value: float | None, digits: int = 2) -> str:
     """Return a number with its sign, plus too; zero has none."""
     text = number(value, digits)

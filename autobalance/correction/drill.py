@@ -35,7 +35,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
-from autobalance.wording import number
+from autobalance.wording import bare
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +195,8 @@ class Drill(HoleKind[DrillLimits]):
 
     def size(self, item: Item) -> str:
         point = item.get("point_angle_deg")
-        return f"⌀ {number(item['diameter_mm'], 1)}" + (f", point {point:g}°" if point else "")
+        name = f" ({item['drill']})" if item.get("drill") else ""
+        return f"⌀ {bare(item['diameter_mm'])} mm{name}" + (f", point {point:g}°" if point else "")
 
 
 KIND = Drill()

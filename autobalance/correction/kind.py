@@ -244,7 +244,7 @@ class Kind(ABC, Generic[L]):
 
     @abstractmethod
     def size(self, item: Item) -> str:
-        """Return what the machinist sets besides the depth, in mm; nothing where the depth is all."""
+        """Return what is set besides the depth, lengths with their unit; nothing where that is all."""
 
     def drawn(self, item: Item) -> Shape | None:
         """Return the tool's body of a listed correction, rotor frame [mm], exact; None: it is not known."""

@@ -34,7 +34,7 @@ from autobalance.solid.csg.shape import Prism, Shape, outline_area_mm2, outline_
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
-from autobalance.wording import degrees, number
+from autobalance.wording import bare, degrees, number
 
 UPRIGHT = 1.0 - 1e-6
 """A cheek's normal has at least this component along the axis."""
@@ -323,9 +323,9 @@ class Mill(Kind[MillLimits]):
 
     def size(self, item: Item) -> str:
         """Return the pocket's radii, angles and cutter."""
-        radii = f"radius {number(item['inner_radius_mm'], 1)} to {number(item['outer_radius_mm'], 1)}"
+        radii = f"radius {number(item['inner_radius_mm'], 1)} mm to {number(item['outer_radius_mm'], 1)} mm"
         angles = f"{degrees(item['start_deg'])} to {degrees(item['end_deg'])}"
-        return f"{radii}, {angles}, cutter ⌀ {number(item['cutter_mm'], 1)}"
+        return f"{radii}, {angles}, cutter ⌀ {bare(item['cutter_mm'])} mm"
 
 
 KIND = Mill()

@@ -33,7 +33,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.units import wrapped_deg
-from autobalance.wording import number
+from autobalance.wording import bare
 
 SEAT_MM = 0.02
 """How far a slug lies below the lowest point of its bore's mouth, so that it stands out nowhere."""
@@ -244,7 +244,7 @@ class Slug(HoleKind[SlugLimits]):
         return SlugTrace(item)
 
     def size(self, item: Item) -> str:
-        return f"⌀ {number(item['diameter_mm'], 1)} × {number(item.get('length_mm'), 1)}"
+        return f"⌀ {bare(item['diameter_mm'])} mm × {bare(item['length_mm'])} mm"
 
 
 KIND = Slug()

@@ -273,7 +273,7 @@ class Turn(Kind[TurnLimits]):
         return ring(item["new_radius_mm"], item["outer_radius_mm"], item["z_from_mm"], item["z_to_mm"])
 
     def size(self, item: Item) -> str:
-        return f"to radius {number(item.get('new_radius_mm'), 3)}"
+        return f"to radius {number(item.get('new_radius_mm'), 3)} mm"
 
     def wall_left_mm(self, corrections: Sequence[Correction], anatomy: Anatomy) -> float | None:
         """Return the metal left outside of the crankpins."""
