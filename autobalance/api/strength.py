@@ -79,8 +79,8 @@ def strength(
     speed_rpm : float or None
         Crank speed [rpm]; None: the job's balance.speed_rpm.
     fem : bool
-        Bend and twist the metal of the least safe throw by finite elements too (extra fem), before and after
-        the cuts of a report.
+        Bend and twist the metal of the least safe throw by finite elements too (extra fem); of a report the
+        least safe one that was cut, before and after.
 
     Returns
     -------
@@ -169,13 +169,13 @@ def _of_report(path: Path, speed_rpm: float | None, progress: Progress | None) -
 def _by_elements(
     asked: _Asked, cycle: CycleAnalysis, fillets: Sequence[Fillet], progress: Progress | None
 ) -> tuple[ThrowElements, Costs | None]:
-    """Return the least safe throw by finite elements, and what cuts beside its fillets cost."""
+    """Return the least safe throw by finite elements, of a report that was cut; and what its cuts cost."""
     from autobalance.machine_models.fillets_from_job import checked_strength, sides
     from autobalance.machine_models.throw_stress import costs_of, cut_boxes, throw_by_elements
-    from autobalance.report.records.strength import LeastSafety, ThrowElements
+    from autobalance.report.records.strength import ThrowElements
 
-    least, limits = LeastSafety.of(fillets), checked_strength(asked.job)
-    number = 1 if least is None else least.throw
+    limits = checked_strength(asked.job)
+    number = _looked_at(asked, fillets)
     throw = asked.crank.anatomy.throws[number - 1]
     own = [side for side in sides(asked.job, asked.crank, cycle) if side.loads.throw == number]
     notify = progress or no_progress
@@ -185,6 +185,17 @@ def _by_elements(
     if asked.before is not None:
         costs = costs_of(throw_by_elements(asked.before, throw, own, limits, (), notify), throw_stress)
     return ThrowElements.of(number, throw_stress, own, costs), costs
+
+
+def _looked_at(request: _Asked, fillets: Sequence[Fillet]) -> int:
+    """Return the number of the least safe throw, among those that were cut where some were."""
+    from autobalance.machine_models.throw_stress import cut_boxes
+    from autobalance.report.records.strength import LeastSafety
+
+    throws, before = request.crank.anatomy.throws, request.before
+    cut = {each.number for each in throws if before is not None and cut_boxes(before, request.crank, each)}
+    least = LeastSafety.of([each for each in fillets if not cut or each.throw in cut])
+    return min(cut, default=1) if least is None else least.throw
 
 
 def _cycle(request: _Asked, crank: MeasuredCrank) -> CycleAnalysis:

@@ -42,13 +42,20 @@ class TwistStiffness:
     nodes: int
     levels_n_m_rad: tuple[float, ...]
 
+    @property
+    def error_share(self) -> float:
+        """The error over the stiffness."""
+        return self.error_n_m_rad / self.n_m_rad
+
     def scaled(self, by: float) -> TwistStiffness:
         """Return so many times the stiffness, as of a part of the body."""
         levels = tuple(by * each for each in self.levels_n_m_rad)
         return TwistStiffness(by * self.n_m_rad, by * self.error_n_m_rad, self.nodes, levels)
 
 
-def twist_stiffness(bodies: Iterable[ElasticBody], volume_mm3: float, material: Material) -> TwistStiffness:
+def twist_stiffness(
+    bodies: Iterable[ElasticBody], volume_mm3: float, material: Material, error_share: float | None = None
+) -> TwistStiffness:
     """Return the stiffness between the lowest and the highest plane of a body, twisted about z.
 
     Each end turns as a rigid disc about the z axis and stays on it, as bearings hold journals; it may tilt
@@ -57,10 +64,13 @@ def twist_stiffness(bodies: Iterable[ElasticBody], volume_mm3: float, material: 
     Parameters
     ----------
     bodies : iterable of ElasticBody
-        Meshes of one solid, ever finer; three or more. One at a time is looked at.
+        Meshes of one solid, ever finer; three or more, or one where ``error_share`` is known. One at a time
+        is looked at.
     volume_mm3 : float
         Of the solid.
     material : Material
+    error_share : float or None
+        Of a mesh as fine, over the stiffness; None: from the last three meshes.
 
     Raises
     ------
@@ -72,15 +82,16 @@ def twist_stiffness(bodies: Iterable[ElasticBody], volume_mm3: float, material: 
         levels.append(_stiffness(body, material))
         meshed_mm3, nodes = body.volume_mm3, body.nodes
     lost = abs(meshed_mm3 / volume_mm3 - 1.0)
-    return TwistStiffness(levels[-1], _error(levels, lost), nodes, tuple(levels))
+    error = _error(levels) if error_share is None else error_share * levels[-1]
+    return TwistStiffness(levels[-1], error + lost * levels[-1], nodes, tuple(levels))
 
 
-def _error(levels: Sequence[float], lost: float) -> float:
-    """Return the last change, or what the series of changes leaves if that is more; and the volume lost."""
+def _error(levels: Sequence[float]) -> float:
+    """Return the last change, or what the series of changes leaves if that is more."""
     rough, middle, fine = levels[-3:]
     before, after = abs(middle - rough), abs(fine - middle)
     left = after**2 / (before - after) if before > after else after
-    return max(after, min(left, before)) + lost * fine
+    return max(after, min(left, before))
 
 
 def _stiffness(body: ElasticBody, material: Material) -> float:

@@ -81,10 +81,10 @@ def throw_twists(
 ) -> list[ThrowTwist]:
     """Return the torsional stiffness of every throw by quadratic tetrahedra on three meshes.
 
-    A throw reaches from the middle of the main journal before it to the middle of the one after it; throws
-    alike are solved once. Throws between the same two mains are twisted together, and share the twist as
-    their formulas (Ker Wilson) say. A crankpin that is not in the file is put in, of the bore's diameter, as
-    one piece with the webs.
+    A throw reaches from the middle of the main journal before it to the middle of the one after it. Throws
+    between the same two mains are twisted together, and share the twist as their formulas (Ker Wilson) say.
+    What is alike is solved once, what is unlike the first on its finest mesh alone, with its error. A
+    crankpin that is not in the file is put in, of the bore's diameter, as one piece with the webs.
 
     Raises
     ------
@@ -113,7 +113,8 @@ def throw_twists(
         looks = _Looks.of(piece, throws, sizes)
         alike = [each for other, each in known if looks.is_like(other)]
         try:
-            stiffness = alike[0] if alike else _twisted(piece, material, size_mm, deadline)
+            error = known[0][1].error_share if known else None
+            stiffness = alike[0] if alike else _twisted(piece, material, size_mm, deadline, error)
         except SolidError as error:  # the formulas still hold: the rest of the report is worth having
             twists += [ThrowTwist(None, str(error))] * len(throws)
             continue
@@ -128,7 +129,9 @@ def _shared(whole: TwistStiffness, shapes: Sequence[ThrowShape]) -> list[TwistSt
     return [whole.scaled(sum(flexibilities) / each) for each in flexibilities]
 
 
-def _twisted(piece: Solid, material: Material, size_mm: float | None, deadline: Deadline) -> TwistStiffness:
+def _twisted(
+    piece: Solid, material: Material, size_mm: float | None, deadline: Deadline, error_share: float | None
+) -> TwistStiffness:
     if size_mm is None:
         mesh = piece.mesh
         area = 0.5 * float(mesh.doubled_areas.sum())
@@ -137,9 +140,9 @@ def _twisted(piece: Solid, material: Material, size_mm: float | None, deadline: 
         try:
             bodies = (
                 bodies_of_solid(piece, factor * size_mm, (1.0,), factor * share, deadline, rough=True)[0]
-                for factor in COARSENING
+                for factor in (COARSENING if error_share is None else COARSENING[-1:])
             )
-            return twist_stiffness(bodies, piece.volume_mm3, material)
+            return twist_stiffness(bodies, piece.volume_mm3, material, error_share)
         except SolidError:
             if share == SHARES_OF_RADIUS[-1]:
                 raise

@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from importlib.util import find_spec
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import autobalance as ab
+from autobalance.api.strength import _looked_at
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.errors import UsageError
@@ -20,7 +23,8 @@ from autobalance.fem_analysis.two_level import TwoLevelSolver
 from autobalance.machine_models import throw_stress
 from autobalance.machine_models.fillet_rings import FilletRing
 from autobalance.machine_models.solid_meshes import bodies_of_solid
-from autobalance.machine_models.torsion_from_job import sides_of_throws
+from autobalance.machine_models.throw_stress import FilletByElements, ThrowByElements
+from autobalance.machine_models.torsion_from_job import sides_of_throws, webs_beside
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 
@@ -125,3 +129,40 @@ def test_fillets_by_elements_are_within_the_spread_of_the_formulas(monkeypatch: 
 def test_only_one_way_is_asked_of_a_report() -> None:
     with pytest.raises(UsageError, match="neither --set nor another crank"):
         ab.strength("report.json", settings=["balance.factor=0.5"])
+
+
+def test_of_a_report_the_least_safe_throw_that_was_cut_is_looked_at() -> None:
+    """The hole stands in the third throw, the least safe fillet in the first."""
+    four = crank_solid(PRESETS["inline-4"], 16)
+    own = ab.crank_from_mesh(four.mesh.vertices, four.mesh.triangles, density_kg_m3=7850).measured
+    anatomy, throw = own.anatomy, own.anatomy.throws[2]
+    _, web = webs_beside(anatomy, throw)
+    x, y = -0.5 * throw.crank_radius_mm * throw.direction
+    depth = 4.0
+    hole = Solid.prism(Region.circle(3.0, 16, (float(x), float(y))), web.z_max_mm - depth, web.z_max_mm)
+    drilled = own.source.solid - hole.moved(anatomy.rotor_to_file)
+    after = replace(own, source=replace(own.source, solid=drilled))
+    (box,) = throw_stress.cut_boxes(own, after, throw)
+    assert box[0] == pytest.approx([x - 3.0, y - 3.0, web.z_max_mm - depth], abs=0.05)
+    assert box[1] == pytest.approx([x + 3.0, y + 3.0, web.z_max_mm], abs=0.05)
+    assert throw_stress.cut_boxes(own, after, anatomy.throws[0]) == []
+    safeties = {1: 1.5, 2: 3.0, 3: 2.5, 4: 3.0}
+    rows: Any = [
+        SimpleNamespace(throw=n, web=1, place="crankpin", fatigue=SimpleNamespace(gough_pollard=s, goodman=s))
+        for n, s in safeties.items()
+    ]
+    asked: Any = SimpleNamespace(crank=after, before=own)
+    assert _looked_at(asked, rows) == 3
+    uncut: Any = SimpleNamespace(crank=own, before=None)
+    assert _looked_at(uncut, rows) == 1
+
+
+def test_a_cut_costs_what_is_more_than_the_meshes_differ_by() -> None:
+    def throw(*rows: tuple[float, float]) -> ThrowByElements:
+        places: Any = zip(("crankpin", "journal"), rows, strict=True)
+        fillets = tuple(FilletByElements(1, place, *row, 0.03, True) for place, row in places)
+        return ThrowByElements(fillets, 100)
+
+    before = throw((2.0, 1.0), (3.0, 1.0))
+    after = throw((2.2, 1.3), (3.05, 1.02))
+    assert throw_stress.costs_of(before, after) == {(1, "crankpin"): pytest.approx(1.3), (1, "journal"): 1.0}

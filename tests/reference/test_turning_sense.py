@@ -116,6 +116,37 @@ def test_mirrored_forces_shafts_and_torsion(pair: list[tuple[ab.Job, ab.Crank]])
             ) % 360.0 == pytest.approx(360.0, abs=1e-6)
 
 
+def on_mounts(mirrored: bool) -> ab.Job:
+    sign = -1.0 if mirrored else 1.0
+    mounts = {
+        "mass_kg": 80.0,
+        "centre_mm": [60.0, sign * 25.0, 10.0],
+        "inertia_kg_mm2": [[2e6, sign * 1e5, 2e5], [sign * 1e5, 3e6, sign * 5e4], [2e5, sign * 5e4, 2.5e6]],
+        "speed_rpm": [1500, 4500],
+        "points": 5,
+        "mount": [
+            {"at_mm": [-100, sign * 200, -90], "k_N_mm": [200.0, 300.0, 150.0]},
+            {"at_mm": [-100, sign * -180, 80], "k_N_mm": [220.0, 330.0, 150.0]},
+            {"at_mm": [150, sign * 20, 10], "k_N_mm": [100.0, 90.0, 150.0]},
+        ],
+        "point": [{"name": "bar", "at_mm": [500, sign * 300, 200]}],
+    }
+    return job(mirrored, mounts=mounts, bearings={"k_N_mm": 2e5})
+
+
+def test_mirrored_mounts_and_a_mirrored_crank_that_bends() -> None:
+    jobs, cranks = [on_mounts(each) for each in (False, True)], [crank(each) for each in (False, True)]
+    forces = [ab.forces(each, crank=own, mounts=True).report for each, own in zip(jobs, cranks, strict=True)]
+    shapes = [np.abs(report["mounts"].pop("shapes")) for report in forces]
+    np.testing.assert_allclose(*shapes, atol=1e-6)
+    same(forces[0], forces[1])
+    cycles = [ab.cycle(each, crank=own, flexible=True).report for each, own in zip(jobs, cranks, strict=True)]
+    for one, other in zip(*(each["flexible"]["main_journals"] for each in cycles), strict=True):
+        low, high = other.pop("orbit_y_um")
+        assert one.pop("orbit_y_um") == pytest.approx([-high, -low], rel=1e-6)
+    same(cycles[0]["flexible"], cycles[1]["flexible"])
+
+
 def two_stroke_three(order: list[int], turns: str) -> ab.Job:
     """Return a two-stroke triple, which fires every 120° in one order only."""
     return ab.Job.from_dict(
