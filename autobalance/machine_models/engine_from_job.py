@@ -102,9 +102,9 @@ def with_solid(job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float, c
     rest = crank
     pieces: list[CrankUnbalance] = []
     for number, (low, high) in enumerate(itertools.pairwise(mains)):
-        bay = solid if number == 0 else solid.above(low)
+        bay = solid
         if number < len(mains) - 2:
-            bay = bay.below(high)
+            bay, solid = solid.below(high), solid.above(high)
         moments = bay.moments(density_g_mm3)
         rest = rest - moments
         for part, z in beside:

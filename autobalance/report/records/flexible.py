@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 
 from autobalance.bearings.unit_film import CONTACT
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.load_figures import LoadPeak
-from autobalance.machine_models.flexible_cycle import FlexibleCycle
-from autobalance.machine_models.flexible_twist import ShaftTwist
 from autobalance.records import ABSENT, INLINE, Absent, NotNegative, Ordinal, Pair, Positive, record
 from autobalance.types import Complex
+
+if TYPE_CHECKING:  # half a second of a cycle whose crank does not bend: scipy.integrate
+    from autobalance.machine_models.flexible_cycle import FlexibleCycle
+    from autobalance.machine_models.flexible_twist import ShaftTwist
 
 UM_PER_MM = 1e3
 MRAD_PER_RAD = 1e3
