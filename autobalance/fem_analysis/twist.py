@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,10 @@ class TwistStiffness:
     def error_share(self) -> float:
         """The error over the stiffness."""
         return self.error_n_m_rad / self.n_m_rad
+
+    def with_error(self, share: float) -> TwistStiffness:
+        """Return it with so much more of an error, a share of the stiffness."""
+        return replace(self, error_n_m_rad=self.error_n_m_rad + share * self.n_m_rad)
 
     def scaled(self, by: float) -> TwistStiffness:
         """Return so many times the stiffness, as of a part of the body."""

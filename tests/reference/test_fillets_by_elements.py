@@ -160,7 +160,7 @@ def test_of_a_report_the_least_safe_throw_that_was_cut_is_looked_at() -> None:
 def test_a_cut_costs_what_is_more_than_the_meshes_differ_by() -> None:
     def throw(*rows: tuple[float, float]) -> ThrowByElements:
         places: Any = zip(("crankpin", "journal"), rows, strict=True)
-        fillets = tuple(FilletByElements(1, place, *row, 0.03, True) for place, row in places)
+        fillets = tuple(FilletByElements(1, place, a, b, 0.03, True) for place, (a, b) in places)
         return ThrowByElements(fillets, 100)
 
     before = throw((2.0, 1.0), (3.0, 1.0))

@@ -71,7 +71,7 @@ def test_a_throw_is_as_stiff_as_the_formulas_say_within_what_they_are_worth() ->
 def test_throws_alike_but_for_the_side_of_their_drillings_are_solved_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The end throws, whose outer journals are longer, and the inner ones."""
+    """The end throws have longer outer journals; what volumes differ by counts as error of the others."""
     seen: list[float] = []
 
     def twisted(piece: Solid, *_: object) -> TwistStiffness:
@@ -81,9 +81,12 @@ def test_throws_alike_but_for_the_side_of_their_drillings_are_solved_once(
     monkeypatch.setattr("autobalance.machine_models.throw_twist._twisted", twisted)
     mesh = crank_solid(PRESETS["inline-4"], 32).mesh
     crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, 7850.0).measured
-    found = [each.stiffness.n_m_rad for each in throw_twists(crank, 210e3, 80e3, None) if each.stiffness]
-    assert len(seen) == 2
-    assert found == [1.0, 2.0, 2.0, 1.0]
+    found = [each.stiffness for each in throw_twists(crank, 210e3, 80e3, None) if each.stiffness]
+    assert len(seen) == 1
+    assert [each.n_m_rad for each in found] == [1.0] * 4
+    first, *others = (each.error_n_m_rad for each in found)
+    assert first == 0.0
+    assert others == pytest.approx([0.0059, 0.0059, 0.0], abs=2e-4)
 
 
 def test_throws_of_one_bay_are_twisted_together_and_in_series_as_stiff(
@@ -107,7 +110,7 @@ def test_throws_of_one_bay_are_twisted_together_and_in_series_as_stiff(
     assert len(pieces) < len(mains) - 1 == 3
     for one, other in zip(found[::2], found[1::2], strict=True):
         assert 1.0 / one.n_m_rad + 1.0 / other.n_m_rad == pytest.approx(1.0 / 3e5, rel=1e-12)
-        assert one.error_n_m_rad == pytest.approx(0.01 * one.n_m_rad)
+        assert 0.01 * (1.0 - 1e-9) <= one.error_n_m_rad / one.n_m_rad < 0.02
         assert one.n_m_rad == pytest.approx(other.n_m_rad, rel=0.05)  # throws of one drawing
 
 

@@ -137,8 +137,8 @@ def on_mounts(mirrored: bool) -> ab.Job:
 def test_mirrored_mounts_and_a_mirrored_crank_that_bends() -> None:
     jobs, cranks = [on_mounts(each) for each in (False, True)], [crank(each) for each in (False, True)]
     forces = [ab.forces(each, crank=own, mounts=True).report for each, own in zip(jobs, cranks, strict=True)]
-    shapes = [np.abs(report["mounts"].pop("shapes")) for report in forces]
-    np.testing.assert_allclose(*shapes, atol=1e-6)
+    here, there = (np.abs(report["mounts"].pop("shapes")) for report in forces)
+    np.testing.assert_allclose(here, there, atol=1e-6)
     same(forces[0], forces[1])
     cycles = [ab.cycle(each, crank=own, flexible=True).report for each, own in zip(jobs, cranks, strict=True)]
     for one, other in zip(*(each["flexible"]["main_journals"] for each in cycles), strict=True):
