@@ -136,7 +136,7 @@ def test_a_falsified_number_is_found(path: str, output: Path, capsys: pytest.Cap
         ("crank.mass_g", "2585", "crank.mass_g is of the wrong type"),
         ("job.balance.grade", -1, "job.balance.grade is -1; expected more than 0"),
         ("job", 3, "job is of the wrong type"),
-        ("frame.file_to_rotor.0", [1, 0, 0, 0], "no rigid motion"),
+        ("frame.file_to_rotor.0", [1, 0, 0, 0], "not a rigid motion"),
         ("steps.0.depths_mm", ["2.7"], "steps.1..depths_mm.1. is of the wrong type: '2.7'; expected number"),
         ("steps.0.depths_mm", [None], "steps.1..depths_mm.1. is of the wrong type: None; expected number"),
         ("crank.inertia_kg_mm2.1.1", "1.5", "inertia_kg_mm2.2..2. is of the wrong type: '1.5'"),
@@ -225,7 +225,7 @@ def test_above_tolerance_is_four(tmp_path: Path, capsys: pytest.CaptureFixture[s
         (b"", "is not JSON"),
         (b"[1]", "its JSON is not an object"),
         (b"{}", "command is missing"),
-        (b"\xff", "no JSON"),
+        (b"\xff", "not JSON"),
     ],
 )
 def test_no_report(data: bytes, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -296,7 +296,7 @@ def test_a_part_that_falls_apart_is_refused() -> None:
 
 def test_a_face_without_surfaces_cannot_grow() -> None:
     plate = ExactSolid(block())
-    with pytest.raises(SolidError, match="no plane of its own"):
+    with pytest.raises(SolidError, match="not a plane of its own"):
         plate.machined([], [Raising((), np.array([0.0, 0.0, 1.0]), 1.0)])
 
 

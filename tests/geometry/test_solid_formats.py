@@ -176,7 +176,7 @@ def test_3mf_components_placements_and_mirrors() -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"PK no zip", "no readable zip archive"),
+        (b"PK no zip", "not a readable zip archive"),
         (archive("x", "other.txt"), "holds no model"),
         (archive("<model"), "is not XML"),
         (archive('<!DOCTYPE a [<!ENTITY e "x">]><model>&e;</model>'), "declares XML entities"),
@@ -251,7 +251,7 @@ PRIMITIVE = {"attributes": {"POSITION": 0}, "indices": 1}
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"glTF", "no GLB of version 2"),
+        (b"glTF", "not a GLB of version 2"),
         (glb({}) + b"\0", "states"),
         (glb({}, b"1234"), "points to byte"),
         (glb({"nodes": [{"children": [0]}]}), "in a circle"),

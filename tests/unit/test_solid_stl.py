@@ -83,7 +83,7 @@ def test_ascii_with_several_solids_capitals_and_tabs() -> None:
         (b"hello, this is no STL file", "truncated: it has 26 bytes"),
         (ascii_stl(BOX.corners)[:-60], "truncated within facet 12"),
         (ascii_stl(BOX.corners).replace(b"outer", b"inner", 1), "facet 1 .* found 'inner', expected 'outer'"),
-        (ascii_stl(BOX.corners).replace(b"2.0", b"two", 1), "no number"),
+        (ascii_stl(BOX.corners).replace(b"2.0", b"two", 1), "not a number"),
         (ascii_stl(BOX.corners).replace(b"2.0", b"nan", 1), "not finite"),
         (ascii_stl(BOX.corners).replace(b"2.0", b"1e999", 1), "not finite"),
         (BINARY[:96] + struct.pack("<f", np.nan) + BINARY[100:], "triangle 1 of 12 .* not finite"),
