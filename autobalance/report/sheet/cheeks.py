@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from autobalance.correction.contract import Item
 from autobalance.report.sheet.drawing import webs_cut
-from autobalance.types import Report
+from autobalance.types import Item, Report
 
 LETTERS = "CDEGJMNPQSUVW"
 """Not A, B (tolerance planes), F, H, K, O (datums), B, L, R, T (set-ups), I and X, Y, Z."""

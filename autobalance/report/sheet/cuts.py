@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 from reportlab.platypus import Flowable
 
-from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits, plain
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.tolerances import press_fit, retention
 from autobalance.report.sheet.zero import FROM_CRANKPIN, Zero
+from autobalance.types import Item
 from autobalance.wording import degrees
 
 NONE = "–"

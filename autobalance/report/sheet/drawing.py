@@ -9,14 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
 from autobalance.report.metal import Piece
 from autobalance.solid.csg.region import Polygons, Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.slicing.slices import cross_sections
-from autobalance.types import Array
+from autobalance.types import Array, Item
 
 NEAR_MM = 1.0
 """Metal that comes so near to a section's plane is drawn in it."""

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autobalance.correction.contract import Item
 from autobalance.errors import FormatError
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem
 from autobalance.report.sheet.drawing import Drawings, WebDrawing, webs_cut
 from autobalance.solid.csg.region import Polygons
+from autobalance.types import Item
 from autobalance.wording import file_name
 
 if TYPE_CHECKING:

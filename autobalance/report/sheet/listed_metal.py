@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.contract import Item
 from autobalance.correction.holes.hole import drill_body
 from autobalance.correction.holes.surface import Axis
 from autobalance.report.sheet.drawing import webs_cut
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
-from autobalance.types import Array
+from autobalance.types import Array, Item
 
 FLAT = 1e-4
 """How far the cosine of a normal may be off 1 for a triangle to be of a corrected face."""

@@ -9,7 +9,6 @@ from typing import Any
 
 from reportlab.platypus import Flowable
 
-from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.cheeks import Cheek
@@ -18,6 +17,7 @@ from autobalance.report.sheet.lettering import fitted, lines_of, safe
 from autobalance.report.sheet.pen import INK, RULE, SOFT, Pen
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.zero import Zero
+from autobalance.types import Item
 from autobalance.wording import degrees
 
 NONE = "–"

@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.contract import Item
 from autobalance.report.sheet.cuts import side_of
 from autobalance.report.sheet.drawing import Drawings, WebDrawing, webs_cut
 from autobalance.solid.csg.region import Region
-from autobalance.types import Array
+from autobalance.types import Array, Item
 
 SAME_PLACE_MM = 1.0
 """Cuts whose places and depths differ by less are drawn alike; the table has the numbers of each."""

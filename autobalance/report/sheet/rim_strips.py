@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.contract import Item
 from autobalance.report.balance.datums import told_angle
 from autobalance.report.sheet.drawing import Drawings
-from autobalance.types import Array
+from autobalance.types import Array, Item
 
 SAME_RADIUS_MM = 0.2
 """Holes whose radii differ by less have one strip: its length is off by less than paper shrinks."""

@@ -9,7 +9,6 @@ from typing import Any, Protocol
 
 from reportlab.platypus import Flowable
 
-from autobalance.correction.contract import Item
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.drawing import Drawings
 from autobalance.report.sheet.labels import Occupied, spread_between
@@ -17,6 +16,7 @@ from autobalance.report.sheet.lettering import POINTS_PER_MM, fitted, width_mm
 from autobalance.report.sheet.pen import ACCENT, GONE, INK, RULE, SOFT, Pen, badge_width_mm
 from autobalance.report.sheet.rim_strips import LAP_MM, FlatSide, Strip, templates, tile_range, tiles_of
 from autobalance.report.sheet.zero import Zero
+from autobalance.types import Item
 from autobalance.wording import degrees
 
 ABOVE_MM, BELOW_MM = 11.5, 8.0

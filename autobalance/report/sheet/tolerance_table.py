@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 from reportlab.platypus import Flowable
 
-from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.tolerances import CARE, SHARE, USUAL, Held, Tolerances
+from autobalance.types import Item
 
 NONE = "–"
 ENOUGH = 0.5

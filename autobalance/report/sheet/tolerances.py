@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
-from autobalance.types import Array
+from autobalance.types import Array, Item
 from autobalance.wording import judged_shares
 
 SHARE = 0.5

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.labels import Occupied, rings_for, spread_on_circle
@@ -28,7 +27,7 @@ from autobalance.report.sheet.pen import (
 from autobalance.report.sheet.plates import Plate
 from autobalance.report.sheet.scales import scale_for
 from autobalance.report.sheet.zero import Zero
-from autobalance.types import Array
+from autobalance.types import Array, Item
 from autobalance.wording import at
 
 AXIAL = 0.7

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from autobalance.correction.contract import Item
 from autobalance.report.balance import kinds
 from autobalance.report.balance.datums import told_angle
-from autobalance.types import Report
+from autobalance.types import Item, Report
 from autobalance.wording import degrees
 
 ZeroChoice = Literal["keyway", "crankpin"]
