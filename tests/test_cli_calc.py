@@ -156,6 +156,10 @@ def test_sections_and_shafts(capsys: pytest.CaptureFixture[str]) -> None:
         (("shaft_pair", "order=1.5", "amplitude_g_mm=1"), "must be a whole number"),
         (("correction_mass_g", "unbalance_g_mm=1", "radius_mm=0"), "must be > 0"),
         (("piston_motion", "crank_radius_mm=9", "rod_length_mm=3", "angle_deg=0"), "rod length is 3 mm"),
+        (
+            ("achieved_grade", "residual_g_mm=1e300", "rotor_mass_g=1e-300", "speed_rpm=1"),
+            "result is infinite",
+        ),
         (("convert_unbalance", "value=1", "unit=lb"), "the unit 'lb' is not known"),
     ],
 )

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from autobalance.errors import FileError
 from autobalance.report import files
 from autobalance.report.files import Staging
 from tests import jobs
@@ -252,6 +253,17 @@ def test_a_folder_in_the_place_of_a_result(
     no_reading(monkeypatch)
     assert jobs.run("balance", job, "-o", tmp_path / "out") == 3
     assert f"{name}: a folder has this name" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("pipe", "it is a device; expected a file's name"), (".", "a folder")]
+)
+def test_what_is_no_file_is_not_replaced_by_one(name: str, said: str, tmp_path: Path) -> None:
+    """``--json /dev/full`` put a file in the device's place; ``--json .`` was a traceback."""
+    os.mkfifo(tmp_path / "pipe")
+    with Staging([tmp_path]) as staging, pytest.raises(FileError, match=said):
+        staging.add(tmp_path / name, b"")
+    assert (tmp_path / "pipe").is_fifo()
 
 
 @pytest.mark.skipif(sys.platform == "win32" or os.geteuid() == 0, reason="root writes everywhere")

@@ -411,6 +411,12 @@ def test_options_refused(
     assert re.search(words, refused(capsys, code, record, *arguments))
 
 
+def test_a_report_that_nests_too_deep_is_refused(record: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    deep = record.with_name("deep.json")
+    deep.write_text("[" * 100_000, encoding="utf-8")
+    assert "deep.json is not a report" in refused(capsys, 3, record, "--campbell", str(deep))
+
+
 def test_several_channels_and_none_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = write_csv(tmp_path / "r.csv", {"time_s": T, "a_g": SINES, "b_g": SINES})
     assert "has 2 channels that are no tacho (a, b); name one with --channel" in refused(capsys, 3, path)

@@ -144,7 +144,10 @@ def _result(case: Bench, solids: bool) -> BenchResult:
     if case.bearings is not None:
         friction = bench_friction(case.bearings, case.weight_N, unbalance)
         for speed_rpm, speed in zip(case.speeds_rpm, case.speeds_rad_s, strict=True):
-            trace = ramp_and_hold(inertia, friction, case.control, speed, case.ramp_s, case.hold_s)
+            try:
+                trace = ramp_and_hold(inertia, friction, case.control, speed, case.ramp_s, case.hold_s)
+            except ValueError as error:
+                raise JobError(f"control: {error}") from None
             traces.append(trace)
             runs.append(_run(case, speed_rpm, trace, unbalance, friction))
     readings = [_reading(case, each) for each in case.readings]

@@ -231,7 +231,7 @@ def _predicted(source: str | Path | Mapping[str, Any]) -> tuple[tuple[float | No
             text = Path(source).read_bytes()
         try:
             report = json.loads(text)
-        except ValueError:
+        except (ValueError, RecursionError):
             raise FormatError(f"{source} is not a report of rotor or torsion: it is not JSON") from None
     try:
         if isinstance(report, Mapping) and "campbell" in report:
@@ -241,7 +241,7 @@ def _predicted(source: str | Path | Mapping[str, Any]) -> tuple[tuple[float | No
             )
         if isinstance(report, Mapping) and "natural_frequencies_hz" in report:
             return tuple((None, float(f)) for f in report["natural_frequencies_hz"])
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         pass
     raise FormatError("campbell holds no natural frequencies; expected a report of rotor or torsion")
 

@@ -19,6 +19,8 @@ LONGEST_STEP_S = 1e-3
 STEP_PER_TIME_CONSTANT = 0.1
 SHORTEST_DELAY_S = 5e-5
 """A delay below it is looked up by extrapolating the torque's slope: steps are not made shorter."""
+MOST_STEPS = 200_000
+"""Of a run; a millisecond's steps take 30 s of it in 5500. Each takes some 30 µs."""
 BISECTIONS = 48
 AT_LIMIT = 1e-9
 """Relative distance to the torque's limit that counts as being on it."""
@@ -108,8 +110,18 @@ def ramp_and_hold(
     -------
     Trace
         Its steps end at half and end of the ramp and of the hold.
+
+    Raises
+    ------
+    ValueError
+        If the control is so fast that the run would take more than ``MOST_STEPS`` steps.
     """
     run = _Run(inertia_kg_m2, friction_N_m, control, speed_rad_s / ramp_s, ramp_s)
+    if not (ramp_s + hold_s) / run.longest <= MOST_STEPS:
+        raise ValueError(
+            f"the control is so fast that {ramp_s + hold_s:g} s take {(ramp_s + hold_s) / run.longest:.2g} "
+            f"steps; expected {MOST_STEPS} at most: lower its gains, raise the inertia, or run a shorter time"
+        )
     for end in (0.5 * ramp_s, ramp_s, ramp_s + 0.5 * hold_s, ramp_s + hold_s):
         run.until(end)
     return run.trace()

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,8 @@ EXTRA_CUTS = 6
 HALVINGS = 4
 LOOKS = 4
 """How often to look for metal four times deeper."""
+MOST_OFFERS = 24
+"""How often cuts are looked for with other limits, at most: of a large crank each takes a second or two."""
 NAMED_RELAXATIONS = 3
 """Relaxations named, at most."""
 
@@ -64,7 +66,10 @@ class Relaxation:
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """What a plan that fell short was made from; ``asked`` are all of the job's limits, placed or not."""
+    """What a plan that fell short was made from; ``asked`` are all of the job's limits, placed or not.
+
+    ``looks`` are the limits with which cuts were looked for since.
+    """
 
     work: Workpiece
     methods: tuple[Limits, ...]
@@ -72,6 +77,7 @@ class Attempt:
     candidates: Candidates
     residual: Unbalance
     tolerance: Tolerance
+    looks: list[Sequence[Limits]] = field(default_factory=list)
 
     def plan(self, candidates: Candidates) -> Plan:
         """Return the plan with other cuts."""
@@ -84,12 +90,16 @@ class Attempt:
     def offer_with(self, *methods: Limits, coarse: bool = False) -> Candidates | None:
         """Return other limits' candidates at their last search level (or first: ``coarse``); None: nothing.
 
+        Nothing too once it was looked often enough: advice is not worth minutes.
         As in planning itself, metal is looked for ever deeper while cuts end only where it was looked.
         """
         last = [0 if coarse else correction.search_levels(limits) - 1 for limits in methods]
         work = self.work
         try:
             for _ in range(LOOKS):
+                if len(self.looks) >= MOST_OFFERS:
+                    return None
+                self.looks.append(methods)
                 candidates = correction.joined(
                     [
                         correction.offer(work, m, search_level)

@@ -85,8 +85,14 @@ class Staging:
         Raises
         ------
         FileError
-            If it cannot be written, is a folder, is the file of another output, or was read.
+            If it cannot be written, is a folder or a device, is the file of another output, or was read.
         """
+        with file_errors(f"write {path}"):
+            is_folder, is_device = path.is_dir(), path.exists() and not path.is_file()
+        if is_folder:
+            raise FileError(f"cannot write {path}: a folder has this name")
+        if is_device:  # renaming to /dev/full put a file in its place
+            raise FileError(f"cannot write {path}: it is a device; expected a file's name")
         place = path.resolve()
         if was_read(path):
             raise FileError(f"{path} would overwrite a file that is read; choose another place")
@@ -94,12 +100,8 @@ class Staging:
             raise FileError(f"two outputs share the path {path}; choose another path for one of them")
         waiting = _temporary(path)
         with file_errors(f"write {path}"):
-            is_folder = path.is_dir()
-            if not is_folder:
-                self._waiting.append((waiting, path))
-                _write_new(waiting, data)
-        if is_folder:
-            raise FileError(f"cannot write {path}: a folder has this name")
+            self._waiting.append((waiting, path))
+            _write_new(waiting, data)
 
     def commit(self) -> None:
         """Give every file its name, one after the other, with a command's Ctrl-C held back until all have it.

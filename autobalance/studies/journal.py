@@ -83,7 +83,7 @@ def read_journal(folder: Path) -> dict[str, Line]:
     for text in data.split(b"\n")[:-1]:
         try:
             line = json.loads(text)
-        except ValueError:
+        except (ValueError, RecursionError):
             continue
         if isinstance(line, dict) and isinstance(line.get("name"), str):
             lines[line["name"]] = line

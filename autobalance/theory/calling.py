@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from typing import Any, get_type_hints
 
+import numpy as np
+
 from autobalance import theory
 from autobalance.errors import UsageError
 
@@ -73,9 +75,19 @@ def call(name: str, texts: Mapping[str, str]) -> Any:
         raise UsageError(f"{name}: {', '.join(missing)} missing; its keys are {', '.join(parameters)}")
     values = {key: _value(f"{name}: {key}", text, hints[key]) for key, text in texts.items()}
     try:
-        return function(**values)
+        with np.errstate(all="ignore"):
+            result = function(**values)
     except (ValueError, ZeroDivisionError, OverflowError) as error:
         raise UsageError(f"{name}: {error}") from None
+    if _has_infinity(plain(result)):
+        raise UsageError(f"{name}: the result is infinite; expected values that it is finite for")
+    return result
+
+
+def _has_infinity(value: Any) -> bool:
+    if isinstance(value, Mapping | list):
+        return any(map(_has_infinity, value.values() if isinstance(value, Mapping) else value))
+    return isinstance(value, float) and math.isinf(value)
 
 
 def _value(where: str, text: str, hint: Any) -> Any:

@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 
 from autobalance import correction
@@ -17,7 +18,9 @@ from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.slug import Slug
 from autobalance.correction.turn import TurnLimits
 from autobalance.crank.faces import find_faces
+from autobalance.planning.relaxation import MOST_OFFERS, Attempt
 from autobalance.rigid_rotor.tolerance import Judge
+from autobalance.rigid_rotor.unbalance import Unbalance
 from tests.cranks import Shape, make_crank
 from tests.geometry.test_layouts import at_end_webs, rotor_with, tolerance
 
@@ -44,6 +47,15 @@ def reason_of(result: Result) -> str:
     assert "\n" not in result.reason
     assert "no plan within these limits leaves less than" in result.reason
     return result.reason.split("enough would be: ")[1]
+
+
+def test_advice_has_bounds() -> None:
+    """A crank of three kinds that cannot be balanced was planned for half a minute more."""
+    solid, anatomy = make_crank([0.0], WIDE)
+    work = Workpiece(solid, anatomy, (), 7.85e-3, ((0.0, np.ones(2)), (1.0, np.ones(2))))
+    left, limits, looks = Unbalance(np.ones(2), np.zeros(2)), (FEW_HOLES,), [(FEW_HOLES,)] * MOST_OFFERS
+    tried = Attempt(work, limits, limits, Candidates(()), left, tolerance(solid, anatomy), [*looks])
+    assert tried.offer_with(FEW_HOLES) is None
 
 
 @pytest.mark.slow

@@ -52,7 +52,7 @@ def made(folder: Path) -> None:
     small.crank(folder).rename(folder / "crank.stl")
     text = "\n".join(_toml(key, value) for key, value in small.job().items()).replace(small.NAME, "crank.stl")
     (folder / "job.toml").write_text(text, encoding="utf-8")
-    (folder / "list.csv").write_text("id,job\none,job.toml\ntwo,job.toml\n", encoding="utf-8")
+    (folder / "list.csv").write_text("name,job\none,job.toml\ntwo,job.toml\n", encoding="utf-8")
     assert ran("init", folder / "job.toml", "-o", folder / "job.xlsx")[0] == 0
     assert ran("balance", folder / "job.toml", "-o", folder / "out", "--no-report")[0] in (0, 4)
     for ending in ("obj", "3mf"):

@@ -52,6 +52,12 @@ def test_ramp_follows_the_closed_form() -> None:
     assert np.allclose((trace.wanted - trace.speed)[inside], expected, atol=1e-7 * slope)
 
 
+def test_a_control_that_is_too_fast_to_follow_is_refused() -> None:
+    """A rotor of 1 kg·mm² took minutes."""
+    with pytest.raises(ValueError, match=r"3\.5 s take .* steps; expected 200000 at most: lower its gains"):
+        ramp_and_hold(1e-9, lambda _: 0.0, DEFAULTS, rpm(3000.0), 2.0, 1.5)
+
+
 def test_energy_and_momentum_are_kept() -> None:
     trace = run(0.2, DEFAULTS, 6000.0)
     moving = np.diff(trace.time_s) * 0.5 * (trace.friction_N_m[1:] + trace.friction_N_m[:-1])

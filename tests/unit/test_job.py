@@ -259,6 +259,10 @@ WRONG: dict[str, tuple[Edit, str]] = {
         put("crankshaft.density_kg_m3", math.nan),
         "density_kg_m3 is nan; must be a finite number",
     ),
+    "file with a NUL": (
+        put("crankshaft.file", "a\0.stl"),
+        "crankshaft.file is 'a\\x00.stl'; must have no NUL",
+    ),
     "density ∞": (put("crankshaft.density_kg_m3", math.inf), "density_kg_m3 is inf; must be a finite number"),
     "density beyond": (
         put("crankshaft.density_kg_m3", 1e10),

@@ -58,6 +58,8 @@ def convert(value: object, hint: Any, where: str) -> Any:
         return _number(value, where, LARGEST_OF_ALL)
     if not isinstance(value, hint) or (hint is int and isinstance(value, bool)):
         raise JobError(f"{where} is {shown(value)}; must be {needed(hint)}")
+    if isinstance(value, str) and "\0" in value:  # the system takes no such name of a file
+        raise JobError(f"{where} is {shown(value)}; must have no NUL character")
     if hint is int and abs(value) > LARGEST:
         raise JobError(f"{where} is {shown(value)}; must be at most {LARGEST:g} in size")
     return value

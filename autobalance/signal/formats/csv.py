@@ -23,6 +23,7 @@ from autobalance.types import Array
 TIMES = {"time": 1.0, "t": 1.0, "zeit": 1.0}
 TIME_UNITS = {None: 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}
 ANGLE_UNITS = {"deg": 1.0, "°": 1.0, "rad": 180.0 / np.pi}
+LEAST_STEP_S, MOST_STEP_S = 1e-12, 1e9
 UNEVEN_SHARE = 0.25
 """A sample may stand this share of a step off its place before the record counts as uneven."""
 
@@ -122,6 +123,10 @@ def _even(path: Path, seconds: Array) -> tuple[float, NDArray[np.intp]]:
         raise FormatError(f"{path.name}: the time does not grow in data row {row}")
     n = len(seconds)
     step = (seconds[-1] - seconds[0]) / (n - 1)
+    if not LEAST_STEP_S <= step <= MOST_STEP_S:
+        raise FormatError(
+            f"{path.name}: the time steps are {step:g} s; expected {LEAST_STEP_S:g} to {MOST_STEP_S:g} s"
+        )
     off = np.abs(seconds - seconds[0] - step * np.arange(n)).max()
     if off > max(UNEVEN_SHARE * step, 1.05 * _resolution(seconds)):
         step = float(np.median(steps))
