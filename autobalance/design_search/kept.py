@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import shutil
+import zlib
+from collections.abc import Mapping
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +44,7 @@ class KeptSearch:
         lines = [] if fresh else _lines(folder / SEARCH)
         if any(line.get("design") != fingerprint for line in lines):
             raise FileError(f"{folder} holds another design's search; choose another folder, or --fresh")
-        self.generations = [Generation.of_line(line) for line in lines]
+        self.generations = [Generation.of_line(line) for line in takewhile(_is_as_written, lines)]
         made_folder(folder)
         with file_errors(f"write {folder}"):
             if fresh:
@@ -56,7 +59,18 @@ class KeptSearch:
                 stream.write(self._text(generation))
 
     def _text(self, generation: Generation) -> str:
-        return json.dumps({"design": self._fingerprint, **generation.line()}) + "\n"
+        line = generation.line()
+        return json.dumps({"design": self._fingerprint, "crc32": _crc32(line), **line}) + "\n"
+
+
+def _crc32(line: Mapping[str, Any]) -> int:
+    return zlib.crc32(json.dumps(line).encode())
+
+
+def _is_as_written(line: Mapping[str, Any]) -> bool:
+    """Return whether nobody has changed a line since: the search goes on before the first that is."""
+    generation = {key: value for key, value in line.items() if key not in ("design", "crc32")}
+    return line.get("crc32") == _crc32(generation)
 
 
 def _lines(path: Path) -> list[dict[str, Any]]:
@@ -64,7 +78,7 @@ def _lines(path: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
     entries = []
-    for text in path.read_text(encoding="utf-8").split("\n")[:-1]:
+    for text in path.read_text(encoding="utf-8", errors="replace").split("\n")[:-1]:
         try:
             line = json.loads(text)
         except (ValueError, RecursionError):
