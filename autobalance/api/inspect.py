@@ -203,8 +203,10 @@ def _suggested(
     """Return what would make a crank what is wanted: bores, weights, turned rims."""
     from autobalance.balancing.suggestions.metal import suggested_metal
     from autobalance.balancing.suggestions.wanted import Aim, Wanted
+    from autobalance.machine_models.oil_from_job import with_oil
     from autobalance.machine_models.rotor_from_job import target_factor
 
+    job = None if job is None else with_oil(job, measured)
     if not suggest and job is not None:
         suggest = {"balance_factor": target_factor(job, measured.anatomy, measured.moments)}
     aim = Aim.of(Wanted.of(suggest), measured.moments, measured.anatomy, None if job is None else job.engine)
