@@ -58,7 +58,10 @@ class JournalLine:
     def of(cls, line: Mapping[str, Any]) -> Self | None:
         """Return a line as it was read; None where it is none of ours."""
         names = {field.key: field.name for field in fields_of(JournalLine)}
-        if set(line) != set(names) or not isinstance(line["files"], Mapping):
+        kinds = {"row": int, "exit_code": int, "try": int, "files": dict}
+        if set(line) != set(names) or not all(
+            isinstance(value, kinds.get(key, str)) for key, value in line.items()
+        ):
             return None
         return cls(**{names[key]: value for key, value in line.items()})
 
