@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import autobalance as ab
+from autobalance.solid.cad.installed import has_kernel
 from tests import jobs, nc_jobs
 
 pytestmark = pytest.mark.slow
@@ -57,20 +59,27 @@ def test_places_tools_and_numbers_stay(kind: str, tmp_path: Path) -> None:
     assert [cut.depth_mm for cut in same.corrections] == pytest.approx(old_depths, abs=0.11)
 
 
-def test_a_cut_that_is_not_needed_is_listed_with_depth_0(tmp_path: Path) -> None:
-    report = nc_jobs.balanced(tmp_path / "radial", "radial")
+@pytest.mark.parametrize("kind", ["radial", "shoulder", "turn"])
+def test_a_cut_that_is_not_needed_is_listed_with_depth_0(kind: str, tmp_path: Path) -> None:
+    report = nc_jobs.balanced(tmp_path / kind, kind)
     now = values(report)["balance_factor"]["initial"]
     job = lighter(report, 300.0)
-    text = job.read_text(encoding="utf-8")
-    (tmp_path / "radial" / "as-it-is.toml").write_text(
-        text.replace("factor = 0.12", f"factor = {now:.4f}").replace("grade = 6.3", "grade = 40"), "utf-8"
-    )
-    out = tmp_path / "out"
-    assert jobs.run("balance", tmp_path / "radial" / "as-it-is.toml", "--keep", report, "-o", out) == 0
-    found = values(out / "report.json")
-    assert [item["depth_mm"] for item in found["corrections"]] == [0.0, 0.0]
-    assert sum("is kept with depth 0" in note for note in found["notes"]) == 2
-    assert ab.verify(out / "report.json").holds
+    text = re.sub("factor = .*", f"factor = {now:.4f}", job.read_text(encoding="utf-8"))
+    job.write_text(re.sub("grade = .*", "grade = 40", text), encoding="utf-8")
+    kept = ab.balance(job, keep=report)
+    found = kept.report
+    cuts = len(values(report)["corrections"])
+    assert [item["depth_mm"] for item in found["corrections"]] == [0.0] * cuts
+    assert sum("is kept with depth 0" in note for note in found["notes"]) == cuts
+    for item in found["corrections"]:
+        assert item.get("new_height_mm") == item.get("face_height_mm")
+        assert item.get("new_radius_mm") == item.get("rim_radius_mm")
+    assert [len(tool.triangles) for tool in kept.tools()] == [0] * cuts
+    if has_kernel():
+        assert not any(tool.to_shape().NbChildren() for tool in kept.tools())
+    files = kept.write(tmp_path / "out", only=("json", "tools"))
+    assert [path.name for path in files] == ["report.json"]
+    assert ab.verify(tmp_path / "out" / "report.json").holds
 
 
 def test_what_cannot_be_reached_says_what_would_do_without(tmp_path: Path) -> None:

@@ -54,8 +54,10 @@ class CutTool:
             If the CAD kernel is not installed, or the kind does not say its exact body.
         """
         from autobalance.correction import KINDS
-        from autobalance.solid.cad.shapes import shape_of
+        from autobalance.solid.cad.shapes import nothing, shape_of
 
+        if self.entry["depth_mm"] == 0.0:  # a kept cut that is not needed
+            return nothing()
         drawn = KINDS[self.kind].drawn(self.entry)
         if drawn is None:
             raise FormatError(f"{self.label}: the kind {self.kind!r} does not say its exact body")

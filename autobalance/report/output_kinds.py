@@ -139,7 +139,8 @@ def _drawing(material: Material) -> dict[str, bytes]:
 def _tools(material: Material) -> dict[str, bytes]:
     from autobalance.report.tool_bodies import tool_bodies
 
-    return {"tools": tool_bodies(material, TOOLS.endswith("step"))} if material.report["corrections"] else {}
+    made = any(each["depth_mm"] != 0.0 for each in material.report["corrections"])
+    return {"tools": tool_bodies(material, TOOLS.endswith("step"))} if made else {}
 
 
 def _reading(material: Material) -> dict[str, bytes]:

@@ -6,7 +6,10 @@ from autobalance.report.material import Material
 
 
 def tool_bodies(material: Material, is_exact: bool) -> bytes:
-    """Return a file with a named solid for each correction, file coordinates, in mm."""
+    """Return a file with a named solid for each correction, file coordinates, in mm.
+
+    Kept cuts of depth 0 have none.
+    """
     import numpy as np
 
     entries = material.report["corrections"]
@@ -18,6 +21,7 @@ def tool_bodies(material: Material, is_exact: bool) -> bytes:
         named = [
             (entry["label"], mesh.vertices, mesh.triangles)
             for entry, mesh in zip(entries, meshes, strict=True)
+            if entry["depth_mm"] != 0.0
         ]
         return write_objects(named, "millimeter")
     from autobalance.correction import KINDS
@@ -25,5 +29,7 @@ def tool_bodies(material: Material, is_exact: bool) -> bytes:
     from autobalance.solid.cad.step_file import write_parts
 
     back = np.linalg.inv(np.array(material.report["frame"]["file_to_rotor"]))
-    drawn = [(entry["label"], KINDS[entry["kind"]].drawn(entry)) for entry in entries]
+    drawn = [
+        (entry["label"], KINDS[entry["kind"]].drawn(entry)) for entry in entries if entry["depth_mm"] != 0.0
+    ]
     return write_parts([(label, shape_of(shape, back)) for label, shape in drawn if shape is not None], "mm")

@@ -161,6 +161,7 @@ def _unused(item: Mapping[str, Any]) -> Correction:
     details = {key: value for key, value in item.items() if key not in own}
     if pressed_in is not None:
         details[pressed_in[0]] = 0.0
+    details |= {new: details[old] for new, old in AS_BEFORE.items() if new in details}
     listed = {key: item[key] for key in own if key in item}
     return Correction(**{**listed, **NOTHING, "label": label, "details": details})
 
@@ -173,6 +174,8 @@ NOTHING: Mapping[str, Any] = {
     "unbalance_change_g_mm": (0.0, 0.0),
 }
 """What a kept cut of depth 0 takes."""
+AS_BEFORE: Mapping[str, str] = {"new_height_mm": "face_height_mm", "new_radius_mm": "rim_radius_mm"}
+"""What stays as it was where such a cut is: a face's height, a rim's radius."""
 
 
 @record

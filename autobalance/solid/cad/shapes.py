@@ -6,7 +6,7 @@ from typing import Any
 
 from autobalance.errors import FormatError
 from autobalance.solid.cad.build import built, moved
-from autobalance.solid.cad.kernel import require_kernel, scaled
+from autobalance.solid.cad.kernel import compound, require_kernel, scaled
 from autobalance.solid.cad.step_file import write_step
 from autobalance.solid.csg.shape import Shape
 from autobalance.types import Array
@@ -44,6 +44,18 @@ def step_of_shape(source: Any, unit: str) -> bytes:
         kind = "an empty shape" if isinstance(shape, TopoDS_Shape) else type(source).__name__
         raise FormatError(f"shape: found {kind}; expected {EXPECTED}")
     return write_step(scaled(shape, MM_PER[unit]), unit, str(getattr(source, "label", "") or "crank"))
+
+
+def nothing() -> Any:
+    """Return a shape of the kernel that holds nothing.
+
+    Raises
+    ------
+    FormatError
+        If the kernel is not installed.
+    """
+    require_kernel("a shape in memory")
+    return compound([])
 
 
 def shape_of(drawn: Shape, motion: Array) -> Any:
