@@ -8,7 +8,7 @@ import * as board from "/static/board.js";
 import * as correct from "/static/correct.js";
 import * as drag from "/static/drag.js";
 import * as dragPanels from "/static/drag-panels.js";
-import * as everything from "/static/everything.js";
+import * as jobText from "/static/job-text.js";
 import * as limits from "/static/limits.js";
 import * as machine from "/static/machine.js";
 import * as nc from "/static/nc.js";
@@ -81,7 +81,7 @@ async function begin() {
   translated(document.body);
   limits.setUp(declared.kinds);
   for (const each of [open, correct, see, drag, views]) each.setUp(view);
-  for (const each of [dragPanels, parts, everything, analyse, board, machine, nc, settings]) each.setUp();
+  for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings]) each.setUp();
   await project();
   tour.setUp();
   const told = (await askJson("/api/runs")).runs;
@@ -106,7 +106,7 @@ async function project() {
     state.file = found.files.find((name) => CRANKS.includes(ending(name))) || null;
     redraw();
   }
-  $("job-text").textContent = found.job_text;
+  redraw();
 }
 
 // Show the crank of an inspection, if it is still that of the job; say whether it is.

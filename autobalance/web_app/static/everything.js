@@ -1,8 +1,6 @@
-// Every key of a job as a field, made from the job's declarations; and the job's text, to be typed.
+// Every key of a job as a field, made from the job's declarations.
 import { html } from "/static/preact.min.js";
-import { $ } from "/static/tools.js";
-import { guarded, put } from "/static/server.js";
-import { at, changed, emit, keep, state, taken } from "/static/job.js";
+import { at, changed, keep, state } from "/static/job.js";
 import { SHOWN } from "/static/engine.js";
 import { JobField, Rows } from "/static/fields.js";
 import { redraw } from "/static/store.js";
@@ -12,23 +10,6 @@ import { t } from "/static/words.js";
 const ELSEWHERE = { crankshaft: ["file", "unit", "density_kg_m3", "crankpin_in_file"], engine: ["rotating_g", "reciprocating_g", "crankpin_g"], balance: ["factor", "grade", "speed_rpm", "judge"] };
 const open = new Set();
 let isOpen = false;
-
-export function setUp() {
-  $("edit-job").addEventListener("click", () => { $("job-toml").value = state.text; editing(true); $("job-toml").focus(); });
-  $("leave-job").addEventListener("click", () => editing(false));
-  $("take-job").addEventListener("click", guarded(async () => {
-    const { job } = await put("/api/job/text", { toml: $("job-toml").value });
-    editing(false);
-    taken(job);
-    changed();
-    emit("typed");
-  }));
-}
-
-function editing(now) {
-  $("job-edit").hidden = !now;
-  $("job-text").hidden = $("edit-job").hidden = now;
-}
 
 // All tables; their fields are made once they are opened.
 export function Everything() {

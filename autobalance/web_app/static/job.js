@@ -92,7 +92,7 @@ export function job() {
 const kept = debounced(behind(async () => {
   if (!state.file) return;
   state.text = (await put("/api/job", job())).job_text;
-  $("job-text").textContent = state.text;
+  redraw();
 }), 250);
 
 export function changed() {
