@@ -75,14 +75,8 @@ def _cut(cut: Any, depth_mm: float, listed: Mapping[str, Any]) -> Values:
 
 def _drills(cut: Any, listed: Mapping[str, Any]) -> list[Values]:
     """Return the shop's drills about as wide as a hole's own; none for a hole that is deepened."""
-    if listed["kind"] != "drill" or listed.get("deepened_from_mm"):
-        return []
-    own = cut.diameter_mm
-    return [
-        {"diameter_mm": each, "drill": cut.limits.drill_name(each)}
-        for each in cut.limits.at_hand_mm
-        if own / WIDEST <= each <= WIDEST * own
-    ]
+    about = getattr(cut.limits, "listed_about", None)
+    return [] if about is None or listed.get("deepened_from_mm") else about(cut.diameter_mm, WIDEST)
 
 
 def _grip(listed: Mapping[str, Any], depth_mm: float) -> Values:

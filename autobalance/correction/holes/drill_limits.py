@@ -168,3 +168,11 @@ class DrillLimits(Limits):
     def drill_name(self, diameter_mm: float) -> str | None:
         """Return what the shop calls a drill; None: its diameter in millimetres is its name."""
         return drill_name(self.series, diameter_mm)
+
+    def listed_about(self, diameter_mm: float, ratio: float) -> list[dict[str, float | str | None]]:
+        """Return the drills at hand within a ratio of a diameter, by the keys of a listed hole."""
+        return [
+            {"diameter_mm": each, "drill": self.drill_name(each)}
+            for each in self.at_hand_mm
+            if diameter_mm / ratio <= each <= ratio * diameter_mm
+        ]

@@ -1,11 +1,17 @@
-"""Why drills that a job names are not used, in words."""
+"""What drills are called, and why those that a job names are not used."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from autobalance.correction.contract import Item
 from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.crank.anatomy import Anatomy
+
+
+def called(item: Item) -> str | None:
+    """Return what the shop calls the drill of a correction, as the report lists it; None: it has no name."""
+    return item.get("drill")
 
 
 def no_place(limits: DrillLimits, radii_mm: Sequence[float]) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from autobalance.correction.holes import drill_words
 from autobalance.report.balance.kinds import angle_deg, verb
 from autobalance.report.balance.relaxation_text import relaxation_lines
 from autobalance.report.balance.scan_text import against_text
@@ -111,8 +112,8 @@ def _correction(correction: Values, units: DisplayUnits) -> str:
     what = verb(correction)
     if correction.get("diameter_mm") is not None:
         what += f" ⌀{units.of_length(correction['diameter_mm'])}"
-        called = correction.get("drill")
-        what += f" ({called})" if called and called not in what else ""
+        drill = drill_words.called(correction)
+        what += f" ({drill})" if drill and drill not in what else ""
     where = [f"face {correction['face']}"] if correction["face"] is not None else []
     sector = correction.get("sector_deg")
     start, end = sector if isinstance(sector, list | tuple) else (0.0, 360.0)  # a kind may call one angle so
