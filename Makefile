@@ -94,6 +94,8 @@ shaken: $(VENV)/.installed-dev
 	done
 
 bench: $(VENV)/.installed-dev
+	@echo "==> measuring how long the program takes to begin"
+	@$(VENV)/bin/python benchmarks/start_up.py
 	@echo "==> measuring time and memory of the main job"
 	@$(VENV)/bin/python benchmarks/main_job.py
 	@echo "==> measuring the time to plan holes"

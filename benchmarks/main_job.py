@@ -1,4 +1,4 @@
-"""Whole-process time and peak memory of ``balance`` beside the floor and the naive way.
+"""Processor time of whole processes and peak memory of ``balance`` beside the floor and the naive way.
 
     python benchmarks/main_job.py [--splits 0 1 2 3] [--repeat 3] [--skip-naive]
 
@@ -19,7 +19,6 @@ import os
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
@@ -50,13 +49,12 @@ def subdivided(source: Path, times: int) -> np.ndarray:
 
 
 def measured(command: list[str], cwd: Path) -> tuple[float, float, int]:
-    """Return wall time [s], peak memory [MB] and exit code of a process."""
-    start = time.perf_counter()
+    """Return processor time [s] with children's, peak memory [MB] and exit code of a process."""
     with open(os.devnull, "w") as nothing:
         process = subprocess.Popen(command, cwd=cwd, env=ENVIRONMENT, stdout=nothing, stderr=nothing)
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
-    return time.perf_counter() - start, usage.ru_maxrss / 1024.0, process.returncode
+    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0, process.returncode
 
 
 def job_text(crank: str) -> str:
