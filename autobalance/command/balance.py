@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 
 from autobalance.command.options import (
@@ -41,6 +40,8 @@ VERB = Verb(
 
 def run(arguments: argparse.Namespace) -> int:
     """Balance a crank; 0 within tolerance, 4 above it."""
+    from dataclasses import replace  # which loads inspect: a fifth of what --help takes
+
     from autobalance.command.console import say
     from autobalance.command.finish import balanced, judged
 

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from autobalance.command.options import add_units
 from autobalance.command.progress import add_objects
 
 
-@dataclass(frozen=True)
-class Published:
+class Published(NamedTuple):
     """What Hoem & Røsholm 2016, Table 6.2, report of a case done by hand in CAD."""
 
     job: str
