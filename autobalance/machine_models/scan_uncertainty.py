@@ -185,20 +185,28 @@ def _levers(surface: _Surface, places: Places) -> Array:
     return np.stack(rows)
 
 
+AT_ONCE = 128
+"""Rows of the table of distances that are made at a time: they fit the processor's cache."""
+
+
 def _noise_covariance(surface: _Surface, fit: ScanFit, levers: Array) -> Array:
     """Return the covariance of what noise does to each of the levers' sums (k, k)."""
     from scipy.spatial.distance import cdist  # not before: drawn cranks need no SciPy here
 
-    squared = cdist(surface.middle, surface.middle, "sqeuclidean")
-    acting = levers * surface.area
+    acting, wide = levers * surface.area, 2.0 * math.pi / np.maximum(surface.area, 1e-12)
     covariance = np.zeros((len(levers), len(levers)))
-    for reach, deviation in fit.noise_by_reach:
-        if deviation == 0.0 or reach == 0.0:  # white noise of a million vertices is nothing
-            continue
-        alike = np.exp(squared * (-0.5 / reach**2))
-        within = np.minimum(1.0, 2.0 * math.pi * reach**2 / np.maximum(surface.area, 1e-12))
-        alike[np.diag_indices_from(alike)] = within
-        covariance += deviation**2 * (acting @ alike @ acting.T)
+    for first in range(0, len(surface.area), AT_ONCE):  # each pair once: the other half is the transpose
+        rows = slice(first, first + AT_ONCE)
+        squared = cdist(surface.middle[rows], surface.middle[first:], "sqeuclidean")
+        own = np.arange(len(squared))
+        for reach, deviation in fit.noise_by_reach:
+            if deviation == 0.0 or reach == 0.0:  # white noise of a million vertices is nothing
+                continue
+            alike = np.exp(squared * (-0.5 / reach**2))
+            alike[own, own] = np.minimum(1.0, wide[rows] * reach**2)
+            alike[:, : len(own)] *= 0.5  # pairs of these rows stand there twice
+            half = deviation**2 * (acting[:, rows] @ alike @ acting[:, first:].T)
+            covariance += half + half.T
     return covariance
 
 
