@@ -12,6 +12,7 @@ import pytest
 from _pytest.doctest import DoctestModule
 
 from tests.coarse import roughen
+from tests.read_once import read_once
 from tests.shaken import shaken
 
 collect_ignore = ["freecad"]
@@ -61,6 +62,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def rough_plots(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw in a third of the time, where no test looks at places and pixels."""
     roughen(monkeypatch)
+
+
+@pytest.fixture(scope="module")
+def cranks_read_once() -> Iterator[None]:
+    """Read and recognise each crank once, for modules that are about what follows and patch none of that."""
+    with read_once():
+        yield
 
 
 @pytest.fixture(scope="session", autouse=SHAKEN is not None)

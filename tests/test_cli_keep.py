@@ -14,7 +14,7 @@ import autobalance as ab
 from autobalance.solid.cad.installed import has_kernel
 from tests import jobs, nc_jobs
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("cranks_read_once")]
 PLACES = {
     "radial": ("position_mm", "diameter_mm"),
     "axial": ("position_mm", "diameter_mm"),

@@ -14,6 +14,8 @@ from autobalance.solid.formats.write import Written
 from tests import jobs
 from tests.scans import scan
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 JOB = """
 [crankshaft]
 file = "scan.stl"

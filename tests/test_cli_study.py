@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from autobalance.api.study import study
-from autobalance.command import main
 from tests.coarse import bundled_corners
-from tests.jobs import write_stl
+from tests.jobs import main, write_stl
 
 JOB = """
 [crankshaft]
@@ -62,7 +61,7 @@ def written(folder: Path, text: str, name: str = "job.toml") -> str:
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    return study(written(tmp_path_factory.mktemp("study"), JOB), samples=20_000, exact=3).report
+    return study(written(tmp_path_factory.mktemp("study"), JOB), samples=20_000, exact=3, workers=1).report
 
 
 def budget(text: str, folder: Path) -> dict[str, Any]:
@@ -121,7 +120,7 @@ def test_the_linear_model_follows_holes_journals_and_original_parts(tmp_path: Pa
         "[study]\nposition_pm_mm = 0.05\nwander_pm_deg = 0.3\njournal_pm_mm = 0.01\nmeasurement = true\n"
         'sampling = "latin_hypercube"\n[correction.drill]\nzone = "anywhere"\n'
     )
-    found = study(written(tmp_path, text), samples=500, exact=3).report
+    found = study(written(tmp_path, text), samples=500, exact=3, workers=1).report
     names = {cause["name"] for cause in found["contributions"]}
     assert {
         "study.position",

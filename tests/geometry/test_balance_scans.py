@@ -20,6 +20,8 @@ from autobalance.solid.formats.write import Written
 from autobalance.solid.mesh.mesh import mesh_of_soup
 from tests.scans import scan
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 DENSITY = 7.85e-3
 EDGE_MM = 2.2
 

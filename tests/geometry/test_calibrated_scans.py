@@ -20,6 +20,8 @@ from autobalance.solid.formats.write import Written
 from autobalance.solid.mesh.mesh import Mesh
 from tests.scans import scan
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 DENSITY = 7.85e-3
 EDGE_MM = 2.2
 SKIN_MM, SCALE = 0.02, 1.0006

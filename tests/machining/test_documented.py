@@ -14,7 +14,7 @@ import pytest
 import autobalance as ab
 from tests import nc_jobs, nc_sweep
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("cranks_read_once")]
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "nc.md"
 
 

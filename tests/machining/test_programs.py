@@ -14,7 +14,7 @@ import autobalance as ab
 from autobalance.api.nc import NcResult
 from tests import nc_jobs, nc_sweep
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("cranks_read_once")]
 SHARES = {"radial": 0.01, "axial": 0.01, "slug": 0.01}
 RADIAL = "radial"
 GOUGED_MM = 0.01

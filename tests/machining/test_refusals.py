@@ -24,7 +24,7 @@ from autobalance.machining.run import NcRun, nc_run, refuse_travel, simulated
 from autobalance.machining.stock import Stock
 from tests import nc_jobs
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("cranks_read_once")]
 
 
 @pytest.fixture(scope="module")

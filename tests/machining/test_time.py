@@ -20,7 +20,7 @@ from autobalance.solid.csg.solid import union
 from tests import nc_jobs
 from tests.generated import generated_crank
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("cranks_read_once")]
 HOLES = 50
 DEPTH_MM = 12.0
 WITHIN_S = 10.0
