@@ -219,8 +219,11 @@ def fillet_points(crank: Any) -> Array:
 
 
 def beside_web(crank: Any, z_mm: float) -> bool:
-    """Whether a web's face is at a height: the free ends of nose and flange have no fillet."""
-    return any(min(abs(z_mm - web.z_min_mm), abs(z_mm - web.z_max_mm)) < 1e-3 for web in crank.truth.webs)
+    """Whether a web is at a height: the free ends of nose and flange have no fillet.
+
+    A counterweight thicker than its arm stands around the journal's fillet.
+    """
+    return any(web.z_min_mm - 1e-3 <= z_mm <= web.z_max_mm + 1e-3 for web in crank.truth.webs)
 
 
 if __name__ == "__main__":

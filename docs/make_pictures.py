@@ -1,10 +1,11 @@
-"""Draw the pictures of ``outputs.md``: the bundled crank's page, sheet, workbook and two plots.
+"""Draw the pictures of ``outputs.md`` and ``paper.md``: page, sheets, certificate, workbook and two plots.
 
 Run from the checkout's root: ``python docs/make_pictures.py``. Needs chromium, poppler and LibreOffice.
 """
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -57,5 +58,21 @@ def draw() -> None:
             shutil.copyfile(folder / "plots" / f"{name}.png", PICTURES / f"{name}.png")
 
 
+def draw_shop() -> None:
+    """Balance the V8 of ``shop.md`` and draw the plates of its sheet, and its certificate."""
+    files = re.findall(
+        r"```toml\n# (shop|v8)\.toml\n(.*?)```", (ROOT / "docs" / "shop.md").read_text("utf-8"), re.S
+    )
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        for name, text in files:
+            (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+        main(["generate", "v8-crossplane", "-o", str(folder / "crank.stl"), "--segments", "48"])
+        main(["balance", str(folder / "v8.toml"), "-o", str(folder / "out"), "--only", "pdf,certificate"])
+        first_page(folder / "out" / "sheet.pdf", "sheet-webs", page=2)
+        first_page(folder / "out" / "certificate.pdf", "certificate")
+
+
 if __name__ == "__main__":
     draw()
+    draw_shop()

@@ -124,7 +124,7 @@ def _correction(correction: Values, units: DisplayUnits) -> str:
         where.append(f"at {degrees(angle)}")
     size = units.of_length(abs(correction["depth_mm"]))
     if old_mm := correction.get("deepened_from_mm"):
-        size += f" deeper, {units.of_length(old_mm + correction['depth_mm'])} in all"
+        size += f" deeper, to {units.of_length(old_mm + correction['depth_mm'])}"
     off = units.of_mass(abs(correction["removed_mass_g"]))
     return (
         f"  {correction['number']:>2}. {what} {', '.join(where)}: {size} "
