@@ -131,6 +131,21 @@ def test_what_cannot_be_kept_is_one_line(tmp_path: Path, capsys: pytest.CaptureF
     assert not (tmp_path / "no").exists()
 
 
+def test_sectors_of_faces_stay_when_the_heavy_side_turns(tmp_path: Path) -> None:
+    """Sectors lie about the heavy side: what is left of a balanced crank is heavy elsewhere."""
+    job = nc_jobs.balanced(tmp_path / "shoulder", "shoulder").parent.parent / "job.toml"
+    text = job.read_text(encoding="utf-8")
+    text = re.sub(r"\[correction\](.|\n)*", '[correction]\nmethod = "add"\n', text)
+    job.write_text(re.sub("factor = .*", "factor = 0.3", text), encoding="utf-8")
+    first = ab.balance(job)
+    assert any(cut["sector_deg"] is not None for cut in first.report["corrections"])
+    below = first.report["balance_factor"]["initial"] - 0.01
+    job.write_text(re.sub("factor = .*", f"factor = {below:.4f}", text), encoding="utf-8")
+    kept = ab.balance(job, keep=first.report)
+    sectors = [[cut["sector_deg"] for cut in run.report["corrections"]] for run in (first, kept)]
+    assert sectors[0] == sectors[1]
+
+
 @pytest.mark.parametrize("kind", ["radial", "axial"])
 def test_holes_are_kept_on_a_slightly_changed_crank(kind: str, tmp_path: Path) -> None:
     """Drawn with rims of 52.3 in place of 52 mm: the holes stay on their axes."""

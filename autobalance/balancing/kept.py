@@ -6,13 +6,14 @@ import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Any, TypeVar
 
 import numpy as np
 
 from autobalance.balancing.loop import Result, balance
 from autobalance.balancing.measuring import Measure
-from autobalance.balancing.offers import best_offer, workpiece
+from autobalance.balancing.offers import best_offer, heavy_vectors, workpiece
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import KINDS, kind_of, search_levels
 from autobalance.correction.apart import keep_apart
@@ -28,6 +29,7 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Notify
 from autobalance.solid.csg.solid import Solid
+from autobalance.types import Array
 
 _Pair = TypeVar("_Pair", SharedDepth, Apart, Overlap)
 SECTOR_DEG = 0.5
@@ -39,7 +41,8 @@ class KeptPlan:
     """What is kept: the report's file name, sha256 and values, and its cuts as they are listed.
 
     ``cuts`` are those cuts on this crank, by number, once they were found on it; ``offered`` are all that
-    were, with their numbers: some are set up anew where a look reaches farther.
+    were, with their numbers: some are set up anew where a look reaches farther. ``heavy_at`` is where the
+    crank was heavy then, as of a workpiece.
     """
 
     report: str
@@ -48,6 +51,7 @@ class KeptPlan:
     values: Mapping[str, Any]
     cuts: dict[int, Cut] = field(default_factory=dict)
     offered: list[tuple[Cut, int]] = field(default_factory=list)
+    heavy_at: tuple[tuple[float, Array], tuple[float, Array]] | None = None
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -78,8 +82,15 @@ class KeptPlan:
     def _among_all(self, mine: Sequence[Item], work: Workpiece, limits: Limits) -> Candidates:
         """Return the kept cuts among all that a kind offers, with the rules among them."""
         kind = kind_of(limits)
-        for level in range(search_levels(limits)):
-            offered = kind.offer(work, limits, level)
+        # sectors of faces lie about the side that is heavy: they are looked for where that was, too
+        offered = Candidates(())
+        places: list[int | None] = [None for _ in mine]
+        then = [] if self.heavy_at is None else [replace(work, heavy_at=self.heavy_at)]
+        for there, level in product([work, *then], range(search_levels(limits))):
+            try:
+                offered = kind.offer(there, limits, level)
+            except CorrectionError:
+                continue
             places = [
                 next((k for k, c in enumerate(offered.cuts) if kind.is_kept(c, item)), None) for item in mine
             ]
@@ -202,6 +213,7 @@ def balanced_as_kept(
     """
     methods = [limits for limits in job.methods if kind_of(limits).name in kept.kinds]
     progress("looking for the kept cuts")
+    kept = replace(kept, heavy_at=_heavy_then(kept, tolerance, rotor.anatomy))
     initial = Unbalance.of(rotor.moments + rotor.loads)
     for limits in methods:  # all of them have to have a place, whether they are needed or not
         kept.offer(workpiece(rotor, tolerance, initial), limits, 0)
@@ -225,6 +237,19 @@ def _without(kept: KeptPlan, job: Job, rotor: Rotor, tolerance: Tolerance) -> tu
     count = int((free.plan.depths_mm > 0.0).sum())
     text = f"planned anew, without keep: {count} cut{'s' * (count != 1)}"
     return (Relaxation(text, (Change("correction.keep", kept.report, None),), free.plan.share, metal),)
+
+
+def _heavy_then(
+    kept: KeptPlan, tolerance: Tolerance, anatomy: Anatomy
+) -> tuple[tuple[float, Array], tuple[float, Array]]:
+    try:
+        initial = kept.values["initial"]
+        resultant, moment = (
+            np.array(initial[key], dtype=np.float64) for key in ("unbalance_g_mm", "moment_g_mm2")
+        )
+    except (LookupError, TypeError, ValueError):
+        raise JobError(f"{kept.report} is no whole report: it has no initial unbalance") from None
+    return heavy_vectors(Unbalance(resultant, moment), tolerance, anatomy)
 
 
 def kept_plan(name: str, data: bytes, values: Mapping[str, Any]) -> KeptPlan:
