@@ -48,6 +48,8 @@ if TYPE_CHECKING:
 
 ALWAYS_THERE = ("crankshaft", "engine", "original", "balance", "correction", "shafts")
 """Tables that are read of every job, with their defaults where it has none."""
+WITH_SOLIDS = ("engine", "original")
+"""Tables whose weights may be solids; a rod is one of them."""
 WORKBOOKS = (".xlsx", ".xlsm")
 
 
@@ -245,11 +247,12 @@ def parse(
     raw = gathered_in_base_units(raw, units)
     with later.gathered():
         raw = with_measured_rod(with_weighed_solids(raw, path.parent), path.parent)
+    not_weighed = WITH_SOLIDS if later.lines else ()  # the keys of their solids would be unknown ones
     free = crank_given and "file" not in _table(raw, "crankshaft")
     tables = tuple(of_no_file(key) if free and key is CRANKSHAFT else key for key in job_tables(raw))
     later.lines += unknown_keys(Table(raw, "", None), TOP_KEYS)
     table, values = Table({key: value for key, value in raw.items() if key in TOP_KEYS}, "", None), Values()
-    for key in tables:
+    for key in (key for key in tables if key.name not in not_weighed):
         with later.gathered():
             values[key.name] = value_of(table, key)
     return _job(raw, values, path, settings, units.with_more(later))
