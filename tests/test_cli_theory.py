@@ -573,6 +573,7 @@ def test_verify_checks_the_forces(
     done: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], path: str
 ) -> None:
     shutil.copytree(done, tmp_path / "out")
+    shutil.copy(done.parent / "crank.stl", tmp_path)
     report = tmp_path / "out" / "report.json"
     assert main(["verify", str(report)]) == 0
     values = json.loads(report.read_text("utf-8"))

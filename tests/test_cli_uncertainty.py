@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -274,10 +275,7 @@ def test_a_margin_looks_at_facets_however_fine_the_mesh(
 
 @pytest.fixture
 def spoilable(stated: tuple[Path, Report], tmp_path: Path) -> Path:
-    folder, _ = stated
-    for name in ("report.json", "balanced.stl"):
-        (tmp_path / name).write_bytes((folder / "out" / name).read_bytes())
-    return tmp_path
+    return Path(shutil.copytree(stated[0], tmp_path / "stated")) / "out"
 
 
 @pytest.mark.parametrize("cause", ["facets", "rounding", "axis", "density", "weights", "attached", "depth"])

@@ -72,7 +72,8 @@ def answer(kind: str, data: bytes, longest_s: float) -> dict[str, Any]:
     """Read a file, in the process that reads: bodies as bytes, unit and repairs.
 
     They are tessellated here too: of a STEP file with one number of a curve changed, which reads well, that
-    never ends. The triangles of a single body go along.
+    never ends. The triangles stay here: cuts of a body that came with some keep stale ones where its edges
+    lie off its faces, so that its facets are not its surfaces.
     """
     from autobalance.solid.cad.brep_file import read_brep_file
     from autobalance.solid.cad.iges_file import read_iges_file
@@ -83,19 +84,18 @@ def answer(kind: str, data: bytes, longest_s: float) -> dict[str, Any]:
         file = {"step": read_step_file, "iges": read_iges_file, "brep": read_brep_file}[kind](data)
         for one in file.bodies:
             tessellate(one.body)
-    alone = len(file.bodies) == 1  # several are tessellated as finely as all together need it
-    bodies = [(one.name, one.place, _bytes(one.body, alone)) for one in file.bodies]
+    bodies = [(one.name, one.place, _bytes(one.body)) for one in file.bodies]
     return {"bodies": bodies, "unit": file.unit, "repairs": file.repairs}
 
 
-def _bytes(shape: Any, with_triangles: bool) -> bytes:
-    """Return a shape in the kernel's binary form."""
+def _bytes(shape: Any) -> bytes:
+    """Return a shape in the kernel's binary form, without triangles."""
     from OCP.BinTools import BinTools, BinTools_FormatVersion
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "shape"
         newest = BinTools_FormatVersion.BinTools_FormatVersion_CURRENT
-        if not BinTools.Write_s(shape, str(path), with_triangles, False, newest):
+        if not BinTools.Write_s(shape, str(path), False, False, newest):
             raise SolidError("the CAD kernel could not hand a solid on")
         return path.read_bytes()
 
