@@ -75,7 +75,7 @@ def _cut(cut: Any, depth_mm: float, listed: Mapping[str, Any]) -> Values:
 
 def _drills(cut: Any, listed: Mapping[str, Any]) -> list[Values]:
     """Return the shop's drills about as wide as a hole's own; none for a hole that is deepened."""
-    about = getattr(cut.limits, "listed_about", None)
+    about = getattr(getattr(cut, "limits", None), "listed_about", None)  # other cuts know of no drills
     return [] if about is None or listed.get("deepened_from_mm") else about(cut.diameter_mm, WIDEST)
 
 
