@@ -16,6 +16,7 @@ from autobalance.job.read_crankshaft import read_crankshaft
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.web_app.named_files import named_files
 from tests.generated import generated_crank
 from tests.scans import Wear, scan, surface_of
 
@@ -116,3 +117,8 @@ def test_keys_of_a_scan_beside_a_drawing(keys: dict[str, object], said: str) -> 
     values = {"file": "a.stl", "unit": "mm", "density_kg_m3": 7850.0, **keys}
     with pytest.raises(JobError, match=said):
         read_crankshaft({key: value for key, value in values.items() if value is not None}, Path())
+
+
+def test_a_scan_that_a_job_of_the_app_names_is_in_its_project() -> None:
+    job = {"crankshaft": {"file": "a.stl", "scan_file": "../b.stl"}}
+    assert ("crankshaft.scan_file", "../b.stl") in named_files(job)

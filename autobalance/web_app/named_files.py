@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-FILE_KEYS = ("file", "trace", "logo")
+FILE_KEYS = ("file", "scan_file", "trace", "logo")
 """Keys of a job that name a file."""
 
 
