@@ -211,6 +211,10 @@ def test_a_drawn_crank_is_not_taken_for_a_scan(name: str) -> None:
     assert flat_share(generated_crank(name, seed=3, segments=64).mesh) > DRAWN
 
 
+def test_a_coarse_scan_of_little_noise_is_not_taken_for_drawn() -> None:
+    assert 0.04 < flat_share(mesh_of_soup(scan("single", 0.004, edge_mm=3.6, seed=0).soup)) < SCANNED
+
+
 def test_a_scan_is_not_taken_for_drawn_and_its_local_roughness_is_its_noise() -> None:
     there = scan("single", 0.02, edge_mm=EDGE_MM, seed=1)
     mesh = mesh_of_soup(there.soup)
