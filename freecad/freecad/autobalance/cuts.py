@@ -13,8 +13,9 @@ from FreeCAD import Matrix, Placement, Vector
 
 FAR_MM = 1.0
 """How far a pocket's tool begins outside of the metal."""
-AWAY_MM = 1e4
-"""Beyond any crank."""
+BESIDE_MM = 1.0
+SPECK_MM = 0.1
+"""How far from its face, and how wide, what is drawn of a face that is not cut."""
 THIN_MM = 1e-3
 """Least length of a pad: FreeCAD makes none of 0."""
 
@@ -278,7 +279,7 @@ def outline_shape(report, place):
     """Return the faces that an outline draws, file coordinates."""
     cut = report["corrections"][place]
     if not cut["depth_mm"]:  # a kept cut that is not needed: its feature stays, and cuts nothing
-        return Part.makePlane(1.0, 1.0, Vector(AWAY_MM, AWAY_MM, AWAY_MM))
+        return _speck(report, cut)
     wires = [Part.Wire(Part.__sortEdges__([_edge(each) for each in loop])) for loop in cut["outline"]]
     faces = []
     for wire, area in ((wire, _area(loop)) for wire, loop in zip(wires, cut["outline"])):
@@ -296,6 +297,15 @@ def outline_shape(report, place):
         frame, height = to_file(report), side * cut["new_height_mm"]
     lift = Placement(Vector(0, 0, height), FreeCAD.Rotation())
     return shape.transformed(frame.multiply(lift).toMatrix(), True)  # a feature drops a shape's own placement
+
+
+def _speck(report, cut):
+    """Return a square over a face that loses nothing, or in the metal under one that gains nothing."""
+    normal, at = Vector(*cut["normal"]), Vector(*cut["position_mm"])
+    side = -BESIDE_MM if cut["kind"] == "add" else BESIDE_MM
+    at = at + normal * (cut["face_height_mm"] + side - normal.dot(at))
+    frame = to_file(report)
+    return Part.makePlane(SPECK_MM, SPECK_MM, frame.multVec(at), frame.Rotation.multVec(normal))
 
 
 def _edge(segment):
