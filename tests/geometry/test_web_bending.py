@@ -65,7 +65,7 @@ def test_balance_shows_stress_before_and_after(tmp_path: Path, monkeypatch: pyte
         assert web["after_MPa"] == pytest.approx(web["before_MPa"], rel=1e-6)
     elements = bending["elements"]
     assert elements["failed"] is None
-    assert elements["after_MPa"] == pytest.approx(elements["before_MPa"], rel=0.05)
+    assert elements["after_MPa"] == pytest.approx(elements["before_MPa"], rel=0.1)  # as the summary says
     nominal = max(each["before_MPa"] for each in bending["webs"])
     assert 0.25 * nominal < elements["before_MPa"] < 2.0 * nominal
     text = bending_text(bending)
