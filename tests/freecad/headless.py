@@ -92,8 +92,6 @@ def check_kept(obj, tree, made, shown):
     apart = abs(tree.Shape.Volume - obj.Shape.Volume)
     assert apart < 1e-5 * volume, ("the native tree does not follow", apart)
     assert shown.Apart <= RESIDUAL and abs(shown.ByReport - obj.Residual) < 1e-9
-    if obj.Method == "add":
-        return
     obj.Factor, count = json.loads(obj.Report)["balance_factor"]["initial"], len(first)
     made.recompute()
     assert list(obj.Depths) == [0.0] * count, list(obj.Depths)
