@@ -137,7 +137,7 @@ def _with_density(values: Mapping[str, Any], path: str) -> Mapping[str, Any]:
 
 def _converted(key: str, value: Any, where: str, faults: Faults) -> Any:
     if key in WEIGHT_TABLES and isinstance(value, Mapping):
-        weights = dict(value)
+        weights = dict.fromkeys(value, 1.0)  # stands for a refused one, whose keys are not refused again
         for name, weight in value.items():
             with faults.gathered():
                 weights[name] = _weight(weight, f"{where}.{name}")
