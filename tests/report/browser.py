@@ -65,12 +65,22 @@ class Browser:
         self.call("POST", "/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": moves}]})
 
     def click_on(self, selector: str) -> None:
-        found = self.call("POST", "/element", {"using": "css selector", "value": selector})
-        self.call("POST", f"/element/{found[ELEMENT]}/click", {})
+        self._on(selector, "click", {})
 
     def press(self, selector: str, keys: str) -> None:
-        found = self.call("POST", "/element", {"using": "css selector", "value": selector})
-        self.call("POST", f"/element/{found[ELEMENT]}/value", {"text": keys})
+        self._on(selector, "value", {"text": keys})
+
+    def _on(self, selector: str, action: str, body: dict[str, Any]) -> None:
+        """Act on an element; once more where the page drew it anew between seeking it and acting."""
+        for last in (False, True):
+            found = self.call("POST", "/element", {"using": "css selector", "value": selector})
+            try:
+                self.call("POST", f"/element/{found[ELEMENT]}/{action}", body)
+            except RuntimeError as error:
+                if last or "stale element" not in str(error):
+                    raise
+            else:
+                return
 
     def log(self, kind: str) -> list[dict[str, Any]]:
         found: list[dict[str, Any]] = self.call("POST", "/se/log", {"type": kind})

@@ -16,7 +16,7 @@ from autobalance.child_process import Children, ended_after
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.cad.cad_file import CadFile, NamedBody
 from autobalance.solid.cad.kernel import kernel_failures, require_kernel
-from autobalance.solid.cad.tessellation import tessellate
+from autobalance.solid.cad.tessellation import Fineness, tessellate
 
 LEAST_S: Final = 20.0
 S_PER_MB: Final = 10.0
@@ -42,7 +42,7 @@ def read_foreign_file(kind: str, data: bytes) -> CadFile:
     """
     with readers.one() as child:
         longest_s = LEAST_S + S_PER_MB * len(data) / 1e6
-        child.send(kind, data, longest_s)
+        child.send(kind, data, longest_s, Fineness.usual())
         require_kernel(kind.upper())  # meanwhile: loading it takes as long here as there
         answer = child.receive()
         if answer is None:
@@ -68,12 +68,11 @@ def _what_ended(kind: str, code: int, longest_s: float) -> str:
     )
 
 
-def answer(kind: str, data: bytes, longest_s: float) -> dict[str, Any]:
-    """Read a file, in the process that reads: bodies as bytes, unit and repairs.
+def answer(kind: str, data: bytes, longest_s: float, fineness: Fineness) -> dict[str, Any]:
+    """Read a file, in the process that reads: bodies with their triangles as bytes, unit and repairs.
 
-    They are tessellated here too: of a STEP file with one number of a curve changed, which reads well, that
-    never ends. The triangles stay here: cuts of a body that came with some keep stale ones where its edges
-    lie off its faces, so that its facets are not its surfaces.
+    They are tessellated here: of a STEP file with one number of a curve changed, which reads well, that
+    never ends.
     """
     from autobalance.solid.cad.brep_file import read_brep_file
     from autobalance.solid.cad.iges_file import read_iges_file
@@ -83,19 +82,19 @@ def answer(kind: str, data: bytes, longest_s: float) -> dict[str, Any]:
     with ended_after(longest_s), kernel_failures(f"the {kind.upper()} file"):
         file = {"step": read_step_file, "iges": read_iges_file, "brep": read_brep_file}[kind](data)
         for one in file.bodies:
-            tessellate(one.body)
+            tessellate(one.body, fineness)
     bodies = [(one.name, one.place, _bytes(one.body)) for one in file.bodies]
     return {"bodies": bodies, "unit": file.unit, "repairs": file.repairs}
 
 
 def _bytes(shape: Any) -> bytes:
-    """Return a shape in the kernel's binary form, without triangles."""
+    """Return a shape in the kernel's binary form, with its triangles."""
     from OCP.BinTools import BinTools, BinTools_FormatVersion
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "shape"
         newest = BinTools_FormatVersion.BinTools_FormatVersion_CURRENT
-        if not BinTools.Write_s(shape, str(path), False, False, newest):
+        if not BinTools.Write_s(shape, str(path), True, False, newest):
             raise SolidError("the CAD kernel could not hand a solid on")
         return path.read_bytes()
 

@@ -47,12 +47,34 @@ def bounds_mm(body: Any) -> Array:
     return np.array([[low.X(), low.Y(), low.Z()], [high.X(), high.Y(), high.Z()]])
 
 
-def tessellate(body: Any) -> None:
+@dataclass(frozen=True)
+class Fineness:
+    """Greatest distance of a triangle from the surface as a share of the diagonal, and angle between two."""
+
+    sag_share: float
+    turn_rad: float
+
+    @classmethod
+    def usual(cls) -> Fineness:
+        return cls(SAG_SHARE, TURN_RAD)
+
+
+def tessellate(body: Any, fineness: Fineness | None = None) -> None:
     """Let the kernel put triangles on a body's faces, where they have none that are as fine."""
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
 
+    fineness = fineness or Fineness.usual()
     low, high = bounds_mm(body)
-    BRepMesh_IncrementalMesh(body, SAG_SHARE * float(np.linalg.norm(high - low)), False, TURN_RAD, False)
+    sag_mm = fineness.sag_share * float(np.linalg.norm(high - low))
+    BRepMesh_IncrementalMesh(body, sag_mm, False, fineness.turn_rad, False)
+
+
+def without_triangles(body: Any) -> Any:
+    """Take a body's triangles away, and return it."""
+    from OCP.BRepTools import BRepTools
+
+    BRepTools.Clean_s(body)
+    return body
 
 
 def facets(body: Any) -> Facets:
