@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -146,17 +148,50 @@ def test_sectors_of_faces_stay_when_the_heavy_side_turns(tmp_path: Path) -> None
     assert sectors[0] == sectors[1]
 
 
-@pytest.mark.parametrize("kind", ["radial", "axial"])
-def test_holes_are_kept_on_a_slightly_changed_crank(kind: str, tmp_path: Path) -> None:
-    """Drawn with rims of 52.3 in place of 52 mm: the holes stay on their axes."""
+CHANGES = {"rim": {"counterweight.radius_mm": 52.3}, "thinner": {"web.thickness_mm": 13.8}}
+
+
+@pytest.fixture(scope="module")
+def changed_crank() -> Callable[[str], bytes]:
+    """Return the STL file of the crank drawn a little otherwise: its rims, or how thick its webs are."""
+    return cache(lambda name: ab.generate("single", file="a.stl", segments=48, settings=CHANGES[name]).data)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize("kind", ["radial", "axial", "slug", "mill"])
+def test_cuts_are_kept_on_a_slightly_changed_crank(
+    kind: str, change: str, changed_crank: Callable[[str], bytes], tmp_path: Path
+) -> None:
+    """Holes, bores for slugs and pockets stay where they were; only how deep they are is found anew."""
     report = nc_jobs.balanced(tmp_path / kind, kind)
-    changed = {"counterweight.radius_mm": 52.3}
-    (tmp_path / kind / "crank.stl").write_bytes(
-        ab.generate("single", file="a.stl", segments=48, settings=changed).data
-    )
+    (tmp_path / kind / "crank.stl").write_bytes(changed_crank(change))
     after = ab.balance(lighter(report, 300.0), keep=report)
-    assert after.report["plan_kept"]["cuts"] == len(after.corrections)
+    assert after.report["plan_kept"]["cuts"] == len(after.report["corrections"])
     for old, new in zip(values(report)["corrections"], after.report["corrections"], strict=True):
         assert new["number"] == old["number"]
-        off = np.array(new["position_mm"]) - old["position_mm"]
-        assert np.linalg.norm(np.cross(off, old["inward"])) < 0.06
+        if kind == "mill":
+            keys = ("inner_radius_mm", "outer_radius_mm", "start_deg", "end_deg", "cutter_mm", "side")
+            assert [new[key] for key in keys] == pytest.approx([old[key] for key in keys], abs=1e-9)
+        else:
+            off = np.array(new["position_mm"]) - old["position_mm"]
+            assert np.linalg.norm(np.cross(off, old["inward"])) < 1e-6
+    after.write(tmp_path / "out", only=("json",))
+    assert ab.verify(tmp_path / "out" / "report.json").holds
+
+
+def test_kinds_that_are_mixed_are_kept_together_on_a_changed_crank(
+    changed_crank: Callable[[str], bytes], tmp_path: Path
+) -> None:
+    job = nc_jobs.balanced(tmp_path, "mill").parent.parent / "job.toml"
+    text = re.sub("factor = .*", "factor = 0.35", job.read_text(encoding="utf-8"))
+    kinds = 'method = ["add", "slug"]\nslug = { diameters_mm = [12.0], lengths_mm = [8.0, 12.0] }'
+    job.write_text(text.replace('method = "mill"', kinds), encoding="utf-8")
+    first = ab.balance(job)
+    (tmp_path / "crank.stl").write_bytes(changed_crank("thinner"))
+    kept = ab.balance(job, keep=first.report)
+    assert {cut["kind"] for cut in first.report["corrections"]} == {"add", "slug"}
+    assert [cut["label"] for cut in kept.report["corrections"]] == [
+        cut["label"] for cut in first.report["corrections"]
+    ]
+    kept.write(tmp_path / "kept", only=("json",))
+    assert ab.verify(tmp_path / "kept" / "report.json").holds

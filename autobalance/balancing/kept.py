@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from typing import Any, TypeVar
 
@@ -173,32 +174,38 @@ class KeptPlan:
 def kept_cut(item: Item, work: Workpiece, limits: Limits) -> Cut | None:
     """Return the candidate of a kind that lies where a listed cut does; None if there is none.
 
-    Candidates are tried in even steps from the heavy side: to look where the cut was, that side is said to
-    be there.
+    Where a kind can say what fits at a place, that is asked first. Else candidates are tried in even steps
+    from the heavy side: to look where the cut was, that side is said to be there.
     """
     kind = kind_of(limits)
+    there = _kept(kind, item, lambda: kind.at_place(work, limits, item))
+    if there is not None:
+        return there
     x, y = (float(each) for each in item["position_mm"][:2])
     angle = math.radians(float(item["angle_deg"])) if math.hypot(x, y) > 0.0 else 0.0
     need = max(work.need_g_mm, 1.0)
     towards = need * np.array([math.cos(angle), math.sin(angle)])
     for sign in (1.0, -1.0):
         heavy = tuple((z, sign * towards) for z, _ in work.heavy_at)
-        there = replace(work, heavy_at=(heavy[0], heavy[1]))
+        turned = replace(work, heavy_at=(heavy[0], heavy[1]))
+        near = kind.kept_limits(limits, item, SECTOR_DEG)
         for level in range(search_levels(limits)):
-            found = _among(kind, there, kind.kept_limits(limits, item, SECTOR_DEG), level, item)
-            if found is not None:
-                return found
-    named = kind.kept_place(limits, item)
-    return None if named is None else _among(kind, work, named, 0, item)
+            cut = _kept(kind, item, partial(_offered, kind, turned, near, level))
+            if cut is not None:
+                return cut
+    return None
 
 
-def _among(kind: Kind[Any], work: Workpiece, limits: Limits, level: int, item: Item) -> Cut | None:
-    """Return the listed cut among what a kind offers within limits; None if it is not there."""
+def _offered(kind: Kind[Any], work: Workpiece, limits: Limits, level: int) -> Sequence[Cut]:
+    return kind.offer(work, limits, level).cuts
+
+
+def _kept(kind: Kind[Any], item: Item, offered: Callable[[], Sequence[Cut]]) -> Cut | None:
+    """Return the listed cut among what a kind offers; None if it is not there."""
     try:
-        cuts = kind.offer(work, limits, level).cuts
+        return next((cut for cut in offered() if kind.is_kept(cut, item)), None)
     except CorrectionError:
         return None
-    return next((cut for cut in cuts if kind.is_kept(cut, item)), None)
 
 
 def balanced_as_kept(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from autobalance.correction.contract import Correction, Count, Figures, Item, Variety
+from autobalance.correction.contract import Correction, Count, Cut, Figures, Item, Variety
 from autobalance.correction.cut import listed, on_step
 from autobalance.correction.faces.patches import heavy_vector
 from autobalance.correction.holes.bores import fitting_mm, old_sites
@@ -18,7 +18,7 @@ from autobalance.correction.holes.drill_words import no_place, why_none
 from autobalance.correction.holes.hole import Hole, keep_apart
 from autobalance.correction.holes.kind import HoleKind
 from autobalance.correction.holes.largest_fit import ended_by, widest_mm
-from autobalance.correction.holes.positions import positions_of, unused_notes
+from autobalance.correction.holes.positions import listed_position, positions_of, unused_notes
 from autobalance.correction.holes.sites import Places, Site, in_sectors, make_holes, reach_of
 from autobalance.correction.holes.trace import DrillTrace
 from autobalance.correction.holes.walls import HoleLimits
@@ -28,7 +28,7 @@ from autobalance.correction.refusals import (
     refuse_wide,
 )
 from autobalance.correction.relaxing import MoreCuts, Otherwise, Relaxing, deeper, thinner
-from autobalance.correction.trace import Trace, stated_number, turn_deg
+from autobalance.correction.trace import Trace, stated_number
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
@@ -102,10 +102,6 @@ class DrillCut(HoleCut):
         return self.hole.axis.entry_mm - self.site.sunk_mm * self.hole.axis.inward
 
 
-INSIDE_MM = 0.01
-"""How far inside of a web's face a place is that certainly lies in the web."""
-
-
 class Drill(HoleKind[DrillLimits]):
     """Twist-drilled holes."""
 
@@ -117,16 +113,12 @@ class Drill(HoleKind[DrillLimits]):
     search_levels = 2
     finishes = True
 
-    def kept_place(self, limits: DrillLimits, item: Item) -> DrillLimits | None:
-        """Return limits that name a listed hole's place; None of one that is deepened: it has one."""
-        if item.get("deepened_from_mm") is not None:
-            return None
-        x, y, z = (float(each) for each in item["position_mm"])
-        place: tuple[float, ...] = (turn_deg(x, y), z)
-        if limits.direction == "axial":
-            inside = z + float(item["inward"][2]) * INSIDE_MM  # its entry is on the web's very face
-            place = (place[0], inside, math.hypot(x, y))
-        return replace(limits, positions=(place,), deepen=False)
+    def at_place(self, work: Workpiece, limits: DrillLimits, item: Item) -> Sequence[Cut]:
+        """Return the holes that fit where a listed one was; none of one that is deepened: that is found."""
+        if item.get("deepened_from_mm") is not None or item.get("direction") != limits.direction:
+            return ()
+        there = replace(limits, positions=(listed_position(item),), deepen=False)
+        return self.offer(work, there, 0).cuts
 
     def offer(self, work: Workpiece, limits: DrillLimits, search_level: int) -> Candidates:
         """Return the holes that a job's limits allow, which keep a spacing and are limited in number."""

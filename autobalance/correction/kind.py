@@ -104,6 +104,8 @@ class Candidates:
 L = TypeVar("L", bound=Limits)
 KEPT_MM = 0.05
 """How far the place of a cut that is kept may be off: a slightly changed crank."""
+ENTRY_MM = 1.0
+"""How far along its axis a kept hole or pocket may begin elsewhere."""
 
 
 class Kind(ABC, Generic[L]):
@@ -179,13 +181,18 @@ class Kind(ABC, Generic[L]):
         angle_deg = float(item["angle_deg"])
         return replace(limits, **{"sectors_deg": ((angle_deg - around_deg, angle_deg + around_deg),)})
 
-    def kept_place(self, limits: L, item: Item) -> L | None:
-        """Return limits that name the place of a listed cut, where a kind's limits can; None elsewhere.
+    def at_place(self, work: Workpiece, limits: L, item: Item) -> Sequence[Cut]:
+        """Return the cuts that may be made where a listed one was; none where a kind only searches.
 
         On a crank that has changed a little the places that are tried are others than they were.
+
+        Raises
+        ------
+        CorrectionError
+            If no cut fits there.
         """
-        del limits, item
-        return None
+        del work, limits, item
+        return ()
 
     def is_kept(self, cut: Any, item: Item) -> bool:
         """Return whether a candidate is the cut that an earlier report lists, at whatever depth."""

@@ -14,20 +14,21 @@ from functools import cached_property
 import numpy as np
 
 from autobalance.correction.apart import keep_apart
-from autobalance.correction.contract import Correction, Figures, Item
+from autobalance.correction.contract import Correction, Cut, Figures, Item
 from autobalance.correction.cut import WalledCut, listed, on_step
 from autobalance.correction.envelope import Envelope, blocks, sector_corners
 from autobalance.correction.faces.patches import face_region, heavy_direction
-from autobalance.correction.kind import KEPT_MM, Candidates, Kind, Workpiece
+from autobalance.correction.holes.sites import in_sectors
+from autobalance.correction.kind import ENTRY_MM, KEPT_MM, Candidates, Kind, Workpiece
 from autobalance.correction.machining import SEGMENTS, AreaOperation, Operation
 from autobalance.correction.pockets.limits import MillLimits
-from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket, pockets
-from autobalance.correction.pockets.trace import PocketTrace
+from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket, lies_in, pockets
+from autobalance.correction.pockets.trace import PocketTrace, listed_pocket, listed_side
 from autobalance.correction.pockets.walls import SKIN_MM, Below
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
-from autobalance.correction.trace import Trace, stated_number, stated_vector
+from autobalance.correction.trace import Trace, stated_number
 from autobalance.crank.anatomy import Face
-from autobalance.errors import CorrectionError, FormatError
+from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Prism, Shape, outline_area_mm2, outline_points
@@ -176,20 +177,24 @@ class MillCut(WalledCut):
 # --- where ------------------------------------------------------------------------------------------------
 
 
+def upright_cheeks(placed: Solid, work: Workpiece) -> Iterator[tuple[Face, Below]]:
+    """Yield the plane cheeks of webs across the axis, and what lies below them."""
+    webs = {web.number: web for web in work.anatomy.webs}
+    for face in work.faces:
+        if face.kind == "plane" and face.web is not None and abs(float(face.normal[2])) >= UPRIGHT:
+            yield face, Below.cheek(placed, face, webs[face.web])
+
+
 def cheeks(work: Workpiece, limits: MillLimits) -> Iterator[Cheek]:
     """Yield the plane cheeks of webs that hold pockets."""
     placed = work.solid.moved(work.anatomy.file_to_rotor)
-    webs = {web.number: web for web in work.anatomy.webs}
-    for face in work.faces:
-        if face.kind != "plane" or face.web is None or abs(float(face.normal[2])) < UPRIGHT:
-            continue
-        below = Below.cheek(placed, face, webs[face.web])
+    for face, below in upright_cheeks(placed, work):
         up, z = below.up, below.z_mm
         most = min(limits.max_depth_mm, below.behind_mm - limits.min_wall_mm)
         by_wall = most < limits.max_depth_mm
         key = "min_wall_mm" if by_wall else "max_depth_mm"
         limit = f"{key} = {getattr(limits, key):g}"
-        footprint = _footprint(face, work) - _over(placed, z, up, face.spread_mm).grown(CLEAR_MM)
+        footprint = _open(placed, face, below, work)
         for share in DEPTH_SHARES:
             deepest = share * most
             if deepest < limits.min_depth_mm:
@@ -197,8 +202,29 @@ def cheeks(work: Workpiece, limits: MillLimits) -> Iterator[Cheek]:
             metal = footprint - _voids(placed, z, up, deepest + limits.min_wall_mm, face.spread_mm)
             free = metal.grown(-limits.min_wall_mm)
             if not free.grown(-0.5 * limits.cutter_mm).is_empty:
-                yield Cheek(face.web, below, deepest, limit, free)
+                yield Cheek(below.web, below, deepest, limit, free)
                 break
+
+
+def _pocket_at(
+    pocket: Pocket, face: Face, below: Below, work: Workpiece, limits: MillLimits
+) -> MillCut | None:
+    """Return the cut of a pocket that is given, as deep as it may go; None if it does not fit there."""
+    open_from_above = _open(below.crank, face, below, work)
+    step, most = limits.depth_step_mm, limits.max_depth_mm
+    deepest = below.deepest_mm(pocket.region, limits.min_wall_mm, most)
+    least, depth = on_step(limits.min_depth_mm, step, math.ceil), on_step(deepest, step, math.floor)
+    if least > depth or not lies_in(pocket.region, open_from_above):
+        return None
+    key = "max_depth_mm" if deepest >= most else "min_wall_mm"
+    cheek = Cheek(below.web, below, deepest, f"{key} = {getattr(limits, key):g}", open_from_above)
+    return MillCut(pocket, cheek, work.density_g_mm3, limits, least, depth)
+
+
+def _open(placed: Solid, face: Face, below: Below, work: Workpiece) -> Region:
+    """Return the part of a cheek that a cutter reaches along the axis."""
+    over = _over(placed, below.z_mm, below.up, face.spread_mm)
+    return _footprint(face, work) - over.grown(CLEAR_MM)
 
 
 def _footprint(face: Face, work: Workpiece) -> Region:
@@ -258,15 +284,30 @@ class Mill(Kind[MillLimits]):
             tuple(pockets_cut), apart=keep_apart([cut.envelope for cut in pockets_cut], depths, walls)
         )
 
+    def at_place(self, work: Workpiece, limits: MillLimits, item: Item) -> Sequence[Cut]:
+        """Return the pocket where a listed one was, from the cheek as it is now; none if that is gone."""
+        pocket, side = listed_pocket(item), listed_side(item)
+        middle_rad = 0.5 * (pocket.start_rad + pocket.end_rad)
+        same_cutter = abs(pocket.corner_mm - 0.5 * limits.cutter_mm) < KEPT_MM
+        if not same_cutter or not in_sectors(middle_rad, limits.sectors_deg):
+            return ()
+        placed = work.solid.moved(work.anatomy.file_to_rotor)
+        cuts = (
+            _pocket_at(pocket, face, below, work, limits)
+            for face, below in upright_cheeks(placed, work)
+            if face.web == item["web"]
+            and below.up == side
+            and abs(below.z_mm - float(item["face_z_mm"])) <= ENTRY_MM
+        )
+        return [cut for cut in cuts if cut is not None]
+
     def is_kept(self, cut: MillCut, item: Item) -> bool:
         """Return whether a pocket is that of an earlier report."""
-        pocket, cheek = cut.pocket, cut.cheek
-        sizes = (pocket.inner_mm, pocket.outer_mm, cheek.z_mm)
-        keys = ("inner_radius_mm", "outer_radius_mm", "face_z_mm")
-        span = math.degrees(pocket.end_rad - pocket.start_rad)
-        spans = (float(item["end_deg"]) - float(item["start_deg"])) % 360.0
-        near = all(abs(size - float(item[key])) <= KEPT_MM for size, key in zip(sizes, keys, strict=True))
-        return near and abs(span - spans) < SAME_DEG and cheek.web == item["web"]
+        pocket, listed, cheek = cut.pocket, listed_pocket(item), cut.cheek
+        radii = pocket.inner_mm - listed.inner_mm, pocket.outer_mm - listed.outer_mm
+        span = pocket.end_rad - pocket.start_rad - (listed.end_rad - listed.start_rad)
+        near = max(map(abs, radii)) <= KEPT_MM and abs(cheek.z_mm - float(item["face_z_mm"])) <= ENTRY_MM
+        return near and abs(math.degrees(span)) < SAME_DEG and cheek.web == item["web"]
 
     def _cuts(self, work: Workpiece, limits: MillLimits) -> Iterator[MillCut]:
         step = limits.depth_step_mm
@@ -298,28 +339,18 @@ class Mill(Kind[MillLimits]):
         return f"Mill pocket, cutter dia {cutter}, {radii}, {angles}, {depth}"
 
     def machining(self, item: Item) -> Operation | str | None:
-        inner, outer, corner, face = (
-            stated_number(item, key)
-            for key in ("inner_radius_mm", "outer_radius_mm", "corner_radius_mm", "face_z_mm")
-        )
-        start, end = (math.radians(stated_number(item, key)) for key in ("start_deg", "end_deg"))
-        pocket = Pocket(inner, outer, start, start + (end - start) % (2.0 * math.pi), corner)
-        if not pocket.has_room:
-            raise FormatError("corner_radius_mm of a correction of kind 'mill' is too large for its pocket")
-        side = 1 if face > stated_vector(item, "position_mm")[2] else -1
+        pocket, face = listed_pocket(item), stated_number(item, "face_z_mm")
         region = Region.of([outline_points(pocket.outline, SEGMENTS)])
-        return AreaOperation(region, side, face, stated_number(item, "depth_mm"), corner)
+        depth = stated_number(item, "depth_mm")
+        return AreaOperation(region, listed_side(item), face, depth, pocket.corner_mm)
 
     def trace(self, item: Item) -> Trace:
         return PocketTrace(item)
 
     def drawn(self, item: Item) -> Shape:
         """Return the pocket, begun over the cheek as its cutter does."""
-        start, end = math.radians(item["start_deg"]), math.radians(item["end_deg"])
-        radii = item["inner_radius_mm"], item["outer_radius_mm"]
-        pocket = Pocket(*radii, start, start + (end - start) % (2.0 * math.pi), item["corner_radius_mm"])
         over, floor = (item["face_z_mm"] + item["side"] * up for up in (CLEAR_MM, -item["depth_mm"]))
-        return Prism(pocket.outline, min(over, floor), max(over, floor))
+        return Prism(listed_pocket(item).outline, min(over, floor), max(over, floor))
 
     def size(self, item: Item) -> str:
         """Return the pocket's radii, angles and cutter."""

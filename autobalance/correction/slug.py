@@ -15,6 +15,7 @@ from autobalance.correction.holes.cut import SAME_MM, HoleCut, HoleSearch, Towar
 from autobalance.correction.holes.hole import Hole, keep_apart
 from autobalance.correction.holes.kind import HoleKind
 from autobalance.correction.holes.largest_fit import ended_by, widest_mm
+from autobalance.correction.holes.positions import Position, listed_position, positions_of
 from autobalance.correction.holes.sites import Places, Site
 from autobalance.correction.holes.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn, fills
 from autobalance.correction.holes.slug_limits import SlugLimits
@@ -166,6 +167,13 @@ class Slug(HoleKind[SlugLimits]):
         rule = Count(tuple(range(len(every))), left, f"max_slugs = {limits.max_slugs}")
         return Candidates(tuple(every), apart=(*apart, *one_each), counts=(rule,))
 
+    def at_place(self, work: Workpiece, limits: SlugLimits, item: Item) -> Sequence[Cut]:
+        """Return the slugs that fit where a listed one was; none of one that fills a hole: that is found."""
+        if item.get("fills_a_hole") or item.get("direction") != limits.direction:
+            return ()
+        there = positions_of([listed_position(item)], work.anatomy)
+        return cuts(work, -heavy_vector(work.heavy_at, 0.0), limits, positions=there)
+
     def is_kept(self, cut: Any, item: Item) -> bool:
         """Return whether a slug is that of an earlier report."""
         return super().is_kept(cut, item) and abs(cut.length_mm - float(item["length_mm"])) < SAME_MM
@@ -250,11 +258,17 @@ class Slug(HoleKind[SlugLimits]):
 KIND = Slug()
 
 
-def cuts(work: Workpiece, target: Towards, limits: SlugLimits, search_level: int = 0) -> list[SlugCut]:
+def cuts(
+    work: Workpiece,
+    target: Towards,
+    limits: SlugLimits,
+    search_level: int = 0,
+    positions: tuple[Position, ...] | None = None,
+) -> list[SlugCut]:
     """Set up every slug that may be pressed in, each diameter, length and place by itself.
 
     ``target`` is a direction (2,) that one of the places tried lies in, or what returns it for a z [mm];
-    more ``search_level`` takes a finer grid of angles.
+    more ``search_level`` takes a finer grid of angles; ``positions`` are the only places, where given.
 
     Raises
     ------
@@ -262,7 +276,9 @@ def cuts(work: Workpiece, target: Towards, limits: SlugLimits, search_level: int
         If no slug fits anywhere.
     """
     refuse_wide("slug", limits.diameters_mm, limits.min_wall_mm, work.anatomy, limits.direction)
-    places = Places(limits.direction, limits.sectors_deg, direction_at(target), search_level)
+    places = Places(
+        limits.direction, limits.sectors_deg, direction_at(target), search_level, positions=positions
+    )
     search = HoleSearch.on(work.solid, work.anatomy, places)
     lengths = sorted(set(limits.lengths_mm))
     slug_cuts: list[SlugCut] = []

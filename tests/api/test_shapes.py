@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,10 +12,12 @@ import pytest
 
 import autobalance as ab
 from autobalance.solid.cad.installed import has_kernel
+from tests.coarse import coarse_facets
 from tests.generated import single_step
 
 pytestmark = [
     pytest.mark.slow,
+    pytest.mark.usefixtures("cranks_read_once"),
     pytest.mark.skipif(not has_kernel(), reason="the CAD kernel is not installed"),
 ]
 
@@ -23,6 +26,13 @@ JOB: dict[str, Any] = {
     "balance": {"factor": 0.4, "grade": 6.3, "speed_rpm": 6000},
     "correction": {"method": "shoulder"},
 }
+
+
+@pytest.fixture(scope="module", autouse=True)
+def fewer_triangles() -> Iterator[None]:
+    """Plan on fewer triangles: what is measured here are the true surfaces."""
+    with coarse_facets():
+        yield
 
 
 @pytest.fixture(scope="module")

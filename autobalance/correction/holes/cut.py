@@ -15,7 +15,7 @@ from autobalance.correction.holes.hole import Hole
 from autobalance.correction.holes.sites import Places, Site, find_sites, make_holes, reach_of
 from autobalance.correction.holes.surface import Surface
 from autobalance.correction.holes.walls import HoleLimits
-from autobalance.correction.kind import KEPT_MM
+from autobalance.correction.kind import ENTRY_MM, KEPT_MM
 from autobalance.crank.anatomy import Anatomy
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
@@ -113,5 +113,3 @@ def is_kept_hole(cut: HoleCut, item: Item) -> bool:
 
 
 SAME_MM = 1e-6
-ENTRY_MM = 1.0
-"""How far along its axis a kept hole may begin elsewhere."""

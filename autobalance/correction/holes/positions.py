@@ -6,7 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from autobalance.correction.contract import Item
 from autobalance.correction.holes.surface import Axis
+from autobalance.correction.kind import ENTRY_MM
+from autobalance.correction.trace import turn_deg
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
 
@@ -38,6 +41,15 @@ class Position:
             return aside <= AT_MM and abs(z - self.z_mm) <= AT_MM
         from_side = int(inward_z < 0.0)
         return aside <= AT_MM and abs(radius - self.radius_mm) <= AT_MM and from_side == self.side(web)
+
+
+def listed_position(item: Item) -> tuple[float, ...]:
+    """Return the position of a listed hole as a job names it: angle [deg] and z [mm], axial: radius [mm]."""
+    x, y, z = (float(each) for each in item["position_mm"])
+    if item["direction"] == "radial":
+        return turn_deg(x, y), z
+    # its entry is on the web's very face, which may lie a little deeper now
+    return turn_deg(x, y), z + float(item["inward"][2]) * ENTRY_MM, math.hypot(x, y)
 
 
 def positions_of(listed: Sequence[Sequence[float]] | None, anatomy: Anatomy) -> tuple[Position, ...] | None:

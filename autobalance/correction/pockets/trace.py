@@ -24,6 +24,7 @@ from autobalance.correction.trace import (
     slack_mm,
     stated_number,
     stated_size,
+    stated_vector,
     web_at,
     where_listed,
 )
@@ -35,6 +36,28 @@ from autobalance.units import wrapped_deg
 
 WALL_MM = 5e-3
 """Walls are found so exactly on files that were rounded."""
+
+
+def listed_pocket(item: Item) -> Pocket:
+    """Return the pocket of a listed correction.
+
+    Raises
+    ------
+    FormatError
+        If its corners are too large for it.
+    """
+    inner, outer = (stated_number(item, f"{name}_radius_mm") for name in ("inner", "outer"))
+    start, end = (math.radians(stated_number(item, f"{name}_deg")) for name in ("start", "end"))
+    end = start + (end - start) % (2.0 * math.pi)
+    pocket = Pocket(inner, outer, start, end, stated_number(item, "corner_radius_mm"))
+    if not pocket.has_room:
+        raise FormatError("corner_radius_mm of a correction of kind 'mill' is too large for its pocket")
+    return pocket
+
+
+def listed_side(item: Item) -> int:
+    """Return from which side a listed pocket is milled: 1 from +z, -1 from -z."""
+    return 1 if stated_number(item, "face_z_mm") > stated_vector(item, "position_mm")[2] else -1
 
 
 @dataclass(frozen=True)
@@ -76,13 +99,7 @@ class PocketTrace:
     @cached_property
     def _pocket(self) -> Pocket:
         """The pocket as listed."""
-        inner, outer = (stated_number(self.item, f"{name}_radius_mm") for name in ("inner", "outer"))
-        start, end = (math.radians(stated_number(self.item, f"{name}_deg")) for name in ("start", "end"))
-        end = start + (end - start) % (2.0 * math.pi)
-        pocket = Pocket(inner, outer, start, end, stated_number(self.item, "corner_radius_mm"))
-        if not pocket.has_room:
-            raise FormatError("corner_radius_mm of a correction of kind 'mill' is too large for its pocket")
-        return pocket
+        return listed_pocket(self.item)
 
     def room(self, crank: Before) -> Solid:
         """All between the radii and the angles, from the cheek down."""

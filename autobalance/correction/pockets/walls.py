@@ -28,6 +28,7 @@ class Below:
     """
 
     crank: Solid
+    web: int
     z_mm: float
     up: float
     behind_mm: float
@@ -38,7 +39,7 @@ class Below:
         """Return what lies below a face that looks along the axis."""
         up, z = math.copysign(1.0, float(face.normal[2])), float(face.centroid_mm[2])
         behind = z - web.z_min_mm if up > 0.0 else web.z_max_mm - z
-        return cls(crank, z, up, behind, 2.0 * face.spread_mm + 2.0 * SKIN_MM)
+        return cls(crank, web.number, z, up, behind, 2.0 * face.spread_mm + 2.0 * SKIN_MM)
 
     def wall_left_mm(self, pocket: Region, depth_mm: float) -> float:
         """Return the least distance from a pocket's sides and floor to any surface but the cheek."""
