@@ -13,7 +13,8 @@ from autobalance.types import Array
 
 PIN_SEGMENTS = 96
 SLIGHTLY = 1e-4
-"""Share by which the flats of a crankpin that is put in lie outside its bore: no sliver is left between."""
+"""Share by which the flats of a crankpin that is put in lie outside its bore, and its ends outside its webs:
+no sliver is left between, nor where two planes are one but for rounding."""
 BEYOND, BEHIND = 1.15, 0.1
 """Where a web is looked for behind its crankpin, and how far about, over the crankpin's radius."""
 
@@ -46,7 +47,8 @@ def with_crankpins(solid: Solid, crank: Crank) -> Solid:
         outside = throw.direction * (throw.crank_radius_mm + BEYOND * radius)
         low = _metal_mm(solid, webs[0], outside, BEHIND * radius)[0]
         high = _metal_mm(solid, webs[1], outside, BEHIND * radius)[1]
-        solid = solid + Solid.prism(Region.circle(radius, PIN_SEGMENTS, place), low, high)
+        proud = SLIGHTLY * pin.diameter_mm
+        solid = solid + Solid.prism(Region.circle(radius, PIN_SEGMENTS, place), low - proud, high + proud)
     return solid
 
 

@@ -70,11 +70,13 @@ def bodies_of_solid(
     rings: Sequence[FilletRing] = (),
     share_of_fillet: float = SHARE_OF_RADIUS,
     rough: bool = False,
+    merged_mm: Sequence[float] = FINEST_MM,
 ) -> list[ElasticBody]:
     """Return meshes of a solid, of so many times a size each; None: chosen.
 
     Fillets that are ``rings`` have elements of a share of their radius, on their true arcs. With a deadline,
     no try has more than half of what is left until then. ``rough``: as `meshes_of` has it.
+    ``merged_mm``: edges shorter than this are merged, tried one after the other.
 
     Raises
     ------
@@ -85,7 +87,7 @@ def bodies_of_solid(
     """
     points = [ring.sizes(share_of_fillet) for ring in rings]
     finer = (np.vstack([p for p, _ in points]), np.concatenate([s for _, s in points])) if points else None
-    for finest in FINEST_MM:
+    for finest in merged_mm:
         longest = {} if deadline is None else {"longest_s": deadline.share_s()}
         _, soup = through_file((solid.simplified(finest) if finest else solid).mesh, "stl", 1.0)
         mesh = mesh_of_soup(soup)
@@ -96,6 +98,6 @@ def bodies_of_solid(
             )
             return [ElasticBody.of(on_arcs(each, rings)) for each in meshes]
         except SolidError:
-            if finest == FINEST_MM[-1]:
+            if finest == merged_mm[-1]:
                 raise
     raise AssertionError  # the last size has returned or raised

@@ -26,6 +26,8 @@ COARSER = 3.0
 """Over the usual size of elements: to be done in seconds."""
 SHARE_OF_RADIUS = 1.6
 """Size of elements on a curved surface, over its radius."""
+MERGED_MM = (1e-2, 2e-2, 5e-2, 0.0)
+"""Edges shorter than this are merged, tried one after the other: the mesher crashes on some, and is quick."""
 LONGEST_S = 40.0
 """Processor time for the meshes [s]."""
 SHARE_OF_SURFACE = 0.01
@@ -193,7 +195,9 @@ def _by_elements(
         area = area or SHARE_OF_SURFACE * surface
         size = COARSER * default_size_mm(piece.volume_mm3, surface)
         try:
-            body = bodies_of_solid(piece, size, (1.0,), SHARE_OF_RADIUS, deadline, rough=True)[0]
+            body = bodies_of_solid(
+                piece, size, (1.0,), SHARE_OF_RADIUS, deadline, rough=True, merged_mm=MERGED_MM
+            )[0]
             surface_MPa = throw_bending_MPa(body, STEEL, throw.direction)
         except AutobalanceError as error:  # the sections hold all the same
             return ThrowElements(throw.number, None, None, None, _spent_s() - begun, str(error))

@@ -18,8 +18,7 @@ from autobalance.report.records.bending import Bending as BendingRecord
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from tests.cranks import Shape, make_crank
-from tests.generated import generated_crank
-from tests.jobs import write_stl
+from tests.jobs import whole_job
 
 MOMENT_N_MM, FORCE_N = 50_000.0, 1000.0
 
@@ -39,29 +38,16 @@ def test_the_weakest_section_of_a_bar_is_that_of_a_beam() -> None:
     assert stress == pytest.approx(nominal * wide / (wide - 8.0), rel=1e-3)
 
 
-def drilled_job(folder: Path) -> Path:
-    """A single whose holes may go anywhere."""
-    write_stl(folder / "crank.stl", generated_crank("single", segments=16).mesh.corners)
-    (folder / "job.toml").write_text(
-        '[crankshaft]\nfile = "crank.stl"\nunit = "mm"\ndensity_kg_m3 = 7850.0\n'
-        "[engine.rotating_g]\nrod = 120.0\n[engine.reciprocating_g]\npiston = 200.0\n"
-        '[balance]\nfactor = 0.3\ngrade = 16\nspeed_rpm = 9000\njudge = "static"\n'
-        '[correction]\nmethod = "drill"\n',
-        encoding="utf-8",
-    )
-    return folder / "job.toml"
-
-
 def test_balance_shows_stress_before_and_after(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("netgen")
-    job = ab.read_job(drilled_job(tmp_path))
+    job = ab.read_job(whole_job(tmp_path, "straight"))  # pressed up: its crankpin is put in
     result = ab.balance(job, fem=True)
     report = result.report
     bending = report["bending"]
     radius = report["crank"]["throws"][0]["crank_radius_mm"]
-    assert bending["force_N"] == pytest.approx([320.0 * radius * (9000.0 * np.pi / 30.0) ** 2 * 1e-6])
+    assert bending["force_N"] == pytest.approx([395.54 * radius * (15200.0 * np.pi / 30.0) ** 2 * 1e-6])
     assert [each["web"] for each in bending["webs"]] == [1, 2]
-    for web in bending["webs"]:  # holes in counterweights take nothing from between journal and crankpin
+    for web in bending["webs"]:  # lower shoulders take nothing from between journal and crankpin
         assert web["after_MPa"] == pytest.approx(web["before_MPa"], rel=1e-6)
     elements = bending["elements"]
     assert elements["failed"] is None

@@ -6,9 +6,12 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 import autobalance as ab
+from autobalance.api.crank import read_crank
+from autobalance.bundled import bundled_folder
 from autobalance.crank.parametric.design import PRESETS, Bay
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.errors import UsageError
@@ -124,6 +127,17 @@ def test_crankpins_are_put_into_a_crank_without_them() -> None:
     length = design.crankpin.width_mm + 2.0 * design.web.thickness_mm
     pin = 0.25 * math.pi * design.crankpin.diameter_mm**2 * length
     assert joined.volume_mm3 - apart.volume_mm3 == pytest.approx(pin, rel=3e-3)  # flats of both
+
+
+def test_a_crankpin_that_is_put_in_leaves_no_slivers() -> None:
+    """Its ends lay in the planes of the webs but for rounding: the mesher crashed on what that left."""
+    file = bundled_folder() / "crf250r" / "straight" / "crank.stl"
+    measured = read_crank(file, "mm", crankpin_in_file=False).measured
+    joined = with_crankpins(measured.source.solid.moved(measured.anatomy.file_to_rotor), measured)
+    mesh = joined.simplified(1e-2).mesh
+    corners = mesh.vertices[mesh.triangles]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    assert (mesh.doubled_areas / longest).min() > 1e-3
 
 
 def test_a_chain_has_no_metal() -> None:
