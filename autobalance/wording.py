@@ -89,11 +89,6 @@ def degrees(value_deg: float, digits: int = 1) -> str:
     return f"{round(value_deg % 360.0, digits) % 360.0:.{digits}f}°"
 
 
-def whole_degrees(vector: Any) -> str:
-    """Return the direction of a vector in whole degrees, 0 to 359."""
-    return f"{round(angle_deg(vector)) % 360}°"
-
-
 def at(report: Mapping[str, Any], path: str) -> Any:
     """Return what stands at a dotted path, ``planes.0.z_mm``; None where the path ends early."""
     here: Any = report

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 from autobalance.units import G_MM_PER, G_MM_PER_OZ_IN, G_PER, G_PER_KG, G_PER_OZ, MM_PER
-from autobalance.wording import number
+from autobalance.wording import degrees, number
 
 UnitSystem = Literal["metric", "inch"]
 KG_MM2_PER_LB_IN2 = G_PER["lb"] / G_PER_KG * MM_PER["inch"] ** 2
@@ -55,6 +55,22 @@ class DisplayUnits:
         """Return an unbalance with its unit; ounce-inches with gram-inches, which machines show."""
         shown = f"{fixed(value_g_mm / self.g_mm_per_unbalance, self.unbalance_digits)} {self.unbalance}"
         return shown if self.is_metric else f"{shown} ({fixed(value_g_mm / G_MM_PER['g·in'], 2)} g·in)"
+
+    def heavy_at(self, size_g_mm: float, angle_deg: float, digits: int = 1) -> str:
+        """Return where an unbalance points, as a cell holds it; a dash where none of it is shown.
+
+        Examples
+        --------
+        >>> ON_SCREEN["metric"].heavy_at(0.004, 90.0), ON_SCREEN["metric"].heavy_at(0.006, 90.0)
+        ('–', '90.0°')
+        """
+        shown = round(size_g_mm / self.g_mm_per_unbalance, self.unbalance_digits)
+        return degrees(angle_deg, digits) if shown else number(None)
+
+    def of_vector(self, size_g_mm: float, angle_deg: float, digits: int = 1) -> str:
+        """Return an unbalance with its unit, and where it points if any of it is shown."""
+        at, size = self.heavy_at(size_g_mm, angle_deg, digits), self.of_unbalance(size_g_mm)
+        return size if at == number(None) else f"{size} at {at}"
 
     def of_volume(self, value_mm3: float) -> str:
         """Return a volume with its unit."""

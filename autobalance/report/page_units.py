@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from contextvars import ContextVar
 
 from autobalance.report.display_units import KG_MM2_PER_LB_IN2, ON_SCREEN, DisplayUnits
-from autobalance.wording import number
+from autobalance.wording import angle_deg, number
 
 PAGE_UNITS: ContextVar[DisplayUnits] = ContextVar("PAGE_UNITS", default=ON_SCREEN["metric"])
 """The units of the page that is being written."""
@@ -15,6 +17,11 @@ def unbalance(value_g_mm: float | None, digits: int = 2) -> str:
     """Return an unbalance in the page's units, without their name."""
     value, digits = shown(value_g_mm, "_g_mm", digits)
     return number(value, digits)
+
+
+def heavy_at(vector_g_mm: Sequence[float], digits: int = 0) -> str:
+    """Return where an unbalance points; a dash where none of it is shown."""
+    return PAGE_UNITS.get().heavy_at(math.hypot(*vector_g_mm), angle_deg(vector_g_mm), digits)
 
 
 def length(value_mm: float | None, digits: int = 3) -> str:

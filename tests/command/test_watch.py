@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from autobalance.command.main import main
-from autobalance.report.shop.big_text import GLYPHS, big_vectors
+from autobalance.report.shop.big_text import GLYPHS, big_text, big_vectors, vectors_text
 from tests import jobs
 
 MACHINE = """
@@ -147,6 +147,11 @@ def test_large_vectors_have_a_glyph_for_every_sign() -> None:
     assert len(text.splitlines()) == 11
     assert {len(row) for glyph in GLYPHS.values() for row in glyph} <= {2, 3}
     assert all(len({len(row) for row in glyph}) == 1 for glyph in GLYPHS.values())
+
+
+def test_nothing_points_nowhere() -> None:
+    assert vectors_text({"A": 0.04 + 0.0j, "B": -2.0 + 0.0j}) == "A 0.0 g·mm   B 2.0 g·mm at 180°"
+    assert big_vectors({"A": 1e-3j}) == big_text("A 0.0")
 
 
 def test_the_wizard_computes_from_readings(

@@ -300,6 +300,9 @@ def test_a_polar_plot_points_to_the_heavy_side() -> None:
         f'L{middle - RADIUS:.2f} {middle:.2f}"' in drawn
     )  # 90° is left: crankpin 1 is up, counter-clockwise
     assert f'L{middle:.2f} {middle - RADIUS / 5.0:.2f}"' in drawn  # 0° is up, at a fifth of 1.25 × 4
+    assert "before · 10.00 at 90°" in drawn
+    nothing = figure("Resultant", state(0.0, 10.0), state(1e-9, 0.0), {"permissible_g_mm": 4.0})
+    assert "after · 0.00</text>" in nothing
 
 
 def test_notes_stand_on_the_page_as_text(report: dict[str, Any]) -> None:

@@ -24,7 +24,7 @@ def assembly_text(stages: Sequence[Mapping[str, Any]], units: DisplayUnits) -> s
                 f"  {each['stage']}. {each['name']}{shaft}",
                 units.of_mass(each["mass_g"]),
                 units.of_unbalance(each["sum"]["magnitude_g_mm"]),
-                f"{each['sum']['angle_deg']:.1f}°",
+                units.heavy_at(each["sum"]["magnitude_g_mm"], each["sum"]["angle_deg"]),
                 units.of_unbalance(each["permissible_g_mm"]),
                 "within" if each["within"] else "ABOVE",
                 corrections,

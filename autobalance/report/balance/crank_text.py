@@ -180,8 +180,7 @@ def _pin_cells(pin: Values, units: DisplayUnits) -> tuple[str, str, str]:
 def _bare(report: Values, units: DisplayUnits) -> str:
     initial = report["initial"]
     lines = [
-        f"Unbalance of the bare crank: {units.of_unbalance(initial['magnitude_g_mm'])} "
-        f"at {degrees(initial['angle_deg'])}"
+        "Unbalance of the bare crank: " + units.of_vector(initial["magnitude_g_mm"], initial["angle_deg"])
     ]
     lines += [
         f"  plane {plane['name']}: {units.of_unbalance(plane['magnitude_g_mm'])}"
@@ -206,8 +205,8 @@ def _with_bob_weights(loaded: Values | None, units: DisplayUnits) -> str:
             (
                 f"  {plane or each['name']}",
                 units.of_unbalance(each["magnitude_g_mm"]),
-                degrees(each["angle_deg"]),
-                degrees(each["add_at_deg"]),
+                units.heavy_at(each["magnitude_g_mm"], each["angle_deg"]),
+                units.heavy_at(each["magnitude_g_mm"], each["add_at_deg"]),
                 units.of_unbalance(each["permissible_g_mm"]),
                 "within" if each["within"] else "ABOVE",
             )

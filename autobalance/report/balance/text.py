@@ -13,7 +13,7 @@ from autobalance.report.balance.scan_text import against_text
 from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.report.tables import table
 from autobalance.types import Values
-from autobalance.wording import NOT_PROVEN, degrees, is_unproven
+from autobalance.wording import NOT_PROVEN, degrees, is_unproven, number
 
 OUTCOMES = {
     "within_tolerance": "WITHIN TOLERANCE",
@@ -159,15 +159,21 @@ def _before_and_after(report: Values, units: DisplayUnits) -> str:
                 units.of_unbalance(plane["permissible_g_mm"]),
             )
         )
-    heavy = report["residual"]["angle_deg"]
     return (
         table(rows)
-        + f"\n  residual heavy spot at {degrees(heavy)} from throw 1, counter-clockwise seen from +z;"
+        + f"\n  {_heavy_spot(report['residual'], units)};"
         + f" G {tolerance['grade_mm_s']:g} at {tolerance['speed_rpm']:g} rpm,"
         + f" rotor {units.of_mass(tolerance['rotor_mass_g'])}; {passes} pass{'' if passes == 1 else 'es'}"
         + _uncertainty(report["residual"], units)
         + _margin(report)
     )
+
+
+def _heavy_spot(residual: Values, units: DisplayUnits) -> str:
+    at = units.heavy_at(residual["magnitude_g_mm"], residual["angle_deg"])
+    if at == number(None):
+        return "no heavy spot is left"
+    return f"residual heavy spot at {at} from throw 1, counter-clockwise seen from +z"
 
 
 def _plus_minus(unbalance: Values, units: DisplayUnits) -> str:
@@ -227,7 +233,8 @@ def _external(report: Values, units: DisplayUnits) -> str:
     rows: list[Sequence[str]] = [("External part", "carries", "at", "may be off")]
     for each in parts:
         size, off = (units.of_unbalance(each[key]) for key in ("magnitude_g_mm", "pm_g_mm"))
-        rows.append((f"  {each['name']}", size, f"{each['angle_deg']:.1f}°", f"± {off}"))
+        at = units.heavy_at(each["magnitude_g_mm"], each["angle_deg"])
+        rows.append((f"  {each['name']}", size, at, f"± {off}"))
     return table(rows)
 
 

@@ -20,7 +20,7 @@ from autobalance.report.page.cells import cell, span
 from autobalance.report.page.forces import force_rows
 from autobalance.report.page.templates import rendered
 from autobalance.report.page.view import view_data
-from autobalance.report.page_units import PAGE_UNITS
+from autobalance.report.page_units import PAGE_UNITS, heavy_at
 from autobalance.report.pictures import polar
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Report
@@ -33,7 +33,6 @@ from autobalance.wording import (
     part_name,
     verdict,
     weights,
-    whole_degrees,
 )
 
 COUNTS_AS = {
@@ -169,5 +168,5 @@ def _corrections(report: Report) -> Iterator[dict[str, Any]]:
             "noun": kinds.noun(item),
             "details": ", ".join(part for part in (kinds.place(item), size) if part),
             "effect_g_mm": math.hypot(*item["unbalance_change_g_mm"]),
-            "heavy_at": whole_degrees(item["unbalance_change_g_mm"]),
+            "heavy_at": heavy_at(item["unbalance_change_g_mm"]),
         }

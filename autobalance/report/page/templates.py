@@ -11,8 +11,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from autobalance.report.display_units import in_units
-from autobalance.report.page_units import PAGE_UNITS, inertia_unit, length, mass, unbalance
-from autobalance.wording import degrees, number, whole_degrees
+from autobalance.report.page_units import PAGE_UNITS, heavy_at, inertia_unit, length, mass, unbalance
+from autobalance.wording import degrees, number
 
 SOURCE = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
 """What a page may load: nothing but what it holds (a Content-Security-Policy)."""
@@ -43,7 +43,7 @@ def _environment() -> Environment:
         "script": script,
         "number": number,
         "degrees": degrees,
-        "whole_degrees": whole_degrees,
+        "heavy_at": heavy_at,
         "length": length,
         "mass": mass,
         "unbalance": unbalance,

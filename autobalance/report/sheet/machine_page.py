@@ -45,17 +45,17 @@ def _unbalance_row(
     return [
         name,
         both_g_mm(before["magnitude_g_mm"], u),
-        _heavy(before, zero),
+        _heavy(before, u, zero),
         both_g_mm(after["magnitude_g_mm"], u),
-        _heavy(after, zero),
+        _heavy(after, u, zero),
         NONE if doubt is None else f"± {u.g_mm(doubt)}",
         both_g_mm(limit["permissible_g_mm"], u),
     ]
 
 
-def _heavy(unbalance: Report, zero: Zero) -> str:
+def _heavy(unbalance: Report, u: DisplayUnits, zero: Zero) -> str:
     x, y = unbalance["unbalance_g_mm"]
-    return degrees(math.degrees(math.atan2(y, x)) - zero.angle_deg)
+    return u.heavy_at(math.hypot(x, y), math.degrees(math.atan2(y, x)) - zero.angle_deg)
 
 
 def judged_words(report: Report, zero: Zero) -> str:
@@ -87,9 +87,9 @@ def external_table(report: Report, u: DisplayUnits, wide_mm: float, zero: Zero) 
                 str(part["name"]),
                 u.mm(part["z_mm"]),
                 both_g_mm(part["magnitude_g_mm"], u),
-                _heavy(part, zero),
+                _heavy(part, u, zero),
                 both_g_mm(math.hypot(*part["change_g_mm"]), u),
-                _heavy(change, zero),
+                _heavy(change, u, zero),
                 f"± {u.g_mm(part['pm_g_mm'])}",
             ]
         )
@@ -102,11 +102,11 @@ def reading_words(report: Report, u: DisplayUnits, zero: Zero) -> list[str]:
     reading = stages[-1].get("reading") if stages else None
     if not stages or reading is None:
         return []
-    places = [f"{u.of_unbalance(reading['magnitude_g_mm'])} at {_heavy(reading, zero)}"]
-    places += [
-        f"plane {plane['name']} {u.of_unbalance(plane['magnitude_g_mm'])} at {_heavy(plane, zero)}"
-        for plane in reading["planes"]
-    ]
+    parts = [("", reading), *((f"plane {plane['name']} ", plane) for plane in reading["planes"])]
+    places = []
+    for name, part in parts:
+        size, at = u.of_unbalance(part["magnitude_g_mm"]), _heavy(part, u, zero)
+        places.append(name + size + ("" if at == NONE else f" at {at}"))
     return [f"Stage {stages[-1]['stage']}, answers the reading: {', '.join(places)} (heavy side)."]
 
 
@@ -241,7 +241,7 @@ def _stage_row(stage: Report, u: DisplayUnits, zero: Zero) -> list[str]:
         pair(stage["runout_g_mm"]),
         pair(stage["key_g_mm"]),
         u.g_mm(stage["sum"]["magnitude_g_mm"]),
-        degrees(stage["sum"]["angle_deg"] - from_deg),
+        u.heavy_at(stage["sum"]["magnitude_g_mm"], stage["sum"]["angle_deg"] - from_deg),
         u.g_mm(stage["permissible_g_mm"]),
         "within" if stage["within"] else "ABOVE",
         words or NONE,

@@ -10,6 +10,7 @@ from typing import Any
 
 from autobalance.report.shop.reading_template import UMAR_G_MM, URR_PERCENT
 from autobalance.units import wrapped_deg
+from autobalance.wording import degrees
 
 GLYPHS: Mapping[str, tuple[str, ...]] = {
     "0": ("███", "█ █", "█ █", "█ █", "███"),
@@ -50,7 +51,7 @@ def big_text(text: str) -> str:
 def vectors_text(vectors: Mapping[str, complex]) -> str:
     """Return vectors in one line: amount and angle of each plane, as the machine counts."""
     parts = (
-        f"{name or 'resultant'} {abs(each):.1f} g·mm at {_degrees(each):.0f}°"
+        f"{name or 'resultant'} {abs(each):.1f} g·mm" + _pointing(each, " at ")
         for name, each in vectors.items()
     )
     return "   ".join(parts)
@@ -59,7 +60,7 @@ def vectors_text(vectors: Mapping[str, complex]) -> str:
 def big_vectors(vectors: Mapping[str, complex]) -> str:
     """Return vectors in large letters, a plane below the other: g·mm and degrees."""
     blocks = (
-        big_text(f"{name} {abs(each):.1f}  {_degrees(each):.0f}°".strip()) for name, each in vectors.items()
+        big_text(f"{name} {abs(each):.1f}{_pointing(each, '  ')}".strip()) for name, each in vectors.items()
     )
     return "\n\n".join(blocks)
 
@@ -81,6 +82,11 @@ def settled_toml(vectors: Mapping[str, complex], reading: Mapping[str, Any], spe
         lines += ["", "[[plane]]", *([f'at = "{name}"'] if name else [])]
         lines += [f"g_mm = {round(abs(each), 6)!r}", f"angle_deg = {round(_degrees(each), 6)!r}"]
     return "\n".join(lines) + "\n"
+
+
+def _pointing(vector: complex, before: str) -> str:
+    """Return the angle of a vector after some text; nothing of a vector that is shown as 0.0."""
+    return f"{before}{degrees(_degrees(vector), 0)}" if round(abs(vector), 1) else ""
 
 
 def _degrees(vector: complex) -> float:

@@ -23,7 +23,11 @@ def influence_text(report: Values, units: DisplayUnits) -> str:
     if report["add_to_left"] is not None:
         rows: list[Sequence[str]] = [("With the trials left on", "add", "at")]
         rows += [
-            (f"  {each['plane']}", units.of_unbalance(each["g_mm"]), f"{each['angle_deg']:.2f}°")
+            (
+                f"  {each['plane']}",
+                units.of_unbalance(each["g_mm"]),
+                units.heavy_at(each["g_mm"], each["angle_deg"], 2),
+            )
             for each in report["add_to_left"]
         ]
         parts.insert(2, table(rows))
@@ -42,8 +46,8 @@ def _corrections(corrections: Sequence[Values], units: DisplayUnits) -> str:
             (
                 f"  {each['plane']}",
                 units.of_unbalance(each["g_mm"]),
-                f"{each['angle_deg']:.2f}°",
-                f"{each['remove_angle_deg']:.2f}°",
+                units.heavy_at(each["g_mm"], each["angle_deg"], 2),
+                units.heavy_at(each["g_mm"], each["remove_angle_deg"], 2),
                 weight,
             )
         )

@@ -83,7 +83,7 @@ def _reading(report: Values, units: DisplayUnits) -> str:
                 f"  {plane['name']}",
                 units.of_unbalance(true.get(plane["name"], report["rotor"]["magnitude_g_mm"])),
                 units.of_unbalance(plane["g_mm"]),
-                f"{plane['angle_deg']:.2f}°",
+                units.heavy_at(plane["g_mm"], plane["angle_deg"], 2),
                 "" if depth is None else units.of_length(depth),
                 units.of_unbalance(left["g_mm"]),
             )
