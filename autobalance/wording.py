@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from autobalance.units import wrapped_deg
@@ -87,6 +87,23 @@ def degrees(value_deg: float, digits: int = 1) -> str:
     ('0.0°', '359.5°')
     """
     return f"{round(value_deg % 360.0, digits) % 360.0:.{digits}f}°"
+
+
+def listed_numbers(numbers: Iterable[int]) -> str:
+    """Return numbers in runs.
+
+    Examples
+    --------
+    >>> listed_numbers([1, 2, 3, 7])
+    '1-3, 7'
+    """
+    runs: list[list[int]] = []
+    for each in sorted(numbers):
+        if runs and each == runs[-1][1] + 1:
+            runs[-1][1] = each
+        else:
+            runs.append([each, each])
+    return ", ".join(f"{first}" if first == last else f"{first}-{last}" for first, last in runs)
 
 
 def at(report: Mapping[str, Any], path: str) -> Any:

@@ -14,6 +14,7 @@ from autobalance.crank.anatomy import Anatomy, Pin, Web
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import least_and_greatest
 from autobalance.types import Array, Indices
+from autobalance.wording import listed_numbers
 
 COLUMNS = 48
 """Columns of metal across the greater side of what is looked at, in each direction."""
@@ -72,13 +73,17 @@ def least_share(metal: Sequence[WebMetal]) -> float | None:
 def weak_places(
     metal: Sequence[WebMetal], corrections: Sequence[Correction], anatomy: Anatomy, first: int = 1
 ) -> tuple[str, ...]:
-    """Return what cuts weaken, a line each: webs, walls thin for their hole, holes near a fillet."""
+    """Return what cuts weaken, a line each: webs, walls thin for their hole, holes near a fillet.
+
+    Cuts of which the same is said share a line.
+    """
     lines = [
         f"web {each.web}: {each.thinnest_mm:.1f} mm of metal left between crankpin and main journal, "
         f"{each.thinnest_before_mm:.1f} mm before"
         for each in metal
         if each.thinnest_mm < THINNED_SHARE * each.thinnest_before_mm
     ]
+    weak: dict[str, list[int]] = {}
     for number, cut in enumerate(corrections, first):
         diameter = cut.details.get("diameter_mm")
         if diameter is None or cut.axis is None:
@@ -87,15 +92,15 @@ def weak_places(
         wall = cut.details.get("wall_left_mm")
         near, thin = NEAR_DIAMETERS * diameter, wall is not None and float(wall) < NEAR_DIAMETERS * diameter
         if distance < near:
-            lines.append(
-                f"cut {number}: {distance:.1f} mm from the fillet of {name}, "
-                f"{distance / diameter:.2f} of its diameter of {diameter:g} mm"
-            )
+            says = f"{distance:.1f} mm from the fillet of {name}, {distance / diameter:.2f}"
         elif thin and wall is not None:
-            lines.append(
-                f"cut {number}: a wall of {wall:.1f} mm beside it, {wall / diameter:.2f} of its diameter of "
-                f"{diameter:g} mm"
-            )
+            says = f"a wall of {wall:.1f} mm beside it, {wall / diameter:.2f}"
+        else:
+            continue
+        weak.setdefault(f"{says} of its diameter of {diameter:g} mm", []).append(number)
+    for says, numbers in weak.items():
+        name = "cut" if len(numbers) == 1 else "each of cuts"
+        lines.append(f"{name} {listed_numbers(numbers)}: {says}")
     return tuple(lines)
 
 

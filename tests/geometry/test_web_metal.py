@@ -78,6 +78,9 @@ def test_a_hole_near_a_fillet_is_said_with_its_distance() -> None:
         "cut 4: 0.5 mm from the fillet of main journal 1, 0.06 of its diameter of 8 mm",
         "cut 5: a wall of 1.5 mm beside it, 0.19 of its diameter of 8 mm",
     )
+    assert weak_places((), (thin, thin, good, thin), anatomy) == (
+        "each of cuts 1-2, 4: a wall of 1.5 mm beside it, 0.19 of its diameter of 8 mm",
+    )
 
 
 def test_drilling_the_counterweights_leaves_the_webs_as_they_are() -> None:

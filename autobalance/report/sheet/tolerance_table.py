@@ -12,6 +12,7 @@ from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.tolerances import CARE, SHARE, USUAL, Held, Tolerances
 from autobalance.types import Item
+from autobalance.wording import listed_numbers
 
 NONE = "–"
 ENOUGH = 0.5
@@ -53,7 +54,7 @@ def tolerance_table(
         rows.append(
             [
                 kinds.noun(own[0]),
-                _numbers([int(item["number"]) for item in own]),
+                f"No {listed_numbers(int(item['number']) for item in own)}",
                 _plus_minus(values.get("angle_deg"), 3, "°"),
                 *(
                     _plus_minus(
@@ -96,14 +97,3 @@ def _plus_minus(value: float | None, digits: int, unit: str = "") -> str:
 def _cut(value: float, digits: int) -> float:
     """Return a value cut after some decimals; rounding of binary fractions does not count."""
     return math.floor(value * 10.0**digits + 1e-6) / 10.0**digits
-
-
-def _numbers(numbers: Sequence[int]) -> str:
-    """Return numbers in runs: ``all of 1-12, 14``."""
-    runs: list[list[int]] = []
-    for each in sorted(numbers):
-        if runs and each == runs[-1][1] + 1:
-            runs[-1][1] = each
-        else:
-            runs.append([each, each])
-    return "No " + ", ".join(f"{a}" if a == b else f"{a}-{b}" for a, b in runs)
