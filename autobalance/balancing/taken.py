@@ -13,6 +13,7 @@ from autobalance.correction.contract import Correction
 from autobalance.correction.cut import Made, as_taken
 from autobalance.correction.faces.patches import face_frame
 from autobalance.correction.outline import listed_outline, loops_area_mm2, side_of
+from autobalance.solid.csg.solid import union
 from autobalance.types import Array
 
 if TYPE_CHECKING:
@@ -63,13 +64,18 @@ def taken_of_scan(
 
     Where that begins is planned on the fitted plane; how much it is, its waves and rounded edges decide.
     """
-    left, frame = rotor.solid, rotor.anatomy.file_to_rotor
+    frame = rotor.anatomy.file_to_rotor
+    tools = [
+        None if cut.adds_metal else cut.tool(depth).moved(rotor.anatomy.rotor_to_file)
+        for cut, depth in cut_depths
+    ]
+    # once for all tools: each boolean with the whole scan takes as long as cutting it
+    left = rotor.solid & union([tool for tool in tools if tool is not None])
     measured = []
-    for (cut, depth), planned in zip(cut_depths, corrections, strict=True):
-        if cut.adds_metal:
+    for (cut, depth), tool, planned in zip(cut_depths, tools, corrections, strict=True):
+        if tool is None:
             measured.append(planned)
             continue
-        tool = cut.tool(depth).moved(rotor.anatomy.rotor_to_file)
         metal = tool & left
         if metal.is_empty:
             measured.append(planned)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.correction.faces.curve import NODES, DepthCurve
+from autobalance.correction.faces.curve import NODES, ROUGH_CHECK_SHARE, DepthCurve
 
 
 def test_a_polynomial_is_exact_from_one_piece_also_above_its_first_sample() -> None:
@@ -44,3 +44,15 @@ def test_a_kink_that_is_told_is_exact() -> None:
 def test_a_kink_that_is_not_told_is_closed_in_on() -> None:
     curve = DepthCurve(lambda d: np.array([math.sqrt(max(d - 1.23, 0.0))]), 0.0, 2.0, np.ones(1), np.zeros(0))
     assert curve.integral(2.0)[0] == pytest.approx(2.0 / 3.0 * 0.77**1.5, rel=2e-3)
+
+
+def test_waves_of_a_rough_face_take_few_samples_and_keep_the_integral() -> None:
+    asked = []
+
+    def sample(depth: float) -> np.ndarray:
+        asked.append(depth)
+        return np.array([2.0 + depth + 3e-4 * math.sin(40.0 * depth)])
+
+    curve = DepthCurve(sample, 0.0, 5.0, 7.0 * np.ones(1), np.zeros(0), ROUGH_CHECK_SHARE)
+    assert len(asked) == NODES[0]
+    assert curve.integral(5.0)[0] == pytest.approx(22.5, rel=1e-4)

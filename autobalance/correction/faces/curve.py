@@ -14,6 +14,8 @@ NODES = (5, 9)
 """Samples of a piece, and how many where that is too few: every other one must predict those between."""
 CHECK_SHARE = 1e-5
 """By how much these may be off, as a share of the greatest: all together are far nearer."""
+ROUGH_CHECK_SHARE = 1e-3
+"""The same of a rough surface, which no polynomial follows closer; what a cut takes of it is measured."""
 SPLITS = 3
 """How often a piece is split where they are farther off, which happens at a kink."""
 
@@ -72,13 +74,21 @@ class DepthCurve:
         What the components' errors are measured against.
     breaks : (k,) float
         Depths at which the curve may have a kink.
+    share : float
+        By how much samples that were left out may be off, as a share of the scale.
     """
 
     def __init__(
-        self, sample: Callable[[float], Array], least: float, most: float, scale: Array, breaks: Array
+        self,
+        sample: Callable[[float], Array],
+        least: float,
+        most: float,
+        scale: Array,
+        breaks: Array,
+        share: float = CHECK_SHARE,
     ) -> None:
         """Sample the curve as closely as it needs."""
-        self._sample, self._scale = sample, scale
+        self._sample, self._permitted = sample, share * scale
         self._breaks = breaks
         self._pieces: list[_Piece] = []
         self._add(least, most, SPLITS)
@@ -91,7 +101,7 @@ class DepthCurve:
             sampled |= {depth: self._sample(depth) for depth in depths if depth not in sampled}
             exact = np.stack([sampled[depth] for depth in depths])
             off = np.abs(rule.check @ exact[::2] - exact[1::2])
-            if is_close := bool((off <= CHECK_SHARE * self._scale).all()):
+            if is_close := bool((off <= self._permitted).all()):
                 break
         if splits and not is_close:
             inner = self._breaks[np.abs(self._breaks - middle) < 0.5 * half]

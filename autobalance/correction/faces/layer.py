@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.faces.curve import DepthCurve
+from autobalance.correction.faces.curve import ROUGH_CHECK_SHARE, DepthCurve
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
@@ -241,7 +241,8 @@ class FaceLayer:
         scale = moments_scale(self.outline, self.height_mm)
         if self.rough_mm == 0.0:
             return DepthCurve(at, self.grain_mm, most_mm, scale, breaks_mm)
-        return DepthCurve(at, 0.0, most_mm, scale, np.append(breaks_mm, self.rough_mm))
+        breaks = np.append(breaks_mm, self.rough_mm)
+        return DepthCurve(at, 0.0, most_mm, scale, breaks, ROUGH_CHECK_SHARE)
 
 
 def plane_moments(region: Region, z_mm: float) -> Moments:

@@ -15,6 +15,8 @@ VIEW_TRIANGLES = 100_000
 """A crank of more is shown decimated."""
 FINEST_VIEW = 4e-5
 """Share of a solid's size up to which edges are merged first: a twentieth of a pixel of a wide screen."""
+WAVES = 3.0
+"""A scan's edges are merged first up to so many times its roughness: steps from finer on merge hardly any."""
 PIECES_TRIANGLES = 50_000
 """The same of all removed metal; the two together keep the page below 5 MB."""
 
@@ -45,11 +47,12 @@ class Shown:
         A crank of more than ``most`` triangles is decimated before it is cut for the view: cutting it once
         more as it is would take longer than balancing it.
         """
-        crank = coarse_solid(before, most)
+        first = max(FINEST_VIEW * before.mesh.diagonal_mm, WAVES * report["crank"].get("roughness_mm", 0.0))
+        crank = coarse_solid(before, most, first)
         pieces = pieces_of(report, crank, tools)
         left = before if after is None else after
         cut = after if after is not None and crank is before else _cut(report, crank, tools)
-        body = coarse_solid(cut, most)
+        body = coarse_solid(cut, most, first)
         note = None
         if body.triangle_count < left.triangle_count:
             note = (
@@ -59,9 +62,8 @@ class Shown:
         return cls(body.mesh, coarse_pieces(report, pieces, before.mesh.diagonal_mm), note)
 
 
-def coarse_solid(solid: Solid, most: int = VIEW_TRIANGLES) -> Solid:
-    """Return a solid with no more triangles than that, decimated if it has more."""
-    step = FINEST_VIEW * solid.mesh.diagonal_mm
+def coarse_solid(solid: Solid, most: int, step: float) -> Solid:
+    """Return a solid with no more triangles than that; if it has more, decimated by ``step`` [mm] or more."""
     coarse = solid
     while coarse.triangle_count > most and step < solid.mesh.diagonal_mm:
         coarse = coarse.simplified(step)
