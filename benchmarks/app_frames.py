@@ -1,7 +1,8 @@
 """Measure the app's view under software rendering: opening, frames a second, picking, at many triangles.
 
-Run from a checkout with Chromium and its driver: ``python benchmarks/app_frames.py [TRIANGLES ...]``. The
-processor time of a frame is that of all processes of the browser: what it takes without a graphics card.
+Run from a checkout with Chromium and its driver: ``python benchmarks/app_frames.py [TRIANGLES | FILE ...]``,
+files that carry their unit. The processor time of a frame is that of all processes of the browser: what it
+takes without a graphics card.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import shutil
 import sys
 import tempfile
 import time
@@ -75,35 +77,45 @@ return [took[picks >> 1], took[Math.floor(0.99 * picks)]];
 
 
 def main() -> None:
-    """Measure at each number of triangles."""
-    for wanted in [int(text) for text in sys.argv[1:]] or [100_000, 1_000_000]:
+    """Measure each file, and a drawn crank of each number of triangles."""
+    for wanted in sys.argv[1:] or ["100000", "1000000"]:
         with tempfile.TemporaryDirectory() as folder:
             place = Path(folder)
-            crank = place / "crank.stl"
-            write_stl(
-                crank, crank_solid(PRESETS["inline-4"], round(128 * (wanted / 53_000) ** 0.5)).mesh.corners
-            )
-            splits = max(0, round(math.log(wanted / (crank.stat().st_size / BYTES_A_TRIANGLE), 4.0)))
-            corners = subdivided(crank, splits)
-            write_stl(crank, corners)
-            with served(place / "project") as app, browser(place / "profile", pixels=1.0) as page:
-                page.resize(1400, 900)
-                load(page, app)
-                page.click_on(at("bundled"))  # what runs need is loaded when the page is: wait for it
-                until(page, READY)
-                used, began = processor_s(), time.perf_counter()
-                page.run(EMPTY)
-                chosen(page, crank)  # a drop opens at once
-                sent = time.perf_counter() - began
-                until(page, SEEN, most_s=900.0)
-                seen, seen_s = time.perf_counter() - began, processor_s() - used
-                until(page, READY, most_s=900.0)
-                known, known_s = time.perf_counter() - began, processor_s() - used
-                times = (
-                    f"sent after {sent:.1f} s, in 3D {seen:.1f} s ({seen_s:.1f} s of processor time), "
-                    f"recognised {known:.1f} s ({known_s:.1f} s) after the drop"
-                )
-                print(f"{len(corners)} triangles: {times}; {frames(page)}", flush=True)
+            crank = drawn(int(wanted), place) if wanted.isdigit() else Path(shutil.copy(wanted, place))
+            print(f"{crank.name}: {opened(crank, place)}", flush=True)
+
+
+def drawn(triangles: int, place: Path) -> Path:
+    """Write a four in line of about so many triangles, named by their number."""
+    crank = place / "crank.stl"
+    write_stl(crank, crank_solid(PRESETS["inline-4"], round(128 * (triangles / 53_000) ** 0.5)).mesh.corners)
+    splits = max(0, round(math.log(triangles / (crank.stat().st_size / BYTES_A_TRIANGLE), 4.0)))
+    corners = subdivided(crank, splits)
+    named = place / f"inline-4 of {len(corners)} triangles.stl"
+    write_stl(named, corners)
+    return named
+
+
+def opened(crank: Path, place: Path) -> str:
+    """Drop a file on the page, and tell when it is seen and named, and how fast it is drawn and picked."""
+    with served(place / "project") as app, browser(place / "profile", pixels=1.0) as page:
+        page.resize(1400, 900)
+        load(page, app)
+        page.click_on(at("bundled"))  # what runs need is loaded when the page is: wait for it
+        until(page, READY)
+        used, began = processor_s(), time.perf_counter()
+        page.run(EMPTY)
+        chosen(page, crank)  # a drop opens at once
+        sent = time.perf_counter() - began
+        until(page, SEEN, most_s=900.0)
+        seen, seen_s = time.perf_counter() - began, processor_s() - used
+        until(page, READY, most_s=900.0)
+        known, known_s = time.perf_counter() - began, processor_s() - used
+        times = (
+            f"sent after {sent:.1f} s, in 3D {seen:.1f} s ({seen_s:.1f} s of processor time), "
+            f"recognised {known:.1f} s ({known_s:.1f} s) after the drop"
+        )
+        return f"{times}; {frames(page)}"
 
 
 def frames(page: Browser) -> str:
