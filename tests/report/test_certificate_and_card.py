@@ -31,7 +31,14 @@ def test_a_certificate_is_one_page_with_before_after_and_permitted(paper: Any, u
     (text,) = pages(certificate(report, None, paper, units, "2026-01-31"))
     assert "Balancing certificate" in text
     said = ["Owner & Sons", "C-0417", "B. Turner", "G 6.3", "15200 rpm", "hard-bearing", "2026-01-31"]
-    for words in (*said, "balanced by, date", "Plane A", "Plane B", "not read on a machine"):
+    for words in (
+        *said,
+        "balanced by, date",
+        "Plane A",
+        "Plane B",
+        "not read on a machine",
+        "seen from +z, from ",
+    ):
         assert words in text
     per, digits = (1.0, 2) if units == "metric" else (720.0778874, 5)
     for key in ("initial", "residual"):

@@ -40,15 +40,17 @@ def certificate(
     u, inner = ON_PAPER[units], wide - 2.0 * MARGIN_MM
     good = report["outcome"] != "above_tolerance"
     sheet = Sheet(report, u, date, wide, high, "Balancing certificate" if good else "Balancing record")
+    origin = Zero.of(report, zero)
+    heavy = f"Heavy sides: counter-clockwise seen from +z, from {origin.name}."
     story: list[Flowable] = [
         prose(sheet.name, 17.0, bold=True, after=1.5),
         prose(outcome_words(report), 12.0, bold=True, after=1.0),
-        prose(_statement(report, u), 9.0, after=2.5),
+        prose(f"{_statement(report, u)} {heavy}", 9.0, after=2.5),
         table(
             inner, [Column("", 40.0, "left"), Column("", 146.0, "left")], _facts(report, u, date), row_mm=5.2
         ),
         Spacer(1.0, 3.0 * POINTS_PER_MM),
-        unbalance_table(report, u, inner, Zero.of(report, zero)),
+        unbalance_table(report, u, inner, origin),
         Spacer(1.0, 2.0 * POINTS_PER_MM),
     ]
     if picture is not None:
