@@ -334,6 +334,13 @@ def test_few_holes_take_two_pages() -> None:
 # --- templates --------------------------------------------------------------------------------------------
 
 
+def test_smaller_views_save_pages() -> None:
+    """They took eleven, most of them half empty."""
+    report = plans.plan(46, ("drill",))
+    data = pdf(report, plans.drawings_of(report))
+    assert len(PdfReader(io.BytesIO(data)).pages) == 7
+
+
 def test_a_hole_in_a_flat_side_has_a_flat_template_laid_on_its_corners() -> None:
     report = plans.plan(1, ("drill",))
     side = np.array([[-30.0, -30.0], [40.0, -30.0], [40.0, 30.0], [-30.0, 30.0]])

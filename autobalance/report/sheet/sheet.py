@@ -41,7 +41,7 @@ GAP_MM = 2.5
 """Between what stands below each other."""
 ROOMS, ALONE = (0.5, 0.33, 0.25, 0.2), 0.66
 """Shares of a page that plates have, a lesser one where it saves pages; and one that is the only one."""
-FEW = 24
+FEW = 60
 """Cuts up to which lesser ones are tried."""
 LEAST_PAGES = 2
 """Fewer are never tried for: the first page has no room for plates."""
