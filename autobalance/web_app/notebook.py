@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from autobalance.api.balance import BalanceResult
     from autobalance.api.crank import Crank
 
-MODULES = ("buffers.js", "coarse.js", "picking.js", "view.js", "notebook.js")
+MODULES = ("buffers.js", "coarse.js", "picking.js", "pieces.js", "view.js", "notebook.js")
 """What the widget is made of, in the order in which one needs the other."""
 OUTSIDE = re.compile(r"^import .*?;\n|^export (?!default)|^const T = window\.THREE;\n", re.MULTILINE)
 """What only separate modules need."""

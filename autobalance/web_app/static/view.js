@@ -1,12 +1,10 @@
-// The crank in 3D, drawn with three.js in rotor or file axes. Over 400 lines: camera, lights, meshes and handles are one scene.
+// The crank in 3D, drawn with three.js in rotor or file axes: what is shown, the camera, when it is drawn, and what lies where one points.
 import { unpacked } from "/static/buffers.js";
 import { Rays } from "/static/picking.js";
 import { coarsened, drawnBySoftware } from "/static/coarse.js";
+import { Pieces, dark, ink } from "/static/pieces.js";
 
 const T = window.THREE;
-const DARK = matchMedia("(prefers-color-scheme: dark)");
-const INK = { metal: ["#a9b3bd", "#8c97a3"], cap: ["#7d8893", "#4a5560"], line: ["#4a5560", "#10151a"], mark: ["#0b5cad", "#7db8f5"], chosen: ["#d9480f", "#ff9f5a"], gone: ["#c92a2a", "#ff8787"], zone: ["#12703c", "#6fd39a"], axis: ["#b3261e", "#ff9c94"] };
-const ink = (name) => INK[name][DARK.matches ? 1 : 0];
 const LATE_MS = 50; // a frame that comes later than this after it was asked for is late
 const LATE_FRAMES = 2; // so many of them in a row: from then on less is drawn while the view turns
 const HAIR_MM = 0.05; // metal nearer to a point than this is where it lies, not before it
@@ -14,7 +12,7 @@ const REST_MS = 160; // after so long without a turn the view rests, and is draw
 
 export class View {
   constructor(box, canvas, note) {
-    this.box = box; this.note = note; this.clip = new T.Plane(new T.Vector3(-1, 0, 0), 1e9);
+    this.box = box; this.note = note; this.clip = new T.Plane(new T.Vector3(-1, 0, 0), 1e9); this.pieces = new Pieces(this.clip);
     this.sets = {}; this.parts = []; this.isRough = false; this.mode = "crank"; this.onpick = null; this.marked = [];
     try {
       this.software = drawnBySoftware();
@@ -43,7 +41,7 @@ export class View {
       if (down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 4) this.onpick?.(this.pick(event.clientX, event.clientY));
       down = null;
     });
-    DARK.addEventListener("change", () => this.paint());
+    dark.addEventListener("change", () => this.paint());
   }
 
   // --- what is shown --------------------------------------------------------------------------------------
@@ -62,7 +60,7 @@ export class View {
     this.part = arrays.part;
     this.positions = positions;
     this.rays = new Rays(arrays.corners, arrays.triangles);
-    this.put("crank", body, [this.lines(arrays.edges)], this.count);
+    this.put("crank", body, [this.pieces.lines(arrays.edges)], this.count);
     this.use("crank");
     this.look();
   }
@@ -83,16 +81,16 @@ export class View {
     this.metal = new T.Group();
     const floors = new T.Group();
     for (const piece of data.pieces) {
-      const skin = this.mesh(part(piece.skin), "gone");
+      const skin = this.pieces.mesh(part(piece.skin), "gone");
       skin.material.transparent = true;
-      const floor = this.mesh(part(piece.floor), "gone");
+      const floor = this.pieces.mesh(part(piece.floor), "gone");
       Object.assign(floor.material, { polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -2 });
       skin.userData.number = floor.userData.number = piece.number;
       this.metal.add(skin); floors.add(floor);
     }
-    const rings = data.tolerance_planes.map((plane) => this.ring(plane.z_mm, 1.1 * data.radius_mm, "zone"));
+    const rings = data.tolerance_planes.map((plane) => this.pieces.ring(plane.z_mm, 1.1 * data.radius_mm, "zone"));
     this.floors = floors;
-    this.put("result", body, [this.lines(arrays.edges), this.metal, floors, ...rings, this.axis(data.z_mm)], head.triangles);
+    this.put("result", body, [this.pieces.lines(arrays.edges), this.metal, floors, ...rings, this.pieces.axis(data.z_mm)], head.triangles);
     this.result = data;
     this.whole = true;
     this.use("result");
@@ -102,7 +100,7 @@ export class View {
   put(name, body, others, triangles) {
     this.rough(false);
     if (this.sets[name]) { this.scene.remove(this.sets[name].group); this.sets[name].group.traverse((each) => { each.geometry?.dispose(); each.material?.dispose(); }); }
-    const group = new T.Group(), fine = [this.mesh(body, "metal", T.FrontSide), this.caps(body), others[0]];
+    const group = new T.Group(), fine = [this.pieces.mesh(body, "metal", T.FrontSide), this.pieces.caps(body), others[0]];
     group.add(...fine, ...others.slice(1));
     body.computeBoundingSphere();
     this.scene.add(group);
@@ -202,7 +200,7 @@ export class View {
       const shape = new T.BufferGeometry();
       shape.setAttribute("position", this.positions);
       shape.setIndex(new T.BufferAttribute(new Uint32Array(rows), 1));
-      const made = this.mesh(shape, colour);
+      const made = this.pieces.mesh(shape, colour);
       Object.assign(made.material, { polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -2 });
       this.marks.add(made);
     }
@@ -234,40 +232,6 @@ export class View {
       this.zones.add(fan);
     }
     this.draw();
-  }
-
-  // --- pieces of the scene --------------------------------------------------------------------------------
-
-  mesh(shape, name, side = T.DoubleSide) {
-    const made = new T.Mesh(shape, new T.MeshLambertMaterial({ color: ink(name), flatShading: true, side, clippingPlanes: [this.clip], polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
-    made.userData.ink = name;
-    return made;
-  }
-  caps(shape) {
-    const made = new T.Mesh(shape, new T.MeshBasicMaterial({ color: ink("cap"), side: T.BackSide, clippingPlanes: [this.clip] }));
-    made.userData.ink = "cap";
-    return made;
-  }
-  lines(ends) {
-    const shape = new T.BufferGeometry();
-    shape.setAttribute("position", new T.BufferAttribute(ends, 3));
-    return this.stroked(shape, "line");
-  }
-  stroked(shape, name) {
-    const made = new T.LineSegments(shape, new T.LineBasicMaterial({ color: ink(name), clippingPlanes: name === "line" ? [this.clip] : [] }));
-    made.userData.ink = name;
-    return made;
-  }
-  ring(z, radius, name) {
-    const ends = [];
-    for (let k = 0; k < 96; k++) for (const turn of [k, k + 1]) ends.push(radius * Math.cos((turn * Math.PI) / 48), radius * Math.sin((turn * Math.PI) / 48), z);
-    return this.lines2(ends, name);
-  }
-  axis([low, high]) { const more = 0.12 * (high - low); return this.lines2([0, 0, low - more, 0, 0, high + more], "axis"); }
-  lines2(ends, name) {
-    const shape = new T.BufferGeometry();
-    shape.setAttribute("position", new T.BufferAttribute(new Float32Array(ends), 3));
-    return this.stroked(shape, name);
   }
 
   paint() {
@@ -377,7 +341,7 @@ export class View {
     const shape = new T.BufferGeometry(), made = new T.Group();
     shape.setAttribute("position", attributes.position);
     shape.setIndex(new T.BufferAttribute(rows, 1));
-    made.add(this.mesh(shape, "metal", T.FrontSide), this.caps(shape));
+    made.add(this.pieces.mesh(shape, "metal", T.FrontSide), this.pieces.caps(shape));
     made.children[1].visible = this.renderer.localClippingEnabled;
     set.group.add(made);
     return made;
