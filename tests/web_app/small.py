@@ -43,6 +43,6 @@ def ran(app: Served, verb: str, asked: dict[str, Any]) -> str:
 DRILLED = job(
     engine={**job()["engine"], "rod_length_mm": 110.0},
     balance={"factor": 0.25, "grade": 16.0, "speed_rpm": 6000.0},
-    correction={"method": "drill", "drill": {"diameters_mm": [12.0], "max_holes": 2}},
+    correction={"method": "drill", "drill": {"diameters_mm": [12.0, 13.0], "max_holes": 2}},
 )
 """Two holes in the counterweights do it."""

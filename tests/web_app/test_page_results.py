@@ -107,6 +107,21 @@ def test_a_hole_that_is_dragged_in_the_model_is_predicted_then_cut_and_measured(
     assert dragged(page) == asked
 
 
+def test_another_drill_of_the_shop_is_chosen_and_its_walls_are_said_to_be_unchecked(
+    page: Browser, cuts: list[dict[str, Any]]
+) -> None:
+    until(page, "return document.getElementById('drag-box').open = true")
+    walls = "return document.querySelectorAll('.walls').length"
+    assert page.run(walls) == 0
+    own = cuts[0]["diameter_mm"]
+    (other,) = {12.0, 13.0} - {own}
+    put(page, drill_1=f"{other:g}")
+    assert page.run(walls) == 2
+    until(page, f"return !{SAYS}.ariaBusy && {SAYS}.textContent.includes('⌀ {other:.2f} mm')")
+    page.run(BACK)
+    assert page.run(walls) == 0
+
+
 def test_what_is_alike_in_both_webs_moves_at_once(page: Browser, cuts: list[dict[str, Any]]) -> None:
     page.run(TOGETHER)
     page.press(".handle[data-cut='1']", "\ue013\ue014")

@@ -1,7 +1,7 @@
 // What stands of moved cuts: a box over the model, sliders beside it.
 import { html } from "/static/preact.min.js";
 import { $, shown, withUnit } from "/static/tools.js";
-import { TURN, TURN_STEP, angleOf, anyMoved, asItWas, cuts, drill, dragged, isMoved, planAgain, redo, set, someAlike, steps, trial, undo } from "/static/drag.js";
+import { TURN, TURN_STEP, angleOf, anyElsewhere, anyMoved, asItWas, cuts, drill, dragged, isMoved, planAgain, redo, set, someAlike, steps, trial, undo } from "/static/drag.js";
 import { most } from "/static/handles.js";
 import { Measured, Predicted } from "/static/measured.js";
 import { mount, redraw } from "/static/store.js";
@@ -17,10 +17,13 @@ export function setUp() {
 function Box() {
   const { undone, redone } = steps(), place = dragged.gripped;
   return html`<div id="dragged" data-testid="dragged" role="group" aria-label=${t("What was dragged")} hidden=${!anyMoved()}>
-    <p class="quiet">${t("Predicted, not yet cut")}</p><${Left} id="dragged-says"/>
+    <p class="quiet">${t("Predicted, not yet cut")}</p><${Left} id="dragged-says"/><${Walls}/>
     ${place >= 0 && cuts()[place]?.drills.length > 1 ? html`<${Drill} place=${place} id="gripped-drill"/>` : ""}<${Together}/>
     <p class="buttons"><button type="button" id="try-dragged" data-testid="try-dragged" hidden=${dragged.verb !== "balance"} onClick=${trial}>${t("Cut and measure")}</button> <button type="button" id="undo-dragged" onClick=${asItWas}>${t("As it was")}</button> <button type="button" id="undo" data-testid="undo" disabled=${!undone} aria-label=${t("Undo")} onClick=${undo}>↶</button> <button type="button" id="redo" data-testid="redo" disabled=${!redone} aria-label=${t("Redo")} onClick=${redo}>↷</button></p></div>`;
 }
+
+// Depths end where the walls of a hole's own place and drill do; of another place or drill nobody has looked at them.
+const Walls = () => (anyElsewhere() ? html`<p class="quiet walls">${t("Walls at other angles and of other drills are checked by planning again")}</p>` : "");
 
 function Together() {
   if (!someAlike()) return "";
@@ -52,7 +55,7 @@ function Moved() {
 export function Panel() {
   const { tried, verb } = dragged;
   return html`<details id="drag-box" data-testid="drag" hidden=${!cuts().length}><summary>${t("Drag depths and holes")} <small>${t("predicted: a linear model about this result")}</small></summary>
-    <div id="drags">${cuts().map((cut, place) => html`<${Sliders} key=${cut.number} cut=${cut} place=${place}/>`)}</div><${Left} id="predictions"/>
+    <div id="drags">${cuts().map((cut, place) => html`<${Sliders} key=${cut.number} cut=${cut} place=${place}/>`)}</div><${Left} id="predictions"/><${Walls}/>
     <p class="buttons"><button type="button" id="try-depths" data-testid="try-depths" hidden=${verb !== "balance"} onClick=${trial}>${t("Cut these and measure")}</button> <button type="button" id="take-depths" onClick=${planAgain}>${t("Plan again within these")}</button> <button type="button" id="undo-depths" onClick=${asItWas}>${t("As it was")}</button></p>
     <div id="tried" data-testid="tried" hidden=${!tried}>${tried ? html`<${Tried} tried=${tried}/>` : ""}</div></details>`;
 }

@@ -16,6 +16,7 @@ export const dragged = { ...NOTHING, together: true };
 
 export const cuts = () => dragged.model?.cuts || [];
 export const isMoved = (place) => { const cut = cuts()[place]; return dragged.depths[place] !== cut.depth_mm || Boolean(dragged.turns[place]) || dragged.diameters[place] !== cut.diameter_mm; };
+export const anyElsewhere = () => cuts().some((cut, place) => dragged.turns[place] || dragged.diameters[place] !== cut.diameter_mm);
 export const anyMoved = () => cuts().some((_, place) => isMoved(place));
 export const angleOf = (place) => (((state.result?.report.corrections[place]?.angle_deg ?? 0) + dragged.turns[place]) % 360 + 360) % 360;
 
