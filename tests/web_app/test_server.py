@@ -127,6 +127,8 @@ def test_nothing_outside_the_project_is_read(app: Served, tmp_path: Path) -> Non
             assert app.ask("/api/runs", {"verb": "inspect", "job": values}).status == 400
         engine = {"rotating_g": {"a": {"file": str(secret), "unit": "mm", "density_kg_m3": 7850.0}}}
         assert app.ask("/api/runs", {"verb": "balance", "job": job(engine=engine)}).status == 400
+        answer = app.ask("/api/runs", {"verb": "balance", "job": job(shop={"logo": str(secret)})})
+        assert "shop.logo" in answer.json["error"]
     finally:
         (app.project / "link.stl").unlink()
     for path in (
