@@ -10,7 +10,7 @@ from autobalance.correction import Limits
 from autobalance.planning.depths import Plan
 from autobalance.planning.milp import least_share
 from autobalance.planning.relaxation import Attempt, Relaxation, relaxations
-from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxation
+from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxations
 from autobalance.planning.too_light import heavier, too_light_g_mm, too_light_text
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -61,9 +61,12 @@ def why_above(
 
 def _factor_tried(above: Above, shortfall: Shortfall, attempt: Attempt) -> Relaxation | None:
     """Return the change of the balance factor that the job's own methods reach, planned anew, if one does."""
-    way = factor_relaxation(shortfall)
-    if way is None:
-        return None
+    ways = (_planned_at(above, shortfall, attempt, way) for way in factor_relaxations(shortfall))
+    return next(filter(None, ways), None)
+
+
+def _planned_at(above: Above, shortfall: Shortfall, attempt: Attempt, way: Relaxation) -> Relaxation | None:
+    """Return a change of the balance factor with what a plan at it leaves; None where none is good enough."""
     (change,) = way.changes
     moved = shortfall.per_factor.scaled(change.proposed - change.present)
     initial = above.initial + moved

@@ -16,6 +16,8 @@ from autobalance.wording import angle_deg
 
 ROUNDED = 0.05
 """Share of the permissible value that rounding a printed angle may be worth."""
+LOWER = (0.0, 0.02, 0.05)
+"""By how much lower factors are tried than that which leaves least: then there is metal to take off."""
 ONE_PLACE_SHARE = 0.5
 """Share of the permissible value that metal added in one place may leave; else it is named in two."""
 
@@ -107,16 +109,24 @@ def _vector(unbalance: Array, permissible_g_mm: float) -> str:
     return f"{size:.1f} g·mm of metal at {round(angle, digits) % 360.0}°"
 
 
-def factor_relaxation(short: Shortfall) -> Relaxation | None:
-    """Return the change of the balance factor that the same cuts reach by what they leave, if one does."""
-    factor = reachable_factor(short)
+def factor_relaxations(short: Shortfall) -> tuple[Relaxation, ...]:
+    """Return changes of the balance factor to try: that which the same cuts reach by what they leave.
+
+    Where none is and the counterweights are too light, those whose further cuts may do.
+    """
+    factor = _least_factor(short)
     if factor is None:
-        return None
+        return ()
+    if _share_at(short, factor) > 1.0:
+        lower = [factor - step for step in LOWER if factor >= step] if short.too_light else []
+        return tuple(_relaxation(short, each, "with the cuts at hand") for each in lower)
+    return (_relaxation(short, factor, "with the cuts at hand" if short.depths_mm.any() else "as it is"),)
+
+
+def _relaxation(short: Shortfall, factor: float, how: str) -> Relaxation:
     factor = round(factor, 6)
-    how = "with the cuts at hand" if short.depths_mm.any() else "as it is"
     text = f"a balance factor of {factor:.4f} can be reached {how}"
-    change = Change("balance.factor", short.factor, factor)
-    return Relaxation(text, (change,), _share_at(short, factor), None)
+    return Relaxation(text, (Change("balance.factor", short.factor, factor),), _share_at(short, factor), None)
 
 
 def _share_at(short: Shortfall, factor: float) -> float:
@@ -124,13 +134,20 @@ def _share_at(short: Shortfall, factor: float) -> float:
     return short.tolerance.used_share(short.residual + short.per_factor.scaled(factor - short.factor))
 
 
-def reachable_factor(short: Shortfall) -> float | None:
-    """Return the balance factor nearest to the one asked for that the same cuts bring within tolerance."""
-    slope = short.per_factor.resultant_g_mm
+def _least_factor(short: Shortfall) -> float | None:
+    """Return the balance factor from 0 to 1 at which the same cuts leave least, by the sum of squares.
+
+    Of the resultant, and with ``judge = "dynamic"`` of both planes: throws that cancel each other out leave
+    a couple.
+    """
+    left, slope = _judged_vector(short, short.residual), _judged_vector(short, short.per_factor)
     size = float(slope @ slope)
-    if size == 0.0:
-        return None
-    exact = short.factor - float(short.residual.resultant_g_mm @ slope) / size
-    if not 0.0 <= exact <= 1.0:
-        return None
-    return exact if _share_at(short, exact) <= 1.0 else None
+    exact = short.factor - float(left @ slope) / size if size > 0.0 else -1.0
+    return exact if 0.0 <= exact <= 1.0 else None
+
+
+def _judged_vector(short: Shortfall, unbalance: Unbalance) -> Array:
+    if short.tolerance.judge == "static":
+        return unbalance.resultant_g_mm
+    a, b = short.tolerance.planes
+    return unbalance.in_planes(a.z_mm, b.z_mm).ravel()

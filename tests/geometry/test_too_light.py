@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from autobalance import correction
+from autobalance.balancing import remedies
 from autobalance.balancing.comparison import compare
 from autobalance.balancing.loop import Result, balance
 from autobalance.balancing.offers import workpiece
@@ -132,6 +133,14 @@ def with_factor(made: Rotor, factor: float) -> Rotor:
     return replace(made, loads=loads, loads_per_factor=per_factor, factor=factor)
 
 
+@pytest.fixture
+def factors_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out what else would suffice, which takes longer than all the rest."""
+    for name in ("relaxations", "heavier"):
+        monkeypatch.setattr(remedies, name, lambda *_, **__: ())
+
+
+@pytest.mark.usefixtures("factors_alone")
 @pytest.mark.parametrize("heavy_g_mm", [2000.0, -9000.0])
 def test_a_factor_is_tried_before_it_is_named(heavy_g_mm: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """2000: the crank as it is, at 0.4; -9000: with all that the drill may take, above 0.5."""
@@ -153,3 +162,22 @@ def test_a_factor_is_tried_before_it_is_named(heavy_g_mm: float, monkeypatch: py
         again = balance(made, judge(made), [drill])
         assert not any(each.changes[0].key == "balance.factor" for each in again.relaxations)
         assert "balance factor of" not in str(again.reason)
+
+
+@pytest.mark.usefixtures("factors_alone")
+def test_a_factor_that_needs_further_holes_is_found() -> None:
+    """At 0.4 the crank is heavy across the throw, where no hole may be; a little lower two do it."""
+    drill = DrillLimits(diameters_mm=(8.0,), max_holes=2)
+    made = with_factor(light(), 0.5)
+    across = Moments.point(300.0, np.array([0.0, 1.0, 0.0]))
+    made = replace(made, loads=made.loads + across)
+    refused = balance(made, judge(made), [drill])
+    (way,) = [each for each in refused.relaxations if each.changes[0].key == "balance.factor"]
+    assert "with the cuts at hand" in way.text
+    assert way.text in str(refused.reason)
+    proposed = float(way.changes[0].proposed)
+    assert 0.3 < proposed <= 0.4
+    at_that = with_factor(light(), proposed)
+    result = balance(replace(at_that, loads=at_that.loads + across), judge(at_that), [drill], advise=False)
+    assert result.outcome == "within_tolerance"
+    assert result.corrections

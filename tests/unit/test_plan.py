@@ -15,7 +15,7 @@ from autobalance.planning import depths as planner
 from autobalance.planning.depths import AIM, plan_depths
 from autobalance.planning.drop_negligible_cuts import worthwhile
 from autobalance.planning.reject_worse import harmless, is_harmless
-from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxation, reachable_factor
+from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxations
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -174,7 +174,7 @@ def short(residual: Unbalance, cuts: list[Column], depths: list[float], *binding
 def test_a_shortfall_says_how_much_where_why_and_what_helps() -> None:
     cuts = [Column(-20.0, 0.0, 0.0, max_depth_mm=2.0)]
     ended = short(unbalance(-60.0), cuts, [2.0], "max_depth_mm = 2")
-    text = explain_shortfall(ended, factor=factor_relaxation(ended))
+    text = explain_shortfall(ended, factor=factor_relaxations(ended)[0])
     assert "the resultant is 60.00 g·mm, 50.00 g·mm above the permissible 10.00" in text
     assert "max_depth_mm = 2" in text
     assert "balance factor of 0.5600 can be reached" in text
@@ -205,10 +205,20 @@ def test_a_shortfall_across_says_that_nothing_acts_there() -> None:
 
 
 def test_a_factor_outside_0_to_1_is_not_offered() -> None:
-    assert reachable_factor(short(unbalance(-600.0), [], [])) is None
-    assert reachable_factor(short(unbalance(-400.0), [], [])) == pytest.approx(0.9)
+    assert factor_relaxations(short(unbalance(-600.0), [], [])) == ()
+    (way,) = factor_relaxations(short(unbalance(-400.0), [], []))
+    assert way.changes[0].proposed == pytest.approx(0.9)
     inline_four = Shortfall(unbalance(-60.0), tolerance(), unbalance(0.0), 0.5, [], np.array([]), ())
-    assert reachable_factor(inline_four) is None
+    assert factor_relaxations(inline_four) == ()
+
+
+def test_a_factor_also_changes_a_couple() -> None:
+    """Throws that cancel each other out: 1600 g·mm² are left, 8000 change by 1 of the factor."""
+    couple = Shortfall(
+        unbalance(0.0, 0.0, -1600.0), tolerance(), unbalance(0.0, 0.0, 8000.0), 0.5, [], np.array([]), ()
+    )
+    (way,) = factor_relaxations(couple)
+    assert way.changes[0].proposed == pytest.approx(0.7)
 
 
 @pytest.mark.parametrize("same_depth", [False, True])
