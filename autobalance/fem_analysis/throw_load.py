@@ -67,9 +67,9 @@ def throw_loads(body: ElasticBody, material: Material, towards: Array) -> ThrowL
     SolidError
         If an end has no surface.
     """
-    bending = throw_bending_MPa(body, material, towards)
-    places, ends = body.places_mm, _ends(body)
     stiffness = stiffness_and_mass(body, material)[0]
+    bending = throw_bending_MPa(body, material, towards, stiffness)
+    places, ends = body.places_mm, _ends(body)
     twisted = np.zeros((body.nodes, 3))
     held = np.zeros((body.nodes, 3), dtype=bool)
     for nodes in ends:
@@ -84,14 +84,18 @@ def throw_loads(body: ElasticBody, material: Material, towards: Array) -> ThrowL
     return ThrowLoads(places[surface], bending, principal, body.nodes)
 
 
-def throw_bending_MPa(body: ElasticBody, material: Material, towards: Array) -> Array:
+def throw_bending_MPa(
+    body: ElasticBody, material: Material, towards: Array, stiffness: csc_matrix | None = None
+) -> Array:
     """Return von Mises' stress (n,) of the nodes on a throw's surface under 1 N·m all along it.
 
     Its ends stay plane, tilt against each other and are free to come nearer; for the rest see `throw_loads`.
-    The nodes are in the order of their numbers, as ``np.unique`` of `facet_nodes` has them.
+    The nodes are in the order of their numbers, as ``np.unique`` of `facet_nodes` has them. ``stiffness``: of the body,
+    where it is known already.
     """
     places, ends = body.places_mm, _ends(body)
-    stiffness = stiffness_and_mass(body, material)[0]
+    if stiffness is None:
+        stiffness = stiffness_and_mass(body, material)[0]
     bent, pulled = np.zeros((2, body.nodes, 3))
     held = np.zeros((body.nodes, 3), dtype=bool)
     for nodes, sense in zip(ends, (1.0, -1.0), strict=True):

@@ -18,7 +18,7 @@ from autobalance.solid.mesh.mesh import mesh_of_soup
 
 LEAST_S = 2.0
 """In less no mesh is made."""
-FINEST_MM = (0.0, 1e-3, 1e-2)
+FINEST_MM = (1e-3, 1e-2, 5e-2)
 """Edges shorter than this are merged before meshing, tried one after the other; the first are those that a
 file of single precision has: what cutting leaves is finer than any mesh."""
 

@@ -34,6 +34,17 @@ pytestmark = pytest.mark.skipif(
 )
 
 
+PLAIN = replace(PRESETS["single"], oil_hole_mm=0.0, fillet_mm=3.5, counterweight=None)
+"""A throw of few elements: large fillets, and only what bears load."""
+
+
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let throws have as few elements as their fillets allow."""
+    monkeypatch.setattr(throw_stress, "SHARES_OF_RADIUS", (1.2, 0.7))
+    monkeypatch.setattr(throw_stress, "COARSENING", (2.5, 2.5))
+    monkeypatch.setattr(throw_stress, "CURVED_SHARE", 1.5)
+
+
 @pytest.fixture(scope="module")
 def bar() -> ElasticBody:
     return bodies_of_solid(Solid.prism(Region.circle(10.0, 48), 0.0, 60.0), 6.0)[0]
@@ -95,9 +106,8 @@ def test_webs_are_as_thick_as_drawn_whatever_stands_on_them() -> None:
 
 def test_fillets_by_elements_are_within_the_spread_of_the_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
     """Strain gauges on large cranks made the formulas; coarse elements miss some of the peak of bending."""
-    monkeypatch.setattr(throw_stress, "SHARES_OF_RADIUS", (1.2, 0.6))
-    monkeypatch.setattr(throw_stress, "COARSENING", (2.0, 2.0))
-    mesh = crank_solid(replace(PRESETS["single"], oil_hole_mm=0.0), 32).mesh
+    coarse(monkeypatch)
+    mesh = crank_solid(PLAIN, 32).mesh
     crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
     job = ab.Job.from_dict(
         {
@@ -109,7 +119,7 @@ def test_fillets_by_elements_are_within_the_spread_of_the_formulas(monkeypatch: 
             "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 6000},
             "correction": {"method": "drill"},
             "cycle": {"bore_mm": 76.8, "compression_ratio": 12.0, "heat_J": 600.0},
-            "strength": {"pin_fillet_mm": 2.0, "material": {"tensile_MPa": 900.0}},
+            "strength": {"pin_fillet_mm": PLAIN.fillet_mm, "material": {"tensile_MPa": 900.0}},
         }
     )
     said: list[str] = []
