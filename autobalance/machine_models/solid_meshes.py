@@ -89,7 +89,7 @@ def bodies_of_solid(
     finer = (np.vstack([p for p, _ in points]), np.concatenate([s for _, s in points])) if points else None
     for finest in merged_mm:
         longest = {} if deadline is None else {"longest_s": deadline.share_s()}
-        _, soup = through_file((solid.simplified(finest) if finest else solid).mesh, "stl", 1.0)
+        _, soup = through_file(solid.without_needles(finest).mesh, "stl", 1.0)
         mesh = mesh_of_soup(soup)
         try:
             surface = SurfaceSolid(mesh.vertices, mesh.triangles)

@@ -221,6 +221,10 @@ class Solid:
         """Return the solid with edges merged that are shorter than ``by_mm``; its surface moves by less."""
         return Solid(self._body.simplify(by_mm))
 
+    def without_needles(self, by_mm: float) -> Solid:
+        """Return it `simplified` as one: short edges between facets of the solids it was made of go too."""
+        return Solid(self._body.as_original().simplify(by_mm))
+
     def pieces(self) -> list[Solid]:
         """Return the connected bodies, each by itself."""
         return [Solid(body) for body in self._body.decompose()]
