@@ -13,7 +13,7 @@ from autobalance.api.engine_case import job_set, request
 from autobalance.api.options import positive
 from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult
-from autobalance.errors import UsageError
+from autobalance.errors import SolidError, UsageError
 from autobalance.job import Job, JobSource
 from autobalance.report.plot_files import Plots
 from autobalance.runtime import Progress, no_progress
@@ -80,7 +80,7 @@ def strength(
         Crank speed [rpm]; None: the job's balance.speed_rpm.
     fem : bool
         Bend and twist the metal of the least safe throw by finite elements too (extra fem); of a report the
-        least safe one that was cut, before and after.
+        least safe one that was cut, before and after. A throw that cannot be meshed is a warning.
 
     Returns
     -------
@@ -100,10 +100,14 @@ def strength(
 
     request = _asked(source, speed_rpm, crank, settings, progress)
     analysis, before, elements = _cycle(request, request.crank), None, None
+    warnings = request.warnings
     after = fillets(request.job, request.crank, analysis)
     if fem:
-        elements, costs = _by_elements(request, analysis, after, progress)
-        after = fillets(request.job, request.crank, analysis, costs)
+        try:
+            elements, costs = _by_elements(request, analysis, after, progress)
+            after = fillets(request.job, request.crank, analysis, costs)
+        except SolidError as error:
+            warnings = (*warnings, f"nothing by finite elements, only by formulas: {error}")
     if request.before is not None:
         before = FilletState.of(fillets(request.job, request.before, _cycle(request, request.before)))
     state = FilletState.of(after)
@@ -116,7 +120,7 @@ def strength(
         least=state.least,
         before=before,
         fem=elements,
-        warnings=request.warnings,
+        warnings=warnings,
     )
     return StrengthResult(content, analysis, tuple(after))
 

@@ -90,8 +90,8 @@ def throw_bending_MPa(
     """Return von Mises' stress (n,) of the nodes on a throw's surface under 1 N·m all along it.
 
     Its ends stay plane, tilt against each other and are free to come nearer; for the rest see `throw_loads`.
-    The nodes are in the order of their numbers, as ``np.unique`` of `facet_nodes` has them. ``stiffness``: of the body,
-    where it is known already.
+    The nodes are in the order of their numbers, as ``np.unique`` of `facet_nodes` has them.
+    ``stiffness``: of the body, where it is known already.
     """
     places, ends = body.places_mm, _ends(body)
     if stiffness is None:

@@ -18,7 +18,7 @@ from autobalance.solid.mesh.mesh import mesh_of_soup
 
 LEAST_S = 2.0
 """In less no mesh is made."""
-FINEST_MM = (1e-3, 1e-2, 5e-2)
+FINEST_MM = (0.0, 1e-3, 1e-2)
 """Edges shorter than this are merged before meshing, tried one after the other; the first are those that a
 file of single precision has: what cutting leaves is finer than any mesh."""
 
@@ -89,7 +89,7 @@ def bodies_of_solid(
     finer = (np.vstack([p for p, _ in points]), np.concatenate([s for _, s in points])) if points else None
     for finest in merged_mm:
         longest = {} if deadline is None else {"longest_s": deadline.share_s()}
-        _, soup = through_file(solid.without_needles(finest).mesh, "stl", 1.0)
+        _, soup = through_file((solid.without_needles(finest) if finest else solid).mesh, "stl", 1.0)
         mesh = mesh_of_soup(soup)
         try:
             surface = SurfaceSolid(mesh.vertices, mesh.triangles)

@@ -19,7 +19,8 @@ from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.engine.fatigue import Fatigue, FatigueMetal
 from autobalance.engine.fillet_factors import FilletShape, fatigue_strength_MPa
-from autobalance.errors import AutobalanceError, JobError
+from autobalance.errors import AutobalanceError, JobError, SolidError
+from autobalance.machine_models import throw_stress
 from autobalance.machine_models.torsion_from_job import sides_of_throws
 from autobalance.solid.csg.region import Region
 
@@ -235,6 +236,17 @@ def test_impossible_tables_are_refused(change: dict[str, Any], said: str) -> Non
 def test_a_fillet_larger_than_its_web_is_refused() -> None:
     with pytest.raises(JobError, match=r"strength.pin_fillet_mm is 40; web 1 is 14 mm thick"):
         ab.strength(job(strength={**FILLETS, "pin_fillet_mm": 40.0}), crank=single())
+
+
+def test_what_cannot_be_meshed_is_said_beside_the_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: Any) -> None:
+        raise SolidError("the mesher did not end within 90 s")
+
+    monkeypatch.setattr(throw_stress, "throw_by_elements", fails)
+    report = ab.strength(job(), crank=single(), fem=True).report
+    assert report["warnings"][-1].endswith("only by formulas: the mesher did not end within 90 s")
+    assert report["fem"] is None
+    assert report["fillets"] == ab.strength(job(), crank=single()).report["fillets"]
 
 
 def test_a_job_without_the_table_is_refused() -> None:

@@ -133,7 +133,32 @@ def test_fillets_by_elements_are_within_the_spread_of_the_formulas(monkeypatch: 
         assert 0.8 < row["torsion_over_formula"] < 1.25
         assert row["cost_of_cuts"] is None
     assert "by finite elements" in found.text()
-    assert any("mesh 2 of 2" in text for text in said)
+    assert any("mesh 2 of 2: solving" in text for text in said)
+
+
+def test_a_hole_across_a_bar_costs_what_the_rule_says() -> None:
+    """UR M53: 3 - 5.88 q + 34.6 q² times the bending, 4 - 6 q + 30 q² times the torsion; q = d/D to 0.2."""
+    q, across = 0.2, np.eye(4)
+    across[:3] = [[0.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 20.0]]
+    hole = Solid.prism(Region.circle(10.0 * q, 24), -15.0, 15.0).moved(across)
+    drilled = Solid.prism(Region.circle(10.0, 48), 0.0, 40.0) - hole
+    body = bodies_of_solid(drilled, 9.0, share_of_radius=0.4)[0]
+    loads = throw_loads(body, STEEL, np.array([1.0, 0.0]))
+    bending, torsion = 32e3 / (math.pi * 20.0**3), 16e3 / (math.pi * 20.0**3)
+    assert loads.bending_MPa.max() / bending == pytest.approx(3.0 - 5.88 * q + 34.6 * q**2, rel=0.1)
+    assert loads.torsion_MPa.max() / torsion == pytest.approx(4.0 - 6.0 * q + 30.0 * q**2, rel=0.1)
+
+
+def test_cutting_leaves_the_mesher_no_needles() -> None:
+    """Of edges between facets of different solids `simplified` merges none: the mesher did not end."""
+    brick = Solid.box(np.zeros(3), np.full(3, 10.0))
+    cut = brick - Solid.box(np.array([5.0, 5.0, 5.0]), np.array([15.0, 15.0, 15.0]))
+    cut -= Solid.box(np.array([5.0 + 1e-5, 5.0, 2.0]), np.array([15.0, 15.0, 15.0]))
+    shortest = [
+        float(np.linalg.norm(np.diff(each.mesh.vertices[each.mesh.triangles], axis=1), axis=2).min())
+        for each in (cut.simplified(1e-3), cut.without_needles(1e-3))
+    ]
+    assert shortest[0] < 1e-3 < shortest[1]
 
 
 def test_only_one_way_is_asked_of_a_report() -> None:
