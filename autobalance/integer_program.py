@@ -2,7 +2,7 @@
 
 HiGHS 1.12 (scipy 1.17) prints a line past every option where it repairs a solution
 ("HighsMipSolverData::transformNewIntegerFeasibleSolution"), at descriptor 1. So where that is not ours, it
-solves in a process of its own; the numbers are the same.
+solves in a separate process; the numbers are the same.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ def keep_freed_memory() -> bool:
 
 
 def own_standard_output() -> None:
-    """Give results a descriptor of their own, and turn what else writes on descriptor 1 to nowhere, for good.
+    """Give results a separate descriptor, and turn what else writes on descriptor 1 to nowhere, for good.
 
     For commands, once, before there are threads: a library leaves descriptors alone. HiGHS prints a line past
     every option ("HighsMipSolverData::transformNewIntegerFeasibleSolution", scipy 1.17), which would stand

@@ -43,7 +43,7 @@ VERBS: dict[str, str] = {
 }
 """Name → what it does, in the order of the help text."""
 ELSEWHERE: dict[str, str | None] = {"app": "web_app.serving", "demo": None, "completion": None}
-"""Verbs that are no function, or one of another room."""
+"""Verbs that are not a function, or one of another room."""
 
 
 def public() -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""A module that answers in a process of its own, badly behaved."""
+"""A module that answers in a separate process, badly behaved."""
 
 import os
 

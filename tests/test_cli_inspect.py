@@ -98,7 +98,7 @@ def test_two_cranks_side_by_side_are_one_short_line(
     assert jobs.run("inspect", tmp_path / "two.stl", "--unit", "mm") == 3
     error = capsys.readouterr().err.replace(str(tmp_path), "")
     assert "holds 2 bodies" in error
-    assert "together they are no crank" in error
+    assert "together they are not a crank" in error
     assert len(error) <= 500
 
 
@@ -110,7 +110,7 @@ def test_several_bodies_that_are_no_crank_are_told_so(
     assert jobs.run("inspect", tmp_path / "plates.stl", "--unit", "mm") == 3
     error = capsys.readouterr().err
     assert "holds 2 bodies" in error
-    assert "together they are no crank: looked for main journals, found no bare cylinder" in error
+    assert "together they are not a crank: looked for main journals, found no bare cylinder" in error
     assert error.count("\n") == 1
     assert jobs.run("inspect", tmp_path / "plates.stl", "--unit", "mm", "--body", "1") == 3
     assert "plates.stl: looked for main journals, found no bare cylinder" in capsys.readouterr().err

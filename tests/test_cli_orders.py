@@ -321,7 +321,7 @@ class TestBadRecords:
     def test_holes_everywhere(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         values = np.where(np.arange(len(T)) % 5 < 3, np.nan, SINES)
         path = write_csv(tmp_path / "r.csv", {"time_s": T, "accel_g": values})
-        assert "12000 of 20000 samples are no numbers" in refused(capsys, 3, path)
+        assert "12000 of 20000 samples are not numbers" in refused(capsys, 3, path)
 
     def test_column_that_is_text(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         rows = "\n".join(f"{a:.4f},{b:.8g},hello" for a, b in zip(T, SINES, strict=True))
@@ -376,7 +376,7 @@ class TestBadRecords:
         (("--channel", "foo"), 3, "has no channel 'foo'; its channels: accel"),
         (("--speed-rpm", "0"), 3, "speed_rpm is 0; must be > 0"),
         (("--speed-rpm", "900", "--tacho", "accel"), 2, "both given"),
-        (("--tacho", "accel", "--pulses-per-rev", "0"), 3, "0 channels that are no tacho|0 pulses a turn"),
+        (("--tacho", "accel", "--pulses-per-rev", "0"), 3, "0 channels that are not tachos|0 pulses a turn"),
         (("--window", "kaiser"), 2, "invalid choice"),
         (("--max-order", "0.3"), 3, "max_order is 0.3"),
         (("--peaks", "-1"), 3, "peaks is -1"),
@@ -419,7 +419,7 @@ def test_a_report_that_nests_too_deep_is_refused(record: Path, capsys: pytest.Ca
 
 def test_several_channels_and_none_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = write_csv(tmp_path / "r.csv", {"time_s": T, "a_g": SINES, "b_g": SINES})
-    assert "has 2 channels that are no tacho (a, b); name one with --channel" in refused(capsys, 3, path)
+    assert "has 2 channels that are not tachos (a, b); name one with --channel" in refused(capsys, 3, path)
 
 
 def test_no_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -299,7 +299,7 @@ def test_a_name_needs_a_format_that_has_names(tmp_path: Path, capsys: pytest.Cap
 
 
 def program(folder: Path, *arguments: str, before: str = "") -> subprocess.CompletedProcess[str]:
-    """Run the program as a process of its own, after a line of Python."""
+    """Run the program as a separate process, after a line of Python."""
     code = f"{before}\nimport sys\nfrom autobalance.command import main\nraise SystemExit(main(sys.argv[1:]))"
     environment = {**os.environ, "PYTHONPATH": str(jobs.ROOT)}
     return subprocess.run(

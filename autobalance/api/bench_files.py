@@ -29,7 +29,7 @@ def rotor_files(
     ----------
     rotor : DiscOnShaft
     holes : sequence of DrilledHole
-        Of the drilled rotor, which has files of its own.
+        Of the drilled rotor, which has separate files.
     wanted_g_mm2 : float
         Inertia to compare with [g·mm²].
     """

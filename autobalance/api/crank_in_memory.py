@@ -54,7 +54,7 @@ def crank_from_mesh(
     Raises
     ------
     FormatError
-        If the arrays are no triangles, or a number is not finite.
+        If the arrays are not triangles, or a number is not finite.
     SolidError, RecognitionError
         As for ``read_crank``.
 
@@ -114,7 +114,7 @@ def crank_from_shape(
     Raises
     ------
     FormatError
-        If it is no shape, or the CAD kernel is not installed or of another generation.
+        If it is not a shape, or the CAD kernel is not installed or of another generation.
     SolidError, RecognitionError
         As for ``read_crank``.
     """

@@ -94,7 +94,7 @@ class Entries(tuple[Entry, ...]):
         Raises
         ------
         UsageError
-            If no table has the key, or a value is no number.
+            If no table has the key, or a value is not a number.
         """
         if not any(key in each for each in self):
             known = (

@@ -30,7 +30,7 @@ def place_mm(option: str, value: float) -> float:
     Raises
     ------
     UsageError
-        If it is no number, or farther away than anything is.
+        If it is not a number, or farther away than anything is.
     """
     if not math.isfinite(value):
         raise UsageError(f"{option} is {value:g}; must be a finite number [mm]")

@@ -122,7 +122,7 @@ def orders(
     other : path, mapping or None
         Second record, compared with the first order by order.
     channel : str or None
-        Name of the channel to analyse; None: the only one that is no tacho.
+        Name of the channel to analyse; None: the only one that is not a tacho.
     sample_rate : float or None
         Sample rate of a record that does not state its own [Hz]; None: the record's.
     calibration : mapping or None
@@ -314,7 +314,7 @@ def _bearing(geometry: Mapping[str, float]) -> RollingBearing:
 
 
 def _drive(file: str | Path | Mapping[str, Any] | None, job: Job | None) -> list[Drive]:
-    """Return what the crank drives, by a file of its own and by the job."""
+    """Return what the crank drives, by a separate file and by the job."""
     from autobalance.job.drive import read_drive
 
     own = [] if file is None else [read_drive(file)]

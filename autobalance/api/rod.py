@@ -80,7 +80,7 @@ def rod(
     FileError, FormatError, SolidError
         If the file cannot be read or holds no solid to be trusted.
     RecognitionError
-        If it is no connecting rod.
+        If it is not a connecting rod.
     JobError
         If a number is impossible.
 

@@ -41,7 +41,7 @@ def cut_and_measure(
     Raises
     ------
     SolidError
-        If the cut cannot be made, or what is measured is no crank any more.
+        If the cut cannot be made, or what is measured is not a crank any more.
     """
     cut_depths = made(cuts, depths_mm)
     tools = tuple(cut.tool(depth) for cut, depth in cut_depths)

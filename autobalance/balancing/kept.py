@@ -255,7 +255,7 @@ def _heavy_then(
             np.array(initial[key], dtype=np.float64) for key in ("unbalance_g_mm", "moment_g_mm2")
         )
     except (LookupError, TypeError, ValueError):
-        raise JobError(f"{kept.report} is no whole report: it has no initial unbalance") from None
+        raise JobError(f"{kept.report} is not a whole report: it has no initial unbalance") from None
     return heavy_vectors(Unbalance(resultant, moment), tolerance, anatomy)
 
 

@@ -255,7 +255,7 @@ def _all_bodies(crankshaft: Crankshaft, several: BodiesError) -> Source | None:
     Raises
     ------
     BodiesError
-        If they are no crank.
+        If they are not a crank.
     """
     assert crankshaft.file is not None
     source = read(crankshaft.file, crankshaft.unit, "all", holes=crankshaft.holes)
@@ -263,7 +263,7 @@ def _all_bodies(crankshaft: Crankshaft, several: BodiesError) -> Source | None:
         anatomy = recognise(source.solid, replace(crankshaft.overrides, crankpin_in_file=None))
     except RecognitionError as reason:
         shortly = str(reason).partition(": ")[0]  # without the list of what was found
-        raise BodiesError(f"{several}; together they are no crank: {shortly}", several.bodies) from None
+        raise BodiesError(f"{several}; together they are not a crank: {shortly}", several.bodies) from None
     stated = crankshaft.overrides.crankpin_in_file
     if (
         stated is not None

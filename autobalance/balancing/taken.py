@@ -88,7 +88,7 @@ def taken_of_scan(
 
 
 def _outline(took: EachTaken, normal: Array, frame: Array) -> dict[str, Any]:
-    """Return the outline of the new face in the rotor frame, or in axes of its own where it is askew."""
+    """Return the outline of the new face in the rotor frame, or in separate axes where it is askew."""
     from autobalance.solid.cad.taken import flat_loops
 
     to_face = face_frame(normal)

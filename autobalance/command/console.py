@@ -32,7 +32,7 @@ def _to_nowhere(name: str) -> None:
 
 
 def say(text: str) -> None:
-    """Print a result, on a terminal in colour; a reader that has gone away (``| head``) is no error.
+    """Print a result, on a terminal in colour; a reader that has gone away (``| head``) is not an error.
 
     Raises
     ------

@@ -41,7 +41,7 @@ class Objects:
         self.write({"error": "\n".join(lines), "exit": exit_code})
 
     def repeat(self) -> None:
-        """Print the same stage again until the end; runs in a thread of its own."""
+        """Print the same stage again until the end; runs in a separate thread."""
         while not self._ended.wait(EVERY_S):
             with self._lock:
                 if not self._ended.is_set():  # the last line is the end, not what was before it

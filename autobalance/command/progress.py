@@ -25,7 +25,7 @@ def add_progress(parser: argparse.ArgumentParser) -> None:
         "-v",
         "--verbose",
         action="store_true",
-        help="print each step on a line of its own, with the time since the start",
+        help="print each step on a separate line, with the time since the start",
     )
 
 

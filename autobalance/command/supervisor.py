@@ -1,6 +1,6 @@
 """A command works in a child, so that being ended reaches it in time though a library holds the interpreter.
 
-Python hears a signal between its own steps, and no thread of its own goes on, while a library computes with
+Python hears a signal between its own steps, and no separate thread goes on, while a library computes with
 the interpreter held (a boolean of the CAD kernel, say). The process that the user started only waits: it
 passes on what ends a command, and ends the child, takes away what that has begun and says so, where it does
 not end by itself.
@@ -21,7 +21,7 @@ from typing import Any
 from autobalance.runtime import SIGNALS, begun_paths, note_what_is_begun
 
 PATIENCE_S = 1.4
-"""How long the child may take to end by itself; from `runtime.LATEST_S` on a thread of its own tries to."""
+"""How long the child may take to end by itself; from `runtime.LATEST_S` on a separate thread tries to."""
 DIES_WITH_PARENT = 1
 """``PR_SET_PDEATHSIG`` of Linux' ``prctl``."""
 

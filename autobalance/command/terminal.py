@@ -1,7 +1,7 @@
 """Results on a terminal: tables and colours by rich, which nothing else imports.
 
-Where standard output is no terminal, where the terminal is dumb, or without the extra ``terminal``, results
-are plain text, byte for byte the same as ever.
+Where standard output is not a terminal, where the terminal is dumb, or without the extra ``terminal``,
+results are plain text, byte for byte the same as ever.
 """
 
 from __future__ import annotations

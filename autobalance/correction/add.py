@@ -80,7 +80,7 @@ class AddLimits(FaceLimits):
     crankcase_gap_mm: Annotated[float | None, NOT_NEGATIVE] = None
 
     def __post_init__(self) -> None:
-        """Refuse limits that are no lengths."""
+        """Refuse limits that are not lengths."""
         refuse_out_of_range("add", self)
         if self.sector_deg is not None and self.sector_deg[0] == self.sector_deg[1]:
             raise CorrectionError("add.sector_deg excludes every angle; all around is [0, 360]")

@@ -106,7 +106,7 @@ SAME_PLACE_MM = 0.5
 class EarlierCut:
     """A cut of an earlier stage: its kind, its web and where it enters, rotor frame (3,) [mm].
 
-    ``diameter_mm`` is that of its tool; None where that is no hole.
+    ``diameter_mm`` is that of its tool; None where that is not a hole.
     """
 
     kind: str

@@ -175,7 +175,7 @@ class Drill(HoleKind[DrillLimits]):
         return f"drill {item['drill']}" if item.get("drill") else f"drill ⌀{item['diameter_mm']:g}"
 
     def instruction(self, item: Item, figures: Figures) -> str:
-        """Return what to drill; where stands in columns of its own."""
+        """Return what to drill; where stands in separate columns."""
         diameter = figures.mm(item["diameter_mm"], figures.diameter_digits)
         if item.get("drill"):
             diameter += f" ({item['drill']})"

@@ -242,7 +242,7 @@ def _over(placed: Solid, z_mm: float, up: float, spread_mm: float) -> Region:
 
 
 def _voids(placed: Solid, z_mm: float, up: float, depth_mm: float, spread_mm: float) -> Region:
-    """Return the shadow of all that is no metal between a cheek and a depth."""
+    """Return the shadow of all that is not metal between a cheek and a depth."""
     top, bottom = z_mm - up * (2.0 * spread_mm + 2.0 * SKIN_MM), z_mm - up * depth_mm
     low, high = min(top, bottom), max(top, bottom)
     slab = placed.above(low - SKIN_MM).below(high + SKIN_MM)  # no skin is left where both end

@@ -24,7 +24,7 @@ MUCH = 0.3
 """Share of the lesser of two cuts up to which both may want the same metal. Plans count that twice at first;
 each pass of cutting and planning again leaves about that share of the error."""
 ROUNDING_SHARE = 1e-6
-"""Share of it that is no metal, but the rounding of two outlines that touch."""
+"""Share of it that is not metal, but the rounding of two outlines that touch."""
 STEPS = 5
 """How often the depth that two cuts may both have is halved upon: to 3 % of the deeper one."""
 SHALLOWER = 1e-3

@@ -21,7 +21,7 @@ def refuse_direction(kind: str, direction: str) -> None:
 
 
 FINEST_STEP_MM = 1e-6
-"""Of a machine; with a finer one the number of steps is no number any more."""
+"""Of a machine; with a finer one the number of steps is not a number any more."""
 STEP = Rule(f"must be 0 or ≥ {FINEST_STEP_MM:g}", least=FINEST_STEP_MM, besides=(0.0,))
 """Range of a machine's step; 0: any depth."""
 

@@ -49,7 +49,7 @@ def _faults(kind: Kind[Any]) -> Iterator[str]:
     if any(other.limits is limits for other in _KINDS.values()):
         yield f"the limits {limits.__name__} are another kind's"
     if not is_dataclass(limits) or "__dataclass_fields__" not in vars(limits):
-        yield f"its limits {limits.__name__} are no dataclass"
+        yield f"its limits {limits.__name__} are not a dataclass"
         return
     for each in fields(limits):
         if each.default is MISSING and each.default_factory is MISSING:

@@ -286,7 +286,7 @@ def cuts(
         room = HoleLimits(limits.min_wall_mm, FLAT_BOTTOM_RAD, lengths[0], lengths[-1] + radius)
         sites = search.sites(radius + limits.min_wall_mm, (radius, room))
         for site, hole, deepest in search.holes(sites, [radius], room):
-            is_flat = hole.whole_mm <= SAME_MM  # a plane's own roundings are no slope of the mouth
+            is_flat = hole.whole_mm <= SAME_MM  # a plane's own roundings are not a slope of the mouth
             seat = 0.0 if is_flat else hole.whole_mm + SEAT_MM
             slug_cuts += [
                 SlugCut(

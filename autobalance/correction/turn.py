@@ -67,7 +67,7 @@ class TurnLimits(Limits):
     depth_step_mm: Annotated[float, STEP] = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse limits that are no lengths."""
+        """Refuse limits that are not lengths."""
         refuse_out_of_range("turn", self)
 
 
@@ -300,7 +300,7 @@ def _reaches_mm(solid: Solid, anatomy: Anatomy) -> dict[int, float]:
     """Return how far from the axis each web has metal: at a vertex of its slab, or an edge that enters it."""
     frame, mesh = anatomy.file_to_rotor, solid.mesh
     x, y, z = np.ascontiguousarray((mesh.vertices @ frame[:3, :3].T + frame[:3, 3]).T)
-    square = np.zeros(len(z))  # a vertex of no triangle is no metal
+    square = np.zeros(len(z))  # a vertex of no triangle is not metal
     square[mesh.triangles] = (x * x + y * y)[mesh.triangles]
     bottoms, tops = least_and_greatest(z, mesh.triangles)
     reaches = {}

@@ -133,7 +133,7 @@ def measure_rod(source: Source, density_g_mm3: float, density_pm_g_mm3: float = 
     Raises
     ------
     RecognitionError
-        If the solid is no connecting rod.
+        If the solid is not a connecting rod.
     """
     cylinders = () if source.surfaces is None else source.surfaces.cylinders
     eyes = find_eyes(source.solid.mesh, source.moments(1.0).centre_mm, cylinders)

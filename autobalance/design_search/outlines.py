@@ -10,7 +10,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 PAST_MM = 1e-5
-"""How far a cut goes past the heights of the free metal: what is thinner is no metal."""
+"""How far a cut goes past the heights of the free metal: what is thinner is not metal."""
 
 
 def sector_mm(profile: Profile, far_mm: float) -> Array:

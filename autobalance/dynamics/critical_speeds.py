@@ -133,7 +133,7 @@ def _definite(stiffness: Array, inertia: Complex, rigid: int | None) -> tuple[Ar
     """Solve K x = Ω² A x for Ω² > 0, K symmetric, A Hermitian and perhaps indefinite.
 
     Rigid-body motions, on which K is zero, are taken out: K is definite on the rest. Negative springs
-    may leave K indefinite; what they do to a rotor at rest is no critical speed.
+    may leave K indefinite; what they do to a rotor at rest is not a critical speed.
     """
     energy, modes = np.linalg.eigh(stiffness)
     still = energy < 1e-12 * energy[-1] if rigid is None else np.arange(len(energy)) < rigid

@@ -35,7 +35,7 @@ class LineFormat:
     def vectors(self, line: str) -> dict[str, complex]:
         """Return the vectors of a line by plane, ``A``, ``B`` or ``""`` where there is but one [g·mm].
 
-        Angles count as the machine counts them. A line that is no reading has none.
+        Angles count as the machine counts them. A line that is not a reading has none.
         """
         match = self.pattern.search(line)
         if match is None:

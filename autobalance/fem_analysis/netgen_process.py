@@ -1,4 +1,4 @@
-"""Netgen in a process of its own: a mesher that crashes, prints or hangs does so there.
+"""Netgen in a separate process: a mesher that crashes, prints or hangs does so there.
 
 Run as ``python -m autobalance.fem_analysis.netgen_process ORDER.json``. The order names the input and, for
 each mesh, its size and file; the answer goes to the order's ``answer``.

@@ -1,4 +1,4 @@
-"""``[drive]`` of a job, or a file of its own: gears, belts and shafts that the crank drives."""
+"""``[drive]`` of a job, or a separate file: gears, belts and shafts that the crank drives."""
 
 from __future__ import annotations
 

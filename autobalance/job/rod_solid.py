@@ -39,7 +39,7 @@ def with_measured_rod(values: Mapping[str, Any], folder: Path) -> dict[str, Any]
     Raises
     ------
     JobError
-        If the solid is no rod, or a key that is given contradicts it; it names both.
+        If the solid is not a rod, or a key that is given contradicts it; it names both.
     """
     engine = values.get("engine")
     rod = engine.get("rod") if isinstance(engine, Mapping) else None

@@ -45,7 +45,7 @@ def read_trace(path: Path) -> tuple[Array, Array]:
     FileError
         If it cannot be read.
     FormatError
-        If a column is missing or named twice, or a cell is no number.
+        If a column is missing or named twice, or a cell is not a number.
     """
     lines = _text(path).splitlines()
     rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip()]

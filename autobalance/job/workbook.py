@@ -42,7 +42,7 @@ def read_workbook(path: Path) -> dict[str, Any]:
     FileError
         If it cannot be read.
     JobError
-        If it is no workbook, has no such sheet, or a cell is wrong: ``Job!B17``.
+        If it is not a workbook, has no such sheet, or a cell is wrong: ``Job!B17``.
     """
     return tables_of_cells(cells_of(path))
 

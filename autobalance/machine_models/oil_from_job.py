@@ -44,7 +44,7 @@ def with_oil(job: Job, crank: Crank) -> Job:
 def throw_oil(oil: Moments, throw: Throw) -> ThrowOil:
     """Return a throw's oil as a mass in its crankpin that pulls alike along the throw, and the rest."""
     along = float(oil.first_g_mm[:2] @ throw.direction) / throw.crank_radius_mm
-    on_crankpin = max(0.0, along)  # more oil on the counterweight's side is no bob-weight
+    on_crankpin = max(0.0, along)  # more oil on the counterweight's side is not a bob-weight
     return ThrowOil(oil, on_crankpin, oil - Moments.point(on_crankpin, throw.crankpin.centre_mm))
 
 

@@ -62,7 +62,7 @@ class ExcitedTrain:
         return train_modes(self.named.train) if self.chain is None else torsion_modes(self.chain)
 
     def holzer(self, mode: TorsionMode) -> list[HolzerRow] | None:
-        """Return Holzer's table at a mode; None where the stations are no chain that hangs together."""
+        """Return Holzer's table at a mode; None where the stations are not a chain that hangs together."""
         if self.chain is None or self.chain.rigid_modes != 1:
             return None
         return holzer_table(self.chain, mode.frequency_rad_s)

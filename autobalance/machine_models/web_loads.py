@@ -65,7 +65,7 @@ class _Bay:
     rods : sequence of (float, (n,) complex)
         Place and load of each rod, as the crank sees it, x + iy [N].
     pieces : sequence of (float, Moments)
-        Place and moments of what is no metal of the crank.
+        Place and moments of what is not metal of the crank.
     solid : Solid
         Its metal (rotor frame).
     density_g_mm3 : float

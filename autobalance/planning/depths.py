@@ -251,7 +251,7 @@ def _tangent_step(
 def _least_cost(
     cost: Array, rows: Array, most: Array, bounds: tuple[Array, Array], same_depth: bool
 ) -> Array | None:
-    """Return the answer of a linear programme whose last two unknowns are no depths; None: none is found.
+    """Return the answer of a linear programme whose last two unknowns are not depths; None: none is found.
 
     A few depths are found before scipy, which solves the others, would have been loaded; depths that are to
     be the same are one.

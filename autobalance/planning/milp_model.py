@@ -168,7 +168,7 @@ class MilpModel:
             self._add(columns, [1.0] * size + [-1.0], low, 0.0)
 
     def _residual_rows(self, task: Task, effects: Sequence[Sequence[Moments]]) -> None:
-        """Give the residual columns of its own, so that few rows name every cut; keep it in polygons."""
+        """Give the residual separate columns, so that few rows name every cut; keep it in polygons."""
         rows = judged_rows(task.tolerance)
         own = independent_rows(task.tolerance)
         size = len(own)

@@ -54,7 +54,7 @@ def logo(report: Report) -> Logo | None:
 
 
 def picture_of(path: Path) -> Logo | None:
-    """Return the picture of a file; None where it is no PNG or JPEG."""
+    """Return the picture of a file; None where it is not a PNG or JPEG."""
     if not path.is_file():
         return None
     data = path.read_bytes()

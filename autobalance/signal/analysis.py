@@ -25,7 +25,7 @@ from autobalance.signal.turning import TURN, Turning
 from autobalance.signal.windows import COSINES
 
 STEADY = 0.02
-"""A speed that varies by no more of itself is no run-up."""
+"""A speed that varies by no more of itself is not a run-up."""
 SHORTEST = 16
 LARGEST = 1e60
 """Beyond it squares of squares overflow."""
@@ -180,7 +180,8 @@ def _main_channel(record: Record, question: Question) -> Channel:
         if len(left) != 1:
             names = ", ".join(each.name for each in left) or "none"
             raise FormatError(
-                f"{record.file} has {len(left)} channels that are no tacho ({names}); name one with --channel"
+                f"{record.file} has {len(left)} channels that are not tachos ({names}); "
+                "name one with --channel"
             )
         channel = left[0]
     if len(channel) < SHORTEST:

@@ -78,7 +78,7 @@ def filled(channel: Channel) -> tuple[Channel, str | None]:
     holes = ~np.isfinite(channel.stored)
     count = int(holes.sum())
     if count > MOST_HOLES * len(holes):
-        raise FormatError(f"channel {channel.name!r}: {count} of {len(holes)} samples are no numbers")
+        raise FormatError(f"channel {channel.name!r}: {count} of {len(holes)} samples are not numbers")
     places = np.flatnonzero(~holes)
     values = channel.values()
     values = np.interp(np.arange(len(values)), places, values[places])
@@ -87,14 +87,14 @@ def filled(channel: Channel) -> tuple[Channel, str | None]:
     first = int(np.argmax(holes)) / channel.sample_rate_hz
     edges = int((np.diff(holes.astype(np.int8)) == 1).sum()) + int(holes[0])
     note = (
-        f"gap: channel {channel.name!r} has {count} samples that are no numbers, in {edges} places, "
+        f"gap: channel {channel.name!r} has {count} samples that are not numbers, in {edges} places, "
         f"the first at {first:.6g} s; filled by the record's sines and straight lines"
     )
     return replace(channel, stored=values, factor=1.0, offset=0.0), note
 
 
 def _modelled(values: Array, holes: NDArray[np.bool_], rate_hz: float) -> Array:
-    """Return values whose holes follow the record's own sines, and straight lines for what is no sine.
+    """Return values whose holes follow the record's own sines, and straight lines for what is not a sine.
 
     Sines that were found with straight lines in the holes are a little off; with themselves there, less so.
     A hole also makes weak lines beside each sine, so that the strong ones are taken first.

@@ -356,9 +356,9 @@ def _ridge(values: Array, rate: float) -> tuple[Array, Array, Array] | None:
 
 
 def _smooth_course(times: Array, frequencies: Array, sure: Array) -> Array | None:
-    """Return an even or exponential sweep through a ridge, or a cubic; None where it is no sweep.
+    """Return an even or exponential sweep through a ridge, or a cubic; None where it is not a sweep.
 
-    What rings on at the resonance is no sweep: it lies off, and counts less from round to round.
+    What rings on at the resonance is not a sweep: it lies off, and counts less from round to round.
     """
     x = 2.0 * (times - times[0]) / (times[-1] - times[0]) - 1.0
     known = sure > RIDGE_SHARE

@@ -127,7 +127,7 @@ def _strip(spectrum: Complex, length: int, name: str, most: int) -> _Fit:
 
 
 def _sines_only(spectrum: Complex, length: int, name: str, fit: _Fit) -> _Fit:
-    """Leave out what is no sine: lines of a speed that varies are wider than the window makes a sine."""
+    """Leave out what is not a sine: lines of a speed that varies are wider than the window makes a sine."""
     keep = np.ones(len(fit.bins), dtype=bool)
     for place, nu in enumerate(fit.bins):
         at = _around(np.array([nu]), half_width_bins(name), len(spectrum))

@@ -18,7 +18,7 @@ NEIGHBOURS = 5
 """Intervals to each side from which the length of one is estimated."""
 LONGEST_WINDOW = 401
 MORE_SCATTER = 1.6
-"""A wider smoothing may leave so much more than the narrowest; rounding to samples is no white noise."""
+"""A wider smoothing may leave so much more than the narrowest; rounding to samples is not white noise."""
 ERROR_WINDOW = 11
 PATTERN_TURNS = 4
 """Turns after which an encoder's own pattern is separated from the shaft's motion."""

@@ -278,7 +278,7 @@ def drill_chart(
     Raises
     ------
     ValueError
-        If there is no such series, or a size is no size.
+        If there is no such series, or a size is not a size.
 
     References
     ----------

@@ -1,6 +1,6 @@
 """Whether a report is as its JSON Schema says: every key there, of its type, within its bounds.
 
-Rules among values (``allOf``) are checked with the values. Keys that a schema does not name are no fault
+Rules among values (``allOf``) are checked with the values. Keys that a schema does not name are not a fault
 here: they end up among what was not checked.
 """
 

@@ -153,7 +153,7 @@ class Claims:
         self.ledger.places.add(self.path(path))
 
     def note(self, name: str, value: Any, measured: Any, within: float | None = None) -> None:
-        """Note something as true that is no single value of the report, such as a sum."""
+        """Note something as true that is not a single value of the report, such as a sum."""
         how = self.ledger.source if within is None else f"{self.ledger.source}, within {within:.2g}"
         self.ledger.claims.append(Claim(name, value, measured, how))
 

@@ -26,7 +26,7 @@ def read_report(path: Path) -> Mapping[str, Any]:
     FileError
         If it cannot be read.
     FormatError
-        If it is no JSON object, has a key twice or a number that cannot be, or is of an unknown version.
+        If it is not a JSON object, has a key twice or a number that cannot be, or is of an unknown version.
     """
     with file_errors(f"read the report {path}"):
         note_read(path)

@@ -19,7 +19,7 @@ from autobalance.web_app.project import Project
 
 @dataclass(frozen=True)
 class Analysis:
-    """What a verb reads: the page's job, a file of its own (the name of its schema), or records."""
+    """What a verb reads: the page's job, a separate file (the name of its schema), or records."""
 
     job: bool = False
     schema: str = ""
@@ -139,7 +139,7 @@ def keywords_of(verb: str, values: Mapping[str, Any], project: Project) -> dict[
     Raises
     ------
     UsageError
-        If an option is unknown, of another type than declared, or names what is no file of the project.
+        If an option is unknown, of another type than declared, or names what is not a file of the project.
     """
     declared = {each.name: each for each in _options(verb)}
     unknown = set(values) - set(declared)

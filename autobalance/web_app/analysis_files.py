@@ -62,7 +62,7 @@ def _has_file(verb: str) -> bool:
 
 
 def _document(text: str, verb: str) -> Response:
-    """Return the text of a verb's file with its tables; without those where it is no TOML."""
+    """Return the text of a verb's file with its tables; without those where it is not TOML."""
     try:
         tables = jsonable(toml_of(text, f"{verb}.toml"))
     except AutobalanceError:

@@ -27,7 +27,7 @@ async def body_of(request: Request) -> Any:
             return None
     try:
         values = json.loads(data)
-        json.dumps(values, ensure_ascii=False).encode()  # half a surrogate pair is no text
+        json.dumps(values, ensure_ascii=False).encode()  # half a surrogate pair is not text
     except (ValueError, RecursionError):
         return None
     return values

@@ -16,7 +16,7 @@ from autobalance.job.toml.keys import FILLED, REQUIRED, Key
 from autobalance.job.toml.typed_values import UNIT_BY_ENDING, unit_of_name
 
 BY_ITSELF = "correction"
-"""The table that has forms of its own, by the kinds of correction."""
+"""The table that has separate forms, by the kinds of correction."""
 Form = dict[str, Any]
 
 

@@ -127,7 +127,7 @@ class Live:
         if path is None:
             return file_of(None)
         if not isinstance(values, dict):
-            return refused("the body is no JSON object", 400)
+            return refused("the body is not a JSON object", 400)
         if any(where != "crankshaft.file" for where, _ in named_files(values)):
             return JSONResponse({"why": "weights of solids are known once the crank is balanced"})
         report = json.loads(path.read_text(encoding="utf-8"))

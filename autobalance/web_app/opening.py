@@ -162,7 +162,7 @@ def open_report(path: Path, project: Project, anywhere: bool = True) -> str:
     Raises
     ------
     AutobalanceError
-        If it is no report of ``balance`` or ``recut``, or its solid is gone.
+        If it is not a report of ``balance`` or ``recut``, or its solid is gone.
     """
     from autobalance.verification.premises import given
     from autobalance.verification.report_file import read_report

@@ -137,7 +137,7 @@ def predicted(
     Raises
     ------
     JobError
-        If there are not as many as cuts, or one is no number or out of its limits.
+        If there are not as many as cuts, or one is not a number or out of its limits.
     """
     depths, turns, diameters = checked_cuts(model, depths_mm, turns_deg, diameters_mm)
     unbalance, moment = (
@@ -208,7 +208,7 @@ def checked_cuts(
     Raises
     ------
     JobError
-        If there are not as many as cuts, or one is no number or out of its limits.
+        If there are not as many as cuts, or one is not a number or out of its limits.
     """
     cuts = model["cuts"]
     depths = _checked("depths_mm", depths_mm, len(cuts))

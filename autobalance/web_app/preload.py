@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a process with threads is no good to copy
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a process with threads cannot be copied safely
 os.environ.setdefault("MPLBACKEND", "agg")
 
 import scipy.optimize  # noqa: F401

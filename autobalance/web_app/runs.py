@@ -1,4 +1,4 @@
-"""Runs of a project: waiting, running in processes of their own, done, failed or cancelled."""
+"""Runs of a project: waiting, running in separate processes, done, failed or cancelled."""
 
 from __future__ import annotations
 

@@ -146,7 +146,7 @@ class Pages:
         """Keep the page's job as ``job.toml`` and give its text."""
         values = await body_of(request)
         if not isinstance(values, dict):
-            return refused("the body is no JSON object", 400)
+            return refused("the body is not a JSON object", 400)
         try:
             text = toml_text(values)
         except AutobalanceError as error:

@@ -1,4 +1,4 @@
-"""What runs in a process of its own: one verb on one job, its progress sent through a pipe."""
+"""What runs in a separate process: one verb on one job, its progress sent through a pipe."""
 
 from __future__ import annotations
 
@@ -284,7 +284,7 @@ def _picture(result: BalanceResult) -> bytes:
 
 
 def _analysed(verb: str) -> Callable[[Asked, Place, Progress], int]:
-    """Return what runs an analysis: of the page's job, of a file of its own, or of records."""
+    """Return what runs an analysis: of the page's job, of a separate file, or of records."""
 
     def run(request: Asked, place: Place, notify: Progress) -> int:
         import autobalance as ab
@@ -292,11 +292,11 @@ def _analysed(verb: str) -> Callable[[Asked, Place, Progress], int]:
         def notify_of_verb(words: str, share: float) -> None:
             notify(words, DRAWING_SHARE * share)
 
-        os.chdir(place.project)  # what a file names is in the project; the run is a process of its own
+        os.chdir(place.project)  # what a file names is in the project; the run is a separate process
         keywords = keywords_of(verb, request.get("options", {}), Project(place.project))
         declared = parameters_of(f"api.{verb}:{verb}")
         if "workers" in declared:
-            keywords["workers"] = 1  # the run is a process of its own already
+            keywords["workers"] = 1  # the run is a separate process already
         if "progress" in declared:
             keywords["progress"] = notify_of_verb
         notify(f"computing {verb}", 0.0)

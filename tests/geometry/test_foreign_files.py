@@ -1,4 +1,4 @@
-"""What a damaged CAD file does to the CAD kernel stays in a process of its own, and is one line."""
+"""What a damaged CAD file does to the CAD kernel stays in a separate process, and is one line."""
 
 from __future__ import annotations
 

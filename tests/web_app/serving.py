@@ -1,4 +1,4 @@
-"""The app in a process of its own, for tests."""
+"""The app in a separate process, for tests."""
 
 from __future__ import annotations
 

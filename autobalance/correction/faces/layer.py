@@ -28,7 +28,7 @@ SAME_FACE_AREA_SHARE = 0.01
 """Share of the metal just under a face and in a sector over which the face lies if it is there at all."""
 BACKWARD = -0.5
 """A surface counts as the next one behind the face if its normal has at most this component along the face's:
-side walls that lean back a little are no wall behind the face (ours)."""
+side walls that lean back a little are not a wall behind the face (ours)."""
 ABOVE_AND_BELOW = 3
 """Of a triangle with a corner above the lower height of a slab, bit 1, and one below the upper, bit 2."""
 IN_LINE = 1.0 / 32.0
@@ -98,12 +98,12 @@ class Layer:
         return np.flatnonzero(self.leans <= BACKWARD * self.areas)
 
     def is_thick(self, rows: Indices) -> NDArray[np.bool_]:
-        """Return which of some triangles are no slivers lower than rounding, which face nowhere."""
+        """Return which of some triangles are not slivers lower than rounding, which face nowhere."""
         thick: NDArray[np.bool_] = self.areas.take(rows) > self.grain_mm * longest_sides(self.corners(rows))
         return thick
 
     def thick(self, rows: Indices) -> Indices:
-        """Return those of some triangles that are no slivers."""
+        """Return those of some triangles that are not slivers."""
         chosen: Indices = rows[self.is_thick(rows)]
         return chosen
 
@@ -126,7 +126,7 @@ class Layer:
 
     @cached_property
     def saddle_heights_mm(self) -> Array:
-        """The heights of vertices at which the surface is no simple slope: its sections join or divide there.
+        """Heights of vertices where the surface is not a simple slope: its sections join or divide there.
 
         Around a vertex of a slope lie two triangles of which it is the middle one by height; around a summit
         or the bottom of a hollow none, around a saddle four or more. Equal heights count in turn.

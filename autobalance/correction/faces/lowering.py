@@ -12,7 +12,7 @@ from autobalance.types import Array
 BESIDE_MM = 0.5
 """How far the box reaches beyond the metal that it takes, and keeps from what it spares, if it can."""
 SLIVER_MM = 0.01
-"""Metal that is nowhere twice as thick is no metal, but the difference of two outlines."""
+"""Metal that is nowhere twice as thick is not metal, but the difference of two outlines."""
 NARROWER = (1.0, 0.5, 0.2, 0.1, 0.04)
 """Shares of that tried between metal that goes and metal that stays."""
 

@@ -50,7 +50,7 @@ class Site:
     that point begins, not at its tip: a drill of the same point goes on with all of the bottom at once.
     ``least_radius_mm`` is how near to the crank axis the zone lets a hole come; ``surface`` and ``fillets``
     are all of the crank's and the web's; beside a hole that is drilled deeper, what lies more than
-    ``passed_mm`` above its tip, ``tip_mm`` beyond the entry, is no wall of what is drilled.
+    ``passed_mm`` above its tip, ``tip_mm`` beyond the entry, is not a wall of what is drilled.
     """
 
     web: int

@@ -190,7 +190,7 @@ class Surface:
     def may_hold(self, axis: Axis, radius_mm: float, room: HoleLimits) -> bool:
         """Return whether a sample of the triangles leaves room for a hole of the least depth.
 
-        Those that do not face the drill, for they are no continuation of the entry.
+        Those that do not face the drill, for they are not a continuation of the entry.
         """
         corners = self.corners[:: max(1, len(self.corners) // SAMPLES)]
         points = axis.local(corners[~_facing(corners, axis), 0])
@@ -200,10 +200,10 @@ class Surface:
     def others(
         self, axis: Axis, entry_row: int, fillet: NDArray[np.bool_] | None = None
     ) -> tuple[Array | None, float]:
-        """Return the triangles (k, 3, 3) that are no continuation of the entry, and the entry's least τ.
+        """Return the triangles (k, 3, 3) that are not a continuation of the entry, and the entry's least τ.
 
         Both in local coordinates; None where the entry itself is too slanted to start a drill on, or part
-        of a ``fillet`` (m,), which is no continuation of a face although it leaves it smoothly.
+        of a ``fillet`` (m,), which is not a continuation of a face although it leaves it smoothly.
         """
         facing = _facing(self.corners, axis)
         if fillet is not None:

@@ -1,4 +1,4 @@
-"""Metal left around a milled pocket, and how deep it may go: distances to all that is no metal."""
+"""Metal left around a milled pocket, and how deep it may go: distances to all that is not metal."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Below:
         return Solid.prism(pocket, *ends)
 
     def _air(self, body: Solid, reach_mm: float) -> Solid:
-        """Return all that is no metal under the cheek, around a body."""
+        """Return all that is not metal under the cheek, around a body."""
         low, high = body.bounds
         low, high = low - 2.0 * reach_mm, high + 2.0 * reach_mm
         top = self.z_mm - self.up * self.skin_mm

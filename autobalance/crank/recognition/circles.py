@@ -123,7 +123,7 @@ def whole_circle(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> Circ
 
 
 def _is_long(outline: Array) -> bool:
-    """Return quickly whether points are no circle, as most sections of a shaft not cut square."""
+    """Return quickly whether points are not a circle, as most sections of a shaft not cut square."""
     along = outline @ ACROSS
     widths = along.max(axis=0) - along.min(axis=0)
     return bool(widths.max() > LONGEST * widths.min())

@@ -151,7 +151,7 @@ def _looked_at(
 def _fitted(skin: _Skin, here: Array, run: CylinderRun) -> tuple[float, CylinderRun]:
     """Return how far off a cylinder's surface lies: centre, radius or lean, at most; and the cylinder there.
 
-    Corners within facets stand inside by what the facets do, which is no fault of the radius: by half the
+    Corners within facets stand inside by what the facets do, which is not a fault of the radius: by half the
     square of the angle between a facet's direction and the radius.
     """
     weights = np.repeat(skin.areas * here, 3)

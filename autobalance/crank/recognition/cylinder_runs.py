@@ -163,7 +163,7 @@ def _unbroken(long: SectionStack, chain: Sequence[_Link], here: _Link) -> bool:
     least, most = (1.0 - SURFACE_LEFT) * radius, (1.0 + INSIDE) * radius
     if circles:
         groove = long.sections[here.place].z_mm - long.sections[last].z_mm <= GAP_SHARE * radius
-        if not (groove and len(chain) > 1):  # two sections through fillets are no cylinder with a groove
+        if not (groove and len(chain) > 1):  # two sections through fillets are not a cylinder with a groove
             return False
         least = 0.0
     distinct = {section.pieces for section in between}

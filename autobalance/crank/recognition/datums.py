@@ -49,7 +49,7 @@ LARGER = 1.4
 AT_END = 0.5
 """... and nearer to the crank's end than this share of the journal's radius; else it is a collar."""
 BOLTS = 3
-"""Fewer holes are no bolt circle."""
+"""Fewer holes are not a bolt circle."""
 ON_BOLT_CIRCLE = 0.02
 """Holes of a bolt circle are as far from the axis but for this share."""
 HOLE_SHARE = 0.25

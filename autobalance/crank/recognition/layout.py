@@ -36,15 +36,15 @@ class GapError(RecognitionError):
 class JournalLayout:
     """Main journals and crankpins, each by increasing z, in the turned axes; ``axis`` (2,).
 
-    ``settled`` says that the axis is the journals' own, with nothing left to fit; ``found`` are all the bare
-    cylinders that they were chosen from.
+    ``settled`` says that the axis is the journals' own, with nothing left to fit; ``chosen_from`` are
+    all the bare cylinders.
     """
 
     axis: Array
     journals: tuple[CylinderRun, ...]
     pins: tuple[CylinderRun, ...]
     settled: bool = False
-    found: tuple[CylinderRun, ...] = ()
+    chosen_from: tuple[CylinderRun, ...] = ()
 
 
 def crank_axis(

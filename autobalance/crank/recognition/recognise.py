@@ -287,7 +287,7 @@ def _layout(
     if overrides.main_journals is not None:
         journals = [hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
         layout = replace(layout, journals=tuple(sorted(journals, key=lambda run: run.z_mid)))
-    return replace(layout, found=tuple(runs))
+    return replace(layout, chosen_from=tuple(runs))
 
 
 def _with_pins(

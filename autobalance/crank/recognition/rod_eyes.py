@@ -94,7 +94,7 @@ def find_eyes(mesh: Mesh, centre_mm: Array, cylinders: Sequence[CylinderFace] = 
     Raises
     ------
     RecognitionError
-        If the solid is no connecting rod; the message says what was found.
+        If the solid is not a connecting rod; the message says what was found.
     """
     rounding = ROUNDING * float(np.abs(mesh.bounds).max())
     rows, weight = mesh.sample

@@ -174,7 +174,7 @@ def _ends(z: Array, off: Array, areas: Array, run: CylinderRun, within: float) -
     below, above = bad[bad < -1], bad[bad > 0]
     low = run.z_mid + size * (float(below.max()) + 1.0) if len(below) else float(z.min())
     high = run.z_mid + size * float(above.min()) if len(above) else float(z.max())
-    if high - low < 0.5 * run.width:  # a groove or a dent near the middle is no end
+    if high - low < 0.5 * run.width:  # a groove or a dent near the middle is not an end
         return run.z_low, run.z_high
     return low, high
 

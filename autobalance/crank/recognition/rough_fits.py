@@ -11,7 +11,7 @@ import numpy as np
 from autobalance.types import Array, Indices
 
 OUTLIER = 3.5
-"""Points that stand off a surface by more than so many standard deviations (of the middle ones) are no part
+"""Points that stand off a surface by more than so many standard deviations (of the middle ones) are not part
 of it: dents, drillings, edges."""
 NO_OUTLIER = 5e-4
 """... but for those that stand off a drawn cylinder by less than this share of its radius."""

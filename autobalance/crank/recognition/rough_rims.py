@@ -21,7 +21,7 @@ FACING = 0.97
 ALONG = 0.25
 """... and along it by less than this."""
 ROUGHER = 2.5
-"""What stands off a cylinder about the axis by more than so many times the roughness is no rim about it."""
+"""What stands off a cylinder about the axis by more than so many times the roughness is no rim."""
 FEWEST = 24
 
 

@@ -133,7 +133,7 @@ def _refuse_bolt_holes(layout: JournalLayout) -> None:
 def _refuse_twins(layout: JournalLayout) -> None:
     """Refuse cylinders with another one beside them at the same height: pins in a plate."""
     for run in (*layout.journals, *layout.pins):
-        for other in layout.found:
+        for other in layout.chosen_from:
             apart = float(np.linalg.norm(other.centre - run.centre)) > run.radius + other.radius
             shared = min(run.z_high, other.z_high) - max(run.z_low, other.z_low)
             if apart and shared > 0.5 * run.width:
@@ -159,7 +159,7 @@ def _refuse_passed_over(long: SectionStack, layout: JournalLayout, webs: Sequenc
     most = NECK[1] * max(run.radius for run in (*layout.journals, *layout.pins))
     beside = webs[int(low == -math.inf) : len(webs) - int(high == math.inf)]
     known = [(web.z_min_mm, web.z_max_mm) for web in beside]
-    known += [(run.z_low, run.z_high) for run in (*layout.found, *layout.journals, *layout.pins)]
+    known += [(run.z_low, run.z_high) for run in (*layout.chosen_from, *layout.journals, *layout.pins)]
     stretch: list[CrossSection] = []
     radius = 0.0
     for section in long.sections:

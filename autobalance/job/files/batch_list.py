@@ -86,7 +86,7 @@ def read_batch_list(source: Path, job: Path | None = None) -> BatchList:
     FileError
         If it cannot be read.
     JobError
-        If it is no list: no rows, an unknown column, two equal names, a row without a job.
+        If it is not a list: no rows, an unknown column, two equal names, a row without a job.
     """
     if source.is_dir():
         return BatchList(tuple(_of_folder(source, job)))

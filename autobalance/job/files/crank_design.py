@@ -31,7 +31,7 @@ def read_design(text: str, source: str) -> tuple[Design, EngineParts | None]:
     Raises
     ------
     JobError
-        For text that is no TOML, unknown or missing keys, wrong types and impossible values.
+        For text that is not TOML, unknown or missing keys, wrong types and impossible values.
     """
     raw = toml_of(text, source)
     try:

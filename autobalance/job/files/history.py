@@ -34,7 +34,7 @@ def read_history(path: Path, x_column: str, y_column: str, bush_speed_rad_s: flo
     FileError
         If it cannot be read.
     JobError
-        If a column is missing, a cell is no number, or the angles are not those of whole turns.
+        If a column is missing, a cell is not a number, or the angles are not those of whole turns.
     """
     with file_errors(f"read the history {path}"):
         if path.stat().st_size > LARGEST_BYTES:

@@ -169,7 +169,7 @@ def read_machine_tool(source: str | Path | Mapping[str, Any]) -> MachineTool:
 
 
 def _based(raw: Mapping[str, Any]) -> Values:
-    """Return the values in mm; ``zero.z_mm`` may be a name, which is no length."""
+    """Return the values in mm; ``zero.z_mm`` may be a name, which is not a length."""
     zero = raw.get("zero")
     if not isinstance(zero, Mapping) or not isinstance(zero.get("z_mm"), str):
         return read(in_base_units(raw), MACHINE_TOOL_KEYS)

@@ -193,7 +193,7 @@ def _request(filled: Values) -> RotorRequest:
 
 
 def _check_proportions(sections: Sequence[Values]) -> None:
-    """Refuse what is no shaft: beam elements would be divided without end, or lose all digits."""
+    """Refuse what is not a shaft: beam elements would be divided without end, or lose all digits."""
     for number, each in enumerate(sections, 1):
         thick, thin = (pick(each["outer_mm"], each["outer_end_mm"]) for pick in (max, min))
         if thick > STEEPEST * thin:

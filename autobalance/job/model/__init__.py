@@ -1,4 +1,4 @@
-"""What a job says, in mm, g, s and rad; what few jobs hold stands in modules of its own."""
+"""What a job says, in mm, g, s and rad; what few jobs hold stands in separate modules."""
 
 from autobalance.job.model.engine import (
     Attached,

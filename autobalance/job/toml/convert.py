@@ -11,7 +11,7 @@ from typing import Any, Literal, NewType, Union, get_args, get_origin
 from autobalance.errors import JobError
 
 LARGEST = 1e9
-"""Size of a number at most: beyond is no mass, length or speed of a crankshaft, and squares overflow."""
+"""Size of a number at most: beyond is not a mass, length or speed of a crankshaft, and squares overflow."""
 
 Large = NewType("Large", float)
 """Type hint of a number that may be larger, such as a stiffness [N/m]."""

@@ -23,7 +23,7 @@ def text_of(path: Path, what: str) -> str:
     FileError
         If it cannot be read.
     JobError
-        If it is no text, or larger than any of its kind.
+        If it is not text, or larger than any of its kind.
     """
     with file_errors(f"read the {what} {path}"), path.open("rb") as stream:
         note_read(path)
@@ -44,7 +44,7 @@ def toml_of(text: str, name: str) -> dict[str, Any]:
     Raises
     ------
     JobError
-        If it is no TOML, nests too deep, or holds a number of thousands of digits.
+        If it is not TOML, nests too deep, or holds a number of thousands of digits.
     """
     try:
         table = tomllib.loads(text)

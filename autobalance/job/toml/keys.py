@@ -40,7 +40,7 @@ FILLED: Any = ()
 class Key:
     """One key of a table: its name, type, rule and default, and what it means.
 
-    ``keys`` makes it a table of its own; with ``many``, an array of tables; with ``hint`` beside them, a
+    ``keys`` makes it a separate table; with ``many``, an array of tables; with ``hint`` beside them, a
     plain value or a table. ``named`` makes it a table whose keys are free names, and says what each is. A
     table that may be missing has the default None, or ``FILLED``: then it is there with the defaults of its
     keys. ``forms`` are the tables that a file may hold in its place, where what is read was brought to one
@@ -48,7 +48,7 @@ class Key:
 
     ``typed`` is the unit of a number that may be typed with it, where the name does not end in one.
     ``not_empty`` says what to do instead of leaving a list or text empty, ``missing`` what more to say where
-    a key is not there, ``usual`` what a default is that is no value, ``verbs`` which verbs read it,
+    a key is not there, ``usual`` what a default is that is not a value, ``verbs`` which verbs read it,
     ``example`` what a template shows of it where it has no default, ``shape`` what JSON Schema has to say
     beyond all that.
     """

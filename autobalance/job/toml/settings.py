@@ -26,7 +26,7 @@ def with_settings(values: Mapping[str, Any], settings: Sequence[str]) -> dict[st
     Raises
     ------
     JobError
-        If a setting is no ``KEY=VALUE``, or its path leads into something that is no table.
+        If a setting is not ``KEY=VALUE``, or its path leads into something that is not a table.
 
     Examples
     --------
@@ -62,7 +62,7 @@ def set_key(values: dict[str, Any], key: str, value: Any) -> None:
     Raises
     ------
     JobError
-        If the path is none, leads into something that is no table, or leaves out places of a list.
+        If the path is none, leads into something that is not a table, or leaves out places of a list.
     """
     steps = _steps(key)
     place: Any = values

@@ -57,7 +57,7 @@ def sheet_cells(path: Path, sheet: str | None, *, formulas: bool = False) -> lis
     FileError
         If it cannot be read.
     JobError
-        If it is no sound workbook, has no such sheet, or is larger than a job or a list can be.
+        If it is not a sound workbook, has no such sheet, or is larger than a job or a list can be.
     """
     with file_errors(f"read the workbook {path}"):
         note_read(path)

@@ -16,7 +16,7 @@ class Table:
     Raises
     ------
     JobError
-        On construction, if ``raw`` is no table or holds a key that is not ``known`` (None: names are free).
+        On construction, if ``raw`` is not a table or holds a key that is not ``known`` (None: any).
     """
 
     def __init__(self, raw: object, path: str, known: Sequence[str] | None) -> None:

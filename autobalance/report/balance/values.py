@@ -22,14 +22,14 @@ def report(record: Record) -> Values:
 def dumps(values: Mapping[str, Any]) -> str:
     """Return a report as JSON text; raises ValueError for NaN and infinity.
 
-    Bytes of a file's name that are no UTF-8 stand as JSON's escapes of lone surrogates, and read back so.
+    Bytes of a file's name that are not UTF-8 stand as JSON's escapes of lone surrogates, and read back so.
     """
     text = json.dumps(values, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     return text.encode("utf-8", "backslashreplace").decode()
 
 
 def showable(values: Values) -> Values:
-    """Return a report for pages: a question mark for what is no text in the names of files."""
+    """Return a report for pages: a question mark for what is not text in the names of files."""
     text = json.dumps(values, ensure_ascii=False)
     shown = text.encode("utf-8", "replace").decode()
     shown_values: Values = values if shown == text else json.loads(shown)

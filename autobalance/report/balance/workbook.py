@@ -1,7 +1,7 @@
 """``balance.xlsx``: the calculation sheet, live: change a weight and the sheet follows.
 
 Every formula is written with its value, so that a program that does not recalculate shows the right numbers.
-What is known from the solid alone (its mass and moments) stands in cells of its own, marked as measured.
+What is known from the solid alone (its mass and moments) stands in separate cells, marked as measured.
 """
 
 from __future__ import annotations

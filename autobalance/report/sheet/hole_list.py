@@ -17,7 +17,7 @@ ANGLE_DIGITS, LENGTH_DIGITS, MASS_DIGITS = 4, 5, 4
 
 
 def hole_list(report: Report, units: UnitSystem = "metric") -> bytes:
-    """Return a row for each cut; angles count from crankpin 1, and from a keyway in columns of their own.
+    """Return a row for each cut; angles count from crankpin 1, and from a keyway in separate columns.
 
     Lengths and masses are in the units that the names of their columns end with.
     """

@@ -34,7 +34,7 @@ LEAST_SHARE = 0.5
 
 
 class PlateView(Flowable):  # type: ignore[misc]
-    """One plate; what does not fit beside its view is left in ``below`` for a table of its own."""
+    """One plate; what does not fit beside its view is left in ``below`` for a separate table."""
 
     def __init__(
         self, report: Report, plate: Plate, zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits,

@@ -37,7 +37,7 @@ RING_MM = 5.0
 TICKS_MM = 2.0
 APART_MM = 5.0
 SHARED_UP_TO = 12
-"""Numbers that stand between the numerals of the wheel; more of them have rings of their own."""
+"""Numbers that stand between the numerals of the wheel; more of them have separate rings."""
 
 
 class WebView:

@@ -21,7 +21,7 @@ def read_brep_file(data: bytes) -> CadFile:
     Raises
     ------
     FormatError
-        If the CAD kernel is not installed, or the file is no BREP file.
+        If the CAD kernel is not installed, or the file is not a BREP file.
     SolidError
         If its surfaces do not close.
     """

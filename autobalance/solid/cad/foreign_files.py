@@ -1,4 +1,4 @@
-"""CAD files from elsewhere are read in a process of their own: a damaged one can bring the kernel down.
+"""CAD files from elsewhere are read in a separate process: a damaged one can bring the kernel down.
 
 Of 300 STEP files with a line or a number changed, some 40 ended the kernel's reader by a segmentation
 fault, and three kept it for ever. Here that is one line. What is sent back is the kernel's own binary form,
@@ -25,7 +25,7 @@ KINDS: Final = ("step", "iges", "brep")
 
 
 def read_foreign_file(kind: str, data: bytes) -> CadFile:
-    """Read the solids of a CAD file, in a process of its own.
+    """Read the solids of a CAD file, in a separate process.
 
     Parameters
     ----------

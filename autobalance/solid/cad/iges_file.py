@@ -21,7 +21,7 @@ def read_iges_file(data: bytes) -> CadFile:
     Raises
     ------
     FormatError
-        If the CAD kernel is not installed, the file is no IGES file, or its unit is none of ours.
+        If the CAD kernel is not installed, the file is not an IGES file, or its unit is none of ours.
     SolidError
         If its surfaces do not close.
     """

@@ -31,7 +31,7 @@ def step_of_shape(source: Any, unit: str) -> bytes:
     Raises
     ------
     FormatError
-        If it is no shape of the kernel, or the kernel is not installed or of another generation.
+        If it is not a shape of the kernel, or the kernel is not installed or of another generation.
     """
     require_kernel("a shape in memory")
     from OCP.TopoDS import TopoDS_Shape

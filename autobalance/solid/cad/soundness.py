@@ -90,7 +90,7 @@ def edges_off_faces(body: Any) -> tuple[Gap, ...]:
     """Return the faces some of whose edges do not lie on them.
 
     The kernel measures what is within its faces' outlines, and takes the outlines from the edges: where an
-    edge and a surface say different things, what it measures is no solid's.
+    edge and a surface say different things, what it measures is not a solid's.
 
     Raises
     ------

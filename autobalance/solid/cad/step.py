@@ -73,7 +73,7 @@ def _exact_of(file: CadFile, body: int | str | None, pressed_up: bool) -> Exact:
     facets = chosen.facets()
     if not np.isfinite(facets.points).all():  # a damaged file: a vector left out, a radius of no number
         raise SolidError(
-            "the CAD kernel's triangles have corners that are no numbers; expected a solid that can be"
+            "the CAD kernel's triangles have corners that are not numbers; expected a solid that can be"
             " tessellated: export it again"
         )
     distinct, number = weld(facets.points)

@@ -18,7 +18,7 @@ UNITS: Final = {"millimetre": "mm", "centimetre": "cm", "metre": "m", "inch": "i
 """Names of units in STEP files, in small letters, and ours."""
 WRITTEN_UNITS: Final = {"mm": "MM", "cm": "CM", "m": "M", "inch": "INCH"}
 HUGE: Final = re.compile(rb"(?<=[\d.])[Ee]\+?0*(?:10[1-9]|1[1-9]\d|[2-9]\d\d|[1-9]\d{3,})(?!\d)")
-"""Exponents of numbers beyond 1e101, which are no lengths; the kernel's own word for infinite is 2e100."""
+"""Exponents of numbers beyond 1e101, which are not lengths; the kernel's own word for infinite is 2e100."""
 TIME: Final = "2000-01-01T00:00:00"
 """Written as the time of every file, so that equal solids are equal files."""
 
@@ -29,7 +29,7 @@ def read_step_file(data: bytes) -> CadFile:
     Raises
     ------
     FormatError
-        If the CAD kernel is not installed, or the file is no STEP file or holds neither solids nor
+        If the CAD kernel is not installed, or the file is not a STEP file or holds neither solids nor
         surfaces.
     SolidError
         If its surfaces do not close, or lie where no crankshaft does.

@@ -1,7 +1,7 @@
 """Cylinders, cones and tori from a few facets at a time: irregular ones, and surfaces that join smoothly.
 
 Corners between smooth facets lie on the true surface but for rounding; a surface through a few of them that
-passes through many others as exactly is no accident.
+passes through many others as exactly is not an accident.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from autobalance.solid.mesh.components import numbered_components
 from autobalance.types import Array, Flags, Indices
 
 CROWD = 16
-"""Faces of a strip from which on its circle is no accident, even if a few ends lie off it."""
+"""Faces of a strip from which on its circle is not an accident, even if a few ends lie off it."""
 EQUAL_CIRCLE_SHARE = 0.03
 """How far radius and centre of two chords' circles may differ, as a share of the radius."""
 CHORD_RATIO = 0.8, 1.25

@@ -65,7 +65,7 @@ def step_of_text(words: Iterable[bytes]) -> float:
 
 
 def _first_and_last(word: bytes) -> tuple[int, int] | None:
-    """Return the powers of ten of a number's first and last digit; None of zero and of what is no number."""
+    """Return the powers of ten of a number's first and last digit; None of zero and of other text."""
     mantissa, _, power = word.lower().partition(b"e")
     whole, _, fraction = mantissa.lstrip(b"+-").partition(b".")
     digits = (whole + fraction).lstrip(b"0")

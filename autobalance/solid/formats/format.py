@@ -37,8 +37,8 @@ class Format:
     names_bodies : bool
         Whether its bodies have names.
     read_exact : callable or None
-        Bytes of a file → its solids with true surfaces, where it keeps them; it is no mesh then, and ``read``
-        and ``write`` refuse.
+        Bytes of a file → its solids with true surfaces, where it keeps them; it is not a mesh then, and
+        ``read`` and ``write`` refuse.
     mm_per_unit : float or None
         Of the one unit that the format prescribes, where it does.
     form_of : callable or None

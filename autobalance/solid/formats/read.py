@@ -38,7 +38,7 @@ FARTHEST_MM = 1e7
 """Coordinates at most: ten kilometres leave no digit for a crank, and their products would overflow."""
 
 REFUSED = OpenHoles()
-"""Unless asked otherwise: a mesh that is open for more than small plane holes is no solid."""
+"""Unless asked otherwise: a mesh that is open for more than small plane holes is not a solid."""
 
 
 @dataclass(frozen=True, eq=False)

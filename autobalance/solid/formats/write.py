@@ -61,7 +61,7 @@ def decode(data: bytes, format: str, mm_per_unit: float) -> Floats:  # noqa: A00
     Raises
     ------
     FormatError
-        If the bytes are no file of this format.
+        If the bytes are not a file of this format.
     """
     with np.errstate(all="ignore"):  # as in ``read``
         soup = format_named(format).read(data).soup

@@ -25,7 +25,7 @@ def without_flakes(cut: Solid, before: Solid) -> Solid:
     Raises
     ------
     SolidError
-        If a piece of it that is no flake has come loose.
+        If a piece of it that is not a flake has come loose.
     """
     mesh = cut.mesh
     part_of, count = _parts_at_vertices(mesh)

@@ -106,7 +106,7 @@ def listed(holes: Sequence[Hole]) -> str:
 
 
 def open_holes_text(mesh: Mesh) -> str:
-    """Return what holes an open mesh has and what closes them; empty where its open edges are no rims."""
+    """Return what holes an open mesh has and what closes them; empty where its open edges are not rims."""
     holes = _holes(mesh)
     if not holes:
         return ""
