@@ -139,10 +139,10 @@ def test_fillets_by_elements_are_within_the_spread_of_the_formulas(monkeypatch: 
 def test_a_hole_across_a_bar_costs_what_the_rule_says() -> None:
     """UR M53: 3 - 5.88 q + 34.6 q² times the bending, 4 - 6 q + 30 q² times the torsion; q = d/D to 0.2."""
     q, across = 0.2, np.eye(4)
-    across[:3] = [[0.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 20.0]]
+    across[:3] = [[0.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 15.0]]
     hole = Solid.prism(Region.circle(10.0 * q, 24), -15.0, 15.0).moved(across)
-    drilled = Solid.prism(Region.circle(10.0, 48), 0.0, 40.0) - hole
-    body = bodies_of_solid(drilled, 9.0, share_of_radius=0.4)[0]
+    drilled = Solid.prism(Region.circle(10.0, 32), 0.0, 30.0) - hole
+    body = bodies_of_solid(drilled, 9.0)[0]
     loads = throw_loads(body, STEEL, np.array([1.0, 0.0]))
     bending, torsion = 32e3 / (math.pi * 20.0**3), 16e3 / (math.pi * 20.0**3)
     assert loads.bending_MPa.max() / bending == pytest.approx(3.0 - 5.88 * q + 34.6 * q**2, rel=0.1)
