@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from autobalance.crank.anatomy import Anatomy
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 from tests.generated import random_placement
@@ -24,8 +26,51 @@ ROUNDED = 0.35
 """Radius over which edges are rounded, as a share of the scan's edges: vertices do not meet there."""
 
 
+class Inside:
+    """Which voxels of a closed mesh lie inside, by sections through their middles.
+
+    The nearest triangle's direction may be wrong: at slivers, and at walls thinner than a step.
+    """
+
+    def __init__(self, mesh: Mesh, step_mm: float) -> None:
+        self.step_mm = step_mm
+        low, high = (np.asarray(end) for end in mesh.bounds)
+        self.low = low - 2.0 * step_mm
+        self.shape = np.ceil((high - self.low) / step_mm).astype(int) + 2
+        solid = Solid.from_mesh(mesh)
+        layers = [self._layer(solid, self.low[2] + (k + 0.5) * step_mm) for k in range(self.shape[2])]
+        self.voxels = np.stack(layers, axis=2)
+
+    def _layer(self, solid: Solid, z_mm: float) -> NDArray[np.bool_]:
+        """Return which voxels (x, y) of a layer have an odd number of outlines on their left."""
+        nx, ny = self.shape[:2]
+        toggled = np.zeros((nx + 1, ny), dtype=np.int64)
+        for polygon in solid.section(z_mm).polygons:
+            a = (polygon - self.low[:2]) / self.step_mm - 0.5
+            b = np.roll(a, -1, axis=0)
+            for row in range(ny):
+                cross = (a[:, 1] > row) != (b[:, 1] > row)
+                (x0, y0), (x1, y1) = a[cross].T, b[cross].T
+                at = np.ceil(x0 + (row - y0) / (y1 - y0) * (x1 - x0)).astype(int)
+                np.add.at(toggled, (np.clip(at, 0, nx), row), 1)
+        inside: NDArray[np.bool_] = np.cumsum(toggled, axis=0)[:nx] % 2 == 1
+        return inside
+
+    def holds(self, points: Array) -> NDArray[np.bool_]:
+        """Return whether the voxels in which points (n, 3) lie are inside."""
+        at = np.floor((points - self.low) / self.step_mm).astype(int)
+        known: NDArray[np.bool_] = np.all((at >= 0) & (at < self.shape), axis=1)
+        i, j, k = np.where(known[:, None], at, 0).T
+        held: NDArray[np.bool_] = known & self.voxels[i, j, k]
+        return held
+
+
 def mesh_field(mesh: Mesh, spacing_mm: float) -> Field:
-    """Return the signed distance of a closed mesh, by the nearest of some triangles around a point."""
+    """Return the signed distance of a closed mesh, by the nearest of some triangles around a point.
+
+    Farther than a voxel from the surface, sections say which side a point is on.
+    """
+    inside = Inside(mesh, spacing_mm)
     sides = np.linalg.norm(mesh.corners - np.roll(mesh.corners, 1, axis=1), axis=2).max(axis=1)
     mesh = mesh.part(mesh.doubled_areas > SLIVER_MM * sides)
     area = 0.5 * mesh.doubled_areas
@@ -53,6 +98,8 @@ def mesh_field(mesh: Mesh, spacing_mm: float) -> Field:
             nearer = (away < best - 1e-9) | ((away < best + 1e-9) & (lean > steep))
             best, steep = np.where(nearer, np.minimum(away, best), best), np.where(nearer, lean, steep)
             sign = np.where(nearer, np.where(along < 0.0, -1.0, 1.0), sign)
+        far = best > spacing_mm
+        sign[far] = np.where(inside.holds(at[far]), -1.0, 1.0)
         clipped: Array = np.clip(sign * best, -FAR_MM, FAR_MM)
         return clipped
 

@@ -8,8 +8,10 @@ import pytest
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import exact_moments
 from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
-from tests.scans import Wear, decimated, patched, punched, scan
+from tests.scanned_meshes import Inside, mesh_field
+from tests.scans import Wear, decimated, meshed, patched, punched, scan
 
 EDGE_MM = 2.5
 FINE_EDGES = Wear(edge_mm=0.3)
@@ -64,3 +66,16 @@ def test_what_is_decimated_or_patched_is_closed() -> None:
     assert len(open_mesh.triangles) < len(there.mesh.triangles) - 10
     closed = Solid.from_mesh(patched(open_mesh))
     assert closed.volume_mm3 == pytest.approx(Solid.from_mesh(there.mesh).volume_mm3, rel=1e-3)
+
+
+def test_a_tube_of_triangles_is_meshed_anew_closed_on_both_sides_of_its_wall() -> None:
+    profile = np.array([[6.0, 0.0], [10.0, 0.0], [10.0, 16.0], [6.0, 16.0]])
+    tube = Solid.revolved(profile, 48)
+    vertices, triangles = meshed(mesh_field(tube.mesh, 0.8), np.asarray(tube.mesh.bounds), 1.6, np.eye(3))
+    assert Solid.from_mesh(Mesh(vertices, triangles)).volume_mm3 == pytest.approx(tube.volume_mm3, rel=0.05)
+    inside = Inside(tube.mesh, 0.8)
+    assert inside.holds(np.array([[8.0, 0.0, 8.0], [0.0, 0.0, 8.0], [0.0, 99.0, 8.0]])).tolist() == [
+        True,
+        False,
+        False,
+    ]
