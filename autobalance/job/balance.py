@@ -152,6 +152,10 @@ def _external_parts(values: Values) -> tuple[ExternalPart, ...]:
             f'balance.external is "{values["external"]}" with {len(parts)} [[balance.external_part]];'
             " expected one or two parts, and none without it"
         )
+    if len({each["name"] for each in parts}) < len(parts):
+        raise JobError(
+            f"balance.external_part has two parts named {parts[0]['name']!r}; expected a name for each"
+        )
     return tuple(
         ExternalPart(
             each["name"],

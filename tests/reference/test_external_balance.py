@@ -16,6 +16,7 @@ from autobalance.balancing.external import carried, carried_unbalances, with_ext
 from autobalance.command import main
 from autobalance.errors import JobError
 from autobalance.job.model import ExternalPart
+from autobalance.job.read import load
 from autobalance.machine_models.rotor_from_job import tolerance_of
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -195,12 +196,29 @@ def test_neutral_carries_nothing_and_detroit_what_is_fitted(folder: Path) -> Non
     assert attached == {"neutral": [], "detroit": [(-2000.0, 50.0)]}
 
 
+DAMPER = {"name": "damper", "z_mm": 0.0}
+
+
 @pytest.mark.parametrize(
-    "balance", [{"external": "solve"}, {"external_part": [{"name": "damper", "z_mm": 0.0}]}]
+    ("balance", "said"),
+    [
+        ({"external": "solve"}, "expected one or two parts, and none without it"),
+        ({"external_part": [DAMPER]}, "expected one or two parts, and none without it"),
+        ({"external": "solve", "external_part": [DAMPER, DAMPER]}, "two parts named 'damper'"),
+    ],
 )
-def test_bad_input_is_one_line(folder: Path, balance: dict[str, Any]) -> None:
+def test_bad_input_is_one_line(folder: Path, balance: dict[str, Any], said: str) -> None:
     values = raw(folder)
     values["balance"] |= balance
-    with pytest.raises(JobError, match="expected one or two parts, and none without it") as refused:
+    with pytest.raises(JobError, match=said) as refused:
         ab.Job.from_dict(values)
     assert "\n" not in str(refused.value)
+
+
+def test_parts_of_a_workbook_are_those_of_the_job(tmp_path: Path) -> None:
+    example = Path(__file__).parents[2] / "examples" / "external-v8-job.toml"
+    assert main(["init", str(example), "-o", str(tmp_path / "job.xlsx")]) == 0
+    found, there = (load(file).balance for file in (tmp_path / "job.xlsx", example))
+    assert found.external == "solve"
+    assert found.external_parts == there.external_parts
+    assert [part.name for part in found.external_parts] == ["damper", "flexplate"]

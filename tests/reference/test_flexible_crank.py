@@ -138,6 +138,7 @@ def test_several_mains_on_hard_springs_are_a_continuous_crank() -> None:
     ("tables", "said"),
     [
         ({"k_N_mm": 0.0}, "bearings.k_N_mm is 0; must be > 0"),
+        ({"k_N_mm": "3/8 in"}, "bearings.k_N_mm is '3/8 in'; must be"),
         ({"k_N_mm": [1e5]}, "bearings.k_N_mm has 1 entries; expected one, or 2: one each main"),
         ({}, "bearings.k_N_mm is missing"),
     ],

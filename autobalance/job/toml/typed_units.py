@@ -146,7 +146,7 @@ def _converted(key: str, value: Any, where: str, faults: Faults) -> Any:
         return gathered_in_base_units(value, faults, where)
     if key == "g_mm" or key.endswith("_g_mm"):
         return _each(value, where, unbalance_g_mm, faults)
-    if key.endswith("_mm") and not key.endswith(("_kg_mm", "_n_mm")):
+    if key.endswith("_mm") and not key.lower().endswith(("_kg_mm", "_n_mm")):
         return _each(value, where, length_mm, faults)
     if isinstance(value, list):
         return [
