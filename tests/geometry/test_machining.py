@@ -9,6 +9,7 @@ from autobalance.correction.faces.layer import FaceLayer
 from autobalance.correction.faces.lowering import clear_of, lowering
 from autobalance.correction.outline import listed_outline, outline_shape
 from autobalance.errors import CorrectionError, SolidError
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.cad import machining, taken
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.build import built, moved
@@ -140,8 +141,7 @@ def test_a_tool_begun_up_in_a_fillet_can_be_drawn_again(
     share: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its outline, drawn out from the new face to where it began, takes what is listed."""
-    for room in (machining, taken):
-        monkeypatch.setattr(room, "CLEAR_SHARES", (share,))
+    monkeypatch.setattr(machining, "CLEAR_SHARES", (share,))
     whole, tool = filleted(), lowered_by(3.0)
     each = whole.each_taken([tool], [], whole.machined([tool]))
     assert each is not None
@@ -167,6 +167,20 @@ def test_what_tools_took_adds_up_where_parts_do_not(monkeypatch: pytest.MonkeyPa
     assert again is not None
     for one, other in zip(sound[0], again[0], strict=True):
         assert other.volume.mass_g == pytest.approx(one.volume.mass_g, rel=1e-6)
+
+
+def test_holes_are_measured_once_where_no_face_is_lowered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How high over a face it is looked makes no other hole."""
+    whole, tools = filleted(), [Bar((0.0, 0.0, 40.0), (0.0, 0.0, 20.0), 2.0)]
+    counted = []
+
+    def in_turn(*shapes: object) -> list[Moments]:
+        counted.append(shapes)
+        return [Moments.zero()]
+
+    monkeypatch.setattr(taken, "_in_turn", in_turn)
+    assert taken.each_taken(whole.body, tools, [], -1.0) is None
+    assert len(counted) == 1
 
 
 def test_drillings_in_what_stands_on_the_face_are_left_alone() -> None:

@@ -78,7 +78,7 @@ def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Machi
     size = float(np.linalg.norm(high - low))
     bodies = len(explored(body, "SOLID"))
     solids = 0
-    for share in CLEAR_SHARES:
+    for share in clear_shares(removed):
         grown = [tool_shape(tool, body, share * size) for tool in added]
         tools = [tool_shape(tool, body, share * size) for tool in removed]
         whole = fused([body, *grown])
@@ -124,6 +124,11 @@ def _seamless(result: Any, before: Any) -> Any:
     same = abs(properties(merged).mass_g - volume) < SAME_VOLUME * volume
     sound = same and is_valid(merged) and len(explored(merged, "SOLID")) == len(explored(result, "SOLID"))
     return merged if sound else result
+
+
+def clear_shares(removed: Sequence[Tool]) -> Sequence[float]:
+    """Return those of ``CLEAR_SHARES`` to try: one where no tool lowers a face, as all others are alike."""
+    return CLEAR_SHARES if any(isinstance(tool, Lowering) for tool in removed) else CLEAR_SHARES[:1]
 
 
 def tool_shape(tool: Tool, body: Any, clear_mm: float) -> Any:

@@ -14,10 +14,10 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.cad.kernel import area_properties, common, cut, explored, fused, properties
 from autobalance.solid.cad.machining import (
     AS_DRAWN,
-    CLEAR_SHARES,
     SAME_HEIGHT_MM,
     SAME_NORMAL,
     along_old_hole,
+    clear_shares,
     tool_shape,
 )
 from autobalance.solid.cad.surface import PlaneFace
@@ -85,7 +85,7 @@ def each_taken(
     """
     low, high = bounds_mm(body)
     size = float(np.linalg.norm(high - low))
-    for share in CLEAR_SHARES:
+    for share in clear_shares(removed):
         lift_mm = 0.0 if share <= AS_DRAWN else share * size
         grown = [tool_shape(tool, body, share * size) for tool in added]
         tools = [tool_shape(tool, body, share * size) for tool in removed]
