@@ -172,7 +172,8 @@ def _why(task: Task, group: Sequence[int], plan_rank: tuple[int, int, float]) ->
     if not is_enough(alone, part.candidates):
         return f"{name} is not used: alone it leaves {alone.share:.3g} times the permissible value"
     ours = f"the plan: {plan_rank[0]}, {plan_rank[1]} and {plan_rank[2]:.1f} g"
-    theirs = f"{different} different cuts, {cuts} cuts in all, {metal:.1f} g"
+    kinds = f"{different} different cut{'' if different == 1 else 's'}"
+    theirs = f"{kinds}, {cuts} in all, {metal:.1f} g"
     return f"{name} is not used: alone it takes {theirs} ({ours})"
 
 

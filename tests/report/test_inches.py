@@ -40,6 +40,8 @@ def test_page_and_summary_have_no_metric_units(out: Path, capsys: pytest.Capture
     report = jobs.report_of(out)
     cut = report["corrections"][0]
     assert f"{cut['depth_mm'] / 25.4:.4f}" in shown
+    heights = [float(each) for each in re.findall(r"([\d.]+) in → ([\d.]+) in", shown)[0]]
+    assert heights == pytest.approx([cut["face_height_mm"] / 25.4, cut["new_height_mm"] / 25.4], abs=1e-4)
     assert f"{report['initial']['magnitude_g_mm'] / 720.0778874:.4f}" in shown
     text = ab.balance(out.parent / "factor-0.28.toml").text("inch")
     assert not METRIC.findall(text)

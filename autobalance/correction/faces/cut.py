@@ -104,7 +104,7 @@ def face_heights(item: Item) -> str:
     """Return the height of a corrected face before and after, where the report has them."""
     if item.get("new_height_mm") is None:
         return ""
-    return f"{number(item['face_height_mm'], 3)} → {number(item['new_height_mm'], 3)}"
+    return f"{number(item['face_height_mm'], 3)} mm → {number(item['new_height_mm'], 3)} mm"
 
 
 SAME_SECTOR_DEG = 0.5
