@@ -107,11 +107,20 @@ def test_the_corrected_crank_comes_back_as_a_shape_and_is_verified(shape: Any, t
     assert ab.verify(tmp_path / "report.json").within_tolerance
 
 
-def test_what_is_no_shape_is_refused(step: bytes, of_file: ab.Crank) -> None:
+def test_what_is_no_shape_is_refused(step: bytes, of_file: ab.Crank, tmp_path: Path) -> None:
+    from OCP.BRepTools import BRepTools
     from OCP.TopoDS import TopoDS_Shape
+
+    from autobalance.solid.cad.kernel import compound
 
     with pytest.raises(ab.AutobalanceError, match="found an empty shape; expected an OCP TopoDS_Shape"):
         ab.crank_from_shape(TopoDS_Shape())
+    nothing = compound([])
+    with pytest.raises(ab.AutobalanceError, match=r"^the shape is empty; expected a crankshaft's solid"):
+        ab.crank_from_shape(nothing)
+    BRepTools.Write_s(nothing, str(tmp_path / "nothing.brep"))
+    with pytest.raises(ab.AutobalanceError, match=r"nothing\.brep: the shape is empty"):
+        ab.read_crank(tmp_path / "nothing.brep", unit="mm")
     with pytest.raises(ab.AutobalanceError, match="found int; expected an OCP TopoDS_Shape"):
         ab.crank_from_shape(3)
     with pytest.raises(ab.AutobalanceError, match="found bytes that are neither STEP nor BREP"):

@@ -150,5 +150,5 @@ def test_what_the_kernel_throws_is_one_line() -> None:
         kernel.kernel_failures("the solid"),
     ):
         bounds_mm(empty)
-    with pytest.raises(SolidError, match="reaches nan mm from the origin; expected a crankshaft within"):
+    with pytest.raises(SolidError, match="the shape is empty; expected a crankshaft's solid"):
         kernel.refuse_odd_shape(empty)

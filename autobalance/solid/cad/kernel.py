@@ -95,15 +95,19 @@ def refuse_odd_shape(body: Any) -> None:
     Raises
     ------
     SolidError
-        If it has no finite bounds, or reaches farther than ``MOST_MM``.
+        If it is empty, has no bounds, or reaches farther than ``MOST_MM``.
     """
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
 
     box = Bnd_Box()
     BRepBndLib.AddClose_s(body, box)
-    reach = math.nan
-    if not (box.IsVoid() or box.IsOpen()):
+    if box.IsVoid():
+        raise SolidError(
+            "the shape is empty; expected a crankshaft's solid: choose the body and export it anew"
+        )
+    reach = math.inf
+    if not box.IsOpen():
         low, high = box.CornerMin(), box.CornerMax()
         reach = max(abs(value) for point in (low, high) for value in (point.X(), point.Y(), point.Z()))
     if not reach <= MOST_MM:
