@@ -5,6 +5,7 @@ Run by ``make freecad`` under Xvfb; ends with 0 or 1.
 
 import os
 import sys
+import time
 import traceback
 
 import FreeCAD
@@ -73,6 +74,7 @@ def main():
     assert "speed_rpm" in shown.said.text(), shown.said.text()
     assert list(obj.Depths) == before
     check_buttons(document, source)
+    check_dialogs(document)
     print("window: balanced in the panel, %d cuts" % len(before))
 
 
@@ -121,6 +123,26 @@ def check_buttons(document, source):
         assert sorted(each.Name for each in document.Objects) == before
     os.environ["AUTOBALANCE_COMMAND"] = known
     assert (len(said), len(asked)) == (len(cases), 1)
+
+
+def check_dialogs(document):
+    """The button of a new crank asks for the preset, and does nothing when that is not chosen; the app begins."""
+    from freecad.autobalance import commands
+
+    before, asked = len(document.Objects), []
+    for chosen, made in ((False, 0), (True, 1)):
+        QtGui.QInputDialog.getItem = lambda *words, chosen=chosen: (
+            asked.append(words) or (words[3][0], chosen)
+        )
+        commands.COMMANDS["Autobalance_New"].Activated()
+        assert len(document.Objects) == before + made
+    assert asked[0][3] == list(commands.PRESETS)
+    os.environ["BROWSER"] = "true"
+    app = commands.open_app()
+    time.sleep(3.0)
+    assert app.poll() is None, "the app ended at once"
+    app.terminate()
+    app.wait(20.0)
 
 
 def guarded():

@@ -13,6 +13,8 @@ from FreeCAD import Matrix, Placement, Vector
 
 FAR_MM = 1.0
 """How far a pocket's tool begins outside of the metal."""
+OUTSIDE_MM = 0.5
+"""Length of a bore that is not drilled, from where its tool begins, which is 1 mm or more over the metal."""
 BESIDE_MM = 1.0
 SPECK_MM = 0.1
 """How far from its face, and how wide, what is drawn of a face that is not cut."""
@@ -147,13 +149,14 @@ def _hole(crank, report, place):
     bore = document.addObject("Part::Cylinder", "Bore")
     bore.Radius = radius
     bore.Placement = Placement(entry - axis * lift, turn)
-    bore.setExpression("Height", "%s * 1mm + %.15g mm" % (_depth(crank, place), lift))
+    depth = _depth(crank, place)  # where it is 0 nothing is cut: bore and point end outside of the metal
+    bore.setExpression("Height", "(%s > 0 ? %s + %.15g : %g) * 1mm" % (depth, depth, lift, OUTSIDE_MM))
     if point <= 0.0:
         return bore
     cone = document.addObject("Part::Cone", "Point")
     cone.Radius1, cone.Radius2, cone.Height = radius, 0.0, point
     cone.Placement = Placement(entry + axis * cut["depth_mm"], turn)
-    depth, away = _depth(crank, place), -(lift + point)  # with depth 0 nothing is cut: the point is outside
+    away = -(lift + point)
     for letter, start, along in zip("xyz", entry, axis):
         words = "%.15g mm + (%s > 0 ? %s : %.15g) * %.15g mm" % (start, depth, depth, away, along)
         cone.setExpression("Placement.Base." + letter, words)
