@@ -83,9 +83,11 @@ def test_the_history_draws_every_stage_and_plane() -> None:
         "expected": None,
         "deviation": None, "predicted": report["residual"], "suspects": [],
     }  # fmt: skip
-    second = stage | {"stage": 2, "reading": report["initial"]}
+    bobs = [883.0, 883.0, 421.5]
+    second = stage | {"stage": 2, "reading": report["initial"], "bob_weights_g": bobs}
     text = history_page({**report, "stages": [stage, second]})
     assert text.count("<svg") == 1 + len(report["tolerance"]["planes"])
+    assert "2 × 883.00 g</span>, <span" in text
     for name in ("1 left", "2 read", "2 left"):
         assert text.count(f">{name}</text>") == 1 + len(report["tolerance"]["planes"])
     inch = history_page({**report, "stages": [stage, second]}, ["2026-03-04", "2026-03-05"], "inch")
