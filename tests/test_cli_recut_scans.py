@@ -52,7 +52,7 @@ angle_deg = {angle}
 def test_a_scan_is_cut_again_by_what_the_machine_read_and_verified(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], calibrate: str
 ) -> None:
-    there = scan("single", 0.02, edge_mm=2.2, seed=1)
+    there = scan("single", 0.02, edge_mm=2.8, seed=1)
     (tmp_path / "scan.stl").write_bytes(Written.of(there.mesh, "stl", 1.0).data)
     weighed = 1.003 * Solid.from_mesh(there.mesh).volume_mm3 * 7.85e-3
     readings = "" if calibrate == "none" else f'weighed_g = {weighed}\ncalibrate = "density"'
