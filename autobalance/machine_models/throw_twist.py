@@ -35,8 +35,8 @@ EQUAL_SIZES_SHARE = 1e-3
 EQUAL_VOLUME_SHARE = 1e-2
 EQUAL_MOMENTS_SHARE = 3e-3
 """Bays whose sizes, volumes, and first and second moments agree to these shares are alike. Drillings on
-another side change the stiffness by 0.1 %, end journals that are 1 mm longer (0.6 % of a V6's volume) by
-0.2 %; the meshes leave 0.7 %, and by how much volumes differ counts as error too."""
+another side change the stiffness by 0.1 %; the meshes leave 0.7 %, and by how much volumes differ, or
+journals that are longer twist more, counts as error too."""
 
 
 @dataclass(frozen=True)
@@ -49,10 +49,15 @@ class ThrowTwist:
 
 @dataclass(frozen=True, eq=False)
 class _Looks:
-    """What bays alike have in common: sizes and angles; volume, reach to the first crankpin, inertia."""
+    """What bays alike have in common: sizes and angles; volume, reach to the first crankpin, inertia.
+
+    ``softer_per_mm``: share of the twist of a bay that a millimetre of its journals takes.
+    """
 
     sizes_mm: Array
     moments: Array
+    length_mm: float
+    softer_per_mm: float
 
     @classmethod
     def of(cls, piece: Solid, throws: Sequence[Throw], shapes: Sequence[ThrowShape]) -> _Looks:
@@ -64,11 +69,19 @@ class _Looks:
         return cls(
             np.array([*(size for shape in shapes for size in astuple(shape)), *angles]),
             np.array([moments.mass_g, towards, along, float(np.trace(second))]),
+            float(np.diff(piece.bounds[:, 2])[0]),
+            1.0
+            / (shapes[0].journal_mm ** 4 - shapes[0].journal_bore_mm ** 4)
+            / sum(shape.ker_wilson_per_mm3() for shape in shapes),
         )
 
     def lost(self, other: _Looks) -> float:
-        """Return by how much the volume differs from that of another bay, a share."""
-        return abs(float(self.moments[0] / other.moments[0]) - 1.0)
+        """Return by how much stiffness may differ from that of another bay, a share.
+
+        As much as the volumes, or as longer journals twist more.
+        """
+        longer_mm = abs(self.length_mm - other.length_mm)
+        return max(abs(float(self.moments[0] / other.moments[0]) - 1.0), longer_mm * self.softer_per_mm)
 
     def is_like(self, other: _Looks) -> bool:
         return (
