@@ -53,7 +53,7 @@ def free_timoshenko_hz() -> float:
 def cylinder(tmp_path_factory: pytest.TempPathFactory) -> FemResult:
     solid = Solid.prism(Region.circle(1e3 * RADIUS_M, 96), 0.0, 1e3 * LENGTH_M)
     file = written(solid, tmp_path_factory.mktemp("fem") / "cylinder.stl")
-    return fem(file, unit="mm", modes=5, size_mm=14.0)
+    return fem(file, unit="mm", modes=5, size_mm=18.0)
 
 
 def test_a_cylinder_bends_as_timoshenko_says(cylinder: FemResult) -> None:
