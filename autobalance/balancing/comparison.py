@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from autobalance import correction
-from autobalance.balancing.loop import Outcome, Result, balance
+from autobalance.balancing.loop import Result, balance
 from autobalance.balancing.measuring import in_memory, on_true_surfaces
 from autobalance.balancing.offers import Offers, workpiece
 from autobalance.balancing.rotor import Rotor
@@ -18,7 +18,7 @@ from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.planning.milp import greatest_multiple
-from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.tolerance import Outcome, Tolerance
 from autobalance.runtime import Notify
 
 MOST_CAPACITY = 64.0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -27,14 +26,12 @@ from autobalance.planning.reject_worse import harmless, is_harmless
 from autobalance.planning.relaxation import Relaxation
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.tolerance import Outcome, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.runtime import Notify
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
-
-Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
 
 PASSES = 6
 """Cuts of the whole crank at most; one or two are usual."""

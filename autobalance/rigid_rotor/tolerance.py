@@ -12,6 +12,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget, Share
 
 Judge = Literal["dynamic", "static"]
+Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
 
 INBOARD_SHARES = (0.3, 0.7)
 """Least and greatest share of U_per that a plane may get, centre of mass between the planes."""

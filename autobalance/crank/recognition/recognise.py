@@ -30,7 +30,6 @@ from autobalance.crank.recognition.layout import (
 )
 from autobalance.crank.recognition.pressed_up import pressed_up_layout
 from autobalance.crank.recognition.rough_cylinders import CREDIBLE_MM, RoughMesh
-from autobalance.crank.recognition.scanned import rough_directions, scanned_along
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
 from autobalance.crank.recognition.views import Views
 from autobalance.crank.recognition.webs import find_webs, refuse_incomplete, refuse_unexplained
@@ -147,6 +146,8 @@ def _with_or_without_pins(overrides: Overrides, found_with: Callable[[Overrides]
 
 def _scanned(rough: RoughMesh, overrides: Overrides) -> Anatomy:
     """Recognise the crank in a scan."""
+    from autobalance.crank.recognition.scanned import rough_directions, scanned_along  # for scans alone
+
     axis = given_axis(overrides)
     directions = rough_directions(rough) if axis is None else iter([axis[1]])
     refusals: list[tuple[int, RecognitionError]] = []

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
-from autobalance.balancing.loop import Outcome
 from autobalance.records import INLINE, Count, Key, NotNegative, Ordinal, Positive, Sha256, fields_of, record
 from autobalance.report.records.head import Head
+from autobalance.rigid_rotor.tolerance import Outcome
 
 
 @record

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
-from autobalance.balancing.loop import Outcome
 from autobalance.correction.contract import Prefer
 from autobalance.records import ABSENT, INLINE, Absent, Count, KgMm2, NotNegative, Ordinal, Positive, record
 from autobalance.report.records.head import Head
+from autobalance.rigid_rotor.tolerance import Outcome
 
 
 @record

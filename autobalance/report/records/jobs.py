@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal, Self
 
-from autobalance.balancing.loop import Outcome
 from autobalance.records import Angle, Count, NotNegative, Ordinal, Pair, Positive, record
 from autobalance.report.records.head import Head
+from autobalance.rigid_rotor.tolerance import Outcome
 from autobalance.studies.archive import JobRow
 from autobalance.studies.series import PlaneSeries, Series
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 
-from autobalance.balancing.loop import Outcome
 from autobalance.balancing.web_metal import weak_places
 from autobalance.correction import KINDS
 from autobalance.machine_models.loads_with_gas import LoadsWithGas
@@ -52,6 +51,7 @@ from autobalance.report.records.surfaces import (
     TrueSurfaces,
 )
 from autobalance.report.records.with_bob_weights import WithBobWeights
+from autobalance.rigid_rotor.tolerance import Outcome
 from autobalance.units import G_MM2_PER_KG_MM2, wrapped_deg
 from autobalance.version import SCHEMA_VERSION
 

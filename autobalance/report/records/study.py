@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
-from autobalance.balancing.loop import Outcome
 from autobalance.job.model import Distribution, Sampling
 from autobalance.records import Count, Floats, NotNegative, Ordinal, Pair, Positive, Sha256, Share, record
 from autobalance.report.records.balance import Tolerance
 from autobalance.report.records.head import JobReport
+from autobalance.rigid_rotor.tolerance import Outcome
 from autobalance.studies.advice import AdviceStep
 from autobalance.studies.linear_model import Contribution
 from autobalance.studies.monte_carlo import ModelCheck, StudyAnswer, StudyPercentiles

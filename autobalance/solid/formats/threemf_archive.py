@@ -6,7 +6,6 @@ import io
 import zipfile
 from collections.abc import Sequence
 from typing import Final
-from xml.sax.saxutils import quoteattr
 
 from autobalance.types import Array, Indices
 
@@ -47,6 +46,8 @@ def write_objects(objects: Sequence[tuple[str, Array, Indices]], unit: str) -> b
 
 
 def _object(number: int, name: str, vertices: Array, triangles: Indices) -> str:
+    from xml.sax.saxutils import quoteattr  # loads all of urllib
+
     rows = (f'<vertex x="{x!r}" y="{y!r}" z="{z!r}"/>' for x, y, z in vertices.tolist())
     faces = (f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in triangles.tolist())
     named = f" name={quoteattr(name)}" if name else ""
