@@ -49,15 +49,15 @@ def firing_engine(
             f"{job.path.name}: the crank has {len(mains)} main journal{'s' * (len(mains) != 1)}; its loads"
             " need at least two (crankshaft.main_journals names them)"
         )
-    mover = engine()
+    mover, throws = engine(), _throws(job, anatomy)
     try:
         return FiringEngine(
             mover,
-            _throws(job, anatomy),
+            throws,
             tuple(float(pin.centre_mm[2]) for pin in mains),
             tuple(pin.diameter_mm for pin in mains),
             _cycles(job, table, mover, speed_rad_s),
-            tuple(_firing_rad(table, mover.cylinders, job.engine.clockwise)),
+            tuple(_firing_rad(table, mover.cylinders, throws, job.engine.clockwise)),
             table.flywheel_g_mm2,
             table.friction,
         )
@@ -94,7 +94,9 @@ def _throws(job: Job, anatomy: Anatomy) -> tuple[ThrowPlace, ...]:
     return tuple(places)
 
 
-def _firing_rad(cycle: Cycle, cylinders: tuple[Cylinder, ...], clockwise: bool) -> list[float]:
+def _firing_rad(
+    cycle: Cycle, cylinders: tuple[Cylinder, ...], throws: tuple[ThrowPlace, ...], clockwise: bool
+) -> list[float]:
     tops, span = dead_centres_rad(cylinders), span_rad(cycle.strokes)
     if cycle.firing_rad is not None:
         with_key = "cycle.firing_deg"
@@ -111,7 +113,8 @@ def _firing_rad(cycle: Cycle, cylinders: tuple[Cylinder, ...], clockwise: bool) 
     try:
         return firing_in_order(tops, cycle.firing_order, span)
     except ValueError as error:
-        raise ValueError(f"cycle.firing_order {error}{_other_sense(cycle, cylinders, clockwise)}") from None
+        other = _other_sense(cycle, cylinders, clockwise) or _other_banks(cycle, tops, throws)
+        raise ValueError(f"cycle.firing_order {error}{other}") from None
 
 
 def _other_sense(cycle: Cycle, cylinders: tuple[Cylinder, ...], clockwise: bool) -> str:
@@ -133,6 +136,25 @@ def _other_sense(cycle: Cycle, cylinders: tuple[Cylinder, ...], clockwise: bool)
     return (
         f'; this order fits engine.turns = "{other}" (the crank turns "{now}" now, seen from +z), and'
         f' {list(backwards)} fits "{now}"'
+    )
+
+
+def _other_banks(cycle: Cycle, tops_rad: list[float], throws: tuple[ThrowPlace, ...]) -> str:
+    """Return what would make an order fit that fits with each throw's cylinders exchanged; else nothing."""
+    assert cycle.firing_order is not None
+    exchanged = {
+        number + 1: other + 1
+        for each in throws
+        for number, other in zip(each.cylinders, reversed(each.cylinders), strict=True)
+    }
+    order = [exchanged[number] for number in cycle.firing_order if number in exchanged]
+    try:
+        firing_in_order(tops_rad, order, span_rad(cycle.strokes))
+    except ValueError:
+        return ""
+    return (
+        "; this order fits with the cylinders of each throw numbered the other way round"
+        f" (engine.layout.bank_deg), and {order} fits as they are"
     )
 
 

@@ -190,6 +190,37 @@ def test_an_order_that_fits_the_other_sense_says_so() -> None:
     assert fits["ccw"] != fits["cw"]
 
 
+def test_an_order_that_fits_the_banks_the_other_way_round_says_so() -> None:
+    """GM's order of a cross-plane V8, whose cylinder 1 is in the bank that the crank turns to last."""
+    mesh = crank_solid(PRESETS["v8-crossplane"], 24).mesh
+    eight = ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    order = [1, 8, 4, 3, 6, 5, 7, 2]
+
+    def tried(order: list[int], banks_deg: list[float]) -> str:
+        engine = {
+            "rods_per_throw": 2,
+            "rod_length_mm": 145,
+            "rotating_g": {"big_ends": 480.0},
+            "reciprocating_g": {"pistons": 500.0},
+            "layout": {"bank_deg": banks_deg},
+        }
+        cycle = {"bore_mm": 94, "compression_ratio": 11, "heat_J": 1500, "firing_order": order}
+        balance = {"factor": 0.5, "grade": 6.3, "speed_rpm": 6500}
+        correction = {"method": "drill"}
+        asked = {"engine": engine, "balance": balance, "correction": correction, "cycle": cycle}
+        try:
+            ab.cycle(ab.Job.from_dict(asked), crank=eight)
+        except JobError as refused:
+            return str(refused)
+        return ""
+
+    said = tried(order, [-45.0, 45.0])
+    assert "numbered the other way round (engine.layout.bank_deg)" in said
+    exchanged = [2, 7, 3, 4, 5, 6, 8, 1]
+    assert f"{exchanged} fits as they are" in said
+    assert tried(order, [45.0, -45.0]) == tried(exchanged, [-45.0, 45.0]) == ""
+
+
 def read_again(first: ab.Job) -> ab.Job:
     told = given(describe(first))
     del told["file"], told["crankshaft"]
