@@ -16,6 +16,8 @@ from tests.sweeps import SWEPT
 
 COARSE = {"SAG_SHARE": 2e-4, "TURN_RAD": 0.2}
 """A sixth of the triangles, with some 50 sides a circle."""
+ROUGH = {"SAG_SHARE": 1e-3, "TURN_RAD": 0.5}
+"""Some 15 sides a circle: enough where only true surfaces are measured."""
 FINE = {"SAG_SHARE": 6e-5, "TURN_RAD": 0.12}
 """A third of the triangles: enough for what is measured on them to hold against the true surfaces."""
 

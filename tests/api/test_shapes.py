@@ -12,8 +12,9 @@ import pytest
 
 import autobalance as ab
 from autobalance.solid.cad.installed import has_kernel
-from tests.coarse import coarse_facets
+from tests.coarse import ROUGH, coarse_facets
 from tests.generated import single_step
+from tests.jobs import without_advice
 
 pytestmark = [
     pytest.mark.slow,
@@ -31,7 +32,7 @@ JOB: dict[str, Any] = {
 @pytest.fixture(scope="module", autouse=True)
 def fewer_triangles() -> Iterator[None]:
     """Plan on fewer triangles: what is measured here are the true surfaces."""
-    with coarse_facets():
+    with coarse_facets(ROUGH):
         yield
 
 
@@ -146,7 +147,8 @@ def test_a_kernel_of_another_generation_is_one_line(
 
 @pytest.fixture(scope="module")
 def milled(of_file: ab.Crank) -> ab.BalanceResult:
-    return ab.balance(ab.Job.from_dict({**JOB, "correction": {"method": "mill"}}), of_file)
+    with without_advice():
+        return ab.balance(ab.Job.from_dict({**JOB, "correction": {"method": "mill"}}), of_file)
 
 
 def test_the_tools_make_the_corrected_crank_of_the_one_before(milled: ab.BalanceResult) -> None:

@@ -54,7 +54,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reports")
     for name, values in FILES.items():
         (folder / f"{name}.toml").write_text(toml_text(values), encoding="utf-8")
-    ab.generate("single", file=folder / "crank.stl", segments=32).write(folder)
+    ab.generate("single", file=folder / "crank.stl", segments=16).write(folder)
     spread = SAID["JOB"].replace("big_end = 134.04", "big_end = { g = 134.04, pm = 0.5 }")
     engine = "[engine]\nrod_length_mm = 104.0\n[engine.rotating_g]"
     job = spread.replace("[engine.rotating_g]", engine)
