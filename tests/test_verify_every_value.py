@@ -49,6 +49,12 @@ def balanced(folder: Path, preset: str, method: str) -> Path:
     return folder / "out"
 
 
+@pytest.fixture(scope="module")
+def shoulders(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a report of shoulders, which no test changes."""
+    return balanced(tmp_path_factory.mktemp("shoulders"), "single", '"shoulder"')
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("preset", "method", "listed"),
@@ -108,9 +114,8 @@ def test_no_hole_that_is_drilled_deeper_can_be_told_falsely(tmp_path: Path) -> N
             mutations.checked(mutations.changed(report, ("corrections", -1, key), value), folder, files)
 
 
-def test_no_value_of_a_report_can_be_false(tmp_path: Path) -> None:
-    folder = balanced(tmp_path, "single", '"shoulder"')
-    assert mutations.accepted(jobs.report_of(folder), folder) == []
+def test_no_value_of_a_report_can_be_false(shoulders: Path) -> None:
+    assert mutations.accepted(jobs.report_of(shoulders), shoulders) == []
 
 
 def test_a_page_of_another_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -153,10 +158,9 @@ def test_a_report_that_cannot_be_read_one_way(
     assert said in capsys.readouterr().err
 
 
-def test_what_a_list_of_cuts_contradicts_itself_in(tmp_path: Path) -> None:
+def test_what_a_list_of_cuts_contradicts_itself_in(shoulders: Path) -> None:
     """A cut of another height could be taken for one whose metal touches another's, and went unchecked."""
-    folder = balanced(tmp_path, "single", '"shoulder"')
-    report = jobs.report_of(folder)
+    report, files = jobs.report_of(shoulders), Files()
     first = report["corrections"][0]
     for key, value in (
         ("new_height_mm", -first["new_height_mm"]),
@@ -168,7 +172,9 @@ def test_what_a_list_of_cuts_contradicts_itself_in(tmp_path: Path) -> None:
     ):
         with pytest.raises(ab.AutobalanceError, match=f"{key}"):
             mutations.checked(
-                {**report, "corrections": [{**first, key: value}, *report["corrections"][1:]]}, folder
+                {**report, "corrections": [{**first, key: value}, *report["corrections"][1:]]},
+                shoulders,
+                files,
             )
 
 
@@ -177,14 +183,14 @@ def test_a_sector_that_ends_beside_the_metal_is_the_jobs(tmp_path: Path) -> None
     job = jobs.bundled_job(tmp_path, "straight", method=method)
     ab.balance(ab.read_job(job)).write(tmp_path / "out", only=("json",))
     folder = tmp_path / "out"
-    report = jobs.report_of(folder)
+    report, files = jobs.report_of(folder), Files()
     assert "corrections[].sector_deg" not in {
-        each.key for each in mutations.checked(report, folder).not_checked
+        each.key for each in mutations.checked(report, folder, files).not_checked
     }
     for told in ([79.0, 280.0], [80.0, 281.0]):
         falsified = mutations.changed(report, ("corrections", 0, "sector_deg"), told)
         with pytest.raises(ab.AutobalanceError, match="sector_deg"):
-            mutations.checked(falsified, folder)
+            mutations.checked(falsified, folder, files)
 
 
 def test_limits_that_were_not_asked_for(tmp_path: Path) -> None:
