@@ -17,6 +17,7 @@ from tests import nc_jobs, nc_sweep
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("cranks_read_once")]
 SHARES = {"radial": 0.01, "axial": 0.01, "slug": 0.01}
 RADIAL = "radial"
+SEGMENTS = 32
 GOUGED_MM = 0.01
 """Thickness of what facets of the other sweep take too much."""
 
@@ -25,7 +26,7 @@ GOUGED_MM = 0.01
 def made(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[str, Path, NcResult]:
-    report = nc_jobs.balanced(tmp_path_factory.mktemp("nc") / request.param, request.param)
+    report = nc_jobs.balanced(tmp_path_factory.mktemp("nc") / request.param, request.param, SEGMENTS)
     result = ab.nc(report, nc_jobs.machine(lathe=request.param == "turn"))
     result.write(report.parent / "nc")
     return request.param, report, result
@@ -63,7 +64,7 @@ def test_another_sweep_finds_the_same(made: tuple[str, Path, NcResult]) -> None:
 
 def test_that_sweep_sees_a_gouge_and_a_near_rapid(tmp_path: Path) -> None:
     """A hole 0.2 mm deeper, and rapids 4 mm lower, in the text alone."""
-    path = nc_jobs.balanced(tmp_path, "radial")
+    path = nc_jobs.balanced(tmp_path, "radial", SEGMENTS)
     report, part = json.loads(path.read_text(encoding="utf-8")), nc_jobs.part_of(path)
     result = ab.nc(path, nc_jobs.machine())
 
