@@ -23,6 +23,7 @@ from autobalance.machining.part import Part
 from autobalance.machining.run import NcRun, nc_run, refuse_travel, simulated
 from autobalance.machining.stock import Stock
 from tests import nc_jobs
+from tests.jobs import without_advice
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("cranks_read_once")]
 
@@ -322,9 +323,10 @@ def test_what_is_not_there_is_one_line(
 
 
 def test_a_report_above_tolerance_is_programmed_and_ends_with_4(tmp_path: Path) -> None:
-    path = nc_jobs.balanced(
-        tmp_path / "crank", "radial", change=(" }", ", max_depth_mm = 2.5, max_holes = 1 }")
-    )
+    with without_advice():
+        path = nc_jobs.balanced(
+            tmp_path / "crank", "radial", change=(" }", ", max_depth_mm = 2.5, max_holes = 1 }")
+        )
     assert json.loads(path.read_text(encoding="utf-8"))["outcome"] == "above_tolerance"
     machine = tmp_path / "machine.toml"
     machine.write_text(TOML, encoding="utf-8")
