@@ -84,7 +84,11 @@ def bar(points: Array, start: Sequence[float], end: Sequence[float], radius: flo
 # --- a crank from its dimensions -----------------------------------------------------------------------
 @dataclass(frozen=True)
 class Wear:
-    """What a real crank has that its drawing has not; ``dents`` are (x, y, z, radius) of balls pressed in."""
+    """What a real crank has that its drawing has not.
+
+    ``dents`` are (x, y, z, radius) of balls pressed in, ``collars`` (x, z_min, z_max, radius) of discs
+    on webs.
+    """
 
     out_of_round_mm: float = 0.0
     taper_mm: float = 0.0
@@ -92,6 +96,7 @@ class Wear:
     dents: tuple[tuple[float, float, float, float], ...] = ()
     label_mm: float = 0.0
     bow_mm: float = 0.0
+    collars: tuple[tuple[float, float, float, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -288,6 +293,8 @@ FAR_MM = 12.0
 def crank_field(crank: Design, wear: Wear) -> Field:
     """Return the signed distance of a crank in its own axes (z the axis); a bound away from the surface."""
     webs, shafts = _webs(crank, wear), [*_shafts(crank, wear), *_ends(crank, wear)]
+    hidden = (0.0, 0.0)
+    webs += [_shaft((x, 0.0), radius, low, high, wear, hidden) for x, low, high, radius in wear.collars]
     taken = _taken(crank)
 
     def field(points: Array) -> Array:

@@ -30,7 +30,10 @@ class ScannedCylinder:
 
 @dataclass(frozen=True)
 class ScannedWeb:
-    """Standard errors of a web, and of its counterweight's outline where it has one (0: none)."""
+    """Standard errors of a web, and of its counterweight's outline where it has one (0: none).
+
+    ``other_ends_mm`` are the heights in the rotor frame where it may begin, and end, instead: at collars.
+    """
 
     z_min_pm_mm: float
     z_max_pm_mm: float
@@ -39,6 +42,7 @@ class ScannedWeb:
     fan_angle_pm_deg: float = 0.0
     skew_pm_deg: float = 0.0
     thickness_pm_mm: float = 0.0
+    other_ends_mm: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
 
 
 @dataclass(frozen=True, eq=False)

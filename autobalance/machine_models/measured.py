@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Face
-from autobalance.crank.recognition.alignment import misalignment_warning
+from autobalance.crank.recognition.alignment import misalignment_warning, step_warnings
 from autobalance.crank.recognition.roundness import ovality_warning
 from autobalance.machine_models.crank_size import odd_size
 from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
@@ -124,7 +124,12 @@ class Crank:
         oval = ovality_warning(self.anatomy, self.source.solid.mesh)
         odd = (odd_size(self.source), misaligned, oval)
         read = () if self.calibration is None else self.calibration.contradictions
-        texts = [*self.repairs, *(text for text in odd if text is not None), *read]
+        texts = [
+            *self.repairs,
+            *(text for text in odd if text is not None),
+            *step_warnings(self.anatomy),
+            *read,
+        ]
         own = tuple(text if file is None else f"{file}: {text}" for text in texts)
         return own if self.beside is None else (*own, *self.beside.crank.warnings(self.beside.file))
 

@@ -10,7 +10,7 @@ import pytest
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.parametric.axial_plan import axial_plan
 from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.recognition.alignment import misalignment_warning
+from autobalance.crank.recognition.alignment import misalignment_warning, step_warnings
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.recognition.rough_cylinders import RoughMesh, _ends, covered_share
@@ -81,6 +81,7 @@ def _compare(there: Scan, mesh: Mesh, sigma_mm: float) -> tuple[Anatomy, ScanFit
         assert abs(web.z_min_mm - wanted.z_min_mm) < SURE * own.z_min_pm_mm + 1e-3
         assert abs(web.z_max_mm - wanted.z_max_mm) < SURE * own.z_max_pm_mm + 1e-3
         assert web.counterweight == wanted.counterweight
+        assert own.other_ends_mm == ((), ())
         assert web.z_min_mm == pytest.approx(wanted.z_min_mm, abs=sigma_mm + 0.005)
         assert web.z_max_mm == pytest.approx(wanted.z_max_mm, abs=sigma_mm + 0.005)
     return found, fit
@@ -183,6 +184,27 @@ def test_a_scanned_flange_is_found_with_its_face_and_its_holes() -> None:
     assert DatumRecords.of(found.datums).flanges[0].face_z_pm_mm == flange.face_z_pm_mm
     heights = {face.of: face.z_mm for face in found.datums.faces}
     assert heights["flange"] == flange.face_z_mm
+
+
+def test_a_step_on_a_web_is_its_end_and_a_collar_beside_it_is_named() -> None:
+    """A boss of 1.4 mm on the second web's shoulder, of less area than that, was passed over; collars about
+    the crankpin, too narrow to be faces, were taken for fillets, and nothing said so."""
+    boss, collars = (-35.0, 78.0, 83.4, 12.0), [(29.0, 40.0, 41.6, 19.0), (29.0, 62.4, 64.0, 19.0)]
+    there = scan("single", 0.02, edge_mm=2.2, wear=Wear(collars=(boss, *collars)), seed=0)
+    found, fit = _recognised(there.mesh)
+    (one, other), middle = found.webs, 52.0
+    assert other.z_max_mm == pytest.approx(83.4 - middle, abs=0.03)
+    assert abs(other.z_max_mm - (83.4 - middle)) < SURE * fit.webs[1].z_max_pm_mm + 1e-3 < 0.1
+    assert one.z_min_mm == pytest.approx(22.0 - middle, abs=0.03)
+    assert one.z_max_mm == pytest.approx(40.0 - middle, abs=0.03)
+    assert fit.webs[0].other_ends_mm == ((), (pytest.approx(41.6 - middle, abs=1.0),))
+    assert 0.5 < fit.webs[0].z_max_pm_mm < 1.5 > fit.webs[1].z_min_pm_mm > 0.5
+    assert abs(found.throws[0].crankpin.width_mm - (24.0 - 2.0 * (1.6 + 2.0))) < (
+        SURE * fit.crankpins[0].width_pm_mm
+    )
+    (first, second) = step_warnings(found)
+    assert first.startswith("web 1 has a collar beside it: its z_max_mm is taken at -12.0")
+    assert second.startswith("web 2 has a collar beside it: its z_min_mm is taken at 12.0")
 
 
 def test_a_cylinder_without_length_covers_nothing() -> None:

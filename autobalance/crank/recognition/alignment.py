@@ -1,4 +1,4 @@
-"""Whether the main journals lie on one axis, and what to say when they do not."""
+"""Whether the main journals lie on one axis and webs end at one face, and what to say when they do not."""
 
 from __future__ import annotations
 
@@ -54,3 +54,18 @@ def _bent(anatomy: Anatomy) -> str:
     if run_out[worst] < BENT_MM + 6.0 * anatomy.scan.axis_offset_mm:
         return ""
     return f"the crank is bent: main journal {worst + 1} runs out by {run_out[worst]:.3g} mm; "
+
+
+def step_warnings(anatomy: Anatomy) -> tuple[str, ...]:
+    """Name the ends of a scanned crank's webs that may as well be at another face, one line each."""
+    if anatomy.scan is None:
+        return ()
+    return tuple(
+        f"web {web.number} has a collar beside it: its {name} is taken at {end:.2f} mm, and may be at "
+        f"{' or '.join(f'{other:.2f}' for other in others)} mm; its standard error allows for that"
+        for web, each in zip(anatomy.webs, anatomy.scan.webs, strict=True)
+        for name, end, others in zip(
+            ("z_min_mm", "z_max_mm"), (web.z_min_mm, web.z_max_mm), each.other_ends_mm, strict=True
+        )
+        if others
+    )

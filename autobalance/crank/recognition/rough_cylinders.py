@@ -82,7 +82,8 @@ class RoughMesh:
 class RoughCylinder:
     """A fitted cylinder: where it is, its points and the mesh's vertices that are on it.
 
-    ``middle_pm_mm`` and ``width_pm_mm`` are the standard errors of its middle's height and its length.
+    ``middle_pm_mm`` and ``width_pm_mm`` are the standard errors of its middle's height and its length;
+    ``steps_mm`` are where steps to the faces beside it begin, below and above.
     """
 
     run: CylinderRun
@@ -90,6 +91,7 @@ class RoughCylinder:
     fit: Fit
     middle_pm_mm: float = 0.0
     width_pm_mm: float = 0.0
+    steps_mm: tuple[float | None, float | None] = (None, None)
 
 
 def cylinder_region(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalance.crank.recognition.rough_cylinders import RoughCylinder
 from autobalance.crank.recognition.rough_planes import RoughPlane
@@ -17,6 +18,12 @@ FILLET_SHARE, FACE_MM = 0.3, 1.0
 """A face is beside a cylinder up to this share of the radius, and this much, from its end [mm]."""
 ALIKE_MM = 0.6
 """The two fillets of a cylinder are alike when they differ by less."""
+STEPPED = 0.08
+"""No fillet leads from a cylinder to a face when more than this share of the points between stands off it: a
+collar does, or a chamfer. Of fillets none does, at holes 2 % do, at a public crank's collars 20 to 27 %."""
+OUTERMOST, SECTORS = 0.95, 12
+LEAVES = 0.02
+"""There the surface leaves the cylinder where it is this share of the radius beyond it."""
 CAPPED = (0.15, 4.0)
 """Points farther off than this [mm] and so many times the roughness are of something else: drillings."""
 FILLET_STEP_MM = 0.02
@@ -30,6 +37,19 @@ UNIFORM = 1.0 / math.sqrt(12.0)
 
 End = tuple[float, float]
 """A height and its standard error [mm]."""
+
+
+@dataclass(frozen=True)
+class _Step:
+    """Instead of a fillet a step between cylinder and face, from ``begins`` on [mm]."""
+
+    begins: float
+    face: float
+    face_pm: float
+
+    @property
+    def height(self) -> float:
+        return abs(self.face - self.begins)
 
 
 @dataclass(frozen=True)
@@ -57,7 +77,21 @@ def with_ends(
         Typical edge of the mesh's triangles.
     """
     below, above = (_fillet(each, long, planes, edge_mm, side) for side in (-1.0, 1.0))
-    if below is not None and above is not None and abs(below.radius - above.radius) < ALIKE_MM:
+    begins = tuple(end.begins if isinstance(end, _Step) else None for end in (below, above))
+    each = replace(each, steps_mm=(begins[0], begins[1]))
+    if isinstance(below, _Step) and isinstance(above, _Step) and abs(below.height - above.height) < ALIKE_MM:
+        middle, half = 0.5 * (below.face + above.face), 0.5 * each.run.width
+        return replace(
+            each,
+            run=replace(each.run, z_low=middle - half, z_high=middle + half),
+            middle_pm_mm=0.5 * math.hypot(below.face_pm, above.face_pm),
+            width_pm_mm=math.hypot(END_PM_MM, END_PM_MM),
+        )
+    if (
+        isinstance(below, _Fillet)
+        and isinstance(above, _Fillet)
+        and abs(below.radius - above.radius) < ALIKE_MM
+    ):
         radius = 0.5 * (below.radius + above.radius)  # one for both: it moves the ends, and not the middle
         faces_pm = math.hypot(below.face_pm, above.face_pm)
         return replace(
@@ -68,7 +102,7 @@ def with_ends(
         )
     (low, low_pm), (high, high_pm) = (
         _free_end(each, planes, side)
-        if fillet is None
+        if not isinstance(fillet, _Fillet)
         else (fillet.face - side * fillet.radius, math.hypot(fillet.radius_pm, fillet.face_pm))
         for side, fillet in ((-1.0, below), (1.0, above))
     )
@@ -100,8 +134,8 @@ def _fillet(
     planes: Sequence[tuple[RoughPlane, float]],
     edge_mm: float,
     side: float,
-) -> _Fillet | None:
-    """Return the fillet at one end; None where there is no face."""
+) -> _Fillet | _Step | None:
+    """Return the fillet at one end, or the step; None where there is no face."""
     run = each.run
     end = run.z_low if side < 0.0 else run.z_high
     reach = FILLET_SHARE * run.radius + FACE_MM
@@ -113,30 +147,42 @@ def _fillet(
         return None
     _, plane, face_pm = min(beside, key=lambda item: abs(item[0]))
     face = float(plane.centroid[2])
-    out, away = _corner(each, long, face, side, reach)
+    out, away, angle = _corner(each, long, face, side, reach)
     cap = CAPPED[0] + CAPPED[1] * each.fit.rms_mm
     radii = np.arange(0.0, max(reach, FILLET_STEP_MM) + 1.0, FILLET_STEP_MM)
     if len(out) < FEWEST:
         return None
-    off = np.stack([np.minimum(np.abs(_off_corner(out, away, radius)), cap) ** 2 for radius in radii]).mean(
-        axis=1
-    )
-    best = int(np.argmin(off))
-    if off[best] > 0.5 * cap**2 or best == len(radii) - 1:
-        return None
+    off = np.abs(np.stack([_off_corner(out, away, radius) for radius in radii]))
+    best = int(np.argmin((np.minimum(off, cap) ** 2).mean(axis=1)))
+    if _all_around(off[best] > cap, angle) > STEPPED or best == len(radii) - 1:
+        beyond = out[away > LEAVES * run.radius + cap]
+        if len(beyond) == 0:
+            return None
+        return _Step(face - side * float(np.quantile(beyond, OUTERMOST)), face, face_pm)
     return _Fillet(float(radii[best]), FILLET_PM * edge_mm + each.fit.rms_mm, face, face_pm)
 
 
 def _corner(
     each: RoughCylinder, long: SectionStack, face: float, side: float, reach: float
-) -> tuple[Array, Array]:
-    """Return how far points near a face are away from it, and outside the cylinder."""
+) -> tuple[Array, Array, Array]:
+    """Return how far points near a face are away from it, and outside the cylinder, and their angles."""
     run = each.run
     low, high = sorted((face + side * 0.3, face - side * (reach + 2.0)))
     points = long.between(low, high)
-    out = np.hypot(*(points[:, :2] - run.centre).T) - run.radius
+    x, y = (points[:, :2] - run.centre).T
+    out = np.hypot(x, y) - run.radius
     near = (out > -0.3) & (out < reach + 1.0)
-    return side * (face - points[near, 2]), out[near]
+    return side * (face - points[near, 2]), out[near], np.arctan2(y, x)[near]
+
+
+def _all_around(stands: NDArray[np.bool_], angle: Array) -> float:
+    """Return which share of points stands off: that of the sector below which a quarter of the sectors are.
+
+    The shoulder of a counterweight beside a journal stands off on one side, a collar all around.
+    """
+    sector = np.floor((angle / (2.0 * math.pi) + 0.5) * SECTORS).astype(np.int64) % SECTORS
+    count = np.bincount(sector, minlength=SECTORS)
+    return float(np.quantile(np.bincount(sector, stands, SECTORS)[count > 0] / count[count > 0], 0.25))
 
 
 def _off_corner(along: Array, out: Array, radius: float) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.crank.recognition.rough_certainty import FittedCrank
+from autobalance.crank.recognition.rough_collars import other_ends_mm
 from autobalance.crank.recognition.rough_cylinders import RoughMesh
 from autobalance.crank.recognition.rough_fits import OUTLIER, Fit, spread_of
 from autobalance.crank.scan import ScannedWeb
@@ -23,6 +24,8 @@ ALONG = 0.25
 ROUGHER = 2.5
 """What stands off a cylinder about the axis by more than so many times the roughness is no rim."""
 FEWEST = 24
+HALF = 0.5
+"""Where another face may be a web's end, its height is uncertain by this share of their distance."""
 
 
 def with_rims(
@@ -35,18 +38,25 @@ def with_rims(
     origin_mm = fitted.pins[0].run.z_mid
     webs, sure = [], []
     for web in anatomy.webs:
-        height_pm = (
-            fitted.height_pm_mm(web.z_min_mm + origin_mm),
-            fitted.height_pm_mm(web.z_max_mm + origin_mm),
+        others = other_ends_mm(web, rough.mesh, fitted, rough.slack_mm)
+        low_pm, high_pm = (
+            math.hypot(
+                fitted.height_pm_mm(end + origin_mm),
+                HALF * max((abs(other - end) for other in there), default=0.0),
+            )
+            for end, there in zip((web.z_min_mm, web.z_max_mm), others, strict=True)
         )
         if web.outline is None:
             webs.append(web)
-            sure.append(ScannedWeb(*height_pm))
+            sure.append(ScannedWeb(low_pm, high_pm, other_ends_mm=others))
             continue
         rim, rim_pm, rms = _rim(web, rough, normals, fitted, origin_mm)
         webs.append(replace(web, outline=replace(web.outline, rim_radius_mm=rim)))
         border = math.degrees(fitted.edge_mm / rim)
-        sure.append(ScannedWeb(*height_pm, rim_pm, rms, border, 0.5 * border, math.hypot(*height_pm)))
+        thickness_pm = math.hypot(low_pm, high_pm)
+        sure.append(
+            ScannedWeb(low_pm, high_pm, rim_pm, rms, border, 0.5 * border, thickness_pm, other_ends_mm=others)
+        )
     return replace(anatomy, webs=tuple(webs)), tuple(sure)
 
 

@@ -31,6 +31,8 @@ NECK_WIDTH = 0.1
 """It is at least this long, as a share of the least crankpin's radius."""
 ROUGH_FILLET = 0.2
 """Fillets of a scanned crank are lower than this share of their cylinder's radius."""
+RAGGED = 3
+"""So many sections of a scan in a row may cut a step's face, whose waves are no circle."""
 ON_AXIS = 0.06
 """A shaft's middle is off the axis by less than this share of its radius: that of seven sides by 0.05."""
 LONE_BORE = 0.3
@@ -222,18 +224,27 @@ def _end(axis: Array, z_mm: float) -> CylinderRun:
 def _extent(long: SectionStack, a: CylinderRun, b: CylinderRun, axis: Array) -> tuple[float, float] | None:
     """Return where the web between two cylinders begins and ends."""
     sections = [s for s in long.sections if a.z_mid < s.z_mm < b.z_mid]
-    inside = [place for place, s in enumerate(sections) if _is_web(s, a, b, axis)]
+    inside = _without_ragged(
+        [place for place, s in enumerate(sections) if _is_web(s, a, b, axis)], long.blur_mm > 0.0
+    )
     if not inside:
         return None
     first, last = inside[0], inside[-1]
     before = sections[first - 1] if first > 0 else None
     after = sections[last + 1] if last + 1 < len(sections) else None
-    beside = (
-        4.0 * ASIDE_SHARE * long.length_mm + long.blur_mm
-    )  # a small blend around a level belongs to the level
+    beside = 4.0 * ASIDE_SHARE * long.length_mm  # a small blend around a level belongs to the level
     low = _edge(long, before.z_mm if before else a.z_mid, sections[first].z_mm + beside, a, upward=True)
     high = _edge(long, sections[last].z_mm - beside, after.z_mm if after else b.z_mid, b, upward=False)
     return low, high
+
+
+def _without_ragged(inside: Sequence[int], rough: bool) -> Sequence[int]:
+    """Leave out of the sections of a rough web the few that lie apart: through the face of a step."""
+    if not rough or not inside:
+        return inside
+    stretches = np.split(np.array(inside), np.flatnonzero(np.diff(inside) > 1) + 1)
+    longest = max(map(len, stretches))
+    return [int(place) for some in stretches if len(some) > min(RAGGED, longest - 1) for place in some]
 
 
 def _is_web(section: CrossSection, a: CylinderRun, b: CylinderRun, axis: Array) -> bool:
@@ -258,8 +269,8 @@ def _edge(long: SectionStack, low: float, high: float, run: CylinderRun, upward:
     if levels.any():
         return float(long.levels_mm[levels][np.argmax(long.level_areas_mm2[levels])])
     if long.blur_mm > 0.0:  # sections of a rough fillet show no circle, and are taken for the web
-        reach = ROUGH_FILLET * run.radius
-        low, high = (low, high + reach) if upward else (low - reach, high)
+        inward = long.blur_mm + ROUGH_FILLET * run.radius
+        low, high = (low, high + inward) if upward else (low - inward, high)
         near = long.levels_mm[(long.levels_mm >= low) & (long.levels_mm <= high)]
         if len(near):
             return float(near[0] if upward else near[-1])
