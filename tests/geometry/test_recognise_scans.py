@@ -15,6 +15,7 @@ from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.recognition.rough_cylinders import RoughMesh, _ends, covered_share
 from autobalance.crank.recognition.rough_runs import rough_stack
+from autobalance.crank.recognition.webs import _without_ragged
 from autobalance.crank.scan import ScanFit
 from autobalance.errors import RecognitionError
 from autobalance.report.records.datums import Datums as DatumRecords
@@ -119,6 +120,21 @@ def test_points_about_an_oil_hole_of_a_decimated_scan_end_no_crankpin() -> None:
     areas = np.concatenate([np.full(len(on), 8.0), np.full(20, 0.1), np.full(20, 2.0)])
     low, high = _ends(np.concatenate([on, hole, fillets]), off, areas, run, 0.15)
     assert (low, high) == pytest.approx((0.0, 20.0), abs=0.9)
+
+
+def test_a_groove_ends_no_journal_and_a_step_far_from_a_web_is_not_in_it() -> None:
+    """The die filer's arm: its journal ended at a groove for a ring, and its web at the shaft's next step."""
+    z = np.arange(0.2, 120.0, 0.5)
+    off = np.where(np.abs(z - 86.0) < 0.8, -0.4, 0.02)
+    kept = np.abs(z - 88.0) > 1.2  # the groove's floor is too deep to be looked at
+    low, high = _ends(
+        z[kept], off[kept], np.ones(kept.sum()), CylinderRun(np.zeros(2), 16.0, 0.0, 120.0), 0.1
+    )
+    assert (low, high) == pytest.approx((0.0, 120.0), abs=1.0)
+    step, web = [5, 6, 7], list(range(30, 75))
+    assert _without_ragged([*step, *web], True) == web
+    assert _without_ragged([*step, *web], False) == [*step, *web]
+    assert _without_ragged(step, True) == step
 
 
 def test_a_pressed_up_crank_without_its_pin_is_found_by_its_bores() -> None:

@@ -31,6 +31,10 @@ BORE_REACH = 2.0
 """A crankpin's bores are looked for in webs so many of its radii deep."""
 
 
+GROOVE_PLACES = 6
+"""Beyond a groove a cylinder goes on over at least so many of the places where it is looked at."""
+
+
 @dataclass(frozen=True, eq=False)
 class RoughMesh:
     """A scanned mesh with what is measured of it once."""
@@ -172,13 +176,22 @@ def _ends(z: Array, off: Array, areas: Array, run: CylinderRun, within: float) -
     area = np.bincount(places - first, areas)
     halves = np.cumsum(area) - 0.5 * area
     middle = np.abs(off[order].take(np.searchsorted(np.cumsum(areas[order]), halves).clip(max=len(off) - 1)))
+    good = np.flatnonzero((middle <= within) & (area > 0.0)) + first
     bad = np.flatnonzero((middle > within) & (area > 0.0)) + first
+    half = 0.5 * run.width / size
+    bad = np.array([place for place in bad if not _goes_on(int(place), good, half)], dtype=np.int64)
     below, above = bad[bad < -1], bad[bad > 0]
     low = run.z_mid + size * (float(below.max()) + 1.0) if len(below) else float(z.min())
     high = run.z_mid + size * float(above.min()) if len(above) else float(z.max())
     if high - low < 0.5 * run.width:  # a groove or a dent near the middle is not an end
         return run.z_low, run.z_high
     return low, high
+
+
+def _goes_on(place: int, good: Indices, half: float) -> bool:
+    """Whether most of a cylinder is there beyond a place; it reaches ``half`` places from its middle."""
+    beyond = good[(good > place) & (good < half)] if place > 0 else good[(good < place) & (good > -half)]
+    return len(beyond) >= max(GROOVE_PLACES, 0.5 * (half - abs(place)))
 
 
 def covered_share(
