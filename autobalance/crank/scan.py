@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +42,7 @@ class ScannedWeb:
     fan_angle_pm_deg: float = 0.0
     skew_pm_deg: float = 0.0
     thickness_pm_mm: float = 0.0
-    other_ends_mm: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
+    other_ends_mm: tuple[tuple[float, ...], tuple[float, ...]] = field(default=((), ()), kw_only=True)
 
 
 @dataclass(frozen=True, eq=False)
