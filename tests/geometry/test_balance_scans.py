@@ -10,20 +10,26 @@ import pytest
 import autobalance as ab
 from autobalance.correction.clearance import clear_of_roughness
 from autobalance.correction.holes.drill_limits import DrillLimits
-from autobalance.crank.anatomy import Overrides
+from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.machine_models.scan_uncertainty import scan_uncertainty
 from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written
-from autobalance.solid.mesh.mesh import mesh_of_soup
+from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 from tests.scans import scan
 
 pytestmark = pytest.mark.usefixtures("cranks_read_once")
 
 DENSITY = 7.85e-3
 EDGE_MM = 2.2
+
+
+@pytest.fixture(scope="module")
+def recognised() -> tuple[Mesh, Anatomy]:
+    mesh = mesh_of_soup(scan("single", 0.02, edge_mm=EDGE_MM, seed=1).soup)
+    return mesh, recognise(Solid.from_mesh(mesh), Overrides(crankpin_in_file=True))
 
 
 def test_facets_of_a_scan_are_estimated_within_their_bar() -> None:
@@ -90,10 +96,8 @@ def test_a_scanned_crank_is_balanced_by_lowering_faces(tmp_path: Path) -> None:
     assert ab.verify(tmp_path / "out" / "report.json").holds
 
 
-def test_faces_of_a_scan_stand_where_the_crank_has_them() -> None:
-    there = scan("single", 0.02, edge_mm=EDGE_MM, seed=1)
-    found = recognise(Solid.from_mesh(mesh_of_soup(there.soup)), Overrides(crankpin_in_file=True))
-    faces = find_faces(mesh_of_soup(there.soup), found)
+def test_faces_of_a_scan_stand_where_the_crank_has_them(recognised: tuple[Mesh, Anatomy]) -> None:
+    faces = find_faces(*recognised)
     heights = np.array([float(face.centroid_mm[2]) for face in faces if face.web is not None])
     for true in (-30.0, -26.0, -12.0, 12.0, 26.0, 30.0):  # counterweight, web, crankpin side; and back
         assert np.abs(heights - true).min() < 0.02
@@ -102,9 +106,8 @@ def test_faces_of_a_scan_stand_where_the_crank_has_them() -> None:
     assert [face.flatness_mm for face in webs] == pytest.approx([3.92 * 0.02] * len(webs), rel=0.35)
 
 
-def test_walls_and_spacing_keep_the_roughness_as_clearance() -> None:
-    there = scan("single", 0.02, edge_mm=EDGE_MM, seed=1)
-    found = recognise(Solid.from_mesh(mesh_of_soup(there.soup)), Overrides(crankpin_in_file=True))
+def test_walls_and_spacing_keep_the_roughness_as_clearance(recognised: tuple[Mesh, Anatomy]) -> None:
+    _, found = recognised
     assert found.scan is not None
     limits = DrillLimits(min_wall_mm=3.0, min_spacing_mm=2.0)
     kept = clear_of_roughness(limits, found)
@@ -112,7 +115,7 @@ def test_walls_and_spacing_keep_the_roughness_as_clearance() -> None:
     assert kept.min_wall_mm - 3.0 == pytest.approx(found.scan.roughness_mm, abs=0.01)
     assert kept.min_wall_mm - 3.0 >= found.scan.roughness_mm
     assert kept.min_spacing_mm - 2.0 == pytest.approx(kept.min_wall_mm - 3.0)
-    assert clear_of_roughness(limits, there.truth) is limits
+    assert clear_of_roughness(limits, scan("single", 0.02, edge_mm=EDGE_MM, seed=1).truth) is limits
 
 
 def test_a_rough_face_is_lowered_by_less_than_its_waves_reach(tmp_path: Path) -> None:
