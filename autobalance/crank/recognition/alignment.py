@@ -63,9 +63,12 @@ def step_warnings(anatomy: Anatomy) -> tuple[str, ...]:
     return tuple(
         f"web {web.number} has a collar beside it: its {name} is taken at {end:.2f} mm, and may be at "
         f"{' or '.join(f'{other:.2f}' for other in others)} mm; its standard error allows for that"
-        for web, each in zip(anatomy.webs, anatomy.scan.webs, strict=True)
+        for web in anatomy.webs  # none beside a drawing, whose webs are taken
         for name, end, others in zip(
-            ("z_min_mm", "z_max_mm"), (web.z_min_mm, web.z_max_mm), each.other_ends_mm, strict=True
+            ("z_min_mm", "z_max_mm"),
+            (web.z_min_mm, web.z_max_mm),
+            anatomy.scan.webs[web.number - 1].other_ends_mm,
+            strict=True,
         )
         if others
     )
