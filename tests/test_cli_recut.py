@@ -17,7 +17,7 @@ from autobalance.errors import JobError
 from autobalance.report.balance.values import schema
 from tests import mutations
 from tests.coarse import bundled_corners
-from tests.jobs import main, write_stl
+from tests.jobs import main, without_advice, write_stl
 
 pytestmark = pytest.mark.slow
 
@@ -397,7 +397,8 @@ def test_a_third_stage_of_turned_sectors_verifies(
         ]
         monkeypatch.setattr("tests.test_cli_recut.HIDDEN", hidden)
         reading = spun(report, tmp_path / f"read-{stage}")
-        code = main(["recut", str(report), str(reading), "--trust-reading", NO_PAGES])
+        with without_advice():
+            code = main(["recut", str(report), str(reading), "--trust-reading", NO_PAGES])
         report = next(iter(tmp_path.rglob(f"stage-{stage}/report.json")))
         capsys.readouterr()
         assert main(["verify", str(report)]) == code
