@@ -81,7 +81,7 @@ def test_the_spread_is_that_of_the_error_budget(tmp_path: Path, text: str) -> No
     )  # with "original", the budget moves the factor by attached parts too
     shares = budget(text, tmp_path)["residual"]["uncertainty_shares_g_mm"]
     expected = math.hypot(*(shares[cause] for cause in ("density", "weights", "attached", "depth")))
-    found = study(str(tmp_path / "job.toml"), samples=20_000, exact=0).report
+    found = study(str(tmp_path / "job.toml"), samples=8_000, exact=0).report
     assert found["spread"]["linear_g_mm"] == pytest.approx(expected, rel=0.02)
     assert found["spread"]["sampled_g_mm"] == pytest.approx(expected, rel=0.02)
 

@@ -201,7 +201,7 @@ def assert_told_apart(svg: str) -> None:
 
 @pytest.mark.slow
 def test_plots_are_svg_and_png_with_axes_and_units(
-    job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], rough_plots: None
 ) -> None:
     folder = tmp_path / "plots"
     assert main(["forces", str(job), "--plots", str(folder)]) == 0
