@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -74,16 +75,23 @@ def test_no_cut_can_be_told_falsely(preset: str, method: str, listed: set[str], 
     assert mutations.accepted(report, folder, ("corrections", "steps")) == []
 
 
-@pytest.mark.slow
-def test_no_hole_can_be_told_falsely(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def drilled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A job file of holes, and in ``out`` what it gave; no test changes them."""
     drill = '"drill"\nprefer = "least_metal"\ndrill = { diameters_mm = [8.0], zone = "anywhere" }'
-    job = jobs.bundled_job(tmp_path, method=drill, factor="0.7")
-    ab.balance(ab.read_job(job)).write(tmp_path / "out", only=("json",))
-    found = ab.verify(tmp_path / "out" / "report.json")
+    job = jobs.bundled_job(tmp_path_factory.mktemp("drilled"), method=drill, factor="0.7")
+    ab.balance(ab.read_job(job)).write(job.parent / "out", only=("json",))
+    return job
+
+
+@pytest.mark.slow
+def test_no_hole_can_be_told_falsely(drilled: Path) -> None:
+    folder = drilled.parent / "out"
+    found = ab.verify(folder / "report.json")
     assert {key for key, _ in found.not_checked} <= WORDS
-    report = jobs.report_of(tmp_path / "out")
+    report = jobs.report_of(folder)
     assert report["corrections"]
-    assert mutations.accepted(report, tmp_path / "out", ("corrections", "steps")) == []
+    assert mutations.accepted(report, folder, ("corrections", "steps")) == []
 
 
 DEEPER = """"drill"
@@ -193,11 +201,10 @@ def test_a_sector_that_ends_beside_the_metal_is_the_jobs(tmp_path: Path) -> None
             mutations.checked(falsified, folder, files)
 
 
-def test_limits_that_were_not_asked_for(tmp_path: Path) -> None:
+def test_limits_that_were_not_asked_for(drilled: Path, tmp_path: Path) -> None:
     """They are held against the job file; where that is gone, against the cuts."""
-    drill = '"drill"\nprefer = "least_metal"\ndrill = { diameters_mm = [8.0], zone = "anywhere" }'
-    job = jobs.bundled_job(tmp_path, method=drill, factor="0.7")
-    ab.balance(ab.read_job(job)).write(tmp_path / "out", only=("json",))
+    shutil.copytree(drilled.parent, tmp_path, dirs_exist_ok=True)
+    job = tmp_path / drilled.name
     folder, files = tmp_path / "out", Files()
     report = jobs.report_of(folder)
     assert "job.correction" not in {each.key for each in mutations.checked(report, folder, files).not_checked}
