@@ -233,9 +233,9 @@ def test_a_cylinder_without_length_covers_nothing() -> None:
     assert covered_share(rough, long, rough.directions, run, rough.slack_mm) == 0.0
 
 
-@pytest.mark.parametrize(("name", "edge_mm"), [("camshaft", 1.6), ("propeller shaft", 2.4)])
-def test_a_part_that_is_no_crank_is_refused(name: str, edge_mm: float) -> None:
-    mesh = mesh_of_soup(wrong_part(name, 0.03, edge_mm=edge_mm).corners.astype(np.float32))
+@pytest.mark.parametrize("name", ["camshaft", "propeller shaft"])
+def test_a_part_that_is_no_crank_is_refused(name: str) -> None:
+    mesh = mesh_of_soup(wrong_part(name, 0.03, edge_mm=2.4, seed=1).corners.astype(np.float32))
     with pytest.raises(RecognitionError, match="looked for"):
         recognise(Solid.from_mesh(mesh), ANY)
 
