@@ -165,6 +165,19 @@ def test_every_key_of_a_job_is_a_field(page: Browser) -> None:
     assert "job" not in job
 
 
+def test_what_was_typed_just_now_is_not_lost_to_what_the_server_has(page: Browser, project: Served) -> None:
+    page.click_on(at("tab-parts"))
+    elsewhere = small.job(job={"note": "of another tab"})
+    project.ask("/api/job", elsewhere, "PUT")
+    page.run(
+        "const field = document.getElementById('factor'); field.value = '0.43';"
+        "field.dispatchEvent(new Event('input', { bubbles: true }));"
+        "window.dispatchEvent(new Event('focus'))"
+    )
+    assert "factor = 0.43" in job_text(page, "factor = 0.43")
+    assert page.run("return document.getElementById('factor').value") == "0.43"
+
+
 def test_the_jobs_text_may_be_typed(page: Browser) -> None:
     page.click_on(at("edit-job"))
     text = page.run("return document.getElementById('job-toml').value")

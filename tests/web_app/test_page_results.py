@@ -274,7 +274,7 @@ def test_a_rotor_is_typed_as_fields_and_as_text_and_drawn(page: Browser, project
     assert latest(project, "rotor")["report"]["command"] == "rotor"
     put(page, analysis="orders")  # what is missing is said where it can be seen
     page.click_on(at("analyse"))
-    assert "record is missing" in until(page, "return document.getElementById('error').textContent")
+    assert "record is missing" in until(page, "return document.getElementById('error')?.textContent")
 
 
 def _field(page: Browser, name: str, value: str) -> None:

@@ -1,7 +1,7 @@
 // The page: what the user knows goes into a job, the server's functions do the work, their numbers are shown.
 import { $ } from "/static/tools.js";
 import { askJson, behind, guarded } from "/static/server.js";
-import { CRANKS, emit, on, state, taken } from "/static/job.js";
+import { CRANKS, edits, emit, isKept, on, state, taken } from "/static/job.js";
 import { ending } from "/static/tools.js";
 import * as analyse from "/static/analyse.js";
 import * as board from "/static/board.js";
@@ -82,7 +82,7 @@ async function begin() {
   limits.setUp(declared.kinds);
   for (const each of [open, correct, see, drag, views]) each.setUp(view);
   for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings]) each.setUp();
-  await project();
+  takeProject(await askJson("/api/project"));
   tour.setUp();
   const told = (await askJson("/api/runs")).runs;
   runs.list(told);
@@ -98,8 +98,7 @@ async function begin() {
   for (const going of told.filter((each) => ["waiting", "running"].includes(each.state))) again(going);
 }
 
-async function project() {
-  const found = await askJson("/api/project");
+function takeProject(found) {
   state.text = found.job_text;
   taken(found.job);
   if (!state.file) {
@@ -127,10 +126,10 @@ const again = guarded(async (going) => {
   else if (analyse.known(going.verb)) await analyse.show(told);
 });
 
-// Another tab may have changed the job meanwhile.
+// Another tab may have changed the job meanwhile; what was typed here since goes first.
 window.addEventListener("focus", behind(async () => {
-  const found = await askJson("/api/project");
-  if (found.job_text !== state.text) await project();
+  const before = edits(), found = await askJson("/api/project");
+  if (isKept() && edits() === before && found.job_text !== state.text) takeProject(found);
   runs.list((await askJson("/api/runs")).runs);
 }));
 

@@ -96,8 +96,8 @@ export function asItWas() {
 function changed() {
   dragged.tried = null;
   handles.told();
+  predict(); // what is shown is busy from here on
   redrawNow();
-  predict();
 }
 
 // --- undo and redo: every move, step by step ------------------------------------------------------------------

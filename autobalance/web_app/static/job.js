@@ -89,13 +89,20 @@ export function job() {
   return { ...state.tables, crankshaft: crankshaft(), engine, balance, correction: correction(state.tables.correction || {}) };
 }
 
+// Changes that the server does not have yet: what it has must not take their place.
+let changes = 0, sent = 0;
+export const isKept = () => sent === changes;
+export const edits = () => changes;
 const kept = debounced(behind(async () => {
   if (!state.file) return;
+  const now = changes;
   state.text = (await put("/api/job", job())).job_text;
+  sent = now;
   redraw();
 }), 250);
 
 export function changed() {
+  changes++;
   emit("job");
   kept();
 }
