@@ -64,13 +64,16 @@ class DisplayUnits:
         >>> ON_SCREEN["metric"].heavy_at(0.004, 90.0), ON_SCREEN["metric"].heavy_at(0.006, 90.0)
         ('–', '90.0°')
         """
-        shown = round(size_g_mm / self.g_mm_per_unbalance, self.unbalance_digits)
-        return degrees(angle_deg, digits) if shown else number(None)
+        return self.pointing(size_g_mm, angle_deg, digits, "") or number(None)
 
-    def of_vector(self, size_g_mm: float, angle_deg: float, digits: int = 1) -> str:
-        """Return an unbalance with its unit, and where it points if any of it is shown."""
-        at, size = self.heavy_at(size_g_mm, angle_deg, digits), self.of_unbalance(size_g_mm)
-        return size if at == number(None) else f"{size} at {at}"
+    def pointing(self, size_g_mm: float, angle_deg: float, digits: int = 1, before: str = " at ") -> str:
+        """Return the angle of an unbalance after some text; nothing where none of it is shown."""
+        shown = round(size_g_mm / self.g_mm_per_unbalance, self.unbalance_digits)
+        return f"{before}{degrees(angle_deg, digits)}" if shown else ""
+
+    def of_vector(self, size_g_mm: float, angle_deg: float, doubt: str = "") -> str:
+        """Return an unbalance with its unit, its doubt, and where it points if any of it is shown."""
+        return f"{self.of_unbalance(size_g_mm)}{doubt}{self.pointing(size_g_mm, angle_deg)}"
 
     def of_volume(self, value_mm3: float) -> str:
         """Return a volume with its unit."""

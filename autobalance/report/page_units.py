@@ -21,7 +21,12 @@ def unbalance(value_g_mm: float | None, digits: int = 2) -> str:
 
 def heavy_at(vector_g_mm: Sequence[float], digits: int = 0) -> str:
     """Return where an unbalance points; a dash where none of it is shown."""
-    return PAGE_UNITS.get().heavy_at(math.hypot(*vector_g_mm), angle_deg(vector_g_mm), digits)
+    return pointing(vector_g_mm, digits, "") or number(None)
+
+
+def pointing(vector_g_mm: Sequence[float], digits: int = 0, before: str = " at ") -> str:
+    """Return the angle of an unbalance after some text; nothing where none of it is shown."""
+    return PAGE_UNITS.get().pointing(math.hypot(*vector_g_mm), angle_deg(vector_g_mm), digits, before)
 
 
 def length(value_mm: float | None, digits: int = 3) -> str:

@@ -135,7 +135,7 @@ def _fillet(
     edge_mm: float,
     side: float,
 ) -> _Fillet | _Step | None:
-    """Return the fillet at one end, or the step; None where there is no face."""
+    """Return the fillet at one end, or the step; None where it has no face beside it."""
     run = each.run
     end = run.z_low if side < 0.0 else run.z_high
     reach = FILLET_SHARE * run.radius + FACE_MM

@@ -22,7 +22,7 @@ FACING = 0.97
 ALONG = 0.25
 """... and along it by less than this."""
 ROUGHER = 2.5
-"""What stands off a cylinder about the axis by more than so many times the roughness is no rim."""
+"""What stands off a cylinder about the axis by more than so many times the roughness is left out."""
 FEWEST = 24
 HALF = 0.5
 """Where another face may be a web's end, its height is uncertain by this share of their distance."""

@@ -24,6 +24,5 @@ def recut_text(report: Values, units: DisplayUnits) -> str:
 
 def _unbalance(values: Values, units: DisplayUnits) -> str:
     off = values["uncertainty_g_mm"]
-    size, *at = units.of_vector(values["magnitude_g_mm"], values["angle_deg"]).partition(" at ")
     doubt = "" if off is None else f" ± {units.of_unbalance(off)}"
-    return "".join((size, doubt, *at))
+    return units.of_vector(values["magnitude_g_mm"], values["angle_deg"], doubt)

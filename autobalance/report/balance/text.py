@@ -13,7 +13,7 @@ from autobalance.report.balance.scan_text import against_text
 from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.report.tables import table
 from autobalance.types import Values
-from autobalance.wording import NOT_PROVEN, degrees, is_unproven, number
+from autobalance.wording import NOT_PROVEN, degrees, is_unproven
 
 OUTCOMES = {
     "within_tolerance": "WITHIN TOLERANCE",
@@ -170,10 +170,12 @@ def _before_and_after(report: Values, units: DisplayUnits) -> str:
 
 
 def _heavy_spot(residual: Values, units: DisplayUnits) -> str:
-    at = units.heavy_at(residual["magnitude_g_mm"], residual["angle_deg"])
-    if at == number(None):
-        return "no heavy spot is left"
-    return f"residual heavy spot at {at} from throw 1, counter-clockwise seen from +z"
+    at = units.pointing(residual["magnitude_g_mm"], residual["angle_deg"])
+    return (
+        f"residual heavy spot{at} from throw 1, counter-clockwise seen from +z"
+        if at
+        else "no heavy spot is left"
+    )
 
 
 def _plus_minus(unbalance: Values, units: DisplayUnits) -> str:

@@ -11,7 +11,15 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from autobalance.report.display_units import in_units
-from autobalance.report.page_units import PAGE_UNITS, heavy_at, inertia_unit, length, mass, unbalance
+from autobalance.report.page_units import (
+    PAGE_UNITS,
+    heavy_at,
+    inertia_unit,
+    length,
+    mass,
+    pointing,
+    unbalance,
+)
 from autobalance.wording import degrees, number
 
 SOURCE = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
@@ -44,6 +52,7 @@ def _environment() -> Environment:
         "number": number,
         "degrees": degrees,
         "heavy_at": heavy_at,
+        "pointing": pointing,
         "length": length,
         "mass": mass,
         "unbalance": unbalance,

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.report.page_units import PAGE_UNITS, heavy_at, unbalance
-from autobalance.wording import escape, number
+from autobalance.report.page_units import PAGE_UNITS, pointing, unbalance
+from autobalance.wording import escape
 
 SIZE = 200.0
 RADIUS = 74.0
@@ -54,7 +54,7 @@ def stages_figure(
         f'<text x="{x:.2f}" y="{y:.2f}">{name}</text>'
         for (name, _), (x, y) in zip(points, _beside(tips), strict=True)
     )
-    sizes = [(name, unbalance(math.hypot(*vector)), _pointing(vector)) for name, vector in points]
+    sizes = [(name, unbalance(math.hypot(*vector)), pointing(vector)) for name, vector in points]
     words = "; ".join(f"stage {name}: {size}{angle}" for name, size, angle in sizes)
     dated = f"<br>{days}" if days else ""
     return f"""<figure><figcaption><h3>{title}</h3><span class=soft>outer ring {unbalance(full)} {PAGE_UNITS.get().unbalance}{dated}</span></figcaption>
@@ -92,8 +92,8 @@ def _plot(
     x, y = vector["unbalance_g_mm"]
     cx = cy = SIZE / 2.0
     tip_x, tip_y = cx - per * y, cy - per * x  # rotor x is up, y is left
-    size, pointing = vector["magnitude_g_mm"], _pointing((x, y))
-    caption = f"{when}: {unbalance(size)} {PAGE_UNITS.get().unbalance}{_pointing((x, y), 1)}"
+    size = vector["magnitude_g_mm"]
+    caption = f"{when}: {unbalance(size)} {PAGE_UNITS.get().unbalance}{pointing((x, y), 1)}"
     uncertain = (
         f'<circle class=doubt cx="{tip_x:.2f}" cy="{tip_y:.2f}" r="{per * doubt:.2f}"/>' if doubt else ""
     )
@@ -101,13 +101,7 @@ def _plot(
 <circle class=grid cx="{cx}" cy="{cy}" r="{RADIUS}"/><path class=grid d="M{cx} {cy - RADIUS}V{cy + RADIUS}M{cx - RADIUS} {cy}H{cx + RADIUS}"/>
 <circle class=zone cx="{cx}" cy="{cy}" r="{max(per * limit, 0.8):.2f}"/>{_degrees(cx, cy)}
 <path class="vector {style}" d="M{cx} {cy}L{tip_x:.2f} {tip_y:.2f}"/>{uncertain}<circle class="tip {style}" cx="{tip_x:.2f}" cy="{tip_y:.2f}" r="3.6"/>
-<text class=title x="{cx}" y="{SIZE + 4:g}" text-anchor="middle">{when} · {unbalance(size)}{pointing}</text></svg>"""
-
-
-def _pointing(vector: Sequence[float], digits: int = 0) -> str:
-    """Return the angle of an unbalance with the word before it; nothing where none is shown."""
-    at = heavy_at(vector, digits)
-    return "" if at == number(None) else f" at {at}"
+<text class=title x="{cx}" y="{SIZE + 4:g}" text-anchor="middle">{when} · {unbalance(size)}{pointing((x, y))}</text></svg>"""
 
 
 def _degrees(cx: float, cy: float) -> str:

@@ -54,8 +54,12 @@ def _unbalance_row(
 
 
 def _heavy(unbalance: Report, u: DisplayUnits, zero: Zero) -> str:
+    return u.heavy_at(math.hypot(*unbalance["unbalance_g_mm"]), _angle_deg(unbalance, zero))
+
+
+def _angle_deg(unbalance: Report, zero: Zero) -> float:
     x, y = unbalance["unbalance_g_mm"]
-    return u.heavy_at(math.hypot(x, y), math.degrees(math.atan2(y, x)) - zero.angle_deg)
+    return math.degrees(math.atan2(y, x)) - zero.angle_deg
 
 
 def judged_words(report: Report, zero: Zero) -> str:
@@ -103,10 +107,7 @@ def reading_words(report: Report, u: DisplayUnits, zero: Zero) -> list[str]:
     if not stages or reading is None:
         return []
     parts = [("", reading), *((f"plane {plane['name']} ", plane) for plane in reading["planes"])]
-    places = []
-    for name, part in parts:
-        size, at = u.of_unbalance(part["magnitude_g_mm"]), _heavy(part, u, zero)
-        places.append(name + size + ("" if at == NONE else f" at {at}"))
+    places = [name + u.of_vector(part["magnitude_g_mm"], _angle_deg(part, zero)) for name, part in parts]
     return [f"Stage {stages[-1]['stage']}, answers the reading: {', '.join(places)} (heavy side)."]
 
 

@@ -14,7 +14,7 @@ from autobalance.solid.cad.kernel import kernel_failures
 from autobalance.solid.cad.soundness import Gap, sound
 from autobalance.solid.cad.step_file import read_step_file
 from autobalance.solid.cad.surface import Surfaces
-from autobalance.solid.cad.tessellation import without_triangles
+from autobalance.solid.cad.tessellation import drop_triangles
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.body_list import few, listed
 from autobalance.solid.mesh.mesh import Mesh, weld
@@ -133,7 +133,7 @@ def _part(one: NamedBody) -> _Part:
     except SolidError as error:
         raise SolidError(f"the part {one.name!r}: {error}" if one.name else str(error)) from None
     if checked.gaps or checked.repairs:  # cuts would keep stale triangles where edges lie off faces
-        without_triangles(checked.body)
+        drop_triangles(checked.body)
     solid, repairs = ExactSolid.of_checked(checked.body), checked.repairs
     volume = solid.volume_mm3
     if volume < 0.0:

@@ -69,12 +69,11 @@ def tessellate(body: Any, fineness: Fineness | None = None) -> None:
     BRepMesh_IncrementalMesh(body, sag_mm, False, fineness.turn_rad, False)
 
 
-def without_triangles(body: Any) -> Any:
-    """Take a body's triangles away, and return it."""
+def drop_triangles(body: Any) -> None:
+    """Take a body's triangles away."""
     from OCP.BRepTools import BRepTools
 
     BRepTools.Clean_s(body)
-    return body
 
 
 def facets(body: Any) -> Facets:

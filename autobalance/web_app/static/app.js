@@ -1,7 +1,7 @@
 // The page: what the user knows goes into a job, the server's functions do the work, their numbers are shown.
 import { $ } from "/static/tools.js";
 import { askJson, behind, guarded } from "/static/server.js";
-import { CRANKS, edits, emit, isKept, on, state, taken } from "/static/job.js";
+import { CRANKS, edits, emit, isKeptSince, on, state, taken } from "/static/job.js";
 import { ending } from "/static/tools.js";
 import * as analyse from "/static/analyse.js";
 import * as board from "/static/board.js";
@@ -129,7 +129,7 @@ const again = guarded(async (going) => {
 // Another tab may have changed the job meanwhile; what was typed here since goes first.
 window.addEventListener("focus", behind(async () => {
   const before = edits(), found = await askJson("/api/project");
-  if (isKept() && edits() === before && found.job_text !== state.text) takeProject(found);
+  if (isKeptSince(before) && found.job_text !== state.text) takeProject(found);
   runs.list((await askJson("/api/runs")).runs);
 }));
 

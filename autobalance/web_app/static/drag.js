@@ -15,8 +15,10 @@ const NOTHING = { model: null, run: null, verb: "", depths: [], turns: [], diame
 export const dragged = { ...NOTHING, together: true };
 
 export const cuts = () => dragged.model?.cuts || [];
-export const isMoved = (place) => { const cut = cuts()[place]; return dragged.depths[place] !== cut.depth_mm || Boolean(dragged.turns[place]) || dragged.diameters[place] !== cut.diameter_mm; };
-export const anyElsewhere = () => cuts().some((cut, place) => dragged.turns[place] || dragged.diameters[place] !== cut.diameter_mm);
+// At another angle, or of another drill, than it was planned.
+const isElsewhere = (place) => Boolean(dragged.turns[place]) || dragged.diameters[place] !== cuts()[place].diameter_mm;
+export const isMoved = (place) => dragged.depths[place] !== cuts()[place].depth_mm || isElsewhere(place);
+export const anyElsewhere = () => cuts().some((_, place) => isElsewhere(place));
 export const anyMoved = () => cuts().some((_, place) => isMoved(place));
 export const angleOf = (place) => (((state.result?.report.corrections[place]?.angle_deg ?? 0) + dragged.turns[place]) % 360 + 360) % 360;
 

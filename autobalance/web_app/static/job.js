@@ -91,8 +91,8 @@ export function job() {
 
 // Changes that the server does not have yet: what it has must not take their place.
 let changes = 0, sent = 0;
-export const isKept = () => sent === changes;
 export const edits = () => changes;
+export const isKeptSince = (before) => sent === changes && changes === before;
 const kept = debounced(behind(async () => {
   if (!state.file) return;
   const now = changes;
