@@ -22,6 +22,7 @@ from autobalance.rigid_rotor.uncertainty import (
     Share,
     along_the_axis,
     displacement_share,
+    facets_beside_skin,
     facets_share,
     root_sum,
     rounding_share,
@@ -76,19 +77,24 @@ class UncertaintyBudget:
         places = self.tolerance.places_mm
         bar, (mean, mean_square) = self.facets.unbalance_bar_g_mm, self.facets.bar_at_mm
         deeper = self.job.depth_tolerance_mm or 0.0
-        corrected = FacetCorrection.of(self.facets, self.job.balance.facet_correction)
+        estimate = FacetCorrection.of(self.facets, self.job.balance.facet_correction)
+        corrected = estimate.unbalance or self.calibrated
+        facets = facets_share(
+            self._carried(self.facets.missing),
+            along_the_axis(bar, bar * mean, bar * mean_square),
+            corrected,
+            places,
+        )
+        scanned = {} if self.scan is None else {"scan": self.scan.after(rates)}
+        if self.scan is not None and self.scan.scan is not None and not corrected:
+            facets = facets_beside_skin(facets, scanned["scan"])
         off = self.job.crankshaft.density_pm_g_mm3 or 0.0
         share = off / self.job.crankshaft.density_g_mm3
         return Budget(
             {
-                "facets": facets_share(
-                    self._carried(self.facets.missing),
-                    along_the_axis(bar, bar * mean, bar * mean_square),
-                    corrected=corrected.unbalance or self.calibrated,
-                    places=places,
-                ),
+                "facets": facets,
                 "rounding": rounding_share(self.crank, self.spacing_mm, places),
-                **({} if self.scan is None else {"scan": self.scan.after(rates)}),
+                **scanned,
                 "axis": displacement_share(self.crank, self.anatomy.journal_misalignment_mm, places),
                 "density": Share.of(
                     bare.scaled(share) + self._factor_moved(self.crank.scaled(share)), places

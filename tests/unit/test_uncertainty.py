@@ -1,6 +1,7 @@
 """The error budget of the unbalance, and what a margin asks."""
 
 import math
+from statistics import NormalDist
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from autobalance.rigid_rotor.uncertainty import (
     Share,
     along_the_axis,
     displacement_share,
+    facets_beside_skin,
     facets_share,
     root_sum,
     rounding_share,
@@ -57,6 +59,17 @@ def test_what_is_corrected_for_leaves_its_bar() -> None:
     both = facets_share(missing, bar, corrected=False, places=PLANES)
     assert both.resultant_g_mm == pytest.approx(10.5)
     assert both.planes_g_mm == pytest.approx((2.625, 7.875))
+
+
+def test_facets_and_a_thin_skin_lack_metal_together() -> None:
+    facets, scan = Share(300.0, (100.0, 0.0)), Share(150.0, (0.0, 50.0))
+    both = root_sum([facets_beside_skin(facets, scan), scan], PLANES)
+    # a bias of 300, and on one side of it 95 % of normal errors of which ±150 hold 95 %
+    normal = NormalDist(300.0, 150.0 / NormalDist().inv_cdf(0.975))
+    assert both.resultant_g_mm == pytest.approx(normal.inv_cdf(0.95), rel=1e-3)
+    assert both.planes_g_mm == pytest.approx((100.0, 50.0))
+    little = facets_beside_skin(Share(10.0), Share(150.0))  # the root of the squares is more
+    assert little == Share(10.0)
 
 
 def test_rounding_and_axis_move_the_centre_of_mass() -> None:
