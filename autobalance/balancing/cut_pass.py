@@ -18,7 +18,10 @@ from autobalance.types import Array
 
 @dataclass(frozen=True, eq=False)
 class Pass:
-    """A cut crank as it was measured, and the bodies of its cuts (rotor frame)."""
+    """A cut crank as it was measured, and the bodies of its cuts (rotor frame).
+
+    ``metal`` is what all of them took of a scanned crank, in the file's axes; None of a drawn one.
+    """
 
     depths_mm: Array
     tools: tuple[Solid, ...]
@@ -27,6 +30,7 @@ class Pass:
     moments: Moments
     residual: Unbalance
     share: float
+    metal: Solid | None = None
 
 
 def cut_and_measure(
@@ -45,19 +49,24 @@ def cut_and_measure(
     """
     cut_depths = made(cuts, depths_mm)
     tools = tuple(cut.tool(depth) for cut, depth in cut_depths)
-    solid, pressed_in = rotor.solid, Moments.zero()
+    solid, pressed_in, metal = rotor.solid, Moments.zero(), None
     for adds in (True, False):
         chosen = [tool for tool, (cut, _) in zip(tools, cut_depths, strict=True) if cut.adds_metal == adds]
         if chosen:
             tool = union(chosen).moved(rotor.anatomy.rotor_to_file)
-            solid = solid + tool if adds else solid - tool
+            if adds:
+                solid = solid + tool
+            elif rotor.anatomy.scan is None:
+                solid = solid - tool
+            else:
+                metal, solid = solid.split(tool)
     solid = without_flakes(solid, rotor.solid)
     for cut, depth in cut_depths:
         pressed_in = pressed_in + cut.pressed_in(depth)
     measured = measure(rotor, solid, cut_depths)
     moments = measured.moments + measured.added + pressed_in
     residual = Unbalance.of(moments + rotor.loads)
-    return Pass(depths_mm, tools, solid, measured, moments, residual, tolerance.used_share(residual))
+    return Pass(depths_mm, tools, solid, measured, moments, residual, tolerance.used_share(residual), metal)
 
 
 def made(cuts: Sequence[Cut], depths_mm: Array) -> tuple[tuple[Cut, float], ...]:

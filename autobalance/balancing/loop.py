@@ -321,12 +321,11 @@ def _in_turn(
     ]
     if measured_cuts and all(measured_cuts):  # those were measured in turn already
         return corrections, both
-    is_scan = rotor.anatomy.scan is not None
-    if not (both or is_scan):
+    if not both and done.metal is None:
         return corrections, both
     cuts = [(candidates.cuts[k], float(done.depths_mm[k])) for k in chosen]
     in_turn = taken_in_turn(rotor.solid, rotor.anatomy, rotor.density_g_mm3, cuts, corrections, both)
-    return (taken_of_scan(rotor, cuts, in_turn) if is_scan else in_turn), both
+    return (in_turn if done.metal is None else taken_of_scan(rotor, done.metal, cuts, in_turn)), both
 
 
 def planned(

@@ -13,7 +13,7 @@ from autobalance.correction.contract import Correction
 from autobalance.correction.cut import Made, as_taken
 from autobalance.correction.faces.patches import face_frame
 from autobalance.correction.outline import listed_outline, loops_area_mm2, side_of
-from autobalance.solid.csg.solid import union
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 if TYPE_CHECKING:
@@ -58,29 +58,24 @@ def _measured(rotor: Rotor, planned: Correction, pressed_in: Any, took: EachTake
 
 
 def taken_of_scan(
-    rotor: Rotor, cut_depths: Made, corrections: Sequence[Correction]
+    rotor: Rotor, left: Solid, cut_depths: Made, corrections: Sequence[Correction]
 ) -> tuple[Correction, ...]:
     """Return corrections as measured on the metal that each tool takes of a rough surface, one after another.
 
-    Where that begins is planned on the fitted plane; how much it is, its waves and rounded edges decide.
+    ``left`` is what all of them take, in the file's axes: each boolean with the whole scan takes as long as
+    cutting it. Where that begins is planned on the fitted plane; how much it is, its waves and rounded edges
+    decide.
     """
     frame = rotor.anatomy.file_to_rotor
-    tools = [
-        None if cut.adds_metal else cut.tool(depth).moved(rotor.anatomy.rotor_to_file)
-        for cut, depth in cut_depths
-    ]
-    # once for all tools: each boolean with the whole scan takes as long as cutting it
-    left = rotor.solid & union([tool for tool in tools if tool is not None])
     measured = []
-    for (cut, depth), tool, planned in zip(cut_depths, tools, corrections, strict=True):
-        if tool is None:
+    for (cut, depth), planned in zip(cut_depths, corrections, strict=True):
+        if cut.adds_metal:
             measured.append(planned)
             continue
-        metal = tool & left
+        metal, left = left.split(cut.tool(depth).moved(rotor.anatomy.rotor_to_file))
         if metal.is_empty:
             measured.append(planned)
             continue
-        left = left - tool
         change = cut.pressed_in(depth) - metal.moments(rotor.density_g_mm3, frame)
         area = planned.details.get("new_face_area_mm2", 0.0)
         measured.append(as_taken(planned, change, None, area, metal.volume_mm3))

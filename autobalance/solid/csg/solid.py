@@ -190,6 +190,11 @@ class Solid:
     def __and__(self, other: Solid) -> Solid:
         return Solid(self._body ^ other._body)
 
+    def split(self, other: Solid) -> tuple[Solid, Solid]:
+        """Return what is in the other solid and what is not, in one boolean."""
+        inside, outside = self._body.split(other._body)
+        return Solid(inside), Solid(outside)
+
     def gap_mm(self, other: Solid, most_mm: float) -> float:
         """Return the least distance to another solid, at most ``most_mm``; 0 where they touch or overlap."""
         return float(self._body.min_gap(other._body, most_mm))
