@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,8 @@ from autobalance.correction.cut import Made, as_taken
 from autobalance.correction.faces.patches import face_frame
 from autobalance.correction.outline import listed_outline, loops_area_mm2, side_of
 from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.measure import mesh_moments
+from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 if TYPE_CHECKING:
@@ -66,20 +68,37 @@ def taken_of_scan(
     cutting it. Where that begins is planned on the fitted plane; how much it is, its waves and rounded edges
     decide.
     """
-    frame = rotor.anatomy.file_to_rotor
+    removing = [cut.tool(depth) for cut, depth in cut_depths if not cut.adds_metal]
+    taken = metal_of_each(left.moved(rotor.anatomy.file_to_rotor), removing)
     measured = []
     for (cut, depth), planned in zip(cut_depths, corrections, strict=True):
-        if cut.adds_metal:
+        mesh = None if cut.adds_metal else next(taken)
+        if mesh is None or not len(mesh.triangles):
             measured.append(planned)
             continue
-        metal, left = left.split(cut.tool(depth).moved(rotor.anatomy.rotor_to_file))
-        if metal.is_empty:
-            measured.append(planned)
-            continue
-        change = cut.pressed_in(depth) - metal.moments(rotor.density_g_mm3, frame)
-        area = planned.details.get("new_face_area_mm2", 0.0)
-        measured.append(as_taken(planned, change, None, area, metal.volume_mm3))
+        metal = mesh_moments(mesh, rotor.density_g_mm3)
+        area, volume = planned.details.get("new_face_area_mm2", 0.0), metal.mass_g / rotor.density_g_mm3
+        measured.append(as_taken(planned, cut.pressed_in(depth) - metal, None, area, volume))
     return tuple(measured)
+
+
+def metal_of_each(metal: Solid, tools: Sequence[Solid]) -> Iterator[Mesh]:
+    """Yield what each tool takes of the metal that all of them take, one after another, all in one frame."""
+    low, high = np.array([tool.bounds for tool in tools]).swapaxes(0, 1)
+    apart = (low[:, None] > high[None]) | (low[None] > high[:, None])
+    if apart.any(axis=2).sum() < len(tools) * (len(tools) - 1):
+        for tool in tools:
+            taken, metal = metal.split(tool)
+            yield taken.mesh
+        return
+    mesh = metal.mesh  # the boxes hold a piece each: no boolean is needed to tell them from each other
+    first = mesh.vertices.take(mesh.triangles[:, 0], axis=0)
+    outside = [
+        np.maximum(least - first, first - most).max(axis=1) for least, most in zip(low, high, strict=True)
+    ]
+    nearest = np.argmin(outside, axis=0)
+    for number in range(len(tools)):
+        yield mesh.part(nearest == number)
 
 
 def _outline(took: EachTaken, normal: Array, frame: Array) -> dict[str, Any]:
