@@ -11,8 +11,10 @@ import numpy as np
 from autobalance.correction.contract import Correction
 from autobalance.correction.holes.zones import Fillet, fillet_of
 from autobalance.crank.anatomy import Anatomy, Pin, Web
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.mesh import least_and_greatest
+from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
+from autobalance.solid.slicing.slices import cross_sections
 from autobalance.types import Array, Indices
 from autobalance.wording import listed_numbers
 
@@ -156,18 +158,16 @@ def _columns(anatomy: Anatomy, web: Web) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Metal:
-    """A solid in the rotor frame, its triangles (m, 3, 3), and the heights between which each lies (m,)."""
+    """A solid's mesh in the rotor frame, and the heights between which each triangle lies (m,)."""
 
-    solid: Solid
-    corners: Array
+    mesh: Mesh
     low_mm: Array
     high_mm: Array
 
     @classmethod
     def of(cls, solid: Solid, anatomy: Anatomy) -> _Metal:
         mesh = solid.mesh.moved(anatomy.file_to_rotor)
-        heights = least_and_greatest(mesh.vertices[:, 2], mesh.triangles)
-        return cls(solid.moved(anatomy.file_to_rotor), mesh.corners, *heights)
+        return cls(mesh, *least_and_greatest(mesh.vertices[:, 2], mesh.triangles))
 
     def lengths_mm(self, columns: Array, ends_mm: tuple[float, float]) -> Array:
         """Return how much metal each column (n,) meets between two heights z₁ and z₂.
@@ -178,10 +178,10 @@ class _Metal:
         """
         low, high = ends_mm
         amid = low + OFF_GRID * (high - low)
-        lengths: Array = (high - low) * self.solid.section(amid).contains(columns).astype(np.float64)
-        between = self.corners[(self.low_mm < high) & (self.high_mm > low)]
-        for rows, points in _pairs(between, columns):
-            corners = between[rows]
+        between = self.mesh.triangles[(self.low_mm < high) & (self.high_mm > low)]
+        (outlines,) = cross_sections(self.mesh.vertices, between, np.array([amid]))
+        lengths: Array = (high - low) * Region.of(outlines).contains(columns).astype(np.float64)
+        for corners, points in _pairs(self.mesh.vertices, between, columns):
             beside = np.stack([_left_of(corners, columns[points], k) for k in range(3)])
             hit = (np.sign(beside) == np.sign(beside[0])).all(axis=0)
             weights = np.abs(beside[:, hit]) / np.abs(beside[:, hit]).sum(axis=0)
@@ -203,9 +203,10 @@ def _left_of(corners: Array, points: Array, corner: int) -> Array:
     return np.where(left == 0.0, np.where(upward, TINY, -TINY), left)
 
 
-def _pairs(corners: Array, columns: Array) -> Iterator[tuple[Indices, Indices]]:
-    """Yield triangles and the columns that stand in their boxes, by their numbers, some at a time."""
-    low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
+def _pairs(vertices: Array, triangles: Indices, columns: Array) -> Iterator[tuple[Array, Indices]]:
+    """Yield corners (k, 3, 3) of triangles, and by their numbers the columns in their boxes, some at a time."""
+    each_axis = [least_and_greatest(vertices[:, k], triangles) for k in range(2)]
+    low, high = np.stack(each_axis, axis=2)
     x, at = np.unique(columns[:, 0], return_inverse=True)
     first, last = np.searchsorted(x, low[:, 0]), np.searchsorted(x, high[:, 0], side="right")
     near = (last > first) & (high[:, 1] >= columns[:, 1].min()) & (low[:, 1] <= columns[:, 1].max())
@@ -223,5 +224,5 @@ def _pairs(corners: Array, columns: Array) -> Iterator[tuple[Indices, Indices]]:
         points = np.repeat(from_[here], count[here]) + offset
         y = columns[points, 1]
         inside = (y >= low[rows, 1]) & (y <= high[rows, 1])
-        yield rows[inside], points[inside]
+        yield vertices[triangles[rows[inside]]], points[inside]
         begin = end
