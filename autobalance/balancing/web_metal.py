@@ -204,7 +204,7 @@ def _left_of(corners: Array, points: Array, corner: int) -> Array:
 
 
 def _pairs(vertices: Array, triangles: Indices, columns: Array) -> Iterator[tuple[Array, Indices]]:
-    """Yield corners (k, 3, 3) of triangles, and by their numbers the columns in their boxes, some at a time."""
+    """Yield corners (k, 3, 3) of triangles, and the numbers of the columns in their boxes, some at a time."""
     each_axis = [least_and_greatest(vertices[:, k], triangles) for k in range(2)]
     low, high = np.stack(each_axis, axis=2)
     x, at = np.unique(columns[:, 0], return_inverse=True)

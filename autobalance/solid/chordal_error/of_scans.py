@@ -16,6 +16,7 @@ import numpy as np
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.solid.mesh.tetrahedra import CHUNK
 from autobalance.solid.roughness.estimate import smoothed_normals, unit_at_vertices
 from autobalance.types import Array
 
@@ -41,22 +42,29 @@ def chordal_error_of_scan(mesh: Mesh, density_g_mm3: float, frame: Array) -> Cho
     placed = mesh.moved(frame)
     doubled = placed.doubled_areas
     normals = unit_at_vertices(placed, smoothed_normals(placed, 1) * doubled[:, None])
-    a, b, c = (placed.vertices.take(column, axis=0) for column in placed.triangles.T)
-    na, nb, nc = (normals.take(column, axis=0) for column in placed.triangles.T)
-    sides = ((b - a, nb - na), (c - b, nc - nb), (a - c, na - nc))
-    rise = np.sum([(side * turn).sum(axis=1) for side, turn in sides], axis=0)
-    mass = density_g_mm3 * 0.5 * doubled * rise / 24.0
-    middle = (a + b + c) / 3.0
-    first, second = mass @ middle, (middle * mass[:, None]).T @ middle
-    missing = Moments(float(mass.sum()), first, second)
-    share = np.abs(mass) / max(float(np.abs(mass).sum()), 1e-300)
+    axes, turns = (np.ascontiguousarray(each.T) for each in (placed.vertices, normals))
+    rise, sums = np.zeros(len(doubled)), np.zeros(4)
+    first, second = np.zeros(3), np.zeros((3, 3))
+    for begin in range(0, len(doubled), CHUNK):
+        here = slice(begin, begin + CHUNK)
+        corners, ends = (each.take(placed.triangles[here].T, axis=1) for each in (axes, turns))
+        sides = corners - corners[:, [1, 2, 0]], ends - ends[:, [1, 2, 0]]
+        rise[here] = np.einsum("xck,xck->k", *sides)
+        mass = density_g_mm3 * 0.5 * doubled[here] * rise[here] / 24.0
+        middle = corners.mean(axis=1)
+        first += middle @ mass
+        second += (middle * mass) @ middle.T
+        x, y, z = middle
+        sums += np.stack([np.ones_like(x), np.hypot(x, y), z, z * z]) @ np.abs(mass)
+    missing = Moments(density_g_mm3 * float(doubled @ rise) / 48.0, first, second)
+    amount, radial, along, along_square = (float(each) for each in sums)
     return ChordalError(
         missing,
         MASS_SHARE * abs(missing.mass_g),
         UNBALANCE_SHARE * float(np.hypot(*first[:2])),
-        float(np.abs(mass).sum()),
-        float(np.abs(mass) @ np.hypot(*middle[:, :2].T)),
+        amount,
+        radial,
         float(np.quantile(np.abs(rise) / 8.0, 0.99)),
         0,
-        (float(share @ middle[:, 2]), float(share @ middle[:, 2] ** 2)),
+        (along / max(amount, 1e-300), along_square / max(amount, 1e-300)),
     )

@@ -113,7 +113,7 @@ def local_roughness_mm(mesh: Mesh, within_mm: float) -> float:
 
     normals = unit_at_vertices(mesh, mesh.area_vectors)
     chosen = np.flatnonzero(_spread(mesh, NEIGHBOURHOODS))
-    tree = cKDTree(mesh.vertices)
+    tree = cKDTree(mesh.vertices, balanced_tree=False, compact_nodes=False)  # built four times as fast
     residuals = []
     for place in chosen:
         near = np.array(tree.query_ball_point(mesh.vertices[place], within_mm))
