@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
 
 from autobalance.correction.contract import Correction, Cut
+from autobalance.crank.anatomy import Anatomy
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
 
 Made = Sequence[tuple[Cut, float]]
@@ -110,6 +112,18 @@ def as_taken(
         details=correction.details | ({key: new_area_mm2} if key in correction.details else {}) | details,
         rate=correction.rate if rate is None else rate,
     )
+
+
+def metal_within(solid: Solid, anatomy: Anatomy, bodies: Mapping[int, Solid]) -> dict[int, Solid]:
+    """Return the metal of a crank in file coordinates within a body of each web, in the rotor frame.
+
+    One boolean with the whole crank for all bodies, in the rotor frame: manifold3d compares boxes along its
+    axes, and those around slabs that lie slantwise hold most of a crank.
+    """
+    if not bodies:
+        return {}
+    near = solid.moved(anatomy.file_to_rotor) & union(list(bodies.values()))
+    return {web: near & body for web, body in bodies.items()}
 
 
 def on_step(depth_mm: float, step_mm: float, rounding: Callable[[float], float] = round) -> float:

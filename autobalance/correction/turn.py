@@ -12,7 +12,7 @@ from typing import Annotated
 import numpy as np
 
 from autobalance.correction.contract import Correction, Figures, Item, Limits
-from autobalance.correction.cut import EmptyPlace, listed
+from autobalance.correction.cut import EmptyPlace, listed, metal_within
 from autobalance.correction.envelope import Envelope, blocks, sector_corners
 from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.machining import Operation, rim_operation
@@ -200,8 +200,7 @@ def cuts(solid: Solid, anatomy: Anatomy, density_g_mm3: float, limits: TurnLimit
     if not slabs or least >= far:
         raise CorrectionError(f"turn: no web reaches beyond {text}")
     rings = {web: faceted_ring(least * EQUAL_AREA, far, *slab, SEGMENTS) for web, slab in slabs.items()}
-    reach = (solid & union(list(rings.values())).moved(anatomy.rotor_to_file)).moved(anatomy.file_to_rotor)
-    metal = {web: reach & ring for web, ring in rings.items()}
+    metal = metal_within(solid, anatomy, rings)
     turn_cuts = []
     for group in [(web,) for web in metal] if limits.per_web else [tuple(metal)]:
         own = union([metal[web] for web in group])

@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from autobalance.correction.cut import metal_within
 from autobalance.correction.holes.around import Around, OldHole, most_mm
 from autobalance.correction.holes.hole import Hole, drill_body
 from autobalance.correction.holes.positions import Position
@@ -24,7 +25,7 @@ from autobalance.correction.holes.zones import (
 )
 from autobalance.correction.refusals import Direction, Sectors
 from autobalance.crank.anatomy import Anatomy, Web
-from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 GRIDS_DEG = (15.0, 5.0, 2.5, 1.25, 0.625, 0.3125, 0.078125)
@@ -352,7 +353,4 @@ def reach_of(solid: Solid, anatomy: Anatomy, sites: Sequence[Site], radius_mm: f
             low = min(web.z_min_mm, *z) - radius_mm
             high = max(web.z_max_mm, *z) + radius_mm
             boxes[web.number] = Solid.box(np.array([-far, -far, low]), np.array([far, far, high]))
-    if not boxes:
-        return {}
-    reach = (solid & union(list(boxes.values())).moved(anatomy.rotor_to_file)).moved(anatomy.file_to_rotor)
-    return {web: reach & box for web, box in boxes.items()}
+    return metal_within(solid, anatomy, boxes)
