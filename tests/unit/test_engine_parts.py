@@ -47,3 +47,9 @@ def test_throws_that_cancel_out_have_no_factor() -> None:
     assert math.hypot(*factor_direction_g_mm(throws)) == pytest.approx(0.0, abs=1e-9)
     assert balance_factor(np.array([1.0, 0.0]), throws) is None
     assert balance_factor(np.array([1.0, 0.0]), []) is None
+
+
+def test_throws_that_cancel_as_far_as_they_are_made_and_scanned_have_no_balance_factor() -> None:
+    at = ((40.008, 0.0), (39.994, math.radians(180.02)), (39.997, math.radians(179.99)), (40.003, 0.0))
+    throws = [ThrowLoad(PARTS, radius, angle, 90.0 * k) for k, (radius, angle) in enumerate(at)]
+    assert balance_factor(np.array([2500.0, 2000.0]), throws) is None

@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.crank.sections import away_from_crankpin
-from autobalance.engine.balance_factor import factor_direction_g_mm
+from autobalance.engine.balance_factor import LEAST_DIRECTION, factor_direction_g_mm
 from autobalance.engine.parts import ThrowLoad
 from autobalance.errors import JobError
 from autobalance.job.model import EngineParts
@@ -20,8 +20,6 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.types import Array
 
 G_MM2_PER_KG_MM2 = 1000.0
-LEAST_DIRECTION = 1e-6
-"""Throws whose directions add up to less than this, each, cancel each other out."""
 MIN_COSINE = 0.5
 """A web counts towards the factor where its crankpin's direction has this cosine with the factor's."""
 NEAR_FACTOR, NEAR_INERTIA = 1e-4, 1e-5
