@@ -40,6 +40,8 @@ KEYS: dict[str, dict[str, object]] = {
     "shoulder": {},
     "mill": {},
 }
+FINER = dict.fromkeys(PRESETS, 0.8) | {"v8-flatplane": 0.85}
+"""Edges of the true crank, as a share of its scan's; at 0.8 the mesher folds one of these."""
 REAL: dict[str, tuple[str, str | None, float, float]] = {
     "vhacd": ("vhacd-crank.off", "mm", 100.0, 2.0),
     "kurbelwelle": ("gmsh-kurbelwelle.stl", "mm", 4.0, 1.6),
@@ -76,7 +78,7 @@ def scanned(name: str, sigma: float, folder: Path | None) -> Scan:
 def true_crank(name: str, placement: Array, folder: Path | None) -> Solid:
     """Return the true crank where its scan lies, more finely meshed."""
     if name in PRESETS:
-        vertices, triangles, _ = surface_of(PRESETS[name], 0.8 * edge_mm(name), Wear(), 0)
+        vertices, triangles, _ = surface_of(PRESETS[name], FINER[name] * edge_mm(name), Wear(), 0)
         return Solid.from_mesh(Mesh(vertices, triangles)).moved(placement)
     assert folder is not None
     return Solid.from_mesh(drawn(name, folder)[0]).moved(placement)
@@ -109,9 +111,7 @@ def left(crank: ab.Crank, there: Scan, true: Solid, kind: str) -> str:
         "engine": {
             "rotating_g": {"big_end": BIG_END_G},
             "reciprocating_g": {"piston": PISTON_G},
-            "attached": [
-                {"name": "wheel", "z_mm": 0.0, "mass_g": 0.0, "unbalance_g_mm": attached.tolist()}
-            ],
+            "attached": [{"name": "wheel", "z_mm": 0.0, "mass_g": 0.0, "unbalance_g_mm": attached.tolist()}],
         },
         "balance": {"factor": FACTOR, "grade": 40, "speed_rpm": 6000, "judge": "static"},
         "correction": {"method": kind, **({kind: KEYS[kind]} if KEYS[kind] else {})},

@@ -139,7 +139,7 @@ class RecutStage:
         return replace(
             rotor,
             loads=unbalance_moments(judged.unbalance - Unbalance.of(self.crank.moments)),
-            budget=lambda _bare, _made: judged.budget(places),
+            budget=lambda _bare, _made, _left: judged.budget(places),
             earlier=self.earlier.earlier_cuts,
         )
 

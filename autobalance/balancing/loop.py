@@ -222,7 +222,7 @@ class _Run:
         corrections = tuple(listed[k] for k in order)
         places = np.flatnonzero(best.depths_mm > 0.0)[order]
         refuse_sum(rotor, best.measured, corrections)
-        doubt = rotor.doubt(best.measured.moments, corrections)
+        doubt = rotor.doubt(best.measured.moments, corrections, best.solid)
         within = self.tolerance.is_met_by(best.residual, doubt)
         reason = None if within else self.tolerance.why_not(best.residual, doubt, plan.binding)
         remedies: tuple[Relaxation, ...] = ()

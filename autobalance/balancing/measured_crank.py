@@ -141,7 +141,7 @@ def _beside_scan(
         drawn,
         anatomy=replace(anatomy, journal_misalignment_mm=there.journal_misalignment_mm),
         moments=scanned.moments,
-        facets=facets,
+        facets=None if facets is None else replace(facets, scanned=None),  # no cut takes of the scan's
         correction=correction,
         calibration=scanned.calibration,
         beside=ScannedBeside(scan.file, scanned, scanned.moments - part - drawn.moments, held),

@@ -24,11 +24,11 @@ class Rotor:
     ``exact`` is the crank with its true surfaces, where its file keeps them: plans are made on ``solid``, its
     triangles, and the exact solid is cut. ``moments`` are the bare crank's and ``loads`` those of bob-weights
     and attached rotors, both in the rotor frame; ``loads_per_factor`` is the derivative of the loads with the
-    balance factor ``factor``. ``budget`` is how far the residual may be off, from the bare crank's moments
-    and the corrections made on it; None where that is not known. ``hidden`` is what the facets of loose
-    triangles (file coordinates) hide of the smooth surface, which ``moments`` have already; None: nothing is
-    added; ``added`` is what a calibration or a scan put to them, cut or not. ``earlier`` are the cuts of
-    earlier stages, which count where cuts are limited in number.
+    balance factor ``factor``. ``budget`` is how far the residual may be off, from the bare crank's moments,
+    the corrections made on it and the solid left; None where that is not known. ``hidden`` is what the facets
+    of loose triangles (file coordinates) hide of the smooth surface, which ``moments`` have already; None:
+    nothing is added; ``added`` is what a calibration or a scan put to them, cut or not. ``earlier`` are the
+    cuts of earlier stages, which count where cuts are limited in number.
     """
 
     solid: Solid
@@ -39,12 +39,14 @@ class Rotor:
     loads: Moments
     loads_per_factor: Moments
     factor: float
-    budget: Callable[[Moments, Sequence[Correction]], Budget] | None = None
+    budget: Callable[[Moments, Sequence[Correction], Solid | None], Budget] | None = None
     exact: Exact | None = None
     hidden: Callable[[Floats], Moments] | None = None
     earlier: tuple[EarlierCut, ...] = ()
     added: Moments = field(default_factory=Moments.zero)
 
-    def doubt(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget | None:
-        """Return how far the residual may be off, None where that is not known."""
-        return None if self.budget is None else self.budget(bare, corrections)
+    def doubt(
+        self, bare: Moments, corrections: Sequence[Correction] = (), left: Solid | None = None
+    ) -> Budget | None:
+        """Return how far the residual of the solid ``left`` may be off, None where that is not known."""
+        return None if self.budget is None else self.budget(bare, corrections, left)

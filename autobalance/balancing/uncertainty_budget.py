@@ -28,6 +28,7 @@ from autobalance.rigid_rotor.uncertainty import (
     rounding_share,
 )
 from autobalance.solid.chordal_error.estimate import ChordalError
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
 from autobalance.solid.formats.registry import format_named
 
@@ -68,31 +69,47 @@ class UncertaintyBudget:
     scan: ScanShare | None = None
     calibrated: bool = False
 
-    def budget(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget:
-        """Return how far the unbalance may be off once ``bare`` is what the crank is, rotor frame."""
-        return self.with_depth_rates(bare, [cut.rate for cut in corrections if cut.rate is not None])
+    def budget(
+        self, bare: Moments, corrections: Sequence[Correction] = (), left: Solid | None = None
+    ) -> Budget:
+        """Return how far the unbalance may be off once ``bare`` is what the crank is, rotor frame.
 
-    def with_depth_rates(self, bare: Moments, rates: Sequence[Moments]) -> Budget:
-        """Return the same, from what each cut would change with one more millimetre of depth."""
+        ``left`` is the cut solid; None: nothing was cut, or it is only planned.
+        """
+        rates = [cut.rate for cut in corrections if cut.rate is not None]
+        facets = None if left is None else self.facets.left(left.mesh.vertices)
+        return self.with_depth_rates(bare, rates, facets)
+
+    def with_depth_rates(
+        self, bare: Moments, rates: Sequence[Moments], left: ChordalError | None = None
+    ) -> Budget:
+        """Return the same, from what each cut would change with one more millimetre of depth.
+
+        ``left`` is what facets cost of the cut solid: where throws cancel each other out, as an inline-four's
+        do, what is cut off lacked more than all of the crank together.
+        """
         places = self.tolerance.places_mm
-        bar, (mean, mean_square) = self.facets.unbalance_bar_g_mm, self.facets.bar_at_mm
+        facets = self.facets if left is None else left
+        bar, (mean, mean_square) = facets.unbalance_bar_g_mm, facets.bar_at_mm
         deeper = self.job.depth_tolerance_mm or 0.0
         estimate = FacetCorrection.of(self.facets, self.job.balance.facet_correction)
         corrected = estimate.unbalance or self.calibrated
-        facets = facets_share(
-            self._carried(self.facets.missing),
+        of_facets = facets_share(
+            self._carried(facets.missing),
             along_the_axis(bar, bar * mean, bar * mean_square),
             corrected,
             places,
         )
         scanned = {} if self.scan is None else {"scan": self.scan.after(rates)}
         if self.scan is not None and self.scan.scan is not None and not corrected:
-            facets = facets_beside_skin(facets, scanned["scan"])
+            of_facets = facets_beside_skin(of_facets, scanned["scan"])
+        elif self.calibrated:  # what was added is that of the untouched crank
+            of_facets = of_facets + Share.of(self.facets.missing - facets.missing, places)
         off = self.job.crankshaft.density_pm_g_mm3 or 0.0
         share = off / self.job.crankshaft.density_g_mm3
         return Budget(
             {
-                "facets": facets,
+                "facets": of_facets,
                 "rounding": rounding_share(self.crank, self.spacing_mm, places),
                 **scanned,
                 "axis": displacement_share(self.crank, self.anatomy.journal_misalignment_mm, places),

@@ -17,7 +17,7 @@ from autobalance.rigid_rotor.uncertainty import Budget, Share
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.verification.claims import BUDGET, Claims
 from autobalance.verification.rotor_claims import MOMENT_ROUNDING
-from autobalance.verification.solids import Given
+from autobalance.verification.solids import Given, Left
 
 
 def causes_of(
@@ -45,6 +45,12 @@ def depth_rates(claims: Claims) -> list[Moments]:
             second[:2, 2] = part.array("moment_per_mm_g_mm2", (2,))
             rates.append(Moments(0.0, first, second))
     return rates
+
+
+def budget_left(causes: UncertaintyBudget, claims: Claims, left: Left) -> Budget:
+    """Return how far the residual may be off."""
+    facets = causes.facets.left(left.source.solid.mesh.vertices, from_file=True) if left.is_cut else None
+    return causes.with_depth_rates(left.moments, depth_rates(claims), facets)
 
 
 def check_budgets(

@@ -8,7 +8,7 @@ cone or a torus. What is smooth and neither counts in the error bar alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +18,7 @@ from autobalance.solid.chordal_error.look import SMOOTH_RAD, Look, look_at
 from autobalance.solid.chordal_error.match import Fitted
 from autobalance.solid.chordal_error.profiles import axes_of, find_revolved
 from autobalance.solid.chordal_error.revolved import SIX_POINTS, THREE_POINTS, Lens, Revolved, lens
+from autobalance.solid.chordal_error.scanned_facets import MASS_SHARE, UNBALANCE_SHARE, ScannedFacets
 from autobalance.solid.chordal_error.seeds import find_joined, find_leftover_cylinders
 from autobalance.solid.chordal_error.strips import find_cylinders
 from autobalance.solid.mesh.mesh import Mesh, ranked
@@ -56,6 +57,8 @@ class ChordalError:
         Where along z the bar of the unbalance comes from: means of z and of z², weighted with it.
     fitted : Fitted or None
         The surfaces and the planes of their facets, for what is left of them after a cut.
+    scanned : ScannedFacets or None
+        The same of a scan, vertex by vertex.
     """
 
     missing: Moments
@@ -67,12 +70,22 @@ class ChordalError:
     surfaces: int
     bar_at_mm: tuple[float, float] = (0.0, 0.0)
     fitted: Fitted | None = None
+    scanned: ScannedFacets | None = None
 
     @classmethod
     def known(cls, missing: Moments) -> ChordalError:
         """Return what is known from the true surface itself, without error bar."""
         gross = float(np.hypot(*missing.first_g_mm[:2]))
         return cls(missing, 0.0, 0.0, abs(missing.mass_g), gross, 0.0, 0)
+
+    def left(self, vertices: Array, *, from_file: bool = False) -> ChordalError:
+        """Return it of a scan that was cut, of which vertices (k, 3) are left; the same of a drawn crank."""
+        if self.scanned is None:
+            return self
+        missing = self.scanned.left(vertices, from_file=from_file)
+        unbalance = float(np.hypot(*missing.first_g_mm[:2]))
+        mass_bar, unbalance_bar = MASS_SHARE * abs(missing.mass_g), UNBALANCE_SHARE * unbalance
+        return replace(self, missing=missing, mass_bar_g=mass_bar, unbalance_bar_g_mm=unbalance_bar)
 
     @property
     def is_sure(self) -> bool:

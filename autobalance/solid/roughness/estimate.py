@@ -137,7 +137,7 @@ def off_paraboloid(points: Array, normal: Array) -> Array:
     return residual
 
 
-def _at_vertices(mesh: Mesh, values: Array) -> Array:
+def at_vertices(mesh: Mesh, values: Array) -> Array:
     """Return the sum (n,) over the triangles at each vertex."""
     total = np.zeros(len(mesh.vertices))
     for k in range(3):
@@ -147,7 +147,7 @@ def _at_vertices(mesh: Mesh, values: Array) -> Array:
 
 def unit_at_vertices(mesh: Mesh, vectors: Array) -> Array:
     """Return the directions (n, 3) of the sums over the triangles at each vertex."""
-    at = np.stack([_at_vertices(mesh, np.ascontiguousarray(column)) for column in vectors.T], axis=1)
+    at = np.stack([at_vertices(mesh, np.ascontiguousarray(column)) for column in vectors.T], axis=1)
     at /= np.maximum(np.linalg.norm(at, axis=1), 1e-300)[:, None]
     return at
 
@@ -155,4 +155,4 @@ def unit_at_vertices(mesh: Mesh, vectors: Array) -> Array:
 def vertex_areas(mesh: Mesh) -> Array:
     """Return the area (n,) that each vertex stands for: a third of its triangles' [mm²]."""
     third = mesh.doubled_areas / 6.0
-    return _at_vertices(mesh, third)
+    return at_vertices(mesh, third)

@@ -1,0 +1,44 @@
+"""What the facets of a scan lack, vertex by vertex: a cut takes some of it away."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.mesh.mesh import hash_rows
+from autobalance.types import Array
+
+MASS_SHARE, UNBALANCE_SHARE = 1.5, 1.5
+"""Error bars as shares of the estimates: an edge rounded by less than a triangle is cut off, and no parabola
+says by how much. Cranks with edges of 0.5 mm, meshed at 1 to 2 mm, lack 1.4 to 2.4 times the mass and 1.4 to
+1.8 times the unbalance that is estimated. That always lacks the same way: beside errors that are as likely
+either way it wants more room than its size (100 cuts planned on scans: 1.0 covered the truth 91 times)."""
+SAME_PLACE_MM = 1e-3
+"""Vertices as near as this are the same, rounded to a file's numbers; those of a scan are 0.3 mm apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class ScannedFacets:
+    """Vertices of a scan (n, 3) in file coordinates and in the rotor frame [mm], and what lacks there [g]."""
+
+    vertices: Array
+    placed: Array
+    lacking_g: Array
+
+    def left(self, vertices: Array, *, from_file: bool = False) -> Moments:
+        """Return what is lacking where vertices (k, 3) of the cut solid still stand, rotor frame.
+
+        Those of a solid that was just cut are the same to the bit, those of one read ``from_file`` rounded.
+        """
+        if from_file:
+            from scipy.spatial import cKDTree
+
+            away, _ = cKDTree(vertices).query(self.vertices, distance_upper_bound=SAME_PLACE_MM)
+            stands: NDArray[np.bool_] = np.isfinite(away)
+        else:
+            stands = np.isin(hash_rows(self.vertices), hash_rows(vertices))
+        mass, places = self.lacking_g[stands], self.placed[stands]
+        return Moments(float(mass.sum()), mass @ places, (places * mass[:, None]).T @ places)
