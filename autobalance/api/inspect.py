@@ -152,6 +152,7 @@ def inspect(
             measured.anatomy,
             facet_entry(measured.facets, measured.correction),
             measured.calibration,
+            measured.mass_pm_g,
         ),
         initial=Unbalance.of(measured.moments),
         surfaces=surfaces_entry(measured),

@@ -106,7 +106,16 @@ def measured_source(
     if facets is not None and asks is not None:
         correction = FacetCorrection.of(facets, asks.facet_correction)
         moments_found = moments_found + correction.part(facets.missing)
-    crank = Crank(source, anatomy, density_g_mm3, moments_found, facets, correction, faces)
+    crank = Crank(
+        source,
+        anatomy,
+        density_g_mm3,
+        moments_found,
+        facets,
+        correction,
+        faces,
+        scan_accuracy_mm=None if read_as is None else read_as.scan_accuracy_mm,
+    )
     if calibration is not None:
         return replace(crank, moments=crank.moments + calibration.added, calibration=calibration)
     return crank if read_as is None or not read_as.readings.any else _calibrated(crank, read_as)

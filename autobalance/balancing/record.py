@@ -75,13 +75,14 @@ class ChordalErrorEntry:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredCrank:
-    """The crank before correction, in the rotor frame."""
+    """The crank before correction, in the rotor frame; of a scanned one within what its mass lies (95 %)."""
 
     moments: Moments
     volume_mm3: float
     anatomy: Anatomy
     facet_error: ChordalErrorEntry | None = None
     calibration: Calibration | None = None
+    mass_pm_g: float | None = None
 
 
 @dataclass(frozen=True)

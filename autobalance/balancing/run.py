@@ -294,6 +294,7 @@ def record_of(
             crank.anatomy,
             _facet_entry(crank, tolerance, result),
             crank.calibration,
+            crank.mass_pm_g,
         ),
         initial=result.initial,
         surfaces=measured_crank.surfaces_entry(crank),

@@ -39,8 +39,7 @@ def scan_share(crank: Crank, accuracy_mm: float | None, places: Places) -> ScanS
         return ScanShare(None, patched, places, off_faces_mm) if patched or off_faces_mm else None
     calibration = crank.calibration
     uncertainty = scan_uncertainty(
-        crank.source.solid.mesh,
-        crank.anatomy,
+        crank.patches,
         crank.anatomy.scan,
         crank.moments,
         crank.density_g_mm3,

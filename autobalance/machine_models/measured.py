@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +17,9 @@ from autobalance.crank.recognition.roundness import ovality_warning
 from autobalance.machine_models.crank_size import odd_size
 from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
 from autobalance.machine_models.scan_calibration import Calibration
+from autobalance.machine_models.scan_uncertainty import Patches, mass_pm_g
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.uncertainty import Share, facets_beside_skin
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
@@ -47,6 +51,7 @@ class Crank:
     """A crank file, read, recognised and measured (moments in the rotor frame).
 
     With a scan ``beside`` it moments, facets and calibration are the scan's, all else is its own.
+    ``scan_accuracy_mm`` is the scanner's (95 %), as stated.
     """
 
     source: Source
@@ -58,6 +63,7 @@ class Crank:
     faces: tuple[Face, ...] = ()
     calibration: Calibration | None = None
     beside: ScannedBeside | None = None
+    scan_accuracy_mm: float | None = None
 
     @property
     def weighed(self) -> Crank:
@@ -103,6 +109,34 @@ class Crank:
             Moments.point(density * patch.volume_pm_mm3, patch.centre_mm).moved(frame)
             for patch in self.source.patches
         )
+
+    @cached_property
+    def patches(self) -> Patches:
+        """The surface as patches, rotor frame."""
+        return Patches.of(self.source.solid.mesh.moved(self.anatomy.file_to_rotor))
+
+    @property
+    def mass_pm_g(self) -> float | None:
+        """Within what 95 % of the masses lie that a scan may have been made of; None where it was drawn.
+
+        A thin skin lacks metal as facets do: both add up where nothing was measured of it. Density is not in
+        it; nor is what a cut crank's scan, whose noise is not known any more, leaves open.
+        """
+        crank = self.weighed
+        fit = crank.anatomy.scan
+        if fit is None or not fit.noise_by_reach:
+            return None
+        if crank.calibration is not None and crank.is_calibrated:
+            return crank.calibration.mass_pm_g
+        density = crank.density_g_mm3
+        scan = mass_pm_g(crank.patches, fit, crank.moments.mass_g, density, crank.scan_accuracy_mm)
+        closed = math.hypot(*(off.mass_g for off in crank.patch_moments))
+        if crank.facets is None:
+            return math.hypot(scan, closed)
+        bar, lacking = crank.facets.mass_bar_g, crank.facets.missing.mass_g
+        if not crank.correction.mass:
+            bar = facets_beside_skin(Share(bar + abs(lacking)), Share(scan)).resultant_g_mm
+        return math.hypot(scan, bar, closed)
 
     @property
     def repairs(self) -> tuple[str, ...]:

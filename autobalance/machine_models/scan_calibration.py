@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Pin
 from autobalance.errors import JobError
 from autobalance.job.model.crank_readings import Calibrate, CrankReadings
-from autobalance.machine_models.scan_uncertainty import ONE, mass_noise_g, systematic
+from autobalance.machine_models.scan_uncertainty import ONE, Patches, mass_noise_g, systematic
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.mesh.mesh import Mesh
@@ -48,6 +49,8 @@ class Calibration:
         Of the scan: its lengths over the crank's.
     density_g_mm3 : float
         As calibrated, else as given.
+    mass_pm_g : float
+        Half-width (95 %) of the mass as calibrated.
     mass_difference_g : float or None
         Of the scan less the scale's, before anything was calibrated; None where it was not weighed.
     covariance : (2, 2) float
@@ -64,6 +67,7 @@ class Calibration:
     scale: float
     scale_pm: float
     density_g_mm3: float
+    mass_pm_g: float
     mass_difference_g: float | None
     covariance: Array
     added: Moments = field(default_factory=Moments.zero)
@@ -96,11 +100,11 @@ class Scanned:
         """What the facets hide."""
         return Moments.zero() if self.facets is None else self.facets.missing
 
-    @property
+    @cached_property
     def noise_pm_g(self) -> float:
         """What noise leaves open of the mass (95 %) [g]."""
         scan = self.anatomy.scan
-        return 0.0 if scan is None else mass_noise_g(self.mesh, scan, self.density_g_mm3)
+        return 0.0 if scan is None else mass_noise_g(Patches.of(self.mesh), scan, self.density_g_mm3)
 
     @property
     def mass_pm_g(self) -> float:
@@ -165,11 +169,30 @@ def calibration_of(crank: Scanned, readings: CrankReadings) -> Calibration | Non
         1.0 + float(values[1]),
         float(pm[1]),
         density,
+        _mass_pm_g(crank, readings, skin),
         difference,
         covariance,
         added,
         tuple(odd),
     )
+
+
+def _mass_pm_g(crank: Scanned, readings: CrankReadings, skin: Moments) -> float:
+    """Return the half-width (95 %) of the mass as calibrated.
+
+    What a scale reads corrects the share ``k`` of what skin, scale and facets leave open.
+    """
+    if readings.calibrate == "density" and readings.weighed_g is not None:
+        return readings.weighed_pm_g
+    row = np.array([skin.mass_g, 3.0 * crank.whole.mass_g, -crank.missing.mass_g])
+    _, covariance = _solved(crank, _diameters(crank, readings))
+    of_scan, noise = float(row @ covariance @ row), (crank.noise_pm_g / ONE) ** 2
+    if readings.weighed_g is None:
+        return ONE * math.sqrt(of_scan + noise)
+    weighed = (readings.weighed_pm_g / ONE) ** 2
+    denser = (crank.density_pm * crank.moments.mass_g / ONE) ** 2
+    k = of_scan / max(of_scan + noise + weighed, LEAST_SIGMA**2)
+    return ONE * math.sqrt((1.0 - k) ** 2 * (of_scan + noise + denser) + k**2 * weighed)
 
 
 def _skin(crank: Scanned) -> Moments:

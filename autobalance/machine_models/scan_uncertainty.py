@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.scan import ScanFit
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -26,11 +25,10 @@ ONE = 1.96
 
 @dataclass(frozen=True, eq=False)
 class ScanUncertainty:
-    """How far a scan may put the mass (95 %) and the unbalance.
+    """How far a scan may put the unbalance (95 %).
 
     Attributes
     ----------
-    mass_pm_g : float
     at_random : Share
         Of noise and of the fitted axis.
     acting : (k, 2) float
@@ -41,7 +39,6 @@ class ScanUncertainty:
         Where planes A and B stand [mm].
     """
 
-    mass_pm_g: float
     at_random: Share
     acting: Array
     skin_and_scale: Array
@@ -86,9 +83,31 @@ def _vectors(change: Moments, places: Places) -> Array:
     return np.concatenate([unbalance.resultant_g_mm, *planes])
 
 
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """A scan's surface as patches: middles (p, 3) and areas (p,) [mm, mm²], and the diagonal of its box."""
+
+    middle: Array
+    area: Array
+    diagonal_mm: float
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> Patches:
+        """Return those of a mesh, in its coordinates."""
+        area = 0.5 * mesh.doubled_areas
+        middle = mesh.vertices.take(mesh.triangles, axis=0).mean(axis=1)
+        size = math.sqrt(float(area.sum()) / PATCHES)
+        facing = np.floor((smoothed_normals(mesh, 1) + 1.0) * 1.49).astype(np.int64)
+        cells = np.floor((middle - mesh.bounds[0]) / size).astype(np.int64)
+        key = cells @ np.array([1 << 40, 1 << 25, 1 << 10]) + facing @ np.array([16, 4, 1])
+        number = np.unique(key, return_inverse=True)[1]
+        total = np.bincount(number, area)
+        places = [np.bincount(number, area * column) / np.maximum(total, 1e-300) for column in middle.T]
+        return cls(np.stack(places, axis=1), np.asarray(total, dtype=np.float64), mesh.diagonal_mm)
+
+
 def scan_uncertainty(
-    mesh: Mesh,
-    anatomy: Anatomy,
+    surface: Patches,
     fit: ScanFit,
     crank: Moments,
     density_g_mm3: float,
@@ -96,13 +115,12 @@ def scan_uncertainty(
     places: Places = None,
     skin_and_scale: Array | None = None,
 ) -> ScanUncertainty:
-    """Return what a scan leaves uncertain of the crank's mass and unbalance.
+    """Return what a scan leaves uncertain of the crank's unbalance.
 
     Parameters
     ----------
-    mesh : Mesh
-        In file coordinates [mm].
-    anatomy : Anatomy
+    surface : Patches
+        In the rotor frame.
     fit : ScanFit
     crank : Moments
         Of the bare crank, rotor frame.
@@ -117,24 +135,38 @@ def scan_uncertainty(
         Covariance of the scanner's skin [mm] and scale, where they were calibrated; None: what the accuracy
         leaves open of them.
     """
-    placed = mesh.moved(anatomy.file_to_rotor)
-    surface = _Surface.of(placed)
     levers = _levers(surface, places) * density_g_mm3
     noise = _noise_covariance(surface, fit, levers)
     if skin_and_scale is None:
-        skin_and_scale = systematic(
-            fit.roughness_mm if accuracy_mm is None else accuracy_mm, mesh.diagonal_mm
-        )
-    acting = np.stack([levers @ surface.area, _stretched(crank, places)], axis=1)
-    even = noise[:1, :1] + acting[:1] @ skin_and_scale @ acting[:1].T
-    vectors = [_lengths(noise, number) for number in range(1, len(noise), 2)]
+        skin_and_scale = _open(surface, fit, accuracy_mm)
+    acting = np.stack([levers @ surface.area, 4.0 * _vectors(crank, places)], axis=1)
+    vectors = [_lengths(noise, number) for number in range(0, len(noise), 2)]
     shares = [
         Share(vectors[0], tuple(vectors[1:])),
         _of_axis(crank, fit, places),
         Share.of(crank.scaled(ONE * math.radians(fit.angle_pm_deg[0])), places),
     ]
-    mass = ONE * math.sqrt(max(float(even[0, 0]), 0.0))
-    return ScanUncertainty(mass, root_sum(shares, places), acting[1:], skin_and_scale, places)
+    return ScanUncertainty(root_sum(shares, places), acting, skin_and_scale, places)
+
+
+def mass_pm_g(
+    surface: Patches, fit: ScanFit, mass_g: float, density_g_mm3: float, accuracy_mm: float | None
+) -> float:
+    """Return within what 95 % of the masses lie that noise, skin and scale make of one crank [g]."""
+    acting = np.array([density_g_mm3 * float(surface.area.sum()), 3.0 * mass_g])
+    even = float(acting @ _open(surface, fit, accuracy_mm) @ acting)
+    return math.hypot(ONE * math.sqrt(even), mass_noise_g(surface, fit, density_g_mm3))
+
+
+def mass_noise_g(surface: Patches, fit: ScanFit, density_g_mm3: float) -> float:
+    """Return within what 95 % of the masses are that noise alone makes of one crank [g]."""
+    noise = _noise_covariance(surface, fit, np.full((1, len(surface.area)), density_g_mm3))
+    return ONE * math.sqrt(max(float(noise[0, 0]), 0.0))
+
+
+def _open(surface: Patches, fit: ScanFit, accuracy_mm: float | None) -> Array:
+    """Return the covariance (2, 2) of skin and scale; the roughness stands in for an accuracy not stated."""
+    return systematic(fit.roughness_mm if accuracy_mm is None else accuracy_mm, surface.diagonal_mm)
 
 
 def systematic(accuracy_mm: float, diagonal_mm: float) -> Array:
@@ -142,43 +174,10 @@ def systematic(accuracy_mm: float, diagonal_mm: float) -> Array:
     return np.diag([(accuracy_mm / ONE) ** 2, (accuracy_mm / diagonal_mm / ONE) ** 2])
 
 
-def mass_noise_g(mesh: Mesh, fit: ScanFit, density_g_mm3: float) -> float:
-    """Return within what 95 % of the masses are that noise alone makes of one crank [g]."""
-    surface = _Surface.of(mesh)
-    noise = _noise_covariance(surface, fit, np.full((1, len(surface.area)), density_g_mm3))
-    return ONE * math.sqrt(max(float(noise[0, 0]), 0.0))
-
-
-def _stretched(crank: Moments, places: Places) -> Array:
-    """Return what a scale that is off by 1 does to mass, resultant and planes (1 + 2 [+ 4])."""
-    return np.array([3.0 * crank.mass_g, *(4.0 * _vectors(crank, places))])
-
-
-@dataclass(frozen=True, eq=False)
-class _Surface:
-    """Patches of a surface: middles (p, 3), areas (p,)."""
-
-    middle: Array
-    area: Array
-
-    @classmethod
-    def of(cls, mesh: Mesh) -> _Surface:
-        area = 0.5 * mesh.doubled_areas
-        middle = mesh.vertices.take(mesh.triangles, axis=0).mean(axis=1)
-        size = math.sqrt(float(area.sum()) / PATCHES)
-        facing = np.floor((smoothed_normals(mesh, 1) + 1.0) * 1.49).astype(np.int64)
-        cells = np.floor((middle - mesh.bounds[0]) / size).astype(np.int64)
-        key = cells @ np.array([1 << 40, 1 << 25, 1 << 10]) + facing @ np.array([16, 4, 1])
-        number = np.unique(key, return_inverse=True)[1]
-        total = np.bincount(number, area)
-        places = [np.bincount(number, area * column) / np.maximum(total, 1e-300) for column in middle.T]
-        return cls(np.stack(places, axis=1), np.asarray(total, dtype=np.float64))
-
-
-def _levers(surface: _Surface, places: Places) -> Array:
-    """Return what a unit of metal at each patch does to mass, resultant and planes (1 + 2 [+ 4], p)."""
+def _levers(surface: Patches, places: Places) -> Array:
+    """Return what a unit of metal at each patch does to resultant and planes (2 [+ 4], p)."""
     x, y, z = surface.middle.T
-    rows = [np.ones(len(x)), x, y]
+    rows = [x, y]
     if places is not None:
         upper = (z - places[0]) / (places[1] - places[0])
         rows += [(1.0 - upper) * x, (1.0 - upper) * y, upper * x, upper * y]
@@ -189,7 +188,7 @@ AT_ONCE = 128
 """Rows of the table of distances that are made at a time: they fit the processor's cache."""
 
 
-def _noise_covariance(surface: _Surface, fit: ScanFit, levers: Array) -> Array:
+def _noise_covariance(surface: Patches, fit: ScanFit, levers: Array) -> Array:
     """Return the covariance of what noise does to each of the levers' sums (k, k)."""
     from scipy.spatial.distance import cdist  # not before: drawn cranks need no SciPy here
 

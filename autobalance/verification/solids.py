@@ -316,6 +316,8 @@ def check_crank(
     density = crank.density_g_mm3
     if abs(density - own.density_g_mm3) > ROUNDING * density:
         claims.near("crank.calibration.density_kg_m3", density / G_PER_MM3_PER_KG_M3, density)
+    if crank.mass_pm_g is not None and "mass_pm_g" in claims.get("crank", dict):
+        claims.near("crank.mass_pm_g", crank.mass_pm_g, crank.mass_pm_g)
     if source.patches:
         claims.same("input.repairs", list(crank.repairs))
     if crank.weighed is not crank and crank.weighed.source.patches:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,9 @@ from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.machine_models.scan_uncertainty import scan_uncertainty
+from autobalance.machine_models.scan_uncertainty import Patches, mass_pm_g, scan_uncertainty
+from autobalance.report.balance.scan_text import scan_lines
+from autobalance.report.display_units import ON_SCREEN
 from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written
@@ -53,8 +56,9 @@ def test_noise_and_skin_are_within_what_a_scan_leaves_uncertain() -> None:
     found = recognise(solid, Overrides(crankpin_in_file=True))
     assert found.scan is not None
     moments = solid.moments(DENSITY, found.file_to_rotor)
-    told = scan_uncertainty(solid.mesh, found, found.scan, moments, DENSITY, accuracy)
-    noise_alone = scan_uncertainty(solid.mesh, found, found.scan, moments, DENSITY, 1e-9)
+    patches = Patches.of(solid.mesh.moved(found.file_to_rotor))
+    told = scan_uncertainty(patches, found.scan, moments, DENSITY, accuracy)
+    noise_alone = scan_uncertainty(patches, found.scan, moments, DENSITY, 1e-9)
     assert noise_alone.share.resultant_g_mm < told.share.resultant_g_mm
     offs, masses = [], []
     for seed in range(0, 36, 3):  # one surface, other noise
@@ -66,7 +70,7 @@ def test_noise_and_skin_are_within_what_a_scan_leaves_uncertain() -> None:
         offs.append(float(np.hypot(*change.first_g_mm[:2])))
         masses.append(abs(change.mass_g))
     assert max(offs) < told.share.resultant_g_mm < 8.0 * max(offs)
-    assert max(masses) < told.mass_pm_g < 8.0 * max(masses)
+    assert max(masses) < mass_pm_g(patches, found.scan, moments.mass_g, DENSITY, accuracy) < 8.0 * max(masses)
 
 
 def test_a_scanned_crank_is_balanced_by_lowering_faces(tmp_path: Path) -> None:
@@ -94,6 +98,14 @@ def test_a_scanned_crank_is_balanced_by_lowering_faces(tmp_path: Path) -> None:
     assert result.report["job"]["crankshaft"]["scan_accuracy_mm"] == 0.02
     result.write(tmp_path / "out", only=("json",))
     assert ab.verify(tmp_path / "out" / "report.json").holds
+    true_mass = DENSITY * Solid.from_mesh(there.true).volume_mm3
+    assert abs(crank["mass_g"] - true_mass) < crank["mass_pm_g"] < 20.0
+    assert f"  mass to ±{crank['mass_pm_g']:.2f} g (95 %)" in scan_lines(crank, ON_SCREEN["metric"])
+    surer = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
+    surer["crank"]["mass_pm_g"] *= 0.9
+    (tmp_path / "out" / "surer.json").write_text(json.dumps(surer), encoding="utf-8")
+    with pytest.raises(ab.AutobalanceError, match=r"crank\.mass_pm_g"):
+        ab.verify(tmp_path / "out" / "surer.json")
 
 
 def test_faces_of_a_scan_stand_where_the_crank_has_them(recognised: tuple[Mesh, Anatomy]) -> None:

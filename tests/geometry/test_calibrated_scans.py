@@ -77,6 +77,7 @@ def test_skin_and_scale_follow_from_a_weight_and_a_micrometer() -> None:
     assert found.skin_pm_mm < 0.4 * SKIN_MM
     assert found.scale_pm < 0.5 * (SCALE - 1.0)
     assert after.mass_g == pytest.approx(true.mass_g, abs=0.5)
+    assert 0.0 < found.mass_pm_g < 0.5  # surer than the scale alone
     assert np.hypot(*(after.first_g_mm - true.first_g_mm)[:2]) < 0.01 * np.hypot(*true.first_g_mm[:2])
     assert after.second_g_mm2 == pytest.approx(true.second_g_mm2, rel=1e-3, abs=20.0)
     assert found.contradictions == ()
@@ -86,10 +87,12 @@ def test_a_micrometer_tells_the_scale_only_as_far_as_it_is_sure() -> None:
     """2 µm on 30 mm are 7e-5 of it; what is not measured, here the mass, stays open."""
     truth = scan("single", 0.0, edge_mm=EDGE_MM, seed=1).truth
     sizes = {"main_journal": truth.main_journals[0].diameter_mm}
-    alone, _, _ = _systematic(CrankReadings(None, 0.0, "skin", sizes, 0.002))
+    alone, after, true = _systematic(CrankReadings(None, 0.0, "skin", sizes, 0.002))
     weighed, _, _ = _systematic(CrankReadings(_true_mass_g(), 0.05, "skin", sizes, 0.002))
     assert alone.scale_pm == pytest.approx(2e-3, rel=0.1)  # what any scanner leaves open
     assert 4e-5 < weighed.scale_pm < 0.2 * alone.scale_pm
+    assert weighed.mass_pm_g == pytest.approx(0.05, abs=0.01)
+    assert after.mass_g == pytest.approx(true.mass_g, abs=alone.mass_pm_g)
 
 
 def test_the_density_may_make_up_for_the_mass_instead() -> None:
@@ -98,6 +101,7 @@ def test_the_density_may_make_up_for_the_mass_instead() -> None:
     volume = Solid.from_mesh(there.mesh).volume_mm3 * SCALE**3
     assert found.density_g_mm3 == pytest.approx(1800.0 / volume, rel=1e-9)
     assert found.added.mass_g == 0.0
+    assert found.mass_pm_g == 0.5
 
 
 def test_without_calibrate_the_difference_is_only_reported() -> None:
@@ -167,7 +171,8 @@ def test_a_calibrated_scan_is_balanced_and_verified(tmp_path: Path, by: str, gra
     )
     result = ab.balance(tmp_path / "job.toml")
     crank, residual = result.report["crank"], result.report["residual"]
-    assert crank["mass_g"] == pytest.approx(weighed, abs=1.0)
+    assert crank["mass_g"] == pytest.approx(weighed, abs=crank["mass_pm_g"])
+    assert crank["mass_pm_g"] < 1.0
     assert crank["calibration"]["skin_mm"] == pytest.approx(0.02, abs=crank["calibration"]["skin_pm_mm"])
     assert result.report["job"]["crankshaft"]["weighed_g"] == weighed
     assert "calibrated" in result.text() or by == "skin"

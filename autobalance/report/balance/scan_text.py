@@ -21,6 +21,8 @@ def scan_lines(crank: Values, units: DisplayUnits) -> list[str]:
             f" ±{units.of_length(axis['offset_mm'])} and ±{axis['angle_deg']:.4f}° (standard errors)",
             f"  main journal {worst['number']} runs out by {units.of_length(worst['journal_run_out_mm'])}",
         ]
+    if "mass_pm_g" in crank:
+        lines.append(f"  mass to ±{units.of_mass(crank['mass_pm_g'])} (95 %)")
     values = crank.get("calibration")
     return lines if values is None else [*lines, *_calibration(values, units)]
 

@@ -268,6 +268,7 @@ class Crank:
     facet_error: FacetError | None
     datums: Datums | None
     scanned: Annotated[ScannedSurface | None, INLINE]
+    mass_pm_g: Annotated[NotNegative, "of a scan: 95 %, without what is unsure of the density"] | Absent
     calibration: Calibration | Absent = ABSENT
 
     @classmethod
@@ -291,5 +292,6 @@ class Crank:
                     offset_mm=scan.axis_offset_mm, angle_deg=scan.axis_angle_deg
                 ),
             ),
+            mass_pm_g=ABSENT if crank.mass_pm_g is None else crank.mass_pm_g,
             calibration=ABSENT if crank.calibration is None else Calibration.of(crank.calibration),
         )
