@@ -149,6 +149,7 @@ def rows(
                     1e6 * DENSITY_G_MM3,
                     crankpin_in_file=None,
                     body="all",  # of a crank without its pin there are two
+                    fill_holes_mm=0.0 if name in PRESETS else 10.0,  # where layers of 4a do not close
                 )
             except ab.AutobalanceError as error:
                 yield f"{head} refused: {error}, {time.process_time() - begun:.0f} s"
@@ -172,7 +173,8 @@ def main() -> None:
     parser.add_argument("--in-turn", action="store_true", help="one kind at each sigma, not all")
     parser.add_argument("--corpus", type=Path, help="a folder of crank files: its cranks are scanned too")
     asked = parser.parse_args()
-    names = [*asked.cranks, *(REAL if asked.corpus else ())]
+    names = [name for name in asked.cranks if name in PRESETS]
+    names += [name for name in REAL if asked.corpus and (name in asked.cranks or not asked.cranks)]
     for row in rows(names, asked.sigmas, asked.kinds, asked.corpus, asked.in_turn):
         print(row, flush=True)
 

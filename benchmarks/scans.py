@@ -6,12 +6,15 @@ each, then how many were right, refused and wrong, and how many true values lie 
 
 from __future__ import annotations
 
+import math
 import sys
 import time
+from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import AutobalanceError
 from autobalance.solid.csg.solid import Solid
@@ -30,11 +33,35 @@ CRANKS = (
 SIGMAS_MM = (0.005, 0.02, 0.05)
 WRONG = ("camshaft", "propeller shaft")
 EDGE_MM = 1.8
+AnyPin = TypeVar("AnyPin", Pin, MainJournal)
+
+
+def from_the_other_end(true: Anatomy) -> Anatomy:
+    """Return an anatomy whose z runs the other way: the last throw is the first, and at 0°."""
+    first = true.throws[-1].crankpin.centre_mm * (1.0, -1.0, -1.0)
+    turn = np.exp(-1j * math.atan2(first[1], first[0]))
+
+    def moved(pin: AnyPin) -> AnyPin:
+        x, y, z = pin.centre_mm * (1.0, -1.0, -1.0) - (0.0, 0.0, first[2])
+        in_plane = complex(x, y) * turn
+        return replace(pin, centre_mm=np.array([in_plane.real, in_plane.imag, z]))
+
+    return replace(
+        true,
+        main_journals=tuple(moved(pin) for pin in reversed(true.main_journals)),
+        throws=tuple(replace(each, crankpin=moved(each.crankpin)) for each in reversed(true.throws)),
+        webs=tuple(
+            replace(web, z_min_mm=-web.z_max_mm - first[2], z_max_mm=-web.z_min_mm - first[2])
+            for web in reversed(true.webs)
+        ),
+    )
 
 
 def errors(found: Anatomy, there: Scan) -> list[tuple[float, float]] | None:
     """Return errors and their standard errors; None where something is miscounted."""
     true, fit = there.truth, found.scan
+    if float(true.rotor_to_file[:3, 2] @ found.rotor_to_file[:3, 2]) < 0.0:
+        true = from_the_other_end(true)
     parts = [[len(part) for part in (a.main_journals, a.throws, a.webs)] for a in (found, true)]
     if parts[0] != parts[1] or fit is None:
         return None

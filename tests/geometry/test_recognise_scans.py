@@ -12,9 +12,11 @@ from autobalance.crank.parametric.axial_plan import axial_plan
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.recognition.alignment import misalignment_warning, step_warnings
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
+from autobalance.crank.recognition.layout import choose_journals
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.recognition.rough_cylinders import RoughMesh, _ends, covered_share
 from autobalance.crank.recognition.rough_runs import rough_stack
+from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.crank.recognition.webs import _without_ragged
 from autobalance.crank.scan import ScanFit
 from autobalance.errors import RecognitionError
@@ -223,6 +225,19 @@ def test_a_step_on_a_web_is_its_end_and_a_collar_beside_it_is_named() -> None:
     (first, second) = step_warnings(found)
     assert first.startswith("web 1 has a collar beside it: its z_max_mm is taken at -12.0")
     assert second.startswith("web 2 has a collar beside it: its z_min_mm is taken at 12.0")
+
+
+def test_a_journal_that_rounded_edges_made_shorter_is_no_collar() -> None:
+    """A forging's main journal of 19.05 mm beside a shaft of 34.93 mm, 17.44 mm long in its scan: the shaft
+    was taken for the journal, and the journal for a part of the web."""
+    empty = np.zeros((0, 3))
+    drawn = SectionStack(np.eye(4), empty, empty[:, 0], empty[:, 0], ())
+    shaft = CylinderRun(np.zeros(2), 15.85, -135.47, -100.0)
+    journal = CylinderRun(np.zeros(2), 34.91, -93.99, -76.55)
+    pin = CylinderRun(np.array([42.0, 0.0]), 25.4, -50.7, -29.1)
+    along = ([shaft, journal], [pin], np.zeros(2))
+    assert choose_journals(replace(drawn, blur_mm=1.8), *along) == [journal]
+    assert choose_journals(drawn, *along) == [shaft]  # so short a cylinder that was drawn is a collar
 
 
 def test_a_cylinder_without_length_covers_nothing() -> None:

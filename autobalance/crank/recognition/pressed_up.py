@@ -36,7 +36,7 @@ def pressed_up_layout(
             "crankpins settles it"
         )
     pins = [_bore_pin(long, gap, axis, rounding_mm) for gap in gaps]
-    return JournalLayout(axis, tuple(choose_journals(on_axis, pins, axis)), tuple(pins))
+    return JournalLayout(axis, tuple(choose_journals(long, on_axis, pins, axis)), tuple(pins))
 
 
 def _gaps(long: SectionStack, axis: Array) -> list[tuple[float, float]]:

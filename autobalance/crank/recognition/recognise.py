@@ -306,7 +306,7 @@ def _with_pins(
         return JournalLayout(axis, tuple(sorted(journals, key=lambda run: run.z_mid)), tuple(pins))
     on_axis = crank_axis(long, near, known_axis)
     axis = on_axis[0].centre
-    return JournalLayout(axis, tuple(choose_journals(on_axis, pins, axis)), tuple(pins))
+    return JournalLayout(axis, tuple(choose_journals(long, on_axis, pins, axis)), tuple(pins))
 
 
 def _apart(run: CylinderRun, pin: CylinderRun) -> bool:
