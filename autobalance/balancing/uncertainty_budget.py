@@ -90,7 +90,7 @@ class UncertaintyBudget:
         """
         places = self.tolerance.places_mm
         facets = self.facets if left is None else left
-        bar, (mean, mean_square) = facets.unbalance_bar_g_mm, facets.bar_at_mm
+        bar, (mean, mean_square) = facets.scatter_g_mm, facets.bar_at_mm
         deeper = self.job.depth_tolerance_mm or 0.0
         estimate = FacetCorrection.of(self.facets, self.job.balance.facet_correction)
         corrected = estimate.unbalance or self.calibrated
@@ -99,6 +99,7 @@ class UncertaintyBudget:
             along_the_axis(bar, bar * mean, bar * mean_square),
             corrected,
             places,
+            facets.bar_share,
         )
         scanned = {} if self.scan is None else {"scan": self.scan.after(rates)}
         if self.scan is not None and self.scan.scan is not None and not corrected:

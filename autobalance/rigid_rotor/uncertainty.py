@@ -106,13 +106,18 @@ class Budget:
         return self.total.resultant_g_mm
 
 
-def facets_share(missing: Moments, bar_g_mm: Moments, corrected: bool, places: Places) -> Share:
+def facets_share(
+    missing: Moments, bar_g_mm: Moments, corrected: bool, places: Places, bar_share: float = 0.0
+) -> Share:
     """Return the share of the facets: the bar alone where the estimate is corrected for, else both.
 
     ``bar_g_mm`` is the error bar of the estimate, as a mass along the axis: its mass is the bar of the
-    resultant [g·mm], its moments are that bar times z and z².
+    resultant [g·mm], its moments are that bar times z and z². Beside it ``bar_share`` of the estimate itself
+    may be off, in each plane.
     """
     bar = Share(bar_g_mm.mass_g, _on_levers(bar_g_mm, places))
+    if bar_share:
+        bar = root_sum([bar, Share.of(missing.scaled(bar_share), places)], places)
     return bar if corrected else Share.of(missing, places) + bar
 
 

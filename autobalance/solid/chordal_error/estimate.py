@@ -8,6 +8,7 @@ cone or a torus. What is smooth and neither counts in the error bar alone.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -55,6 +56,8 @@ class ChordalError:
         Number of surfaces fitted.
     bar_at_mm : (float, float)
         Where along z the bar of the unbalance comes from: means of z and of z², weighted with it.
+    bar_share : float
+        Share of ``missing`` by which it may be off in every plane alike, of a scan; it is in the bars.
     fitted : Fitted or None
         The surfaces and the planes of their facets, for what is left of them after a cut.
     scanned : ScannedFacets or None
@@ -71,6 +74,7 @@ class ChordalError:
     bar_at_mm: tuple[float, float] = (0.0, 0.0)
     fitted: Fitted | None = None
     scanned: ScannedFacets | None = None
+    bar_share: float = 0.0
 
     @classmethod
     def known(cls, missing: Moments) -> ChordalError:
@@ -82,10 +86,23 @@ class ChordalError:
         """Return it of a scan that was cut, of which vertices (k, 3) are left; the same of a drawn crank."""
         if self.scanned is None:
             return self
-        missing = self.scanned.left(vertices, from_file=from_file)
-        unbalance = float(np.hypot(*missing.first_g_mm[:2]))
-        mass_bar, unbalance_bar = MASS_SHARE * abs(missing.mass_g), UNBALANCE_SHARE * unbalance
-        return replace(self, missing=missing, mass_bar_g=mass_bar, unbalance_bar_g_mm=unbalance_bar)
+        scanned = self.scanned.left(vertices, from_file=from_file)
+        missing = scanned.missing
+        of_estimate = UNBALANCE_SHARE * float(np.hypot(*missing.first_g_mm[:2]))
+        return replace(
+            self,
+            missing=missing,
+            mass_bar_g=MASS_SHARE * abs(missing.mass_g),
+            unbalance_bar_g_mm=math.hypot(of_estimate, scanned.scatter_g_mm),
+        )
+
+    @property
+    def scatter_g_mm(self) -> float:
+        """Part of the unbalance's bar that is no share of ``missing`` [g·mm]."""
+        if self.bar_share == 0.0:
+            return self.unbalance_bar_g_mm
+        of_estimate = self.bar_share * self.unbalance_g_mm
+        return math.sqrt(max(self.unbalance_bar_g_mm**2 - of_estimate**2, 0.0))
 
     @property
     def is_sure(self) -> bool:

@@ -11,6 +11,8 @@ A. Vlachos et al., Curved PN triangles, I3D 2001.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from autobalance.rigid_rotor.moments import Moments
@@ -53,14 +55,16 @@ def chordal_error_of_scan(mesh: Mesh, density_g_mm3: float, frame: Array) -> Cho
         sums += np.stack([np.ones_like(x), np.hypot(x, y), z, z * z]) @ np.abs(mass)
     missing = Moments(float(lacking.sum()), first, second)
     amount, radial, along, along_square = (float(each) for each in sums)
+    scanned = ScannedFacets(mesh.vertices, placed.vertices, at_vertices(mesh, lacking / 3.0))
     return ChordalError(
         missing,
         MASS_SHARE * abs(missing.mass_g),
-        UNBALANCE_SHARE * float(np.hypot(*first[:2])),
+        math.hypot(UNBALANCE_SHARE * float(np.hypot(*first[:2])), scanned.scatter_g_mm),
         amount,
         radial,
         float(np.quantile(np.abs(rise) / 8.0, 0.99)),
         0,
         (along / max(amount, 1e-300), along_square / max(amount, 1e-300)),
-        scanned=ScannedFacets(mesh.vertices, placed.vertices, at_vertices(mesh, lacking / 3.0)),
+        bar_share=UNBALANCE_SHARE,
+        scanned=scanned,
     )
