@@ -166,7 +166,7 @@ def verdict(report: Mapping[str, Any]) -> str:
         f"The residual unbalance is {number(residual['magnitude_g_mm'])} g·mm; "
         f"{number(tolerance['permissible_g_mm'])} g·mm is permitted by G {tolerance['grade_mm_s']:g} at "
         f"{number(tolerance['speed_rpm'], 0)} rpm. "
-        f"{what} uses {number(100.0 * share, 1)} % of what is permitted{where}."
+        f"{what} uses {number(100.0 * share, 1)} % of the permissible unbalance{where}."
         + (" With its uncertainty it exceeds that: not proven." if is_unproven(report) else "")
     )
 

@@ -344,7 +344,7 @@ def test_the_summary_tells_what_to_cut(tmp_path: Path, capsys: pytest.CaptureFix
     inch = capsys.readouterr().out
     assert "lower face w1-a, web 1, at 180.0°: 0.1097 in" in inch  # 2.787 mm / 25.4
     assert "0.0148 oz·in" in inch  # 10.69 g·mm / 720.08
-    body = inch.split("What to cut")[1].split("Written")[0]  # without the names of files
+    body = inch.split("Cuts to make")[1].split("Written")[0]  # without the names of files
     assert "mm" not in body.replace("kg·mm²", "")
 
 

@@ -536,7 +536,7 @@ def test_webs_of_one_profile_that_cannot_take_a_couple_are_told_what_helps(
     problem = problem_of(tmp_path, text, crank)
     least_violated = solids.written(problem, problem.start)
     reason = infeasible_reason(least_violated, lambda: remedies(problem))
-    assert "what meets it, tried: a profile of its own for each web" in reason
+    assert "would meet it, tried: a profile of its own for each web" in reason
     assert "envelope.radius_mm" not in reason
     one = text[text.index("[[counterweight]]") : text.index("[envelope]")]
     two = one.replace("webs = [1, 2]", "webs = [1]") + one.replace("webs = [1, 2]", "webs = [2]")

@@ -26,7 +26,7 @@ MESHES = [name for name, kind in FORMATS.items() if not kind.exact]
 CARRY = {"3mf": "millimeter", "glb": "m"}
 """Formats that carry their unit."""
 U_PER_SHARE = 0.011
-"""The aim, 1 % of what is permitted, and what rounding to float32 adds."""
+"""The aim, 1 % of the permissible unbalance, and what rounding to float32 adds."""
 
 
 def crank_mesh() -> Mesh:

@@ -417,7 +417,7 @@ def test_parts_are_drawn_with_their_uncertainty(
     job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], rough_plots: None
 ) -> None:
     more(job, "\n[[engine.throw]]\nnumber = 1\nrods = 2\nbank_deg = [0, 90]\n")
-    labels = ("what the parts move with [-]", "mass [g]", "every throw", "throw 1", "±, every throw")
+    labels = ("motion of the parts [-]", "mass [g]", "every throw", "throw 1", "±, every throw")
     assert main(["parts", str(job), "--plots", str(tmp_path / "p")]) == 0
     assert "parts-weights.svg" in capsys.readouterr().out
     drawn(tmp_path / "p", {"parts-weights": labels})

@@ -154,13 +154,13 @@ def test_original_weights_count_by_the_factor_they_give(tmp_path: Path) -> None:
 def test_what_its_uncertainty_leaves_open_is_within_tolerance_but_not_proven(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Off by a twentieth of the density, the same cut leaves more than ten times what is permitted."""
+    """Off by a twentieth of the density, the same cut leaves over ten times the permissible unbalance."""
     job = added(jobs.bundled_job(tmp_path), crankshaft="density_pm_kg_m3 = 40")
     out = tmp_path / "out"
     assert jobs.run("balance", str(job), "-o", str(out), "--only", "html,pdf") == 0
     shown = capsys.readouterr().out
     assert ": WITHIN TOLERANCE, NOT PROVEN\n" in shown
-    assert "with its uncertainty the residual exceeds what is permitted" in shown
+    assert "residual plus uncertainty exceeds the permissible unbalance" in shown
     report = json.loads((out / "report.json").read_text(encoding="utf-8"))
     assert (report["outcome"], report["proven"]) == ("within_tolerance", False)
     page = (out / "report.html").read_text(encoding="utf-8")
@@ -224,7 +224,7 @@ def test_with_a_margin_that_is_kept_the_crank_is_within(
 
 @pytest.mark.slow
 def test_within_tolerance_already_but_not_with_its_uncertainty_is_cut(tmp_path: Path) -> None:
-    """A residual of 4 in 5 of what is permitted is let be without a margin, and cut with one."""
+    """A residual of 4 in 5 of the permissible unbalance is let be without a margin, and cut with one."""
     first = jobs.computed(jobs.bundled_job(tmp_path / "first"), tmp_path / "first" / "out")
     used = max(
         found["magnitude_g_mm"] / limit["permissible_g_mm"]

@@ -133,7 +133,7 @@ def generate(
     data, triangles, crank = _generated(drawn_design, target, unit)
     suggestions: Suggestions | Absent = ABSENT
     if aims is not None:
-        telling(progress)("trying what would do it")
+        telling(progress)("trying changes that would reach it")
         suggestions = _suggestions(drawn_design, engine, aims)
     solid = DrawnSolid(file=str(target), sha256=sha256(data).hexdigest(), triangles=triangles)
     report = GenerateReport(

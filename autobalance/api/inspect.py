@@ -130,14 +130,14 @@ def inspect(
     warnings = measured.warnings(crank.file)
     weighed = None
     if table is not None:
-        notify("weighing what hangs on the crank")
+        notify("weighing attached parts")
         weighed, more = weighed_table(crank, parts, source, settings, table)
         warnings = (*warnings, *more)
     hung_on, more = loaded(crank, source, settings)
     warnings = (*warnings, *more)
     suggested = None
     if suggest is not None:
-        notify("trying what would do it")
+        notify("trying changes that would reach it")
         suggested = _suggested(measured, _job_of(source, settings), suggest)
     held = None
     if against is not None:

@@ -91,7 +91,7 @@ def _plots(throws: list[dict[str, Any]]) -> Drawn:
     return {
         "parts-weights": plots.named_bars(
             "Weights on a throw",
-            ("what the parts move with [-]", "mass [g]"),
+            ("motion of the parts [-]", "mass [g]"),
             list(roles.values()),
             {name: [each[role]["mass_g"] for role in roles] for name, each in named.items()},
             {name: [each[role]["pm_g"] for role in roles] for name, each in named.items()},

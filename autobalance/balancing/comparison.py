@@ -200,7 +200,7 @@ def why_recommended(order: Sequence[Row], rows: Sequence[Row], prefer: Prefer) -
         if not near:
             return "no kind of correction has a place on this crank"
         best = min(near, key=lambda row: row.share or 0.0)
-        nearest = f"{best.name} comes nearest, to {best.share:.3g} times what is permitted"
+        nearest = f"{best.name} comes nearest, to {best.share:.3g} times the permissible unbalance"
         return f"none is within tolerance; {nearest}"
     first = order[0]
     if first.outcome == "already_within_tolerance":

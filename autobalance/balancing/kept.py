@@ -228,7 +228,7 @@ def balanced_as_kept(
         rotor, tolerance, methods, measure, progress, prefer="least_metal", advise=False, offers=kept.offer
     )
     if result.outcome == "above_tolerance":
-        progress("looking for what would suffice")
+        progress("looking for limits that would suffice")
         result = replace(result, relaxations=(*result.relaxations, *_without(kept, job, rotor, tolerance)))
     return kept.with_tools(result)
 

@@ -49,7 +49,7 @@ def why_above(
     bound = least_share(above.initial, above.tolerance, candidates)
     if not advise:
         return explain_shortfall(shortfall, bound=bound), ()
-    progress("looking for what would suffice")
+    progress("looking for limits that would suffice")
     attempt = Attempt(work, above.chosen.methods, above.methods, candidates, above.initial, above.tolerance)
     remedies = relaxations(attempt, more_of_the_same=light_g_mm is None)
     if light_g_mm is not None:

@@ -18,13 +18,15 @@ COUNTERWEIGHT_DEG = 180.0
 EXTERNAL_PART = (
     Key("name", str, "what it is"),
     Key("z_mm", float, "where it is, rotor frame"),
-    Key("unbalance_g_mm", tuple[float, float], "what it carries now [x, y], rotor frame", ANY, (0.0, 0.0)),
-    Key("max_g_mm", float, "what it can carry", POSITIVE, None, usual="any"),
+    Key(
+        "unbalance_g_mm", tuple[float, float], "unbalance it carries now [x, y], rotor frame", ANY, (0.0, 0.0)
+    ),
+    Key("max_g_mm", float, "greatest unbalance it can carry", POSITIVE, None, usual="any"),
     Key("angle_deg", float, "where alone it can", ANY, None, usual="anywhere"),
 )
 BALANCE = Key(
     "balance",
-    says="what is asked of the balanced crank",
+    says="target of the balanced crank",
     default=FILLED,
     verbs="all",
     keys=(
@@ -54,16 +56,15 @@ BALANCE = Key(
         Key(
             "margin",
             Margin,
-            '`"expanded"`: the verdict needs the residual and its uncertainty together within what is '
-            "permitted",
+            '`"expanded"`: the verdict needs the residual and its uncertainty together within the '
+            "permissible unbalance",
             default="none",
         ),
         Key(
             "facet_correction",
             bool,
-            "`true`: what the facets of the mesh hide against the smooth surface is estimated and added to "
-            "what is "
-            "measured; declined, with the reason, where that is not sure to come nearer to the truth",
+            "`true`: the metal between the mesh's facets and the smooth surface is estimated and added to "
+            "all results; declined, with the reason, where that is not sure to come nearer to the truth",
             default=False,
         ),
         Key(
@@ -93,7 +94,7 @@ BALANCE = Key(
         Key(
             "external",
             External,
-            'what external parts carry: `"solve"`: so much that nothing is cut; `"neutral"`: nothing; '
+            'unbalance of the external parts: `"solve"`: so much that nothing is cut; `"neutral"`: nothing; '
             '`"detroit"`: what they carry now',
             ANY,
             "none",

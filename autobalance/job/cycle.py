@@ -132,7 +132,7 @@ FILM = (
 )
 CYCLE = Key(
     "cycle",
-    says="what burns in the cylinders: see [cycle.md](cycle.md)",
+    says="gas cycle of the cylinders: see [cycle.md](cycle.md)",
     default=None,
     verbs="cycle, strength, orders, torsion, bench",
     keys=(
@@ -140,7 +140,7 @@ CYCLE = Key(
         *CYLINDER,
         *OF_THE_ENGINE,
         Key("cylinder", says="a cylinder that differs", keys=OF_A_CYLINDER, many=True, default=()),
-        Key("friction", says="what friction takes", keys=FRICTION, default=None),
+        Key("friction", says="friction losses", keys=FRICTION, default=None),
         Key("pendulum", says="a pendulum absorber", keys=PENDULUM, default=None),
         Key("film", says="the journals' orbits in their oil", keys=FILM, default=None),
     ),

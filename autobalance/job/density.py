@@ -18,7 +18,7 @@ def density_keys(of: str, default: Any = REQUIRED) -> tuple[Key, Key]:
         Key(
             "density",
             Material,
-            f"instead: what {of} is made of; `autobalance calc density` has the sources",
+            f"instead: the material of {of}; `autobalance calc density` has the sources",
             default=None,
         ),
     )

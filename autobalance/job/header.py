@@ -16,7 +16,7 @@ JOB = Key(
     verbs="all",
     keys=(
         Key("customer", str, "for whom", default=None, example="A. Customer"),
-        Key("engine", str, "what the crank is of", default=None, example="CRF 250 R"),
+        Key("engine", str, "material of the crank", default=None, example="CRF 250 R"),
         Key("serial", str, "serial number of the crank", default=None, example="C-0417"),
         Key("operator", str, "who balances it", default=None, example="B. Turner"),
         Key("note", str, "anything else", default=None, example="second set of pistons"),
@@ -29,7 +29,7 @@ SLUG = (
 )
 SHOP = Key(
     "shop",
-    says="the shop and what it has; kept in the report",
+    says="the shop and its equipment; kept in the report",
     default=None,
     verbs="all",
     keys=(

@@ -33,15 +33,15 @@ OF_FACES = {
 }
 USUAL = {
     "sector_deg": "all around",
-    "max_depth_mm": "what the metal allows",
+    "max_depth_mm": "strength of the metal",
     "min_wall_mm": "a quarter of the web",
 }
 
 PERCENT = Rule("must be 0 to 100", least=0.0, most=100.0)
 PREFER = (
-    'what to spare among plans that reach the aim: `"simple"` (fewest different cuts of tool and depth, then '
-    'fewest cuts, then least metal; `"same_setup"`, usual in `recut`: first the tools of earlier stages in '
-    "their own places, then these tools anywhere; cuts of holes, slugs and machine steps may leave a quarter "
+    'secondary objective among plans that reach the target: `"simple"` (fewest different cuts of tool and '
+    'depth, then fewest cuts, then least metal; `"same_setup"`, usual in `recut`: first the tools of earlier '
+    "stages in their own places, then these tools anywhere; cuts of holes, slugs and machine steps may leave a quarter "
     "of the permissible value for it)"
 )
 

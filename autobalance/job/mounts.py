@@ -36,7 +36,7 @@ MOUNT = Key(
     verbs="forces",
 )
 POINT = (
-    Key("name", str, "what it is: a handlebar, a seat"),
+    Key("name", str, "description: a handlebar, a seat"),
     Key("at_mm", Vector, "where it is"),
 )
 MOUNTS = Key(

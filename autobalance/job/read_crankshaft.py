@@ -31,7 +31,7 @@ PIN = (
 LEAVE_OUT = "leave it out, or name at least one"
 CRANKSHAFT = Key(
     "crankshaft",
-    says="the crank's file and what must be known to read it; places and directions in the file's own axes",
+    says="the crank's file and how to read it; places and directions in the file's own axes",
     default=FILLED,
     verbs="all",
     keys=(

@@ -53,8 +53,8 @@ WEIGHT = Key(
 )
 OF_A_ROD = "named weights of **one** connecting rod with its piston"
 MEANINGS = {
-    "rotating_g": f"what turns with the crankpin: {OF_A_ROD}",
-    "reciprocating_g": f"what goes to and fro: {OF_A_ROD}",
+    "rotating_g": f"masses that turn with the crankpin: {OF_A_ROD}",
+    "reciprocating_g": f"reciprocating masses: {OF_A_ROD}",
     "crankpin_g": "named weights of one throw, however many rods: what sits on or in the crankpin and is "
     "not in "
     "the file. `crankpin` is the pin itself: required with `crankpin_in_file = false`, an error with `true`",
@@ -83,7 +83,7 @@ OIL = (
 )
 ENGINE = Key(
     "engine",
-    says="what hangs on the crank",
+    says="parts attached to the crank",
     default=FILLED,
     verbs="all",
     keys=(

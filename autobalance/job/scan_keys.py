@@ -37,7 +37,7 @@ SCAN = (
     Key(
         "calibrate",
         Calibrate,
-        'what makes up for a mass that differs from `weighed_g`: `"skin"`, an even offset of the surface; '
+        'correction for a mass that differs from `weighed_g`: `"skin"`, an even offset of the surface; '
         '`"density"`; `"none"`, the difference is only reported',
         default="none",
     ),

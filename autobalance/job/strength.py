@@ -1,4 +1,4 @@
-"""The table [strength] of a job: fillets of crankpins and journals, and what their metal bears."""
+"""The table [strength] of a job: fillets of crankpins and journals, and the strength of their metal."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FACTORS = (
 )
 STRENGTH = Key(
     "strength",
-    says="fillets of crankpins and journals, and what their metal bears",
+    says="fillets of crankpins and journals, and the strength of their metal",
     default=None,
     verbs="strength",
     keys=(

@@ -1,4 +1,4 @@
-"""``[study]`` of a job: how a ± is drawn, and what else is uncertain about a crank that is made."""
+"""``[study]`` of a job: distribution of each ±, and further tolerances of a crank that is made."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from autobalance.ranges import NOT_NEGATIVE, Rule
 WANDER = Rule("must be 0 to 45", least=0.0, most=45.0)
 STUDY = Key(
     "study",
-    says="how a ± is drawn, and what else is uncertain about a crank that is made: see "
+    says="distribution of each ±, and further tolerances of a crank that is made: see "
     "[studies.md](studies.md)",
     default=FILLED,
     verbs="study",

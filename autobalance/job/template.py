@@ -135,7 +135,7 @@ USUAL_PARTS: Mapping[str, Mapping[str, str]] = {
         "wrist_pin": "",
         "rings_clips_oil": "rings, clips, and the oil on them",
     },
-    "crankpin_g": {"oil": "what sits in a crankpin, of one throw"},
+    "crankpin_g": {"oil": "parts of one throw's crankpin"},
 }
 """Parts that an engine has, by their table: name → what it is."""
 
@@ -164,7 +164,7 @@ def _engine(crank: Found) -> list[Row]:
             rows += [_unknown(name, part) for name, part in parts.unknown.items()]
     if not crank.crankpin_in_file:
         rows.append(Row("engine.crankpin_g.crankpin", FILL_IN, "g", "the crankpin, which is not in the file"))
-    rows.append(Row("engine.crankpin_g.oil", 4.0, "g", "what sits in a crankpin, of one throw", active=False))
+    rows.append(Row("engine.crankpin_g.oil", 4.0, "g", "parts of one throw's crankpin", active=False))
     return rows
 
 

@@ -158,7 +158,7 @@ def _metal(crank: Crank, sections: Sequence[Section], holes: Sequence[HoleMetal]
     rows = [SectionRow(kind, number, "", moments) for (kind, number), moments in filled.items()]
     beside = crank.moments - sum((part.moments for part in sections), Moments.zero())
     if abs(beside.mass_g) > ROUNDING * crank.moments.mass_g:
-        rows.append(SectionRow("facets", None, "what flat facets hide of round surfaces", beside))
+        rows.append(SectionRow("facets", None, "chord error of round surfaces", beside))
     return rows + missing
 
 

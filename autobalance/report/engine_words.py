@@ -6,7 +6,7 @@ from autobalance.types import Report
 from autobalance.wording import at
 
 EXTERNAL = {
-    "solve": "They carry what the crank lacks: weld or bolt it on at the angle, or drill it out opposite.",
+    "solve": "They carry the unbalance that is missing: weld or bolt it on at the angle, or drill opposite.",
     "detroit": "They carry this now, and the crank is cut to suit them.",
     "neutral": "They carry nothing: balance each alone.",
 }

@@ -329,7 +329,7 @@ class Cluster:
             if threads or any(future.done() for future in running):
                 return threads
             if time.monotonic() - since > patience_s:
-                raise FileError("the cluster went away; what is done is kept")
+                raise FileError("the cluster went away; finished work is kept")
             time.sleep(LOOK_AGAIN_S)
 
 
@@ -361,5 +361,5 @@ def _outcome(future: Future[Any], client: Any) -> tuple[bool, Any]:
         return True, None
     except CancelledError:
         if client.status != "running":
-            raise FileError("the cluster went away; what is done is kept") from None
+            raise FileError("the cluster went away; finished work is kept") from None
         return True, None

@@ -17,8 +17,8 @@ ROUNDING = 1e-9
 
 CORRECTED = "the corrected solid, read from its file again"
 INPUT = "the solid that was corrected, read and recognised again"
-BOTH = "both solids: what went from one to the other"
-JOB = "what follows from the job and the crank"
+BOTH = "both solids: the metal removed from one to the other"
+JOB = "values that follow from the job and the crank"
 BUDGET = "the causes of uncertainty, summed again"
 RECORD = "a record made anew from the job and the files"
 FILES = "the files beside the report"

@@ -103,7 +103,7 @@ def tried(
     planned_cuts = plan.result.made
     if [cut.label for cut, _ in planned_cuts] != [each["label"] for each in model["cuts"]]:
         raise JobError("the job makes other cuts by now: balance again, then drag")
-    notify("cutting what was dragged")
+    notify("cutting as dragged")
     cuts = [
         cast("Cut", TurnedCut(_of_diameter(cut, diameter), _about_axis(turn)))
         for (cut, _), turn, diameter in zip(planned_cuts, turns, diameters, strict=True)

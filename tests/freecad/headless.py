@@ -38,7 +38,7 @@ REMOVED = 1e-5
 FOLLOWS = 1e-5
 """Share of the metal taken by which the native tree may differ from the corrected solid."""
 RESIDUAL = 0.01
-"""Share of what is permitted by which FreeCAD's residual may differ."""
+"""Share of the permissible unbalance by which FreeCAD's residual may differ."""
 
 
 DRAWN = []

@@ -52,7 +52,7 @@ class Wanted:
             if not (number and math.isfinite(value) and value >= 0.0):
                 raise JobError(f"suggest.{key} is {value!r}; must be a number ≥ 0")
         if not values:
-            raise JobError(f"suggest needs what is wanted: {' or '.join(KEYS)}")
+            raise JobError(f"suggest: expected a target: {' or '.join(KEYS)}")
         factor, inertia = values.get("balance_factor"), values.get("inertia_kg_mm2")
         if factor is not None and factor > 1.0:
             raise JobError(f"suggest.balance_factor is {factor:g}; must be 0 to 1")

@@ -101,7 +101,7 @@ HYDRODYNAMIC = _form(
     Key(
         "boundary",
         Boundary,
-        "what becomes of negative pressure",
+        "treatment of negative pressure",
         default=None,
         usual='"half" with ocvirk, else "reynolds"',
     ),

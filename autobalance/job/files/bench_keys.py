@@ -58,7 +58,7 @@ ROLLING_KEYS = (
     Key("oil", says="rolling: instead of the viscosity", keys=OIL_KEYS, default=None),
 )
 BEARING_KEYS = (
-    Key("kind", Literal["dry", "rolling", "hydrodynamic"], "what the rotor runs in"),
+    Key("kind", Literal["dry", "rolling", "hydrodynamic"], "bearings of the rotor"),
     *DRY_KEYS,
     Key("small_angle", bool, "dry: μ in place of μ/√(1 + μ²)", default=False),
     *ROLLING_KEYS,
@@ -80,8 +80,8 @@ REDUCTION_KEYS = (
     Key("zero_V", float, "reading without torque (0.2)", default=None),
     Key("zero", Literal["rest"], "or: mean of the readings at 0 rpm of the case", default=None),
     Key("N_m_per_V", float, "of the torque transducer", POSITIVE, 5.0 / 4.8),
-    Key("zero_pm_V", float, "half-width of what the zero may be", NOT_NEGATIVE, 0.0),
-    Key("N_m_per_V_pm", float, "half-width of what the scale may be", NOT_NEGATIVE, 0.0),
+    Key("zero_pm_V", float, "half-width of the zero's range", NOT_NEGATIVE, 0.0),
+    Key("N_m_per_V_pm", float, "half-width of the scale's range", NOT_NEGATIVE, 0.0),
     Key("temperature_C", tuple[float, float], "hold: runs outside from–to do not count", default=None),
 )
 READING_KEYS = (
@@ -94,11 +94,11 @@ READING_KEYS = (
     Key("simulated_N_m", float, "to compare with; default the run of that speed here", default=None),
 )
 BENCH_KEYS = (
-    Key("rotor", says="what turns", keys=ROTOR_KEYS),
+    Key("rotor", says="rotor", keys=ROTOR_KEYS),
     Key("hole", says="drilled: its weight is missing", keys=HOLE_KEYS, many=True, default=None),
     Key("bearing", says="both together; without it nothing is run", keys=BEARING_KEYS, default=None),
     Key("control", says="of the speed", keys=CONTROL_KEYS, default=FILLED),
     Key("schedule", says="of the runs", keys=SCHEDULE_KEYS, default=FILLED),
     Key("reduction", says="of volts to torque", keys=REDUCTION_KEYS, default=FILLED),
-    Key("reading", says="what was measured", keys=READING_KEYS, many=True, default=None),
+    Key("reading", says="measured values", keys=READING_KEYS, many=True, default=None),
 )

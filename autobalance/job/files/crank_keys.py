@@ -18,7 +18,7 @@ MEANINGS: Mapping[str, str] = {
     "main_journal": "the main journals",
     "crankpin": "the crankpins",
     "web": "the arms between journals and crankpins",
-    "bays": "what lies between two main journals, from the nose on",
+    "bays": "throws and flying webs between main journals, from the nose on",
     "counterweight": "sectors opposite the crankpins",
     "end_journal_width_mm": "of the first and last main journal, where it is another",
     "fillet_mm": "radius where journals and crankpins meet webs",

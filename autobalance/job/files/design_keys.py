@@ -112,17 +112,17 @@ DESIGN_KEYS = (
     ),
     Key(
         "target",
-        says="what the design shall keep within",
+        says="limits that the design must keep",
         keys=(
             Key("polar_inertia_kg_mm2", Pair, "least and greatest inertia about the axis", default=None),
             Key("mass_g", Pair, "least and greatest mass", default=None),
         ),
         default=FILLED,
     ),
-    Key("envelope", says="what free metal must keep to", keys=ENVELOPE_KEYS, default=FILLED),
+    Key("envelope", says="limits of free metal", keys=ENVELOPE_KEYS, default=FILLED),
     Key(
         "fem",
-        says="what finite elements must find",
+        says="limits on results of finite elements",
         keys=(
             Key("min_frequency_hz", float, "least natural frequency", POSITIVE, None),
             Key("max_stress_MPa", float, "greatest stress", POSITIVE, None),
@@ -138,7 +138,7 @@ DESIGN_KEYS = (
             Key(
                 "objectives",
                 tuple[str, ...],
-                "what shall be least, or with a minus before it greatest: " + ", ".join(ALL_OBJECTIVES),
+                "quantity to minimise, or with a minus before it to maximise: " + ", ".join(ALL_OBJECTIVES),
                 default=("mass_g",),
             ),
             Key("evaluations", int, "designs that are tried", COUNTED, 3000),

@@ -17,7 +17,7 @@ ENGINE = (
     Key("run_up_rpm", tuple[float, float], "from one speed to another, without load", POSITIVE, None),
 )
 VARIANT = (
-    Key("name", str, "what it is called", default=""),
+    Key("name", str, "name", default=""),
     Key("crank", str, "a crank's file in place of the job's", default=None),
     Key("factor", float, "an ideal crank of this factor in place of its unbalance", SHARE, None),
     Key("set", tuple[str, ...], 'keys of the job: "cycle.flywheel_kg_mm2=2000"', default=()),

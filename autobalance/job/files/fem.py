@@ -82,9 +82,9 @@ FEM_KEYS = (
         many=True,
         default=(),
     ),
-    Key("solid", says="what is analysed", keys=SOLID, default=FILLED),
-    Key("material", says="what it is made of", keys=MATERIAL, default=FILLED),
-    Key("analysis", says="what is asked", keys=ANALYSIS, default=FILLED),
+    Key("solid", says="solid to analyse", keys=SOLID, default=FILLED),
+    Key("material", says="material", keys=MATERIAL, default=FILLED),
+    Key("analysis", says="kind and fineness of the analysis", keys=ANALYSIS, default=FILLED),
 )
 """Every key of a FEM.toml."""
 
@@ -137,7 +137,7 @@ def _job(values: Values, folder: Path) -> FemJob:
     loads = tuple(_load(each, f"load[{place}]") for place, each in enumerate(values["load"], 1))
     for key, boxes in (("fix", holds), ("load", loads)):
         if kind == "static" and not boxes:
-            raise JobError(f"{key} is missing; a static analysis needs what holds and what loads the body")
+            raise JobError(f"{key} is missing; a static analysis needs supports and loads")
     if kind == "modes" and loads:
         raise JobError('load is given with analysis.kind = "modes"; leave it out, or ask for "static"')
     file = Path(solid["file"])

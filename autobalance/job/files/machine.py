@@ -80,7 +80,7 @@ DRILL_KEYS = (
 LINE_KEYS = (
     Key("pattern", str, "of a line: a regular expression with the groups amount, angle and maybe plane"),
     Key("unit", str, "of the amounts", default="g·mm"),
-    Key("planes", tuple[str, str], "what the lines call planes A and B", default=("A", "B")),
+    Key("planes", tuple[str, str], "names of planes A and B in the lines", default=("A", "B")),
     Key("settled_readings", int, "readings in a row that must agree", COUNTED, 5),
     Key("settled_percent", float, "of the amount by which they may differ from their mean", POSITIVE, 2.0),
 )
@@ -92,7 +92,7 @@ MACHINE_KEYS = (
     Key("planes_mm", Pair, "planes A, B of the reading; default the report's tolerance planes", default=None),
     Key("bearings_mm", Pair, "two supports of hard and soft; default planes_mm", default=None),
     Key("stiffness_n_mm", float, "soft: of each support, horizontally; 0: free", NOT_NEGATIVE, 0.0),
-    Key("rotor", says="what is spun", keys=ROTOR_KEYS),
+    Key("rotor", says="rotor to be spun", keys=ROTOR_KEYS),
     Key("unbalance", says="on top", keys=UNBALANCE_KEYS, many=True, default=None),
     Key("mass", says="on top", keys=MASS_KEYS, many=True, default=None),
     Key("noise", says="standard deviations of normal draws", keys=NOISE_KEYS, default=FILLED),

@@ -19,7 +19,7 @@ from autobalance.units import G_MM_PER_OZ_IN
 PLANE_KEYS = (
     Key("at", Literal["A", "B"], "tolerance plane of the report", default=None),
     Key("z_mm", float, "or: place of the plane, rotor frame", default=None),
-    Key("g_mm", float, "what was read [g·mm]", NOT_NEGATIVE, None),
+    Key("g_mm", float, "reading [g·mm]", NOT_NEGATIVE, None),
     Key("oz_in", float, "or [oz·in]", NOT_NEGATIVE, None),
     Key("g", float, "or a weight, with radius_mm", NOT_NEGATIVE, None),
     Key("radius_mm", float, "radius of that weight", POSITIVE, None),

@@ -62,7 +62,7 @@ SEAM_KEYS = (
 )
 """As in a reading file; ``rotation`` and ``zero_deg`` say how the trials' angles count."""
 TRIALS_KEYS = (
-    Key("goal", Literal["least_squares", "least_worst"], "what is made least", default="least_squares"),
+    Key("goal", Literal["least_squares", "least_worst"], "quantity to minimise", default="least_squares"),
     Key("phases", Literal["same", "opposite"], "sense in which phase_deg counts", default="same"),
     Key(
         "initial",
@@ -72,9 +72,9 @@ TRIALS_KEYS = (
     Key("reading_weights", tuple[float, ...], "how much each reading counts", NOT_NEGATIVE, None),
     Key("target", float, "amplitude that each residual must not exceed", POSITIVE, None),
     Key("trial", says="runs with a trial weight, in their order", keys=TRIAL_KEYS, many=True),
-    Key("plane", says="what can be fitted", keys=PLANE_KEYS, many=True, default=None),
+    Key("plane", says="weights that can be fitted", keys=PLANE_KEYS, many=True, default=None),
     Key("records", says="how records give readings", keys=RECORDS_KEYS, default=None),
-    Key("reading", says="what `recut` must know of the unbalance found", keys=SEAM_KEYS, default=None),
+    Key("reading", says="conditions of the measurement that `recut` needs", keys=SEAM_KEYS, default=None),
 )
 
 

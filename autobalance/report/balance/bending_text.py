@@ -47,8 +47,9 @@ def bending_words(bending: Values) -> list[str]:
         words.append(f"no finite elements of throw {elements['throw']}: {elements['failed']}")
     else:
         words.append(
-            f"finite elements: what 1 % of the throw's surface exceeds; a coarse mesh of {elements['nodes']} "
-            f"nodes, {elements['seconds']:.0f} s; before and after may differ by 10 % from their meshes alone"
+            "finite elements: stress that 1 % of the throw's surface exceeds; a coarse mesh of "
+            f"{elements['nodes']} nodes, {elements['seconds']:.0f} s; "
+            "before and after may differ by 10 % from their meshes alone"
         )
     return words
 

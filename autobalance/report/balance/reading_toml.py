@@ -11,7 +11,7 @@ def reading_toml(report: Values) -> str:
     reading = report["input"]["reading"]
     convention = Convention.of(reading)
     lines = [
-        f"# What the {report['input']['kind']} machine reads, seed {report['input']['seed']}, first run."
+        f"# Readings of the {report['input']['kind']} machine, seed {report['input']['seed']}, first run."
     ]
     if report["serial"] is not None:
         lines.append(f"serial = {_text(report['serial'])}")

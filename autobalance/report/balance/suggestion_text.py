@@ -16,14 +16,14 @@ def suggestions_text(suggestions: Values | None) -> str:
     lines = [f"For {aims}, instead of {' and '.join(_quantities(now, targets))}:"]
     lines += [line for each in suggestions["found"] for line in _suggestion(each, targets)]
     if not suggestions["found"]:
-        lines.append("  nothing of what was tried does it")
+        lines.append("  no change that was tried reaches it")
     lines += [f"  not {_name(each['kind'])}: {each['reason']}" for each in suggestions["refused"]]
     return "\n".join(lines)
 
 
 def _suggestion(each: Values, targets: Values) -> Sequence[str]:
     leaves = each["leaves"]
-    reached = "" if each["reached"] else ", not quite what is wanted"
+    reached = "" if each["reached"] else ", not quite the target"
     measured = " and ".join(_quantities(leaves, {**targets, "inertia_kg_mm2": 1.0}))
     if each["kind"] in ("hole", "weight", "rim"):
         name = each["text"]

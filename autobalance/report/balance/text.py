@@ -73,7 +73,7 @@ def _heading(report: Values, units: DisplayUnits, folder: Path | None) -> str:
     lines += [in_units(facets["too_coarse"]["text"], units)] if facets.get("too_coarse") else []
     if facets.get("correction") in {"applied", "mass_only"}:
         hidden = in_units(f"{facets['mass_g']:+.3g} g", units)
-        lines.append(f"what the facets hide is added to all that was measured: {hidden}")
+        lines.append(f"chord error of the facets added to all measurements: {hidden}")
     lines += [facets["reason"]] if facets.get("reason") else []
     if "scan" in report["input"]:
         lines.append(f"mass and unbalance are those of the scan {report['input']['scan']['file']}")
@@ -105,7 +105,7 @@ def _corrections(report: Values, units: DisplayUnits) -> str:
     if not report["corrections"]:
         return ""
     notes = [f"  {in_units(remark, units)}" for remark in remarks(report)]
-    return "\n".join(["What to cut"] + [_correction(each, units) for each in report["corrections"]] + notes)
+    return "\n".join(["Cuts to make"] + [_correction(each, units) for each in report["corrections"]] + notes)
 
 
 def _correction(correction: Values, units: DisplayUnits) -> str:
@@ -198,10 +198,10 @@ def _uncertainty(residual: Values, units: DisplayUnits) -> str:
 def _margin(report: Values) -> str:
     """Return whether the uncertainty counts in the verdict, where it does, or would change it."""
     if is_unproven(report):
-        return "\n  not proven: with its uncertainty the residual exceeds what is permitted (--strict: 4)"
+        return "\n  not proven: residual plus uncertainty exceeds the permissible unbalance (--strict: 4)"
     if report["tolerance"].get("margin", "none") == "none":
         return ""
-    return "\n  the verdict counts the uncertainty: both together must be within what is permitted"
+    return "\n  the verdict counts the uncertainty: both together must be within the permissible unbalance"
 
 
 def _factor(report: Values, units: DisplayUnits) -> str:

@@ -142,7 +142,7 @@ class _Calculation:
     def _targets(self) -> None:
         v = self.values
         tolerance = self.report["tolerance"]
-        self.head("What is asked")
+        self.head("Targets")
         self.line(
             "f",
             "Balance factor",
@@ -298,7 +298,7 @@ class _Calculation:
         self.cells["verdict"] = f"$B${self.row + 1}"
         self.row += 1
         radius = max((item["radius_mm"] for item in self.report["corrections"]), default=40.0)
-        self.head("What is still to correct")
+        self.head("Still to correct")
         self.line("Rc", "At a radius of", radius, "mm", "of the metal's centre")
         self.formula("mc", "Correction mass", "{U_after}/{Rc}", v["U_after"] / v["Rc"], "g", "to remove on the heavy side")  # fmt: skip
         self.formula("mc0", "Correction mass before", "{U_before}/{Rc}", v["U_before"] / v["Rc"], "g")
@@ -340,7 +340,7 @@ class _Calculation:
         self.line("mr0", "m_cw · r′ before", product["initial"], "g·mm", "", MEASURED)
         self.line("mr2", "m_cw · r′ after", product["final"], "g·mm", "", MEASURED)
         self.formula("rcw", "r′ before", "{mr0}/{mcw}", v["mr0"] / v["mcw"], "mm")
-        self.formula("mr1", "m_cw · r′ needed", "{mr0}+{USx_before}", v["mr0"] + v["USx_before"], "g·mm", "what makes the resultant along the crankpin zero")  # fmt: skip
+        self.formula("mr1", "m_cw · r′ needed", "{mr0}+{USx_before}", v["mr0"] + v["USx_before"], "g·mm", "makes the resultant along the crankpin zero")  # fmt: skip
         self.formula("dmr", "Still to remove", "{mr2}-{mr1}", v["mr2"] - v["mr1"], "g·mm", "positive: remove from the counterweight")  # fmt: skip
 
 

@@ -18,7 +18,7 @@ def bearing_text(report: Values) -> str:
     """Return what a bearing does, in lines."""
     lines = [NAMES[report["kind"]]]
     if report["limit"]:
-        lines.append("Limit: the film breaks (eccentricity ratio above 0.99); what is left out has no value")
+        lines.append("Limit: the film breaks (eccentricity ratio above 0.99); values beyond it are left out")
     lines += _friction(report)
     lines += _load(report) + _oil(report["oil"]) + _film(report) + _parts(report["parts"])
     lines += _plates(report) + _orbit(report["orbit"]) + _rows(report["rows"])

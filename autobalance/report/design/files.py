@@ -35,7 +35,7 @@ def design_text(values: Values) -> str:
         residual = design["residual"]
         lines.append(
             f"{design['id']}: {objectives}; residual {residual['magnitude_g_mm']:.3g} g·mm "
-            f"({100 * residual['worst_share']:.2g} % of what is permitted)"
+            f"({100 * residual['worst_share']:.2g} % of the permissible unbalance)"
         )
     if values["reason"]:
         lines += ["", values["reason"]]

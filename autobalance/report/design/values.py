@@ -52,7 +52,7 @@ def infeasible_reason(design: WrittenDesign, tried: Callable[[], Sequence[Remedy
 def _what_helps(tried: Sequence[Remedy]) -> str:
     serving = [each.words for each in tried if each.serves]
     if serving:
-        return f"what meets it, tried: {'; or '.join(serving[:MOST_REMEDIES])}"
+        return f"would meet it, tried: {'; or '.join(serving[:MOST_REMEDIES])}"
     words = "; ".join(each.words for each in tried)
     return (
         f"none of these meets it, tried: {words}; free further webs, a wider sector_deg, or metal nearer to "

@@ -95,7 +95,7 @@ def _loads(loads: Values) -> str:
             )
     torque, support = loads["torque"], loads["support"]
     if support is not None:
-        place = f"  what holds it (z {support['z_mm']:.1f} mm)"
+        place = f"  opposing couple (z {support['z_mm']:.1f} mm)"
         force = f"{support['greatest_n']:.0f} N", f"{support['mean_n']:.0f} N"
         moment = f"{support['greatest_moment_n_m']:.1f} N·m", f"{support['mean_moment_n_m']:.1f} N·m"
         rows += [(f"{place}, force", *force), (f"{place}, moment", *moment)]
@@ -165,7 +165,7 @@ def shafts_text(report: Values, units: DisplayUnits) -> str:
         for shaft in report["shafts"]:
             for weight in shaft["weights"]:
                 lines.append(_bolted(weight, units))
-        lines.append("What they leave\n" + orders_table(report["with"]["orders"]))
+        lines.append("Residual after the shafts\n" + orders_table(report["with"]["orders"]))
         lines.append(f"  they roll the engine by up to {report['with']['greatest_roll_n_m']:.2f} N·m")
         parts.append("\n".join(lines))
     return "\n\n".join(parts)

@@ -34,7 +34,7 @@ class RowFigures:
     crank: str
     exit_code: Count
     outcome: Outcome | Literal["error", "lost"]
-    message: Annotated[str, "the reason, or what is wrong; one line"]
+    message: Annotated[str, "the reason, or the error; one line"]
     numbers: Annotated[RowNumbers, INLINE]
     settings: Annotated[Mapping[str, Any], INLINE, "further columns: keys of the job, as the list has them"]
 

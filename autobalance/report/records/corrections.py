@@ -90,7 +90,7 @@ class Correction:
     face: str | None
     web: Ordinal | None
     position_mm: Annotated[
-        Triple, "entry on the tool's axis for drill and slug, else the centre of what goes or comes"
+        Triple, "entry on the tool's axis for drill and slug, else the centre of the metal removed or added"
     ]
     radius_mm: NotNegative
     depth_mm: Annotated[
@@ -248,9 +248,9 @@ class Relaxation:
 
     text: str
     changes: Sequence[JobChange]
-    used_share: Annotated[NotNegative, "worst judged value left then, over what is permitted there"]
+    used_share: Annotated[NotNegative, "greatest judged value left then, over its permissible value"]
     metal_g: Annotated[NotNegative | None, "metal that it takes then; null: the cuts stay as they are"]
-    tried: Annotated[bool, "planned anew with the changes; false: follows from what is left"]
+    tried: Annotated[bool, "planned anew with the changes; false: follows from the residual"]
 
     @classmethod
     def of(cls, relaxation_found: relaxation.Relaxation) -> Self:

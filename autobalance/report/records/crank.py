@@ -268,7 +268,7 @@ class Crank:
     facet_error: FacetError | None
     datums: Datums | None
     scanned: Annotated[ScannedSurface | None, INLINE]
-    mass_pm_g: Annotated[NotNegative, "of a scan: 95 %, without what is unsure of the density"] | Absent
+    mass_pm_g: Annotated[NotNegative, "of a scan: 95 %, without the density's uncertainty"] | Absent
     calibration: Calibration | Absent = ABSENT
 
     @classmethod

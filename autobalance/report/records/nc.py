@@ -56,9 +56,9 @@ class Simulated:
     """What the programs do to the solid, from their own text."""
 
     removed_mass_g: NotNegative
-    mass_difference_g: Annotated[float, "to what the report lists of these cuts"]
+    mass_difference_g: Annotated[float, "to the mass that the report lists of these cuts"]
     residual: NcResidual
-    used_share: Annotated[NotNegative, "worst judged value over what is permitted there"]
+    used_share: Annotated[NotNegative, "greatest judged value over its permissible value"]
     gouged_mm3: NotNegative
     left_mm3: NotNegative
 

@@ -218,9 +218,7 @@ class Report:
     inertia_change_g_mm2: KgMm2 | None = None
     forces: Forces | Absent | None = None
     outcome: Outcome | None = None
-    proven: Annotated[
-        bool | None, "whether the residual plus its uncertainty is within what is permitted"
-    ] = None
+    proven: Annotated[bool | None, "whether residual plus uncertainty is within the permissible"] = None
     reason: str | None = None
     overbalance: Overbalance | None = None
     warnings: Sequence[str] | Absent = ABSENT
@@ -229,14 +227,14 @@ class Report:
     faces: (
         Annotated[
             Sequence[NamedFace | Face],
-            "what a correction can use (inspect), or those that one names (balance)",
+            "surfaces that a correction can use (inspect), or those that one names (balance)",
         ]
         | Absent
     ) = ABSENT
     relaxations: (
         Annotated[
             Sequence[Relaxation],
-            "above tolerance: what would reach it; those that were tried first, least metal first",
+            "above tolerance: remedies; those that were tried first, least metal first",
         ]
         | Absent
     ) = ABSENT
@@ -273,7 +271,7 @@ class Report:
     ) = ABSENT
     external: (
         Annotated[
-            Sequence[ExternalPart], "What damper, flexplate or flywheel carry of the crank's unbalance."
+            Sequence[ExternalPart], "Share of the crank's unbalance that damper, flexplate or flywheel carry."
         ]
         | Absent
     ) = ABSENT
@@ -300,7 +298,7 @@ class Report:
     counterweights: Sequence[WebWeight] | Absent = ABSENT
     section_table: SectionTable | Absent = ABSENT
     with_bob_weights: (
-        Annotated[WithBobWeights | None, "inspect of a job that says what hangs on the crank, and how well"]
+        Annotated[WithBobWeights | None, "inspect of a job with attached parts: how well they are balanced"]
         | Absent
     ) = ABSENT
     suggestions: (

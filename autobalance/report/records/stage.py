@@ -126,7 +126,7 @@ class ReadPlane:
 
 @record
 class ReadUnbalance:
-    """The reading file with its defaults, and what the machine read in the rotor frame."""
+    """The reading file with its defaults, and the machine's readings in the rotor frame."""
 
     file: Mapping[str, Any]
     zero_deg: float
@@ -150,7 +150,7 @@ class Staged:
     machine_reading: Annotated[
         ReadUnbalance,
         Like(Mapping[str, Any]),
-        "recut only: the reading file with its defaults, and what the machine read in the rotor frame",
+        "recut only: the reading file with its defaults, and the machine's readings in the rotor frame",
     ]
     earlier_corrections: Annotated[Sequence[Mapping[str, Any]], "recut only: cuts of the stages before"]
     input_is_untouched: Annotated[bool, "recut only: no stage has cut the crank before"]

@@ -34,7 +34,7 @@ def bench_text(report: Values) -> str:
 
 
 def _written(solids: Sequence[Values]) -> str:
-    rows: list[Sequence[str]] = [("Measured on what was written", "mass", "inertia", "off", "unbalance")]
+    rows: list[Sequence[str]] = [("Measured on the written files", "mass", "inertia", "off", "unbalance")]
     rows += [
         (
             f"  {each['file']}",

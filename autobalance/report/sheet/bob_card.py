@@ -32,8 +32,8 @@ def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", 
     factor = at(report, "balance_factor.target")
     text = (
         f"{part_name(report)}, balance factor {factor:.4f}. Each bob-weight: crankpin parts + rods × "
-        "(rotating + factor × reciprocating). All off by their tolerance at once use a tenth of what is "
-        f"permitted.{turning_words(report)}"
+        "(rotating + factor × reciprocating). All off by their tolerance at once use a tenth of the "
+        f"permissible unbalance.{turning_words(report)}"
     )
     story: list[Flowable] = [
         prose("Bob-weights", 15.0, bold=True, after=1.6),

@@ -168,7 +168,7 @@ def bob_words(report: Report, u: DisplayUnits) -> str:
     factor = at(report, "balance_factor.target")
     text = f"Rotating {u.g(rotating)} {u.mass}, reciprocating {u.g(reciprocating)} {u.mass} of one rod"
     text += "" if factor is None else f"; balance factor {factor:.4f}"
-    return text + ". All bob-weights off by their tolerance at once use a tenth of what is permitted."
+    return text + ". All bob-weights off by their tolerance at once use a tenth of the permissible unbalance."
 
 
 def overbalance_rows(

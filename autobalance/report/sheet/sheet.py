@@ -179,9 +179,7 @@ class _Story:
         if worth is not None:
             self.parts.append(prose(held_words(worth, self.u), 8.5))
         if tolerances is None:
-            words = (
-                "The verdict leaves nothing, so that no tolerance follows from it; hold what the machine can."
-            )
+            words = "The verdict leaves no tolerance; hold the machine's usual accuracy."
             self.parts.append(prose(words, 7.5))
             return
         self.parts += [tolerance_table(tolerances, self.items, self.u, self.wide_mm), Spacer(1.0, 3.0)]
@@ -246,7 +244,7 @@ class _Story:
         if report.get("external"):
             words = prose(external_words(report), 7.0, SOFT)
             parts = machine_page.external_table(report, u, wide, zero)
-            self._kept("External balance: what the parts carry", words, parts)
+            self._kept("External balance: unbalance of the parts", words, parts)
             self._gap(2.0)
         self._overbalance()
         self._kept("Readings after machining", machine_page.readings_table(u, wide))

@@ -22,7 +22,7 @@ def nc_text(run: NcRun) -> str:
     lines.append(
         f"Simulated from the text: {sum(run.taken_g.values()):.2f} g go "
         f"({run.mass_difference_g:+.3f} g to the report), residual {run.residual.magnitude_g_mm:.2f} g·mm, "
-        f"{share:.0f} % of what is permitted: {verdict}"
+        f"{share:.0f} % of the permissible unbalance: {verdict}"
     )
     lines.append("No move hits; not proven on a machine: run it 100 mm above the part first")
     return "\n".join(lines)

@@ -20,7 +20,7 @@ def reading_template(report: Mapping[str, Any]) -> str:
     fit = [round(each["fit_g"], 2) for each in report["engine"]["bob_weights"]]
     amount, unit = ("oz_in", "oz·in") if inch else ("g_mm", "g·mm")
     lines = [
-        "# What the balancing machine reads on the corrected crank: amount and angle of each plane. Then:",
+        "# Readings of the balancing machine on the corrected crank: amount and angle of each plane. Then:",
         "#   autobalance recut report.json reading.toml",
         *([] if serial is None else [f"serial = {json.dumps(serial, ensure_ascii=False)}"]),
         f"bob_weights_g = {fit}          # clamped on, one a throw",

@@ -96,7 +96,7 @@ def _setup(run: NcRun, program: Program) -> list[Any]:
     what = ["cut", "tool", "what", "at °", "z mm", "depth mm", "takes g"]
     columns = [*what, "0.05 mm", "0.05°", "2° point"]
     story.append(_table([columns, *rows], (9, 10, 42, 15, 17, 17, 16, 17, 17, 18)))
-    note = "Last three columns: what an error of depth, angle or point is worth, in g·mm."
+    note = "Last three columns: unbalance from an error of depth, angle or point, in g·mm."
     story += [
         Paragraph(note, plain),
         Paragraph("Before the first part", section),

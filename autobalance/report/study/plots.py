@@ -47,7 +47,7 @@ def _histogram(values: Values, shares: NDArray[np.float64]) -> Plot:
             100.0 * edges[:-1], counts, 100.0 * top / BINS, align="edge", color="0.75", edgecolor="black"
         )
         axes.axvline(100.0, color="black", linestyle="--", label="permissible")
-        axes.set_xlabel("greatest share used of what is permitted [%]")
+        axes.set_xlabel("greatest share of the permissible unbalance used [%]")
 
     share = 100.0 * values["probability_within"]
     return plots.drawn(f"{values['samples']} cranks, {share:.3g} % within tolerance", "cranks", draw)
@@ -63,12 +63,12 @@ def _causes(values: Values) -> Plot:
         linear = [100.0 * cause["share"] for cause in causes]
         judged = [100.0 * total[cause["name"]] for cause in causes]
         axes.barh(at + 0.2, linear, 0.4, color="0.3", edgecolor="black", label="of the resultant's variance")
-        label = "of the variance of what is judged (Sobol, total)"
+        label = "of the variance of the judged values (Sobol, total)"
         axes.barh(at - 0.2, judged, 0.4, color="0.85", edgecolor="black", label=label)
         axes.set_yticks(at, [_short(cause["name"]) for cause in causes])
         axes.set_xlabel("share [%]")
 
-    return plots.drawn("What makes the spread", "", draw)
+    return plots.drawn("Causes of the spread", "", draw)
 
 
 def _tornado(figure: Values) -> Plot:

@@ -1,4 +1,4 @@
-// What to cut, in the order of indexing: where each cut is, how deep; a row turns the view to it.
+// Cuts, in the order of indexing: where each cut is, how deep; a row turns the view to it.
 import { html } from "/static/preact.min.js";
 import { shown } from "/static/tools.js";
 import { Measured } from "/static/measured.js";
@@ -27,7 +27,7 @@ function turnTo(cut) {
 export function Cuts({ id, corrections }) {
   if (!corrections.length) return html`<table id=${id} hidden><tbody></tbody></table>`;
   const mm = unitOf("mm"), heads = [[t("No.")], [t("kind")], [t("web")], [t("from")], [t("angle"), "°"], [t("radius"), mm], ["z", mm], ["⌀", mm], [t("depth"), mm], [t("mass"), "g"]];
-  return html`<div class="wide-table"><table id=${id} class="cuts" aria-describedby=${`${id}-says`}><caption>${t("What to cut, in the order of indexing")}</caption>
+  return html`<div class="wide-table"><table id=${id} class="cuts" aria-describedby=${`${id}-says`}><caption>${t("Cuts, in the order of indexing")}</caption>
     <thead><tr>${heads.map(([name, unit]) => html`<th scope="col">${name}${unit ? html`<br/>[${unit}]` : ""}</th>`)}</tr></thead>
     <tbody>${corrections.map((cut, k) => html`<${Row} key=${cut.number} cut=${cut} path=${`corrections.${k}`}/>`)}</tbody></table></div>
     <p class="quiet" id=${`${id}-says`}>${t("Angles from crankpin 1, counter-clockwise seen from +z (clockwise in brackets). Choose a row, and the view turns to it.")}</p>`;

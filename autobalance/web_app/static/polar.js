@@ -1,4 +1,4 @@
-// Unbalance as arrows across the axis, with the circle that is permitted: crankpin 1 up, angles counter-clockwise.
+// Unbalance as arrows across the axis, with the circle of the permissible one: crankpin 1 up, angles counter-clockwise.
 import { html, render } from "/static/preact.min.js";
 import { withUnit } from "/static/tools.js";
 import { t } from "/static/words.js";
@@ -6,7 +6,7 @@ import { t } from "/static/words.js";
 const RADIUS = 70, MIDDLE = 100;
 const ANGLES = [[0, MIDDLE, 22], [90, 12, 104], [180, MIDDLE, 186], [270, 188, 104]];
 
-// Plots of [title, vectors, permitted]: one for each vector, in the scale that shows both it and what is permitted.
+// Plots of [title, vectors, permitted]: one for each vector, in the scale that shows both it and the permissible unbalance.
 export const Polars = ({ plots }) => plots.map(([title, vectors, permitted]) => html`<figure><figcaption>${title}</figcaption><div class="pair">${vectors.map((each) => html`<${Polar} title=${title} vector=${each} permitted=${permitted}/>`)}</div></figure>`);
 export const drawn = (box, plots) => render(html`<${Polars} plots=${plots}/>`, box);
 

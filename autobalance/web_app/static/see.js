@@ -74,7 +74,7 @@ function Verdict() {
   const report = state.result?.report;
   if (!report) return html`<p role="status" data-testid="verdict" id="verdict" data-outcome="">${t(none.value)}</p><p data-testid="reason" id="reason"></p>`;
   const unproven = report.outcome !== "above_tolerance" && report.proven === false;
-  return html`<p role="status" data-testid="verdict" id="verdict" data-outcome=${report.outcome} title=${unproven ? t("Residual and uncertainty together exceed what is permitted.") : ""}>${t(OUTCOMES[report.outcome])}${unproven ? t(", not proven") : ""}</p><p data-testid="reason" id="reason">${report.reason || ""}</p>`;
+  return html`<p role="status" data-testid="verdict" id="verdict" data-outcome=${report.outcome} title=${unproven ? t("Residual and uncertainty together exceed the permissible unbalance.") : ""}>${t(OUTCOMES[report.outcome])}${unproven ? t(", not proven") : ""}</p><p data-testid="reason" id="reason">${report.reason || ""}</p>`;
 }
 
 // What would suffice where the limits do not: each change is a button.

@@ -84,7 +84,7 @@ class Residual:
         for name, words in (
             ("ByFreeCAD", "Residual of the tree as FreeCAD measures it, in g mm"),
             ("ByReport", "Residual of the report, in g mm"),
-            ("Apart", "Their difference as a share of what is permitted"),
+            ("Apart", "Their difference as a share of the permissible unbalance"),
         ):
             obj.addProperty("App::PropertyFloat", name, "Residual", words)
             obj.setEditorMode(name, 1)
