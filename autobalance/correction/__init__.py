@@ -1,4 +1,4 @@
-"""Kinds of correction: one class in one file each, entered here by one line."""
+"""Kinds of correction: one class in one file each, registered here by one line."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,17 +33,15 @@ register(mill.KIND)
 
 
 def search_levels(limits: Limits) -> int:
-    """Return the number of search levels of the kind of these limits."""
     return kind_of(limits).search_levels
 
 
 def offer(work: Workpiece, limits: Limits, search_level: int) -> Candidates:
-    """Return the cuts that the kind of these limits offers on a workpiece."""
     return kind_of(limits).offer(work, limits, search_level)
 
 
 def joined(parts: Sequence[Candidates]) -> Candidates:
-    """Return the candidates of several kinds as one, with rules that keep them out of each other's way."""
+    """Return the candidates of several kinds as one, with rules that keep their cuts apart."""
     cuts: list[Cut] = []
     kinds: list[int] = []
     shared: list[SharedDepth] = []

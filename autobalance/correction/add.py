@@ -41,18 +41,18 @@ DEFAULT_MAX_MM = 10.0
 DEFAULT_CLEARANCE_MM = 2.0
 """Distance kept to the next metal over the face where the job names no ``min_wall_mm`` (ours)."""
 SINK_SHARE = 1e-5
-"""How deep an added body starts inside the metal, as a share of the part's size, so that it grows on."""
+"""Depth in the metal at which an added body starts, as a share of the part's size, so that both unite."""
 
 WITHIN_TOP = 1e-6
-"""Share of the greatest height by which sections keep under it: there is none at the end."""
+"""Share of the greatest height by which sections stay under it: at the end there is none."""
 BESIDE_SINKS = 10.0
-"""How far an added body reaches into what stands on the face, in sinks; at free edges it keeps one sink
-inside, so that no two surfaces coincide."""
+"""Overlap of an added body with what stands on the face, in sinks; at free edges it keeps one sink inside,
+so that no two surfaces coincide."""
 
 
 @dataclass(frozen=True)
 class AddLimits(FaceLimits):
-    """What a job asks of added metal; keys as for shoulders.
+    """Limits of added metal; keys as for shoulders.
 
     Attributes
     ----------
@@ -80,7 +80,6 @@ class AddLimits(FaceLimits):
     crankcase_gap_mm: Annotated[float | None, NOT_NEGATIVE] = None
 
     def __post_init__(self) -> None:
-        """Refuse limits that are not lengths."""
         refuse_out_of_range("add", self)
         if self.sector_deg is not None and self.sector_deg[0] == self.sector_deg[1]:
             raise CorrectionError("add.sector_deg excludes every angle; all around is [0, 360]")
@@ -90,7 +89,7 @@ class AddLimits(FaceLimits):
 class AddCut(FaceCut):
     """Metal added on one face, of which only the height is open (a `Cut`).
 
-    In the face's frame: ``gain`` is what the crank would gain from ``height_mm`` up to the greatest height,
+    In the face's frame: ``gain`` is the metal gained from ``height_mm`` up to the greatest height,
     ``sunk`` the body that is added, from a little inside the metal. They differ where something stands on the
     face, or beside it, that is wider or narrower farther up; and by a sink where another sector of the face
     begins, so that the bodies in both grow together: where they only touched, a slit of no width would stay.
@@ -124,7 +123,7 @@ class AddCut(FaceCut):
 
     @cached_property
     def _curve(self) -> DepthCurve:
-        """Section moments of what is gained, over the height added."""
+        """Section moments of the gain over the added height."""
 
         def at(depth: float) -> Array:
             return numbers_of(plane_moments(self._section(depth), self.height_mm + depth))
@@ -133,7 +132,7 @@ class AddCut(FaceCut):
         return DepthCurve(at, 0.0, most, moments_scale(self._section(0.5 * most), self.height_mm), breaks)
 
     def _section(self, depth_mm: float) -> Region:
-        """Return what is gained at a height, over the face's roughness and by a hair under its last."""
+        """Return the section of the gain at a height, kept over the face's roughness and under the top."""
         low, high = self.rough_mm, self.max_depth_mm * (1.0 - WITHIN_TOP)
         return self.gain.section(self.height_mm + min(max(depth_mm, low), high))
 
@@ -146,13 +145,12 @@ class AddCut(FaceCut):
         return Raising(self.face.surfaces, self.face.normal, depth_mm, self.wedge)
 
     def correction(self, depth_mm: float) -> Correction:
-        """Return what the designer needs to know."""
         region = self._section(depth_mm)
         return self.listed("add", depth_mm, region, area_mm2=region.area_mm2)
 
 
 def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[AddCut]:
-    """Set up the bodies that may grow on faces, each up to the next metal over it."""
+    """Return the bodies that may grow on faces, each up to the next metal over it."""
     raised = DEFAULT_MAX_MM if limits.max_depth_mm is None else limits.max_depth_mm
     clearance = DEFAULT_CLEARANCE_MM if limits.min_wall_mm is None else limits.min_wall_mm
     mesh, anatomy = work.solid.mesh, work.anatomy
@@ -214,10 +212,10 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
 def _beside_what_stands(
     face: Face, region: Region, to_face: Array, anatomy: Anatomy, limits: AddLimits, clearance_mm: float
 ) -> list[tuple[float, str]]:
-    """Return how high metal may stand on a face before it meets a rod or the crankcase, and which of them.
+    """Return heights at which metal on a face meets rods or the crankcase, each with the limit's name.
 
     A rod is as wide as its crankpin is bare, and sweeps all of that stretch of the axis as the crank turns.
-    Between its ends, where the job states how far it is clear of the crankcase, so does a main journal.
+    The crankcase likewise takes a main journal between the clear ends that the job states.
     """
     rods = [_stretch(throw.crankpin, 0.0) for throw in anatomy.throws]
     limits_beside = [(_room_along_axis_mm(face, rods), "the connecting rod's width on the crankpin")]
@@ -235,13 +233,13 @@ def _beside_what_stands(
 
 
 def _stretch(pin: Pin, less_mm: float) -> tuple[float, float]:
-    """Return from where to where a pin reaches along the axis, less a length at both ends."""
+    """Return the ends of a pin along the axis [mm], less a length at both."""
     z, half = float(pin.centre_mm[2]), 0.5 * pin.width_mm - less_mm
     return z - half, z + half
 
 
 def _room_along_axis_mm(face: Face, stretches: Sequence[tuple[float, float]]) -> float:
-    """Return how high metal may stand on a face before it is over one of some stretches of the axis."""
+    """Return the height at which metal on a face reaches one of some stretches of the axis; else infinite."""
     up = float(face.normal[2])
     if abs(up) < MIN_AXIAL_NORMAL:
         return math.inf
@@ -254,7 +252,7 @@ def _room_along_axis_mm(face: Face, stretches: Sequence[tuple[float, float]]) ->
 
 
 def _room_inside_mm(places: Array, out: Array, radius_mm: float) -> float:
-    """Return how far points (k, 2) may be moved along ``out`` (2,) before one leaves a circle."""
+    """Return the greatest multiple of ``out`` (2,) by which points (k, 2) may move inside a circle."""
     free_mm2 = radius_mm**2 - (places**2).sum(axis=1)
     if radius_mm <= 0.0 or not len(places) or float(free_mm2.min()) <= 0.0:
         return 0.0
@@ -265,11 +263,11 @@ def _room_inside_mm(places: Array, out: Array, radius_mm: float) -> float:
 
 
 MIN_AXIAL_NORMAL = 0.1
-"""Component along the axis that the normal of a face has, at least, from which metal grows towards rods."""
+"""Least component along the axis of the normal of a face from which metal grows towards rods."""
 
 
 def _clear_of_each_other(add_cuts: Sequence[AddCut], limits: AddLimits) -> tuple[Apart, ...]:
-    """Return the pads on different faces that come too near each other, with the height both may have."""
+    """Return the pairs of pads on different faces too near each other, with the height both may have."""
     if len(add_cuts) < 2:
         return ()
     clearance = DEFAULT_CLEARANCE_MM if limits.min_wall_mm is None else limits.min_wall_mm
@@ -301,11 +299,11 @@ class Add(FaceKind[AddLimits]):
         )
 
     def heavier(self) -> Sequence[AddLimits]:
-        """Return all the height that there may be room for."""
+        """Return limits up to the greatest height that is tried."""
         return (AddLimits(max_depth_mm=MOST_ADDED_MM),)
 
     def heavier_words(self, cuts: Sequence[tuple[AddCut, float]]) -> tuple[str, Mapping[str, Any]]:
-        """Return how much on how many webs, and how much thicker that makes them."""
+        """Return the mass and the thickness added to counterweights, in words, and the keys for them."""
         grams: dict[int | None, float] = {}
         for cut, depth in cuts:
             grams[cut.face.web] = grams.get(cut.face.web, 0.0) + cut.effect(depth).mass_g
@@ -316,12 +314,11 @@ class Add(FaceKind[AddLimits]):
         return text, {"max_depth_mm": math.ceil(10.0 * max(depths)) / 10.0}
 
     def instruction(self, item: Item, figures: Figures) -> str:
-        """Return on which face to add metal."""
         return f"Add metal on face {item.get('face')}"
 
 
 MOST_ADDED_MM = 40.0
-"""Height at most that is tried where counterweights are too light."""
+"""Greatest height tried where counterweights are too light."""
 
 
 def _span(values: Sequence[float], digits: int) -> str:

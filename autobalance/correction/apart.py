@@ -1,6 +1,6 @@
-"""Which cuts come too near to each other, by the rooms that they take, whatever their kinds.
+"""Pairs of cuts too near to each other, by their envelopes, whatever their kinds.
 
-Distances are found for all pairs at once, from below: too near is never called far enough.
+Distances are bounded from below, for all pairs at once: too near never counts as far enough.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from autobalance.correction.holes.walls import segments_distance_mm
 from autobalance.types import Array, Indices
 
 NEAR_MM = 1e-9
-"""By how much a distance may fall short of what is asked, from rounding."""
+"""Shortfall of a distance that counts as rounding."""
 TOUCHING_MM = 0.05
-"""Cuts that ask for no wall keep this much metal between them, so that what each removes is its own."""
+"""Metal between cuts without a wall of their own, so that each removes its own metal."""
 STEPS = 5
-"""How often the depth that two cuts may both have is halved upon: to 3 % of the deeper one."""
+"""Halvings of the interval for the depth that two cuts may both have: to 3 % of the deeper one."""
 BAR_STEPS = 16
-"""The same for two bars, whose distance is known exactly and soon."""
+"""The same for two bars, whose distance is exact and fast to compute."""
 DIRECTIONS = 60
 """Directions tried for a plane between two pieces; what is undecided then counts as too near."""
 
@@ -31,13 +31,13 @@ DIRECTIONS = 60
 def between_kinds(cuts: Sequence[Cut], kinds: Sequence[int]) -> tuple[Apart, ...]:
     """Return the pairs of cuts of different kinds that come too near, with the depth that both may have.
 
-    Between two cuts stays the greater of the walls that each asks for.
+    Two cuts keep the greater of their walls between them.
 
     Parameters
     ----------
     cuts : sequence of Cut
     kinds : sequence of int
-        Equal numbers for cuts that their own kind has looked at already.
+        Equal numbers for cuts that their own kind has compared already.
     """
     if len(set(kinds)) < 2:
         return ()
@@ -49,9 +49,9 @@ def between_kinds(cuts: Sequence[Cut], kinds: Sequence[int]) -> tuple[Apart, ...
 def keep_apart(
     envelopes: Sequence[Envelope], most_mm: Array, wall_mm: Array, groups: NDArray[np.int_] | None = None
 ) -> tuple[Apart, ...]:
-    """Return the pairs of rooms that come nearer than the greater of their walls.
+    """Return the pairs of envelopes nearer than the greater of their walls, with the depth both may have.
 
-    Only rooms of different groups are compared, where there are ``groups``.
+    Only envelopes of different groups are compared, where there are ``groups``.
     """
     pieces = _Pieces.of(envelopes, most_mm)
     one, other = _near_rooms(pieces, len(envelopes), wall_mm, groups)
@@ -77,7 +77,7 @@ def keep_apart(
 
 @dataclass(frozen=True, eq=False)
 class _Pieces:
-    """All pieces of some rooms, padded to as many corners; ``low`` and ``high`` hold at every depth."""
+    """All pieces of envelopes, padded to as many corners; ``low`` and ``high`` hold at every depth."""
 
     owner: Indices
     start_mm: Array
@@ -112,14 +112,14 @@ BAR_CORNERS = 2
 
 
 def _padded(corners: Array, count: int) -> Array:
-    """Repeat the last corner of each piece (n, k, 3) until all have as many."""
+    """Return pieces (n, k, 3) with their last corner repeated up to a count of corners."""
     return corners[:, np.minimum(np.arange(count), corners.shape[1] - 1)]
 
 
 def _near_rooms(
     pieces: _Pieces, count: int, wall_mm: Array, groups: NDArray[np.int_] | None
 ) -> tuple[Indices, Indices]:
-    """Return the pairs of rooms whose boxes are too near."""
+    """Return the pairs of envelopes whose boxes are too near."""
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, pieces.owner, pieces.low)
     np.maximum.at(high, pieces.owner, pieces.high)
@@ -135,7 +135,7 @@ def _near_rooms(
 
 
 def _near_pieces(pieces: _Pieces, i: Indices, j: Indices, wall_mm: Array) -> tuple[Indices, Indices]:
-    """Return the pairs of pieces of pairs of rooms whose boxes are too near."""
+    """Return the pairs of pieces of pairs of envelopes whose boxes are too near."""
     first = np.searchsorted(pieces.owner, np.arange(len(wall_mm) + 1))
     counts = np.diff(first)
     each = counts[i] * counts[j]
@@ -150,7 +150,7 @@ def _near_pieces(pieces: _Pieces, i: Indices, j: Indices, wall_mm: Array) -> tup
 
 
 AreApart = Callable[[Array, Array, Array], NDArray[np.bool_]]
-"""Takes the corners of pieces, two and two, and distances; returns which pairs are at least so far apart."""
+"""Test of pairs of pieces: from the corners of both and distances, whether each pair is so far apart."""
 
 
 def _clear_depths(
@@ -177,15 +177,15 @@ def _clear_depths(
 
 
 def _bars_are_apart(a: Array, b: Array, need_mm: Array) -> NDArray[np.bool_]:
-    """Return which straight segments are far enough apart, exactly."""
+    """Return whether straight segments are far enough apart, exactly (p,)."""
     far: NDArray[np.bool_] = segments_distance_mm(a[:, 0], a[:, 1], b[:, 0], b[:, 1]) >= need_mm - NEAR_MM
     return far
 
 
 def _hulls_are_apart(a: Array, b: Array, need_mm: Array) -> NDArray[np.bool_]:
-    """Return which convex hulls have planes between them that prove them far enough apart.
+    """Return whether planes between convex hulls prove them far enough apart (p,).
 
-    The nearest point of the hulls' difference to the origin is closed in upon along its corners; each
+    The nearest point of the hulls' difference to the origin is approached along its corners; each
     direction on the way bounds the distance from below, each point from above.
 
     References
@@ -214,6 +214,6 @@ def _hulls_are_apart(a: Array, b: Array, need_mm: Array) -> NDArray[np.bool_]:
 
 
 def _farthest(corners: Array, direction: Array) -> Array:
-    """Return of each piece (p, k, 3) the corner (p, 3) farthest along a direction (p, 3)."""
+    """Return the corner (p, 3) of each piece (p, k, 3) farthest along a direction (p, 3)."""
     along = np.einsum("pkx,px->pk", corners, direction)
     return np.take_along_axis(corners, along.argmax(axis=1)[:, None, None], axis=1)[:, 0]

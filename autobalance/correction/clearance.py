@@ -1,4 +1,4 @@
-"""Walls and spacing on a scan: they hold below its waves."""
+"""Walls and spacing on a scan, with clearance for its roughness."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from autobalance.correction.contract import Limits
 from autobalance.crank.anatomy import Anatomy
 
 CLEARANCE_STEP_MM = 0.01
-"""Roughness is kept as clearance in steps of this, as messages name walls."""
+"""Step to which roughness is rounded up as clearance, since messages name walls."""
 
 
 def clear_of_roughness(limits: Limits, anatomy: Anatomy) -> Limits:

@@ -50,12 +50,12 @@ class Cut(Protocol):
 
     @property
     def limit(self) -> str:
-        """What ends the depth, for messages: ``max_depth_mm = 2``, ``the shoulder's height``."""
+        """End of the depth, for messages: ``max_depth_mm = 2``, ``the shoulder's height``."""
         ...
 
     @property
     def limit_is_reach(self) -> bool:
-        """Whether ``max_depth_mm`` is only how far was looked (``Workpiece.look`` widens that)."""
+        """Whether ``max_depth_mm`` is only the reach of the search (``Workpiece.look`` widens it)."""
         ...
 
     @property
@@ -65,12 +65,12 @@ class Cut(Protocol):
 
     @property
     def envelope(self) -> Envelope:
-        """What metal the cut takes, adds or replaces, at any depth; other kinds' cuts keep clear of it."""
+        """Envelope of the metal taken, added or replaced at any depth; other kinds' cuts keep clear of it."""
         ...
 
     @property
     def clearance_mm(self) -> float:
-        """Metal that the cut wants between its envelope and that of another kind's cut [mm]."""
+        """Least metal between its envelope and that of another kind's cut [mm]."""
         ...
 
     def effect(self, depth_mm: float) -> Moments:
@@ -82,7 +82,7 @@ class Cut(Protocol):
         ...
 
     def pressed_in(self, depth_mm: float) -> Moments:
-        """Return the moments of other metal that is put in and that the written solid does not hold."""
+        """Return the moments of other metal put in, which the written solid does not hold."""
         ...
 
     def tool(self, depth_mm: float) -> Solid:
@@ -94,17 +94,17 @@ class Cut(Protocol):
         ...
 
     def correction(self, depth_mm: float) -> Correction:
-        """Return what the machinist and the report need to know of a cut of this depth."""
+        """Return a cut of this depth as the report lists it."""
         ...
 
 
 SAME_PLACE_MM = 0.5
-"""Distance at which a cut is the one of an earlier stage, gone on with."""
+"""Distance within which a cut is the continuation of one of an earlier stage."""
 
 
 @dataclass(frozen=True, eq=False)
 class EarlierCut:
-    """A cut of an earlier stage: its kind, its web and where it enters, rotor frame (3,) [mm].
+    """A cut of an earlier stage: its kind, its web and its entry, rotor frame (3,) [mm].
 
     ``diameter_mm`` is that of its tool; None where that is not a hole.
     """
@@ -121,7 +121,7 @@ class EarlierCut:
 
 @dataclass(frozen=True)
 class SharedDepth:
-    """Two cuts, by their places in a list, whose depths together must not exceed ``most_mm``."""
+    """Two cuts, by their indices in a list, whose depths together must not exceed ``most_mm``."""
 
     first: int
     second: int
@@ -139,7 +139,7 @@ class Apart:
 
 @dataclass(frozen=True)
 class Count:
-    """Cuts of which at most ``most`` may be made; ``limit`` says so: ``max_holes = 6 in web 2``."""
+    """Cuts of which at most ``most`` may be made; ``limit`` names the rule: ``max_holes = 6 in web 2``."""
 
     members: tuple[int, ...]
     most: int
@@ -148,7 +148,7 @@ class Count:
 
 @dataclass(frozen=True)
 class Variety:
-    """Groups of cuts of which at most ``most`` may be used: drills, for instance; ``limit`` says so."""
+    """Groups of cuts of which at most ``most`` may be used: drills, say; ``limit`` names the rule."""
 
     groups: tuple[tuple[int, ...], ...]
     most: int
@@ -156,7 +156,7 @@ class Variety:
 
 
 def setting_of(cut: Cut) -> str:
-    """Return what a machine is set up with for a cut, beside its depth: ``drill 8``.
+    """Return the set-up of a machine for a cut, beside its depth: ``drill 8``.
 
     Cuts of one setting and depth are alike in the workshop; where they have no ``setting``, all are of one.
     """
@@ -168,8 +168,8 @@ class Correction:
     """One finished correction, as the report lists it.
 
     ``change`` is the exact change of the rotor's moments; ``details`` holds what the kind needs to be
-    machined, with JSON values and keys that end in their unit; ``rate`` is what one more millimetre of depth
-    would change (the loop fills it in where the kind does not). ``axis`` (3,) is the tool's direction, rotor
+    machined, with JSON values and keys that end in their unit; ``rate`` is the change by one more millimetre
+    of depth (the loop fills it in where the kind does not). ``axis`` (3,) is the tool's direction, rotor
     frame: into the metal for holes, pockets and lowered faces, +z for rims, outward for added metal;
     ``tool_volume_mm3`` is the volume of the tool's body, air included.
     """
@@ -192,11 +192,11 @@ class Correction:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a job asks of one kind of correction: a frozen dataclass, its fields the keys of its table."""
+    """Limits of a job on one kind of correction: a frozen dataclass, its fields the keys of its table."""
 
 
 class Figures(Protocol):
-    """How a sheet writes numbers, in the user's units."""
+    """Numbers as a sheet writes them, in the user's units."""
 
     @property
     def diameter_digits(self) -> int:
@@ -209,11 +209,11 @@ class Figures(Protocol):
         ...
 
     def mm(self, value: float | None, digits: int | None = None) -> str:
-        """Return a length [mm]."""
+        """Return the text of a length [mm]."""
         ...
 
     def g(self, value: float | None) -> str:
-        """Return a mass [g]."""
+        """Return the text of a mass [g]."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""What cuts of several kinds share: the answers of one that leaves its place empty, and how it is listed."""
+"""Parts of cuts that several kinds share: defaults of cuts that put no metal in, and their listing."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Made = Sequence[tuple[Cut, float]]
 
 
 class WithWall(Protocol):
-    """Limits that ask for a wall of metal."""
+    """Limits with a wall of metal."""
 
     @property
     def min_wall_mm(self) -> float:
@@ -29,19 +29,19 @@ class WithWall(Protocol):
 
 
 class EmptyPlace:
-    """A cut that puts no other metal in; what a `Cut` of that sort answers unless it says otherwise."""
+    """Cut without other metal put in: defaults for a `Cut` of that sort."""
 
     limit_is_reach: bool = False
     adds_metal: bool = False
 
     def pressed_in(self, depth_mm: float) -> Moments:
-        """Return nothing: no other metal is put in."""
+        """Return zero: no other metal is put in."""
         del depth_mm
         return Moments.zero()
 
 
 class WalledCut(EmptyPlace):
-    """A cut that keeps its limits' wall to all that is not its own."""
+    """Cut whose clearance is the wall of its limits."""
 
     limits: WithWall
 
@@ -63,7 +63,7 @@ def listed(
     position_mm: Array | None = None,
     **details: Any,
 ) -> Correction:
-    """Return a finished correction; its place is the centre of the metal that went or came, unless given."""
+    """Return a finished correction; its position is by default the centre of the metal removed or added."""
     return Correction(
         kind=kind,
         face=face,
@@ -99,7 +99,7 @@ def as_taken(
     removed_volume_mm3 : float or None
         None: in proportion to the masses; not so where other metal is pressed in.
     **details
-        What else is listed in place of what was planned.
+        Other details, listed in place of those planned.
     """
     key, at_centre = "new_face_area_mm2", np.array_equal(correction.position_mm, correction.change.centre_mm)
     if removed_volume_mm3 is None:

@@ -61,15 +61,12 @@ class DrillCut(HoleCut):
         return f"hole ⌀{self.diameter_mm:g} {self.place}"
 
     def effect(self, depth_mm: float) -> Moments:
-        """Return the change of the rotor's moments by a hole of this depth."""
         return self.hole.removed(depth_mm).scaled(-self.density_g_mm3)
 
     def rate(self, depth_mm: float) -> Moments:
-        """Return the derivative of ``effect`` with the depth [per mm]."""
         return self.hole.rate(depth_mm).scaled(-self.density_g_mm3)
 
     def correction(self, depth_mm: float) -> Correction:
-        """Return what the machinist needs to know."""
         hole, entry = self.hole, self.hole.axis.entry_mm
         return listed(
             "drill",
@@ -98,7 +95,7 @@ class DrillCut(HoleCut):
 
     @property
     def first_entry_mm(self) -> Array:
-        """Where the hole was entered at first, before it was deepened (3,)."""
+        """First entry of the hole, before it was deepened (3,)."""
         return self.hole.axis.entry_mm - self.site.sunk_mm * self.hole.axis.inward
 
 
@@ -114,7 +111,7 @@ class Drill(HoleKind[DrillLimits]):
     finishes = True
 
     def at_place(self, work: Workpiece, limits: DrillLimits, item: Item) -> Sequence[Cut]:
-        """Return the holes that fit where a listed one was; none of one that is deepened: that is found."""
+        """Return the holes that fit at a listed one's place; none for a deepened one: a search finds it."""
         if item.get("deepened_from_mm") is not None or item.get("direction") != limits.direction:
             return ()
         there = replace(limits, positions=(listed_position(item),), deepen=False)
@@ -161,7 +158,7 @@ class Drill(HoleKind[DrillLimits]):
         )
 
     def relaxing(self, limits: DrillLimits) -> Sequence[Relaxing]:
-        """Return more holes, deeper ones, and thinner walls."""
+        """Return ways to more or deeper holes, thinner walls and wider zones."""
         text = "{more} more hole{s} on a counterweight (max_holes = {to})"
         more = MoreCuts("max_holes", limits.max_holes, text)
         ways: list[Relaxing] = [more, *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)]
@@ -175,7 +172,7 @@ class Drill(HoleKind[DrillLimits]):
         return f"drill {item['drill']}" if item.get("drill") else f"drill ⌀{item['diameter_mm']:g}"
 
     def instruction(self, item: Item, figures: Figures) -> str:
-        """Return what to drill; where stands in separate columns."""
+        """Return the instruction without the place, which stands in separate columns."""
         diameter = figures.mm(item["diameter_mm"], figures.diameter_digits)
         if item.get("drill"):
             diameter += f" ({item['drill']})"
@@ -201,7 +198,7 @@ def _nothing_at(anatomy: Anatomy, limits: DrillLimits, cuts: Sequence[DrillCut])
 
 
 def _sizes_mm(work: Workpiece, limits: DrillLimits, search_level: int) -> tuple[float, ...]:
-    """Return the drills to set up: those that suit, and those at hand that earlier stages were made with."""
+    """Return the diameters to set up: likely ones, and those at hand that earlier stages used."""
     before = [each.diameter_mm for each in work.earlier if each.kind == KIND.name and each.diameter_mm]
     again = {size for size in limits.at_hand_mm for other in before if abs(size - other) < SAME_MM}
     return tuple(sorted({*likely_sizes_mm(work, limits, search_level), *again}))
@@ -216,16 +213,16 @@ def cuts(
     search_level: int = 0,
     tried_mm: Sequence[float] | None = None,
 ) -> list[DrillCut]:
-    """Set up every hole that may be drilled, each diameter and place by itself.
+    """Return every hole that may be drilled, each diameter and place by itself.
 
     Parameters
     ----------
     solid : Solid
         The crank in file coordinates.
     target : (2,) float or callable
-        A direction that one of the places tried lies in, or what returns it for a z [mm].
+        A direction in which one of the places tried lies, or a function of z [mm] that returns it.
     search_level : int
-        How fine a grid of angles is tried.
+        Fineness of the grid of angles tried.
     tried_mm : sequence of float or None
         Diameters to set up, of those at hand; None: all of them.
 
@@ -276,7 +273,7 @@ def _fits(solid: Solid, anatomy: Anatomy, density_g_mm3: float, target: Towards,
 
 
 def _largest(fits: Callable[[DrillLimits], bool], limits: DrillLimits) -> str:
-    """Return which drill does fit, and which limit keeps a wider one out."""
+    """Return the widest drill that fits and the limit on wider ones, in words; empty if none fits."""
     least_mm = min(limits.at_hand_mm)
     one = replace(limits, diameters_mm=(least_mm,))
     widest = widest_mm(lambda diameter: fits(replace(one, diameters_mm=(diameter,))), least_mm)
@@ -298,7 +295,7 @@ SAME_POINT = 0.03
 
 
 def _deepened(search: HoleSearch, density_g_mm3: float, limits: DrillLimits) -> Iterator[DrillCut | None]:
-    """Yield the blind holes that are there and that a drill at hand fits."""
+    """Yield cuts that deepen blind holes of the crank which a drill at hand fits."""
     anatomy = search.anatomy
     half_point = math.radians(0.5 * limits.point_angle_deg)
     room = HoleLimits(limits.min_wall_mm, half_point, limits.min_step_mm, limits.max_depth_mm)
@@ -341,7 +338,6 @@ def _cut(
 
 
 def _limit_of(site: Site, hole: Hole, deepest_mm: float, limits: DrillLimits) -> str:
-    """Return the limit at which a hole's depth ends."""
     if deepest_mm >= limits.max_depth_mm:
         return f"max_depth_mm = {limits.max_depth_mm:g}"
     if deepest_mm >= site.most_mm(hole.radius_mm, hole.half_point_rad):

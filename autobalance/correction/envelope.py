@@ -15,14 +15,14 @@ from autobalance.solid.csg.region import Region
 from autobalance.types import Array
 
 OUTLINE_MM = 0.1
-"""By how much an outline may be simplified outwards for its envelope."""
+"""Distance by which an outline may be simplified outwards for its envelope."""
 
 
 @dataclass(frozen=True, eq=False)
 class Envelope:
     """Convex pieces that enclose the metal that a cut takes, adds or replaces (rotor frame).
 
-    At depth d a piece is what lies within ``radius_mm`` (n,) of the hull of its corners
+    At depth d a piece is all that lies within ``radius_mm`` (n,) of the hull of its corners
     ``start_mm + d motion`` (n, k, 3).
     """
 
@@ -35,7 +35,6 @@ class Envelope:
         return self.start_mm + depth_mm * self.motion
 
     def joined(self, other: Envelope) -> Envelope:
-        """Return the pieces of both."""
         return Envelope(*(np.concatenate(pair) for pair in zip(self._parts, other._parts, strict=True)))
 
     @property
@@ -51,7 +50,7 @@ def bar(start_mm: Array, end_mm: Array, per_mm: Array, radius_mm: float) -> Enve
 
 
 def drawn_out(region: Region, height_mm: float, per_mm: float, to_rotor: Array) -> Envelope:
-    """Return the envelope over a plane region at a height, whose one end moves in z by ``per_mm`` a depth."""
+    """Return the envelope over a plane region at a height, one end moving in z by ``per_mm`` a depth."""
     wider = region.grown(OUTLINE_MM).simplified(0.5 * OUTLINE_MM)
     base = wider.triangles()
     level = np.full((len(base), 3, 1), height_mm)
@@ -72,6 +71,3 @@ def sector_corners(inner_mm: Array, outer_mm: Array, start_rad: Array, end_rad: 
     far = outer_mm / np.cos(0.5 * (end_rad - start_rad))
     pairs = [(inner_mm, start_rad), (inner_mm, end_rad), (far, start_rad), (far, end_rad)]
     return np.stack([np.stack([r * np.cos(a), r * np.sin(a)], axis=-1) for r, a in pairs], axis=1)
-
-
-# --- which come too near ------------------------------------------------------------------------------------

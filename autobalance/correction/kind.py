@@ -1,4 +1,4 @@
-"""What every kind of correction offers to the job file, the planner, the loop and the report."""
+"""Interface of a kind of correction to the job file, the planner, the loop and the report."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Workpiece:
-    """The crank as a kind of correction finds it.
+    """The crank as a kind of correction works on it.
 
     Attributes
     ----------
@@ -44,14 +44,14 @@ class Workpiece:
         In file coordinates [mm].
     anatomy : Anatomy
     faces : tuple of Face
-        What ``crank.faces.find_faces`` found on the solid's mesh.
+        Faces of the solid's mesh, from ``crank.faces.find_faces``.
     density_g_mm3 : float
     heavy_at : two of (float, (2,) float)
         Heavy vector (rotor frame) at two places along the axis [mm, g·mm].
     look : float
         Multiple of the estimated need in which a kind searches for metal; 1 at first.
     service_speed_rad_s : float or None
-        For the loads on what is pressed in.
+        For the loads on pressed-in metal.
     earlier : tuple of EarlierCut
         Cuts of earlier stages, which the solid has already.
     """
@@ -66,7 +66,7 @@ class Workpiece:
     earlier: tuple[EarlierCut, ...] = ()
 
     def made_earlier(self, kind: str, web: int | None = None) -> int:
-        """Return how many cuts of a kind were made in earlier stages, in a web or anywhere."""
+        """Return the number of cuts of a kind in earlier stages, in a web or anywhere."""
         return sum(each.kind == kind and web in (None, each.web) for each in self.earlier)
 
     def is_taken(self, kind: str, position_mm: Array) -> bool:
@@ -74,7 +74,7 @@ class Workpiece:
         return any(each.kind == kind and each.is_at(position_mm) for each in self.earlier)
 
     def is_filled(self, kind: str, position_mm: Array) -> bool:
-        """Return whether a hole there is one that another kind made in an earlier stage, and filled maybe."""
+        """Return whether another kind made a cut at a place in an earlier stage, and perhaps filled it."""
         return any(each.kind != kind and each.is_at(position_mm) for each in self.earlier)
 
     @property
@@ -85,7 +85,7 @@ class Workpiece:
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Candidate cuts of a kind on a workpiece, what they have to share, and notes for the user.
+    """Candidate cuts of a kind on a workpiece, their rules, and notes for the user.
 
     ``equal``: one tool and one depth, in as few cuts as keep the tolerance, wherever such are found.
     """
@@ -103,16 +103,16 @@ class Candidates:
 
 L = TypeVar("L", bound=Limits)
 KEPT_MM = 0.05
-"""How far the place of a cut that is kept may be off: a slightly changed crank."""
+"""Tolerance of the place of a kept cut, on a slightly changed crank."""
 ENTRY_MM = 1.0
-"""How far along its axis a kept hole or pocket may begin elsewhere."""
+"""Tolerance of the entry of a kept hole or pocket along its axis."""
 
 
 class Kind(ABC, Generic[L]):
     """A kind of correction: one class in one file, registered by one line in `autobalance.correction`.
 
-    Job keys, the JSON Schema, the documentation's table, comparisons, sheets and pages are derived from what
-    it says here; nothing outside of ``autobalance.correction`` asks which kind a cut is.
+    Job keys, the JSON Schema, the documentation's table, comparisons, sheets and pages are derived from
+    these attributes; nothing outside of ``autobalance.correction`` asks which kind a cut is.
 
     Attributes
     ----------
@@ -175,16 +175,16 @@ class Kind(ABC, Generic[L]):
         """
 
     def kept_limits(self, limits: L, item: Item, around_deg: float) -> L:
-        """Return limits that leave little but the place of a listed cut, so that it is found soon."""
+        """Return limits narrowed to the surroundings of a listed cut, for a short search."""
         if not hasattr(limits, "sectors_deg") or item.get("angle_deg") is None:
             return limits
         angle_deg = float(item["angle_deg"])
         return replace(limits, **{"sectors_deg": ((angle_deg - around_deg, angle_deg + around_deg),)})
 
     def at_place(self, work: Workpiece, limits: L, item: Item) -> Sequence[Cut]:
-        """Return the cuts that may be made where a listed one was; none where a kind only searches.
+        """Return the cuts possible at the place of a listed one; none where a kind only searches.
 
-        On a crank that has changed a little the places that are tried are others than they were.
+        On a slightly changed crank a search tries other places than before.
 
         Raises
         ------
@@ -201,7 +201,7 @@ class Kind(ABC, Generic[L]):
         return bool(shown.web == item.get("web") and shown.face == item.get("face") and near <= KEPT_MM)
 
     def relaxing(self, limits: L) -> Sequence[Relaxing]:
-        """Return in which ways these limits might be widened, where they fall short."""
+        """Return the ways to widen these limits where they fall short."""
         del limits
         return ()
 
@@ -211,27 +211,27 @@ class Kind(ABC, Generic[L]):
         return math.inf
 
     def remedy_text(self, cut: Any) -> str:
-        """Return what to propose of a cut that ``remedy`` offered."""
+        """Return the proposal of a cut that ``remedy`` offered, in words."""
         return str(cut.label)
 
     def remedy_keys(self, cut: Any) -> Mapping[str, Any]:
-        """Return what the kind's table in a job needs for that cut alone."""
+        """Return the keys of the kind's table in a job for that cut alone."""
         del cut
         return {} if self.remedy is None else asdict(self.remedy)
 
     def heavier(self) -> Sequence[L]:
-        """Return limits with which it might make up for counterweights that are too light, the best first."""
+        """Return limits that might make up for counterweights too light, the best first."""
         return ()
 
     def heavier_words(self, cuts: Sequence[tuple[Any, float]]) -> tuple[str, Mapping[str, Any]]:
-        """Return what cuts of `heavier`, each with its depth [mm], are, and the keys for them."""
+        """Return cuts of `heavier`, each with its depth [mm], in words, and the keys for them."""
         return ", ".join(str(cut.label) for cut, _ in cuts), {}
 
     # --- what is reported ---
 
     @abstractmethod
     def instruction(self, item: Item, figures: Figures) -> str:
-        """Return what the machinist is to do, in one line."""
+        """Return the instruction to the machinist, in one line."""
 
     def label(self, item: Item) -> str:
         """Return a short name of the cut for lists and trees: ``drill ⌀12``."""
@@ -239,22 +239,22 @@ class Kind(ABC, Generic[L]):
         return f"{self.verb}{face}"
 
     def machining(self, item: Item) -> Operation | str | None:
-        """Return how a listed correction is cut on a machine tool; or why not; None: there is nothing to cut.
+        """Return the operation of a listed correction, or the reason why there is none; None: nothing to cut.
 
         Raises
         ------
         FormatError
-            If the list has not what that takes.
+            If the list lacks a value for it.
         """
         del item
         return "metal is added, not cut" if self.adds_metal else "no program is known for it"
 
     @abstractmethod
     def size(self, item: Item) -> str:
-        """Return what is set besides the depth, lengths with their unit; nothing where that is all."""
+        """Return the settings besides the depth, lengths with their unit; empty where there are none."""
 
     def drawn(self, item: Item) -> Shape | None:
-        """Return the tool's body of a listed correction, rotor frame [mm], exact; None: it is not known."""
+        """Return the tool's body of a listed correction, rotor frame [mm], exact; None if unknown."""
         del item
         return None
 
@@ -267,17 +267,17 @@ class Kind(ABC, Generic[L]):
         return min(walls, default=None)
 
     def trace(self, item: Item) -> Trace | None:
-        """Return what a listed correction must have left behind, so that it can be verified; None: not known.
+        """Return the trace of a listed correction, by which it can be verified; None if unknown.
 
         Raises
         ------
         FormatError
-            If the list has not what that takes.
+            If the list lacks a value for it.
         """
         del item
         return None
 
     def face_depths_mm(self, work: Workpiece, rims: Sequence[Face]) -> Mapping[str, float]:
-        """Return how deep faces and rims, by their ids, may be cut by default where metal ends that."""
+        """Return the greatest default depths of faces and rims, by their ids, where metal limits them."""
         del work, rims
         return {}

@@ -1,7 +1,6 @@
-"""How a listed correction is cut on a machine tool: the operations that kinds of correction are made of.
+"""Operations on a machine tool that cut listed corrections.
 
-A kind says which of these it needs (``Kind.machining``); which set-up reaches it, which tool fits and how
-that moves follows from the operation.
+A kind names the one it needs (``Kind.machining``); set-up, tool and tool path follow from the operation.
 """
 
 from __future__ import annotations
@@ -56,10 +55,10 @@ class AreaOperation:
     side : int
         1: the cutter comes from +z; −1: from −z.
     top_z_mm : float
-        Where the depth begins, rotor frame.
+        Start of the depth, rotor frame.
     depth_mm : float
     corner_radius_mm : float or None
-        Radius of the corners, which is the greatest that a cutter may have; None: walls are those that stand.
+        Radius of the corners, the greatest of a cutter; None: the area has no walls of its own.
     """
 
     region: Region
@@ -88,7 +87,6 @@ Operation = HoleOperation | AreaOperation | RimOperation
 
 
 def hole_operation(item: Item) -> HoleOperation:
-    """Return the operation of a listed hole."""
     return HoleOperation(
         stated_vector(item, "position_mm"),
         stated_unit(item, "inward"),
@@ -100,7 +98,7 @@ def hole_operation(item: Item) -> HoleOperation:
 
 
 def outlined_region(loops: Sequence[Sequence[dict[str, Any]]]) -> Region:
-    """Return the region that a listed outline draws."""
+    """Return the region inside a listed outline."""
     try:
         return Region.of([outline_points(outline_of(loop), SEGMENTS) for loop in loops])
     except (LookupError, TypeError, ValueError):
@@ -129,7 +127,7 @@ def rim_operation(item: Item) -> RimOperation | str:
 
 
 def radial_error(operation: HoleOperation) -> tuple[float, float]:
-    """Return by how much a hole's axis misses the crank axis [mm], and leans along it [1]."""
+    """Return the distance of a hole's axis from the crank axis [mm], and its component along it [1]."""
     x, y, _ = operation.entry_mm
     u, v, w = operation.inward
     across = math.hypot(u, v)
@@ -137,10 +135,9 @@ def radial_error(operation: HoleOperation) -> tuple[float, float]:
 
 
 def angle_deg(operation: HoleOperation) -> float:
-    """Return at which angle of the rotor frame a radial hole is entered."""
+    """Return the angle of a radial hole's entry in the rotor frame."""
     return wrapped_deg(math.degrees(math.atan2(float(operation.entry_mm[1]), float(operation.entry_mm[0]))))
 
 
 def is_along_axis(operation: HoleOperation) -> bool:
-    """Return whether a hole runs along the crank axis."""
     return abs(float(operation.inward[2])) > 1.0 - 1e-9

@@ -38,7 +38,7 @@ from autobalance.units import wrapped_deg
 from autobalance.wording import bare, degrees, number
 
 UPRIGHT = 1.0 - 1e-6
-"""A cheek's normal has at least this component along the axis."""
+"""Least component along the axis of a cheek's normal."""
 DEPTH_SHARES = (1.0, 0.5)
 """Shares of the greatest depth that pockets are placed for, if none fits for the first."""
 ROOM_RAD = math.radians(15.0)
@@ -47,7 +47,7 @@ MIRROR = np.diag([1.0, -1.0, -1.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class Cheek:
-    """A plane cheek: ``up`` is ±1 along the axis, ``free`` where pockets down to ``deepest_mm`` may lie."""
+    """A plane cheek: ``up`` is ±1 along the axis, ``free`` the room for pockets down to ``deepest_mm``."""
 
     web: int
     below: Below
@@ -64,7 +64,7 @@ class Cheek:
         return self.below.up
 
     def heights(self, depth_mm: float, above_mm: float = 0.0) -> tuple[float, float]:
-        """Return the lesser and the greater z of what lies from ``above`` the cheek down to a depth."""
+        """Return the lesser and the greater z from ``above_mm`` over the cheek down to a depth."""
         ends = self.z_mm + self.up * above_mm, self.z_mm - self.up * depth_mm
         return min(ends), max(ends)
 
@@ -86,12 +86,10 @@ class MillCut(WalledCut):
 
     @property
     def depth_step_mm(self) -> float:
-        """The machine's step."""
         return self.limits.depth_step_mm
 
     @property
     def limit(self) -> str:
-        """What ends the depth, for messages."""
         return self.cheek.limit
 
     @cached_property
@@ -116,18 +114,16 @@ class MillCut(WalledCut):
 
     @cached_property
     def _deepest_mm(self) -> float:
-        """How deep it may go at most, places for others not asked for; never less than was planned with."""
+        """Greatest depth of this pocket alone; never less than that of the plan."""
         limits = self.limits
         deepest = self.cheek.below.deepest_mm(self.pocket.region, limits.min_wall_mm, limits.max_depth_mm)
         return max(on_step(deepest, limits.depth_step_mm, math.floor), self.max_depth_mm)
 
     def effect(self, depth_mm: float) -> Moments:
-        """Return the change of the rotor's moments: a prism goes."""
         low, high = self.cheek.heights(depth_mm)
         return self._prism(high - low, 0.5 * (high**2 - low**2), (high**3 - low**3) / 3.0)
 
     def rate(self, depth_mm: float) -> Moments:
-        """Return the derivative of ``effect`` with the depth: the floor's section."""
         z = self.cheek.z_mm - self.cheek.up * depth_mm
         return self._prism(1.0, z, z * z)
 
@@ -145,11 +141,9 @@ class MillCut(WalledCut):
         return Solid.prism(self.pocket.region, *self.cheek.heights(depth_mm, CLEAR_MM))
 
     def exact_tool(self, depth_mm: float) -> Prism:
-        """Return the pocket's body without facets."""
         return Prism(self.pocket.outline, *self.cheek.heights(depth_mm, CLEAR_MM))
 
     def correction(self, depth_mm: float) -> Correction:
-        """Return what the machinist needs to know."""
         pocket = self.pocket
         return listed(
             "mill",
@@ -178,7 +172,7 @@ class MillCut(WalledCut):
 
 
 def upright_cheeks(placed: Solid, work: Workpiece) -> Iterator[tuple[Face, Below]]:
-    """Yield the plane cheeks of webs across the axis, and what lies below them."""
+    """Yield the plane cheeks of webs across the axis, each with the metal below it."""
     webs = {web.number: web for web in work.anatomy.webs}
     for face in work.faces:
         if face.kind == "plane" and face.web is not None and abs(float(face.normal[2])) >= UPRIGHT:
@@ -186,7 +180,7 @@ def upright_cheeks(placed: Solid, work: Workpiece) -> Iterator[tuple[Face, Below
 
 
 def cheeks(work: Workpiece, limits: MillLimits) -> Iterator[Cheek]:
-    """Yield the plane cheeks of webs that hold pockets."""
+    """Yield the plane cheeks of webs with room for pockets."""
     placed = work.solid.moved(work.anatomy.file_to_rotor)
     for face, below in upright_cheeks(placed, work):
         up, z = below.up, below.z_mm
@@ -209,7 +203,7 @@ def cheeks(work: Workpiece, limits: MillLimits) -> Iterator[Cheek]:
 def _pocket_at(
     pocket: Pocket, face: Face, below: Below, work: Workpiece, limits: MillLimits
 ) -> MillCut | None:
-    """Return the cut of a pocket that is given, as deep as it may go; None if it does not fit there."""
+    """Return the cut of one pocket to its greatest depth; None if it does not fit there."""
     open_from_above = _open(below.crank, face, below, work)
     step, most = limits.depth_step_mm, limits.max_depth_mm
     deepest = below.deepest_mm(pocket.region, limits.min_wall_mm, most)
@@ -235,14 +229,14 @@ def _footprint(face: Face, work: Workpiece) -> Region:
 
 
 def _over(placed: Solid, z_mm: float, up: float, spread_mm: float) -> Region:
-    """Return the shadow of all that stands over a height, however far: there no cutter comes along."""
+    """Return the shadow of all metal over a height, however far: no cutter passes there."""
     clear = 2.0 * spread_mm + SKIN_MM
     above = placed.above(z_mm + clear) if up > 0.0 else placed.below(z_mm - clear)
     return above.shadow()
 
 
 def _voids(placed: Solid, z_mm: float, up: float, depth_mm: float, spread_mm: float) -> Region:
-    """Return the shadow of all that is not metal between a cheek and a depth."""
+    """Return the shadow of all voids between a cheek and a depth."""
     top, bottom = z_mm - up * (2.0 * spread_mm + 2.0 * SKIN_MM), z_mm - up * depth_mm
     low, high = min(top, bottom), max(top, bottom)
     slab = placed.above(low - SKIN_MM).below(high + SKIN_MM)  # no skin is left where both end
@@ -255,7 +249,7 @@ def _voids(placed: Solid, z_mm: float, up: float, depth_mm: float, spread_mm: fl
 
 
 SAME_DEG = 0.5
-"""How far the angle that a kept pocket takes may be off."""
+"""Tolerance of the angle that a kept pocket spans."""
 
 
 class Mill(Kind[MillLimits]):
@@ -270,7 +264,7 @@ class Mill(Kind[MillLimits]):
     mixed_with = ("drill",)
 
     def offer(self, work: Workpiece, limits: MillLimits, search_level: int) -> Candidates:
-        """Return the pockets that a job's limits allow, and which of them come too near to each other."""
+        """Return the pockets that a job's limits allow, and the pairs of them too near to each other."""
         pockets_cut = list(self._cuts(work, limits))
         if not pockets_cut:
             raise CorrectionError(
@@ -285,7 +279,7 @@ class Mill(Kind[MillLimits]):
         )
 
     def at_place(self, work: Workpiece, limits: MillLimits, item: Item) -> Sequence[Cut]:
-        """Return the pocket where a listed one was, from the cheek as it is now; none if that is gone."""
+        """Return the pocket at a listed one's place, from the cheek as it is now; none if that is gone."""
         pocket, side = listed_pocket(item), listed_side(item)
         middle_rad = 0.5 * (pocket.start_rad + pocket.end_rad)
         same_cutter = abs(pocket.corner_mm - 0.5 * limits.cutter_mm) < KEPT_MM
@@ -302,7 +296,6 @@ class Mill(Kind[MillLimits]):
         return [cut for cut in cuts if cut is not None]
 
     def is_kept(self, cut: MillCut, item: Item) -> bool:
-        """Return whether a pocket is that of an earlier report."""
         pocket, listed, cheek = cut.pocket, listed_pocket(item), cut.cheek
         radii = pocket.inner_mm - listed.inner_mm, pocket.outer_mm - listed.outer_mm
         span = pocket.end_rad - pocket.start_rad - (listed.end_rad - listed.start_rad)
@@ -322,14 +315,12 @@ class Mill(Kind[MillLimits]):
                 yield MillCut(pocket, cheek, work.density_g_mm3, limits, least, most)
 
     def relaxing(self, limits: MillLimits) -> Sequence[Relaxing]:
-        """Return deeper pockets, and thinner walls."""
         return *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)
 
     def label(self, item: Item) -> str:
         return f"mill ⌀{item['cutter_mm']:g}"
 
     def instruction(self, item: Item, figures: Figures) -> str:
-        """Return which pocket to mill."""
         cutter = figures.mm(item["cutter_mm"], figures.diameter_digits)
         radii = f"radius {figures.mm(item['inner_radius_mm'])} to {figures.mm(item['outer_radius_mm'])}"
         angles = f"{degrees(item['start_deg'])} to {degrees(item['end_deg'])}"
@@ -348,7 +339,7 @@ class Mill(Kind[MillLimits]):
         return PocketTrace(item)
 
     def drawn(self, item: Item) -> Shape:
-        """Return the pocket, begun over the cheek as its cutter does."""
+        """Return the pocket's body, which starts over the cheek."""
         over, floor = (item["face_z_mm"] + item["side"] * up for up in (CLEAR_MM, -item["depth_mm"]))
         return Prism(listed_pocket(item).outline, min(over, floor), max(over, floor))
 

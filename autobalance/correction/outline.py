@@ -1,4 +1,4 @@
-"""The outline of a face as a cut leaves it, so that any CAD program can draw the cut again."""
+"""Outline of a face after its cut, from which any CAD program can draw the cut again."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from autobalance.types import Array
 UPRIGHT = 1.0 - 1e-9
 """A face whose normal has this component along the crank axis is drawn in x and y of the rotor frame."""
 STRAIGHT_MM = 1e-4
-"""By how much corners of a mesh's outline may be out of line and be left out."""
+"""Distance from a straight line within which corners of a mesh's outline are left out."""
 
 
 def side_of(normal: Array) -> int | None:
-    """Return from which side a cutter comes to a face: 1 from +z, −1 from −z, None across the axis."""
+    """Return the side from which a cutter reaches a face: 1 for +z, −1 for −z, None across the axis."""
     return (1 if normal[2] > 0.0 else -1) if abs(float(normal[2])) >= UPRIGHT else None
 
 
@@ -55,7 +55,7 @@ def region_outline(region: Region, to_rotor: Array) -> dict[str, Any]:
 
 
 def listed_outline(loops: Iterable[Outline], to_rotor: Array) -> dict[str, Any]:
-    """Return loops, outer ones first, with the side that the cutter comes from; see ``region_outline``."""
+    """Return the report's entry of loops, outer ones first, and the cutter's side; see ``region_outline``."""
     side = side_of(to_rotor[:3, 2])
     entry = {"outline": [[_segment(edge) for edge in loop] for loop in loops], "side": side}
     return (
@@ -110,7 +110,7 @@ def outline_shape(item: Item) -> Shape:
 
 
 def _turned_round(loop: Outline) -> Outline:
-    """Return a loop that runs the other way."""
+    """Return a loop in the opposite direction."""
     return tuple(
         Line(edge.end, edge.start)
         if isinstance(edge, Line)

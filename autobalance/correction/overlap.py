@@ -1,4 +1,4 @@
-"""Cuts of which some metal lies in the way of both, as at the edge between two faces that are lowered.
+"""Pairs of cuts with some metal in common, as at the edge between two faces that are lowered.
 
 Where that is much of either, not both are made; where it is little, the one that is listed first takes it.
 """
@@ -26,24 +26,24 @@ each pass of cutting and planning again leaves about that share of the error."""
 ROUNDING_SHARE = 1e-6
 """Share of it that is not metal, but the rounding of two outlines that touch."""
 STEPS = 5
-"""How often the depth that two cuts may both have is halved upon: to 3 % of the deeper one."""
+"""Halvings of the interval for the depth that two cuts may both have: to 3 % of the deeper one."""
 SHALLOWER = 1e-3
-"""Share of the depth by which a cut is made less deep to see what a millimetre takes."""
+"""Share of the depth by which a cut is made shallower to measure its rate."""
 
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two cuts that may both be made though both want some of the same metal: the first one takes it."""
+    """Two cuts with some metal in common that may both be made: the first one takes it."""
 
     first: int
     second: int
 
 
 class Lowered(Cut, Protocol):
-    """A cut that knows the body that it takes at most."""
+    """Cut with a body around the metal that it takes."""
 
     def taken(self, depth_mm: float) -> Solid:
-        """Return a body around the metal that goes, rotor frame [mm]."""
+        """Return a body around the removed metal, rotor frame [mm]."""
         ...
 
     def outline_beside(self, depth_mm: float, earlier: Solid) -> tuple[dict[str, Any], float]:
@@ -54,13 +54,13 @@ class Lowered(Cut, Protocol):
 def overlaps(
     cuts: Sequence[Lowered], pairs: Sequence[tuple[int, int]]
 ) -> tuple[tuple[Apart, ...], tuple[Overlap, ...]]:
-    """Return which of some pairs of cuts want the same metal: not both so deep, and who is first.
+    """Return depth limits of pairs of cuts with much metal in common, and all pairs with any in common.
 
     Parameters
     ----------
     cuts : sequence of Lowered
     pairs : sequence of (int, int)
-        Places in ``cuts``, the lesser first.
+        Indices into ``cuts``, the lesser first.
     """
     apart, both = [], []
     for first, second in pairs:
@@ -80,7 +80,7 @@ def overlaps(
 
 
 def _shared(one: Lowered, other: Lowered, depth_mm: float) -> float:
-    """Return what two cuts at a depth have in common, as a share of the lesser."""
+    """Return the common metal of two cuts at a depth, as a share of the lesser."""
     depths = [min(depth_mm, cut.max_depth_mm) for cut in (one, other)]
     bodies = [cut.taken(depth) for cut, depth in zip((one, other), depths, strict=True)]
     low, high = (np.array([body.bounds[end] for body in bodies]) for end in (0, 1))
@@ -100,7 +100,7 @@ def taken_in_turn(
     corrections: Sequence[Correction],
     overlapping: Sequence[Overlap],
 ) -> tuple[Correction, ...]:
-    """Return corrections of which each is listed without the metal that an earlier one took.
+    """Return corrections, each listed without the metal that an earlier one took.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def taken_in_turn(
     density_g_mm3 : float
     cut_depths : sequence of (Cut, float)
     corrections : sequence of Correction
-        What each takes of the untouched crank, in the order of ``cut_depths``.
+        Each as on the untouched crank, in the order of ``cut_depths``.
     overlapping : sequence of Overlap
         Pairs of ``cut_depths``.
     """
@@ -138,7 +138,7 @@ def taken_in_turn(
 def _less(
     correction: Correction, rate: Moments, metal: Moments, gone_per_mm: Moments, density_g_mm3: float
 ) -> Correction:
-    """Return a correction without what is gone already, and without what a millimetre more takes of that."""
+    """Return a correction less the metal that is gone already, and its rate less that metal's."""
     area = correction.details.get("new_face_area_mm2", 0.0) - gone_per_mm.mass_g / density_g_mm3
     own = rate if correction.rate is None else correction.rate
     return as_taken(correction, correction.change + metal, own + gone_per_mm, area)

@@ -1,4 +1,4 @@
-"""Limits that cannot be: what kinds of correction refuse in the same words."""
+"""Refusals of impossible limits that kinds of correction share."""
 
 from __future__ import annotations
 
@@ -15,19 +15,18 @@ Sectors = tuple[tuple[float, float], ...]
 
 
 def refuse_direction(kind: str, direction: str) -> None:
-    """Refuse a direction that is none."""
     if direction not in ("radial", "axial"):
         raise CorrectionError(f"{kind}.direction is {direction!r}; must be 'radial' or 'axial'")
 
 
 FINEST_STEP_MM = 1e-6
-"""Of a machine; with a finer one the number of steps is not a number any more."""
+"""Finest step of a machine; with a finer one the number of steps is not a number any more."""
 STEP = Rule(f"must be 0 or ≥ {FINEST_STEP_MM:g}", least=FINEST_STEP_MM, besides=(0.0,))
 """Range of a machine's step; 0: any depth."""
 
 
 def refuse_out_of_range(kind: str, limits: Any) -> None:
-    """Refuse numbers outside of what their fields declare in ``Annotated``, or without end; None is none."""
+    """Refuse numbers outside of the ranges that fields declare in ``Annotated``, or infinite; None passes."""
     for name, rule in ranges_of(type(limits)).items():
         value = getattr(limits, name)
         for number in value if isinstance(value, tuple) else (value,):
@@ -55,7 +54,7 @@ _RANGES: dict[type[Any], Mapping[str, Rule]] = {}
 
 
 def refuse_sizes(kind: str, key: str, one: str, sizes_mm: Sequence[object]) -> None:
-    """Refuse a list of sizes that is empty; ``one`` is what at least one is needed of."""
+    """Refuse an empty list of sizes; ``one`` names a missing one in the message."""
     if not sizes_mm:
         raise CorrectionError(f"{kind}.{key} is empty; expected at least one {one}")
 

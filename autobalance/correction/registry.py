@@ -1,4 +1,4 @@
-"""The kinds of correction there are: each is entered once, and found by its name or by its limits."""
+"""Registry of the kinds of correction, by their names and their limits."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from autobalance.solid.csg.solid import Solid
 
 _KINDS: dict[str, Kind[Any]] = {}
 KINDS: Mapping[str, Kind[Any]] = MappingProxyType(_KINDS)
-"""Every kind by its name, in the order in which they were entered."""
+"""Every kind by its name, in the order of registration."""
 
 
 def register(kind: Kind[Any]) -> None:
-    """Enter a kind of correction.
+    """Register a kind of correction.
 
     Raises
     ------
     TypeError
-        If it does not say all that `Kind` asks, or a kind of its name or limits is there already.
+        If it lacks an attribute of `Kind`, or its name or limits are taken.
     """
     for fault in _faults(kind):
         raise TypeError(f"{type(kind).__name__} is not a kind of correction: {fault}")
@@ -61,7 +61,6 @@ def _faults(kind: Kind[Any]) -> Iterator[str]:
 
 
 def kind_of(limits: Limits) -> Kind[Any]:
-    """Return the kind that limits belong to."""
     return next(kind for kind in _KINDS.values() if type(limits) is kind.limits)
 
 
@@ -76,7 +75,7 @@ def finishing(methods: Sequence[Limits]) -> Limits:
 def face_depths_mm(
     solid: Solid, anatomy: Anatomy, density_g_mm3: float, faces: tuple[Face, ...], rims: Sequence[Face]
 ) -> dict[str, float]:
-    """Return how deep faces and rims, by their ids, may be cut by default where metal ends that."""
+    """Return the greatest default depths of faces and rims, by their ids, where metal limits them."""
     nowhere = (0.0, np.zeros(2))
     work = Workpiece(solid, anatomy, faces, density_g_mm3, (nowhere, nowhere))
     depths: dict[str, float] = {}

@@ -9,16 +9,16 @@ from typing import Any
 
 @dataclass(frozen=True)
 class MoreCuts:
-    """A count of limits that may rise.
+    """Greatest number of cuts, which may rise.
 
     Attributes
     ----------
     key : str
         Of the limits.
     now : int
-        What it is.
+        Present value.
     text : str
-        What to say of it, with places for how many ``{more}``, ``{to}`` how many, and the plural's ``{s}``.
+        Template of the description: ``{more}`` cuts, up to a number ``{to}``, and the plural's ``{s}``.
     """
 
     key: str
@@ -26,24 +26,24 @@ class MoreCuts:
     text: str
 
     def say(self, more: int) -> str:
-        """Return what to say of some more cuts."""
+        """Return the description of a number of further cuts."""
         return self.text.format(more=more, to=self.now + more, s="" if more == 1 else "s")
 
 
 @dataclass(frozen=True)
 class WiderLimits:
-    """A limit that may widen.
+    """Limit on cuts, which may widen.
 
     Attributes
     ----------
     key : str
         Of the limits.
     now : float
-        What it is.
+        Present value.
     greatest_change : float
         Share of that by which it may change, negative where it shrinks.
     text : str
-        What to say of it, with places for the new value ``{to}`` and the difference ``{by}``.
+        Template of the description, with the new value ``{to}`` and the difference ``{by}``.
     """
 
     key: str
@@ -56,14 +56,14 @@ class WiderLimits:
         return {self.key: self.now * (1.0 + share * self.greatest_change)}
 
     def say(self, changed: Mapping[str, float]) -> str:
-        """Return what to say of a widened limit."""
+        """Return the description of a widened limit."""
         to = changed[self.key]
         return self.text.format(to=to, by=to - self.now)
 
 
 @dataclass(frozen=True)
 class Otherwise:
-    """Limits that may be chosen otherwise: fields to replace, and what to say of it."""
+    """Alternative limits: fields to replace, and a description."""
 
     changed: Mapping[str, Any]
     text: str
@@ -72,13 +72,13 @@ class Otherwise:
 Relaxing = MoreCuts | WiderLimits | Otherwise
 
 DEEPER = 3.0
-"""How many times deeper is tried, at most."""
+"""Greatest multiple of a depth that is tried."""
 THINNER = 0.5
-"""Share of a wall that is given up, at most."""
+"""Greatest share of a wall that is given up."""
 
 
 def deeper(max_depth_mm: float | None) -> tuple[WiderLimits, ...]:
-    """Return a greater ``max_depth_mm``, where there is one."""
+    """Return the way to a greater ``max_depth_mm``; empty where there is none."""
     if max_depth_mm is None:
         return ()
     text = "deeper by {by:.2g} mm (max_depth_mm = {to:.3g})"
@@ -86,7 +86,7 @@ def deeper(max_depth_mm: float | None) -> tuple[WiderLimits, ...]:
 
 
 def thinner(min_wall_mm: float | None) -> tuple[WiderLimits, ...]:
-    """Return a smaller ``min_wall_mm``, where there is one."""
+    """Return the way to a smaller ``min_wall_mm``; empty where there is none."""
     if not min_wall_mm:
         return ()
     return (WiderLimits("min_wall_mm", min_wall_mm, -THINNER, "a wall of {to:.3g} mm (min_wall_mm)"),)

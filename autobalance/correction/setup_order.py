@@ -18,7 +18,7 @@ ROUND_THE_RIM, FROM_BELOW, FROM_ABOVE, FROM_THE_SIDE = range(4)
 
 
 def side_rank(correction: Correction) -> int:
-    """Return from where a tool comes: all around (a lathe's work), −z, +z, or square to the axis."""
+    """Return the rank of a tool's side: all around (a lathe's work), −z, +z, or square to the axis."""
     kind = KINDS[correction.kind]
     if kind.is_round_the_rim:
         return ROUND_THE_RIM
@@ -33,9 +33,9 @@ def side_rank(correction: Correction) -> int:
 def setup_order(
     corrections: Sequence[Correction], cuts: Sequence[Cut], overlaps: Sequence[Overlap] = ()
 ) -> list[int]:
-    """Return the places of corrections (of ``cuts``, one each) in the order in which they are made.
+    """Return the indices of corrections (of ``cuts``, one each) in the order in which they are made.
 
-    Of two that want the same metal the one that took it stays before the other.
+    Of two with common metal the one that took it stays before the other.
     """
     key = [_key(*each) for each in zip(corrections, cuts, strict=True)]
     left = sorted(range(len(key)), key=key.__getitem__)

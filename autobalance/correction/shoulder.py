@@ -51,7 +51,7 @@ DEFAULT_WALL_SHARE = 0.25
 
 @dataclass(frozen=True)
 class ShoulderLimits(FaceLimits):
-    """What a job asks of shoulder corrections.
+    """Limits of shoulder corrections.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class ShoulderCut(FaceCut):
 
     @cached_property
     def envelope(self) -> Envelope:
-        """What hangs together with the face down to its greatest depth, drawn out from the face."""
+        """Metal connected to the face down to its greatest depth, drawn out from the face."""
         self.effect(self.max_depth_mm)  # has looked at sections down to here
         return drawn_out(self.layer.taken(self.max_depth_mm), self.height_mm, -1.0, self.to_rotor)
 
@@ -120,19 +120,18 @@ class ShoulderCut(FaceCut):
         return body if self.within is None else body & self.within
 
     def taken(self, depth_mm: float) -> Solid:
-        """Return a body around the metal that goes, rotor frame: all that hangs together with the face."""
+        """Return a body around the removed metal, rotor frame: all that is connected to the face."""
         self.effect(depth_mm)  # has looked at sections down to here
         low, high = self.height_mm - depth_mm, self.height_mm
         body = Solid.prism(self.layer.taken(depth_mm), low, high).moved(self.to_rotor)
         return body if self.within is None else body & self.within
 
     def exact_tool(self, depth_mm: float) -> Tool:
-        """Return the lowering without facets; what stands on the face, the exact solid knows."""
+        """Return the lowering without facets; the exact solid itself knows what stands on the face."""
         self.effect(depth_mm)  # has looked at sections down to here
         return lowering(self.layer, depth_mm, self.to_rotor, self.wedge)
 
     def outline_beside(self, depth_mm: float, earlier: Solid) -> tuple[dict[str, Any], float]:
-        """Return the outline of the new face without what earlier tools (rotor frame) took, and its area."""
         height = self.height_mm - depth_mm
         left = self.layer.kept(depth_mm) - earlier.moved(self.to_rotor.T).section(height)  # a rotation
         outline = region_outline(left, self.to_rotor)
@@ -170,7 +169,7 @@ def cuts(
     limits: ShoulderLimits,
     reach_mm: float,
 ) -> list[ShoulderCut]:
-    """Set up the cuts of faces, each with its limits measured on the solid.
+    """Return the cuts of faces, each with its limits measured on the solid.
 
     Parameters
     ----------
@@ -178,11 +177,11 @@ def cuts(
         The crank in file coordinates.
     anatomy : Anatomy
     patches : sequence of Patch
-        The faces, and where on them.
+        The faces, and the parts of them.
     density_g_mm3 : float
     limits : ShoulderLimits
     reach_mm : float
-        How deep to look at most; a cut whose limit is only this says so in ``limit_is_reach``.
+        Greatest depth of the search; ``limit_is_reach`` marks a cut whose limit is only this.
 
     Returns
     -------
@@ -243,7 +242,7 @@ def _cut(
 
 
 def _reach(limits: ShoulderLimits, reach_mm: float) -> DepthLimit:
-    """Return how deep to look: as deep as the job allows, if that is not deeper."""
+    """Return the depth of the search: the reach, or the job's greatest depth if that is less."""
     if limits.max_depth_mm is None or limits.max_depth_mm > reach_mm:
         return DepthLimit(reach_mm, "how far was looked", is_reach=True)
     return DepthLimit(limits.max_depth_mm, f"max_depth_mm = {limits.max_depth_mm:g}")
@@ -257,7 +256,7 @@ def _wall_mm(face: Face, anatomy: Anatomy, limits: ShoulderLimits) -> float:
 
 
 def shared_depths(cuts: Sequence[ShoulderCut], anatomy: Anatomy, limits: ShoulderLimits) -> list[SharedDepth]:
-    """Return what two cuts on opposite faces of one web may take together, wall left between them."""
+    """Return the depths that cuts on opposite faces of a web may have together, with a wall between them."""
     shared = []
     for i, one in enumerate(cuts):
         for j in range(i + 1, len(cuts)):
@@ -271,7 +270,7 @@ def shared_depths(cuts: Sequence[ShoulderCut], anatomy: Anatomy, limits: Shoulde
 
 
 def _beside_each_other(cuts: Sequence[ShoulderCut]) -> list[tuple[int, int]]:
-    """Return the pairs of cuts on faces of one web of which neither looks at the other's back."""
+    """Return the pairs of cuts on faces of one web that do not look opposite ways."""
     return [
         (i, j)
         for (i, one), (j, other) in itertools.combinations(enumerate(cuts), 2)
@@ -285,7 +284,7 @@ def _beside_each_other(cuts: Sequence[ShoulderCut]) -> list[tuple[int, int]]:
 # --- the kind -----------------------------------------------------------------------------------------------
 
 LOOK_AHEAD = 1.5
-"""How much deeper to look than the faces' first effect requires: drafts and sectors change it."""
+"""Factor on the depth that the faces' first effect requires: drafts and sectors change it."""
 
 
 def _worth_g_mm_per_mm(patch: Patch, work: Workpiece) -> float:
@@ -317,7 +316,6 @@ class Shoulder(FaceKind[ShoulderLimits]):
         return Candidates(tuple(shoulder_cuts), shared, limits.same_depth, apart, overlaps=both)
 
     def instruction(self, item: Item, figures: Figures) -> str:
-        """Return which face to lower, from which height to which."""
         heights = (
             f" from {figures.mm(item['face_height_mm'])} to {figures.mm(item['new_height_mm'])} "
             "from the crankpin's middle"
@@ -330,13 +328,13 @@ class Shoulder(FaceKind[ShoulderLimits]):
         return face_operation(item)
 
     def wall_left_mm(self, corrections: Sequence[Correction], anatomy: Anatomy) -> float | None:
-        """Return what is left of the webs' thickness."""
+        """Return the least thickness left of the lowered webs; None where none is."""
         lowered = {web.number: [cut for cut in corrections if cut.web == web.number] for web in anatomy.webs}
         walls = [_thickness_left_mm(web, lowered[web.number]) for web in anatomy.webs if lowered[web.number]]
         return min(walls, default=None)
 
     def face_depths_mm(self, work: Workpiece, rims: Sequence[Face]) -> Mapping[str, float]:
-        """Return how deep each planar face may go by itself."""
+        """Return the greatest depth of each planar face by itself."""
         planes = [Patch(face) for face in work.faces if face.kind == "plane"]
         thickness = {web.number: web.z_max_mm - web.z_min_mm for web in work.anatomy.webs}
         thickest = max(thickness.values(), default=0.0)
@@ -354,7 +352,7 @@ class Shoulder(FaceKind[ShoulderLimits]):
 
 
 NEAR_WEBS = 1.25
-"""Times a web's thickness: most cuts end so near; there is far less to see."""
+"""Reach of a first search, in thicknesses of a web: most cuts end so near, with far less to search."""
 
 
 def _thickness_left_mm(web: Web, lowered: Sequence[Correction]) -> float:

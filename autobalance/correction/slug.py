@@ -37,7 +37,7 @@ from autobalance.units import wrapped_deg
 from autobalance.wording import bare
 
 SEAT_MM = 0.02
-"""How far a slug lies below the lowest point of its bore's mouth, so that it stands out nowhere."""
+"""Depth of a slug below the lowest point of its bore's mouth, so that it stands out nowhere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,15 +80,12 @@ class SlugCut(PressedIn, HoleCut):
         return self.effect(self.max_depth_mm).scaled(1.0 / self.max_depth_mm)
 
     def tool(self, depth_mm: float) -> Solid:
-        """Return the bore, rotor frame."""
         return super().tool(self.max_depth_mm)
 
     def exact_tool(self, depth_mm: float) -> Tool:
-        """Return the bore without facets."""
         return super().exact_tool(self.max_depth_mm)
 
     def correction(self, depth_mm: float) -> Correction:
-        """Return what the machinist needs to know."""
         hole, depth = self.hole, self.max_depth_mm
         return Correction(
             kind="slug",
@@ -111,7 +108,7 @@ class SlugCut(PressedIn, HoleCut):
         )
 
     def _deeper(self) -> Moments:
-        """Return what one more millimetre of bore changes: its metal goes, the slug sits deeper."""
+        """Return the change by one more millimetre of bore: its metal goes, the slug sits deeper."""
         inward, slug = self.hole.axis.inward, self.slug
         turn = np.outer(inward, slug.first_g_mm)
         sunk = Moments(0.0, slug.mass_g * inward, turn + turn.T)
@@ -119,7 +116,7 @@ class SlugCut(PressedIn, HoleCut):
 
 
 MOST_HEAVIER = 16
-"""Slugs at most that are tried where counterweights are too light."""
+"""Greatest number of slugs tried where counterweights are too light."""
 
 
 class Slug(HoleKind[SlugLimits]):
@@ -138,7 +135,6 @@ class Slug(HoleKind[SlugLimits]):
     pressed_in = ("slug_mass_g", "slug_centre_mm")
 
     def offer(self, work: Workpiece, limits: SlugLimits, search_level: int) -> Candidates:
-        """Return the slugs that a job's limits allow."""
         filled: list[FillCut] = []
         if limits.fill:
             surface = Surface.of(work.solid.mesh, work.anatomy.file_to_rotor)
@@ -168,22 +164,20 @@ class Slug(HoleKind[SlugLimits]):
         return Candidates(tuple(every), apart=(*apart, *one_each), counts=(rule,))
 
     def at_place(self, work: Workpiece, limits: SlugLimits, item: Item) -> Sequence[Cut]:
-        """Return the slugs that fit where a listed one was; none of one that fills a hole: that is found."""
+        """Return slugs that fit at a listed one's place; none for one in an old hole: a search finds it."""
         if item.get("fills_a_hole") or item.get("direction") != limits.direction:
             return ()
         there = positions_of([listed_position(item)], work.anatomy)
         return cuts(work, -heavy_vector(work.heavy_at, 0.0), limits, positions=there)
 
     def is_kept(self, cut: Any, item: Item) -> bool:
-        """Return whether a slug is that of an earlier report."""
         return super().is_kept(cut, item) and abs(cut.length_mm - float(item["length_mm"])) < SAME_MM
 
     def relaxing(self, limits: SlugLimits) -> Sequence[Relaxing]:
-        """Return more slugs."""
         return (MoreCuts("max_slugs", limits.max_slugs, "{more} more slug{s} (max_slugs = {to})"),)
 
     def remedy_most_g_mm(self, work: Workpiece) -> float:
-        """Return what the heaviest slug moves as far out as the crank's metal reaches."""
+        """Return the unbalance moved by the heaviest slug at the greatest radius of the crank's metal."""
         limits, frame = self.remedy, work.anatomy.file_to_rotor
         x, y = frame[:2, :3] @ work.solid.mesh.vertices.T + frame[:2, 3:]
         radii = 0.5 * np.array(limits.diameters_mm)
@@ -193,7 +187,6 @@ class Slug(HoleKind[SlugLimits]):
         return heavier * float((volumes * out).max())
 
     def remedy_text(self, cut: SlugCut) -> str:
-        """Return which slug, and where."""
         angle = wrapped_deg(math.degrees(cut.site.angle_rad))
         return (
             f"one axial slug of {2.0 * cut.hole.radius_mm:g} × {cut.length_mm:g} mm "
@@ -201,7 +194,6 @@ class Slug(HoleKind[SlugLimits]):
         )
 
     def remedy_keys(self, cut: SlugCut) -> Mapping[str, Any]:
-        """Return the one slug at hand."""
         return {
             "direction": cut.limits.direction,
             "diameters_mm": (2.0 * cut.hole.radius_mm,),
@@ -218,7 +210,6 @@ class Slug(HoleKind[SlugLimits]):
         )
 
     def heavier_words(self, cuts: Sequence[tuple[SlugCut, float]]) -> tuple[str, Mapping[str, Any]]:
-        """Return how many slugs of which sizes."""
         sizes = sorted({(2.0 * cut.hole.radius_mm, cut.length_mm) for cut, _ in cuts})
         limits = cuts[0][0].limits
         listed = ", ".join(f"{diameter:g} × {length:g}" for diameter, length in sizes)
@@ -236,7 +227,6 @@ class Slug(HoleKind[SlugLimits]):
         return f"slug ⌀{item['diameter_mm']:g} × {item['length_mm']:g}"
 
     def instruction(self, item: Item, figures: Figures) -> str:
-        """Return what to bore and what to press in."""
         bore, length = figures.mm(item["diameter_mm"]), figures.mm(item.get("length_mm"))
         return (
             f"Bore dia {bore}, press in slug of {length}, {figures.g(item.get('slug_mass_g'))} {figures.mass}"
@@ -248,7 +238,6 @@ class Slug(HoleKind[SlugLimits]):
         return super().machining(item)
 
     def trace(self, item: Item) -> Trace:
-        """Return the bore, and the slug in it."""
         return SlugTrace(item)
 
     def size(self, item: Item) -> str:
@@ -265,10 +254,10 @@ def cuts(
     search_level: int = 0,
     positions: tuple[Position, ...] | None = None,
 ) -> list[SlugCut]:
-    """Set up every slug that may be pressed in, each diameter, length and place by itself.
+    """Return every slug that may be pressed in, each diameter, length and place by itself.
 
-    ``target`` is a direction (2,) that one of the places tried lies in, or what returns it for a z [mm];
-    more ``search_level`` takes a finer grid of angles; ``positions`` are the only places, where given.
+    ``target`` is a direction (2,) in which one of the places tried lies, or a function of z [mm] that
+    returns it; more ``search_level`` takes a finer grid of angles; ``positions`` are the only places, if any.
 
     Raises
     ------
@@ -308,7 +297,7 @@ def cuts(
 
 
 def _largest(work: Workpiece, target: Towards, limits: SlugLimits) -> str:
-    """Return which slug of the least length does fit, and which limit keeps a wider one out."""
+    """Return the widest slug of the least length that fits, and the limit on wider ones, in words."""
     least_mm, length = min(limits.diameters_mm), min(limits.lengths_mm)
 
     def fits(diameter_mm: float, **changed: Any) -> bool:

@@ -1,7 +1,7 @@
-"""What can be read of a correction off the metal that really went or came, to hold a report against it.
+"""Values of a correction read off the metal that really went or came, to verify a report.
 
-A trace begins with what a report says of one correction. It shows which metal may be that correction's, and
-reads place, depth and size off that metal anew.
+A trace starts from one correction of a report. It bounds the metal that may be that correction's, and reads
+place, depth and size off that metal anew.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from autobalance.types import Array
 from autobalance.units import wrapped_deg
 
 SLACK_SHARE = 0.05
-"""Share of its size by which metal may lie outside of what is claimed and still be that correction's: it is
-measured then, and found to be other than claimed."""
+"""Share of its size by which metal may lie outside of the claimed room and still be that correction's: it is
+then measured, and differs from the claim."""
 SLACK_MM = 0.2
 FAR_MM = 1e4
-"""Beyond any crank."""
+"""Length beyond any crank."""
 GREATEST_VALUE = 1e6
-"""No length [mm] or density [kg/m³] of a correction is greater."""
+"""Bound of every length [mm] and density [kg/m³] of a correction."""
 ON_PLANE = 0.999
-"""Cosine between normals of facets of one plane, at least."""
+"""Least cosine between normals of facets of one plane."""
 FLAP = 0.5
-"""Share of a level's forward area below which what is left over counts as a flap."""
+"""Share of a level's forward area below which its net area counts as a flap."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,17 +62,17 @@ class Before:
 
     @property
     def facet_mm2(self) -> float:
-        """Area that nearly all facets are smaller than."""
+        """Area of the 99th percentile of facets."""
         return 0.5 * float(np.quantile(self.mesh.doubled_areas, 0.99))
 
 
 THIN, THIN_MM = 8.0, 1e-4
-"""Times how exactly places are known, and length beside that, within which heights are one."""
+"""Multiple of the accuracy of places, and a length beside that, within which heights are one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Metal:
-    """Metal that went or came with one correction, and what it is read with.
+    """Metal removed or added by one correction, and the context to read it with.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Metal:
         single vertex means anything, areas and volumes do.
     crank : Before
     near_mm : float
-        How exactly places are known: what the file rounds to, and how far its facets lie from true surfaces.
+        Accuracy of places: the rounding of the file, and the distance of its facets from true surfaces.
     """
 
     pieces: tuple[Solid, ...]
@@ -135,7 +135,7 @@ class Metal:
 
 
 def _of_flaps(heights: Array, along: Array, thin_mm: float) -> NDArray[np.bool_]:
-    """Return which facets are of flaps: at their height, as much faces back as forth.
+    """Return whether facets are of flaps (k,): as much area at their height faces back as forth.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def _of_flaps(heights: Array, along: Array, thin_mm: float) -> NDArray[np.bool_]
 
 
 class Trace(Protocol):
-    """What one correction leaves behind."""
+    """Evidence of one correction in the metal."""
 
     @property
     def takes_metal(self) -> bool:
@@ -164,15 +164,15 @@ class Trace(Protocol):
         ...
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
-        """Return what of the list follows from the rest of it, the job's limits and the crank as it came."""
+        """Return the listed values that follow from the others, the job's limits and the crank as it came."""
         ...
 
     def room(self, crank: Before) -> Solid:
-        """Return where this correction's metal lies, with some slack, rotor frame."""
+        """Return a body around this correction's metal, with some slack, rotor frame."""
         ...
 
     def read(self, metal: Metal) -> Mapping[str, Any]:
-        """Return what is read off the metal, by the keys of the report."""
+        """Return the values read off the metal, by the keys of the report."""
         ...
 
 
@@ -188,23 +188,23 @@ def surface_moments(corners: Array) -> Moments:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A value read off the metal, and by how much the metal itself leaves it open."""
+    """Value read off the metal, and its uncertainty from the metal itself."""
 
     value: Array
     within: float
 
 
 DEEPEST_MM = 5e-3
-"""How far the greatest depth is known beside the machine's step, on files that were rounded."""
+"""Uncertainty of the greatest depth beside the machine's step, on files that were rounded."""
 
 
 def depth_left(deepest_mm: float, depth_mm: float, step_mm: float) -> Reading:
-    """Return how much deeper a cut may go: up to the greatest depth, or a step short of it."""
+    """Return the depth that a cut has left, to the greatest depth or a step short of it."""
     return Reading(np.array(deepest_mm - depth_mm - 0.5 * step_mm), 0.5 * step_mm + DEEPEST_MM)
 
 
 def rates(change: Moments) -> dict[str, Any]:
-    """Return what one more millimetre changes, as a report has it."""
+    """Return the change by one more millimetre, by the keys of a report."""
     return {
         "unbalance_per_mm_g_mm": change.first_g_mm[:2],
         "moment_per_mm_g_mm2": change.second_g_mm2[:2, 2],
@@ -212,7 +212,7 @@ def rates(change: Moments) -> dict[str, Any]:
 
 
 def where_listed(item: Item, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those of some values that a correction lists: reports of earlier versions have fewer."""
+    """Return the values that a correction lists: reports of earlier versions have fewer."""
     return {key: value for key, value in values.items() if key in item}
 
 
@@ -247,7 +247,7 @@ def stated_vector(item: Item, key: str) -> Array:
 
 
 def stated_unit(item: Item, key: str) -> Array:
-    """Return a direction of a listed correction."""
+    """Return a unit vector of a listed correction."""
     vector = stated_vector(item, key)
     size = float(np.linalg.norm(vector))
     if not abs(size - 1.0) <= 1e-6:
@@ -256,12 +256,12 @@ def stated_unit(item: Item, key: str) -> Array:
 
 
 def turn_deg(x: float, y: float) -> float:
-    """Return an angle in [0, 360)."""
+    """Return the angle of (x, y) in [0, 360)."""
     return wrapped_deg(math.degrees(math.atan2(y, x)))
 
 
 def slack_mm(length_mm: float) -> float:
-    """Return how far metal may reach beyond what is claimed: it is measured then, and found to be more."""
+    """Return the excess over a claimed length within which metal is still measured as the correction's."""
     return SLACK_MM + SLACK_SHARE * abs(length_mm)
 
 

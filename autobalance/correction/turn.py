@@ -43,14 +43,14 @@ SEGMENTS = 360
 """Sides of the turned circle; a polygon of its area."""
 EQUAL_AREA = equal_area(SEGMENTS)
 ROOM_SECTORS = 36
-"""Blocks that stand for a ring where it is looked what comes near."""
+"""Number of blocks that stand for a ring in its envelope."""
 FIRST_SHARE = 0.02
-"""Before the tool meets the rim all around there is no slope to plan on; that of this share is taken."""
+"""Share of the greatest depth whose slope serves below it: a tool not yet all around the rim has none."""
 
 
 @dataclass(frozen=True)
 class TurnLimits(Limits):
-    """What a job asks of turned rims. The defaults are ours: no standard gives them.
+    """Limits of turned rims. The defaults are ours: no standard gives them.
 
     Attributes
     ----------
@@ -67,7 +67,6 @@ class TurnLimits(Limits):
     depth_step_mm: Annotated[float, STEP] = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse limits that are not lengths."""
         refuse_out_of_range("turn", self)
 
 
@@ -75,7 +74,7 @@ class TurnLimits(Limits):
 class TurnCut(EmptyPlace):
     """The rims of some webs, of which only the radius is open (a `Cut`).
 
-    ``metal`` is what stands beyond the least radius, in the rotor frame; ``slabs`` are the tools' extents
+    ``metal`` is the metal beyond the least radius, in the rotor frame; ``slabs`` are the tools' extents
     along the axis. The depth counts from the farthest point of these webs, ``rim_mm`` from the axis.
     """
 
@@ -129,11 +128,10 @@ class TurnCut(EmptyPlace):
         return union([faceted_ring(radius, self.far_mm, *slab, SEGMENTS) for slab in self.slabs])
 
     def exact_tool(self, depth_mm: float) -> Tool:
-        """Return the rings to subtract, without facets."""
         return Joined(tuple(ring(self.rim_mm - depth_mm, self.far_mm, *slab) for slab in self.slabs))
 
     def correction(self, depth_mm: float) -> Correction:
-        """Return what the turner needs to know; its rate is that of the depth, however shallow."""
+        """Return the correction; its rate is that of the depth, however shallow."""
         correction = listed(
             "turn",
             self.effect(depth_mm),
@@ -182,7 +180,7 @@ def _turned_surface(metal: Solid, corner_mm: float) -> Moments:
 
 
 def cuts(solid: Solid, anatomy: Anatomy, density_g_mm3: float, limits: TurnLimits) -> list[TurnCut]:
-    """Set up the rims that can be turned.
+    """Return the rims that can be turned.
 
     Raises
     ------
@@ -241,15 +239,12 @@ class Turn(Kind[TurnLimits]):
     mixed_with = ("drill",)
 
     def offer(self, work: Workpiece, limits: TurnLimits, search_level: int) -> Candidates:
-        """Return the rims that a job's limits allow to turn."""
         return Candidates(tuple(cuts(work.solid, work.anatomy, work.density_g_mm3, limits)))
 
     def is_kept(self, cut: TurnCut, item: Item) -> bool:
-        """Return whether the rims are those of an earlier report."""
         return list(cut.webs) == list(item["webs"])
 
     def relaxing(self, limits: TurnLimits) -> Sequence[Relaxing]:
-        """Return a smaller radius to turn to."""
         if limits.min_radius_mm is None:
             return ()
         text = "turned down further (min_radius_mm = {to:.4g})"
@@ -259,7 +254,6 @@ class Turn(Kind[TurnLimits]):
         return "turn rim of web " + ", ".join(str(web) for web in item.get("webs", ()))
 
     def instruction(self, item: Item, figures: Figures) -> str:
-        """Return to which radius to turn."""
         return f"Turn the rim to radius {figures.mm(item.get('new_radius_mm'))}"
 
     def machining(self, item: Item) -> Operation | str | None:
@@ -281,7 +275,7 @@ class Turn(Kind[TurnLimits]):
         return None if radius is None else radius - max(reach, default=0.0)
 
     def face_depths_mm(self, work: Workpiece, rims: Sequence[Face]) -> Mapping[str, float]:
-        """Return how deep each rim may be turned, unless its web reaches farther elsewhere."""
+        """Return the greatest depth of each rim, unless its web reaches farther elsewhere."""
         least = least_radius_mm(work.anatomy)
         outlines = {web.number: web.outline for web in work.anatomy.webs}
         reach = _reaches_mm(work.solid, work.anatomy)
@@ -296,7 +290,7 @@ class Turn(Kind[TurnLimits]):
 
 
 def _reaches_mm(solid: Solid, anatomy: Anatomy) -> dict[int, float]:
-    """Return how far from the axis each web has metal: at a vertex of its slab, or an edge that enters it."""
+    """Return the greatest radius of each web's metal: at a vertex of its slab, or an edge that enters it."""
     frame, mesh = anatomy.file_to_rotor, solid.mesh
     x, y, z = np.ascontiguousarray((mesh.vertices @ frame[:3, :3].T + frame[:3, 3]).T)
     square = np.zeros(len(z))  # a vertex of no triangle is not metal
@@ -319,5 +313,5 @@ def _reaches_mm(solid: Solid, anatomy: Anatomy) -> dict[int, float]:
 
 
 SMALLER = 0.4
-"""Share of the least radius that is given up, at most."""
+"""Greatest share of the least radius that is given up."""
 KIND = Turn()

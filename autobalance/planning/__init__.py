@@ -1,1 +1,1 @@
-"""How deep and which cuts: pure numbers on the effects of cuts."""
+"""Choice of cuts and their depths: pure numbers on the effects of cuts."""

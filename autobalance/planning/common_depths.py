@@ -1,4 +1,4 @@
-"""Depths that several cuts have in common: found on the exact curves, rounded to the machine's steps."""
+"""Common depths of several cuts: found on the exact curves, rounded to the machine's steps."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FEW_GROUPS = 4
 
 @dataclass(frozen=True)
 class Groups:
-    """The cuts of a plan, parted into groups of one setting and one depth each."""
+    """Groups of a plan's cuts, each of one setting and one depth."""
 
     members: tuple[tuple[int, ...], ...]
     depths_mm: tuple[float, ...]
@@ -32,7 +32,7 @@ class Groups:
 
     @classmethod
     def apart(cls, task: Task, depths_mm: Array) -> Groups:
-        """Return the groups that a plan has: of one setting and, to a nanometre, one depth."""
+        """Return the groups of a plan's cuts: of one setting and, to a nanometre, one depth."""
         by_depth: dict[tuple[str, float], list[int]] = {}
         for k in np.flatnonzero(depths_mm > 0.0).tolist():
             by_depth.setdefault((setting_of(task.cuts[k]), round(float(depths_mm[k]), 6)), []).append(k)
@@ -49,7 +49,7 @@ class Groups:
         )
 
     def joinings(self) -> Iterator[Groups]:
-        """Yield what comes of joining two groups of one setting, or all of one, the nearest depths first."""
+        """Yield the groups with all of one setting joined, then with two joined, the nearest depths first."""
         for setting in dict.fromkeys(self.settings):
             if self.settings.count(setting) > 2:
                 yield self._joined([n for n, each in enumerate(self.settings) if each == setting])
@@ -74,9 +74,9 @@ class Groups:
 
 
 def common_depths(task: Task, groups: Groups, enough: float) -> Plan | None:
-    """Return the plan of groups at depths that leave least, on the machine's steps; None: more than enough.
+    """Return the plan of groups at depths of least residual, on machine steps; None if above ``enough``.
 
-    Gauss-Newton steps on the judged vectors; then the nearest steps are tried together.
+    Gauss-Newton steps on the judged vectors; then the nearest machine steps are tried together.
     """
     cut_now = sorted(k for group in groups.members for k in group)
     low, high = bounds_of(task, cut_now)
@@ -128,7 +128,7 @@ def _plan(task: Task, groups: Groups, depths: Array) -> Plan:
 
 
 def _on_steps(task: Task, groups: Groups, plan: Plan, bounds: tuple[Array, Array]) -> Plan:
-    """Return the best plan with depths on the machine's steps near a plan's."""
+    """Return the plan of least residual with depths on machine steps near those of ``plan``."""
     steps = [max(task.cuts[k].depth_step_mm for k in group) for group in groups.members]
     if not any(steps):
         return plan
@@ -156,7 +156,7 @@ TRIED_GROUPS = 12
 def _nearest(
     task: Task, groups: Groups, plan: Plan, choices: Sequence[Sequence[float]]
 ) -> list[tuple[float, ...]]:
-    """Return the combinations that leave least on the tangent."""
+    """Return the combinations of depths of least residual on the tangent."""
     rows = judged_rows(task.tolerance)
     now = np.array([float(plan.depths_mm[group[0]]) for group in groups.members])
     slopes = np.array([_slope(task, group, d) for group, d in zip(groups.members, now.tolist(), strict=True)])

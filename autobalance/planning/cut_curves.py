@@ -1,4 +1,4 @@
-"""Cuts as curves of judged vectors, known at three depths: parabolas that many sets are added up on."""
+"""Cuts as parabolas of judged vectors through three depths, and their sums over many sets."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array, Indices
 
 MOST_LATE = 0.99
-"""Curves that would run backwards at first are taken to start slowly."""
+"""Greatest lag of a curve: one that would run backwards at first is taken to start slowly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class CutCurves:
     weight : (n, 3) float
         Metal [g].
     wanted : (d,) float
-        What the effects shall add up to.
+        Target of the sum of effects.
     """
 
     candidates: Candidates
@@ -43,7 +43,6 @@ class CutCurves:
 
     @classmethod
     def of(cls, residual: Unbalance, tolerance: Tolerance, candidates: Candidates, aim: float) -> CutCurves:
-        """Look up all cuts."""
         rows = independent_rows(tolerance) / aim
         depth = np.array([np.linspace(cut.least_depth_mm, cut.max_depth_mm, 3) for cut in candidates.cuts])
         changes = [
@@ -60,7 +59,7 @@ class CutCurves:
         return np.ascontiguousarray(self.effect[:, :, 0])
 
     def at_least(self, sets: Indices) -> Array:
-        """Return what sets of cuts (m, k) at their least depths add up to (m, d)."""
+        """Return the sums (m, d) of the effects of sets of cuts (m, k) at their least depths."""
         total = np.zeros((len(sets), len(self.wanted)))
         for members in sets.T:
             total += self.least.take(members, axis=0)
@@ -68,14 +67,14 @@ class CutCurves:
 
     @cached_property
     def chord(self) -> Array:
-        """What lies between the least and the greatest depth (n, d)."""
+        """Change of each effect from the least to the greatest depth (n, d)."""
         return self.effect[:, :, 2] - self.effect[:, :, 0]
 
     @cached_property
     def bow(self) -> Array:
-        """How much farther than half along its chord each curve is at its middle depth, times four (n,).
+        """Progress of each curve along its chord at its middle depth beyond one half, times four (n,).
 
-        A cut of one depth only has no chord.
+        Zero for a cut of one depth only, which has no chord.
         """
         middle = ((self.effect[:, :, 1] - self.effect[:, :, 0]) * self.chord).sum(axis=1)
         square = (self.chord**2).sum(axis=1)
@@ -84,21 +83,21 @@ class CutCurves:
 
     @cached_property
     def bend(self) -> Array:
-        """How far each curve leaves its chord sideways (n,)."""
+        """Distance of each curve sideways from its chord at its middle depth (n,)."""
         middle = self.effect[:, :, 1] - self.effect[:, :, 0]
         return length(middle - (0.5 + 0.25 * self.bow)[:, None] * self.chord)
 
     @cached_property
     def reach(self) -> float:
-        """The most that one gram more makes of the length of an effect."""
+        """Greatest growth of the length of an effect per gram of metal."""
         gain, spent = length(np.moveaxis(slopes_of(self.effect), 2, 1)), slopes_of(self.weight)
         return max(float((gain / np.maximum(spent, 1e-12)).max(initial=0.0, where=spent > 1e-12)), 1e-12)
 
     @cached_property
     def deepest_beside(self) -> Array:
-        """How deep, from 0 least to 1 greatest, the first of two cuts may go beside the second (n, n).
+        """Greatest depth, from 0 least to 1 greatest, of the first of two cuts beside the second (n, n).
 
-        Below 0: never both.
+        Below 0: the two exclude each other.
         """
         most = np.full((len(self.weight), len(self.weight)), np.inf)
         least, span = self.depth_mm[:, 0], np.maximum(self.depth_mm[:, 2] - self.depth_mm[:, 0], 1e-9)
@@ -110,11 +109,11 @@ class CutCurves:
 
     @cached_property
     def never_both(self) -> NDArray[np.bool_]:
-        """Which two cuts exclude each other (n, n)."""
+        """Pairs of cuts that exclude each other (n, n)."""
         return self.deepest_beside < 0.0
 
     def keeps_apart(self, first: Indices, last: Indices) -> NDArray[np.bool_]:
-        """Return which sets of cuts keep the rules; their first (m, j) and last members (m, k) each do."""
+        """Return whether sets keep the rules (m,) whose first (m, j) and last members (m, k) each do."""
         good = np.ones(len(first), dtype=bool)
         for a, b in product(range(first.shape[1]), range(last.shape[1])):
             good &= ~self.never_both[first[:, a], last[:, b]]
@@ -132,7 +131,7 @@ class CutCurves:
 
     @cached_property
     def _groups(self) -> list[tuple[Indices, int]]:
-        """Of each rule of variety, the group of each cut (n,), −1 for none, and how many may be used."""
+        """Group of each cut (n,), −1 for none, and greatest number of groups used, by rule of variety."""
         groups = []
         for rule in self.candidates.varieties:
             number = np.full(len(self.weight), -1, dtype=np.int64)
@@ -148,7 +147,7 @@ def length(vectors: Array) -> Array:
 
 
 def parabola(three: Array, at: Array | float) -> Array:
-    """Return parabolas through values at 0, ½ and 1."""
+    """Return the values at ``at`` of parabolas through values at 0, ½ and 1."""
     first, middle, last = np.moveaxis(three, -1, 0)
     curve = 2.0 * (first - 2.0 * middle + last)
     return np.asarray(first + at * (last - first - curve) + at * at * curve)

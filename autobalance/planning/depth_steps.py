@@ -1,4 +1,4 @@
-"""Depths of the cuts that were chosen: exact ones, and the nearest on the machines' steps, together."""
+"""Depths of the chosen cuts: exact, then rounded together to the machines' steps."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ COMBINATIONS = 50_000
 """Roundings tried, at most."""
 STEPS_ASIDE = 3
 EXACT_COMBINATIONS = 12
-"""Combinations of steps that are looked at on the exact curves."""
+"""Combinations of steps that are tried on the exact curves."""
 
 
 def settled(task: Task, depths: Array) -> Plan:
-    """Return the exact depths of the cuts that ``depths`` makes, within their limits."""
+    """Return the plan of the cuts used in ``depths`` at exact depths within their limits."""
     cut_now = [int(k) for k in np.flatnonzero(depths > 0.0)]
     part = part_of(task, cut_now)
     plan = plan_depths(
@@ -43,7 +43,7 @@ def settled(task: Task, depths: Array) -> Plan:
 
 
 def bounds_of(task: Task, chosen: Sequence[int]) -> tuple[Array, Array]:
-    """Return least and greatest depths of the cuts made, with regard to their neighbours."""
+    """Return the least and greatest depths of chosen cuts beside their chosen neighbours."""
     least = np.array([task.cuts[k].least_depth_mm for k in chosen])
     most = np.array([task.cuts[k].max_depth_mm for k in chosen])
     place = {k: n for n, k in enumerate(chosen)}
@@ -55,7 +55,7 @@ def bounds_of(task: Task, chosen: Sequence[int]) -> tuple[Array, Array]:
 
 
 def finished(task: Task, plan: Plan) -> Plan:
-    """Round the depths to the machine's steps and name what binds."""
+    """Return the plan with depths rounded to machine steps, and its binding limits."""
     rounded = _rounded(task, plan)
     limits = [
         cut.limit
@@ -70,7 +70,7 @@ def finished(task: Task, plan: Plan) -> Plan:
 
 
 def rounding_share(task: Task, depths: Array) -> float:
-    """Return the share of the permissible value that half a step of each cut can make up."""
+    """Return the greatest share of a permissible value that half a depth step of a cut changes."""
     total = 0.0
     rows = judged_rows(task.tolerance)
     for k in np.flatnonzero(depths).tolist():
@@ -85,7 +85,7 @@ def rounding_share(task: Task, depths: Array) -> float:
 
 
 def _rounded(task: Task, plan: Plan) -> Plan:
-    """Return the depths on their machines' steps that leave least, among the nearest ones."""
+    """Return the plan of least residual among those on the nearest machine steps."""
     chosen = [k for k in np.flatnonzero(plan.depths_mm).tolist() if task.cuts[k].depth_step_mm > 0.0]
     if not chosen:
         return plan
@@ -110,7 +110,7 @@ def _rounded(task: Task, plan: Plan) -> Plan:
 
 
 def _best_combination(task: Task, plan: Plan, chosen: Sequence[int], choices: Sequence[Array]) -> Plan:
-    """Look through all combinations on the tangent, then through the best of them exactly."""
+    """Try all combinations on the tangent, then the best of them on the exact curves."""
     rows = judged_rows(task.tolerance)
     slopes = (
         np.array([resultant_and_moment(task.cuts[k].rate(float(plan.depths_mm[k]))) for k in chosen]) @ rows.T
@@ -131,7 +131,7 @@ def _best_combination(task: Task, plan: Plan, chosen: Sequence[int], choices: Se
 
 
 def _combination(choices: Sequence[Array], place: int) -> list[float]:
-    """Return the steps of one combination by its place; those of the last choice run fastest."""
+    """Return the depths of one combination by its index; the last choice runs fastest."""
     steps_of = []
     for steps in reversed(choices):
         place, at = divmod(place, len(steps))

@@ -1,4 +1,4 @@
-"""Choose the depths of cuts; pure numbers.
+"""Choice of the depths of cuts; pure numbers.
 
 The judged residual is a smooth function of the depths, known exactly with its derivative. Each step solves
 the linear programme of its tangent (`dual_simplex`, or HiGHS through scipy); a few steps reach the exact
@@ -29,22 +29,22 @@ SIDES = 32
 """Sides of the polygon that stands for a circle in the linear programme; inscribed, so it never flatters."""
 STEPS = 40
 FEW_DEPTHS = 16
-"""Depths up to whose number the programme is solved here."""
+"""Number of depths up to which the programme is solved here, without scipy."""
 SETTLED_MM = 1e-7
 SAME_MM = 1e-9
-"""Depths nearer than that to each other, or to what they may stand for, are that."""
+"""Distance within which depths are equal to each other, or to a limit or step."""
 EVENNESS = 1e-4
 """Weight of the greatest depth beside the removed mass: between equals, even depths win."""
 
 
 def metal_g(change: Moments) -> float:
-    """Return the metal that a change of moments takes or adds [g]."""
+    """Return the mass that a change of moments removes or adds [g]."""
     return abs(change.mass_g)
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Depths for a list of cuts and what they are predicted to leave.
+    """Depths for a list of cuts and the predicted residual.
 
     Attributes
     ----------
@@ -76,17 +76,17 @@ def plan_depths(
     cost: Callable[[Moments], float] = metal_g,
     worth: float = 0.0,
 ) -> Plan:
-    """Return the depths that leave the least judged residual down to ``aim``, then remove the least metal.
+    """Return the depths of least judged residual, down to ``aim``, and then of least metal.
 
     Parameters
     ----------
     residual : Unbalance
         With every cut at depth zero, as judged.
     tolerance : Tolerance
-        What is judged, and against what.
+        Judged values and their limits.
     cuts : sequence of Cut
     start_mm : (n,) float, optional
-        Where to start; default zero.
+        Start of the search; default zero.
     same_depth : bool
         One depth for all cuts.
     shared : sequence of SharedDepth
@@ -95,7 +95,7 @@ def plan_depths(
     bounds_mm : ((n,) float, (n,) float), optional
         Least and greatest depths; default from zero to what the cuts allow.
     cost : callable
-        What to spare: the cost of a change of moments, linear in it; default the metal.
+        Cost of a change of moments, linear in it; default the metal.
     worth : float
         Share of the cost that one more step must save, once the aim is reached.
 
@@ -141,13 +141,13 @@ def plan_depths(
 
 
 def _at_ends(depths: Array, least: Array, most: Array) -> Array:
-    """Return depths that end where they are meant to end, not some roundings before."""
+    """Return depths with those that are a bound but for rounding set to it."""
     deep: Array = np.where(np.abs(depths - most) <= SAME_MM, most, depths)
     return np.where(np.abs(deep - least) <= SAME_MM, least, deep)
 
 
 def judged_plan(residual: Unbalance, tolerance: Tolerance, cuts: Sequence[Cut], depths: Array) -> Plan:
-    """Return what depths leave on the exact curves."""
+    """Return the plan of some depths, its residual from the exact curves."""
     return _looked_at(residual, tolerance, cuts, depths, metal_g)[0]
 
 
@@ -158,7 +158,7 @@ def _looked_at(
     depths: Array,
     cost: Callable[[Moments], float],
 ) -> tuple[Plan, float]:
-    """Return what depths leave on the exact curves, and what they cost."""
+    """Return the plan of some depths, its residual from the exact curves, and its cost."""
     total = 0.0
     for cut, depth in zip(cuts, depths.tolist(), strict=True):
         if depth > 0.0:
@@ -169,7 +169,7 @@ def _looked_at(
 
 
 def resultant_and_moment(change: Moments) -> Array:
-    """Return what a change of moments does to (U, P), in the order of `judged_rows`' columns."""
+    """Return the change of (U, P) (4,) by a change of moments, in the order of `judged_rows`' columns."""
     return np.array([*change.first_g_mm[:2], *change.second_g_mm2[:2, 2]])
 
 
@@ -189,7 +189,7 @@ def judged_rows(tolerance: Tolerance) -> Array:
 
 
 def independent_rows(tolerance: Tolerance) -> Array:
-    """Return those of `judged_rows` that the others follow from: both planes', or the resultant's alone."""
+    """Return the rows of `judged_rows` that imply the others: both planes', or the resultant's alone."""
     return judged_rows(tolerance)[-4 if tolerance.judge == "dynamic" else -2 :]
 
 
@@ -251,10 +251,10 @@ def _tangent_step(
 def _least_cost(
     cost: Array, rows: Array, most: Array, bounds: tuple[Array, Array], same_depth: bool
 ) -> Array | None:
-    """Return the answer of a linear programme whose last two unknowns are not depths; None: none is found.
+    """Return the solution of a linear programme whose last two unknowns are not depths; None without one.
 
-    A few depths are found before scipy, which solves the others, would have been loaded; depths that are to
-    be the same are one.
+    Few depths are solved without loading scipy, which solves the others; depths that are to be the same are
+    one unknown.
     """
     count = len(cost) - 2
     if same_depth and count > 1:
@@ -286,7 +286,7 @@ def _least_cost(
 
 
 EXCESS = 10.0
-"""What an excess of the residual costs, in units of the aim, beside all the metal there is."""
+"""Cost of an excess residual, in units of the aim, over the cost of all the metal there is."""
 ONLY_MM = 1e-3
 """Depths that the aim leaves free by less than this are settled: no machine sets them nearer."""
 

@@ -1,4 +1,4 @@
-"""Plans without the cuts that change nothing that counts: nobody sets up a machine for them."""
+"""Plans without negligible cuts: nobody sets up a machine for them."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 
 IDLE = 1e-3
-"""Share of every permissible value that a cut uses at most if it is left out. A rim that is turned by less
+"""Share of the permissible values below which a cut is left out. A rim that is turned by less
 than its facets stand back loses the tips of their edges alone: too little to be found in the file again."""
 
 
 def worthwhile(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, plan: Plan) -> Plan:
-    """Return a plan without the cuts that alone change nothing that counts; as it is where it needs them.
+    """Return a plan without its negligible cuts; unchanged where it needs them together.
 
     Where a job asks for one depth for all cuts, all of them stay.
     """

@@ -1,10 +1,10 @@
-"""Find the lightest handful of cuts: where few suffice, whole numbers decide and a linear bound says little.
+"""Search for the lightest set of few cuts, where whole numbers decide and a linear bound is weak.
 
-A cut that is made weighs at least its least depth. So k cuts weigh at least what a small linear programme
-over all cuts says of any k of them, and more by the reduced cost of each one; and at their least depths they
-add up to nearly what is wanted: by how much that may be missed, the weight left to spend says. All sets that
-keep to both are looked through, up to a level of weight that rises until one of them serves. Many sets are
-put together from two halves whose sums meet, which a tree finds.
+A chosen cut weighs at least as much as at its least depth. So k cuts weigh at least the bound of a small
+linear programme for any k of all cuts, plus the reduced cost of each one; and the sum of their effects at
+least depths misses the target by no more than the weight left to spend can make up. All sets within both
+bounds are tried, up to a level of weight that rises until one of them serves. Many sets are joined from two
+halves whose sums meet, found by a tree.
 
 Without this search, by HiGHS alone, 27 unbalances of eight counterweights took six times as long, and up to
 3.6 times the metal where a few holes suffice (in the mean 1.2 times).
@@ -31,19 +31,19 @@ from autobalance.types import Array, Indices
 MOST_CUTS = 7
 """Cuts in a set at most: more are the integer programme's."""
 LEVELS = (1.0025, 1.005, 1.01, 1.02, 1.03, *(1.04**n for n in range(1, 50)))
-"""Weights up to which sets are looked for, over the least that the bounds allow."""
+"""Weights up to which sets are searched, over the least that the bounds allow."""
 PLACES = (0.0, 0.04, 0.1, 0.2, 0.4, 0.7, 1.0)
-"""Where along the curves the linear programme knows them; closer where they are light."""
+"""Points of the curves in the linear programme, 0 to 1; closer where they are light."""
 MOST_SETS = 100_000
 """Sets or halves of sets held at once; where a level has more, the search ends."""
 MOST_MEETINGS = 600_000
-"""Halves that meet, likewise."""
+"""Pairs of halves that meet, likewise."""
 TRIED_SETS = 8
 """Sets of each size and level that are tried on the exact curves, at most: the lightest."""
 LEVEL_RISE = 1.25
-"""How far the levels rise beyond the least weight of sets that are too many to look at."""
+"""Factor to which levels rise over the least weight of sets that are too many to try."""
 CLIPS = 3
-"""How often the rest goes again along the chords that have not come to an end."""
+"""Times that the rest is spread anew along the chords that have not come to an end."""
 
 
 def lightest_set(
@@ -53,7 +53,7 @@ def lightest_set(
     aim: float,
     serves: Callable[[Array], bool],
 ) -> tuple[Array | None, float]:
-    """Return the depths of the lightest few cuts that were found, and the least weight of what was not seen.
+    """Return the depths of the lightest set of few cuts, and the least weight of sets that were not tried.
 
     Parameters
     ----------
@@ -72,8 +72,8 @@ def lightest_set(
     (n,) float or None
         Depths near their best; None where nothing was found.
     float
-        What cuts weigh at least that were not looked at [g]; what was is lightest to about 0.5 %, since the
-        aim leaves some slack that the search leaves out.
+        Least weight of the sets that were not tried [g]; of those tried the set is lightest to about 0.5 %,
+        since the aim leaves some slack that the search leaves out.
     """
     fewest = math.ceil(_count_at_least(residual, tolerance, candidates))
     if fewest > MOST_CUTS:
@@ -110,7 +110,7 @@ def lightest_set(
 
 
 def _count_at_least(residual: Unbalance, tolerance: Tolerance, candidates: Candidates) -> float:
-    """Return how many cuts it takes at least to come within the permissible values, not a whole number."""
+    """Return the least number of cuts that reach the permissible values, not a whole number."""
     rows = independent_rows(tolerance)
     now = residual.components
     need = float(length(rows @ now)) - 0.5 * len(rows)
@@ -119,7 +119,7 @@ def _count_at_least(residual: Unbalance, tolerance: Tolerance, candidates: Candi
 
 
 def _possible(candidates: Candidates) -> int:
-    """Return how many cuts the counts allow at most."""
+    """Return the greatest number of cuts that the rules of count allow."""
     free, total = set(range(len(candidates.cuts))), 0
     for rule in candidates.counts:
         total += min(rule.most, len(free.intersection(rule.members)))
@@ -132,14 +132,14 @@ def _possible(candidates: Candidates) -> int:
 
 @dataclass(frozen=True, eq=False)
 class _Price:
-    """What some cuts weigh at least: ``bound``, and ``reduced`` (n,) more for each one that is a member."""
+    """Least weight of sets of cuts: ``bound``, and ``reduced`` (n,) more for each member."""
 
     bound: float
     reduced: Array
 
 
 def _price(field: CutCurves, count: int | None) -> _Price:
-    """Return the bound for so many cuts, any of which may be made in part and more than once."""
+    """Return the bound for ``count`` cuts (None: any number), each in part or more than once."""
     from scipy.optimize import linprog
 
     width = len(field.wanted)
@@ -165,7 +165,7 @@ def _price(field: CutCurves, count: int | None) -> _Price:
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Sets that meet what is wanted on their chords: members, depths from 0 to 1 (m, k), and weights."""
+    """Sets of cuts with the target on their chords: members, depths from 0 to 1 (m, k), and weights."""
 
     sets: Indices
     deep: Array
@@ -176,7 +176,7 @@ class _Found:
 
 
 class _Sets:
-    """The sets of ``count`` cuts, looked through up to a weight that rises."""
+    """Sets of ``count`` cuts, searched up to a weight that rises."""
 
     def __init__(self, field: CutCurves, count: int) -> None:
         self.field = field
@@ -190,7 +190,7 @@ class _Sets:
         self.found = _screened(field, np.zeros((0, count), dtype=np.int64))
 
     def look(self, top: float) -> bool:
-        """Look through the sets up to a weight not yet seen; return whether they were few enough."""
+        """Search the sets up to a new weight; return whether they were few enough."""
         if self.price.bound >= top:
             return True
         places = None if self.are_many else self._begun((self.count, 0), top - self.price.bound, top)
@@ -215,7 +215,7 @@ class _Sets:
         return True
 
     def lightest_set(self, top: float) -> Iterator[tuple[float, Array]]:
-        """Yield weight and depths of sets up to a weight, lightest first, and forget them all."""
+        """Yield weights and depths of sets up to a weight, lightest first, and forget them all."""
         order = in_order(self.found.weight)
         most = int((self.found.weight <= top).sum())
         tried, self.found = self.found.part(order[: min(most, TRIED_SETS)]), self.found.part(order[most:])
@@ -226,7 +226,7 @@ class _Sets:
             yield weight, depths
 
     def _begun(self, sizes: tuple[int, int], spare: float, top: float) -> Indices | None:
-        """Return places in ``order`` (m, first size) of members, in rising order; None: too many.
+        """Return indices into ``order`` (m, first size) of members, rising; None: too many.
 
         Their reduced costs leave room for as many more as the second size, none of them lower.
         """
@@ -248,7 +248,7 @@ class _Sets:
         return sets
 
     def _meet_in_the_middle(self, top: float) -> Indices | None:
-        """Put sets together from their first and their last members in ``order``; None: too many."""
+        """Return sets joined from their first and their last members in ``order``; None: too many."""
         from scipy.spatial import cKDTree
 
         field, first, last = self.field, self.count // 2, self.count - self.count // 2
@@ -279,9 +279,9 @@ class _Sets:
 
 
 def _screened(field: CutCurves, sets: Indices) -> _Found:
-    """Return the sets (m, k) that can meet what is wanted on their chords, with good depths.
+    """Return the sets (m, k) that can meet the target on their chords, with good depths.
 
-    The shortest way along the chords that makes it up; ends that are passed are kept and the rest goes again.
+    Depths follow the shortest way along the chords; those past an end stay there and the rest is spread anew.
     Then, of more cuts than necessary, metal is saved as long as some still can be.
     """
     if sets.shape[1] < len(field.wanted):
@@ -308,24 +308,24 @@ def _screened(field: CutCurves, sets: Indices) -> _Found:
 
 
 def _slack(field: CutCurves, sets: Indices) -> Array:
-    """Return how far judged vectors may end from what is wanted (m,), in units of the aim."""
+    """Return the distance from the target at which judged vectors may end (m,), in units of the aim."""
     return np.asarray(1.0 + field.bend[sets].sum(axis=1))
 
 
 def _can_meet(field: CutCurves, sets: Indices) -> NDArray[np.bool_]:
-    """Return which sets, of fewer cuts than there are directions, meet it all anywhere along their chords."""
+    """Return whether sets of fewer cuts than directions meet the target anywhere along their chords (m,)."""
     chord, need = field.chord[sets], field.wanted - field.at_least(sets)
     left = need - _added(chord, _shortest(chord, need))
     return np.asarray((left**2).sum(axis=1) <= 0.5 * left.shape[1] * _slack(field, sets) ** 2)
 
 
 def _added(chord: Array, along: Array) -> Array:
-    """Return what ways (m, k) along chords (m, k, d) add up to."""
+    """Return the sums (m, d) of shares (m, k) of chords (m, k, d)."""
     return np.asarray((along[:, None] @ chord)[:, 0])
 
 
 def _shortest(chord: Array, left: Array) -> Array:
-    """Return the shortest ways (m, k) along chords (m, k, d) that make up what is left (m, d)."""
+    """Return the shares (m, k) of chords (m, k, d), least in squares, that make up a remainder (m, d)."""
     square = np.swapaxes(chord, 1, 2) @ chord
     ridge = 1e-9 * np.maximum(np.trace(square, axis1=1, axis2=2), 1e-30)  # some do not span all directions
     square += ridge[:, None, None] * np.eye(square.shape[1])
@@ -333,13 +333,13 @@ def _shortest(chord: Array, left: Array) -> Array:
 
 
 def _depth_share(bow: Array, along: Array) -> Array:
-    """Return the depths, from 0 least to 1 greatest, that lead so far along the chords."""
+    """Return the depths, from 0 least to 1 greatest, at shares ``along`` the chords."""
     root = np.sqrt(np.maximum((1.0 + bow) ** 2 - 4.0 * bow * along, 0.0))
     return np.asarray(2.0 * along / (1.0 + bow + root))
 
 
 def _lightened(field: CutCurves, sets: Indices, along: Array, high: Array) -> Array:
-    """Go where the weight falls most steeply and the sum stays, to an end or to the least weight."""
+    """Return ``along`` moved where weight falls steepest at an equal sum, to an end or the least weight."""
     chord = field.chord[sets] * ((along > 0.0) & (along < high))[:, :, None]
     bow, deep = field.bow[sets], _depth_share(field.bow[sets], along)
     slopes = slopes_of(field.weight[sets])

@@ -1,9 +1,9 @@
-"""Small sets of cuts of one tool and one common depth that correct an unbalance: looked for outright.
+"""Direct search for small sets of cuts of one tool and one common depth that correct an unbalance.
 
-At each of some depths the effects of all places are known; sets of k of them whose sum meets what is wanted
-are put together from two halves whose sums meet, which a tree finds (as in `enumeration`). Between two depths
-a sum moves along what is wanted, mostly: so it may miss more that way. On two webs each may have its own
-depth: each then makes up its share of the unbalance, as two correction planes do.
+At each of some depths the effects of all places are known; sets of k of them whose sum meets the target are
+joined from two halves whose sums meet, found by a tree (as in `enumeration`). Between two depths a sum moves
+mostly along the target: so it may miss more that way. On two webs each may have its own depth: each then
+makes up its share of the unbalance, as two correction planes do.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from autobalance.planning.ties import in_order
 from autobalance.types import Array, Indices
 
 LEVELS = 25
-"""Depths at which sets are looked for."""
+"""Number of depths at which sets are searched."""
 MOST_ALIKE = 6
 """Cuts in a set, at most."""
 MOST_HALVES = 5_000
 MOST_MET = 300_000
 MISS_RATIO = 1.3
-"""How much farther than enough halves may miss each other, since slopes differ a little from effects."""
+"""Factor on the distance by which halves may miss each other, since slopes differ a little from effects."""
 TRIED_SETS = 6
-"""Sets kept of each depth, at most: those that leave least."""
+"""Sets kept of each depth, at most: those of least residual."""
 SETTLED = 3
 """Sets settled on the exact curves, at most: the shallowest."""
 PAIRED = 3
@@ -46,7 +46,7 @@ _Set = tuple[Indices, float]
 
 @dataclass(frozen=True, eq=False)
 class _Alike:
-    """Cuts of one setting at some depths: ``effects`` (levels, n, d) and ``slopes`` per level's step."""
+    """Cuts of one setting at some depths: ``effects`` (levels, n, d) and their ``slopes`` per millimetre."""
 
     members: Indices
     depths_mm: Array
@@ -57,7 +57,7 @@ class _Alike:
 
     @classmethod
     def of(cls, task: Task, members: Sequence[int], rows: Array) -> _Alike | None:
-        """Look up cuts at common depths; None where each has one depth only."""
+        """Return cuts at common depths; None where each has one depth only."""
         least = np.array([task.cuts[k].least_depth_mm for k in members])
         most = np.array([task.cuts[k].max_depth_mm for k in members])
         if (most - least).max() < 1e-6:
@@ -88,11 +88,11 @@ class _Alike:
 
     @property
     def step_mm(self) -> float:
-        """Between two depths."""
+        """Distance between two depths."""
         return float(self.depths_mm[1] - self.depths_mm[0])
 
     def sets(self, target: Array, count: int) -> Iterator[_Set]:
-        """Yield sets of ``count`` cuts that meet what is wanted within 1, the shallowest first."""
+        """Yield sets of ``count`` cuts that meet the target within 1, the shallowest first."""
         waiting: list[_Set] = []
         for level, depth in enumerate(self.depths_mm.tolist()):
             waiting.sort(key=_depth_mm)
@@ -102,7 +102,7 @@ class _Alike:
         yield from sorted(waiting, key=_depth_mm)
 
     def _sets_at(self, level: int, depth_mm: float, target: Array, count: int) -> list[_Set]:
-        """Return the sets of one depth that leave least, each at the depth near it that suits it best."""
+        """Return the sets of least residual at one depth, each moved to its best depth nearby."""
         met = self._meeting(level, target, count)
         if not len(met):
             return []
@@ -119,7 +119,7 @@ class _Alike:
         return [(self.members[met[row]], depth_mm + float(along[row])) for row in best]
 
     def _meeting(self, level: int, target: Array, count: int) -> Indices:
-        """Return sets (m, count) of places that come near what is wanted at a depth; none of too many."""
+        """Return sets (m, count) of indices that come near the target at a depth; empty if too many."""
         from scipy.spatial import cKDTree
 
         effects = self.effects[level]
@@ -170,7 +170,7 @@ class _Alike:
 
 
 def _in_box_of(points: Array, others: Array, margin: float) -> NDArray[np.bool_]:
-    """Return which points (m, d) lie in the box around others, or as near to it as the margin."""
+    """Return whether points (m, d) lie in the box around others, widened by the margin (m,)."""
     low, high = others.min(axis=0) - margin, others.max(axis=0) + margin
     within: NDArray[np.bool_] = ((points >= low) & (points <= high)).all(axis=1)
     return within
@@ -213,7 +213,7 @@ def alike_everywhere(task: Task, enough: float, most_cuts: int = MOST_ALIKE) -> 
 
 
 def _settled(task: Task, sets: Iterable[_Set], enough: float) -> list[Plan]:
-    """Return the first sets, the shallowest, at their exact common depth, on the machine's steps."""
+    """Return plans of the first sets, the shallowest, at their exact common depths, on machine steps."""
     plans: list[Plan] = []
     for members, depth in sets:
         setting = setting_of(task.cuts[int(members[0])])
@@ -270,13 +270,13 @@ def _on_two_webs(task: Task, webs: tuple[list[int], list[int]], enough: float) -
 
 
 def _middle_mm(task: Task, members: Sequence[int]) -> float:
-    """Return where a web's cuts act along the axis."""
+    """Return the mean position along the axis of the metal of a web's cuts."""
     change = [task.cuts[k].effect(task.cuts[k].max_depth_mm) for k in members]
     return float(np.mean([each.centre_mm[2] for each in change]))
 
 
 def _shares(task: Task, z_mm: Sequence[float], enough: float) -> list[float]:
-    """Return what each of two webs may miss [g·mm], so that every judged vector stays good enough."""
+    """Return the permitted miss of each of two webs [g·mm], with every judged vector good enough."""
     rows = judged_rows(task.tolerance) / enough
     shares = []
     for z in z_mm:

@@ -1,8 +1,8 @@
-"""The plan that is simplest to make: fewest different cuts, then fewest cuts, then least metal.
+"""Simplest plan to make: fewest different cuts, then fewest cuts, then least metal.
 
 Cuts are alike where one setting of the machine makes them: the same tool to the same depth. Plans that reach
 the aim are found by the other planners; then depths of one tool are drawn together as long as the residual
-stays small enough, and small sets of cuts of one common depth are looked for outright (`alike`).
+stays small enough, and small sets of cuts of one common depth are searched directly (`equal_cut_search`).
 """
 
 from __future__ import annotations
@@ -27,25 +27,25 @@ WHOLE_CUTS_SHARE = 0.25
 MERGES = 40
 """Groups drawn together in a plan, tried at most."""
 MOST_FACES = 6
-"""Cuts of the lightest plan, of any depth, among which every choice of some is tried; of more, none."""
+"""Greatest number of cuts of the lightest plan, of any depth, of which every choice of some is tried."""
 NEARLY = 2.0
-"""How many times enough the lightest plan may leave, by rounding, where a few of its cuts may be enough."""
+"""Multiple of the enough share that the lightest plan may leave, for a few of its cuts to be tried."""
 
 Rank = tuple[int, int, float]
 
 
 def has_steps(candidates: Candidates) -> bool:
-    """Return whether depths come in steps of the machine, or one depth a cut."""
+    """Return whether any cut has machine steps or one depth only."""
     return any(cut.depth_step_mm > 0.0 or cut.least_depth_mm == cut.max_depth_mm for cut in candidates.cuts)
 
 
 def enough_share(task: Task) -> float:
-    """Return the share of the permissible value down to which less residual is worth no other cut."""
+    """Return the share of the permissible value below which less residual is worth no other cut."""
     return max(task.aim * (1.0 + 1e-6), WHOLE_CUTS_SHARE if has_steps(task.candidates) else 0.0)
 
 
 def rank(task: Task, plan: Plan) -> Rank:
-    """Return how many different cuts a plan has, how many cuts, and what they weigh [g]."""
+    """Return the number of different cuts of a plan, of all its cuts, and their metal [g]."""
     chosen = np.flatnonzero(plan.depths_mm > 0.0).tolist()
     different = {(setting_of(task.cuts[k]), round(float(plan.depths_mm[k]), 6)) for k in chosen}
     metal = sum(abs(task.cuts[k].effect(float(plan.depths_mm[k])).mass_g) for k in chosen)
@@ -53,9 +53,9 @@ def rank(task: Task, plan: Plan) -> Rank:
 
 
 def simplest(task: Task, plans: Iterable[Plan], search: bool = True) -> Plan:
-    """Return the simplest plan that can be made of some plans, or with ``search`` found beside them.
+    """Return the simplest plan derived from some plans or, with ``search``, found beside them.
 
-    Where none of them is good enough there is nothing to spare: the one that leaves least is returned.
+    Where none of them is good enough, the one of least residual is returned.
     """
     candidates = list(plans)
     least = min(candidates, key=lambda plan: key(plan.share))
@@ -88,7 +88,7 @@ def _keeps_rules(task: Task, plan: Plan) -> bool:
 
 
 def _merged(task: Task, plan: Plan, enough: float) -> Plan:
-    """Return a plan with as many depths of like tools drawn together as the residual allows."""
+    """Return a plan with as many depths of like tools merged as the residual allows."""
     groups = Groups.apart(task, plan.depths_mm)
     tried = 0
     while tried < MERGES:

@@ -24,9 +24,9 @@ def least_step_mm(cut: Cut) -> float:
 
 
 def settable(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, plan: Plan) -> Plan:
-    """Return a plan whose cuts a machine can be set to: those below its least step are left out.
+    """Return a plan without cuts below the least step of the machine.
 
-    The others are planned again without them, and so on; where a job asks for one depth for all, all go.
+    The others are planned again, and so on; where a job wants one depth for all cuts, all go.
     """
     steps = np.array([least_step_mm(cut) for cut in candidates.cuts])
     while True:

@@ -22,20 +22,20 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
 
 GAP = 0.03, 0.1
-"""How far from its bound the programme may stop, as a share: half of a least cut, but between these; less
+"""Gap to its bound at which the programme may stop, as a share: half of a least cut, within these; less
 where several cuts are offered for one place. Below 3 %, plans of many holes took half as long again for 0.2 %
 of their metal."""
 NODES = 100
 """Branches looked at, at most: a limit that gives the same answer on every machine, unlike seconds."""
 NEAR_BOUND_SHARE = 0.06
-"""How near the bound over all cuts an answer from a quarter of them is taken for good, as a share.
+"""Distance from the bound over all cuts within which an answer from a quarter of them is final, as a share.
 
 Looks at more cuts took most of the time and found nothing lighter by more than 0.4 %.
 """
 CUT_COUNTS = (56, 100, 250)
-"""How many cuts the integer programme looks at: the best few, then those that could still be better."""
+"""Numbers of cuts in the integer programme: the best few, then those that could still be better."""
 OUT_OF_REACH = 1.0
-"""Cost above the bound, in usual corrections, that only excess residual makes: the most cuts are for that."""
+"""Cost above the bound, in usual corrections, that only excess residual causes: then most cuts are tried."""
 
 
 def solve(
@@ -80,11 +80,11 @@ def solve(
 
 
 def _slack(task: Task, relaxed: MilpModel, bound: float) -> float:
-    """Return how far from its bound the programme may stop, as a share: of holes, less than half of one.
+    """Return the gap to its bound at which the programme may stop, as a share; of holes, below half of one.
 
-    The bound knows nothing of whole cuts, so that of a few the best stands off it by half a least one or so;
-    to prove that took most of the time, and what was found first was mostly within 1 % of the best. Cuts of
-    several sizes for one place come nearer.
+    The bound is not for whole cuts, so that the best of few cuts stands off it by about half a least one; to
+    prove that took most of the time, and the first answer was mostly within 1 % of the best. Cuts of several
+    sizes for one place come nearer.
     """
     if task.prefer == "fewest_holes":
         return min(0.45 / (bound + 1.0), 0.2)
@@ -95,9 +95,9 @@ def _slack(task: Task, relaxed: MilpModel, bound: float) -> float:
 
 
 def least_share(residual: Unbalance, tolerance: Tolerance, candidates: Candidates) -> float:
-    """Return a share of the permissible value that no plan within the rules gets below (to about 1 %).
+    """Return a lower bound of the share of the permissible value that plans leave (to about 1 %).
 
-    Whole numbers are let go of here, so that a plan may well not reach it; but none is better.
+    Cuts need not be whole here, so that a plan may well not reach it; but none is better.
     """
     if not candidates.cuts:
         return tolerance.used_share(residual)
@@ -108,11 +108,11 @@ def least_share(residual: Unbalance, tolerance: Tolerance, candidates: Candidate
 
 
 SMALL = 10_000
-"""Entries of a programme that is solved here, before scipy would have been loaded for it."""
+"""Number of entries up to which a programme is solved here, without loading scipy."""
 
 
 def _least_cost(rules: MilpModel) -> float:
-    """Return what the programme costs at least, with switches anywhere between off and on."""
+    """Return the least cost of the programme with switches anywhere between off and on."""
     if math.prod(rules.shape) <= SMALL:
         rows, most = rules.without_residual()
         size = np.maximum(np.abs(rows).max(axis=1, initial=0.0), 1e-300)[:, None]
@@ -127,7 +127,7 @@ def _least_cost(rules: MilpModel) -> float:
 def greatest_multiple(
     residual: Unbalance, tolerance: Tolerance, candidates: Candidates, most: float
 ) -> float:
-    """Return how many times an unbalance the cuts can correct, up to ``most`` (whole numbers are let go of).
+    """Return the greatest multiple of an unbalance, up to ``most``, that cuts correct (whole or not).
 
     The programme's own rows with the multiple in the place of the excess: residual · multiple + effects ≤ 1.
     """
@@ -148,7 +148,7 @@ def greatest_multiple(
 
 
 def _unpriced(residual: Unbalance, tolerance: Tolerance, candidates: Candidates) -> MilpModel:
-    """Return the rules over all cuts, finer than for choosing, in which nothing costs anything yet."""
+    """Return the programme over all cuts at no cost yet, with more breakpoints than for choosing."""
     task = Task(residual, tolerance, candidates, "least_metal", AIM, *usual(candidates))
     tables = breakpoints(task, 2 * POINTS - 1)
     rules = MilpModel(task, tables, effects_at(task, tables), 0)
@@ -157,7 +157,7 @@ def _unpriced(residual: Unbalance, tolerance: Tolerance, candidates: Candidates)
 
 
 def relaxed_solution(rules: MilpModel) -> Any:
-    """Solve the programme with switches anywhere between off and on."""
+    """Return scipy's solution of the programme with switches anywhere between off and on."""
     from scipy.optimize import linprog
 
     equal = rules.upper_rows == rules.lower_rows
@@ -193,7 +193,6 @@ def _promising(relaxed: MilpModel, answer: Any, gap: float) -> list[int]:
 
 
 def vstack_rows(*blocks: Any) -> Any:
-    """Return sparse rows one under the other."""
     from scipy.sparse import vstack
 
     return vstack(blocks).tocsr()

@@ -29,9 +29,9 @@ EXCESS_WEIGHT = 100.0
 
 
 def breakpoints(task: Task, count: int = POINTS) -> list[Array]:
-    """Return each cut's breakpoints: evenly over the depths it may have, and where neighbours end it.
+    """Return each cut's breakpoints: even over its depths, and at its limits beside neighbours.
 
-    An even point makes way for an end nearer than half a space.
+    An even point makes way for a limit nearer than half a space.
     """
     ends: list[set[float]] = [set() for _ in task.cuts]
     for pair in task.candidates.apart:
@@ -54,7 +54,7 @@ def breakpoints(task: Task, count: int = POINTS) -> list[Array]:
 
 
 def add_points(tables: list[Array], *answers: Array) -> bool:
-    """Make the effects exact at the depths of some answers; return whether that changed anything."""
+    """Add the depths of some answers as breakpoints; return whether any was new."""
     added = False
     for depths in answers:
         for k in np.flatnonzero(depths).tolist():
@@ -70,7 +70,7 @@ def effects_at(task: Task, tables: Sequence[Array]) -> list[list[Moments]]:
 
 
 class MilpModel:
-    """The programme's matrix, row by row."""
+    """Matrix, bounds and costs of the programme of whole cuts."""
 
     def __init__(
         self,
@@ -117,7 +117,7 @@ class MilpModel:
 
     @cached_property
     def matrix(self) -> Any:
-        """The rows, sparse."""
+        """The rows, as a sparse array (CSR)."""
         from scipy.sparse import coo_array
 
         places = np.stack([np.concatenate(self._rows), np.concatenate(self._columns)])
@@ -130,7 +130,7 @@ class MilpModel:
         return len(self._low), len(self.upper)
 
     def without_residual(self) -> tuple[Array, Array]:
-        """Return rows (m, n) and most (m,), row · x ≤ most, without the residual, which other rows hold."""
+        """Return rows (m, n) and bounds (m,), row · x ≤ bound, with the residual's columns eliminated."""
         every = np.zeros(self.shape)
         places = np.concatenate(self._rows), np.concatenate(self._columns)
         np.add.at(every, places, np.concatenate(self._values))
@@ -168,7 +168,7 @@ class MilpModel:
             self._add(columns, [1.0] * size + [-1.0], low, 0.0)
 
     def _residual_rows(self, task: Task, effects: Sequence[Sequence[Moments]]) -> None:
-        """Give the residual separate columns, so that few rows name every cut; keep it in polygons."""
+        """Add separate columns for the residual, so that few rows name every cut; keep it in polygons."""
         rows = judged_rows(task.tolerance)
         own = independent_rows(task.tolerance)
         size = len(own)
@@ -188,7 +188,7 @@ class MilpModel:
                 self._add([*range(self.left, self.left + size), self.excess], values, -math.inf, 0.5 * inner)
 
     def _variety_rows(self, varieties: Sequence[Variety]) -> None:
-        """Give each group a switch that is on where one of its cuts is made, and limit how many are on."""
+        """Add a switch for each group, on where one of its cuts is made, and limit the number that are on."""
         here = self.kinds
         for rule in varieties:
             for column, group in enumerate(rule.groups, here):
@@ -213,10 +213,10 @@ class MilpModel:
                 self._beside(pairs)
 
     def _beside(self, most_mm: Mapping[tuple[int, int], float]) -> None:
-        """Allow no weight deeper at one site than the cut at another lets it be.
+        """Allow no weight at one site deeper than the cut at another site permits.
 
         Of a site's cuts one is made at most. So where any of some others is made, all weight lies above the
-        depth that the most lenient of them allows; one row for each who may be that.
+        depth that the most lenient of them allows; one row for each that may be it.
         """
         here = sorted({k for k, _ in most_mm})
         rows: set[tuple[tuple[int, ...], tuple[int, ...]]] = set()
@@ -239,7 +239,7 @@ class MilpModel:
             self._add(columns, [1.0] * len(columns), -math.inf, 1.0)
 
     def _cost_row(self, task: Task, effects: Sequence[Sequence[Moments]]) -> Array:
-        """Cost in units of a usual correction, so that the excess outweighs it."""
+        """Return the costs in units of a usual correction, so that the excess outweighs them."""
         cost = np.zeros(self.left + len(independent_rows(task.tolerance)))
         masses = np.array([abs(effect.mass_g) for group in effects for effect in group])
         cost[: self.switch] = masses / task.usual_g
@@ -266,7 +266,7 @@ def is_never(pair: Apart, cuts: Sequence[Cut]) -> bool:
 
 
 def sites_of(never: Sequence[Apart], count: int) -> list[int]:
-    """Part cuts into sets of which any two exclude each other: the drills for one place, for instance."""
+    """Return the site of each cut; any two of one site exclude each other, as the drills for one place do."""
     near: list[set[int]] = [set() for _ in range(count)]
     for pair in never:
         near[pair.first].add(pair.second)

@@ -1,4 +1,4 @@
-"""Planned depths are the limit, step or common value that they stand for, to the last digit.
+"""Planned depths set to the limit, step or common value that they stand for, to the last digit.
 
 Solvers end a depth at a limit give or take some roundings, which differ from processor to processor. A cut
 at 0.9999999999999991 mm beside one at 1 mm is another solid, whose faces no longer lie in one plane.
@@ -20,7 +20,7 @@ from autobalance.types import Array
 
 
 def nominal_plan(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, plan: Plan) -> Plan:
-    """Return a plan with nominal depths, and what these leave; itself where it has them already."""
+    """Return a plan with nominal depths and their residual; itself where it has them already."""
     depths = nominal_depths(candidates, plan.depths_mm)
     if np.array_equal(depths, plan.depths_mm):
         return plan
@@ -28,7 +28,7 @@ def nominal_plan(residual: Unbalance, tolerance: Tolerance, candidates: Candidat
 
 
 def nominal_depths(candidates: Candidates, depths_mm: Array) -> Array:
-    """Return depths (n,) each of which is the limit, step or common value that it is within `SAME_MM` of.
+    """Return depths (n,), each set to the limit, step or common value within `SAME_MM` of it.
 
     Depths of one value are one, the least of the limits that they stand for, so that none is exceeded; two
     that share the metal between them end where that does.
@@ -50,7 +50,7 @@ def nominal_depths(candidates: Candidates, depths_mm: Array) -> Array:
 
 
 def _neighbours_ends(candidates: Candidates, cut_now: Sequence[int]) -> dict[int, list[float]]:
-    """Return at which depths cuts that are made end each other."""
+    """Return the depths at which each chosen cut is limited by its chosen neighbours."""
     ends: dict[int, list[float]] = {}
     chosen = frozenset(cut_now)
     for pair in candidates.apart:
@@ -61,7 +61,7 @@ def _neighbours_ends(candidates: Candidates, cut_now: Sequence[int]) -> dict[int
 
 
 def _marks(cut: Cut, depth_mm: float, ends: Sequence[float]) -> list[float]:
-    """Return the limits and the step that a depth may stand for."""
+    """Return the limits and the machine step within `SAME_MM` of a depth."""
     known = [cut.least_depth_mm, cut.max_depth_mm, *ends]
     if cut.depth_step_mm > 0.0:
         known.append(round(depth_mm / cut.depth_step_mm) * cut.depth_step_mm)
@@ -69,7 +69,7 @@ def _marks(cut: Cut, depth_mm: float, ends: Sequence[float]) -> list[float]:
 
 
 def _of_one_value(depths: Array, chosen: Sequence[int]) -> Iterator[list[int]]:
-    """Yield the cuts whose depths follow each other by no more than `SAME_MM`, each group by its places."""
+    """Yield groups of cuts, by index, whose depths follow each other by no more than `SAME_MM`."""
     if not chosen:
         return
     by_depth = sorted(chosen, key=lambda k: (depths[k], k))

@@ -1,4 +1,4 @@
-"""Plans that fall short without doing harm: nothing that is judged becomes worse than it was."""
+"""Harmless plans among those that fall short: no judged value becomes worse than it was."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def is_harmless(before: Unbalance, after: Unbalance, tolerance: Tolerance, slack
 
 
 def harmless(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, plan: Plan) -> Plan:
-    """Return a plan that falls short, changed so that it makes nothing worse; others as they are.
+    """Return a plan that falls short, changed to make no judged value worse; any other unchanged.
 
     The worst judged value is brought as far down as can be while each other stays at most what it was: the
     permissible values are lowered to that, and raised in proportion where they are exceeded, until a plan
@@ -52,7 +52,7 @@ def harmless(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, 
 
 
 def _at_most(tolerance: Tolerance, before: Unbalance, share: float) -> Tolerance:
-    """Return a tolerance that permits a share of what is permitted, but nothing worse than before."""
+    """Return a tolerance at a share of each permissible value, but at most the residual before."""
     was: Array = np.array([row.residual_g_mm for row in tolerance.judged(before)])
     most = np.array([row.permissible_g_mm for row in tolerance.judged(before)])
     permitted = np.minimum(np.maximum(was, WORSE * most), share * most).tolist()

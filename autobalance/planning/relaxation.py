@@ -1,4 +1,4 @@
-"""What would make an unbalance reachable that the limits of a job do not reach: computed, not guessed."""
+"""Changes of a job's limits that would make its tolerance reachable: computed, not guessed."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 
 EXTRA_CUTS = 6
-"""How many more cuts are tried."""
+"""Greatest number of further cuts tried."""
 HALVINGS = 4
 LOOKS = 4
-"""How often to look for metal four times deeper."""
+"""Searches for metal at most, each four times deeper."""
 MOST_OFFERS = 24
-"""How often cuts are looked for with other limits, at most: of a large crank each takes a second or two."""
+"""Searches for cuts with other limits, at most: of a large crank each takes a second or two."""
 NAMED_RELAXATIONS = 3
 """Relaxations named, at most."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """A key of the job by its dotted name, what it is now (None: the job has no such table) and would be."""
+    """Key of a job by its dotted name, its present value (None: the job has no such table) and a new one."""
 
     key: str
     present: Any
@@ -47,14 +47,14 @@ class Relaxation:
     Attributes
     ----------
     text : str
-        For people.
+        Description for people.
     changes : tuple of Change
     used_share : float
-        Worst judged value that is left then, as a share of what is permitted there.
+        Worst judged value that is left then, as a share of its permissible value.
     metal_g : float or None
         Metal that it then takes; None where the cuts stay as they are [g].
     tried : bool
-        Whether the correction was planned anew with the changes; else they follow from what is left.
+        Whether the correction was planned anew with the changes; else they follow from the residual.
     """
 
     text: str
@@ -66,9 +66,9 @@ class Relaxation:
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """What a plan that fell short was made from; ``asked`` are all of the job's limits, placed or not.
+    """Inputs of a plan that fell short; ``asked`` are all of the job's limits, placed or not.
 
-    ``looks`` are the limits with which cuts were looked for since.
+    ``looks`` are the limits with which cuts were searched since.
     """
 
     work: Workpiece
@@ -80,18 +80,17 @@ class Attempt:
     looks: list[Sequence[Limits]] = field(default_factory=list)
 
     def plan(self, candidates: Candidates) -> Plan:
-        """Return the plan with other cuts."""
         return choose(self.residual, self.tolerance, candidates)
 
     def may_do(self, candidates: Candidates) -> bool:
-        """Return whether it is not yet certain that other cuts fall short too."""
+        """Return whether other cuts may suffice: their lower bound does not rule them out."""
         return bool(candidates.cuts) and least_share(self.residual, self.tolerance, candidates) <= 1.0
 
     def offer_with(self, *methods: Limits, coarse: bool = False) -> Candidates | None:
-        """Return other limits' candidates at their last search level (or first: ``coarse``); None: nothing.
+        """Return candidates of other limits at their last search level (or first: ``coarse``); None: no cuts.
 
-        Nothing too once it was looked often enough: advice is not worth minutes.
-        As in planning itself, metal is looked for ever deeper while cuts end only where it was looked.
+        None too after `MOST_OFFERS` searches: advice is not worth minutes.
+        As in planning itself, the search for metal goes deeper while cuts end only at its reach.
         """
         last = [0 if coarse else correction.search_levels(limits) - 1 for limits in methods]
         work = self.work
@@ -163,7 +162,7 @@ def _if_enough(
 
 
 def _more(tried: Attempt, limits: Limits, more: MoreCuts) -> Relaxation | None:
-    """Try more cuts, on each web or on all: the least number that suffices."""
+    """Return the relaxation by the least number of further cuts, on each web or on all; else None."""
     if not tried.candidates.counts:
         return None
 
@@ -183,7 +182,7 @@ def _more(tried: Attempt, limits: Limits, more: MoreCuts) -> Relaxation | None:
 
 
 def _wider(tried: Attempt, number: int, wider: WiderLimits) -> Relaxation | None:
-    """Find the least share 0..1 of a change of one method's limits that suffices."""
+    """Return the relaxation by the least share, 0 to 1, of a change of one method's limits; else None."""
 
     def offer(share: float) -> Candidates | None:
         methods = list(tried.methods)
@@ -206,7 +205,7 @@ def _wider(tried: Attempt, number: int, wider: WiderLimits) -> Relaxation | None
 
 
 def _remedies(tried: Attempt) -> Iterator[Relaxation]:
-    """Yield single cuts of a usual size, of kinds that are not asked for, beside what is there."""
+    """Yield relaxations by single cuts of a usual size, of kinds that the job does not place."""
     present = [correction.kind_of(limits) for limits in tried.methods]
     for kind in correction.KINDS.values():
         if kind in present or kind.remedy is None or not _may_help(tried, kind):
@@ -231,7 +230,7 @@ def _remedies(tried: Attempt) -> Iterator[Relaxation]:
 
 
 def _may_help(tried: Attempt, kind: Kind[Any]) -> bool:
-    """Return whether a kind's remedy might make up what the cuts at hand leave at least.
+    """Return whether a kind's remedy might make up the least residual of the cuts at hand.
 
     A change of the unbalance at a height z of the crank moves each judged vector by ``rows`` · (1, z) of it.
     """

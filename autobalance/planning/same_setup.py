@@ -1,4 +1,4 @@
-"""Cuts of earlier stages gone on with: the same tools in the same places first, then anywhere."""
+"""Continuation of earlier stages: the same tools in the same places first, then anywhere."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from autobalance.correction.holes.drill_series import SAME_MM
 
 
 def same_setups(cuts: Sequence[Cut], earlier: Sequence[EarlierCut]) -> Iterator[list[int]]:
-    """Yield the places of cuts that need no new set-up: first no new place either, then no new tool."""
+    """Yield indices of cuts without a new set-up: first without a new place, then without a new tool."""
     again = [k for k, cut in enumerate(cuts) if _goes_on(cut, earlier)]
     same_tool = [k for k, cut in enumerate(cuts) if any(_is_tool_of(cut, each) for each in earlier)]
     for tier in (again, same_tool):

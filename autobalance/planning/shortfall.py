@@ -1,4 +1,4 @@
-"""When it cannot be done: by how much, in which plane, what limits it, and what would fix it."""
+"""Explanation of a residual above tolerance: its excess and plane, its limits and its remedies."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from autobalance.wording import angle_deg
 ROUNDED = 0.05
 """Share of the permissible value that rounding a printed angle may be worth."""
 LOWER = (0.0, 0.02, 0.05)
-"""By how much lower factors are tried than that which leaves least: then there is metal to take off."""
+"""Steps of factors tried below the factor of least residual: there is metal to take off then."""
 ONE_PLACE_SHARE = 0.5
 """Share of the permissible value that metal added in one place may leave; else it is named in two."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shortfall:
-    """A residual above the permissible value and what was tried.
+    """Residual above the permissible value, and the cuts tried.
 
-    ``places_mm`` are two places along the axis where metal can be added, if there are two; ``too_light`` says
-    that the counterweights are, where that is what is wrong.
+    ``places_mm`` are two places along the axis where metal can be added, if there are two; ``too_light`` is
+    the reason in words where the counterweights are too light.
     """
 
     residual: Unbalance
@@ -44,7 +44,7 @@ class Shortfall:
 def explain_shortfall(
     short: Shortfall, computed: Sequence[str] = (), bound: float = 0.0, factor: Relaxation | None = None
 ) -> str:
-    """Say by how much, in which plane, what limits it, and what would fix it.
+    """Return the explanation of a shortfall: its excess and plane, its limits and its remedies.
 
     ``computed`` are changes of the limits that are known to suffice, ``factor`` is one of the balance factor;
     ``bound`` is the share of the permissible value that no plan within the limits gets below, where known.
@@ -81,7 +81,7 @@ def _judged_values(short: Shortfall) -> list[tuple[str, float, float]]:
 
 
 def _added(short: Shortfall) -> str:
-    """Say what to add: in one place where that brings everything judged to nothing, else in two."""
+    """Return the metal to add, in words: in one place if that leaves little, else in two."""
     residual, tolerance = short.residual, short.tolerance
     permissible = min([tolerance.permissible_g_mm, *(plane.permissible_g_mm for plane in tolerance.planes)])
     if tolerance.judge == "static":
@@ -101,7 +101,7 @@ def _added(short: Shortfall) -> str:
 
 
 def _vector(unbalance: Array, permissible_g_mm: float) -> str:
-    """Name a vector, its angle so finely that rounding it leaves next to nothing."""
+    """Return a vector in words, its angle with digits enough that rounding leaves next to nothing."""
     size = math.hypot(*unbalance)
     angle = angle_deg(unbalance)
     off = math.radians(0.5) * size / (ROUNDED * permissible_g_mm)
@@ -110,9 +110,9 @@ def _vector(unbalance: Array, permissible_g_mm: float) -> str:
 
 
 def factor_relaxations(short: Shortfall) -> tuple[Relaxation, ...]:
-    """Return changes of the balance factor to try: that which the same cuts reach by what they leave.
+    """Return changes of the balance factor to try: the one that the same cuts reach.
 
-    Where none is and the counterweights are too light, those whose further cuts may do.
+    Where there is none and the counterweights are too light, those that further cuts may reach.
     """
     factor = _least_factor(short)
     if factor is None:
@@ -130,12 +130,12 @@ def _relaxation(short: Shortfall, factor: float, how: str) -> Relaxation:
 
 
 def _share_at(short: Shortfall, factor: float) -> float:
-    """Return the worst judged share of what is permitted that the same cuts leave at a factor."""
+    """Return the greatest share of a permissible value that the same cuts leave at a factor."""
     return short.tolerance.used_share(short.residual + short.per_factor.scaled(factor - short.factor))
 
 
 def _least_factor(short: Shortfall) -> float | None:
-    """Return the balance factor from 0 to 1 at which the same cuts leave least, by the sum of squares.
+    """Return the balance factor of least squares with the same cuts; None where that is not from 0 to 1.
 
     Of the resultant, and with ``judge = "dynamic"`` of both planes: throws that cancel each other out leave
     a couple.

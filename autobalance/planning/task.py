@@ -1,4 +1,4 @@
-"""What is to be chosen: a residual, what is judged, the cuts at hand and what to spare."""
+"""Task of a planner: a residual, its tolerance, the candidates and a preference."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _Pair = TypeVar("_Pair", Apart, SharedDepth, Overlap)
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What to choose from; ``usual_g`` and ``usual_radius_mm`` are those of a usual correction, for scale."""
+    """Inputs of a choice; ``usual_g`` and ``usual_radius_mm`` are those of a usual correction, for scale."""
 
     residual: Unbalance
     tolerance: Tolerance
@@ -34,7 +34,7 @@ class Task:
         return self.candidates.cuts
 
     def cost(self, change: Moments) -> float:
-        """Return what a change of moments costs; linear in it as long as it keeps its sign."""
+        """Return the cost of a change of moments, linear in it as long as it keeps its sign."""
         if self.prefer == "most_inertia_removed":
             return change.polar_inertia_g_mm2
         if self.prefer == "least_inertia_change":
@@ -51,7 +51,7 @@ def usual(candidates: Candidates) -> tuple[float, float]:
 
 
 def is_discrete(candidates: Candidates) -> bool:
-    """Return whether whole numbers decide: of cuts that exclude each other, are counted, or come in steps."""
+    """Return whether whole numbers decide: cuts exclude each other, are counted, or come in steps."""
     return bool(candidates.counts or candidates.apart or candidates.varieties) or any(
         cut.least_depth_mm > 0.0 or cut.depth_step_mm > 0.0 for cut in candidates.cuts
     )

@@ -1,4 +1,4 @@
-"""Numbers to choose by, without the last digits in which processors differ: ties go to what comes first.
+"""Comparison of numbers without the last digits, in which processors differ: the first of equals wins.
 
 Mirrored cuts have effects that are equal but for rounding. Which of them leaves less in the sixteenth digit
 differs from processor to processor, and with it the plan would.
@@ -22,12 +22,11 @@ def rounded(values: ArrayLike) -> Array:
 
 
 def key(value: float) -> float:
-    """Return a number to compare by."""
     return float(rounded(value))
 
 
 def in_order(values: ArrayLike) -> Indices:
-    """Return the places of numbers, the least first; of equal ones as they stand."""
+    """Return the indices of numbers, the least first; equal ones keep their order."""
     return np.argsort(rounded(values), kind="stable")
 
 

@@ -1,4 +1,4 @@
-"""Counterweights that are too light: by how much, and what put on them would do."""
+"""Lack of unbalance of counterweights that are too light, and metal on them as a remedy."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from autobalance.planning.relaxation import Attempt, Change, Relaxation
 from autobalance.planning.whole_cuts import choose
 
 TOWARDS = 0.5
-"""Share of what is to be added that points away from the crankpins where counterweights are too light."""
+"""Share of the unbalance, along the crankpins, above which counterweights are too light."""
 G_MM_PER_G_M = 1000.0
 
 
 def too_light_g_mm(work: Workpiece) -> float | None:
-    """Return by how much the counterweights are too light, both ends together; None where they are not."""
+    """Return the unbalance that the counterweights lack, both ends together; None where they do not."""
     total = along = 0.0
     webs = work.anatomy.webs
     for web, (_, heavy) in zip((webs[0], webs[-1]), work.heavy_at, strict=True):
@@ -33,7 +33,6 @@ def too_light_g_mm(work: Workpiece) -> float | None:
 
 
 def too_light_text(total_g_mm: float) -> str:
-    """Return the sentence of a reason."""
     half = 0.5 * total_g_mm
     if total_g_mm < G_MM_PER_G_M:
         return f"the counterweights are too light by {total_g_mm:.3g} g·mm, {half:.3g} g·mm at each end"
@@ -44,9 +43,9 @@ def too_light_text(total_g_mm: float) -> str:
 
 
 def heavier(tried: Attempt, known: Sequence[Relaxation]) -> Iterator[Relaxation]:
-    """Yield what put on the counterweights makes the tolerance reachable, each planned: one a kind.
+    """Yield relaxations by metal on the counterweights, each planned and within tolerance: one a kind.
 
-    Kinds of which something is ``known`` to suffice are passed over.
+    Kinds with a ``known`` relaxation are passed over.
     """
     names = tuple(correction.kind_of(limits).name for limits in tried.asked)
     work = tried.work
@@ -65,7 +64,7 @@ def heavier(tried: Attempt, known: Sequence[Relaxation]) -> Iterator[Relaxation]
 
 
 def _relaxation(tried: Attempt, names: tuple[str, ...], limits: Limits) -> Relaxation | None:
-    """Return what limits of one kind do, alone or trimmed by the job's own methods (``names``)."""
+    """Return the relaxation by one kind, alone or trimmed by the job's own methods (``names``); else None."""
     own = tried.offer_with(limits, coarse=True)
     if own is None or (names and not tried.candidates.cuts):
         return None

@@ -1,4 +1,4 @@
-"""Choose which cuts to make where that is a matter of whole numbers: holes, drills, slugs, machine steps.
+"""Choice of cuts where whole numbers decide: holes, drills, slugs, machine steps.
 
 Where few cuts suffice, `enumeration` finds the lightest set; elsewhere a mixed-integer programme (`milp`)
 picks the cuts on piecewise linear effects. `depths` finds their depths on the exact curves, and `depth_steps`
@@ -35,8 +35,8 @@ MOST_EQUAL = 16
 """Cuts of one tool and one depth, at most."""
 ROUNDS = 4
 REFINED = 0.9
-"""Share of the former residual below which another look at the exact curves is worth its time; nor is it
-where the programme's bound says that no choice comes near the aim."""
+"""Share of the former residual below which another look at the exact curves is worth its time, unless the
+programme's bound shows that no choice comes near the aim."""
 HOPELESS = 3.0
 """Share of the permissible value that no better look at the exact curves, or at other sets, makes up."""
 ROUNDED = 0.5
@@ -46,7 +46,7 @@ FEW_DIFFERENT = 2
 FEW_AIM, FEW_NODES = 0.1, 10
 """Share of the permissible value, and branches, for that plan: it takes longest of all."""
 UNSEEN = 0.03
-"""How near to what unseen cuts weigh at least the lightest few are taken for good, as a share."""
+"""Excess over the least weight of untried sets up to which the lightest few cuts are final, as a share."""
 
 
 def choose(
@@ -68,7 +68,7 @@ def choose(
     candidates : Candidates
         The cuts at hand and their rules.
     prefer : Prefer
-        What to spare among plans that reach the aim.
+        Preference among plans that reach the aim.
     start_mm : (n,) float, optional
         An earlier plan: its choice of cuts is kept if it still serves.
     aim : float
@@ -92,7 +92,7 @@ def _chosen_plan(
     start_mm: Array | None,
     aim: float,
 ) -> Plan:
-    """Return what ``choose`` does, with depths as the solvers leave them."""
+    """Return the plan of `choose` with depths as the solvers leave them."""
     if candidates.equal:
         equal = _equal(Task(residual, tolerance, candidates, "simple", aim, *usual(candidates)), start_mm)
         if equal is not None:
@@ -156,14 +156,14 @@ def _simplest(task: Task, start_mm: Array | None) -> Plan:
 
 
 def is_enough(plan: Plan, candidates: Candidates) -> bool:
-    """Return whether a plan leaves so little that looking for other cuts is not worth it."""
+    """Return whether a plan leaves so little that a search for other cuts is not worth it."""
     if candidates.equal and plan.share <= EQUAL_CUTS_SHARE:
         return True
     return plan.share <= (WHOLE_CUTS_SHARE if has_steps(candidates) else AIM * (1.0 + 1e-6))
 
 
 def _first(task: Task) -> Plan:
-    """Return the lightest few cuts, or where others may be lighter, what the integer programme chooses."""
+    """Return the plan of the lightest few cuts or, where others may be lighter, of the integer programme."""
     few, unseen_g = _few(task)
     if few is not None and _weight(task, few) <= (1.0 + UNSEEN) * unseen_g:
         return few
@@ -174,7 +174,7 @@ def _first(task: Task) -> Plan:
 
 
 def _few(task: Task) -> tuple[Plan | None, float]:
-    """Return the plan of the lightest few cuts, if any, and what others weigh at least."""
+    """Return the plan of the lightest few cuts, if any, and the least weight of others [g]."""
     candidates = task.candidates
     if (
         task.prefer != "least_metal"

@@ -1,1 +1,1 @@
-"""What adds up: mass moments, unbalance, tolerance. numpy only."""
+"""Mass moments, unbalance and tolerance of a rigid rotor; numpy only."""

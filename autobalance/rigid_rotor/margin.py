@@ -1,4 +1,4 @@
-"""Whether the uncertainty counts in the verdict, and what to say where it is what fails it."""
+"""Margin for uncertainty in the verdict, and the explanation where it alone fails a residual."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ REMEDIES: Mapping[str, str] = {
     "attached": "know the unbalance of the attached parts more closely",
     "depth": "hold the depth of the cuts more closely, or take a method that depends on it less, like drill",
 }
-"""What makes the share of a cause smaller."""
+"""Remedy that makes the share of a cause smaller, by cause."""
 SMALL = 0.02
-"""Part of the whole uncertainty below which a share is not named."""
+"""Share of the total uncertainty below which a cause is not named."""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """One thing that a verdict looks at: its residual, how far that may be off, and what is permitted."""
+    """One judged value of a verdict: its residual, the uncertainty of that, and its permissible value."""
 
     name: str
     residual_g_mm: float
@@ -46,26 +46,26 @@ class Judged:
 
     @property
     def share(self) -> float:
-        """Residual and doubt ÷ the permissible value; at most 1 is within tolerance."""
+        """Residual and its uncertainty ÷ the permissible value; within tolerance up to 1."""
         return (self.residual_g_mm + self.doubt_g_mm) / self.permissible_g_mm
 
     @property
     def where(self) -> str:
-        """Which plane it is of, to follow "residual"; nothing for the resultant."""
+        """Name of its plane, to follow "residual"; empty for the resultant."""
         return f" in {self.name}" if self.name.startswith("plane ") else ""
 
 
 def explain_margin(worst: Judged, causes: Mapping[str, float], ends: tuple[str, ...] = ()) -> str:
-    """Say that the residual is within tolerance but not with its uncertainty, and what would fix it.
+    """Return the explanation of a residual within tolerance but not with its uncertainty, and a remedy.
 
     Parameters
     ----------
     worst : Judged
-        What uses the greatest share of its permissible value.
+        The judged value with the greatest share of its permissible value.
     causes : mapping
-        Shares of its doubt by cause [g·mm].
+        Shares of its uncertainty by cause [g·mm].
     ends : tuple of str
-        What keeps the cuts from a smaller residual.
+        Limits that keep the cuts from a smaller residual.
     """
     counts = [(cause, share) for cause, share in causes.items() if share >= SMALL * worst.doubt_g_mm]
     listed = sorted(counts, key=lambda pair: -pair[1])

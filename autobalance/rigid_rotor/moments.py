@@ -33,7 +33,6 @@ class Moments:
 
     @classmethod
     def zero(cls) -> Moments:
-        """Return the moments of nothing."""
         return cls(0.0, np.zeros(3), np.zeros((3, 3)))
 
     @classmethod

@@ -129,7 +129,7 @@ def share_between_planes(
 
 @dataclass(frozen=True)
 class TolerancePlane:
-    """A plane in which the residual is judged (not one in which metal is cut)."""
+    """Plane in which the residual is judged (not a correction plane)."""
 
     name: Literal["A", "B"]
     z_mm: float
@@ -138,9 +138,9 @@ class TolerancePlane:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """What a residual unbalance is measured against.
+    """Permissible residual unbalance of a rotor, for the whole and in tolerance planes.
 
-    ``planes`` holds A and B, or nothing where only the resultant can be judged. ``margin`` is whether the
+    ``planes`` holds A and B, or is empty where only the resultant can be judged. ``margin`` is whether the
     uncertainty counts in the verdict (see ``rotor.margin``).
     """
 
@@ -182,11 +182,11 @@ class Tolerance:
 
     @property
     def places_mm(self) -> tuple[float, float] | None:
-        """Where the planes stand, or None where there are none."""
+        """Positions of planes A and B along the axis; None without planes."""
         return (self.planes[0].z_mm, self.planes[1].z_mm) if self.planes else None
 
     def judged(self, residual: Unbalance, doubt: Share | None = None) -> list[Judged]:
-        """Return what the verdict looks at: the resultant; with ``judge = "dynamic"`` each plane too."""
+        """Return the judged values: the resultant; with ``judge = "dynamic"`` each plane too."""
         off = doubt or Share.none(self.places_mm)
         rows = [
             Judged("the resultant", residual.magnitude_g_mm, off.resultant_g_mm, self.permissible_g_mm),
@@ -200,14 +200,14 @@ class Tolerance:
         return rows
 
     def used_share(self, residual: Unbalance) -> float:
-        """Return the greatest judged magnitude ÷ its permissible value, whatever its uncertainty.
+        """Return the greatest judged magnitude ÷ its permissible value, without its uncertainty.
 
         The resultant is always judged; with ``judge = "dynamic"`` each tolerance plane too.
         """
         return self.worst(residual).share
 
     def worst(self, residual: Unbalance) -> Judged:
-        """Return what uses most of what is permitted, whatever its uncertainty."""
+        """Return the judged value with the greatest share, without its uncertainty."""
         return max(self.judged(residual), key=lambda row: row.share)
 
     def is_met_by(self, residual: Unbalance, budget: Budget | None = None) -> bool:
@@ -228,9 +228,9 @@ class Tolerance:
         return budget is not None and all(row.share <= 1.0 for row in self.judged(residual, budget.total))
 
     def why_not(self, residual: Unbalance, budget: Budget | None, ends: tuple[str, ...] = ()) -> str | None:
-        """Say why a residual that is within tolerance itself is not with its uncertainty; else None.
+        """Return the reason why a residual within tolerance is not with its uncertainty; else None.
 
-        ``ends`` are what keeps the cuts from a smaller residual.
+        ``ends`` are the limits that keep the cuts from a smaller residual.
         """
         if budget is None or self.used_share(residual) > 1.0 or self.is_met_by(residual, budget):
             return None

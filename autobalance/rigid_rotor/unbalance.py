@@ -29,7 +29,6 @@ class Unbalance:
 
     @classmethod
     def of(cls, moments: Moments) -> Unbalance:
-        """Return the unbalance of a body from its mass moments."""
         return cls(moments.first_g_mm[:2].copy(), moments.second_g_mm2[:2, 2].copy())
 
     @property
@@ -53,7 +52,6 @@ class Unbalance:
         return self + other.scaled(-1.0)
 
     def scaled(self, factor: float) -> Unbalance:
-        """Return the unbalance multiplied by ``factor``."""
         return Unbalance(factor * self.resultant_g_mm, factor * self.moment_g_mm2)
 
     def moment_about_g_mm2(self, z_mm: float) -> Array:

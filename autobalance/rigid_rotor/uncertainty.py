@@ -1,4 +1,4 @@
-"""How far the unbalance may be off: shares by cause, and their sum, for the resultant and in two planes."""
+"""Uncertainty of the unbalance: shares by cause and their sum, for the resultant and in two planes."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ ONE_SIDED = 1.645 / 1.960
 """The 95 % quantile of one side over that of both, of normal errors."""
 
 Places = tuple[float, float] | None
-"""Where tolerance planes A and B stand on the axis [mm], or None."""
+"""Positions of tolerance planes A and B along the axis [mm], or None."""
 
 
 @dataclass(frozen=True)
 class Share:
-    """How far something may put the resultant, and what is seen in planes A and B, where there are any.
+    """Uncertainty of the resultant from one cause, and in planes A and B, where there are any.
 
     Attributes
     ----------
     resultant_g_mm : float
         Finite, ≥ 0 [g·mm].
     planes_g_mm : tuple of float
-        Two like it, or none [g·mm].
+        The same in planes A and B, or empty [g·mm].
 
     Raises
     ------
     ValueError
-        If one is negative or not finite.
+        If a value is negative or not finite.
     """
 
     resultant_g_mm: float
@@ -45,24 +45,24 @@ class Share:
 
     @classmethod
     def none(cls, places: Places) -> Share:
-        """Return the share of what changes nothing."""
+        """Return a share of zero."""
         return cls(0.0, () if places is None else (0.0, 0.0))
 
     @classmethod
     def of(cls, change: Moments, places: Places) -> Share:
-        """Return the share of one change of the moments that may be there or not."""
+        """Return the share of a change of the moments that may be present or not."""
         unbalance = Unbalance.of(change)
         planes = () if places is None else unbalance.in_planes(*places)
         return cls(unbalance.magnitude_g_mm, tuple(math.hypot(*vector) for vector in planes))
 
     def __add__(self, other: Share) -> Share:
-        """Return both at once, in the worst directions."""
+        """Return the sum of two shares in the worst directions."""
         pairs = zip(self.planes_g_mm, other.planes_g_mm, strict=True)
         return Share(self.resultant_g_mm + other.resultant_g_mm, tuple(a + b for a, b in pairs))
 
 
 def root_sum(shares: Sequence[Share], places: Places) -> Share:
-    """Return the root of the sum of squares of shares that do not know of each other."""
+    """Return the root of the sum of squares of independent shares."""
     if not shares:
         return Share.none(places)
     planes = zip(*(share.planes_g_mm for share in shares), strict=True)
@@ -73,16 +73,16 @@ def root_sum(shares: Sequence[Share], places: Places) -> Share:
 
 @dataclass(frozen=True)
 class Budget:
-    """What makes the unbalance uncertain.
+    """Uncertainty of the unbalance, by cause.
 
     Attributes
     ----------
     shares : mapping
-        By cause: how far that cause alone may put the unbalance.
+        Uncertainty of the unbalance from each cause alone.
     places : (float, float) or None
-        Where the planes of the shares stand [mm].
+        Positions of the planes of the shares [mm].
     unstated : tuple of str
-        Causes of which nothing is known; they count as nothing.
+        Causes without a stated uncertainty; they count as zero.
     """
 
     shares: Mapping[str, Share]
@@ -91,7 +91,7 @@ class Budget:
 
     @property
     def total(self) -> Share:
-        """Root of the sum of squares: the causes do not know of each other.
+        """Root of the sum of squares, as of independent causes.
 
         References
         ----------
@@ -102,14 +102,14 @@ class Budget:
 
     @property
     def total_g_mm(self) -> float:
-        """How far the resultant may be off [g·mm]."""
+        """Uncertainty of the resultant [g·mm]."""
         return self.total.resultant_g_mm
 
 
 def facets_share(
     missing: Moments, bar_g_mm: Moments, corrected: bool, places: Places, bar_share: float = 0.0
 ) -> Share:
-    """Return the share of the facets: the bar alone where the estimate is corrected for, else both.
+    """Return the share of the facets: the error bar alone where the estimate is corrected for, else both.
 
     ``bar_g_mm`` is the error bar of the estimate, as a mass along the axis: its mass is the bar of the
     resultant [g·mm], its moments are that bar times z and z². Beside it ``bar_share`` of the estimate itself
@@ -122,7 +122,7 @@ def facets_share(
 
 
 def facets_beside_skin(facets: Share, scan: Share) -> Share:
-    """Return the facets' share so that it and the scan's, as squares, hold what both do the same way.
+    """Return the facets' share, raised so that its root sum with the scan's covers their common bias.
 
     Facets always lack metal, and so does a thin skin: a bias and one side of a normal error add up, to
     facets + 0.84 scan (GUM, F.2.4.5), where that is more than the root of their squares.
@@ -162,7 +162,7 @@ def displacement_share(body: Moments, most_mm: float, places: Places) -> Share:
 
 
 def _on_levers(body: Moments, places: Places) -> tuple[float, ...]:
-    """Return ∫ |w| dm at most for planes A and B, w the share of a force at z that the plane carries.
+    """Return upper bounds of ∫ |w| dm for planes A and B, w the share of a force at z that the plane carries.
 
     ∫ |w| dm ≤ √(m ∫ w² dm), by Cauchy and Schwarz; ∫ w² dm follows from the moments.
     """
@@ -175,7 +175,7 @@ def _on_levers(body: Moments, places: Places) -> tuple[float, ...]:
 
 
 def along_the_axis(amount: float, amount_z: float, amount_z2: float) -> Moments:
-    """Return an amount spread along the axis as moments: itself, ∫ z and ∫ z² of it."""
+    """Return the moments of an amount spread along the axis, from itself, its ∫ z and its ∫ z²."""
     first, second = np.zeros(3), np.zeros((3, 3))
     first[2], second[2, 2] = amount_z, amount_z2
     return Moments(amount, first, second)

@@ -1,1 +1,1 @@
-"""What cuts of planar faces share: layers, patches, depth limits, traces."""
+"""Common parts of cuts of planar faces: layers, patches, depth limits, traces."""

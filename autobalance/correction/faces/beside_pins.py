@@ -22,7 +22,7 @@ BARE = 0.98
 
 
 def clear_of_pins(layer: FaceLayer, to_face: Array, anatomy: Anatomy, limit: DepthLimit) -> DepthLimit:
-    """Return how deep a face may be lowered before its cut bites into a pin, if that ends it sooner.
+    """Return the depth limit of a face whose cut must not bite into a pin; the other one if that is sooner.
 
     Pins stand on faces that look along the axis, or lie behind the wall: those are left as they are. A pin
     whose axis lies above the face stands on it too; of one that the face cuts through, nothing may be taken.
@@ -34,7 +34,7 @@ def clear_of_pins(layer: FaceLayer, to_face: Array, anatomy: Anatomy, limit: Dep
         Turns the rotor frame to the face's.
     anatomy : Anatomy
     limit : DepthLimit
-        What ends the cut otherwise.
+        Limit of the cut otherwise.
     """
     along = abs(float(to_face[2, 2]))
     if along >= AXIAL:

@@ -1,4 +1,4 @@
-"""Triangles over a plane region: from which on do they share more than an area with it."""
+"""Triangles over a plane region, and the number of them that share more than an area with it."""
 
 # Needed by a crank whose equal faces got depths of 9.1, 14.2 and 18.3 mm, the last through its main journal:
 # a summit over a wall lies on a section's outline, where rounding decided whether it was inside.
@@ -15,9 +15,9 @@ from autobalance.solid.slicing.raster import Raster
 from autobalance.types import Array, Indices
 
 CUT_MOST = 1000
-"""Triangles on the outline of a region that are cut to it to know the area they share with it."""
+"""Greatest number of triangles on a region's outline that are cut to it for their common area."""
 CELLS_LEAST, CELLS_MOST = 64, 1024
-"""Of the grid on which triangles are distinguished: about as small as they are."""
+"""Cells of the grid on which triangles are distinguished: about as small as they are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class Cover:
     corners: Array
 
     def area_over(self, area_mm2: float) -> int | None:
-        """Return how many of the triangles, from the first, share more than an area with the region.
+        """Return the number of first triangles with more than an area in the region; None: all have less.
 
         Only those near its outline must be cut to it; of many small ones, corners and middle are enough.
         """
@@ -52,13 +52,13 @@ class Cover:
         return int(met[count - 1]) + 1 if count <= len(met) else None
 
     def held(self) -> NDArray[np.bool_]:
-        """Return of each triangle whether it lies inside for sure."""
+        """Return whether each triangle surely lies inside (k,)."""
         if self.region.is_empty or not len(self.corners):
             return np.zeros(len(self.corners), dtype=bool)
         return Raster.of(self.region.polygons).holds(*_boxes(self.corners))
 
     def _inside(self, rows: Indices) -> Array:
-        """Return about which share of triangles lies inside."""
+        """Return the approximate share of each triangle inside (k,)."""
         corners = self.corners[rows]
         points = np.concatenate([corners, corners.mean(axis=1, keepdims=True)], axis=1)
         inside = self.region.contains(points.reshape(-1, 2)).reshape(-1, 4)
@@ -66,7 +66,7 @@ class Cover:
         return share
 
     def _count(self, met: Indices, surely: Array, edge: Indices, area_mm2: float) -> int:
-        """Return how many of the triangles ``met`` share more than an area, those on the ``edge`` cut."""
+        """Return the number of triangles ``met`` with more than an area inside, those on the ``edge`` cut."""
         total = np.cumsum(surely)
 
         def over(count: int) -> bool:

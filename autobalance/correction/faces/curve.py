@@ -1,4 +1,4 @@
-"""A quantity that is sampled at some depths and known at all of them, with its integral."""
+"""Quantity sampled at some depths and interpolated at all of them, with its integral."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from numpy.polynomial import chebyshev
 from autobalance.types import Array
 
 NODES = (5, 9)
-"""Samples of a piece, and how many where that is too few: every other one must predict those between."""
+"""Samples of a piece, and their number where that is too few: every other one must predict those between."""
 CHECK_SHARE = 1e-5
-"""By how much these may be off, as a share of the greatest: all together are far nearer."""
+"""Permitted error of these predictions, as a share of the greatest: all samples are far nearer."""
 ROUGH_CHECK_SHARE = 1e-3
 """The same of a rough surface, which no polynomial follows closer; what a cut takes of it is measured."""
 SPLITS = 3
-"""How often a piece is split where they are farther off, which happens at a kink."""
+"""Greatest number of splits of a piece with larger errors, as at a kink."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class _Rule:
 
 
 def _fitted(places: Array) -> Array:
-    """Return what makes coefficients of samples at as many places."""
+    """Return the matrix from samples at as many places to Chebyshev coefficients."""
     fit: Array = np.linalg.inv(chebyshev.chebvander(places, len(places) - 1)).astype(np.float64)
     return fit
 
@@ -57,7 +57,7 @@ class _Piece:
     """Those of the integral from depth zero."""
 
     def place(self, depth: float) -> float:
-        """Return where a depth lies, from −1 at the start to 1 at the end."""
+        """Return the place of a depth, from −1 at the start to 1 at the end."""
         return (2.0 * depth - self.start - self.end) / (self.end - self.start)
 
 
@@ -67,15 +67,15 @@ class DepthCurve:
     Parameters
     ----------
     sample : callable
-        Takes a depth and returns the vector (n,) there; asked from shallow to deep within a piece.
+        Takes a depth and returns the vector (n,) there; called from shallow to deep within a piece.
     least, most : float
         Depths between which to sample, 0 <= least < most; above ``least`` the first piece goes on.
     scale : (n,) float
-        What the components' errors are measured against.
+        Scale of the components' errors.
     breaks : (k,) float
         Depths at which the curve may have a kink.
     share : float
-        By how much samples that were left out may be off, as a share of the scale.
+        Permitted error of samples that were left out, as a share of the scale.
     """
 
     def __init__(
@@ -87,7 +87,6 @@ class DepthCurve:
         breaks: Array,
         share: float = CHECK_SHARE,
     ) -> None:
-        """Sample the curve as closely as it needs."""
         self._sample, self._permitted = sample, share * scale
         self._breaks = breaks
         self._pieces: list[_Piece] = []
@@ -122,7 +121,6 @@ class DepthCurve:
         return next((piece for piece in self._pieces if depth <= piece.end), self._pieces[-1])
 
     def value(self, depth: float) -> Array:
-        """Return the vector at a depth."""
         piece = self._piece(depth)
         return _at(piece.place(depth), piece.value)
 

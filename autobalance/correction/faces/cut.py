@@ -1,4 +1,4 @@
-"""What lowered faces and metal on faces share: which faces, their frame, how they are listed."""
+"""Common parts of lowered faces and metal on faces: choice of faces, their frame, their listing."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from autobalance.wording import degrees, number
 
 
 class FaceCut(EmptyPlace):
-    """A cut that begins at a planar face, or metal that grows on one: the same with two signs."""
+    """Cut into a planar face, or metal on one: the same with two signs."""
 
     face: Face
     to_face: Array
@@ -49,7 +49,6 @@ class FaceCut(EmptyPlace):
         return back
 
     def effect(self, depth_mm: float) -> Moments:
-        """Return the change of the crank's moments, rotor frame."""
         return self._change(self._curve.integral(depth_mm))
 
     def rate(self, depth_mm: float) -> Moments:
@@ -83,7 +82,7 @@ class FaceCut(EmptyPlace):
 def patches_of(
     work: Workpiece, limits: FaceLimits, heavy_at: Sequence[tuple[float, Array]], search_level: int
 ) -> list[Patch]:
-    """Return the faces, and where on them, that a job picks, or that lie on the side given."""
+    """Return the patches of faces that a job picks, or of those on the heavy side."""
     mesh = work.solid.mesh
     if limits.faces == "auto":
         return auto_patches(mesh, work.anatomy, work.faces, heavy_at, limits, search_level)
@@ -94,7 +93,7 @@ WHOLE_SIDE_DEG = 179.0
 
 
 def part_name(sector_deg: Sequence[float] | None) -> str:
-    """Return which part of a face a cut keeps to, where that is less than the side that is too heavy."""
+    """Return the name of the part of a face that a cut keeps to; empty for a whole face or heavy side."""
     if sector_deg is None or not 0.0 < (sector_deg[1] - sector_deg[0]) % 360.0 < WHOLE_SIDE_DEG:
         return ""
     return f", its part from {degrees(sector_deg[0])} to {degrees(sector_deg[1])}"

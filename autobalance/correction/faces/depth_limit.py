@@ -1,14 +1,14 @@
-"""How deep a planar face may be lowered, and what ends it there.
+"""Greatest depth to which a planar face may be lowered, and its limit.
 
 The shallowest of these counts:
 
-- how far was looked, or the job's ``max_depth_mm``;
+- the reach of the search, or the job's ``max_depth_mm``;
 - the wall to leave in front of the next surface behind the cut;
 - another plane that faces the same way and joins the section, whose area would jump there;
 - another raised part that becomes one with the section, from where on all of it would go.
 
-The surface straight under the face is mostly what ends it, and needs no section but that of the face itself.
-It is found first, so that everything else is looked for in what is left: seldom anything.
+The surface straight under the face is mostly the limit, and needs no section but that of the face itself. It
+is found first, so that all others are searched only above it: seldom any is there.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from autobalance.types import Array, Indices
 JOINED = 1e-3
 """A plane has joined the section when more than this share of it lies inside."""
 AT_A_TIME = 512
-"""Triangles are held against a shadow so many at a time, the highest first, then four times as many."""
+"""Triangles compared with a shadow at a time, the highest first, then four times as many."""
 SECTIONS_ABOVE, SECTIONS_BELOW = 4, 16
-"""Of the metal to be cut, over all that faces backward beside the face and among it: together they make the
-shadow in which a surface lies behind the cut."""
+"""Sections of the metal to be cut, over all that faces backward beside the face and among it: together they
+make the shadow in which a surface lies behind the cut."""
 UNDER_SADDLE = 3.0
-"""So many grains under a saddle the parts that meet there are one, and are seen to be: what rises less than
-two grains over a section counts for no part."""
+"""Grains under a saddle at which the parts that meet there are seen to be one: a rise of less than two grains
+over a section counts for no part."""
 
 
 @dataclass(frozen=True)
 class DepthLimit:
-    """The greatest depth, what ends it, and whether that is only how far was looked."""
+    """Greatest depth, its limit in words, and whether that is only the reach of the search."""
 
     depth_mm: float
     reason: str
@@ -48,7 +48,7 @@ class DepthLimit:
 
 
 def depth_limit(layer: FaceLayer, slab: Layer, reach: DepthLimit, wall_mm: float) -> DepthLimit:
-    """Return how deep a face may be lowered.
+    """Return the greatest depth to which a face may be lowered, and its limit.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def depth_limit(layer: FaceLayer, slab: Layer, reach: DepthLimit, wall_mm: float
     slab : Layer
         The triangles under it, down to the reach and a wall more.
     reach : DepthLimit
-        How deep to look at most.
+        Greatest depth of the search.
     wall_mm : float
         Metal to leave in front of the next surface behind the cut.
     """
@@ -78,13 +78,13 @@ def depth_limit(layer: FaceLayer, slab: Layer, reach: DepthLimit, wall_mm: float
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """What may end a cut, looked for among the triangles of a slab; depths from the face [mm]."""
+    """Search for limits of a cut among the triangles of a slab; depths from the face [mm]."""
 
     layer: FaceLayer
     slab: Layer
 
     def _among(self, rows: Indices, deepest_mm: float) -> Indices:
-        """Return those of some triangles whose tops lie under the face, above a depth."""
+        """Return the triangles of ``rows`` whose tops lie under the face, above a depth."""
         depth = self.layer.height_mm - self.slab.tops.take(rows)
         chosen: Indices = rows[(depth > 2.0 * self.layer.grain_mm) & (depth < deepest_mm)]
         return chosen
@@ -100,7 +100,7 @@ class _Search:
     def depth_beside_mm(self, deepest_mm: float, wall_mm: float) -> float | None:
         """Return the depth of the next surface behind metal that is cut, down to a depth, beside the face.
 
-        Where metal widens under the face, its sections show it, each what lies below it.
+        Where metal widens under the face, sections show it, each for the surfaces below it.
         """
         layer = self.layer
         rows = self._within_room(self._backward(deepest_mm + wall_mm))
@@ -128,7 +128,7 @@ class _Search:
         return highest
 
     def _within_room(self, rows: Indices) -> Indices:
-        """Return those of some triangles, high to low, that may reach beyond what stands on the face."""
+        """Return the triangles of ``rows``, high to low, that may reach beyond what stands on the face."""
         if not len(rows):
             return rows
         corners = self._seen(rows)
@@ -141,7 +141,7 @@ class _Search:
         return within
 
     def _first_behind(self, shadow: Region, rows: Indices) -> int | None:
-        """Return which is the first of some triangles with which they lie behind a shadow."""
+        """Return the index of the first triangle with which ``rows`` lie behind a shadow; else None."""
         begin, some = 0, AT_A_TIME
         while begin < len(rows):
             chosen = np.arange(begin, min(begin + some, len(rows)))
@@ -195,11 +195,11 @@ class _Search:
         return free
 
     def _narrowed(self, free_mm: float, merged_mm: float, depth_mm: float) -> tuple[float, float]:
-        """Return which part of an interval, divided at a depth, the joining lies in."""
+        """Return the part of an interval, divided at a depth, in which the parts become one."""
         return (free_mm, depth_mm) if self._is_merged(depth_mm) else (depth_mm, merged_mm)
 
     def _is_merged(self, depth_mm: float) -> bool:
-        """Whether at a depth the section holds the place of a summit that stands apart from the face."""
+        """Return whether at a depth the section holds the place of a summit apart from the face."""
         depths = self.layer.height_mm - self.slab.summits[:, 2]
         grain = self.layer.grain_mm
         apart = self.slab.summits[(depths > 2.0 * grain) & (depths < depth_mm - 2.0 * grain), :2]

@@ -1,4 +1,4 @@
-"""What lowering faces and building them up share as kinds."""
+"""Common parts of the kinds of lowered and built-up faces."""
 
 from __future__ import annotations
 
@@ -27,20 +27,18 @@ class FaceKind(Kind[L], ABC):
     offers_all = True
 
     def is_kept(self, cut: FaceCut, item: Item) -> bool:
-        """Return whether a face, or its sector, is that of an earlier report."""
         return is_kept_face(cut, item)
 
     def relaxing(self, limits: L) -> Sequence[Relaxing]:
-        """Return more depth or height, and a thinner wall behind the face or less clearance over it."""
+        """Return ways to more depth or height, and to a thinner wall behind the face or clearance over it."""
         return *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)
 
     def trace(self, item: Item) -> Trace:
         return FaceTrace(item, adds=self.adds_metal)
 
     def drawn(self, item: Item) -> Shape:
-        """Return what lies between the face as it was and as it is, within its outline now."""
+        """Return the body between the face before and after, within its new outline."""
         return outline_shape(item)
 
     def size(self, item: Item) -> str:
-        """Return the face's height, old and new."""
         return face_heights(item)

@@ -66,7 +66,7 @@ class Layer:
 
     @classmethod
     def of(cls, mesh: Mesh, frame: Array, low_mm: float, high_mm: float, grain_mm: float) -> Layer:
-        """Pick the triangles that reach into low..high once ``frame`` (4, 4) has placed the mesh."""
+        """Return the triangles that reach into low..high after ``frame`` (4, 4) has placed the mesh."""
         z = mesh.vertices @ frame[2, :3] + frame[2, 3]
         sides = (z > low_mm).view(np.uint8) | (z < high_mm).view(np.uint8) << 1
         a, b, c = sides.take(mesh.triangles).T
@@ -98,12 +98,12 @@ class Layer:
         return np.flatnonzero(self.leans <= BACKWARD * self.areas)
 
     def is_thick(self, rows: Indices) -> NDArray[np.bool_]:
-        """Return which of some triangles are not slivers lower than rounding, which face nowhere."""
+        """Return whether triangles are not slivers lower than rounding, which face nowhere (j,)."""
         thick: NDArray[np.bool_] = self.areas.take(rows) > self.grain_mm * longest_sides(self.corners(rows))
         return thick
 
     def thick(self, rows: Indices) -> Indices:
-        """Return those of some triangles that are not slivers."""
+        """Return the triangles of ``rows`` without slivers."""
         chosen: Indices = rows[self.is_thick(rows)]
         return chosen
 
@@ -142,7 +142,7 @@ class Layer:
 
 @dataclass(eq=False)
 class FaceLayer:
-    """What hangs together with a face, section by section.
+    """Metal connected to a face, section by section.
 
     Attributes
     ----------
@@ -153,9 +153,9 @@ class FaceLayer:
     outline : Region
         The face itself.
     standing : Region
-        What stands on the face: the tool keeps from under it.
+        Footprint of metal on the face: the tool keeps from under it.
     room : Region
-        Where else the tool may be.
+        Area open to the tool.
     within : Solid or None
         The part of space to which the cut keeps, in the face's frame.
     grain_mm : float
@@ -179,7 +179,7 @@ class FaceLayer:
 
     @property
     def holds_its_face(self) -> bool:
-        """Whether there is metal under the face within, and not only beside it, hanging together with it."""
+        """Whether metal connected to the face lies under it within, and not only beside it."""
         first = self.kept(self.grain_mm)
         if first.is_empty or self.within is None:
             return not first.is_empty
@@ -187,7 +187,7 @@ class FaceLayer:
         return inside.area_mm2 > SAME_FACE_AREA_SHARE * first.area_mm2
 
     def kept(self, depth_mm: float) -> Region:
-        """Return the section at a depth of the metal that hangs together with the face."""
+        """Return the section at a depth of the metal connected to the face."""
         depth_mm = max(depth_mm, self.rough_mm)
         if depth_mm in self._kept:
             return self._kept[depth_mm]
@@ -210,7 +210,7 @@ class FaceLayer:
         return self._kept[depth_mm]
 
     def spared(self, depth_mm: float) -> Region:
-        """Return the shadow of other metal down to a depth: of every section looked at, and of the last."""
+        """Return the shadow of other metal down to a depth: of every section seen, and of the last."""
         depth_mm = max(depth_mm, self.rough_mm)
         self.kept(depth_mm)
         shadow = Region.of([])
@@ -220,7 +220,7 @@ class FaceLayer:
         return shadow if shadow.is_empty else shadow.grown(self.grain_mm)
 
     def taken(self, depth_mm: float) -> Region:
-        """Return the shadow of what hangs together with the face, in every section looked at and the last."""
+        """Return the shadow of metal connected to the face, in every section seen and the last."""
         depth_mm = max(depth_mm, self.rough_mm)
         shadow = self.outline + self.kept(depth_mm)
         for depth in self._depths:
@@ -256,7 +256,7 @@ def plane_moments(region: Region, z_mm: float) -> Moments:
 
 
 def moments_scale(region: Region, z_mm: float) -> Array:
-    """Return the size (13,) of what the moments of a region, and of those like it, are added up from."""
+    """Return the scale (13,) of the moments of a region and of those like it."""
     length = max(float(np.abs(region.bounds).max()), abs(z_mm))
     return region.area_mm2 * np.concatenate([[1.0], np.full(3, length), np.full(9, length**2)])
 
@@ -267,5 +267,5 @@ def numbers_of(moments: Moments) -> Array:
 
 
 def moments_of(numbers: Array) -> Moments:
-    """Return the moments that numbers (13,) stand for."""
+    """Return the moments of numbers (13,), as `numbers_of` returns them."""
     return Moments(float(numbers[0]), numbers[1:4], numbers[4:].reshape(3, 3))

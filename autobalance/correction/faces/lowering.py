@@ -10,15 +10,15 @@ from autobalance.solid.csg.tool import Lowering
 from autobalance.types import Array
 
 BESIDE_MM = 0.5
-"""How far the box reaches beyond the metal that it takes, and keeps from what it spares, if it can."""
+"""Margin of the box around the metal that it takes, and its distance from spared metal, if possible."""
 SLIVER_MM = 0.01
 """Metal that is nowhere twice as thick is not metal, but the difference of two outlines."""
 NARROWER = (1.0, 0.5, 0.2, 0.1, 0.04)
-"""Shares of that tried between metal that goes and metal that stays."""
+"""Shares of that distance tried between removed and spared metal."""
 
 
 def lowering(layer: FaceLayer, depth_mm: float, to_rotor: Array, within: Shape | None) -> Lowering:
-    """Return the tool that lowers a face; what stands on the face, the exact solid knows.
+    """Return the tool that lowers a face; the exact solid itself knows what stands on the face.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Where on a crank faces are worked: those that a job names, or those on the side to be changed."""
+"""Patches of faces to be worked: those that a job names, or those on the side to be changed."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ ROUNDING_SHARE = 1e-6
 
 @dataclass(frozen=True)
 class FaceLimits(Limits):
-    """The keys of kinds whose cuts begin at faces; what each key is to a kind stands there."""
+    """Limits of kinds whose cuts begin at faces; each kind explains its keys."""
 
     faces: Literal["auto"] | tuple[str | FacePoint, ...] = "auto"
     sector_deg: tuple[float, float] | None = None
@@ -115,7 +115,7 @@ def auto_patches(
     limits: FaceLimits,
     search_level: int,
 ) -> list[Patch]:
-    """Return the web faces that suit, each kept to the side that is too heavy, beyond the crank axis.
+    """Return patches of suitable web faces, each kept to the heavy side, beyond the crank axis.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def heavy_vector(heavy_at: HeavyAt, z_mm: float) -> Array:
 
 
 def heavy_direction(heavy_at: Sequence[tuple[float, Array]], z_mm: float) -> Array | None:
-    """Return the unit vector (2,) of the heavy side at a place along the axis; None where nothing is."""
+    """Return the unit vector (2,) of the heavy side at a place along the axis; None without one."""
     vector = heavy_vector(heavy_at, z_mm)
     length = math.hypot(*vector)
     scale = max(math.hypot(*u) for _, u in heavy_at)
@@ -255,7 +255,7 @@ def sector(angles_deg: tuple[float, float], reach_mm: float) -> Solid:
 
 
 def strip_along(angle_deg: float, reach_mm: float, aside_mm: float) -> Solid:
-    """Return what is no farther than ``aside_mm`` from the half-plane at an angle about the crank axis."""
+    """Return the room within ``aside_mm`` of the half-plane at an angle about the crank axis."""
     angle = math.radians(angle_deg)
     along = 2.0 * reach_mm * np.array([math.cos(angle), math.sin(angle)])
     across = aside_mm * np.array([-math.sin(angle), math.cos(angle)])

@@ -1,4 +1,4 @@
-"""What lowered and built-up faces leave behind."""
+"""Traces of lowered and built-up faces."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ from autobalance.types import Array
 from autobalance.units import wrapped_deg
 
 LEAN_SHARE = 1.0
-"""How far beside a face metal is looked for, as a share of the depth: if it went elsewhere, that is found."""
+"""Distance beside a face at which metal is sought, as a share of the depth, to find metal gone elsewhere."""
 BESIDE_MM = 0.1
 WHOLE_FACE = 0.98
 """Share of a face that is cut where all of it is."""
 AXES = 1e-6
-"""How far the axes of an outline may be off those of its face."""
+"""Tolerance of the axes of an outline against those of its face."""
 DRAWN = 1e-3
 """Share by which the area inside an outline may differ from that of the face: its corners are thinned."""
 EDGE_MM2 = 0.1
@@ -46,15 +46,15 @@ EDGE_MM2 = 0.1
 EDGE_MM = 0.05
 """Depth from which edges are read: rounding leaves walls as high as those of a thinner layer."""
 EDGE_DEG = 0.05
-"""By how much an edge may lie beside its listed angle."""
+"""Tolerance of an edge's angle against its listed one."""
 OWN_FACETS = 2.0
-"""Edges that are not listed are seen in the metal of a scan when they have so many facets' area more."""
+"""Further area, in facets, of an edge in the metal of a scan that counts though it is not listed."""
 
 
 def _hanging_together(
     crank: Before, to_face: Array, under: Region, height_mm: float, slack_mm: float
 ) -> Region:
-    """Return the crank's cross-section at a new face, as far as it hangs together with the old one.
+    """Return the crank's cross-section at a new face, as far as it is connected to the old one.
 
     Where neighbours lean far outward, a rounded edge above all, far more goes than lies under the face.
     """
@@ -65,7 +65,7 @@ def _hanging_together(
 
 
 BESIDE_DEG = 1e-3
-"""How far a room reaches beyond its sector: walls of both in one plane would be merged into slanting ones."""
+"""Margin of a room beyond its sector: walls of both in one plane would be merged into slanting ones."""
 
 
 def axes_of_outline(item: Item, normal: Array) -> Array:
@@ -91,7 +91,7 @@ def axes_of_outline(item: Item, normal: Array) -> Array:
 
 @dataclass(frozen=True)
 class FaceTrace:
-    """A face that was lowered, or metal that stands on one (``adds``)."""
+    """Trace of a lowered face, or of metal on one (``adds``)."""
 
     item: Item
     adds: bool = False
@@ -101,7 +101,7 @@ class FaceTrace:
         return True
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
-        """Return the face as it was before, its new height: the old one less the depth; the job's sector."""
+        """Return the face before, its new height (the old one less the depth), and the job's sector."""
         sector = getattr(limits, "sector_deg", None)
         face = self._stated_face(crank)
         height = stated_number(self.item, "face_height_mm")
@@ -115,7 +115,7 @@ class FaceTrace:
         }
 
     def _tool(self, face: Face) -> dict[str, Any]:
-        """Return what follows of the body that the outline draws, and the area that it must have."""
+        """Return the values of the body that the outline draws, its area checked against the listed one."""
         loops = self.item.get("outline")
         if not isinstance(loops, list):
             return {}
@@ -138,14 +138,13 @@ class FaceTrace:
         return values
 
     def _stated_face(self, crank: Before) -> Face:
-        """Return the face that it is said to be on."""
         face = next((face for face in crank.faces if face.id == self.item.get("face")), None)
         if face is None:
             raise FormatError(f"face {self.item.get('face')!r} of a correction is none of the crank")
         return face
 
     def room(self, crank: Before) -> Solid:
-        """Reach over or under the face, beside it as far as walls may lean."""
+        """Return the room over or under the face, beside it as far as walls may lean."""
         ends = sorted((stated_number(self.item, "face_height_mm"), stated_number(self.item, "new_height_mm")))
         slack, to_face = slack_mm(ends[1] - ends[0]), face_frame(stated_unit(self.item, "normal"))
         under = face_region(crank.mesh, crank.anatomy, self._stated_face(crank), to_face)
@@ -162,7 +161,7 @@ class FaceTrace:
 
     @property
     def _angles_deg(self) -> tuple[float, float] | None:
-        """The sector it keeps to, if it does."""
+        """Angles of its listed sector; None without one."""
         value = self.item.get("sector_deg")
         if value is None:
             return None
@@ -197,7 +196,7 @@ class FaceTrace:
         return {} if None in edges else {"sector_deg": list(listed)}
 
     def read(self, metal: Metal) -> Mapping[str, Any]:
-        """Heights, depth, the new face, and on which face it is."""
+        """Return its face, the heights, the depth and the area of the new face."""
         normal = stated_unit(self.item, "normal")
         up = 1.0 if self.adds else -1.0
         new, cut = metal.facing(up * normal)
@@ -288,7 +287,7 @@ def _area_at(angles: Array, areas: Array, angle: float) -> float:
 
 
 def _apart_deg(angles: Array | float, angle: float) -> Array:
-    """Return by how much angles lie apart, around the turn [deg]."""
+    """Return the distances between angles, around the turn [deg]."""
     return np.asarray(np.abs((angles - angle + 180.0) % 360.0 - 180.0))
 
 

@@ -1,4 +1,4 @@
-"""What lies under a planar face, seen once: its parts and sectors are cut from the same sections."""
+"""Metal under a planar face, kept: its parts and sectors are cut from the same sections."""
 
 # Needed by cranks of 260 000 triangles, where each part of a face cut the same sections anew.
 
@@ -28,13 +28,13 @@ class UnderFace:
     Attributes
     ----------
     slab : Layer
-        The triangles down to where was looked.
+        The triangles down to the end of the search.
     outline : Region
         The face itself.
     standing : Region
-        Where the tool may not be: what stands on the face, with room around, and what that encloses.
+        Area closed to the tool: what stands on the face, with room around, and what that encloses.
     room : Region
-        Where it may be: everywhere else.
+        Area open to the tool: everywhere else.
     """
 
     slab: Layer
@@ -47,7 +47,7 @@ class UnderFace:
     def of(
         cls, mesh: Mesh, anatomy: Anatomy, face: Face, to_face: Array, down_to_mm: float, grain_mm: float
     ) -> UnderFace:
-        """Look from just above a face down to a height over its frame."""
+        """Return the metal from just above a face down to a height in its frame."""
         height = float(face.normal @ face.centroid_mm)
         frame = to_face @ anatomy.file_to_rotor
         slab = Layer.of(mesh, frame, down_to_mm, height + 2.0 * grain_mm, grain_mm)
@@ -76,7 +76,7 @@ _SEEN: WeakKeyDictionary[Mesh, dict[_Key, UnderFace]] = WeakKeyDictionary()
 def under_face(
     mesh: Mesh, anatomy: Anatomy, face: Face, to_face: Array, down_to_mm: float, grain_mm: float
 ) -> UnderFace:
-    """Return what lies under a face; the same as before where it was looked at before, as deep."""
+    """Return the metal under a face; the kept one where the same depth was searched before."""
     seen = _SEEN.setdefault(mesh, {})
     key = (face, (to_face @ anatomy.file_to_rotor).tobytes(), down_to_mm, grain_mm)
     known = seen.get(key)

@@ -1,1 +1,1 @@
-"""What drilled holes and slugs share: bores, places, walls, metal on the way, traces."""
+"""Common parts of drilled holes and slugs: bores, places, walls, metal on the way, traces."""

@@ -1,4 +1,4 @@
-"""What lies around the axis of a hole: the wall that it leaves, and how deep it may go."""
+"""Surfaces around the axis of a hole: the wall left beside it, and its greatest depth."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from autobalance.correction.holes.zones import Fillet, in_fillets
 from autobalance.types import Array
 
 LOOKED_AT_MM = 10.0
-"""Beside a hole and as much as it is wide; farther where there is nothing."""
+"""Distance searched beside a hole, beyond its width; farther where there is nothing."""
 NEAR_ENTRY_MM = 0.05
 OLD_SHARE = 0.04
-"""How far, as a share of the drill's radius, an old hole that it fits may reach out: wider, not round."""
+"""Share of the drill's radius by which an old hole that it fits may reach farther out: wider, not round."""
 
 
 @dataclass(frozen=True)
 class OldHole:
-    """A hole that is drilled deeper: its radius, and how far the tip of its point lies beyond the entry.
+    """Hole to be drilled deeper: its radius, and the distance of its tip beyond the entry.
 
     What lies more than ``wall_mm`` above its tip is beside the old hole alone.
     """
@@ -32,7 +32,7 @@ class OldHole:
     wall_mm: float
 
     def is_own(self, local: Array) -> NDArray[np.bool_]:
-        """Return which triangles (k, 3, 3) around the axis are the old hole's own, or beside it alone."""
+        """Return whether triangles (k, 3, 3) around the axis are the old hole's own, or beside it alone."""
         highest = local[:, :, 2].max(axis=1) - self.tip_mm
         within = (np.hypot(local[:, :, 0], local[:, :, 1]) <= (1.0 + OLD_SHARE) * self.radius_mm).all(axis=1)
         own: NDArray[np.bool_] = (within & (highest <= self.radius_mm)) | (highest < -self.wall_mm)
@@ -64,7 +64,7 @@ class Around:
             reach = radius_mm + wall
 
     def deepest_mm(self, radius_mm: float, room: HoleLimits) -> float | None:
-        """Return how deep a hole may go within limits, -inf if not at all; None as of ``wall_mm``."""
+        """Return the greatest depth of a hole within limits, -inf without any; None as of ``wall_mm``."""
         others = self._others(max(2.0 * radius_mm + LOOKED_AT_MM, radius_mm + room.wall_mm))
         return None if others is None else greatest_depth_mm(others, radius_mm, room)
 

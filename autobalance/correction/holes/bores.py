@@ -18,18 +18,18 @@ from autobalance.types import Array, Indices
 SMOOTH_RAD = math.radians(40.0)
 """Neighbours that turn by less belong to one round surface: down to ten facets around."""
 ROUND_SHARE = 0.02
-"""How far, as a share of the radius, the corners of a round hole may lie from one circle."""
+"""Share of the radius by which the corners of a round hole may lie off one circle."""
 STRAIGHT = 1e-3
 """Greatest square component of a bore's normals along its axis."""
 ASKEW_RAD = math.radians(2.0)
 OFF_AXIS_MM = 0.5
 LEAST_TRIANGLES = 12
 SAME_DIAMETER = 0.02
-"""Share by which a tool and a hole that is there may differ for it to fit."""
+"""Share by which a tool and an existing hole may differ for it to fit."""
 
 
 def fitting_mm(diameters_mm: Sequence[float], radius_mm: float) -> list[float]:
-    """Return the diameters at hand that fit a hole that is there."""
+    """Return the diameters at hand, rising, that fit an existing hole."""
     return [
         diameter
         for diameter in sorted(set(diameters_mm))
@@ -91,7 +91,7 @@ def _bore(corners: Array, normal: Array, size: Array, rows: Indices) -> Bore | N
 
 
 def _circle(points: Array) -> tuple[Array, float]:
-    """Fit a circle: |p|² = 2 c·p + (r² − |c|²), linear in c and the rest."""
+    """Return a fitted circle: |p|² = 2 c·p + (r² − |c|²), linear in c and the rest."""
     shift = points.mean(axis=0)
     p = points - shift
     table = np.column_stack([2.0 * p, np.ones(len(p))])
@@ -124,7 +124,7 @@ class BlindHole:
 
 
 def blind_holes(surface: Surface, web: Web, direction: Direction) -> Iterator[BlindHole]:
-    """Yield the blind holes of a web, for what may be pressed into them."""
+    """Yield the blind holes of a web, for slugs to be pressed into them."""
     near = surface.within(web.z_min_mm, web.z_max_mm)
     for bore in find_bores(near, direction):
         for outward in (bore.outward, -bore.outward):
@@ -154,7 +154,7 @@ def _straight_part(near: Surface, bore: Bore, axis: Axis) -> tuple[float, float]
 def old_sites(
     surface: Surface, web: Web, direction: Direction, wall_mm: float
 ) -> Iterator[tuple[Site, float]]:
-    """Yield the bottoms of blind holes that a web has, as places to drill on from, with their radius."""
+    """Yield the bottoms of a web's blind holes, as places to drill deeper, with their radii."""
     near = surface.within(web.z_min_mm, web.z_max_mm)
     for bore in find_bores(near, direction):
         for sign in (1.0, -1.0):
@@ -202,4 +202,4 @@ def _bottom(
 
 
 LIFT_SHARE = 0.8
-"""Where the tool starts above an old bottom, in radii: over all of its point, inside of the old hole."""
+"""Height of the tool's start above an old bottom, in radii: over all of its point, inside of the old hole."""

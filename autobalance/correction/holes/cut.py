@@ -1,4 +1,4 @@
-"""What drilled holes and bores for slugs share as cuts: a hole at a place, and how all of them are found."""
+"""Common parts of drilled holes and bores for slugs as cuts: a hole at a place, and the search for all."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from autobalance.types import Array
 from autobalance.units import wrapped_deg
 
 Towards = Array | Callable[[float], Array]
-"""A direction (2,) that one of the places tried lies in, or what returns it for a z [mm]."""
+"""A direction (2,) in which one of the places tried lies, or a function of z [mm] that returns it."""
 
 
 class HoleCut(WalledCut):
-    """A cut that is a hole at a place."""
+    """Cut of a hole at a place."""
 
     hole: Hole
     site: Site
@@ -42,7 +42,7 @@ class HoleCut(WalledCut):
 
     @property
     def place(self) -> str:
-        """Where it is, for messages."""
+        """Web and angle of the hole, for messages."""
         return f"in web {self.web} at {wrapped_deg(math.degrees(self.site.angle_rad)):.4g}°"
 
     @property
@@ -50,16 +50,14 @@ class HoleCut(WalledCut):
         return self.hole.envelope
 
     def tool(self, depth_mm: float) -> Solid:
-        """Return the tool's body, rotor frame."""
         return self.hole.body(depth_mm)
 
     def exact_tool(self, depth_mm: float) -> Tool:
-        """Return the tool's body without facets."""
         return self.hole.exact_body(depth_mm)
 
 
 def direction_at(target: Towards) -> Callable[[float], Array]:
-    """Return the target direction as a function of z, whichever way it is given."""
+    """Return the target direction as a function of z."""
     if callable(target):
         return target
     fixed = np.asarray(target, dtype=np.float64)
@@ -68,7 +66,7 @@ def direction_at(target: Towards) -> Callable[[float], Array]:
 
 @dataclass(frozen=True, eq=False)
 class HoleSearch:
-    """Where holes are looked for: a crank, its surface in the rotor frame, the places tried on it."""
+    """Search for holes: a crank, its surface in the rotor frame, the places tried on it."""
 
     solid: Solid
     anatomy: Anatomy
@@ -83,7 +81,7 @@ class HoleSearch:
     def sites(self, margin_mm: float, least: tuple[float, HoleLimits] | None = None) -> list[Site]:
         """Return the places where holes may start whose radius and wall are at most ``margin_mm``.
 
-        Those that are seen to be too narrow for the ``least`` hole, its radius and limits, may be left out.
+        Places clearly too narrow for the ``least`` hole, its radius and limits, may be left out.
         """
         return list(find_sites(self.surface, self.anatomy, self.places, margin_mm, least))
 

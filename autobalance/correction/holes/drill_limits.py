@@ -1,4 +1,4 @@
-"""What a job asks of drilled holes."""
+"""Limits of drilled holes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ OBLIQUITY = Rule(f"must be 0 to {MOST_OBLIQUITY_DEG:g}", least=0.0, most=MOST_OB
 
 @dataclass(frozen=True)
 class DrillLimits(Limits):
-    """What a job asks of drilled holes. The defaults are ours: no standard gives them.
+    """Limits of drilled holes. The defaults are ours: no standard gives them.
 
     Attributes
     ----------
@@ -150,12 +150,12 @@ class DrillLimits(Limits):
 
     @property
     def held_zone(self) -> Zone:
-        """Where holes may lie: anywhere, where their positions are named."""
+        """Zone of holes: anywhere, if their positions are named."""
         return self.zone if self.positions is None else "anywhere"
 
     @property
     def may_deepen(self) -> bool:
-        """Whether holes that are there may be deepened."""
+        """Whether existing holes may be deepened."""
         return self.positions is not None if self.deepen is None else self.deepen
 
     @property
@@ -166,7 +166,7 @@ class DrillLimits(Limits):
         return sizes_mm(self.series or "mm")
 
     def drill_name(self, diameter_mm: float) -> str | None:
-        """Return what the shop calls a drill; None: its diameter in millimetres is its name."""
+        """Return the shop's name of a drill; None: its diameter in millimetres is its name."""
         return drill_name(self.series, diameter_mm)
 
     def listed_about(self, diameter_mm: float, ratio: float) -> list[dict[str, float | str | None]]:

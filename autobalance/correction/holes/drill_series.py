@@ -53,7 +53,7 @@ def sizes_mm(series: Series | Iterable[Series | float]) -> tuple[float, ...]:
 
 
 def drill_name(series: Series | Iterable[Series | float] | None, diameter_mm: float) -> str | None:
-    """Return what a drill of the named series is called; None where only its diameter is its name."""
+    """Return the name of a drill in the named series; None where only its diameter is its name."""
     parts: Iterable[Series | float] = [series] if isinstance(series, str) else series or ()
     for part in parts:
         if isinstance(part, str) and part != "mm":

@@ -1,4 +1,4 @@
-"""Which drills of the usual series are worth setting up for an unbalance, where a job names none."""
+"""Choice of drills of the usual series for an unbalance, where a job names none."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MORE_HOLES = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 SLENDER = 1.5
 """Usual depth of such a hole over its diameter."""
 RIM_SHARE = 0.85
-"""Where the middle of a hole lies, over the counterweight's radius."""
+"""Radius of the middle of a hole, over the counterweight's radius."""
 
 
 class _Limits(Protocol):
@@ -34,7 +34,7 @@ class _Limits(Protocol):
 
 
 def likely_sizes_mm(work: Workpiece, limits: _Limits, search_level: int) -> tuple[float, ...]:
-    """Return the drills to set up: those that a job names, else of the series those near what is needed.
+    """Return the drills to set up: those that a job names, else those of the series near the need.
 
     One, two or four holes of a size on each web that is heavy, 1.5 diameters deep, make up the unbalance; and
     the widest drill that the webs hold is among them.

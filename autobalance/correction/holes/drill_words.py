@@ -1,4 +1,4 @@
-"""What drills are called, and why those that a job names are not used."""
+"""Names of drills, and reasons why those that a job names are not used."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from autobalance.crank.anatomy import Anatomy
 
 
 def called(item: Item) -> str | None:
-    """Return what the shop calls the drill of a correction, as the report lists it; None: it has no name."""
+    """Return the shop's name of the drill of a listed correction; None: it has no name."""
     return item.get("drill")
 
 
 def no_place(limits: DrillLimits, radii_mm: Sequence[float]) -> tuple[str, ...]:
-    """Return a note on each drill at hand of which no hole fits."""
+    """Return a note on each named drill of which no hole fits."""
     return tuple(
         f"the drill of {diameter:g} mm is not used: no hole of it fits with min_wall_mm = "
         f"{limits.min_wall_mm:g}, min_depth_mm = {limits.min_depth_mm:g}, zone = {limits.zone} and "
@@ -26,7 +26,7 @@ def no_place(limits: DrillLimits, radii_mm: Sequence[float]) -> tuple[str, ...]:
 
 
 def why_none(limits: DrillLimits, diameters_mm: Sequence[float], seen: bool, anatomy: Anatomy) -> str:
-    """Return why no hole fits anywhere, and what would make one fit."""
+    """Return the reason why no hole fits anywhere, and a remedy."""
     if limits.positions is not None:
         sizes = (
             f"{min(diameters_mm):g} to {max(diameters_mm):g}"

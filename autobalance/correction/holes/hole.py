@@ -1,4 +1,4 @@
-"""What drilled holes and bores for slugs share: what they remove, their tool body, their spacing."""
+"""Common parts of drilled holes and bores for slugs: their effect, tool body and spacing."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Round = tuple[float, float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Hole:
-    """A hole of given place, radius and point, any depth: exact effect and tool body.
+    """A hole of one place, radius and point, any depth: exact effect and tool body.
 
     ``mouth`` are the volume moments (density 1, rotor frame) of the metal that its cylinder meets down to
     ``reference_mm``; below ``whole_mm`` the cylinder lies in metal all around, so that everything else is
@@ -60,7 +60,7 @@ class Hole:
 
     @property
     def envelope(self) -> Envelope:
-        """What the hole takes, its point as a cylinder."""
+        """Envelope of the hole, its point as a cylinder."""
         entry, inward = self.axis.entry_mm, self.axis.inward
         return bar(entry, entry + self.point_mm * inward, inward, self.radius_mm)
 
@@ -115,7 +115,7 @@ class Hole:
 
     @cached_property
     def _terms(self) -> Array:
-        """What volume, ∫ depth, ∫ depth² and ∫ across² each add to first and second moments (4, 3 + 9)."""
+        """Share of volume, ∫ depth, ∫ depth² and ∫ across² each in first and second moments (4, 3 + 9)."""
         entry, u = self.axis.entry_mm, self.axis.inward
         aslant, along = np.outer(entry, u), np.outer(u, u)
         terms = [np.outer(entry, entry), aslant + aslant.T, along, np.eye(3) - along]
@@ -138,7 +138,7 @@ def drill_body(radius_mm: float, top_mm: float, shoulder_mm: float, point_mm: fl
 
 
 def keep_apart(holes: Sequence[Hole], most_mm: Sequence[float], spacing_mm: float) -> tuple[Apart, ...]:
-    """Return the pairs of holes that come closer than a spacing, with the depth that both may have.
+    """Return the pairs of holes closer than a spacing, with the depth that both may have.
 
     The points count as cylinders, so the true spacing is never less.
     """

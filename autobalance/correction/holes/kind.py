@@ -1,4 +1,4 @@
-"""What drilling and slugs share as kinds."""
+"""Common parts of the kinds drill and slug."""
 
 from __future__ import annotations
 
@@ -21,7 +21,6 @@ class HoleKind(Kind[L], ABC):
     has_axis = True
 
     def is_kept(self, cut: HoleCut, item: Item) -> bool:
-        """Return whether a hole is that of an earlier report."""
         return is_kept_hole(cut, item)
 
     def machining(self, item: Item) -> Operation | str | None:

@@ -1,15 +1,15 @@
-"""What fits where what was asked for does not: the widest hole, and the limit at which it ends."""
+"""Widest hole that fits where the one in the job does not, and the limit at which it ends."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
 STEP_MM = 0.5
-"""Sizes that are named are multiples of it."""
+"""Step of the sizes tried."""
 
 
 def widest_mm(fits: Callable[[float], bool], asked_mm: float) -> float | None:
-    """Return the widest hole below the one asked for that fits, on whole and half millimetres; None: none."""
+    """Return the widest hole below ``asked_mm`` that fits, on whole and half millimetres; None: none."""
     low, high = 0, round(asked_mm / STEP_MM + 0.499999)
     if high < 2:
         return None
@@ -20,5 +20,5 @@ def widest_mm(fits: Callable[[float], bool], asked_mm: float) -> float | None:
 
 
 def ended_by(eased: Mapping[str, Callable[[], bool]], otherwise: str) -> str:
-    """Return the first limit without which what was asked for would fit; ``otherwise`` where none is."""
+    """Return the first limit without which the hole in the job would fit; else ``otherwise``."""
     return next((name for name, fits in eased.items() if fits()), otherwise)

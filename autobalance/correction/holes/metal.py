@@ -30,7 +30,7 @@ class HoleMetal:
     direction : "radial" or "axial"
     through : bool
     filling : Moments
-        Of what would fill it to its mouth, at density 1, in the rotor frame: its mass is the volume [mm³].
+        Of metal that fills it to its mouth, at density 1, in the rotor frame: its mass is the volume [mm³].
     """
 
     diameter_mm: float

@@ -1,4 +1,4 @@
-"""The only places for holes that a job names: a pattern of bolt holes, or holes that are there already."""
+"""The only places for holes that a job names: a pattern of bolt holes, or existing holes."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
 
 AT_MM = 0.5
-"""How far off a position the axis of a hole may lie that is taken for the one there."""
+"""Distance from a position within which the axis of a hole is taken for the one there."""
 
 
 @dataclass(frozen=True)
 class Position:
-    """Where a hole's axis lies, rotor frame; ``radius_mm`` is that of an axial hole, else nan."""
+    """Position of a hole's axis, rotor frame; ``radius_mm`` is that of an axial hole, else nan."""
 
     angle_rad: float
     z_mm: float

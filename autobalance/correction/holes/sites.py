@@ -1,4 +1,4 @@
-"""Places for holes on webs: a grid of angles, where a drill can start, and how deep it may go."""
+"""Places for holes on webs: a grid of angles, where a drill can start, and its greatest depth."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ LEAST_PLACES = 3
 ON_EDGE_DEG = 1e-9
 ROUNDING_RAD = 1e-6
 CLEAR_MM = 1.0
-"""How far outside the metal a tool body starts."""
+"""Distance outside the metal at which a tool body starts."""
 RIM_SHARE = 0.97
 """The rim is where the web reaches this share of its radius at that angle."""
 RAYS = 9
@@ -45,13 +45,13 @@ RAYS = 9
 class Site:
     """A place for a hole: ``others`` are the surfaces to keep clear of, in local coordinates.
 
-    ``sunk_mm`` is how far the entry, the bottom of a hole that is there, lies below that hole's mouth;
+    ``sunk_mm`` is the depth of the entry, the bottom of an existing hole, below that hole's mouth;
     ``oblique_rad`` is the angle between the axis and the normal of the surface that it enters;
     ``old_point_mm`` is the length of that hole's point, and ``on_shoulder`` is true of an entry where
     that point begins, not at its tip: a drill of the same point goes on with all of the bottom at once.
-    ``least_radius_mm`` is how near to the crank axis the zone lets a hole come; ``surface`` and ``fillets``
-    are all of the crank's and the web's; beside a hole that is drilled deeper, what lies more than
-    ``passed_mm`` above its tip, ``tip_mm`` beyond the entry, is not a wall of what is drilled.
+    ``least_radius_mm`` is the zone's least distance of a hole from the crank axis; ``surface`` and
+    ``fillets`` are all of the crank's and the web's; beside a hole that is drilled deeper, surfaces more than
+    ``passed_mm`` above its tip, ``tip_mm`` beyond the entry, are not walls of the new part.
     """
 
     web: int
@@ -97,7 +97,7 @@ class Site:
 
 
 def site_angles(sectors_deg: Sectors, target: Array, search_level: int = 0) -> Array:
-    """Return the angles [rad] tried on a web: a grid about the direction wanted, in the sectors.
+    """Return the angles [rad] tried on a web: a grid about the target direction, in the sectors.
 
     The grid does not depend on the sectors: a wider one has every place of a narrower one, and more. A higher
     search level takes a finer grid, and so do sectors that hold next to nothing of a coarse one.
@@ -123,7 +123,7 @@ def in_sectors(angle_rad: float, sectors_deg: Sectors) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Where holes are looked for on a crank.
+    """Places on a crank where holes are tried.
 
     Attributes
     ----------
@@ -132,7 +132,7 @@ class Places:
     wanted : callable
         Takes z [mm] and returns the direction (2,) in which a hole would serve best there.
     search_level : int
-        How fine a grid of angles is tried.
+        Fineness of the grid of angles tried.
     zone : "counterweights", "web" or "anywhere"
     most_oblique_rad : float
         Greatest angle between a hole's axis and the normal of the surface that it enters.
@@ -165,7 +165,7 @@ class _Rim:
 
 
 _RIMS: WeakKeyDictionary[Surface, dict[tuple[int, float], _Rim | None]] = WeakKeyDictionary()
-"""Rims of a surface by web and angle: holes of every diameter ask for them anew."""
+"""Rims of a surface by web and angle: holes of every diameter need them anew."""
 
 
 def find_sites(
@@ -213,7 +213,7 @@ def find_sites(
 
 
 def _rim(near: Surface, web: Web, angle: float) -> _Rim | None:
-    """Find the middle of the rim's width at an angle, and its least radius there."""
+    """Return the middle of the rim's width at an angle, and its least radius there; None without metal."""
     radius = _outline(near, angle)
     thickness = web.z_max_mm - web.z_min_mm
     z = web.z_min_mm + thickness * (np.arange(RAYS) + 0.5) / RAYS
@@ -236,7 +236,7 @@ def _rim(near: Surface, web: Web, angle: float) -> _Rim | None:
 
 
 def _outline(near: Surface, angle: float) -> Callable[[float], float]:
-    """Return a function of how far the metal reaches out at an angle, for a z [mm]; 0 where there is none."""
+    """Return the greatest radius of metal at an angle as a function of z [mm]; 0 where there is none."""
     r_hat = np.array([math.cos(angle), math.sin(angle), 0.0])
     tangent = np.array([-r_hat[1], r_hat[0], 0.0])
     corners = near.corners[near.beside_plane(r_hat, tangent)]
@@ -265,7 +265,7 @@ def _outline(near: Surface, angle: float) -> Callable[[float], float]:
 
 
 def _edge(radius: Callable[[float], float], inside: float, outside: float, least: float) -> float:
-    """Return where the radius falls below ``least`` between two places."""
+    """Return the place between two others at which the radius falls below ``least``."""
     for _ in range(14):
         middle = 0.5 * (inside + outside)
         inside, outside = (middle, outside) if radius(middle) >= least else (inside, middle)
@@ -281,7 +281,7 @@ def _site(
     least: tuple[float, HoleLimits] | None,
     fillets: tuple[Fillet, ...],
 ) -> Site | None:
-    """Set up the place where a line from outside enters the web; None if something else is in the way."""
+    """Return the place where a line from outside enters the web; None if something else is in the way."""
     depth, rows = within.hits(line)
     if not len(depth):
         return None
@@ -303,9 +303,9 @@ def _site(
 def make_holes(
     sites: Sequence[Site], metal: Solid, radius_mm: float, room: HoleLimits
 ) -> list[tuple[Site, Hole, float]]:
-    """Set up the holes of one radius that keep the walls: site, hole and greatest depth.
+    """Return the holes of one radius that keep the walls: site, hole and greatest depth.
 
-    ``metal`` is what drills may reach, in the rotor frame.
+    ``metal`` is the metal in reach of drills, in the rotor frame.
     """
     holes = []
     for site in sites:
@@ -343,7 +343,7 @@ def _whole_below(corners: Array, radius_mm: float, bottom_mm: float) -> float:
 
 
 def reach_of(solid: Solid, anatomy: Anatomy, sites: Sequence[Site], radius_mm: float) -> dict[int, Solid]:
-    """Take the metal near the places out of the crank, web by web, in the rotor frame; one big boolean."""
+    """Return the metal of the crank near the places, by web, in the rotor frame; one big boolean."""
     bounds = solid.bounds
     far = float(np.linalg.norm(bounds[1] - bounds[0])) + 1.0
     boxes: dict[int, Solid] = {}

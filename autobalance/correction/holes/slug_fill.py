@@ -1,4 +1,4 @@
-"""What a slug is, whichever hole it goes into; slugs for blind holes that are there."""
+"""Slugs in whichever hole, and slugs for existing blind holes."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class PressedIn(WalledCut, ABC):
         return self.slug if depth_mm > 0.0 else Moments.zero()
 
     def details(self, diameter_mm: float, axis: Axis, **own: Any) -> dict[str, Any]:
-        """Return what the report lists of any slug, and what only this one has."""
+        """Return the details of any slug that the report lists, and this one's own."""
         slug, limits = self.slug, self.limits
         return {
             "direction": limits.direction,
@@ -75,7 +75,7 @@ def load_n(slug: Moments, service_speed_rad_s: float | None) -> float | None:
 
 @dataclass(frozen=True, eq=False)
 class FillCut(PressedIn):
-    """One slug that may be pressed into a blind hole that is there (a `Cut` without a cut)."""
+    """One slug that may be pressed into an existing blind hole (a `Cut` without a cut)."""
 
     hole: BlindHole
     radius_mm: float
@@ -110,13 +110,12 @@ class FillCut(PressedIn):
 
     @property
     def envelope(self) -> Envelope:
-        """What the slug fills, whatever the depth."""
+        """Envelope of the slug, whatever the depth."""
         axis, end = self.hole.axis, self.hole.shoulder_mm
         top, bottom = (axis.entry_mm + tau * axis.inward for tau in (end - self.length_mm, end))
         return bar(top, bottom, 0.0 * axis.inward, self.radius_mm)
 
     def effect(self, depth_mm: float) -> Moments:
-        """Return the moments of the slug."""
         return self.pressed_in(depth_mm)
 
     def rate(self, depth_mm: float) -> Moments:
@@ -131,7 +130,6 @@ class FillCut(PressedIn):
         """Return nothing: no metal goes."""
 
     def correction(self, depth_mm: float) -> Correction:
-        """Return what the machinist needs to know."""
         return Correction(
             kind="slug",
             face=None,
@@ -149,7 +147,7 @@ class FillCut(PressedIn):
 
 
 def fills(work: Workpiece, surface: Surface, limits: SlugLimits) -> list[FillCut]:
-    """Set up the slugs that fit into blind holes that are there."""
+    """Return the slugs that fit into existing blind holes."""
     return [
         FillCut(hole, 0.5 * diameter, length, limits, work.service_speed_rad_s)
         for web in work.anatomy.webs

@@ -1,4 +1,4 @@
-"""What a job asks of heavy-metal slugs."""
+"""Limits of heavy-metal slugs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
 
 @dataclass(frozen=True)
 class SlugLimits(Limits):
-    """What a job asks of heavy-metal slugs. The defaults are ours: no standard gives them.
+    """Limits of heavy-metal slugs. The defaults are ours: no standard gives them.
 
     Attributes
     ----------

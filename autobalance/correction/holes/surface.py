@@ -1,4 +1,4 @@
-"""Where a hole's line meets the solid's own triangles, and which of them are its entry.
+"""Intersections of a hole's line with the solid's own triangles, and its entry among them.
 
 The entry's continuation are the triangles around the mouth that hang together and face the drill within
 `CONTINUATION_RAD`: all others are surfaces that a hole keeps its wall from.
@@ -29,7 +29,7 @@ BESIDE_MM = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """Where a hole starts and which way it goes, rotor frame.
+    """Entry and direction of a hole, rotor frame.
 
     Local coordinates are (x, y, τ): τ is the depth along ``inward`` (unit) from ``entry_mm``.
     """
@@ -63,7 +63,7 @@ class Surface:
     """Triangles of the crank's boundary in the rotor frame.
 
     ``corners`` (m, 3, 3) and ``centre`` (m, 3), ``reach`` (m,) the distance of the farthest corner from it;
-    ``vertex`` (m, 3) is which corners are one point.
+    ``vertex`` (m, 3) numbers the corners, equal where they are one point.
     """
 
     corners: Array
@@ -175,7 +175,7 @@ class Surface:
         return Surface(self.corners[rows], self.vertex[rows], self.centre[rows], self.reach[rows])
 
     def hits(self, axis: Axis) -> tuple[Array, Indices]:
-        """Return where the line along an axis meets the triangles: τ, ascending, and the triangles' rows."""
+        """Return the intersections of the line along an axis: τ, ascending, and the triangles' rows."""
         straight = not axis.inward[:2].any()
         beside = self._over(axis.entry_mm) if straight else self.beside(axis, BESIDE_MM)
         depth, rows = met(axis.local(self.corners[beside]))
@@ -190,7 +190,7 @@ class Surface:
     def may_hold(self, axis: Axis, radius_mm: float, room: HoleLimits) -> bool:
         """Return whether a sample of the triangles leaves room for a hole of the least depth.
 
-        Those that do not face the drill, for they are not a continuation of the entry.
+        Only triangles that do not face the drill count: they are not a continuation of the entry.
         """
         corners = self.corners[:: max(1, len(self.corners) // SAMPLES)]
         points = axis.local(corners[~_facing(corners, axis), 0])
@@ -219,7 +219,7 @@ class Surface:
 
 
 def _facing(corners: Array, axis: Axis) -> NDArray[np.bool_]:
-    """Return which triangles (m, 3, 3) face a drill along an axis within `CONTINUATION_RAD`."""
+    """Return whether triangles (m, 3, 3) face a drill along an axis within `CONTINUATION_RAD`."""
     ux, uy, uz = (corners[:, 1] - corners[:, 0]).T
     vx, vy, vz = (corners[:, 2] - corners[:, 0]).T
     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -231,7 +231,7 @@ def _facing(corners: Array, axis: Axis) -> NDArray[np.bool_]:
 
 
 def met(local: Array) -> tuple[Array, Indices]:
-    """Return where the local axis meets triangles (k, 3, 3): τ, ascending, and the triangles' rows."""
+    """Return the intersections of the local axis with triangles (k, 3, 3): τ, ascending, and their rows."""
     a, b, c = local[:, 0, :2], local[:, 1, :2], local[:, 2, :2]
     weights = np.stack([cross2(b, c), cross2(c, a), cross2(a, b)], axis=1)
     total = weights.sum(1)
@@ -255,7 +255,7 @@ def edge_pairs(vertex: Indices) -> tuple[Indices, Indices]:
 
 
 def _connected(vertex: Indices, start: int) -> NDArray[np.bool_]:
-    """Return which triangles hang together with triangle ``start`` through shared edges."""
+    """Return whether triangles are connected to triangle ``start`` through shared edges (m,)."""
     label = components(np.stack(edge_pairs(vertex), axis=1), len(vertex))
     same: NDArray[np.bool_] = label == label[start]
     return same

@@ -1,4 +1,4 @@
-"""What drilled holes and bores for slugs leave behind, read off the metal that went."""
+"""Traces of drilled holes and bores for slugs, read off the removed metal."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ G_PER_MM3_PER_KG_M3 = 1e-6
 
 @dataclass(frozen=True)
 class HoleTrace:
-    """A drilled hole, or a bore: round, with a point or a flat end."""
+    """Trace of a drilled hole, or a bore: round, with a point or a flat end."""
 
     item: Item
     half_point_rad: float = 0.5 * math.pi
@@ -63,7 +63,7 @@ class HoleTrace:
         return Axis(stated_vector(self.item, "position_mm"), stated_unit(self.item, "inward"))
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
-        """Return which way it goes, into which web, and what size the job has for it."""
+        """Return the direction, the job's size, the entry radius, and the values of tool and walls."""
         axis, size = self._axis, stated_size(self.item, "diameter_mm")
         sizes = () if not self.takes_metal else _sizes_mm(limits)
         return {
@@ -76,7 +76,7 @@ class HoleTrace:
         }
 
     def _beside(self, crank: Before, axis: Axis, limits: Limits | None) -> dict[str, Any]:
-        """Return the wall and the depth that are left, or how deep a hole was that is drilled on."""
+        """Return the wall and the depth left, and the old depth of a hole that is deepened."""
         if not self.takes_metal:
             return {}
         radius, depth = 0.5 * stated_size(self.item, "diameter_mm"), stated_size(self.item, "depth_mm")
@@ -106,13 +106,13 @@ class HoleTrace:
         return values
 
     def _tip_mm(self, surface: Surface, axis: Axis, radius_mm: float) -> float:
-        """Return how far the tip of an old hole's point lies beyond the entry; 0 where it is the entry."""
+        """Return the distance of an old hole's tip beyond the entry; 0 where it is the entry."""
         point = radius_mm / math.tan(self.half_point_rad)
         depth, _ = surface.around(axis, radius_mm).hits(axis)
         return point if float(depth[depth > -0.5 * point].min(initial=math.inf)) > 0.5 * point else 0.0
 
     def _tool(self, axis: Axis) -> dict[str, Any]:
-        """Return what follows of the tool's body: its volume, and where a deepened hole was entered first."""
+        """Return the values of the tool's body: its volume, and the first entry of a deepened hole."""
         values: dict[str, Any] = {"entry_mm": None}
         if self.item.get("deepened_from_mm") is not None:
             values["entry_mm"] = axis.entry_mm - stated_number(self.item, "deepened_from_mm") * axis.inward
@@ -126,14 +126,14 @@ class HoleTrace:
         return values | {"tool_volume_mm3": math.pi * radius**2 * (depth + lift + point / 3.0)}
 
     def room(self, crank: Before) -> Solid:
-        """All around the axis, down to the tip; its mouth may be higher than the entry."""
+        """Return all around the axis, down to the tip; its mouth may be higher than the entry."""
         radius, depth = 0.5 * stated_size(self.item, "diameter_mm"), stated_size(self.item, "depth_mm")
         deep = depth + radius / math.tan(self.half_point_rad)
         around = Region.circle(WIDER * radius + SLACK_MM, SIDES)
         return Solid.prism(around, -4.0 * radius - 5.0, deep + slack_mm(deep)).moved(self._axis.placement)
 
     def read(self, metal: Metal) -> Mapping[str, Any]:
-        """Radius and place from a section over the shoulder, depth and point from the metal below it."""
+        """Return radius and place from a section over the shoulder, depth and point from the metal below."""
         axis, depth = self._axis, stated_number(self.item, "depth_mm")
         to_local: Array = np.linalg.inv(axis.placement).astype(np.float64)
         bore = union([piece.moved(to_local) for piece in metal.pieces])
@@ -165,13 +165,13 @@ class HoleTrace:
         }
 
     def _old_hole(self) -> Solid:
-        """Return the end of the old hole, where the axis begins, and its point: what went before."""
+        """Return the end of the old hole, where the axis begins, and its point: metal removed before."""
         radius = 0.5 * stated_size(self.item, "diameter_mm")
         return drill_body(radius, -radius, 0.0, radius / math.tan(self.half_point_rad))
 
 
 def _sunk(corners: Array, axis: Axis, radius_mm: float) -> Reading | None:
-    """Return how far an old hole's mouth lies above its bottom; None where none is so wide."""
+    """Return the height of an old hole's mouth above its bottom; None where none is so wide."""
     local = axis.local(corners)
     a, b, c = local.transpose(1, 0, 2)
     doubled = np.cross(b - a, c - a)
@@ -197,18 +197,18 @@ def _sizes_mm(limits: Limits | None) -> Sequence[float]:
 
 
 LEAST_WALL = 0.25
-"""Share of a cylinder's wall that a hole has at least."""
+"""Least share of a cylinder's wall in a hole."""
 WALL_MM = 5e-3
-"""Walls and old depths are found so exactly: by halving, and on files that were rounded."""
+"""Uncertainty of walls and old depths: by halving, and on files that were rounded."""
 WIDER = 1.1
-"""Radius, in the hole's own, within which its metal is looked at."""
+"""Radius, in the hole's own, within which its metal is read."""
 SIDES = 64
 OVER_SHOULDER = 0.97
 """Share of the depth at which a hole lies in metal all around."""
 
 
 def _first_met(mesh: Mesh, point: Array, inward: Array) -> float:
-    """Return where a line first meets a closed surface, counted from a point on the line."""
+    """Return the distance of a line's first intersection with a closed surface from a point on the line."""
     a, b, c = mesh.corners.transpose(1, 0, 2)
     ab, ac = b - a, c - a
     across = np.cross(inward, ac)
@@ -226,7 +226,7 @@ def _first_met(mesh: Mesh, point: Array, inward: Array) -> float:
 
 @dataclass(frozen=True)
 class DrillTrace(HoleTrace):
-    """A twist-drilled hole."""
+    """Trace of a twist-drilled hole."""
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
         """Return also the name of the drill in the job's series."""
@@ -236,7 +236,7 @@ class DrillTrace(HoleTrace):
         return values
 
     def read(self, metal: Metal) -> Mapping[str, Any]:
-        """Also the point, and what one more millimetre takes."""
+        """Return also the point, and the change by one more millimetre."""
         values = dict(super().read(metal))
         radius, point = 0.5 * values["diameter_mm"], values["point_mm"]
         half = math.atan2(radius, point)
@@ -249,10 +249,10 @@ class DrillTrace(HoleTrace):
 
 @dataclass(frozen=True)
 class SlugTrace(HoleTrace):
-    """A slug in its bore, or in a hole that was there; the slug itself is in no file."""
+    """Trace of a slug in its bore, or in an older hole; the slug itself is in no file."""
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
-        """Return also the slug of the job that is meant, what it weighs and where it ends up."""
+        """Return also the size of the job's slug, its mass and its centre."""
         length, dense = stated_size(self.item, "length_mm"), stated_size(self.item, "density_kg_m3")
         lengths = getattr(limits, "lengths_mm", None) or (length,)
         slug = self.slug()
@@ -277,7 +277,7 @@ class SlugTrace(HoleTrace):
         return Moments(mass, mass * centre, mass * (np.outer(centre, centre) + spread))
 
     def read(self, metal: Metal) -> Mapping[str, Any]:
-        """Read the bore off the metal; the slug from its size."""
+        """Return the bore as read off the metal, and the slug from its size."""
         inward, length = stated_unit(self.item, "inward"), stated_number(self.item, "length_mm")
         density = stated_number(self.item, "density_kg_m3") * G_PER_MM3_PER_KG_M3
         values: dict[str, Any] = {}

@@ -1,7 +1,7 @@
-"""Metal left around a hole, and how deep it may go; pure numbers.
+"""Metal left around a hole, and its greatest depth; pure numbers.
 
 A hole is a cylinder with a cone (or a flat) at its end. Its wall is the distance from its surface to any
-surface of the crank but the one it enters and that surface's continuation, which `hole_surface` leaves out.
+surface of the crank but the one it enters and that surface's continuation, which `surface` leaves out.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MOST_PIECES = 400_000
 
 @dataclass(frozen=True)
 class HoleLimits:
-    """What a hole must keep: its wall, and depths that matter (of the full diameter).
+    """Limits of a hole: its wall, and its least and greatest depth (of the full diameter).
 
     ``half_point_rad`` is half of the point angle; π/2 for a flat bottom.
     """
@@ -36,7 +36,7 @@ class HoleLimits:
 
 
 def greatest_depth_mm(others: Array, radius_mm: float, room: HoleLimits) -> float:
-    """Return how deep a hole may go and leave its wall all around; −inf if not even the least.
+    """Return the greatest depth of a hole with its wall left all around; −inf if below the least.
 
     A point at distance s from the axis and depth τ is clear of a hole of depth t, inflated by the wall, when
     τ − φ(s) ≥ t, where φ is the front of the inflated point. The least of that over all triangles is found
@@ -116,7 +116,7 @@ def _fits(others: Array, radius_mm: float, depth_mm: float, half_point_rad: floa
 
 
 def _front(s: Array, a: float, room: HoleLimits) -> Array:
-    """Return how far ahead of the shoulder a point of radius ``a``, inflated by the wall, reaches at s."""
+    """Return the reach at s, ahead of the shoulder, of a point of radius ``a`` inflated by the wall."""
     cos, sin, wall = math.cos(room.half_point_rad), math.sin(room.half_point_rad), room.wall_mm
     tip = a * cos / sin + np.sqrt(np.maximum(wall**2 - s**2, 0.0))
     cone = ((a - s) * cos + wall) / sin

@@ -1,4 +1,4 @@
-"""Which part of a web holes may use, and the fillets beside it."""
+"""Zones of a web for holes, and the fillets beside it."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def least_radius_mm(anatomy: Anatomy, web: Web, zone: Zone) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Fillet:
-    """Where the fillet between a cylinder and a web lies, rotor frame.
+    """Fillet between a cylinder and a web, rotor frame.
 
     It begins at the end ``z_mm`` of the bare cylinder, runs towards the web (``sense`` along z), and is
     nowhere higher than it is long, whatever its radius; ``least_mm`` and ``most_mm`` bound its length.
@@ -65,7 +65,7 @@ class Fillet:
     most_mm: float
 
     def holds(self, corners: Array) -> NDArray[np.bool_]:
-        """Return which triangles (m, 3, 3) lie in it with all corners."""
+        """Return whether triangles (m, 3, 3) lie in it with all corners."""
         rise = np.hypot(corners[:, :, 0] - self.centre_mm[0], corners[:, :, 1] - self.centre_mm[1])
         rise -= self.radius_mm
         along = self.sense * (corners[:, :, 2] - self.z_mm)
@@ -83,7 +83,7 @@ def fillets_of(anatomy: Anatomy, web: Web) -> tuple[Fillet, ...]:
 
 
 def in_fillets(corners: Array, fillets: tuple[Fillet, ...]) -> NDArray[np.bool_]:
-    """Return which triangles (m, 3, 3) are part of a fillet."""
+    """Return whether triangles (m, 3, 3) are part of a fillet."""
     held = np.zeros(len(corners), dtype=bool)
     for each in fillets:
         held |= each.holds(corners)
@@ -91,7 +91,7 @@ def in_fillets(corners: Array, fillets: tuple[Fillet, ...]) -> NDArray[np.bool_]
 
 
 def fillet_of(pin: Pin, web: Web) -> Fillet | None:
-    """Return where a cylinder's fillet meets a web; None where the cylinder is not beside that web.
+    """Return the fillet of a cylinder at a web; None where the cylinder is not beside that web.
 
     A web with a counterweight thicker than its hub begins, as it was recognised, above the fillet.
     """

@@ -1,4 +1,4 @@
-"""What a job asks of milled pockets."""
+"""Limits of milled pockets."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 
 @dataclass(frozen=True)
 class MillLimits(Limits):
-    """What a job asks of milled pockets. The defaults are ours: no standard gives them.
+    """Limits of milled pockets. The defaults are ours: no standard gives them.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Outlines of milled pockets: between two radii and two angles, corners rounded; where they fit."""
+"""Outlines of milled pockets: between two radii and two angles, corners rounded; and their fit."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Arc, Line, Outline, outline_points
 
 CLEAR_MM = 1.0
-"""How far over the cheek the tool starts, and how far the cutter keeps from what stands there."""
+"""Height of the tool's start over the cheek, and distance of the cutter from what stands there."""
 SEGMENTS = 360
 """Parts of a full circle in the tool's outline: what they miss is 5e-5 of a pocket."""
 PLACES = 24
@@ -25,9 +25,9 @@ SPANS_DEG = (24.0, 60.0)
 NARROW_CUTTERS = 2.0
 """Radial width of a narrow pocket, in cutters; a wide one takes what there is."""
 RAYS = 13
-"""Directions in which it is looked how far a pocket may reach; the pocket is checked after."""
+"""Directions in which the reach of a pocket is measured; the pocket is checked after."""
 SHRINKING_MM = (1e-3, 0.05, 0.2, 0.6)
-"""By how much a pocket is made smaller where it does not fit between the rays."""
+"""Reductions of a pocket where it does not fit between the rays."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def lies_in(inner: Region, outer: Region) -> bool:
 
 
 def pockets(free: Region, towards_rad: float, cutter_mm: float, sectors_deg: Sectors) -> Iterator[Pocket]:
-    """Yield the pockets tried where they may lie: in even steps from one direction, narrow and wide."""
+    """Yield the pockets that fit in a region, in even steps from one direction, narrow and wide."""
     corner = 0.5 * cutter_mm
     seen: set[tuple[float, ...]] = set()
     for place in range(PLACES):
@@ -123,7 +123,7 @@ def _common_reach(free: Region, start_rad: float, end_rad: float) -> tuple[float
 
 
 def _crossings(region: Region, angle_rad: float) -> list[float]:
-    """Return where a ray from the axis crosses an outline, outward; 0 first where it starts inside."""
+    """Return the rising radii at which a ray from the axis crosses an outline; 0 first if begun inside."""
     along = np.array([math.cos(angle_rad), math.sin(angle_rad)])
     across = np.array([-along[1], along[0]])
     crossings: list[float] = []

@@ -1,4 +1,4 @@
-"""What milled pockets leave behind."""
+"""Traces of milled pockets."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.units import wrapped_deg
 
 WALL_MM = 5e-3
-"""Walls are found so exactly on files that were rounded."""
+"""Uncertainty of walls on files that were rounded."""
 
 
 def listed_pocket(item: Item) -> Pocket:
@@ -56,13 +56,13 @@ def listed_pocket(item: Item) -> Pocket:
 
 
 def listed_side(item: Item) -> int:
-    """Return from which side a listed pocket is milled: 1 from +z, -1 from -z."""
+    """Return the side from which a listed pocket is milled: 1 for +z, -1 for -z."""
     return 1 if stated_number(item, "face_z_mm") > stated_vector(item, "position_mm")[2] else -1
 
 
 @dataclass(frozen=True)
 class PocketTrace:
-    """A milled pocket: a sector between two radii with round corners, along the axis."""
+    """Trace of a milled pocket: a sector between two radii with round corners, along the axis."""
 
     item: Item
 
@@ -71,7 +71,7 @@ class PocketTrace:
         return True
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
-        """Return the cutter of the job."""
+        """Return the cutter of the job, the tool's volume, and the wall and depth left."""
         cutter = getattr(limits, "cutter_mm", stated_size(self.item, "cutter_mm"))
         values = {"direction": "axial", "cutter_mm": cutter, "corner_radius_mm": 0.5 * cutter}
         values["tool_volume_mm3"] = outline_area_mm2(self._pocket.outline) * (
@@ -80,7 +80,7 @@ class PocketTrace:
         return values | where_listed(self.item, self._left(crank, limits))
 
     def _left(self, crank: Before, limits: Limits | None) -> dict[str, Any]:
-        """Return the wall that is left, and how much deeper the pocket could go."""
+        """Return the wall and the depth that the pocket has left."""
         z, depth = stated_number(self.item, "face_z_mm"), stated_size(self.item, "depth_mm")
         webs = {web.number: web for web in crank.anatomy.webs}
         cheeks = [
@@ -98,11 +98,10 @@ class PocketTrace:
 
     @cached_property
     def _pocket(self) -> Pocket:
-        """The pocket as listed."""
         return listed_pocket(self.item)
 
     def room(self, crank: Before) -> Solid:
-        """All between the radii and the angles, from the cheek down."""
+        """Return all between the radii and the angles, from the cheek down."""
         depth, z = stated_size(self.item, "depth_mm"), stated_number(self.item, "face_z_mm")
         inner, outer = (stated_number(self.item, f"{name}_radius_mm") for name in ("inner", "outer"))
         start, end = stated_number(self.item, "start_deg"), stated_number(self.item, "end_deg")
@@ -117,7 +116,7 @@ class PocketTrace:
         return around & Solid.prism(Region.of([wedge]), z - depth - slack, z + depth + slack)
 
     def read(self, metal: Metal) -> Mapping[str, Any]:
-        """Radii and angles from the section at half depth, the floor's section for the rate."""
+        """Return radii and angles from the section at half depth, the rate from the floor's section."""
         centre = metal.moments.centre_mm
         up = np.sign(stated_number(self.item, "face_z_mm") - centre[2])
         axis = np.array([0.0, 0.0, up])

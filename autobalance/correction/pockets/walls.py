@@ -1,4 +1,4 @@
-"""Metal left around a milled pocket, and how deep it may go: distances to all that is not metal."""
+"""Metal left around a milled pocket, and its greatest depth: distances to all voids."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from autobalance.solid.csg.solid import Solid
 SKIN_MM = 1e-3
 """Metal over or under a cheek that is its own roughness."""
 LOOKED_AT_MM = 10.0
-"""Air is looked for so far beside and below a pocket, and farther where there is none."""
+"""Distance beside and below a pocket within which air is sought, and farther where there is none."""
 DEPTH_TOLERANCE_MM = 1e-3
 """Depths found here are short of the exact limit by at most this, never beyond it."""
 BISECTIONS = 24
@@ -22,9 +22,9 @@ BISECTIONS = 24
 
 @dataclass(frozen=True, eq=False)
 class Below:
-    """What lies below a plane cheek: ``crank`` in the rotor frame, ``up`` ±1 along the axis.
+    """Metal below a plane cheek: ``crank`` in the rotor frame, ``up`` ±1 along the axis.
 
-    ``behind_mm`` is how thick the web is under it; in its roughness ``skin_mm`` nothing is looked for.
+    ``behind_mm`` is the thickness of the web under it; its roughness ``skin_mm`` is left out.
     """
 
     crank: Solid
@@ -36,7 +36,7 @@ class Below:
 
     @classmethod
     def cheek(cls, crank: Solid, face: Face, web: Web) -> Below:
-        """Return what lies below a face that looks along the axis."""
+        """Return the metal below a face that looks along the axis."""
         up, z = math.copysign(1.0, float(face.normal[2])), float(face.centroid_mm[2])
         behind = z - web.z_min_mm if up > 0.0 else web.z_max_mm - z
         return cls(crank, web.number, z, up, behind, 2.0 * face.spread_mm + 2.0 * SKIN_MM)
@@ -51,7 +51,7 @@ class Below:
             reach *= 2.0
 
     def deepest_mm(self, pocket: Region, wall_mm: float, most_mm: float) -> float:
-        """Return how deep a pocket may go in its web, keep its wall and stay within a depth; 0 if nowhere."""
+        """Return the greatest depth of a pocket in its web, wall kept, up to ``most_mm``; 0 if none."""
         most_mm = min(most_mm, self.behind_mm - wall_mm)
         air = self._air(self._body(pocket, most_mm), wall_mm + SKIN_MM)
 
@@ -76,7 +76,7 @@ class Below:
         return Solid.prism(pocket, *ends)
 
     def _air(self, body: Solid, reach_mm: float) -> Solid:
-        """Return all that is not metal under the cheek, around a body."""
+        """Return all voids under the cheek, around a body."""
         low, high = body.bounds
         low, high = low - 2.0 * reach_mm, high + 2.0 * reach_mm
         top = self.z_mm - self.up * self.skin_mm

@@ -1,4 +1,4 @@
-"""What rims that are turned down leave behind."""
+"""Traces of rims turned down."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ from autobalance.solid.mesh.mesh import Mesh
 PIN_WALL_MM = 2.0
 """Metal that a default ``min_radius_mm`` leaves outside of the crankpins (ours)."""
 BESIDE_MM = 0.25
-"""How far the tool reaches beyond a web's faces, so that no skin is left; never over a quarter of the gap."""
+"""Reach of the tool beyond a web's faces, so that no skin is left; never over a quarter of the gap."""
 RING_MM = 0.05
 RING_SIDES = 360
 GRAINS_OF_RING = 32.0
 EQUAL_AREA = equal_area(RING_SIDES)
-"""A thin ring over a turned radius, its sides, how many roundings the thinnest is thick at least, and by how
-much its corners lie out for a circle's area."""
+"""A thin ring over a turned radius, its sides, the least thickness in roundings, and the factor
+on its corners for a circle's area."""
 CLEAN = 0.01
 """Share by which the area of a turned surface may differ from that of the rings without flaps on it."""
 FLAP_SHARE = 0.25
-"""Share of what faces the axis that lies at a radius where flaps on the old rim may be the rest."""
+"""Least share of the surface towards the axis at a radius, where flaps on the old rim may be the rest."""
 CORNERS = 1.001
 """The corners of a tool's prism stick out of the circle of its area by this factor at most."""
 
@@ -114,7 +114,7 @@ class RingTrace:
         return {"new_radius_mm": new, **where_listed(self.item, tool)}
 
     def room(self, crank: Before) -> Solid:
-        """All beyond the new radius, along its webs."""
+        """Return all beyond the new radius, along its webs."""
         inner = stated_number(self.item, "new_radius_mm")
         inner = max(inner - slack_mm(inner), 0.0)
         listed = self.item.get("webs")
@@ -128,7 +128,7 @@ class RingTrace:
         return union(rings) if rings else Solid.nothing()
 
     def read(self, metal: Metal) -> Mapping[str, Any]:
-        """Read the new radius off the surface towards the axis, the webs off the pieces."""
+        """Return the new radius from the surface towards the axis, the webs from the pieces."""
         claimed = stated_number(self.item, "new_radius_mm")
         new, turned = self._turned(metal, claimed)
         rim = float(np.hypot(metal.corners[:, :, 0], metal.corners[:, :, 1]).max())
@@ -146,7 +146,7 @@ class RingTrace:
         }
 
     def rates(self, metal: Metal, claimed_mm: float) -> dict[str, Any]:
-        """Return what one more millimetre of radius changes, values or readings."""
+        """Return the change by one more millimetre of radius, as values or readings."""
         return _ring_rates(metal, *self._turned(metal, claimed_mm))
 
     def _turned(self, metal: Metal, claimed_mm: float) -> tuple[float, Moments]:
@@ -177,7 +177,7 @@ class RingTrace:
 
 
 def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, Any]:
-    """Return what one more millimetre of radius changes: from the turned surface, where it can be believed.
+    """Return the change by one more millimetre of radius: from the turned surface, where it is reliable.
 
     Flaps may hang on the metal where the old rim hardly stood out. So the metal in two thin rings over the
     new radius counts too: flaps have no volume. The surface is believed as far as the rings confirm it:
