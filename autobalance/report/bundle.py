@@ -17,7 +17,7 @@ ZEROS = ("keyway", "crankpin")
 def choice_of(
     only: Collection[str] | None, paper: str, units: str, date: str | None = None, zero: str = "keyway"
 ) -> Choice:
-    """Return the choice that a caller names: None for the usual kinds, and for today.
+    """Return a checked choice: ``only`` None for the usual kinds, ``date`` None for today.
 
     Raises
     ------

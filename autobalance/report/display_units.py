@@ -16,7 +16,7 @@ KG_MM2_PER_LB_IN2 = G_PER["lb"] / G_PER_KG * MM_PER["inch"] ** 2
 
 @dataclass(frozen=True)
 class DisplayUnits:
-    """Names of units, what one of each holds, and with how many decimals each is written."""
+    """Names, sizes and decimals of the units in which values are shown."""
 
     length: str
     mm_per_length: float
@@ -34,7 +34,6 @@ class DisplayUnits:
 
     @property
     def is_metric(self) -> bool:
-        """Whether lengths are in mm."""
         return self.length == "mm"
 
     def of_mass(self, value_g: float) -> str:
@@ -57,7 +56,7 @@ class DisplayUnits:
         return shown if self.is_metric else f"{shown} ({fixed(value_g_mm / G_MM_PER['g·in'], 2)} g·in)"
 
     def heavy_at(self, size_g_mm: float, angle_deg: float, digits: int = 1) -> str:
-        """Return where an unbalance points, as a cell holds it; a dash where none of it is shown.
+        """Return the angle of an unbalance for a cell; a dash where the unbalance shows as zero.
 
         Examples
         --------
@@ -67,12 +66,12 @@ class DisplayUnits:
         return self.pointing(size_g_mm, angle_deg, digits, "") or number(None)
 
     def pointing(self, size_g_mm: float, angle_deg: float, digits: int = 1, before: str = " at ") -> str:
-        """Return the angle of an unbalance after some text; nothing where none of it is shown."""
+        """Return the angle of an unbalance after some text; empty where the unbalance shows as zero."""
         shown = round(size_g_mm / self.g_mm_per_unbalance, self.unbalance_digits)
         return f"{before}{degrees(angle_deg, digits)}" if shown else ""
 
     def of_vector(self, size_g_mm: float, angle_deg: float, doubt: str = "") -> str:
-        """Return an unbalance with its unit, its doubt, and where it points if any of it is shown."""
+        """Return an unbalance with unit and uncertainty, and its angle unless it shows as zero."""
         return f"{self.of_unbalance(size_g_mm)}{doubt}{self.pointing(size_g_mm, angle_deg)}"
 
     def of_volume(self, value_mm3: float) -> str:
@@ -98,25 +97,25 @@ class DisplayUnits:
 
     @property
     def diameter_digits(self) -> int:
-        """Of a drill: hundredths of a millimetre, or thousandths of an inch as drills are sold."""
+        """Decimals of a drill's diameter: 2 in mm, 3 in inches, as drills are sold."""
         return 2 if self.length == "mm" else 3
 
     def mm(self, value: float | None, digits: int | None = None) -> str:
-        """Return a length as a cell of a table holds it: no unit, a dash for None."""
+        """Return a length for a cell of a table: no unit, a dash for None."""
         shown = None if value is None else value / self.mm_per_length
         return plain(shown, self.length_digits if digits is None else digits)
 
     def g(self, value: float | None) -> str:
-        """Return a mass as a cell of a table holds it."""
+        """Return a mass for a cell of a table: no unit, a dash for None."""
         return plain(None if value is None else value / self.g_per_mass, self.mass_digits)
 
     def g_mm(self, value: float | None) -> str:
-        """Return an unbalance as a cell of a table holds it."""
+        """Return an unbalance for a cell of a table: no unit, a dash for None."""
         return plain(None if value is None else value / self.g_mm_per_unbalance, self.unbalance_digits)
 
 
 def both_g_mm(value_g_mm: float | None, u: DisplayUnits) -> str:
-    """Return an unbalance as a cell holds it, that in ounce-inches with gram-inches in brackets."""
+    """Return an unbalance for a cell, ounce-inches with gram-inches in brackets."""
     shown = u.g_mm(value_g_mm)
     return (
         shown if u.is_metric or value_g_mm is None else f"{shown} ({plain(value_g_mm / G_MM_PER['g·in'], 2)})"
@@ -124,7 +123,7 @@ def both_g_mm(value_g_mm: float | None, u: DisplayUnits) -> str:
 
 
 def both_g(value_g: float, u: DisplayUnits) -> str:
-    """Return a bob-weight as a cell holds it: grams first, in brackets ounces where those are chosen."""
+    """Return a bob-weight for a cell: grams, with ounces in brackets where ounces are chosen."""
     return plain(value_g, 2) if u.is_metric else f"{plain(value_g, 2)} ({u.g(value_g)})"
 
 
@@ -151,12 +150,12 @@ QUANTITY = re.compile(
 
 
 def fixed(value: float, digits: int) -> str:
-    """Return a number with so many decimals, and no sign before a zero."""
+    """Return a number with a fixed number of decimals, and no sign before a zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def plain(value: float | None, digits: int) -> str:
-    """Return a number in characters that the PDF's built-in fonts have, thousands not parted."""
+    """Return a number in characters of the PDF's built-in fonts, without separators of thousands."""
     return number(value, digits).replace("\u202f", "").replace("−", "-")
 
 
@@ -164,7 +163,7 @@ ON_SCREEN: Final[Mapping[str, DisplayUnits]] = {
     "metric": DisplayUnits("mm", 1.0, 3, "g", 1.0, 2, "g·mm", 1.0, 2),
     "inch": DisplayUnits("in", MM_PER["inch"], 4, "oz", G_PER_OZ, 3, "oz·in", G_MM_PER_OZ_IN, 4),
 }
-# a machinist weighs chips against the sheet: a digit more of what an ounce is too coarse for
+# A machinist weighs chips against the sheet: a digit more where an ounce is too coarse.
 ON_PAPER: Final[Mapping[str, DisplayUnits]] = {
     "metric": ON_SCREEN["metric"],
     "inch": replace(ON_SCREEN["inch"], mass_digits=4, unbalance_digits=5),

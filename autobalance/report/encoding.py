@@ -12,7 +12,7 @@ Values = dict[str, Any]
 
 
 def encoded(result: Any) -> Any:
-    """Return a record, or anything that stands in one, as JSON values.
+    """Return a record, or any part of one, as JSON values.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def _table(result: Any) -> Values:
 
 
 def _converted(value: Any, convert: Callable[[float], float]) -> Any:
-    """Return a number in its other unit, or all those of a sequence or an array."""
+    """Return a number, or each number of a sequence or an array, in its other unit."""
     if value is None:
         return None
     if isinstance(value, list | tuple) or getattr(value, "ndim", None):

@@ -1,4 +1,4 @@
-"""What sheets, cards and pages say of an engine's sense of turning and its external balance."""
+"""An engine's sense of turning and its external balance in words, for sheets, cards and pages."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ EXTERNAL = {
 
 
 def turning_words(report: Report) -> str:
-    """Return, with a space before it, that an engine turns clockwise; nothing of those that do not."""
+    """Return a sentence, after a space, for an engine that turns clockwise; empty for any other."""
     clockwise = at(report, "job.engine.turns") == "cw"
     return " In the engine the crank turns clockwise, seen from +z." if clockwise else ""
 
 
 def external_words(report: Report) -> str:
-    """Return how the parts of an external balance count."""
+    """Return the words on the parts of an external balance."""
     words = EXTERNAL[str(at(report, "job.balance.external"))]
     return f"{words} Spin the crank with them on, or say attached_fitted = false in the reading."

@@ -1,7 +1,7 @@
-"""Files that appear whole, together, or not at all.
+"""Staging of files, which appear whole and together or not at all.
 
 Everything is written under temporary names in the folders it belongs to; the last step renames. A run that
-fails or is interrupted before that leaves what was there before.
+fails or is interrupted before that leaves the old files.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from autobalance.errors import FileError, file_errors
 from autobalance.runtime import note_begun, to_clean, uninterrupted, was_read
 
 NAME_LETTERS = 40
-"""Letters of a file's name that stand in its temporary one."""
+"""Letters of a file's name that its temporary name keeps."""
 LEFT_OVER = re.compile(
     r"\..{1,40}\.(?:(?P<machine>[0-9a-f]{8})-)?(?P<process>\d{1,10})-[0-9a-f]{8}\.part", re.DOTALL
 )
-"""Temporary names, for those that a killed run has left."""
+"""Temporary names, as a killed run leaves them."""
 OLD_S = 600.0
-"""Age from which on those of other machines are taken away; from writing to renaming takes seconds."""
+"""Age at which temporary files of other machines are deleted; writing and renaming take seconds."""
 
 
 def seen_from(folder: Path, file: Path) -> str:
@@ -74,7 +74,7 @@ class Staging:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Take away what was not put in place."""
+        """Delete the files that were not put in place."""
         with uninterrupted():
             self._clean()
         to_clean.discard(self._clean)
@@ -141,9 +141,9 @@ class Staging:
 
 
 def _temporary(path: Path) -> Path:
-    """Return a name beside ``path`` that nobody can have laid a link under beforehand.
+    """Return a temporary name beside ``path`` that cannot be guessed, so that no link can lie there.
 
-    It is no longer than the name itself may be, and says whose it is: see ``_sweep``.
+    It is no longer than a file's name may be, and holds machine and process for ``_sweep``.
     """
     return path.with_name(
         f".{path.name[:NAME_LETTERS]}.{_machine()}-{os.getpid()}-{secrets.token_hex(4)}.part"
@@ -152,7 +152,7 @@ def _temporary(path: Path) -> Path:
 
 @cache
 def _machine() -> str:
-    """Return eight letters that stand for this machine: a folder may be shared by several."""
+    """Return eight hexadecimal digits for this machine: a folder may be shared by several."""
     import platform
     import zlib
 
@@ -160,9 +160,9 @@ def _machine() -> str:
 
 
 def _sweep(folder: Path) -> None:
-    """Take away what runs that were killed have left in a folder: those of no process that lives.
+    """Delete temporary files of killed runs in a folder: files of no living process.
 
-    A process of another machine cannot be asked for: what it has left goes when it is old.
+    Processes of another machine cannot be looked up: their files are deleted when they are old.
     """
     with contextlib.suppress(OSError):
         for path in folder.iterdir():
@@ -175,7 +175,7 @@ def _sweep(folder: Path) -> None:
 
 
 def _lives(process: int) -> bool:
-    """Return whether a process is there; where that is not known, that it is."""
+    """Return whether a process is alive; True where that is not known."""
     if os.name == "nt":  # there, signal 0 would end it
         return True
     try:
@@ -188,7 +188,7 @@ def _lives(process: int) -> bool:
 
 
 def _write_new(path: Path, data: bytes) -> None:
-    """Write a file that must not exist yet: nothing is followed to another place, nothing overwritten."""
+    """Write a file that must not exist yet, following no link and overwriting nothing."""
     note_begun(path)
     with path.open("xb") as stream:
         stream.write(data)

@@ -1,4 +1,4 @@
-"""Whose work a report is, and whose shop made it: what stands at the head of every page."""
+"""Job and shop of a report, as the head of every page has them."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ MAGIC = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
 
 
 class Logo(NamedTuple):
-    """A picture, and what it is."""
+    """A picture with its media type."""
 
     data: bytes
     media_type: str
 
 
 def work(report: Report) -> dict[str, str]:
-    """Return what a job says of itself by its keys, only what it says; the serial of a reading goes first."""
+    """Return the entries of ``[job]`` that are there, by key; the serial of a reading takes precedence."""
     own = at(report, "job.job") or {}
     entries = {name: str(own[name]) for name in NAMED if own.get(name)}
     if report.get("serial"):
@@ -32,23 +32,23 @@ def work(report: Report) -> dict[str, str]:
 
 
 def work_words(report: Report) -> str:
-    """Return whose work it is on one line: ``customer A. Owner · serial C-17``."""
+    """Return the entries of ``[job]`` on one line: ``customer A. Owner · serial C-17``."""
     return " · ".join(f"{name} {value}" for name, value in work(report).items())
 
 
 def shop_name(report: Report) -> str:
-    """Return the shop's name; nothing where there is none."""
+    """Return the shop's name; empty without one."""
     return str(at(report, "job.shop.name") or "")
 
 
 def stage_words(report: Report) -> str:
-    """Return the stage of a crank that was cut again; nothing of one that was not."""
+    """Return the stage of a crank that was cut again; empty for any other."""
     stages = report.get("stages")
     return f"stage {stages[-1]['stage']}" if stages else ""
 
 
 def logo(report: Report) -> Logo | None:
-    """Return the shop's picture; None where it has none, or where it is no longer a PNG or JPEG there."""
+    """Return the shop's picture; None without one, or where its file is no longer a PNG or JPEG."""
     path = at(report, "job.shop.logo")
     return None if not path else picture_of(Path(str(path)))
 
@@ -62,7 +62,7 @@ def picture_of(path: Path) -> Logo | None:
 
 
 def page_header(report: Report) -> dict[str, Any]:
-    """Return shop and job as the first lines of a page in HTML have them (``parts.header``)."""
+    """Return shop and job for the head of a page in HTML (``parts.header``)."""
     picture = logo(report)
     if picture is not None:
         encoded = {"media_type": picture.media_type, "base64": base64.b64encode(picture.data).decode()}

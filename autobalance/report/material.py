@@ -1,4 +1,4 @@
-"""What the files for people are made of, and which of them are wanted."""
+"""Material of the files for people, and the choice among them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Choice:
-    """Which files, on what paper, in which units, with which date on them, and from where angles count."""
+    """Chosen kinds of files, paper, units, date on the pages, and zero of the angles."""
 
     kinds: Collection[str]
     paper: Any = "A4"
@@ -29,7 +29,7 @@ class Choice:
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """What the files are made of; what several of them need is made once.
+    """Material of the files; shared parts are computed once.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Material:
 
     @cached_property
     def shown(self) -> Shown:
-        """The crank in pieces: what stays and what each correction takes."""
+        """The crank in pieces: the body that stays, and the metal of each correction."""
         from autobalance.report.page.shown import Shown
 
         return Shown.of(self.report, self.before, self.after, self.tools)
@@ -75,7 +75,7 @@ class Material:
 
     @cached_property
     def surface(self) -> bytes | None:
-        """The surface of a scan in the colours of its distance from what it should be, as PNG."""
+        """The surface of a scan in the colours of its distance from its own surfaces or drawing, as PNG."""
         if self.crank is None:
             return None
         from autobalance.report.pictures.deviation import surface_image
@@ -86,7 +86,7 @@ class Material:
 
     @cached_property
     def drawings(self) -> Drawings:
-        """The outlines of the crank and of what goes."""
+        """The outlines of the crank and of the removed metal."""
         from autobalance.report.sheet.drawing import drawings
 
         if self.drawn is not None:

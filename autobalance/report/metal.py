@@ -15,10 +15,10 @@ from autobalance.types import Indices
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """Metal that one correction removed or added, in file coordinates [mm].
+    """The metal of one correction, removed or added, in file coordinates [mm].
 
     ``skin`` (k, 3) are the triangles to colour while the metal is in place, ``floor`` (k, 3) those to colour
-    on the corrected crank, both facing outward from what is left; they use the vertices of ``mesh``.
+    on the corrected crank, both facing outward from its metal; they use the vertices of ``mesh``.
     ``correction`` counts from 0 in the report's list; ``metal`` is the body itself.
     """
 
@@ -38,7 +38,7 @@ class Piece:
         return cls(mesh, mesh.triangles[~by_tool], triangles[:, ::-1], correction, metal)
 
     def simplified(self, by_mm: float, adds: bool) -> Piece:
-        """Return it with edges merged that are shorter than ``by_mm``."""
+        """Return the piece with edges shorter than ``by_mm`` merged."""
         return Piece.of(self.metal.simplified(by_mm), self.correction, adds)
 
 

@@ -1,4 +1,4 @@
-"""What results show of themselves in a notebook: verdict, numbers, a picture; HTML with its style."""
+"""Results as HTML for a notebook: verdict, numbers, a picture, with their style."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from autobalance.report.pictures import polar
 from autobalance.wording import number, outcome_words, verdict
 
 ROWS = 60
-"""Of a table of records; what comes after is counted."""
+"""Most rows of a table of records; the others are counted."""
 LINES = 28
-"""Of what a command prints."""
+"""Most lines of a command's text."""
 CUT_COLUMNS = (
     *("number", "kind", "web", "side", "angle_deg", "radius_mm", "depth_mm", "diameter_mm"),
     *("removed_mass_g",),
@@ -23,7 +23,7 @@ CUT_COLUMNS = (
 
 
 def box(*parts: str) -> str:
-    """Return parts with their style, which holds in this box only."""
+    """Return parts in a box with their style, which holds in this box only."""
     return f'<div class="autobalance"><style>{_style()}</style>{"".join(parts)}</div>'
 
 
@@ -38,13 +38,13 @@ def row(*parts: str) -> str:
 
 
 def facts(values: Iterable[tuple[str, str]]) -> str:
-    """Return names with their values, one a row."""
+    """Return a table of names and values, one a row."""
     rows = "".join(f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in values)
     return f"<table>{rows}</table>"
 
 
 def text(words: str) -> str:
-    """Return what a command prints, its first lines."""
+    """Return the first lines of a command's text, and the number of the others."""
     lines = words.splitlines()
     rest = [f"… and {len(lines) - LINES} lines more: print(result.text())"] if len(lines) > LINES else []
     return f"<pre>{escape(chr(10).join(lines[:LINES] + rest))}</pre>"
@@ -55,7 +55,7 @@ def plot(svg: str) -> str:
 
 
 def picture(png: bytes, caption: str) -> str:
-    """Return a picture; ``caption`` is what it shows, in words."""
+    """Return a picture; ``caption`` describes it in words."""
     return f'<img alt="{escape(caption)}" src="data:image/png;base64,{b64encode(png).decode()}">'
 
 
@@ -87,7 +87,7 @@ def _text(value: Any) -> str:
 
 
 def balance(report: Mapping[str, Any]) -> str:
-    """Return a run's verdict, what it left of the unbalance, and its cuts."""
+    """Return a run's verdict, residual unbalance and cuts."""
     good = report["outcome"] != "above_tolerance"
     cuts = report["corrections"]
     removed_g = sum(each["removed_mass_g"] for each in cuts)

@@ -1,4 +1,4 @@
-"""One kind of file for people that a balancing run can write, and what it is made of."""
+"""A kind of file for people that a balancing run can write."""
 
 from __future__ import annotations
 

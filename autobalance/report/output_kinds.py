@@ -1,4 +1,4 @@
-"""The kinds of files for people that there are, each entered by one line; the table itself loads nothing."""
+"""Kinds of files for people, each entered by one line; the table itself loads nothing."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def names_to_fill() -> frozenset[str]:
 
 
 def choices() -> tuple[str, ...]:
-    """Return what can be chosen: ``json``, which is always written, and the kinds."""
+    """Return the names that can be chosen: ``json``, which is always written, and the kinds."""
     return ("json", *_KINDS)
 
 

@@ -20,12 +20,12 @@ def unbalance(value_g_mm: float | None, digits: int = 2) -> str:
 
 
 def heavy_at(vector_g_mm: Sequence[float], digits: int = 0) -> str:
-    """Return where an unbalance points; a dash where none of it is shown."""
+    """Return the angle of an unbalance; a dash where the unbalance shows as zero."""
     return pointing(vector_g_mm, digits, "") or number(None)
 
 
 def pointing(vector_g_mm: Sequence[float], digits: int = 0, before: str = " at ") -> str:
-    """Return the angle of an unbalance after some text; nothing where none of it is shown."""
+    """Return the angle of an unbalance after some text; empty where the unbalance shows as zero."""
     return PAGE_UNITS.get().pointing(math.hypot(*vector_g_mm), angle_deg(vector_g_mm), digits, before)
 
 
@@ -42,12 +42,11 @@ def mass(value_g: float | None, digits: int = 2) -> str:
 
 
 def inertia_unit() -> str:
-    """Return the name of the page's unit of inertia."""
     return "kg·mm²" if PAGE_UNITS.get().is_metric else "lb·in²"
 
 
 def shown(value: float | None, path: str, digits: int) -> tuple[float | None, int]:
-    """Return a value of the report in the page's units, known by the end of its key, and its decimals."""
+    """Return a value in the page's units, chosen by the end of its key, and its decimals."""
     u = PAGE_UNITS.get()
     if u.is_metric or value is None:
         return value, digits

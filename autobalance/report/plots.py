@@ -1,6 +1,6 @@
 """Plots of forces and loads: SVG and PNG, axes with units; colours, and dashes for grey print.
 
-matplotlib draws them; it comes with the extra ``plots`` and is imported only where a plot is asked for.
+matplotlib draws them; it comes with the extra ``plots`` and is imported only when a plot is drawn.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ HATCHES = ("", "//", "..", "xx")
 SIZE_INCH = (6.4, 4.8)
 PIXELS_PER_INCH = 120
 LAYOUT: Literal["constrained"] | None = "constrained"
-"""How room is found for titles and labels."""
+"""Layout engine that finds room for titles and labels."""
 UNDATED: Mapping[str, dict[str, None]] = {"svg": {"Date": None}, "png": {"Software": None}}
-"""What a file says of when and by what it was drawn, by its ending."""
+"""Metadata without date and program, by the ending of the file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ MARKS = (".", "x", "o", "^", "s", "d")
 
 
 def scatter(title: str, labels: tuple[str, str], clouds: Mapping[str, Array]) -> Plot:
-    """Return named points (n, 2), both axes to one scale."""
+    """Return a plot of named points (n, 2), both axes to one scale."""
 
     def draw(axes: Axes) -> None:
         for number, (name, points) in enumerate(clouds.items()):
@@ -132,7 +132,7 @@ def named_bars(
 def over_speed(
     title: str, y_label: str, curves: Sequence[Curve], thick: str | None, point: tuple[float, float] | None
 ) -> Plot:
-    """Return curves over the speed [1/min], both scales logarithmic; all but the ``thick`` one are thin."""
+    """Return a plot over the speed [1/min], both scales logarithmic; all curves but ``thick`` are thin."""
 
     def draw(axes: Axes) -> None:
         for number, curve in enumerate(curves):
@@ -154,7 +154,7 @@ def lines(
     equal: bool = False,
     logarithmic: bool = False,
 ) -> Plot:
-    """Return curves over one another; ``equal``: both axes to one scale, ``logarithmic``: both scales."""
+    """Return a plot of curves; ``equal``: both axes to one scale, ``logarithmic``: both logarithmic."""
 
     def draw(axes: Axes) -> None:
         for number, curve in enumerate(curves):
@@ -170,12 +170,12 @@ def lines(
 
 
 def style(number: int) -> dict[str, Any]:
-    """Return how the curve of a number is drawn: colour, dashes, width."""
+    """Return colour, dashes and width of the curve of a number."""
     return {**STYLES[number % len(STYLES)], "linewidth": 1.4 + 1.2 * (number // len(STYLES))}
 
 
 def drawn(title: str, y_label: str, draw: Callable[[Axes], None]) -> Plot:
-    """Return whatever ``draw`` puts on the axes, in the style of all plots; the same from run to run.
+    """Return a plot of whatever ``draw`` puts on the axes, in the style of all plots; the same in every run.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def drawn(title: str, y_label: str, draw: Callable[[Axes], None]) -> Plot:
                 figures.append(_figure(title, y_label, draw, layout))
             (figure,) = figures
             figure.savefig(buffer, format=ending, dpi=PIXELS_PER_INCH, metadata=UNDATED[ending])
-        figure.set_layout_engine("none")  # the places found are kept: to look again takes a third of all
+        figure.set_layout_engine("none")  # the layout is kept: to find it again takes a third of the time
         return buffer.getvalue()
 
     return Plot(file)

@@ -1,4 +1,4 @@
-"""Rows in columns: as plain text; on a terminal, as whatever the command line draws tables with."""
+"""Tables as plain text, or as the command line draws them on a terminal."""
 
 from __future__ import annotations
 
@@ -29,5 +29,5 @@ def plain_table(rows: Rows) -> str:
 
 
 def has_heading(rows: Rows) -> bool:
-    """Return whether the first row heads the others, which are set in below it."""
+    """Return whether the first row is a heading, with all others indented below it."""
     return len(rows) > 1 and not rows[0][0].startswith(" ") and all(row[0][:1] == " " for row in rows[1:])

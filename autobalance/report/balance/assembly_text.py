@@ -11,7 +11,6 @@ from autobalance.report.tables import table
 
 
 def assembly_text(stages: Sequence[Mapping[str, Any]], units: DisplayUnits) -> str:
-    """Return the stages in columns."""
     rows: list[Sequence[str]] = [("Assembly", "mass so far", "sum", "at", "permitted", "", "take out")]
     for each in stages:
         shaft = "" if each["shaft"] == CRANK else f" ({each['shaft']})"

@@ -21,7 +21,7 @@ def bending_text(bending: Values) -> str:
 
 
 def bending_rows(bending: Values) -> list[tuple[str, str, str]]:
-    """Return name, stress before and stress after: of each web, and of the throw that was meshed."""
+    """Return (name, stress before, stress after) of each web, and of the throw that was meshed."""
     rows = [
         (f"web {each['web']}, weakest section", _mpa(each["before_MPa"]), _mpa(each["after_MPa"]))
         for each in bending["webs"]
@@ -34,7 +34,7 @@ def bending_rows(bending: Values) -> list[tuple[str, str, str]]:
 
 
 def bending_words(bending: Values) -> list[str]:
-    """Return what the stresses are of, and how long the finite elements took."""
+    """Return the load behind the stresses, and mesh and time of the finite-element analysis."""
     forces = [each for each in bending["force_N"] if each > 0.0]
     if not bending["webs"]:
         return ["no throw stands alone between two main journals; nothing is computed"]

@@ -1,4 +1,4 @@
-"""What inspect and generate say, for people."""
+"""Summaries of ``inspect`` and ``generate``, for people."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def _measured(report: Values, units: DisplayUnits) -> str:
 
 
 def _boundary(report: Values) -> str:
-    """Say what a solid is bounded by: its true surfaces, where its file keeps them, or triangles."""
+    """Return the kinds of a solid's true surfaces, if its file keeps them, else its number of triangles."""
     if "true_surfaces" not in report:
         return f"{report['input']['triangles']} triangles"
     faces = report["true_surfaces"]["before"]["faces"]
@@ -190,7 +190,7 @@ def _bare(report: Values, units: DisplayUnits) -> str:
 
 
 def _with_bob_weights(loaded: Values | None, units: DisplayUnits) -> str:
-    """Return how far off the crank is with all that its job hangs on it, and what that takes."""
+    """Return the unbalance by plane with all that the job hangs on the crank; empty without a job."""
     if not loaded:
         return ""
     hung = ", ".join(

@@ -1,4 +1,4 @@
-"""What a report's angles and places are measured from."""
+"""Datums from which a report's angles and places are measured."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Sequence
 from autobalance.types import Values
 
 MOVED_MM = 0.05
-"""A face this near to one that is cut is that face."""
+"""Distance from a cut face within which a face counts as the same one."""
 
 
 def told_angle(report: Values) -> Values | None:
-    """Return what a report's angles can be measured from besides crankpin 1."""
+    """Return the datum of a report's angles besides crankpin 1; None without one."""
     angle: Values | None = _datums(report).get("angle")
     return angle
 
 
 def told_face(report: Values) -> Values | None:
-    """Return the face from which a report's z can be measured: the best one that no cut moves."""
+    """Return the best datum face for a report's z that no cut moves; None without one."""
     cuts = [*report["corrections"], *report.get("earlier_corrections", ())]
     moved = [height for cut in cuts if (height := cut.get("face_height_mm")) is not None]
     faces: Sequence[Values] = _datums(report).get("faces", [])

@@ -1,4 +1,4 @@
-"""What people read of corrections, by what their kinds say of themselves."""
+"""Words and figures of corrections for people, from their kinds."""
 
 from __future__ import annotations
 
@@ -13,27 +13,26 @@ from autobalance.wording import degrees, place_of
 
 
 def verb(item: Item) -> str:
-    """Return what is done, as the summary says it: ``drill``."""
+    """Return the verb of a correction, as the summary has it: ``drill``."""
     return KINDS[item["kind"]].verb
 
 
 def noun(item: Item) -> str:
-    """Return what a correction is called: ``Drilled hole``."""
+    """Return the name of a correction: ``Drilled hole``."""
     return KINDS[item["kind"]].noun
 
 
 def adds_metal(item: Item) -> bool:
-    """Return whether a correction puts metal on."""
     return KINDS[item["kind"]].adds_metal
 
 
 def size(item: Item) -> str:
-    """Return what the machinist sets, besides the depth."""
+    """Return the sizes that the machinist sets besides the depth."""
     return KINDS[item["kind"]].size(item)
 
 
 def instruction(item: Item, figures: Figures) -> str:
-    """Return what to do, in one line."""
+    """Return the machinist's instruction in one line."""
     return KINDS[item["kind"]].instruction(item, figures)
 
 
@@ -48,13 +47,13 @@ def angle_deg(item: Item) -> float | None:
 
 
 def place(item: Item) -> str:
-    """Return where a correction is, in a few words: ``web 2, face w2-a, 180.0°``."""
+    """Return the place of a correction in a few words: ``web 2, face w2-a, 180.0°``."""
     angle = angle_deg(item)
     return place_of(item) if angle is None else f"{place_of(item)}, {degrees(angle)}"
 
 
 def datums(items: Iterable[Item]) -> list[str]:
-    """Return from where the depths of some corrections count, a line a kind."""
+    """Return the datums of the corrections' depths, a line for each kind."""
     every = list(items)
     kinds = dict.fromkeys(item["kind"] for item in every)
     lines = [f"{KINDS[kind].noun}: depth from {KINDS[kind].datum}." for kind in kinds]
@@ -64,7 +63,7 @@ def datums(items: Iterable[Item]) -> list[str]:
 
 
 def eye(report: Mapping[str, Any]) -> tuple[float, float, float]:
-    """Return where to look from, rotor frame: from below where the rim opposite the crankpin is worked on."""
+    """Return the viewing direction, rotor frame: from below where the rim opposite the crankpin is cut."""
     rim = [
         item
         for item in report["corrections"]

@@ -1,4 +1,4 @@
-"""A machine's reading, or the unbalance that trial weights found, as the TOML file that ``recut`` takes."""
+"""A machine's reading, or the unbalance by trial weights, as the TOML file for ``recut``."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def reading_toml(report: Values) -> str:
 
 
 def found_unbalance_toml(report: Values) -> str:
-    """Return the unbalance that ``influence`` found as a reading, heavy where its weights come off."""
+    """Return the unbalance from ``influence`` as a reading, heavy where its weights come off."""
     reading = report["input"]["reading"]
     lines = ["# The unbalance that trial weights and influence coefficients found."]
     if reading["serial"] is not None:

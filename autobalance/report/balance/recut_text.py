@@ -1,4 +1,4 @@
-"""A further stage as lines to read: the reading, and what was cut."""
+"""A further stage as lines to read: the reading, and the cuts."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from autobalance.types import Values
 
 
 def recut_text(report: Values, units: DisplayUnits) -> str:
-    """Return the reading beside what was expected, then the summary of the cuts."""
+    """Return the reading beside the expected unbalance, then the summary of the cuts."""
     stage = report["stages"][-1]
     serial = "" if stage["serial"] is None else f" of {stage['serial']}"
     read, expected = (_unbalance(stage[key], units) for key in ("reading", "expected"))

@@ -1,4 +1,4 @@
-"""What would reach the tolerance, as settings of ``--set``, for people."""
+"""Settings of ``--set`` that would reach the tolerance, as lines for people."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 
 def relaxation_lines(report: Mapping[str, Any]) -> list[str]:
-    """Return a line for each relaxation of a report that changes its job: settings, and what they come to."""
+    """Return a line for each relaxation that changes the job: its settings, and the result they lead to."""
     return [_line(each) for each in report.get("relaxations", ()) if each["changes"]]
 
 

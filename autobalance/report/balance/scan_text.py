@@ -1,4 +1,4 @@
-"""What the summary says of a scanned crank."""
+"""Summary of a scanned crank."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MM_PER_UM = 1e-3
 
 
 def scan_lines(crank: Values, units: DisplayUnits) -> list[str]:
-    """Say how rough the surface is, how sure the axis, which journal runs out most, what was calibrated."""
+    """Return roughness, uncertainty of the axis, the journal that runs out most, and the calibration."""
     lines = []
     if "roughness_mm" in crank:
         axis = crank["axis_uncertainty"]
@@ -42,7 +42,7 @@ def _calibration(values: Values, units: DisplayUnits) -> list[str]:
 
 
 def against_text(against: Values | None, crank: Values, units: DisplayUnits) -> str:
-    """Return how a crank differs from its drawing; empty where it was held against none."""
+    """Return the differences of a crank from its drawing; empty without a drawing."""
     if against is None:
         return ""
     place = ", ".join(units.of_length(value) for value in against["worst_at_mm"])

@@ -33,7 +33,6 @@ def section_table_text(values: Mapping[str, Any], u: DisplayUnits = ON_SCREEN["m
 
 
 def section_heads(u: DisplayUnits) -> tuple[str, ...]:
-    """Return the heads of a table of sections."""
     couple = "g·mm²" if u.is_metric else "oz·in²"
     places = (f"{axis} [{u.length}]" for axis in "XYZ")
     return ("Section", f"W [{u.mass}]", *places, f"WX [{u.unbalance}]", "WY", f"CX [{couple}]", "CY")

@@ -1,4 +1,4 @@
-"""What only the report of a stage says: what a balancing machine read, and the stages before."""
+"""Entries of a stage's report alone: the balancing machine's reading, and the stages before."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ REPORT = "report.json"
 
 @dataclass(frozen=True, eq=False)
 class StageNotes:
-    """What the report of a stage says besides what every run says; paths are found from its folder."""
+    """Sources of the entries that only a stage's report has; paths are relative to its folder."""
 
     earlier: EarlierStage
     reading: MachineReading
@@ -64,7 +64,6 @@ def stage_values(notes: StageNotes, folder: Path, ended: Result) -> Staged:
 
 
 def _stage(notes: StageNotes, ended: Result) -> Stage:
-    """Return the entry of this stage."""
     earlier, judged, places = notes.earlier, notes.judged, notes.earlier.tolerance.places_mm
     budget = judged.budget(places)
     apart = judged.unbalance - earlier.unbalance("residual")

@@ -1,4 +1,4 @@
-"""What would give a crank a wanted factor or inertia, as lines to read."""
+"""Suggestions for a wanted balance factor or inertia, as lines to read."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from autobalance.types import Values
 
 
 def suggestions_text(suggestions: Values | None) -> str:
-    """Return the suggestions of a report; nothing where none were asked for."""
+    """Return the suggestions of a report; empty where it has none."""
     if suggestions is None:
         return ""
     targets, now = suggestions["wanted"], suggestions["now"]
@@ -33,7 +33,7 @@ def _suggestion(each: Values, targets: Values) -> Sequence[str]:
 
 
 def _quantities(values: Values, where: Values | None = None) -> list[str]:
-    """Return factor and inertia in words, those that are there in ``where``."""
+    """Return balance factor and inertia in words, each only where ``where`` has it."""
     where = values if where is None else where
     factor, inertia = values["balance_factor"], values["inertia_kg_mm2"]
     words = []

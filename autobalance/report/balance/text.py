@@ -23,14 +23,14 @@ OUTCOMES = {
 
 
 def unproven(report: Values) -> str:
-    """Return what follows the verdict where the uncertainty leaves it open; nothing where it does not."""
+    """Return the words after the verdict where the uncertainty leaves it open; else empty."""
     return NOT_PROVEN.upper() if is_unproven(report) else ""
 
 
 def balance_text(report: Values, units: DisplayUnits, folder: Path | None = None) -> str:
-    """Return the summary of a balancing run: the verdict, what to cut, before and after.
+    """Return the summary of a balancing run: the verdict, the cuts, before and after.
 
-    ``folder`` is where the report lies: its crank is named from where one stands then.
+    ``folder`` is that of the report: the crank's file is then named relative to the working folder.
     """
     parts = [
         _heading(report, units, folder),
@@ -82,7 +82,7 @@ def _heading(report: Values, units: DisplayUnits, folder: Path | None) -> str:
 
 
 def input_path(report: Values, folder: Path | None) -> str:
-    """Return the crank's file from where one stands; as the report names it where its folder is not known."""
+    """Return the crank's file relative to the working folder; as in the report if its folder is unknown."""
     file = str(report["input"]["file"])
     if folder is None or report["input"]["file"] is None:
         return file
@@ -93,11 +93,11 @@ def input_path(report: Values, folder: Path | None) -> str:
 
 
 LESS_THAN_A_SIDE_DEG = 179.0
-"""A part of a face that spans less is named."""
+"""Span below which the part of a face is named."""
 
 
 def remarks(report: Values) -> tuple[str, ...]:
-    """Return what stands beneath the cuts: places that they weaken, then notes."""
+    """Return the lines beneath the cuts: places that they weaken, then notes."""
     return (*(report.get("weak_places") or ()), *(report.get("notes") or ()))
 
 
@@ -116,7 +116,7 @@ def _correction(correction: Values, units: DisplayUnits) -> str:
         what += f" ({drill})" if drill and drill not in what else ""
     where = [f"face {correction['face']}"] if correction["face"] is not None else []
     sector = correction.get("sector_deg")
-    start, end = sector if isinstance(sector, list | tuple) else (0.0, 360.0)  # a kind may call one angle so
+    start, end = sector if isinstance(sector, list | tuple) else (0.0, 360.0)  # may be one angle
     if 0.0 < (end - start) % 360.0 < LESS_THAN_A_SIDE_DEG:
         where.append(f"its part from {degrees(start)} to {degrees(end)}")
     where += [f"web {correction['web']}"] if correction["web"] is not None else []
@@ -184,7 +184,7 @@ def _plus_minus(unbalance: Values, units: DisplayUnits) -> str:
 
 
 def _uncertainty(residual: Values, units: DisplayUnits) -> str:
-    """Return how far the resultant may be off and by what, the largest first; nothing where unknown."""
+    """Return the uncertainty of the resultant with its causes, the largest first; empty where unknown."""
     if residual["uncertainty_g_mm"] is None:
         return ""
     shares = sorted(residual["uncertainty_shares_g_mm"].items(), key=lambda share: -share[1])
@@ -196,7 +196,7 @@ def _uncertainty(residual: Values, units: DisplayUnits) -> str:
 
 
 def _margin(report: Values) -> str:
-    """Return whether the uncertainty counts in the verdict, where it does, or would change it."""
+    """Return the note on the uncertainty in the verdict; empty where it neither counts nor would matter."""
     if is_unproven(report):
         return "\n  not proven: residual plus uncertainty exceeds the permissible unbalance (--strict: 4)"
     if report["tolerance"].get("margin", "none") == "none":
@@ -228,7 +228,7 @@ def _arrow(initial: float | None, target: float, final: float | None) -> str:
 
 
 def _external(report: Values, units: DisplayUnits) -> str:
-    """Return what damper and flexplate or flywheel are to carry, and by how much they may be off."""
+    """Return the unbalance that damper and flexplate or flywheel are to carry, with its tolerance."""
     parts = report.get("external")
     if not parts:
         return ""
@@ -241,7 +241,7 @@ def _external(report: Values, units: DisplayUnits) -> str:
 
 
 def _oil(report: Values, units: DisplayUnits) -> str:
-    """Return what the oil weighs, and how much of it is in the bob-weights."""
+    """Return the mass of the oil, and its share in the bob-weights."""
     oil = report.get("oil")
     if not oil:
         return ""
@@ -311,6 +311,3 @@ def _overbalance(report: Values, units: DisplayUnits) -> str:
     if left["reason"]:
         lines.append(f"  {left['reason']}")
     return "\n".join(lines)
-
-
-# --- inspect ------------------------------------------------------------------------------------------------

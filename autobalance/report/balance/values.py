@@ -22,14 +22,14 @@ def report(record: Record) -> Values:
 def dumps(values: Mapping[str, Any]) -> str:
     """Return a report as JSON text; raises ValueError for NaN and infinity.
 
-    Bytes of a file's name that are not UTF-8 stand as JSON's escapes of lone surrogates, and read back so.
+    Bytes of a file's name that are not UTF-8 become JSON's escapes of lone surrogates, and read back as such.
     """
     text = json.dumps(values, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     return text.encode("utf-8", "backslashreplace").decode()
 
 
 def showable(values: Values) -> Values:
-    """Return a report for pages: a question mark for what is not text in the names of files."""
+    """Return a report for pages, with question marks for bytes of a file's name that are not UTF-8."""
     text = json.dumps(values, ensure_ascii=False)
     shown = text.encode("utf-8", "replace").decode()
     shown_values: Values = values if shown == text else json.loads(shown)
@@ -37,7 +37,7 @@ def showable(values: Values) -> Values:
 
 
 def schema(of: Literal["report", "generate"] = "report") -> Values:
-    """Return the JSON Schema (draft 2020-12) of reports, or of what ``generate`` says."""
+    """Return the JSON Schema (draft 2020-12) of reports, or of the values of ``generate``."""
     from autobalance.report.records.written import written_schema
 
     return written_schema(of)

@@ -1,7 +1,7 @@
-"""``balance.xlsx``: the calculation sheet, live: change a weight and the sheet follows.
+"""``balance.xlsx``: the calculation as a sheet of live formulas, which follow a changed weight.
 
 Every formula is written with its value, so that a program that does not recalculate shows the right numbers.
-What is known from the solid alone (its mass and moments) stands in separate cells, marked as measured.
+Mass and moments of the solid alone stand in separate cells, marked as measured.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ GROUPS = (
     ("crankpin_g", "m_pin", "On the crankpin, not in the file"),
 )
 CREATED = datetime.datetime(2000, 1, 1)
-"""In the file's properties: two runs write the same bytes."""
+"""Date in the file's properties, fixed so that two runs write the same bytes."""
 PAPER_A4 = 9
 FOOTER_LETTERS = 60
 """A page's head and foot may have 255 characters each, and an & takes two."""
@@ -43,7 +43,6 @@ STYLES: dict[str, dict[str, Any]] = {
 
 
 def xlsx(report: Report) -> bytes:
-    """Return the workbook of a balance report."""
     from xlsxwriter import Workbook
 
     buffer = io.BytesIO()
@@ -58,7 +57,7 @@ def xlsx(report: Report) -> bytes:
 
 
 def _oil_beside(report: Report, oil: Mapping[str, Any]) -> tuple[list[float], list[float]]:
-    """Return unbalance and moment of a throw's oil, less what its bob-weight has of it."""
+    """Return unbalance [g·mm] and moment [g·mm²] of a throw's oil, less its share in the bob-weight."""
     throw = next(each for each in report["crank"]["throws"] if each["number"] == oil["throw"])
     pin, on_pin = throw["crankpin"]["centre_mm"], oil["on_crankpin_g"]
     first = [oil["mass_g"] * oil["centre_mm"][axis] - on_pin * pin[axis] for axis in (0, 1)]
@@ -75,7 +74,6 @@ class _Calculation:
         self.values: dict[str, float] = {}
 
     def write(self) -> None:
-        """Write everything."""
         page = self.page
         page.set_column("A:A", 46)
         page.set_column("B:B", 16)
@@ -107,7 +105,7 @@ class _Calculation:
     def line(
         self, name: str, label: str, value: float, unit: str, note: str = "", style: str = INPUT
     ) -> None:
-        """Write a number that stands for itself."""
+        """Write a number that is not a formula."""
         self._describe(name, label, unit, note, value)
         self.page.write_number(self.row, 1, value, self.formats[style])
         self.row += 1
@@ -157,7 +155,7 @@ class _Calculation:
         self.formula("U_per", "Permissible residual unbalance U_per", "{m}*{G}/{omega}", v["m"] * v["G"] / v["omega"], "g·mm", "m · G / Ω")  # fmt: skip
 
     def _throws(self) -> list[int]:
-        """Write each throw's place and bob-weight; parts of a throw that differs stand as numbers."""
+        """Write each throw's place and bob-weight, its own parts as numbers; return the throws' numbers."""
         v = self.values
         engine = at(self.report, "job.engine") or {}
         different = {each["number"]: each for each in engine.get("throw") or []}
@@ -196,7 +194,7 @@ class _Calculation:
         return numbers
 
     def _measured(self) -> None:
-        """Write what is known from the solid alone, before and after: mass, first moments, products about z = 0."""
+        """Write the solid's mass, first moments and products about z = 0, before and after."""
         report = self.report
         attached = [*(at(report, "job.engine.attached") or []), *(report.get("external") or [])]
         oil = [_oil_beside(report, each) for each in report.get("oil") or ()]
@@ -304,7 +302,7 @@ class _Calculation:
         self.formula("mc0", "Correction mass before", "{U_before}/{Rc}", v["U_before"] / v["Rc"], "g")
 
     def _doubt(self, name: str, residual: Mapping[str, Any]) -> str:
-        """Write the uncertainty that the verdict counts; return how a formula names it."""
+        """Write the uncertainty that counts in the verdict; return its name in formulas."""
         counts = self.report["tolerance"].get("margin", "none") != "none"
         of = f"plane {name}" if name else "the resultant"
         self.line(f"dU{name}", f"Uncertainty of {of} in the verdict", residual["uncertainty_g_mm"] if counts else 0.0, "g·mm", "" if counts else 'margin = "none"')  # fmt: skip
@@ -384,7 +382,7 @@ def _corrections(page: Any, formats: Mapping[str, Any], report: Report) -> None:
 
 
 def _printed(page: Any, report: Report) -> None:
-    """Set how a sheet prints: landscape A4, all columns on one page, its name and count at the foot."""
+    """Set up printing: landscape A4, all columns on one page, name and page number at the foot."""
     page.set_landscape()
     page.set_paper(PAPER_A4)
     page.set_margins(left=0.5, right=0.5, top=0.6, bottom=0.7)

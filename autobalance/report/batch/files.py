@@ -15,11 +15,11 @@ NEWEST = 10
 OWN_WORDS = re.compile(
     r"\S*/\S*|\S+\.(?:stl|obj|ply|off|3mf|glb|step|stp|toml|xlsx)\b|[-+±]?\d[\d.,]*(?:[eE][-+]?\d+)?"
 )
-"""What a message says of its own row only: files and numbers."""
+"""Files and numbers of a message, which differ from row to row."""
 
 
 def results_csv(values: Values) -> bytes:
-    """Return one line a row, in the list's order, without times: the same however it was run."""
+    """Return one line a row, in the order of the list, without times: the same in every run."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     rows = values["results"]
@@ -60,7 +60,7 @@ def results_workbook(values: Values) -> bytes:
 
 
 def grouped_reasons(values: Values) -> list[tuple[str, int, str]]:
-    """Return reasons that differ only in numbers, names and files as one, with its rows and its first words.
+    """Return (reason, rows, example) of reasons that differ only in numbers, names and files.
 
     Examples
     --------
@@ -94,7 +94,6 @@ def capability(values: Values) -> dict[str, float | None]:
 
 
 def batch_text(values: Values) -> str:
-    """Return the counts and the reasons as lines."""
     lines = [
         f"{values['rows']} rows: {values['within']} within tolerance, {values['above']} above, "
         f"{values['failed']} failed, {values['lost']} lost; {values['taken_over']} taken over",

@@ -15,7 +15,7 @@ WIDTH, HEIGHT = 640, 180
 LEFT, BELOW = 44, 36
 MOST_REASONS = 12
 QUARTERS_TO = 3.0
-"""Shares used up to which the histogram's axis has quarters."""
+"""Greatest share used at which the histogram's axis has quarters."""
 NAMES = {
     "mean": "mean of the share used",
     "standard_deviation": "standard deviation",
@@ -24,7 +24,7 @@ NAMES = {
 
 
 def summary_page(values: Values) -> bytes:
-    """Return the page; it needs nothing but itself."""
+    """Return the page; it needs no other file."""
     reasons = list(_reasons(values))
     page = rendered(
         "batch.html",
@@ -39,7 +39,7 @@ def summary_page(values: Values) -> bytes:
 
 
 def _reasons(values: Values) -> Iterator[Values]:
-    """Yield the reasons, and how much of all rows they make together so far."""
+    """Yield the reasons, each with the share of all rows up to it [%]."""
     reasons = grouped_reasons(values)
     total, so_far = sum(count for _, count, _ in reasons), 0
     for text, count, example in reasons:
@@ -83,7 +83,7 @@ def _histogram(values: Values) -> str:
 
 
 def _ticks(top: float) -> list[float]:
-    """Return the shares that the axis names: so few that none stands on another."""
+    """Return the shares that the axis names: so few that none overlaps another."""
     if top <= QUARTERS_TO:
         return [0.25 * number for number in range(int(4.0 * top) + 1)]
     step = max(1, round(top / 6.0))

@@ -15,12 +15,12 @@ from autobalance.units import RAD_S_PER_RPM
 
 Drawn = dict[str, Plot]
 PLACES = (0.0, 0.5, 0.8)
-"""Where along half the length the pressure is shown."""
+"""Shares of half the length at which the pressure is shown."""
 POINTS = 181
 
 
 def bearing_plots(analysis: Analysis) -> Drawn:
-    """Return what there is to draw, by name."""
+    """Return the plots of a bearing by name, as far as its analysis has their values."""
     drawn: Drawn = {}
     if analysis.first.film is not None:
         drawn["film-pressure"] = _pressure(analysis.first.film)
@@ -34,7 +34,7 @@ def bearing_plots(analysis: Analysis) -> Drawn:
 
 
 def _pressure(film: Film) -> Plot:
-    """Pressure around the bush, angles from the load's direction."""
+    """Return the pressure around the bush, angles from the load's direction."""
     unit = film.unit.pressure
     scale = MPA_PER_PA * film.bearing.pressure_unit_Pa(film.viscosity_Pa_s, film.speed_rad_s)
     angle = np.linspace(-np.pi, np.pi, POINTS)

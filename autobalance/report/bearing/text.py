@@ -15,7 +15,6 @@ SMALL_ANGLE_MU = 0.2
 
 
 def bearing_text(report: Values) -> str:
-    """Return what a bearing does, in lines."""
     lines = [NAMES[report["kind"]]]
     if report["limit"]:
         lines.append("Limit: the film breaks (eccentricity ratio above 0.99); values beyond it are left out")

@@ -45,7 +45,7 @@ def design_text(values: Values) -> str:
 
 
 def _finite_elements_text(analysed: Values) -> str:
-    """Return how many designs were analysed, and how far the others' predictions were off."""
+    """Return the number of analysed designs, and the errors of the predictions for the others."""
     count = analysed["analysed_in_search"] + analysed["analysed_when_written"]
     off = analysed["errors_when_written"] or {}
     errors = ", ".join(f"{name} {100 * share:.2g} %" for name, share in off.items())
@@ -60,7 +60,7 @@ def design_picture(mesh: Mesh) -> bytes:
 
 
 def front_plot(names: tuple[str, ...], front: NDArray[np.float64], others: NDArray[np.float64]) -> Plot:
-    """Return the front (n, k) and what else was looked at (m, k), two objectives across and up."""
+    """Return the front (n, k) and the other designs (m, k), the first two objectives across and up."""
     from autobalance.report.plots import drawn
 
     across, up = (0, 1) if len(names) > 1 else (0, 0)

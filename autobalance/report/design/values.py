@@ -1,4 +1,4 @@
-"""What the report of a design search says of all designs together: the front, the reason, what is missing."""
+"""Parts of the report of a design search on all designs together: front, reason, notes."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from autobalance.design_search.written import WrittenDesign
 from autobalance.report.records.design import DesignFigures
 
 MOST_REMEDIES = 2
-"""Changes that are named, the smallest first."""
+"""Most remedies that are named, the smallest first."""
 
 
 def front_of(problem: Problem, designs: Sequence[DesignFigures]) -> tuple[list[str], dict[str, str]]:
-    """Return the ids of the designs that no other beats, and the best in each objective."""
+    """Return the ids of the designs that no other dominates, and the best one for each objective."""
     signed = problem.signed_objectives
     rows = [[sign * each.objectives[name] for name, sign in signed] for each in designs]
     kept = [
@@ -35,7 +35,7 @@ def front_of(problem: Problem, designs: Sequence[DesignFigures]) -> tuple[list[s
 
 
 def infeasible_reason(design: WrittenDesign, tried: Callable[[], Sequence[Remedy]]) -> str:
-    """Say what the least violated design breaks, and what helps; ``tried`` tries changes for the balance."""
+    """Return the limit that the least violated design breaks, and a remedy; ``tried`` tries remedies."""
     worst = min(design.constraints, key=lambda each: each.margin / each.scale)
     by = -worst.margin
     if worst.name == "residual":
@@ -61,7 +61,7 @@ def _what_helps(tried: Sequence[Remedy]) -> str:
 
 
 def step_notes(written: Collection[str]) -> list[str]:
-    """Say why designs, whose files have these names, have no STEP file, or one of counterweights alone."""
+    """Return a note where the written files lack STEP, or have it of the counterweights alone."""
     if PARTS in written:
         return [
             f"{PARTS} in the place of {WHOLE}: the CAD kernel finds fault with the facets of the held metal, "

@@ -30,7 +30,7 @@ def cycle_plots(
     films: CycleFilms | None = None,
     sweep: Sequence[Mapping[str, Any]] | None = None,
 ) -> Plots:
-    """Return every plot of a cycle, by its name; the indicator diagrams are cylinder 1's."""
+    """Return every plot of a cycle, by its name; the indicator diagrams are of cylinder 1."""
     from autobalance.report import plots
 
     at = f"at {cycle.speed_rad_s / RAD_S_PER_RPM:g} rpm"
@@ -59,7 +59,7 @@ def cycle_plots(
 
 
 def _indicator(cycle: CycleAnalysis) -> Plots:
-    """Pressure over angle and volume."""
+    """Return the pressure over the angle, and over the volume of cylinder 1."""
     from autobalance.report import plots
 
     state, grid = cycle.firing.parts.gas_state, cycle.grid
@@ -86,7 +86,7 @@ def _indicator(cycle: CycleAnalysis) -> Plots:
 
 
 def _polar(cycle: CycleAnalysis, at: str) -> Plots:
-    """Draw the paths of the loads: mains and wrist pins in the engine's frame, crankpins in the crank's."""
+    """Return paths of the loads: mains and wrist pins in the engine's frame, crankpins in the crank's."""
     from autobalance.report import plots
 
     turned = np.exp(-1j * cycle.grid.even_rad)
@@ -114,7 +114,7 @@ def _polar(cycle: CycleAnalysis, at: str) -> Plots:
 
 
 def _factors(cycle: CycleAnalysis, factors: Sequence[float], at: str) -> Plots:
-    """Draw what each factor does to the most loaded main over the angle, and to the key figures."""
+    """Return the load and friction of the mains over the angle, and the throttle response, by factor."""
     from autobalance.report import plots
 
     mains, speed = MainLoads.of(cycle.firing), cycle.speed_rad_s
@@ -155,7 +155,7 @@ SWEPT = {
 
 
 def _sweep(rows: Sequence[Mapping[str, Any]]) -> Plots:
-    """Draw loads, friction and film over the speed, a curve for each factor."""
+    """Return loads, friction and film over the speed, a curve for each factor."""
     from autobalance.report import plots
 
     drawn: Plots = {}
@@ -171,7 +171,7 @@ def _sweep(rows: Sequence[Mapping[str, Any]]) -> Plots:
 
 
 def flexible_plots(rigid: CycleAnalysis, bent: FlexibleCycle) -> Plots:
-    """Draw the orbits of the journals, and how far the webs bend."""
+    """Return the orbits of the journals, and the bending moments of the webs."""
     from autobalance.report import plots
 
     at = f"at {rigid.speed_rad_s / RAD_S_PER_RPM:g} rpm"
@@ -190,7 +190,7 @@ def flexible_plots(rigid: CycleAnalysis, bent: FlexibleCycle) -> Plots:
 
 
 def _films(films: CycleFilms, at: str) -> Plots:
-    """Draw the orbits of the journals in their films; a circle of radius 1 would be contact."""
+    """Return the orbits of the journals in their films; a circle of radius 1 would be contact."""
     from autobalance.report import plots
 
     axes = ("eccentricity along x over the clearance [-]", "along y [-]")

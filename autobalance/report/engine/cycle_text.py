@@ -9,7 +9,7 @@ from autobalance.types import Values
 
 
 def cycle_text(report: Values) -> str:
-    """Return the summary of ``cycle``: cylinders, torque, speed, loads, and what each factor costs."""
+    """Return the summary of ``cycle``: cylinders, torque, speed, loads, and the effect of each factor."""
     blocks = [
         f"{report['input']['file']}: {report['strokes']}-stroke cycle at {report['speed_rpm']:g} rpm",
         _cylinders(report),
@@ -32,7 +32,7 @@ def cycle_text(report: Values) -> str:
 
 
 def number(value: float | None, text: str, unit: str = "") -> str:
-    """Return a number as a format says, a dash where there is none."""
+    """Return a number in a format, with its unit; a dash for None."""
     return "-" if value is None else f"{value:{text}}{unit}"
 
 
@@ -247,7 +247,7 @@ def _flexible(flexible: Values) -> str:
 
 
 def _on(main: Values) -> str:
-    """Return a main with what holds it."""
+    """Return a main journal with its spring, film or limit."""
     if main["stiffness_N_mm"] is not None:
         return f"main {main['number']}, {main['stiffness_N_mm']:g} N/mm"
     film = "film " + _micrometres(main["least_film_mm"])

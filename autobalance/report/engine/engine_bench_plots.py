@@ -22,7 +22,7 @@ FIGURES = {
 
 
 def engine_bench_plots(report: Mapping[str, Any], curves: Sequence[VariantCurves]) -> dict[str, Plot]:
-    """Return the plots by name; those over the speed where there are several speeds."""
+    """Return the plots by name; plots over the speed only for several speeds."""
     torque = [plots.Curve(each.name, each.angle_deg, each.torque_N_m) for each in curves]
     drawn = {"engine-torque": plots.lines("Output torque", ("crank angle [°]", "torque [N·m]"), torque)}
     if len(report["variants"][0]["points"]) > 1:

@@ -9,7 +9,7 @@ from autobalance.types import Values
 
 
 def engine_bench_text(report: Values) -> str:
-    """Return the variants by speed, what they change of the first one, and their run-up."""
+    """Return the variants by speed, and their run-up."""
     rows = report["variants"]
     speeds = [point["speed_rpm"] for point in rows[0]["points"]]
     blocks = [_at(rows, place, speed) for place, speed in enumerate(speeds)]

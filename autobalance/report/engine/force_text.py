@@ -9,11 +9,11 @@ from autobalance.report.tables import table
 from autobalance.types import Values
 
 LEAST_SHOWN_N = 0.05
-"""An order below this is shown as 0."""
+"""Forces [N] and moments [N·m] below which an order is left out."""
 
 
 def forces_text(report: Values) -> str:
-    """Return the summary of ``forces``: orders, bearing loads, and what each factor does."""
+    """Return the summary of ``forces``: orders, bearing loads, and the effect of each factor."""
     parts = [
         f"{report['job']['file']}: forces of inertia at {report['speed_rpm']:g} rpm, without gas;"
         f" moments about z = {report['moments_about_z_mm']:.2f} mm",
@@ -138,7 +138,7 @@ def _factor(value: float | None) -> str:
 
 
 def shafts_text(report: Values, units: DisplayUnits) -> str:
-    """Return the summary of ``shafts``: what shakes, what would cancel it, what the job's shafts leave."""
+    """Return the summary of ``shafts``: orders that shake, proposals, and the effect of the job's shafts."""
     parts = [
         f"{report['job']['file']}: balance shafts at {report['speed_rpm']:g} rpm, crank balanced to"
         f" {report['balance_factor']:.4f}; moments about z = {report['moments_about_z_mm']:.2f} mm",
@@ -251,7 +251,7 @@ def _rod(rod: Values, units: DisplayUnits) -> str:
 
 
 def grade_text(report: Values, units: DisplayUnits) -> str:
-    """Return what a grade permits, or what a residual achieves, and the table of grades."""
+    """Return the permissible unbalance of a grade, or the grade of a residual, and the table of grades."""
     lines = []
     if report["permissible_g_mm"] is not None:
         lines.append(
@@ -278,5 +278,5 @@ def grade_text(report: Values, units: DisplayUnits) -> str:
 
 
 def _plus_minus(pm_g: float, units: DisplayUnits) -> str:
-    """Return an uncertainty with its sign; nothing where no weight states one."""
+    """Return an uncertainty with its sign, or that none is stated."""
     return f" ± {units.of_mass(pm_g)}" if pm_g else ", uncertainty not stated"

@@ -16,7 +16,7 @@ Plots = dict[str, Plot]
 
 
 def strength_plots(cycle: CycleAnalysis, fillets: Sequence[Fillet], report: Mapping[str, Any]) -> Plots:
-    """Return the stress of the least safe fillet over the cycle, and the safety of all."""
+    """Return the stress of the least safe fillet over the cycle, and the safety of all fillets."""
     from autobalance.report import plots
 
     known = [each for each in fillets if each.fatigue.gough_pollard is not None]

@@ -10,7 +10,7 @@ from autobalance.types import Values
 
 
 def strength_text(report: Values) -> str:
-    """Return the summary of ``strength``: every fillet, the least safe one, and what the cuts changed."""
+    """Return the summary of ``strength``: every fillet, the least safe one, and the effect of the cuts."""
     blocks = [f"{report['report'] or report['input']['file']}: fillets at {report['speed_rpm']:g} rpm"]
     if report["before"] is not None:
         blocks += ["Before the cuts\n" + _fillets(report["before"]["fillets"]), "After the cuts"]

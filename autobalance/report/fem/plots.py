@@ -1,4 +1,4 @@
-"""How the answer of a finite-element analysis settles from mesh to mesh."""
+"""Convergence of a finite-element analysis from mesh to mesh, as plots."""
 
 from __future__ import annotations
 

@@ -6,7 +6,6 @@ from autobalance.types import Values
 
 
 def fem_text(values: Values) -> str:
-    """Return an analysis as lines for people."""
     mesh = values["mesh"]
     lines = [
         f"{mesh['tetrahedra']} quadratic tetrahedra, {mesh['nodes']} nodes, size {mesh['size_mm']:.4g} mm; "

@@ -1,4 +1,4 @@
-"""``orders.html``: the record and its spectrum to zoom into, and what was found, on one page."""
+"""``orders.html``: the record and its spectrum to zoom into, and the findings, on one page."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from autobalance.signal.sines import amplitude_spectrum
 from autobalance.types import Array, Values
 
 MOST_POINTS = 1 << 18
-"""Of a curve on the page; neighbours are put together, least and greatest, where a record has more."""
+"""Most points of a curve; longer records are thinned to least and greatest of neighbours."""
 SPECTRUM_SAMPLES = 1 << 21
 
 
 def orders_page(analysis: Analysis, values: Values) -> str:
-    """Return the whole page; it needs no other file and asks for none."""
+    """Return the whole page; it needs no other file."""
     return rendered(
         "orders.html",
         file=values["record"]["file"],
@@ -65,7 +65,7 @@ def _record_curve(analysis: Analysis) -> Values:
 
 
 def _extremes(channel: Channel, few: int) -> tuple[Array, Array]:
-    """Return least and greatest of neighbours, block by block."""
+    """Return the least and the greatest of each ``few`` samples of a channel."""
     low, high = [], []
     block = max(few, (1 << 20) // few * few)
     for _, piece in channel.blocks(block):

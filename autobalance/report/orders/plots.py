@@ -22,11 +22,11 @@ Files = dict[str, Plot]
 SHOWN_SAMPLES = 1 << 21
 CUTS = 4
 POINTS = 4000
-"""Of a curve at most, more than its pixels."""
+"""Most points of a curve, more than its pixels."""
 SHOWN_SHARE = 0.02
 """An order below this share of the strongest is not drawn: its phase is noise."""
 DECADES = 3.0
-"""Of amplitude that a map shows, from its greatest down."""
+"""Decades of amplitude that a map shows, from its greatest down."""
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
 DOTTED: dict[str, Any] = {"color": "0.5", "linestyle": ":", "linewidth": 1.0}
 
@@ -34,7 +34,7 @@ DOTTED: dict[str, Any] = {"color": "0.5", "linestyle": ":", "linewidth": 1.0}
 def orders_plots(
     analysis: Analysis, values: Values, predicted: Sequence[tuple[float | None, float]] = ()
 ) -> Files:
-    """Return every plot that the record allows; ``predicted`` (speed, frequency) on the waterfall."""
+    """Return every plot that the record allows; ``predicted`` (speed, frequency) are on the waterfall."""
     unit = f" [{analysis.channel.unit}]" if analysis.channel.unit else ""
     label = f"{analysis.channel.name}{unit}"
     drawn: Files = {"spectrum": _spectrum(analysis, values, label)}
@@ -60,7 +60,7 @@ def orders_plots(
 
 
 def _strongest(cuts: list[OrderCut]) -> list[OrderCut]:
-    """Return the few orders that stand well out of the others."""
+    """Return the few orders that stand out of the others, the strongest first."""
     sizes = {cut.order: float(np.median(np.abs(cut.amplitudes))) for cut in cuts}
     falling = sorted(cuts, key=lambda cut: -sizes[cut.order])[:CUTS]
     return [cut for cut in falling if sizes[cut.order] > SHOWN_SHARE * sizes[falling[0].order]]
@@ -71,7 +71,7 @@ def _max_order(analysis: Analysis) -> float:
 
 
 def _top_hz(analysis: Analysis) -> float:
-    """Return the highest frequency of the waterfall: that of the highest order, else of what there is."""
+    """Return the highest frequency of the waterfall, from the highest order, sines or modes."""
     half = 0.5 * analysis.channel.sample_rate_hz
     if analysis.speed.turning is None:
         highest = max(
@@ -107,7 +107,7 @@ def _spectrum(analysis: Analysis, values: Values, label: str) -> Plot:
 
 
 def _psd(analysis: Analysis) -> Plot:
-    """Draw the power spectral density with its standard error."""
+    """Return the power spectral density with its standard error."""
     density = analysis.power
     f, mean, off = density.frequencies_hz[1:], density.density[1:], density.scatter[1:]
     floor = 1e-12 * float(mean.max(initial=0.0)) + 1e-300
@@ -124,7 +124,7 @@ def _psd(analysis: Analysis) -> Plot:
 
 
 def _envelope_of(x: Array, y: Array) -> tuple[Array, Array]:
-    """Return the greatest of neighbours where there are more points than pixels."""
+    """Return curves with more points than pixels reduced to the greatest of neighbours."""
     few = -(-len(x) // POINTS)
     if few < 2:
         return x, y
@@ -199,7 +199,7 @@ def _waterfall(
 def _predictions(
     axes: Axes, predicted: Sequence[tuple[float | None, float]], fall: Map, *, rising: bool
 ) -> None:
-    """Draw natural frequencies that were computed: by speed as points, or at any speed as lines."""
+    """Draw computed natural frequencies: points where the speed is known, else lines."""
     top = float(fall.columns[-1])
     for f in sorted({f for speed, f in predicted if (speed is None or not rising) and f <= top}):
         axes.axvline(f, color="0.3", linestyle="-.", linewidth=0.9)
@@ -226,7 +226,7 @@ def _order_map(order_map: Map, label: str) -> Plot:
 
 
 def _cuts(cuts: list[OrderCut], label: str, *, steady: bool) -> Files:
-    """Return amplitude and phase over the speed (Bode), and both as a polar plot."""
+    """Return amplitude and phase over the speed or time (Bode), and both as a polar plot."""
     x_label = "time [s]" if steady else "speed [1/min]"
     from autobalance.report.plots import STYLES
 
@@ -291,7 +291,7 @@ def _envelope(analysis: Analysis, values: Values, label: str) -> Plot:
 
 
 def _full_spectrum(analysis: Analysis, values: Values) -> Plot:
-    """Return the orders of X + iY with and against the shaft, and what they say."""
+    """Return the orders of X + iY with and against the shaft, the verdict in the title."""
     from autobalance.signal.order_lines import order_lines
 
     turning, names = analysis.speed.turning, analysis.question.axes

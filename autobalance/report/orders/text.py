@@ -10,7 +10,6 @@ SHOWN_SHARE = 0.01
 
 
 def orders_text(values: Values) -> str:
-    """Return an analysis as lines for people."""
     parts = [_record(values), _speed(values["speed"]), _peaks(values), _orders(values), _modes(values)]
     parts += [_crossings(values), _bearing(values["bearing"]), _axes(values["axes"]), _bands(values["bands"])]
     parts.append(_comparison(values["comparison"]))

@@ -20,7 +20,7 @@ from autobalance.signal.windows import gain, noise_bandwidth_bins
 
 
 def orders_values(analysis: Analysis, explained: Explained, other: Analysis | None) -> RecordAnalysis:
-    """Return everything but the head and the input."""
+    """Return the report without head and input."""
     return RecordAnalysis(
         record=record_values(analysis),
         channel=analysis.channel.name,
@@ -41,7 +41,7 @@ def orders_values(analysis: Analysis, explained: Explained, other: Analysis | No
 
 
 def record_values(analysis: Analysis) -> RecordFigures:
-    """Return what a record holds."""
+    """Return file, format, duration and channels of a record."""
     record = analysis.record
     return RecordFigures(
         file=record.file,

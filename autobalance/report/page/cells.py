@@ -1,4 +1,4 @@
-"""Numbers of a page, each with the place in the report that it shows."""
+"""Numbers of a page, each with its path in the report."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from autobalance.wording import at, number, signed
 
 
 def cell(report: Report, path: str, digits: int = 2) -> Markup:
-    """Return a cell that names the number of the JSON that it shows."""
+    """Return a table cell with a number of the report and its path there."""
     value, digits = shown(at(report, path), path, digits)
     return Markup('<td data-path="{}" data-digits="{}">{}</td>').format(path, digits, number(value, digits))
 
 
 def span(report: Report, path: str, digits: int = 2, sign: bool = False, style: str = "") -> Markup:
-    """Return a number that names its place in the JSON."""
+    """Return a number of the report with its path there."""
     value, digits = shown(at(report, path), path, digits)
     text = signed(value, digits) if sign else number(value, digits)
     named = Markup(' class="{}"').format(style) if style else ""

@@ -9,7 +9,7 @@ from autobalance.types import Report
 from autobalance.wording import at
 
 NOTHING = 0.05
-"""Forces [N] and moments [N·m] of orders below it are shown as 0.0, and are left out."""
+"""Forces [N] and moments [N·m] of orders below it would show as 0.0, and are left out."""
 FORCES = {
     "greatest_n": "Greatest force, N",
     "greatest_inline_n": "Greatest force along x, N",
@@ -24,7 +24,7 @@ ORDER_FORCES = {
 
 
 def force_rows(report: Report) -> list[tuple[str, str]]:
-    """Return place and name of each force that is there before and after, without orders that are zero."""
+    """Return path and name of each force that has values before and after, without orders that are zero."""
     forces = report.get("forces") or {}
     if not all(isinstance(forces.get(state), Mapping) for state in ("before", "after")):
         return []

@@ -54,7 +54,7 @@ def _page(report: Values, dates: Sequence[str]) -> str:
 
 
 def _polars(stages: Sequence[Values], dates: Sequence[str], tolerance: Values) -> Iterator[str]:
-    """Yield a plot of the resultant and of each plane: what was read and left at each stage, and when."""
+    """Yield plots of the resultant and of each plane: readings and residuals of each stage, with dates."""
     limits: list[tuple[str, int | None, Values]] = [("Resultant", None, tolerance)]
     limits += [(f"Plane {plane['name']}", k, plane) for k, plane in enumerate(tolerance["planes"])]
     days = "; ".join(

@@ -108,7 +108,7 @@ def page(
 
 
 def _verdict(report: Report) -> dict[str, Any]:
-    """Return the page's head and foot: what was read and written, and what came of it."""
+    """Return the page's head and foot: files, versions, outcome and verdict."""
     versions = report["autobalance"]
     return {
         "file": file_name(report),
@@ -125,7 +125,7 @@ def _verdict(report: Report) -> dict[str, Any]:
 
 
 def _numbers(report: Report) -> dict[str, Any]:
-    """Return what the table of unbalance and the facts beside it show, the largest doubt first."""
+    """Return the figures of the table of unbalance and beside it, the largest uncertainty first."""
     shares = at(report, "residual.uncertainty_shares_g_mm") or {}
     return {
         "counts_uncertainty": counts_uncertainty(report),
@@ -139,7 +139,7 @@ def _numbers(report: Report) -> dict[str, Any]:
 
 
 def _inputs(report: Report) -> dict[str, Any]:
-    """Return the weights that went in."""
+    """Return the weights of the parts and of the bob-weights."""
     return {
         "parts_g": [
             (part.replace("_", " "), counts_as, grams)
@@ -160,7 +160,7 @@ def _bending(report: Report) -> dict[str, Any] | None:
 
 
 def _corrections(report: Report) -> Iterator[dict[str, Any]]:
-    """Yield what the table of cuts says of each."""
+    """Yield the row of each cut in the table of cuts."""
     for item in report["corrections"]:
         size = in_units(kinds.size(item), PAGE_UNITS.get())
         yield {

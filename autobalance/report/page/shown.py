@@ -1,4 +1,4 @@
-"""The crank and the removed metal as pages and pictures show them: as fine as a screen shows, no finer."""
+"""The crank and the removed metal for pages and pictures, as fine as a screen shows and no finer."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
 
 VIEW_TRIANGLES = 100_000
-"""A crank of more is shown decimated."""
+"""Triangles above which a crank is shown decimated."""
 FINEST_VIEW = 4e-5
 """Share of a solid's size up to which edges are merged first: a twentieth of a pixel of a wide screen."""
 WAVES = 3.0
-"""A scan's edges are merged first up to so many times its roughness: steps from finer on merge hardly any."""
+"""Multiple of a scan's roughness up to which edges are merged first: finer steps merge hardly any."""
 PIECES_TRIANGLES = 50_000
-"""The same of all removed metal; the two together keep the page below 5 MB."""
+"""The same for all removed metal; the two limits keep the page below 5 MB."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What is shown of a run, in file coordinates [mm].
+    """The view of a run, in file coordinates [mm].
 
-    ``body`` is the crank as it is left, ``pieces`` the metal of the corrections, ``note`` what to say of a
-    view with fewer triangles than the crank has.
+    ``body`` is the corrected crank, ``pieces`` the metal of the corrections, ``note`` the words for a view
+    with fewer triangles than the crank has.
     """
 
     body: Mesh
@@ -42,7 +42,7 @@ class Shown:
         tools: Sequence[Solid],
         most: int = VIEW_TRIANGLES,
     ) -> Shown:
-        """Return what is shown of a crank, of what is left of it (None: all of it), and of the cuts' bodies.
+        """Return the view of a crank before and after (None: nothing was cut), and of the tool bodies.
 
         A crank of more than ``most`` triangles is decimated before it is cut for the view: cutting it once
         more as it is would take longer than balancing it.
@@ -63,7 +63,7 @@ class Shown:
 
 
 def coarse_solid(solid: Solid, most: int, step: float) -> Solid:
-    """Return a solid with no more triangles than that; if it has more, decimated by ``step`` [mm] or more."""
+    """Return a solid of at most ``most`` triangles; if it has more, decimated by ``step`` [mm] or more."""
     coarse = solid
     while coarse.triangle_count > most and step < solid.mesh.diagonal_mm:
         coarse = coarse.simplified(step)
@@ -74,7 +74,7 @@ def coarse_solid(solid: Solid, most: int, step: float) -> Solid:
 def coarse_pieces(
     report: Mapping[str, Any], pieces: Sequence[Piece], size_mm: float, most: int = PIECES_TRIANGLES
 ) -> Sequence[Piece]:
-    """Return the removed metal for the page's view, simplified while it is too fine for a part of a size."""
+    """Return the removed metal for the page's view, simplified while it has more than ``most`` triangles."""
     step, coarse = 1e-5 * size_mm, pieces
     while sum(len(piece.mesh.triangles) for piece in coarse) > most and step < 1e-3 * size_mm:
         coarse = [
@@ -86,7 +86,7 @@ def coarse_pieces(
 
 
 def _cut(report: Mapping[str, Any], crank: Solid, tools: Sequence[Solid]) -> Solid:
-    """Return a crank with the metal of all corrections put on it and taken off."""
+    """Return a crank after all corrections, metal added first and then removed."""
     for adds in (True, False):
         chosen = [
             tool

@@ -1,4 +1,4 @@
-"""Pages in HTML, made of the templates in ``assets/templates``."""
+"""Pages in HTML from the templates in ``assets/templates``."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from autobalance.report.page_units import (
 from autobalance.wording import degrees, number
 
 SOURCE = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
-"""What a page may load: nothing but what it holds (a Content-Security-Policy)."""
+"""Content-Security-Policy: a page may load nothing but its own contents."""
 
 
 def rendered(template: str, **values: Any) -> str:
     """Return a template of ``assets/templates`` with values, in the units of `PAGE_UNITS`.
 
-    Texts among the values are escaped, but for those that are ``markupsafe.Markup``.
+    Texts among the values are escaped, except ``markupsafe.Markup``.
     """
     return _environment().get_template(template).render(units=PAGE_UNITS.get(), **values)
 
@@ -64,7 +64,7 @@ def _environment() -> Environment:
 
 @cache
 def style(name: str) -> Markup:
-    """Return a style sheet of ``assets`` as it stands in a page."""
+    """Return a style sheet of ``assets`` for a page."""
     return Markup(_asset(name))
 
 

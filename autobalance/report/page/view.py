@@ -1,4 +1,4 @@
-"""What the page's view draws: meshes packed for the script, labels, planes, vectors."""
+"""Data of the page's 3D view: meshes packed for the script, labels, planes, vectors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from autobalance.wording import at, number
 
 
 def view_data(report: Report, body: Mesh, pieces: Sequence[Piece]) -> tuple[dict[str, Any], bytes]:
-    """Return what the page's script draws, and its meshes packed as 16-bit places and 32-bit corners."""
+    """Return the data of the page's script, and its meshes packed as 16-bit vertices and 32-bit triangles."""
     frame = np.asarray(report["frame"]["file_to_rotor"], dtype=np.float64)
     turned = [body.moved(frame)] + [piece.mesh.moved(frame) for piece in pieces]
     points = np.concatenate([mesh.vertices for mesh in turned])
@@ -65,7 +65,7 @@ def _shade(depth: float, depths: Sequence[float]) -> float:
 
 
 class _Packer:
-    """Collects meshes into one buffer; remembers where each begins."""
+    """Buffer of packed meshes."""
 
     def __init__(self, low: Array, step: float) -> None:
         self.low, self.step = low, step
@@ -115,14 +115,14 @@ def _label(
 
 
 TILT = 0.55
-"""How far a cut is looked at from beside its own direction, so that depth and place can both be seen."""
+"""Share of a sideways view in the view of a cut, so that depth and place can both be seen."""
 
 FACE = 0.5
-"""How much a face is looked at from in front; the rest from outside, past the webs beside it."""
+"""Share of the frontal view in that of a face; the rest is from outside, past the webs beside it."""
 
 
 def _towards(item: Mapping[str, Any]) -> list[float]:
-    """Return where to look from at a correction, rotor frame: along its tool, onto its face or its rim."""
+    """Return the viewing direction of a correction, rotor frame: along its tool, onto its face or rim."""
     x, y, _ = item["position_mm"]
     radius = math.hypot(x, y)
     out = np.array([x / radius, y / radius, 0.0]) if radius > 0.0 else np.array([1.0, 0.0, 0.0])
@@ -138,7 +138,7 @@ def _towards(item: Mapping[str, Any]) -> list[float]:
 
 
 def _correction_planes(report: Report) -> list[float]:
-    """Return the z of the webs that are cut, their mid-planes [mm]."""
+    """Return the z of the mid-planes of the webs that are cut [mm]."""
     cut = {web for item in report["corrections"] for web in item.get("webs", [item.get("web")])}
     return [
         0.5 * (w["z_min_mm"] + w["z_max_mm"]) for w in at(report, "crank.webs") or [] if w["number"] in cut

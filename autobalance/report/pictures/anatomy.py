@@ -20,9 +20,9 @@ second; crankpin 1 points up."""
 METAL, JOURNAL, CRANKPIN = (0.72, 0.73, 0.75), (0.55, 0.68, 0.85), (0.93, 0.68, 0.38)
 AXIS_COLOUR = (30, 60, 200)
 LEAST_PIXELS = 40
-"""A part of which fewer pixels are seen gets no label in that view."""
+"""Fewest visible pixels of a part for a label in that view."""
 CYLINDER_RADII = 1.02
-"""Triangles within a cylinder's radius and this much more are the cylinder's."""
+"""Multiple of a cylinder's radius within which triangles belong to it."""
 
 
 def crank_picture(
@@ -58,7 +58,7 @@ def crank_picture(
 
 
 def _owners(mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face]) -> tuple[Indices, list[str], Array]:
-    """Return for each triangle the number of the part it belongs to, the parts' names and colours."""
+    """Return the number of the part of each triangle, and the parts' names and colours."""
     owner = np.zeros(len(mesh.triangles), dtype=np.int64)
     names, colours = [""], [METAL]
     a, b, c = (mesh.vertices[column] for column in mesh.triangles.T)

@@ -24,7 +24,7 @@ COLOURS = np.array(
 """Too little metal is blue, too much red."""
 NO_SURFACE = (0.60, 0.62, 0.64)
 SHOWN = 0.9
-"""The scale ends where this share of the surface lies within."""
+"""Share of the surface whose distances lie within the scale."""
 ROUND_UM = (5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 VIEW_PIXELS = 600, 800
 SCALE_PIXELS = (360, 16)
@@ -33,8 +33,8 @@ SCALE_PIXELS = (360, 16)
 def surface_image(crank: Crank, held: AgainstDrawing | None = None) -> Image | None:
     """Return a picture of a scan in the colours of its distance from its own surfaces, or from its drawing.
 
-    ``held`` is what a crank was held against; None: the drawing beside which it was scanned. None is returned
-    for a crank that was drawn and held against nothing.
+    ``held`` is the comparison with a drawing; None: that of the scan beside the drawing, if there is one. None
+    is returned for a drawn crank without a comparison.
     """
     measured = crank if held is not None else crank.weighed
     if held is None and crank.beside is not None:

@@ -1,4 +1,4 @@
-"""Labels of pictures: where they stand so that none lies over another, and their letters."""
+"""Places of labels in pictures, none over another."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ Box = tuple[float, float, float, float]
 """Left, top, right, bottom [pixels]."""
 RINGS = 40
 AROUND = 16
-"""Places that are tried around a mark: so many rings of so many."""
+"""Places that are tried around a mark: ``RINGS`` rings of this many."""
 
 
 class Placed(NamedTuple):
-    """A label: what it marks, and where its middle stands."""
+    """A label: its mark, and the place of its middle."""
 
     mark: tuple[float, float]
     middle: tuple[float, float]
@@ -26,7 +26,7 @@ def placed(
     picture: tuple[float, float],
     away: float = 0.0,
 ) -> list[Placed]:
-    """Return where labels stand: near their marks, inside the picture, none over another.
+    """Return places of labels: near their marks, inside the picture, none over another.
 
     Parameters
     ----------

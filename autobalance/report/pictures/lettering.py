@@ -18,7 +18,7 @@ SIZE, PAD = 15, 3
 def draw_labels(image: Image, labels: Sequence[tuple[str, int, int]]) -> Image:
     """Return an image with texts at pixels (column, row), on a light ground, none over another.
 
-    A text that has to stand off its pixel has a line to it.
+    A line joins a text and its pixel where they are apart.
     """
     from PIL import Image as Pillow
     from PIL import ImageDraw, ImageFont

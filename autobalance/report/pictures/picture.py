@@ -18,9 +18,9 @@ from autobalance.types import Array
 STEEL = (0.70, 0.73, 0.76)
 SHALLOW, DEEP = (0.97, 0.78, 0.40), (0.86, 0.33, 0.09)
 LIFT_SHARE = 2e-4
-"""Coloured surfaces are drawn this much nearer to the eye than the metal they lie on, as a share of its size."""
+"""Distance of coloured surfaces from the metal beneath, towards the eye, as a share of its size."""
 DISC, BESIDE = 14.0, 34.0
-"""Radius of the disc around a number, and how far it stands from what it numbers [pixels]."""
+"""Radius of the disc around a number, and least distance of its centre from its mark [pixels]."""
 NUMBERED_PIXELS = 60
 """Pixels of a coloured surface above which it is numbered."""
 
@@ -33,7 +33,7 @@ def pictures(
     size: tuple[int, int] = (1120, 760),
     units: UnitSystem = "metric",
 ) -> tuple[bytes, bytes]:
-    """Return two PNG files: what will go, and what is left, in one view.
+    """Return two PNG files in one view: the metal to cut, and the corrected crank.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def _joined(coat: Sequence[Surface]) -> Surface:
 
 
 def _marks(drawn: Picture, start: int, coats: Sequence[Surface], numbers: Sequence[int]) -> dict[int, Array]:
-    """Return where (column, row) the numbers of the coloured surfaces go: on a seen part of each, if any is."""
+    """Return the pixel (column, row) of each number, on the seen part of its surface, if any is seen."""
     coloured = drawn.triangle >= start
     ends = start + np.cumsum([len(rows) for _, rows, _ in coats])
     which = np.searchsorted(ends, drawn.triangle[coloured], side="right")
@@ -105,7 +105,7 @@ def _marks(drawn: Picture, start: int, coats: Sequence[Surface], numbers: Sequen
 def _labelled(
     drawn: Picture, title: str, marks: Mapping[int, Array], depths: Sequence[float], u: DisplayUnits
 ) -> bytes:
-    """Write title, numbers and the scale of depths on a picture."""
+    """Return a picture with title, numbers and the scale of depths as PNG."""
     image = _with_text(drawn, title, marks, depths, u)
     return png(image)
 

@@ -11,7 +11,7 @@ from autobalance.wording import escape
 
 SIZE = 200.0
 RADIUS = 74.0
-"""Of the outer ring, of ``SIZE`` in all."""
+"""Radius of the outer ring, in a plot ``SIZE`` wide."""
 NAME_WIDE, NAME_HIGH = 36.0, 11.0
 """Room of a stage's name at its tip."""
 
@@ -19,7 +19,7 @@ NAME_WIDE, NAME_HIGH = 36.0, 11.0
 def figure(
     title: str, before: Mapping[str, Any], after: Mapping[str, Any], permitted: Mapping[str, Any]
 ) -> str:
-    """Return a figure with two plots: before, at its own scale, and after, at that of what is permitted."""
+    """Return a figure with two plots: before, at its own scale, and after, at the scale of the limit."""
     limit = permitted["permissible_g_mm"]
     start, end = before["magnitude_g_mm"], after["magnitude_g_mm"]
     left = _plot(before, limit, max(start, limit), "was", "before")
@@ -43,7 +43,7 @@ def stages_figure(
 ) -> str:
     """Return one plot of vectors in order, each named at its tip, a line from one to the next.
 
-    ``days`` stands below its title.
+    ``days`` is a line below its title.
     """
     full = max([permitted_g_mm, *(math.hypot(*vector) for _, vector in points)])
     per, middle = RADIUS / full, SIZE / 2.0
@@ -65,7 +65,7 @@ def stages_figure(
 
 
 def _beside(tips: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return where the names of tips stand: right of each, lower where another name or numeral is."""
+    """Return the places of the names of tips: right of each, lower where another name or numeral is."""
     middle, far = SIZE / 2.0, RADIUS + 12.0
     taken = [
         (middle - 12.0, middle + far),

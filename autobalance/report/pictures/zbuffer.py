@@ -1,4 +1,4 @@
-"""Draw triangles into a picture: a z-buffer on arrays, and PNG. No graphics library, no screen."""
+"""Drawing of triangles into a picture: a z-buffer on arrays, and PNG. No graphics library, no screen."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ SUPERSAMPLE = 2
 MARGIN = 0.06
 """Space around the part, as a share of the picture."""
 CREASE = math.cos(math.radians(25.0))
-"""Neighbouring samples whose surfaces meet at a sharper angle than this get a line between them."""
+"""Cosine of the angle between the surfaces of neighbouring samples; sharper ones get a line between them."""
 SAME_DIRECTION = 2.0**19
-"""Cells to the unit in which directions are counted as the same."""
+"""Cells per unit of a normal, within which directions count as the same."""
 LINE_SHADE = 0.55
 """Brightness of a line against the surface that it lies on."""
 OVERLAP = 1e-6
 """Triangles claim samples this far beyond their sides [samples]: rounding leaves no gap between two."""
 ROWS_AT_ONCE = 100_000
-"""Rows of triangles that are worked on together: what they need stays in the processor's cache."""
+"""Rows of triangles processed together: their data stay in the processor's cache."""
 SAMPLES_AT_ONCE = 100_000
-"""The same of samples in these rows."""
+"""Samples of these rows processed together."""
 BAND = 64
-"""The same of rows of the picture's samples; whole pixels."""
+"""Rows of the picture's samples processed together; whole pixels."""
 NOTHING = np.uint64(0xFFFFFFFFFFFFFFFF)
 Surface = tuple[Array, Indices, Array]
 """Vertices (n, 3), triangles (m, 3), and a colour for each triangle or one for all (3,)."""
@@ -120,7 +120,7 @@ def render_each(
 ) -> list[Picture]:
     """Draw a part several times, each time with another surface laid on it; the part is drawn only once.
 
-    In each picture's ``triangle`` those of the coat count on from the part's.
+    In each picture's ``triangle`` the numbers of the coat follow those of the part.
     """
     axes = camera.axes
     fit = part[0] if camera.fit is None else camera.fit
@@ -186,7 +186,7 @@ def _looks(surface: Surface, axes: Array) -> tuple[Array, Array]:
 
 
 def _bytes(colours: Array) -> NDArray[np.uint32]:
-    """Pack colours (k, 3) from 0 to 1 into one word each: looked up faster than three floats."""
+    """Return colours (k, 3) from 0 to 1 in one word each: looked up faster than three floats."""
     four = np.zeros((len(colours), 4), dtype=np.uint8)
     four[:, :3] = (np.asarray(colours) * 255.0 + 0.5).clip(0, 255)
     return four.view(np.uint32).reshape(-1)
@@ -220,7 +220,7 @@ def _placement(axes: Array, points: Array, width: int, height: int) -> Array:
 
 
 def _doubled_area(corners: Array) -> Array:
-    """Twice the signed area of flat triangles (m, 3, ≥ 2)."""
+    """Return twice the signed area of flat triangles (m, 3, ≥ 2)."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     return (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
 
@@ -285,7 +285,7 @@ def _spans(corners: Array, number: Indices, centre: Array, width: int) -> tuple[
 
 
 def _ranges(first: Indices, last: Indices) -> tuple[Indices, Indices]:
-    """List the members of integer ranges, ends included: the range of each, and its value."""
+    """Return the members of integer ranges, ends included: number of the range, and value."""
     count = np.maximum(last - first + 1, 0)
     number = np.repeat(np.arange(len(first)), count)
     start = np.cumsum(count) - count
@@ -314,7 +314,7 @@ def _depth_plane(corners: Array) -> Array:
 
 
 def _ordered(depth: NDArray[np.float32]) -> NDArray[np.uint64]:
-    """Turn floats into whole numbers of the same order."""
+    """Return floats as whole numbers of the same order."""
     bits = depth.view(np.uint32)
     return np.where(bits >> 31, ~bits, bits | np.uint32(0x80000000)).astype(np.uint64)
 
@@ -327,7 +327,7 @@ def _normals(vertices: Array, triangles: Indices) -> Array:
 
 
 def _lit(colours: Array, normals: Array) -> Array:
-    """Shade colours by normals in the camera's axes: key light, fill light, a little from everywhere."""
+    """Return colours shaded by normals in the camera's axes: key light, fill light, some ambient light."""
     key = np.array([-0.45, 0.65, 0.62])
     fill = np.array([0.70, -0.20, 0.68])
     halfway = np.array([-0.25, 0.36, 0.90])
@@ -340,7 +340,7 @@ def _lit(colours: Array, normals: Array) -> Array:
 def _creases(which: NDArray[np.int32], normals: Array, directions: Indices) -> NDArray[np.bool_]:
     """Return the samples whose right or lower neighbour shows another surface at an angle, or none.
 
-    ``normals`` are (3, m), ``directions`` those that `_directions` found of them.
+    ``normals`` are (3, m), ``directions`` their numbers from `_directions`.
     """
     lines = np.zeros(which.shape, dtype=bool)
     facing = directions[which]
@@ -361,7 +361,7 @@ def _creases(which: NDArray[np.int32], normals: Array, directions: Indices) -> N
 
 
 def _directions(normals: Array) -> Indices:
-    """Return a number for each unit vector (3, m), the same for nearly equal ones alone, and for none last.
+    """Return a number for each unit vector (3, m), equal only for nearly equal ones; −1, for none, last.
 
     Most neighbouring samples show triangles of one plane: there, no angle need be looked up.
     """

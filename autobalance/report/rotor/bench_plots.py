@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def bench_plots(report: Mapping[str, Any], traces: Sequence[Trace]) -> dict[str, Plot]:
-    """Return speed and torque of each run over time; nothing where nothing was run."""
+    """Return speed and torque of each run over time; empty without runs."""
     if not traces:
         return {}
     names = [f"{speed:g} rpm" for speed in report["input"]["schedule"]["speeds_rpm"]]

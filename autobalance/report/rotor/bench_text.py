@@ -9,7 +9,6 @@ from autobalance.types import Values
 
 
 def bench_text(report: Values) -> str:
-    """Return rotor, loop, runs, readings and their comparison."""
     rotor, loop = report["rotor"], report["loop"]
     head = f"Rotor of {rotor['mass_kg']:.4f} kg, {rotor['inertia_kg_mm2']:.3f} kg·mm²"
     if rotor["disc_thickness_mm"] is not None:
@@ -88,7 +87,7 @@ def _pm(value: float | None) -> str:
 
 
 def _dropped(reading: Values) -> str:
-    """Return the runs that do not count, those that were not at temperature said."""
+    """Return the numbers of the runs left out, with "(temperature)" after runs dropped for it."""
     cold = reading["dropped_for_temperature"]
     return ", ".join(f"{run} (temperature)" if run in cold else str(run) for run in reading["dropped"])
 

@@ -17,7 +17,7 @@ STYLE = (
 
 
 def rotor_drawing(rotor: DiscOnShaft, holes: Sequence[DrilledHole]) -> bytes:
-    """Return the drawing, one unit a millimetre."""
+    """Return the drawing as SVG, one unit a millimetre."""
     width = rotor.length_mm + GAP + rotor.disc_mm + 2.0 * MARGIN
     height = rotor.disc_mm + BELOW + 2.0 * MARGIN
     middle = MARGIN + 0.5 * rotor.disc_mm

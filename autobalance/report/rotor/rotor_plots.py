@@ -14,7 +14,7 @@ TURN = np.linspace(0.0, 2.0 * np.pi, 73)
 
 
 def rotor_plots(report: Values) -> Files:
-    """Return the plots of a rotor by name."""
+    """Return the plots by name, as far as the report has their values."""
     plots_drawn = {"rotor-shapes": _shapes(report)} if report["modes"] else {}
     if len(report["campbell"]) > 1:
         plots_drawn["rotor-campbell"] = _campbell(report["campbell"])
@@ -70,7 +70,7 @@ def _response(response: list[Values], key: str, label: str) -> Plot:
 
 
 def _orbits(response: list[Values]) -> Plot:
-    """Draw each probe's orbit at the speed at which it is greatest."""
+    """Return each probe's orbit at the speed at which it is greatest."""
     curves = []
     for probe in response:
         known = [point for point in probe["points"] if point["major_um"] is not None]

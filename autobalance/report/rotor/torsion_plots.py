@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 DRAWN_MODES = 5
 CROWDED = 12
-"""Stations from which their names stand upright."""
+"""Fewest stations with upright names."""
 MARKED = 30
-"""Critical speeds drawn, those of the greatest torque first."""
+"""Most critical speeds drawn, the greatest torque first."""
 
 
 def torsion_plots(report: Values) -> dict[str, Plot]:
-    """Return the plots of a chain by name."""
+    """Return the plots by name, as far as the report has their values."""
     plots_drawn = {}
     if report["modes"]:
         plots_drawn["torsion-modes"] = _modes(report)
@@ -35,7 +35,7 @@ def torsion_plots(report: Values) -> dict[str, Plot]:
 
 
 def _modes(report: Values) -> Plot:
-    """Draw mode shapes by the names of their stations, a line along each shaft; gears end a line."""
+    """Return mode shapes by the names of their stations, a line along each shaft; gears end a line."""
     names, links = report["model"]["stations"], report["model"]["links"]
     joined = {(low, high) for low, high in links}
     ends = [number for number in range(1, len(names)) if (number, number + 1) not in joined]
@@ -64,7 +64,7 @@ def _heat(dampers: list[Values]) -> Plot:
 
 
 def _critical_map(report: Values) -> Plot:
-    """Draw natural frequencies over the speed with the orders' rays; a dot's area grows with the torque."""
+    """Return natural frequencies over the speed with the orders' rays; a dot's area grows with the torque."""
     critical = report["critical"]
     input_speeds = report["input"]["speed_rpm"]
     low, high = (float(each) for each in input_speeds)
@@ -93,7 +93,7 @@ def _critical_map(report: Values) -> Plot:
 
 
 def _torques(response: list[Values], damping: Values) -> Plot:
-    """Draw the greatest torque along the chain for the strongest orders."""
+    """Return the greatest torque along the chain over the speed, for the strongest orders."""
     curves = []
     for each in response:
         speeds = np.array([point["speed_rpm"] for point in each["points"]])

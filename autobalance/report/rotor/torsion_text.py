@@ -57,7 +57,7 @@ def _branched(model: Values) -> str:
 
 
 def _train(model: Values) -> str:
-    """Return gears and couplings, with the speed of each station, where there are any."""
+    """Return gears and couplings, empty without any."""
     rows = [
         f"Gear {gear['stations'][0]} to {gear['stations'][1]}: ratio {gear['ratio']:g}, "
         + ("rigid teeth" if gear["mesh_N_m_rad"] is None else f"teeth {gear['mesh_N_m_rad']:.4g} N·m/rad")
@@ -80,7 +80,7 @@ def _damping(damping: Values) -> str:
 
 
 def _throws(throws: Sequence[Values]) -> str:
-    """Return both formulas beside the solid's own, where finite elements were asked for."""
+    """Return the stiffness of each throw by both formulas and by finite elements; empty without these."""
     if not any(each["fem_N_m_rad"] is not None or each["fem_note"] for each in throws):
         return ""
     rows: list[Sequence[str]] = [("Throw", "Ker Wilson", "Carter", "its metal", "±", "formulas off by")]
@@ -148,7 +148,7 @@ def _response(report: Values) -> str:
 
 
 def _dampers(dampers: Sequence[Values]) -> str:
-    """Return dampers with what the rules for one inertia on one spring would give."""
+    """Return the dampers, beside the values of the rules for one inertia on one spring."""
     rows: list[Sequence[str]] = [
         ("Damper", "at", "stiffness", "damping", "by the rule", "twist", "heat at most")
     ]

@@ -1,1 +1,1 @@
-"""``sheet.pdf`` and DXF: what the machinist needs at the machine, on pages that flow."""
+"""``sheet.pdf`` and DXF: pages for the machinist at the machine."""

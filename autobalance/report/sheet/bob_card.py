@@ -1,4 +1,4 @@
-"""``bob-weights.pdf``: a card with what each bob-weight is made of, and its stack of the shop's washers."""
+"""``bob-weights.pdf``: a card with the parts of each bob-weight, and its stack of the shop's washers."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from autobalance.types import Report
 from autobalance.wording import at, grams, oil_on_crankpin_g, part_name
 
 Make = tuple[str, str, float, float, float]
-"""Part, how it counts, how many, weight of one [g], share of it."""
+"""Part, group that it counts in, number of parts, weight of one [g], share of it."""
 
 
 def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", date: str = "") -> bytes:
-    """Return the card: throws with the same make-up together."""
+    """Return the card, throws with the same bob-weight together."""
     wide, high = PAPERS_MM[paper]
     u = ON_PAPER[units]
     sheet = Sheet(report, u, date, wide, high, "Bob-weights")
@@ -50,7 +50,7 @@ def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", 
 
 
 def _alike(report: Report) -> list[tuple[list[int], Report]]:
-    """Return throws whose bob-weights are made alike, with one of these."""
+    """Return the throws with the same bob-weight, each group with one of its bob-weights."""
     groups: dict[Any, tuple[list[int], Report]] = {}
     for bob in report["engine"]["bob_weights"]:
         key = (tuple(make_up(report, int(bob["throw"]))), round(fit_g(report, bob), 6))
@@ -75,7 +75,7 @@ def make_up(report: Report, throw: int) -> list[Make]:
 
 
 def _throws(report: Report, throws: Sequence[int], bob: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
-    """Return what the card says of throws that are alike."""
+    """Return the section of the card for throws with the same bob-weight."""
     columns = [
         Column("part", 52.0, "left"),
         Column("counts as", 34.0, "left"),

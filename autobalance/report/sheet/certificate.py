@@ -1,4 +1,4 @@
-"""``certificate.pdf``: one page that says how well a crank is balanced, to be signed."""
+"""``certificate.pdf``: one page with a crank's balance quality, to be signed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def certificate(
     report: Report, picture: bytes | None, paper: Paper = "A4", units: UnitSystem = "metric", date: str = "",
     zero: ZeroChoice = "keyway",
 ) -> bytes:  # fmt: skip
-    """Return the page; of a crank above tolerance a record that says so.
+    """Return the page as PDF; for a crank above tolerance it is headed as a record.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def _statement(report: Report, u: DisplayUnits) -> str:
 
 
 def _basis(report: Report) -> str:
-    """Return what the values were taken from."""
+    """Return the source of the values: the solid, or the reading of a balancing machine."""
     stages = report.get("stages")
     if not stages:
         return "Values are those of the solid as measured in its file; the part was not read on a machine."
@@ -101,7 +101,7 @@ def _facts(report: Report, u: DisplayUnits, date: str) -> Sequence[Sequence[str]
 
 
 class _Picture(Flowable):  # type: ignore[misc]
-    """The crank, as large as what is left of the page above the signatures."""
+    """The crank, as large as the room above the signatures allows."""
 
     def __init__(self, data: bytes, wide_mm: float) -> None:
         super().__init__()
@@ -113,7 +113,6 @@ class _Picture(Flowable):  # type: ignore[misc]
         return self.wide_mm * POINTS_PER_MM, self.high_mm * POINTS_PER_MM
 
     def draw(self) -> None:
-        """Draw it."""
         if self.high_mm > 20.0:
             Pen(self.canv, self.high_mm).picture(self.data, 0.0, 0.0, PICTURE_MM[0], self.high_mm)
 

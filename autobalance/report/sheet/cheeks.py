@@ -24,12 +24,11 @@ class Cheek:
 
     @property
     def name(self) -> str:
-        """What it is."""
         return f"{'+z' if self.looks_up else '-z'} cheek of web {self.web}"
 
 
 def cheeks(report: Report) -> dict[int, Cheek]:
-    """Return by web the cheek nearest to its cuts, of those that no cut moves, if one is left."""
+    """Return by web the cheek nearest to its cuts, one that no cut moves where there is one."""
     cuts = [*report["corrections"], *report.get("earlier_corrections", ())]
     moved = [abs(float(cut["face_height_mm"])) for cut in cuts if cut.get("face_height_mm") is not None]
     cheeks_by_web: dict[int, Cheek] = {}
@@ -50,7 +49,7 @@ def _away(items: Sequence[Item], z_mm: float) -> float:
 
 
 def _letter(place: int) -> str:
-    """Return the letter of a place in the list; after the last the letters come doubled.
+    """Return the letter of a place in the list; after the last, letters come doubled.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The tables of cuts: one line each, and its slug."""
+"""Tables of the cuts, one line each, and of their slugs."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from autobalance.wording import degrees
 
 NONE = "–"
 AXIAL = 0.7
-"""Least z of a feed's direction that is called axial."""
+"""Least z of a tool's direction that counts as axial."""
 
 
 def cut_table(items: Sequence[Item], u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
-    """List every cut with its angles in both senses and its depths with and without the point."""
+    """Return a table of every cut, angles in both senses, depths with and without the point."""
     columns = [Column("No", 8.0), *cut_columns(u, zero)]
     return table(wide_mm, columns, [cut_row(item, u, zero) for item in items])
 
 
 def cut_columns(u: DisplayUnits, zero: Zero) -> list[Column]:
-    """Return the columns of a cut after its number."""
+    """Return the columns of a cut, without its number."""
     from_crankpin = zero.angle_deg != 0.0
     return [
         Column("cut", 18.0, "left"),
@@ -46,9 +46,9 @@ def cut_columns(u: DisplayUnits, zero: Zero) -> list[Column]:
 
 
 def cut_row(item: Item, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str]:
-    """Return what the table says of a cut: number, kind, place, angles, radius, z, sizes, mass.
+    """Return the cells of a cut: number, kind, place, angles, radius, z, sizes, mass.
 
-    Where angles count from a keyway, those from crankpin 1, as the report has them, stand beside in brackets.
+    Where angles count from a keyway, those from crankpin 1, as in the report, follow in brackets.
     """
     ccw = kinds.angle_deg(item)
     point = item.get("point_mm")
@@ -75,7 +75,7 @@ def cut_row(item: Item, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str
 
 
 def how(item: Item) -> str:
-    """Return the kind's name and from where the tool comes: ``drill from +z``."""
+    """Return the kind's name and the side of the tool: ``drill from +z``."""
     if kinds.adds_metal(item):
         return f"{item['kind']}: {kinds.verb(item)}"
     word, side = str(item["kind"]), side_of(item)
@@ -83,7 +83,7 @@ def how(item: Item) -> str:
 
 
 def side_of(item: Item) -> str:
-    """Return from which side the tool enters; nothing where a face or a rim is cut all over."""
+    """Return the side from which the tool enters; empty where a face or a rim is cut all over."""
     inward = item.get("inward")
     if inward is not None:
         if abs(inward[2]) < AXIAL:
@@ -106,7 +106,7 @@ def webs_of(item: Item) -> str:
 
 
 def slug_table(items: Sequence[Item], u: DisplayUnits, wide_mm: float) -> Flowable:
-    """List the slugs: sizes, material, fit and how each is held."""
+    """Return a table of the slugs: sizes, mass, density, fit and retention."""
     columns = [
         Column("slug", 13.0, "left"),
         Column(f"bore\n{u.length}", 22.0),

@@ -23,13 +23,13 @@ Paper = Literal["A4", "Letter"]
 PAPERS_MM = {"A4": (210.0, 297.0), "Letter": (215.9, 279.4)}
 SIZES_PT = {"A4": (595.2756, 841.8898), "Letter": (612.0, 792.0)}
 NO_NUMBER_FIRST = re.compile(r" (?=[-−+±]?\d)")
-"""Where prose must not break: only the rows of tables begin with a number."""
+"""Spaces at which prose must not break: only rows of tables begin with a number."""
 
 
 def written(
     sheet: Sheet, paper: Paper, templates: Sequence[PageTemplate], story: list[Flowable]
 ) -> tuple[int, bytes]:
-    """Return how many pages a story takes, and its PDF; the same input gives the same bytes."""
+    """Return the number of pages and the PDF of a story; the same input gives the same bytes."""
     buffer = io.BytesIO()
     document = BaseDocTemplate(
         buffer,
@@ -47,7 +47,7 @@ def written(
 
 @contextmanager
 def _binary_streams() -> Iterator[None]:
-    """Let reportlab write pages as bytes: text in base 85 takes a quarter more room, and time."""
+    """Make reportlab write pages as bytes: text in base 85 takes a quarter more room, and time."""
     before, rl_config.useA85 = rl_config.useA85, 0
     try:
         yield
@@ -58,7 +58,7 @@ def _binary_streams() -> Iterator[None]:
 def prose(
     text: str, size: float = 8.0, colour: str = INK, bold: bool = False, after: float = 1.2
 ) -> Flowable:
-    """Return a paragraph."""
+    """Return a paragraph, in the sheet's fonts, with ``after`` mm below it."""
     shown = NO_NUMBER_FIRST.sub("\u00a0", safe(text))
     font = font_of(shown, bold)
     style = ParagraphStyle(

@@ -18,11 +18,11 @@ from autobalance.solid.slicing.slices import cross_sections
 from autobalance.types import Array, Item
 
 NEAR_MM = 1.0
-"""Metal that comes so near to a section's plane is drawn in it."""
+"""Distance from a section's plane up to which metal is drawn in it."""
 BESIDE_MM = 8.0
-"""How far a section through a web reaches beyond the web."""
+"""Length of a section through a web beyond the web."""
 BELOW = 0.05
-"""How far half a section reaches beyond the axis, as a share of its height."""
+"""Height of half a section beyond the axis, as a share of its height."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class WebDrawing:
 
 @dataclass(frozen=True, eq=False)
 class Drawings:
-    """Everything the sheet draws: the webs that are cut, and a section along the axis, (z, x) outlines."""
+    """All outlines of the sheet: the webs that are cut, and a section along the axis, (z, x)."""
 
     webs: tuple[WebDrawing, ...]
     lengthwise: Polygons
@@ -58,12 +58,11 @@ ALONG = np.array([[0.0, 0, 1, 0], [1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]
 
 
 def webs_cut(item: Item) -> list[int]:
-    """Return the webs that a correction cuts."""
     return [int(web) for web in item.get("webs") or [item.get("web")] if web is not None]
 
 
 def drawings(report: Mapping[str, Any], before: Solid, pieces: Sequence[Piece]) -> Drawings:
-    """Return the outlines of the crank ``before`` correction, in file coordinates, and of what goes."""
+    """Return the outlines of the crank ``before``, in file coordinates, and of the removed metal."""
     frame: Array = np.asarray(report["frame"]["file_to_rotor"], dtype=np.float64)
     gone: dict[int, Solid] = {}
     for piece in pieces:
@@ -74,7 +73,7 @@ def drawings(report: Mapping[str, Any], before: Solid, pieces: Sequence[Piece]) 
 
 
 def drawn(report: Mapping[str, Any], crank: Mesh, gone: Mapping[int, Solid]) -> Drawings:
-    """Return the outlines of a crank and of metal by the corrections' numbers, all in the rotor frame."""
+    """Return the outlines of a crank and of removed metal (by correction number), all in the rotor frame."""
     items = report["corrections"]
     shadows = {number: body.shadow().polygons for number, body in gone.items()}
     cut = {int(number) for item in items for number in webs_cut(item)}
@@ -94,7 +93,7 @@ def drawn(report: Mapping[str, Any], crank: Mesh, gone: Mapping[int, Solid]) -> 
 
 
 def _plane_deg(items: Sequence[Item]) -> float:
-    """Return the angle of the plane for a web's section: that of the cut that moves most."""
+    """Return the angle of the plane of a web's section: that of the cut of the greatest unbalance."""
     drawn = [
         (math.hypot(*item["unbalance_change_g_mm"]), angle)
         for item in items
@@ -143,7 +142,7 @@ def _half(section: SectionDrawing) -> SectionDrawing:
 
 
 def _near_plane(body: Solid) -> Polygons:
-    """Return the shadow on z = 0 of what lies within ``NEAR_MM`` of it."""
+    """Return the shadow on z = 0 of the part of a body within ``NEAR_MM`` of it."""
     low, high = body.bounds[:, 2]
     if low >= NEAR_MM or high <= -NEAR_MM:
         return []

@@ -34,7 +34,7 @@ CENTRE_TYPE = "CENTER"
 
 
 def require_ezdxf() -> None:
-    """Raise where the library that writes drawings is missing.
+    """Raise FormatError if ezdxf, which writes drawings, is not installed.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def _is_radial(item: Item) -> bool:
 def _rim(
     space: Modelspace, report: Mapping[str, Any], items: Sequence[Item], left: float, u: DisplayUnits
 ) -> None:
-    """Draw radial holes on the rim rolled out, x = radius · angle, y = z, beside what is there."""
+    """Draw radial holes on the rim rolled out, x = radius · angle, y = z, beside the other drawings."""
     radius = max(float(item["entry_radius_mm"]) for item in items)
     length, start = math.tau * radius, left + FRAME_GAP_MM
     cut_webs = [web for web in report["crank"]["webs"] if any(web["number"] in webs_cut(i) for i in items)]
@@ -189,7 +189,7 @@ def _text(block: BlockLayout | Modelspace, text: str, place: Any) -> None:
 
 
 def _placed(space: Modelspace, name: str, shown: Polygons, title: str, left: float, u: DisplayUnits) -> float:
-    """Insert a block beside what is there, with frame, title and its extents; return where it ends."""
+    """Insert a block at ``left``, with frame, title and dimensions; return the end of its frame."""
     if not shown:
         return left
     points = np.concatenate(shown)

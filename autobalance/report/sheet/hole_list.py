@@ -1,4 +1,4 @@
-"""``holes.csv``: the cuts as rows, what a digital read-out or a spreadsheet wants."""
+"""``holes.csv``: the cuts as rows for a digital read-out or a spreadsheet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where numbers go so that none lies over another: spread along a circle or a line, or left out."""
+"""Places of numbers without overlap: spread along a circle or a line, or left out."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ Box = tuple[float, float, float, float]
 
 
 def spread(wanted: Sequence[float], apart: float) -> list[float]:
-    """Return places on a line, as near as can be to those wanted (least squares), ``apart`` or more.
+    """Return places on a line, nearest to those wanted (least squares), ``apart`` or more from each other.
 
-    With the k-th place shifted by k times the distance, the order asked for becomes isotonic regression.
+    With the k-th place shifted by k times the distance, keeping their order becomes isotonic regression.
 
     Examples
     --------
@@ -40,7 +40,7 @@ def spread(wanted: Sequence[float], apart: float) -> list[float]:
 
 
 def spread_between(wanted: Sequence[float], apart: float, low: float, high: float) -> list[float]:
-    """Return places as ``spread`` does, all of them between two ends where there is room for them."""
+    """Return places as ``spread`` does, all between two ends where there is room for them."""
     places = spread([min(max(each, low), high) for each in wanted], apart)
     order = sorted(range(len(places)), key=lambda k: places[k])
     for place, k in enumerate(order):
@@ -53,7 +53,7 @@ def spread_between(wanted: Sequence[float], apart: float, low: float, high: floa
 def spread_on_circle(wanted_rad: Sequence[float], apart_rad: float) -> list[float]:
     """Return angles on a circle, ``apart`` or more all around where there is room for them.
 
-    The circle is cut open in the widest gap; what pushes beyond it is pushed back.
+    The circle is cut open in the widest gap; places beyond the gap are pushed back.
     """
     if not wanted_rad:
         return []
@@ -71,25 +71,25 @@ def spread_on_circle(wanted_rad: Sequence[float], apart_rad: float) -> list[floa
 
 
 def rings_for(count: int, radius_mm: float, apart_mm: float) -> int:
-    """Return on how many rings that many labels have room."""
+    """Return the number of rings on which that many labels have room."""
     return max(1, math.ceil(count * apart_mm / (0.97 * 2.0 * math.pi * radius_mm)))
 
 
 class Occupied:
-    """Boxes that are taken by text on a drawing."""
+    """Boxes of text on a drawing."""
 
     def __init__(self) -> None:
         self._boxes: list[Box] = []
 
     def take(self, box: Box) -> bool:
-        """Take a box unless it lies over one that is taken; return whether it was free."""
+        """Occupy a box unless it overlaps another; return whether it was free."""
         free = not any(_overlap(box, other) for other in self._boxes)
         if free:
             self._boxes.append(box)
         return free
 
     def add(self, box: Box) -> None:
-        """Take a box, whatever lies there."""
+        """Occupy a box, even over others."""
         self._boxes.append(box)
 
 

@@ -6,13 +6,13 @@ import functools
 from importlib import resources
 
 FALLBACK = "DejaVuSans"
-"""Font in the package for Latin, Greek and Cyrillic names; the PDF holds the letters used of it."""
+"""Font in the package for Latin, Greek and Cyrillic names; the PDF embeds the letters used."""
 POINTS_PER_MM = 72.0 / 25.4
 ELLIPSIS = "..."
 
 
 def builtin(text: str) -> bool:
-    """Return whether the PDF's built-in fonts have each character."""
+    """Return whether the PDF's built-in fonts have every character."""
     try:
         text.encode("cp1252")
     except UnicodeEncodeError:
@@ -22,7 +22,7 @@ def builtin(text: str) -> bool:
 
 @functools.cache
 def _letters() -> frozenset[str]:
-    """Make the font in the package known to reportlab; return the characters that it has."""
+    """Register the package's font with reportlab; return the characters that it has."""
     from reportlab.pdfbase import pdfmetrics
     from reportlab.pdfbase.ttfonts import TTFont
 
@@ -33,7 +33,7 @@ def _letters() -> frozenset[str]:
 
 
 def safe(text: object) -> str:
-    """Return a name in characters that the sheet's fonts have; others become question marks."""
+    """Return a name in characters of the sheet's fonts; others become question marks."""
     name = "".join(letter if letter.isprintable() else "?" for letter in str(text))
     if builtin(name):
         return name
@@ -48,14 +48,14 @@ def font_of(text: str, bold: bool = False, mono: bool = False) -> str:
 
 
 def width_mm(text: str, size: float, bold: bool = False) -> float:
-    """Return how long a text is [mm]."""
+    """Return the width of a text [mm]."""
     from reportlab.pdfbase.pdfmetrics import stringWidth
 
     return float(stringWidth(text, font_of(text, bold), size)) / POINTS_PER_MM
 
 
 def lines_of(text: str, size: float, room_mm: float) -> list[str]:
-    """Return a text in lines that fit a room; a word that is longer is broken."""
+    """Return a text in lines that fit a width; a longer word is broken."""
     lines: list[str] = []
     for word in text.split(" "):
         longer = f"{lines[-1]} {word}" if lines else word
@@ -67,7 +67,6 @@ def lines_of(text: str, size: float, room_mm: float) -> list[str]:
 
 
 def _broken(word: str, size: float, room_mm: float) -> list[str]:
-    """Return a word in parts that fit a room."""
     parts = [""]
     for letter in word:
         if parts[-1] and width_mm(parts[-1] + letter, size) > room_mm:
@@ -83,7 +82,7 @@ def fitted(text: str, size: float, room_mm: float, least: float = 5.0) -> float:
 
 
 def shortened(text: str, size: float, room_mm: float) -> str:
-    """Return a text that fits, its middle left out where it is too long."""
+    """Return a text that fits, an ellipsis in its middle where it is too long."""
     if width_mm(text, size) <= room_mm:
         return text
     for kept in range(len(text) - 1, 0, -1):

@@ -1,4 +1,4 @@
-"""The metal of each correction as bodies, from what a report lists and the solid that was left."""
+"""The metal of each correction as bodies, from the entries of a report and the corrected solid."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array, Item
 
 FLAT = 1e-4
-"""How far the cosine of a normal may be off 1 for a triangle to be of a corrected face."""
+"""Greatest difference from 1 of the cosine of a normal for a triangle of a corrected face."""
 ARC_RAD = math.radians(1.0)
 RING_SEGMENTS = 240
 SKIN_MM = 2e-3
-"""Rounding of files in single precision; not so much that the face as it was is taken for the new one."""
+"""Rounding of files in single precision; too little to take the old face for the new one."""
 
 
 def listed_metal(report: Mapping[str, Any], left: Solid) -> dict[int, Solid]:
     """Return the metal of the corrections by their numbers, rotor frame.
 
-    Holes, pockets and rings follow from the numbers listed; what went from a face, or came on one, is the
-    corrected face drawn out to where it was.
+    Holes, pockets and rings follow from the numbers listed; metal removed from a face, or added to one, is
+    the corrected face extruded to its old height.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def _rings(item: Item, webs: Sequence[Item]) -> Solid:
 
 
 def _from_face(item: Item, webs: Sequence[Item], left: Solid) -> Solid | None:
-    """Return the corrected face, drawn out along its normal to where it was."""
+    """Return the corrected face, extruded along its normal to its old height; None where there is none."""
     normal = np.array(item["normal"], dtype=np.float64)
     new, old = float(item["new_height_mm"]), float(item["face_height_mm"])
     placement = _to_face(normal)

@@ -1,4 +1,4 @@
-"""For the balancing machine: unbalance, bob-weights, what is left for the last holes, the readings."""
+"""Tables for the balancing machine: unbalance, bob-weights, overbalance for the last holes, readings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NONE = "–"
 
 
 def unbalance_table(report: Report, u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
-    """List the unbalance before and after, resultant and planes, its heavy side, what is permitted."""
+    """Return a table of the unbalance before and after, its heavy side, uncertainty and limits."""
     columns = [
         Column(f"unbalance in {u.unbalance}{'' if u.is_metric else ' (g·in)'}", 46.0, "left"),
         Column("before", 22.0),
@@ -63,7 +63,7 @@ def _angle_deg(unbalance: Report, zero: Zero) -> float:
 
 
 def judged_words(report: Report, zero: Zero) -> str:
-    """Return what the verdict is on."""
+    """Return the values that the verdict judges, the grade, and the datum of the angles."""
     judged = "the resultant and both planes" if report["tolerance"]["judge"] == "dynamic" else "the resultant"
     grade = f"G {report['tolerance']['grade_mm_s']:g} at {report['tolerance']['speed_rpm']:g} rpm"
     return (
@@ -73,7 +73,7 @@ def judged_words(report: Report, zero: Zero) -> str:
 
 
 def external_table(report: Report, u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
-    """List what damper, flexplate or flywheel carry, the change from now, and by how much each may be off."""
+    """Return a table of the unbalance that external parts carry, its change, and its tolerance."""
     columns = [
         Column("part", 40.0, "left"),
         Column(f"z {u.length}", 20.0),
@@ -101,7 +101,7 @@ def external_table(report: Report, u: DisplayUnits, wide_mm: float, zero: Zero) 
 
 
 def reading_words(report: Report, u: DisplayUnits, zero: Zero) -> list[str]:
-    """Return the stage and the reading that a further stage's cuts answer; nothing of the first stage."""
+    """Return the stage and the reading that its cuts correct; empty for the first stage."""
     stages = report.get("stages")
     reading = stages[-1].get("reading") if stages else None
     if not stages or reading is None:
@@ -112,7 +112,7 @@ def reading_words(report: Report, u: DisplayUnits, zero: Zero) -> list[str]:
 
 
 def bob_table(report: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
-    """List the bob-weight of each throw: what is clamped on, its tolerance, its mass without the pin."""
+    """Return a table of the throws' bob-weights: mass to clamp on, tolerance, mass without the pin."""
     units = "g" if u.is_metric else "g (oz)"
     columns = [
         Column("throw", 20.0, "left"),
@@ -140,7 +140,7 @@ def bob_table(report: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
 
 
 def fit_g(report: Report, bob: Report) -> float:
-    """Return what is clamped on a throw; in reports of earlier versions it follows from the pin's weight."""
+    """Return the mass clamped on a throw [g]; for older reports the bob-weight's, less that of the pin."""
     if bob.get("fit_g") is not None:
         return float(bob["fit_g"])
     in_file = at(report, "job.crankshaft.crankpin_in_file")
@@ -149,7 +149,7 @@ def fit_g(report: Report, bob: Report) -> float:
 
 
 def pin_is_apart(report: Report) -> bool:
-    """Return whether a bob-weight without the pin is another than one with it."""
+    """Return whether bob-weights differ with and without the pin."""
     bobs = at(report, "engine.bob_weights") or []
     return any(abs(fit_g(report, bob) - bob["mass_g"]) > 1e-9 for bob in bobs)
 
@@ -161,7 +161,7 @@ def _fine(value: float, digits: int) -> str:
 
 
 def bob_words(report: Report, u: DisplayUnits) -> str:
-    """Return what the bob-weights are made of."""
+    """Return rotating and reciprocating parts, balance factor and tolerance of the bob-weights."""
     rotating, reciprocating = (
         sum(weights(report, f"{name}_g").values()) for name in ("rotating", "reciprocating")
     )
@@ -174,7 +174,7 @@ def bob_words(report: Report, u: DisplayUnits) -> str:
 def overbalance_rows(
     report: Report, u: DisplayUnits, zero: Zero
 ) -> tuple[str, Sequence[Sequence[str]]] | None:
-    """Return what is left for the last holes on the machine, in words and as lines of cuts."""
+    """Return the unbalance left for the last holes on the machine in words, and the holes as rows of cuts."""
     left = report.get("overbalance")
     if not left:
         return None
@@ -188,7 +188,7 @@ def overbalance_rows(
 
 
 def readings_table(u: DisplayUnits, wide_mm: float) -> Flowable:
-    """Return lines to fill in at the machine."""
+    """Return a table to fill in at the machine."""
     columns = [
         Column("reading", 16.0, "left"),
         Column(f"plane A {u.unbalance}", 26.0, "left"),
@@ -204,7 +204,7 @@ def readings_table(u: DisplayUnits, wide_mm: float) -> Flowable:
 
 
 def assembly_table(stages: Sequence[Report], u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
-    """List the parts put on in order: what each brings, the sums, what is permitted, what is taken out."""
+    """Return a table of the parts in the order of assembly, with sums, limits and corrections."""
     columns = [
         Column("stage", 14.0, "left"),
         Column("part", 26.0, "left"),

@@ -1,4 +1,4 @@
-"""How each cut of a plate is made: beside the drawing where it fits, else as a table below."""
+"""Instructions for the cuts of a plate, beside the drawing where they fit, else as a table below."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from autobalance.wording import degrees
 NONE = "–"
 SAME_STEP_DEG = 0.05
 FEWEST_ALIKE = 3
-"""From so many holes on, alike ones on a circle are said once."""
+"""Fewest holes alike on a circle that share one instruction."""
 SIZE, LINE_MM, GAP_MM = 6.6, 2.75, 1.1
 CUT_MM = 10.0
 
 
 @dataclass(frozen=True)
 class Making:
-    """A cut, or several alike ones: what to do, angles from the sheet's zero, coordinates, what is left."""
+    """A cut, or several alike: instruction, angles from the sheet's zero, coordinates, wall, depth left."""
 
     label: str
     what: str
@@ -45,12 +45,12 @@ class Making:
 
 
 def makings(items: Sequence[Item], zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits) -> list[Making]:
-    """Return how cuts are made, holes that are alike and evenly spaced as one."""
+    """Return the instructions, one for holes that are alike and evenly spaced."""
     return [_making(run, zero, cheeks, u) for run in _runs(items, zero, u)]
 
 
 def _runs(items: Sequence[Item], zero: Zero, u: DisplayUnits) -> list[list[Item]]:
-    """Return cuts one by one, and holes that are alike but for their angle, at even steps, together."""
+    """Return cuts one by one, and holes that differ only in their angle, at even steps, together."""
     groups: dict[Any, list[Item]] = {}
     for place, item in enumerate(items):
         groups.setdefault(_alike(item, u) or place, []).append(item)
@@ -68,7 +68,7 @@ def _alike(item: Item, u: DisplayUnits) -> tuple[Any, ...] | None:
 
 
 def _even(group: Sequence[Item]) -> list[list[Item]]:
-    """Return a group in runs of even steps, three or more; the others one by one."""
+    """Return runs of three or more at even steps; the others one by one."""
     runs: list[list[Item]] = []
     start = 0
     while start < len(group):
@@ -142,7 +142,7 @@ class SideTable:
 
     def __init__(self, rows: Sequence[Making], u: DisplayUnits, wide_mm: float) -> None:
         self.rows, self.u, self.wide_mm = rows, u, wide_mm
-        texts = [None, *(row.what for row in rows)]  # what is as in the row above is not said again
+        texts = [None, *(row.what for row in rows)]  # the instruction of the row above is not repeated
         self.texts = [
             [] if row.what == above else lines_of(safe(row.what), SIZE, wide_mm - CUT_MM)
             for above, row in zip(texts, rows, strict=False)
@@ -184,7 +184,7 @@ class SideTable:
 
 
 def making_table(rows: Sequence[Making], u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
-    """List how the cuts of a plate are made, over the width of the page."""
+    """Return the instructions of a plate as a table over the width of the page."""
     columns = [
         Column("cut", 13.0, "left"),
         Column("what to do", 56.0, "left"),

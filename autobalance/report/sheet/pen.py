@@ -1,4 +1,4 @@
-"""Draws on a page in mm, right and down from the upper left corner of the box that is drawn in."""
+"""Drawing on a page in mm, right and down from the upper left corner of a box."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from autobalance.types import Array
 INK, SOFT, RULE, ACCENT, METAL, GONE = "#17191c", "#5d636b", "#c9c9c4", "#1c5d8f", "#e4e6e8", "#b5400f"
 ADDED_COLOUR = "#0b6e4f"
 SLUG = "#cfe6dc"
-"""The ground of what is put into a bore."""
+"""Ground of a slug in its bore."""
 POINT_SPACING_MM = 0.3
 """Along an arc of 5 mm radius a chord this long is 0.002 mm off."""
 CORNER_RAD = math.radians(4.0)
@@ -31,14 +31,14 @@ ToPage = Callable[[Array], Array]
 
 @lru_cache
 def paint(colour: str) -> Any:
-    """Return a colour as the page's library has it; to read its name takes as long as to draw a line."""
+    """Return a colour of reportlab; to parse its name takes as long as to draw a line."""
     from reportlab.lib.colors import toColor
 
     return toColor(colour)
 
 
 def thinned(places: Array) -> Array:
-    """Leave out points of a closed outline (k, 2) that a printer cannot show [mm]; corners stay."""
+    """Return a closed outline (k, 2) [mm] without points that a printer cannot show; corners stay."""
     side = np.roll(places, -1, axis=0) - places
     before = np.roll(side, 1, axis=0)
     turn = np.arctan2(before[:, 0] * side[:, 1] - before[:, 1] * side[:, 0], np.sum(before * side, axis=1))
@@ -53,20 +53,20 @@ def badge_size(text: str) -> float:
 
 
 def badge_width_mm(text: str) -> float:
-    """Return how wide the disc around a number is, or that around several."""
+    """Return the width of the disc around a number, or around several."""
     if len(text) <= 3:
         return 2.0 * BADGE_MM
     return max(2.0 * BADGE_MM, width_mm(text, badge_size(text), True) + 2.2)
 
 
 class Pen:
-    """Draws on a canvas of reportlab in a box ``height_mm`` high."""
+    """A pen on a canvas of reportlab, in a box ``height_mm`` high."""
 
     def __init__(self, canvas: Any, height_mm: float) -> None:
         self.canvas, self.height_mm = canvas, height_mm
 
     def y(self, down: float) -> float:
-        """Return the canvas's coordinate of a place [points]."""
+        """Return the canvas's coordinate [points] of a distance down from the top of the box [mm]."""
         return (self.height_mm - down) * POINTS_PER_MM
 
     def text(
@@ -82,7 +82,7 @@ class Pen:
         getattr(self.canvas, draw)(x * POINTS_PER_MM, self.y(down), text)
 
     def run(self, down: float, pieces: Sequence[tuple[float, str, float]], colour: str = INK) -> None:
-        """Write texts (from x, text, size) on one line as one run, for whoever reads the text back."""
+        """Write texts (x, text, size) on one line as one run, for programs that read the text."""
         run = self.canvas.beginText()
         run.setFillColor(paint(colour))
         for x, text, size in pieces:
@@ -100,7 +100,6 @@ class Pen:
         self, x0: float, y0: float, x1: float, y1: float, colour: str = RULE, width_mm: float = 0.15,
         dash: Sequence[float] = (),
     ) -> None:  # fmt: skip
-        """Draw a line."""
         self._stroke(colour, width_mm, dash)
         self.canvas.line(x0 * POINTS_PER_MM, self.y(y0), x1 * POINTS_PER_MM, self.y(y1))
 
@@ -108,7 +107,6 @@ class Pen:
         self, x: float, down: float, radius: float, colour: str = INK, width_mm: float = 0.2,
         fill: str | None = None, dash: Sequence[float] = (),
     ) -> None:  # fmt: skip
-        """Draw a circle."""
         self._stroke(colour, width_mm, dash)
         if fill:
             self.canvas.setFillColor(paint(fill))
@@ -187,7 +185,7 @@ class Pen:
         self.canvas.drawPath(path, stroke=1, fill=1 if fill else 0, fillMode=0)
 
     def hatch(self, polygons: Polygons, to_page: ToPage, comes: bool = False, filled: bool = False) -> None:
-        """Draw metal that goes, hatched; what comes, crossed; a bore with its slug filled and crossed."""
+        """Draw removed metal hatched, added metal crossed, a bore with its slug filled and crossed."""
         if not polygons:
             return
         colour = ADDED_COLOUR if comes or filled else GONE

@@ -22,19 +22,19 @@ from autobalance.types import Report
 
 HEAD_MM = 8.0
 BESIDE_MM = 5.0
-"""Between the view and what stands beside it."""
+"""Gap between the view and section or table beside it."""
 LEAST_BESIDE_MM = 62.0
-"""Narrower than this nothing stands beside a view."""
+"""Least width for section or table beside a view."""
 SECTION_MM = 90.0
 LEAST_SECTION_MM = 50.0
 LEAST_WHOLE_MM, MOST_WHOLE_MM = 45.0, 110.0
 """Height of the section of the whole crank."""
 LEAST_SHARE = 0.5
-"""Of a page: a plate that does not fit what is left of it is drawn smaller where that much is left."""
+"""Least rest of a page, as a share, into which a plate that is too high is drawn smaller."""
 
 
 class PlateView(Flowable):  # type: ignore[misc]
-    """One plate; what does not fit beside its view is left in ``below`` for a separate table."""
+    """A plate with its cuts; rows that do not fit beside its view are in ``below``."""
 
     def __init__(
         self, report: Report, plate: Plate, zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits,
@@ -48,7 +48,7 @@ class PlateView(Flowable):  # type: ignore[misc]
         self.below = [] if self.side is not None else list(self.rows)
 
     def _lay_out(self, room_mm: float) -> None:
-        """Set view, section and side table for a height."""
+        """Lay out view, section and side table within a height."""
         high = room_mm - HEAD_MM
         self.side: SideTable | None = None
         self.section: SectionView | None = None
@@ -83,7 +83,6 @@ class PlateView(Flowable):  # type: ignore[misc]
         return self.wide_mm * POINTS_PER_MM, self.high_mm * POINTS_PER_MM
 
     def draw(self) -> None:
-        """Draw heading, view, section and table."""
         pen = Pen(self.canv, self.high_mm)
         pen.text(0.0, 3.4, self.plate.title, 9.5, bold=True)
         pen.text(0.0, 6.8, shortened(self._words(), 6.8, self.wide_mm), 6.8, SOFT)
@@ -96,7 +95,7 @@ class PlateView(Flowable):  # type: ignore[misc]
             self.side.draw(pen, x, down)
 
     def _words(self) -> str:
-        """Return scale, zero and sense, and how the twins lie."""
+        """Return scale, zero and sense of the angles, and the positions of the twins."""
         words = [f"Scale {self.view.scale_name}", f"ccw from {self.zero.name}, crankpin 1 up"]
         if self.zero.other is not None:
             words.append(f"in brackets from {self.zero.other}")
@@ -112,7 +111,7 @@ class PlateView(Flowable):  # type: ignore[misc]
 
 
 class WholeCrank(Flowable):  # type: ignore[misc]
-    """The section of the whole crank, in what is left of the last page; nothing where that is too little."""
+    """The section of the whole crank, in the rest of the last page; nothing where that is too little."""
 
     def __init__(
         self, section: SectionDrawing, items: Sequence[Mapping[str, Any]], labels: Sequence[str],
@@ -137,6 +136,5 @@ class WholeCrank(Flowable):  # type: ignore[misc]
         return self.wide_mm * POINTS_PER_MM, shown * POINTS_PER_MM
 
     def draw(self) -> None:
-        """Draw it where it has room."""
         if self.view is not None:
             self.view.draw(Pen(self.canv, self.view.high_mm), 0.0, 0.0)

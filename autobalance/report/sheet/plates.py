@@ -1,4 +1,4 @@
-"""Which webs are drawn once: a plate is a web seen from one side, and all the webs that look the same."""
+"""Plates of the sheet: a plate is a web seen from one side, with all the webs that look the same."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from autobalance.solid.csg.region import Region
 from autobalance.types import Array, Item
 
 SAME_PLACE_MM = 1.0
-"""Cuts whose places and depths differ by less are drawn alike; the table has the numbers of each."""
+"""Difference of places and depths below which cuts are drawn alike; the table has the values of each."""
 SAME_AREA = 0.01
-"""Outlines look the same where they differ by less than this share of their area."""
+"""Difference below which outlines look the same, as a share of their area."""
 MOST_PAIRED = 12
-"""Webs with more cuts are drawn each by itself."""
+"""Most cuts of a web that is compared with others; with more it is drawn by itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Twin:
 
     @property
     def words(self) -> str:
-        """How it lies to the one that is drawn."""
+        """Its position relative to the drawn web."""
         if self.mirrored:
             return f"web {self.number} mirrored"
         turn = round(self.turn_deg) % 360
@@ -42,7 +42,7 @@ class Twin:
 
 @dataclass(frozen=True, eq=False)
 class Plate:
-    """A web as drawn: from which side, its cuts, and its twins; their cuts stand in the same order."""
+    """A web as drawn: its side, its cuts, and its twins, whose cuts are in the same order."""
 
     web: WebDrawing
     items: tuple[Item, ...]
@@ -51,12 +51,12 @@ class Plate:
 
     @property
     def webs(self) -> list[int]:
-        """The webs that it shows."""
+        """Numbers of the webs that it stands for."""
         return [self.web.number, *(twin.number for twin in self.twins)]
 
     @property
     def title(self) -> str:
-        """What it shows, and from where."""
+        """Numbers of its webs, and the end from which they are seen."""
         numbers = [str(number) for number in self.webs]
         name = (
             f"Web {numbers[0]}" if len(numbers) == 1 else f"Webs {', '.join(numbers[:-1])} and {numbers[-1]}"
@@ -69,7 +69,7 @@ class Plate:
         return [*self.items, *(item for twin in self.twins for item in twin.items)]
 
     def labels(self) -> list[str]:
-        """Return what stands at each cut drawn: its number, and those of its likes."""
+        """Return the label of each cut drawn: its number, and the numbers of its twins."""
         rows = [self.items, *(twin.items for twin in self.twins)]
         return [", ".join(str(item["number"]) for item in alike) for alike in zip(*rows, strict=True)]
 
@@ -91,7 +91,7 @@ def plates(drawings: Drawings, items: Sequence[Item], webs: Sequence[Mapping[str
 
 
 def _sides(web: WebDrawing, items: Sequence[Item]) -> list[Plate]:
-    """Return the web from +z, from -z, or both: what enters from -z is drawn as seen from there."""
+    """Return the web from +z, from -z, or both: cuts that enter from -z are drawn as seen from there."""
     own = [item for item in items if web.number in webs_cut(item)]
     below = [item for item in own if side_of(item) == "from -z"]
     above = [item for item in own if side_of(item) == "from +z"]
@@ -104,7 +104,7 @@ def _sides(web: WebDrawing, items: Sequence[Item]) -> list[Plate]:
 
 
 def _twin(drawn: Plate, other: Plate, heights: Mapping[int, tuple[float, float]]) -> Twin | None:
-    """Return how a plate looks like one that is drawn; None where it does not."""
+    """Return a plate as the twin of one that is drawn; None where it differs."""
     count = len(drawn.items)
     if not 0 < count == len(other.items) <= MOST_PAIRED:
         return None
@@ -137,11 +137,11 @@ def _has_side(plate: Plate) -> bool:
 
 
 def _turn_deg(items: Sequence[Item], others: Sequence[Item], mirrored: bool) -> float | None:
-    """Return by how much one set of cuts is turned against another; None where they differ."""
+    """Return the angle between two sets of cuts [°]; None where they differ."""
     places, wanted = _flat(items), _flat(others)
     if mirrored:
         places = places * np.array([1.0, -1.0])
-    # the rotation that brings one onto the other best, in the least-squares sense
+    # the rotation of one onto the other with the least squares
     cross = float((places[:, 0] * wanted[:, 1] - places[:, 1] * wanted[:, 0]).sum())
     along = float((places * wanted).sum())
     turn = math.atan2(cross, along)
@@ -185,7 +185,7 @@ def _same_heights(
     heights: Mapping[int, tuple[float, float]],
     mirrored: bool,
 ) -> bool:
-    """Return whether cuts lie at the same places across their webs, mirrored ones from the other side."""
+    """Return whether cuts lie at the same depth in their webs, mirrored ones from the other side."""
     (low, high), (under, over) = heights[drawn.web.number], heights[number]
     if abs((high - low) - (over - under)) > SAME_PLACE_MM:
         return False

@@ -14,22 +14,22 @@ from autobalance.report.sheet.drawing import Drawings
 from autobalance.types import Array, Item
 
 SAME_RADIUS_MM = 0.2
-"""Holes whose radii differ by less have one strip: its length is off by less than paper shrinks."""
+"""Difference of radii below which holes share a strip: its length is off by less than paper shrinks."""
 BORDER_DEG = 12.0
 LAP_MM = 10.0
-"""By how much the lengths of a strip lie over each other: two marks at each end."""
+"""Overlap of the lengths of a strip: two marks at each end."""
 FAR_DEG, FAR_MM = 60.0, 80.0
-"""Where holes are farther apart the strip ends and another begins: no length of a strip is without a hole."""
+"""Gap between holes above which another strip begins: no length of a strip is without a hole."""
 REACH_MM = 60.0
-"""A strip goes on so far to an edge or a line that it can be laid on."""
+"""Greatest extension of a strip to an edge or line that it is laid on."""
 AXIAL = 0.7
 FLAT_MM = 0.05
-"""A side that is so straight around a hole is flat, where a circle about the axis fits worse."""
+"""Sag up to which a side represents an arc about the axis; above it, it is flat."""
 STRAIGHT_MM = 0.02
 LEAST_SIDE_MM, OFF_SIDE_MM = 0.5, 0.1
-"""Shorter sides of an outline are passed over; a hole that begins farther off a side is not of it."""
+"""Least length of a side of an outline that counts, and greatest distance of its holes from it."""
 LONGER = 1.2
-"""A flat side is longer than the hole is wide, by so much at least."""
+"""Least length of a flat side, as a multiple of the hole's diameter."""
 CHORD_DEG = 15.1
 """Sides up to so wide with both ends at one radius stand for a circle about the axis: files of 24 corners a
 turn have such, and a strip laid round a true flat of that width is off by 0.3 % of its length."""
@@ -37,7 +37,7 @@ turn have such, and a strip laid round a true flat of that width is off by 0.3 %
 
 @dataclass(frozen=True)
 class Strip:
-    """Holes of one radius on webs side by side, from one angle to another."""
+    """Holes of one radius on a web, from one angle to another."""
 
     radius_mm: float
     items: tuple[Item, ...]
@@ -45,7 +45,7 @@ class Strip:
     last_deg: float
     z_mm: tuple[float, float]
     marks: tuple[tuple[str, float], ...] = ()
-    """Name and angle of what it is laid on."""
+    """Name and angle of the lines that it is laid on."""
 
     @property
     def long_mm(self) -> float:
@@ -55,7 +55,7 @@ class Strip:
 
 @dataclass(frozen=True)
 class FlatSide:
-    """Holes of a flat side of a web: how far along it each stands, from its corner that comes first ccw."""
+    """Holes of a flat side of a web, with their distances along it from its first corner ccw."""
 
     items: tuple[Item, ...]
     along_mm: tuple[float, ...]
@@ -89,12 +89,12 @@ def templates(
 
 
 def _needs_template(item: Item) -> bool:
-    """Whether a hole enters from the rim, and is not there already."""
+    """Return whether a hole enters from the rim and is new."""
     return bool(item.get("inward")) and abs(item["inward"][2]) < AXIAL and not item.get("deepened_from_mm")
 
 
 def strips(report: Mapping[str, Any]) -> list[Strip]:
-    """Return the strips for all holes that enter from the rim, one for each radius and web."""
+    """Return the strips for all holes that enter from the rim."""
     return templates(report)[0]
 
 
@@ -132,7 +132,7 @@ def _radius(item: Item) -> float:
 
 
 def _runs(items: Sequence[Item]) -> list[list[tuple[float, Item]]]:
-    """Return holes in order around the rim, parted where none is for a long way."""
+    """Return holes in order around the rim, divided at wide gaps."""
     ordered = sorted(((float(item["angle_deg"]), item) for item in items), key=lambda pair: pair[0])
     gaps = [(ordered[(k + 1) % len(ordered)][0] - angle) % 360.0 for k, (angle, _) in enumerate(ordered)]
     gaps = [360.0] if len(ordered) == 1 else gaps
@@ -150,7 +150,7 @@ def _runs(items: Sequence[Item]) -> list[list[tuple[float, Item]]]:
 
 
 def _lines(report: Mapping[str, Any], web: int) -> list[tuple[str, float]]:
-    """Return what can be seen on a web's rim: ends of its arc, the lines of the crankpins, the keyway."""
+    """Return the lines to see on a web's rim: ends of its arc, the line of its crankpin, the keyway."""
     known = next((each for each in report["crank"]["webs"] if each["number"] == web), None)
     throws = report["crank"]["throws"]
     marks: list[tuple[str, float]] = []
@@ -172,7 +172,7 @@ def _lines(report: Mapping[str, Any], web: int) -> list[tuple[str, float]]:
 def _laid(
     first_deg: float, last_deg: float, radius_mm: float, lines: Sequence[tuple[str, float]]
 ) -> tuple[float, float, tuple[tuple[str, float], ...]]:
-    """Return the ends of a strip and the lines on it; it goes on to the nearest line that is not too far."""
+    """Return the ends of a strip and the lines on it, extended to the nearest line that is not too far."""
     low, high = first_deg - BORDER_DEG, last_deg + BORDER_DEG
     reach = math.degrees(REACH_MM / radius_mm)
     placed = [(name, low - reach + (angle - low + reach) % 360.0) for name, angle in lines]
@@ -186,9 +186,9 @@ def _laid(
 
 
 def _flat_side(item: Item, outline: Sequence[Array]) -> tuple[tuple[int, int], float, float] | None:
-    """Return the flat side that a hole enters: which of the outline, how far along it, how long; else None.
+    """Return the flat side that a hole enters: (polygon, side), place along it, length; else None.
 
-    Sides in line with each other are one, also where a hole that was made already parts them.
+    Sides in line with each other are one, also where an earlier hole divides them.
     """
     place = np.asarray(item["position_mm"][:2], dtype=np.float64)
     diameter = float(item["diameter_mm"])
@@ -212,7 +212,7 @@ def _flat_side(item: Item, outline: Sequence[Array]) -> tuple[tuple[int, int], f
 
 
 def _is_chord(place: Array, along: Array, low: float, high: float) -> bool:
-    """Whether a line from ``low`` to ``high``, beside a place, stands for an arc about the axis."""
+    """Return whether a line from ``low`` to ``high`` along a side stands for an arc about the axis."""
     ends = place + np.array([[low], [high]]) * along
     radii = np.hypot(*ends.T)
     width = 2.0 * math.degrees(math.asin(min(1.0, 0.5 * (high - low) / float(radii.mean()))))
@@ -222,7 +222,7 @@ def _is_chord(place: Array, along: Array, low: float, high: float) -> bool:
 def _in_line(
     polygon: Array, side: int, along: Array, place: Array, gap_mm: float
 ) -> tuple[int, float, float]:
-    """Return number, begin and end, from a place, of all of an outline in line with one side of it."""
+    """Return number, start and end, from a place, of the part of an outline in line with a side."""
     ends = np.roll(polygon, -1, axis=0)
     across = np.array([-along[1], along[0]])
     both = np.maximum(np.abs((polygon - polygon[side]) @ across), np.abs((ends - polygon[side]) @ across))
@@ -241,7 +241,7 @@ def _in_line(
 
 
 def tile_range(strip: Strip, tile: int, wide_mm: float) -> tuple[float, float]:
-    """Return from where to where on the strip one of its lengths reaches [mm]; all are equally long."""
+    """Return start and end of one length of a strip [mm]; all lengths are equal."""
     count = tiles_of(strip, wide_mm)
     long = (strip.long_mm + (count - 1) * LAP_MM) / count
     start = tile * (long - LAP_MM)
@@ -249,6 +249,6 @@ def tile_range(strip: Strip, tile: int, wide_mm: float) -> tuple[float, float]:
 
 
 def tiles_of(strip: Strip, wide_mm: float) -> int:
-    """Return in how many lengths a strip is printed."""
+    """Return the number of lengths in which a strip is printed."""
     long = wide_mm - 12.0
     return 1 if strip.long_mm <= long else math.ceil((strip.long_mm - LAP_MM) / (long - LAP_MM))

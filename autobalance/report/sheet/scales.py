@@ -1,4 +1,4 @@
-"""Scales of ISO 5455, and a bar that shows whether the printer kept them."""
+"""Scales of ISO 5455, and a bar to check the scale of the print."""
 
 from __future__ import annotations
 

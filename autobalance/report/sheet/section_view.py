@@ -1,4 +1,4 @@
-"""A section along the axis through a web or the whole crank, what goes hatched, dimensioned from a cheek."""
+"""A section along the axis through a web or the whole crank, cuts hatched, dimensioned from a cheek."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ DIMENSION_MM = 5.0
 """Height of the row of a dimension along z."""
 APART_MM = 5.0
 END_MM = 9.0
-"""Beside the section, for the axis that sticks out and its name."""
+"""Room beside the section for the end of the axis and its name."""
 BESIDE_MM = 17.0
-"""On the right of a section that is dimensioned."""
+"""Room on the right of a dimensioned section."""
 TICKS = 3
-"""A scale has this many parts at least."""
+"""Fewest parts of a scale."""
 NUMBERS_MM, LEAST_NUMBERS_MM = 9.0, 4.6
-"""From one number of a scale to the next, if there is room, and at least."""
+"""Distance of the numbers of a scale, usual and least."""
 AXIAL = 0.7
 SIZE = 6.5
 SHORT_MM = 5.0
-"""A dimension that is shorter on the page has its arrows outside."""
+"""Length on the page below which a dimension has its arrows outside."""
 
 
 class SectionView:
@@ -66,14 +66,14 @@ class SectionView:
         self.high_mm = self.top + self.scale * float(size[1]) + self.foot
 
     def _dimensioned(self) -> Mapping[str, Any] | None:
-        """Return the hole whose sizes are drawn: of those in the section the one that moves most."""
+        """Return the hole of the section with the greatest unbalance, to be dimensioned; None without one."""
         holes = [item for item in self.items if item.get("inward") is not None]
         if self.cheek is None or not holes:
             return None
         return max(holes, key=lambda item: math.hypot(*item["unbalance_change_g_mm"]))
 
     def to_page(self, places: Array) -> Array:
-        """Return where places (k, 2), z and radius, are drawn."""
+        """Return places (k, 2) of z and radius on the page."""
         room = self.wide_mm - END_MM - self.right_mm
         left = self.x + END_MM + 0.5 * (room - self.scale * (self.high[0] - self.low[0]))
         return np.stack(
@@ -111,7 +111,7 @@ class SectionView:
         pen.text(x0 - 8.0, down + 0.9, "axis", 6.0, ACCENT)
 
     def _cheek(self, pen: Pen) -> None:
-        """Flag the cheek that z counts from with its letter in a box."""
+        """Mark the cheek that z counts from with its letter in a box."""
         if self.cheek is None:
             return
         x, top = self._place(self.cheek.z_mm, self.high[1])
@@ -166,7 +166,7 @@ class SectionView:
         pen.text(max(x0, x1, *(from_ for from_, _ in arrows)) + 1.2, down + 0.8, text, SIZE)
 
     def _badges(self, pen: Pen) -> None:
-        """Put the numbers above, a line from each to the middle of its metal."""
+        """Draw the numbers above, a line from each to the middle of its metal."""
         middles = [self.to_page(_middle(self.section.cuts[item["number"]])[None])[0] for item in self.items]
         order = sorted(range(len(middles)), key=lambda k: float(middles[k][0]))
         places: dict[int, tuple[float, float]] = {}
@@ -202,7 +202,7 @@ class SectionView:
 
 
 def _arrows(one: float, other: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return from where to where the arrows of a dimension run; from outside where it is short."""
+    """Return start and end of the arrows of a dimension; they come from outside where it is short."""
     middle = 0.5 * (one + other)
     if abs(other - one) >= SHORT_MM:
         return (middle, one), (middle, other)
@@ -211,7 +211,7 @@ def _arrows(one: float, other: float) -> tuple[tuple[float, float], tuple[float,
 
 
 def ruler_steps(long: float, mm_per: float) -> tuple[float, int]:
-    """Return the step of a scale, round, with three parts at least, and on every how many there is a number.
+    """Return the round step of a scale with three parts at least, and the number of steps per numeral.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""How the crank is set up: which end is up, the datums, the zero of the degree wheel."""
+"""Set-up of the crank: the end that is up, the datums, the zero of the degree wheel."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ SET_UPS = {
     "from the rim": ("R", "crank in V-blocks or on centres, tool square to the axis"),
     TURNED: ("L", "crank between centres in the lathe"),
 }
-"""From where cuts are made → the set-up's letter, and how the crank lies."""
+"""Side from which cuts are made → letter of the set-up, position of the crank."""
 ALIKE_MM = 0.05
-"""Holes whose diameters differ by less look alike."""
+"""Difference of diameters below which holes look alike."""
 
 
 def set_up(report: Report, u: DisplayUnits, zero: Zero, cheeks: Mapping[int, Cheek]) -> list[str]:
@@ -51,7 +51,7 @@ def _ends(report: Report) -> str:
 
 
 def _zero_words(report: Report, u: DisplayUnits, zero: Zero) -> str:
-    """Return what the zero is, how it is found, and where the other one stands."""
+    """Return the zero, the way to find it, and the angle of crankpin 1 or the keyway from it."""
     other = None if zero.other_deg is None else zero.other_deg - zero.angle_deg
     place = "" if other is None else f"{degrees(other)} ccw, {degrees(-other)} cw from it"
     if zero.name != CRANKPIN:
@@ -102,7 +102,7 @@ def _datums(report: Report, cheeks: Iterable[Cheek], u: DisplayUnits) -> str:
 
 
 def _sides(items: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return which end is up for which cuts, and where their depths begin."""
+    """Return the set-ups with the numbers of their cuts, and the datums of the depths."""
     set_ups = []
     for side, (letter, text) in SET_UPS.items():
         count = sum(_side(item) == side for item in items)
@@ -112,11 +112,11 @@ def _sides(items: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _side(item: Mapping[str, Any]) -> str:
-    """Return from where a cut is made, rims turned all round included."""
+    """Return the side from which a cut is made, rims turned all round included; empty without one."""
     return side_of(item) or (TURNED if "new_radius_mm" in item else "")
 
 
 def set_up_letter(item: Mapping[str, Any]) -> str:
-    """Return the letter of the set-up in which a cut is made; nothing where no letter is its."""
+    """Return the letter of the set-up in which a cut is made; empty without one."""
     side = _side(item)
     return SET_UPS[side][0] if side in SET_UPS else ""

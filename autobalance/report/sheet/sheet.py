@@ -1,4 +1,4 @@
-"""The shop sheet as a whole: which tables, views and templates, in which order."""
+"""The shop sheet as a whole: its tables, views and templates, in their order."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ from autobalance.wording import at, outcome_words
 
 BAD = "#a8231b"
 GAP_MM = 2.5
-"""Between what stands below each other."""
+"""Gap between parts below each other."""
 ROOMS, ALONE = (0.5, 0.33, 0.25, 0.2), 0.66
-"""Shares of a page that plates have, a lesser one where it saves pages; and one that is the only one."""
+"""Shares of a page for a plate, the lesser ones where they save pages; and for the only plate."""
 FEW = 60
-"""Cuts up to which lesser ones are tried."""
+"""Most cuts for which lesser shares are tried."""
 LEAST_PAGES = 2
-"""Fewer are never tried for: the first page has no room for plates."""
+"""Fewest pages of a sheet with plates: the first page has no room for them."""
 MANY = 60
-"""A web with more cuts has most of a page."""
+"""Number of cuts above which a web has most of a page."""
 MOST_TOGETHER = 12
-"""Cuts in a table below a web's view up to which it stands on one page with that."""
+"""Most cuts in a table below a web's view that is kept on one page with it."""
 
 
 def pdf(
@@ -95,14 +95,14 @@ def pdf(
 def _built(
     sheet: Sheet, paper: Paper, zero: ZeroChoice, drawings: Drawings | None, room: float
 ) -> tuple[int, bytes]:
-    """Return a sheet with plates of some share of a page: how many pages it has, and its file."""
+    """Return the number of pages and the PDF of a sheet whose plates have some share of a page."""
     story = _Story(sheet, zero, room).parts_of(drawings)
     templates = [template("first", sheet, sheet.block_mm + 2.0), template("later", sheet, 0.0)]
     return written(sheet, paper, templates, story)
 
 
 class _Story:
-    """Collects what the pages show, in order."""
+    """The parts of the pages, in order."""
 
     def __init__(self, sheet: Sheet, choice: ZeroChoice, room: float) -> None:
         self.sheet, self.report, self.u = sheet, sheet.report, sheet.units
@@ -114,7 +114,6 @@ class _Story:
         self.parts: list[Flowable] = [NextPageTemplate("later")]
 
     def parts_of(self, drawings: Drawings | None) -> list[Flowable]:
-        """Return the whole sheet."""
         self._first_page()
         self._machine()
         if drawings is not None:
@@ -133,7 +132,7 @@ class _Story:
         self.parts.append(Spacer(1.0, mm * POINTS_PER_MM))
 
     def _room(self, mm: float) -> None:
-        """Begin a page where less is left of this one."""
+        """Begin a new page where less room is left."""
         self.parts.append(CondPageBreak(mm * POINTS_PER_MM))
 
     # --- what to cut --------------------------------------------------------------------------------------
@@ -257,7 +256,7 @@ class _Story:
         self._gap(GAP_MM)
 
     def _kept(self, heading: str, *parts: Flowable) -> None:
-        """Add a heading and what stands below it, on one page."""
+        """Add a heading and its parts, on one page."""
         self.parts.append(KeepTogether([self._heading(heading), *parts]))
 
     def _overbalance(self) -> None:

@@ -1,4 +1,4 @@
-"""Tables that flow over pages, their heading repeated, each row one run of text."""
+"""Tables over several pages with a repeated heading, each row one run of text."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HEAD_SIZE = 6.6
 SIZE = 7.6
 LINE_MM = 3.3
 PAD_MM = 1.1
-"""Room between columns: at least one space, so that programs that read the page part the numbers."""
+"""Room between columns: at least one space, so that programs that read the page separate the numbers."""
 
 
 @dataclass(frozen=True)
@@ -29,20 +29,20 @@ class Column:
 
     @property
     def room_mm(self) -> float:
-        """Width of its text."""
+        """Width for its text."""
         return self.width_mm - PAD_MM
 
 
 def fill(columns: Sequence[Column], wide_mm: float) -> list[Column]:
-    """Return columns widened alike so that they fill a width."""
+    """Return columns widened in proportion to fill a width."""
     scale = wide_mm / sum(column.width_mm for column in columns)
     return [Column(column.title, column.width_mm * scale, column.align) for column in columns]
 
 
 class Grid(Flowable):  # type: ignore[misc]
-    """A table; where it does not fit a page its rows go on on the next one under the same heading.
+    """A table whose rows continue on the next page under the same heading where one is full.
 
-    Between the cells of a row stand spaces, so that the row is one line for whoever reads the text back.
+    Spaces separate the cells of a row, so that a program that reads the text finds it on one line.
     """
 
     def __init__(
@@ -76,7 +76,6 @@ class Grid(Flowable):  # type: ignore[misc]
 
     @property
     def height_mm(self) -> float:
-        """Height of heading and rows."""
         return self.head_mm + sum(self._high)
 
     def wrap(self, _wide: float, _high: float) -> tuple[float, float]:
@@ -84,7 +83,7 @@ class Grid(Flowable):  # type: ignore[misc]
         return self.width, self.height_mm * POINTS_PER_MM
 
     def split(self, _wide: float, high: float) -> list[Flowable]:
-        """Return the part that fits and the rest; nothing where not even two rows do."""
+        """Return the part that fits and the rest; empty where not even two rows fit."""
         room, count = high / POINTS_PER_MM - self.head_mm, 0
         while count < len(self.rows) and self._high[count] <= room:
             room -= self._high[count]
@@ -95,7 +94,6 @@ class Grid(Flowable):  # type: ignore[misc]
         return [Grid(self.columns, rows, self.row_mm, self.size) for rows in parts if rows]
 
     def draw(self) -> None:
-        """Draw heading and rows."""
         pen = Pen(self.canv, self.height_mm)
         wide = sum(column.width_mm for column in self.columns)
         titles = [column.title.split("\n") for column in self.columns]
@@ -134,7 +132,7 @@ class Grid(Flowable):  # type: ignore[misc]
 def table(
     wide_mm: float, columns: Sequence[Column], rows: Sequence[Sequence[Any]], row_mm: float = 4.5
 ) -> Grid:
-    """Return a table as wide as its room; cells are shown as text in the sheet's letters."""
+    """Return a table as wide as its room; cells become text in the sheet's letters."""
     from autobalance.report.sheet.lettering import safe
 
     return Grid(fill(columns, wide_mm), [[safe(cell) for cell in row] for row in rows], row_mm)

@@ -33,7 +33,7 @@ class Template(Protocol):
     high_mm: float
 
     def draw(self, pen: Pen, left: float, down: float) -> None:
-        """Draw it; the corner of the box is at (left, down)."""
+        """Draw the template with its upper left corner at (left, down)."""
 
 
 class TemplateRow(Flowable):  # type: ignore[misc]
@@ -49,7 +49,6 @@ class TemplateRow(Flowable):  # type: ignore[misc]
         return wide, (self.high_mm + 3.0) * POINTS_PER_MM
 
     def draw(self) -> None:
-        """Draw them from left to right."""
         pen, left = Pen(self.canv, self.high_mm + 3.0), 0.0
         for tile in self.tiles:
             tile.draw(pen, left, 0.0)
@@ -59,7 +58,7 @@ class TemplateRow(Flowable):  # type: ignore[misc]
 def template_rows(
     report: Mapping[str, Any], drawings: Drawings | None, u: DisplayUnits, wide_mm: float, zero: Zero
 ) -> list[TemplateRow]:
-    """Return all templates in rows, in order, the next row begun where one is full."""
+    """Return all templates in rows, in order."""
     round_, flat = templates(report, drawings)
     tiles: list[Template] = []
     for number, strip in enumerate(round_, 1):
@@ -75,7 +74,7 @@ def template_rows(
 
 
 class _Tile:
-    """What round and flat templates share: edges of the web, holes, numbers."""
+    """Common parts of round and flat templates: edges of the web, holes, numbers."""
 
     def __init__(
         self, title: str, z_mm: tuple[float, float], long_mm: float, wide_mm: float, numbers: Sequence[int]
@@ -98,11 +97,11 @@ class _Tile:
             pen.line(self.x0, y, self.x1, y, INK, 0.25)
 
     def y(self, z_mm: float) -> float:
-        """Return where a z stands."""
+        """Return the page's coordinate of a z."""
         return self.down + self.above_mm + self.z_mm[1] - z_mm
 
     def mark(self, pen: Pen, x: float, name: str) -> None:
-        """Draw a line that is laid on something, and name it."""
+        """Draw a line to lay on an edge or mark of the web, with its name."""
         pen.line(x, self.top - 1.5, x, self.bottom + 4.6, ACCENT, 0.35, (4.0, 1.0))
         size = 5.6
         wide = width_mm(name, size)
@@ -136,7 +135,7 @@ class _Tile:
                 pen.text(place + 0.5 * self.apart + 0.2, down + 0.8, text, 6.0)
 
     def angle(self, item: Item) -> str:
-        """Return what is written under a hole's number."""
+        """Return the text beside the number of a hole."""
         raise NotImplementedError
 
 
@@ -164,19 +163,18 @@ class StripTile(_Tile):
         super().__init__(title, strip.z_mm, end_mm - self.start_mm, wide_mm, here)
 
     def _along(self, item: Item) -> float:
-        """Return how far along the strip a hole stands."""
+        """Return the distance of a hole along the strip [mm]."""
         turned = self._turned(float(item["angle_deg"]))
         return math.radians(self.strip.last_deg - turned) * self.strip.radius_mm
 
     def _x(self, angle_deg: float) -> float:
-        """Return where an angle stands: outside of the rim up, angles grow to the left."""
+        """Return the page's coordinate of an angle: outside of the rim up, angles grow to the left."""
         return self.x0 + math.radians(self.strip.last_deg - angle_deg) * self.strip.radius_mm - self.start_mm
 
     def _is_here(self, x: float) -> bool:
         return self.x0 - 0.01 <= x <= self.x1 + 0.01
 
     def draw(self, pen: Pen, left: float, down: float) -> None:
-        """Draw edges, angles, marks, holes."""
         self.begin(pen, left, down)
         for x, first in ((self.x0, self.tile == 0), (self.x1, self.tile == self.tiles - 1)):
             if first:
@@ -194,7 +192,7 @@ class StripTile(_Tile):
         return degrees(float(item["angle_deg"]) - self.zero.angle_deg)
 
     def _laps(self, pen: Pen) -> None:
-        """Draw the marks that lie on those of the neighbouring lengths."""
+        """Draw the marks that overlap the marks of the neighbouring lengths."""
         for x, inner in ((self.x0, self.tile > 0), (self.x1, self.tile < self.tiles - 1)):
             for place in (x, x + (LAP_MM if x == self.x0 else -LAP_MM)) if inner else ():
                 for y in (self.top, self.bottom):
@@ -215,7 +213,7 @@ class StripTile(_Tile):
                     pen.text(x, self.bottom + 3.6, f"{mark * step % 360}°", 5.6, SOFT, align="centre")
 
     def _turned(self, angle_deg: float) -> float:
-        """Return an angle as the strip counts it, maybe beyond 360."""
+        """Return an angle in the strip's count, maybe beyond 360."""
         return self.strip.first_deg + (angle_deg - self.strip.first_deg) % 360.0
 
 
@@ -228,7 +226,7 @@ class FlatTile(_Tile):
         first = self._angle(side.items[0])
         title = f"Template {number}: web {web}, flat side at {first}, lay on its corners, +z edge up"
         long = min(side.long_mm, wide_mm - 2.0 * BORDER_MM)
-        # of a side longer than the page the part with its holes, from the corner if it reaches there
+        # a side longer than the page shows the part with its holes, from the corner if that part reaches it
         self.from_mm = max(0.0, max(side.along_mm) + BORDER_MM - long)
         super().__init__(title, side.z_mm, long, wide_mm, [int(item["number"]) for item in side.items])
 
@@ -236,7 +234,6 @@ class FlatTile(_Tile):
         return degrees(float(item["angle_deg"]) - self.zero.angle_deg)
 
     def draw(self, pen: Pen, left: float, down: float) -> None:
-        """Draw edges, corners, holes."""
         self.begin(pen, left, down)
         # seen from outside with +z up the outline, which runs counter-clockwise, goes to the left
         for along in (0.0, self.side.long_mm):
@@ -251,6 +248,6 @@ class FlatTile(_Tile):
         return self.x1 - (along_mm - self.from_mm)
 
     def angle(self, item: Item) -> str:
-        """Return how far a hole stands from the right corner."""
+        """Return the distance of a hole from the right corner."""
         along = next(a for a, each in zip(self.side.along_mm, self.side.items, strict=True) if each is item)
         return self.u.mm(along)

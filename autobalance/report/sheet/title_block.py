@@ -19,18 +19,18 @@ FRAME_MM = 8.0
 MARGIN_MM = 12.0
 HEAD_MM = 20.0
 WORK_MM = 4.4
-"""The line at the head of a page that says whose work it is."""
+"""Line at the head of a page with the entries of ``[job]``."""
 LOGO_MM = 28.0
 """Greatest width of the shop's picture."""
 FOOT_MM = 17.0
 BAR_MM = 80.0
-"""From the margin to the bar in the foot of each page."""
+"""Distance from the margin to the scale bar in the foot of each page."""
 ROW_MM = 7.6
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """What stands on every page."""
+    """Data common to all pages: report, units, date, size, name."""
 
     report: Mapping[str, Any]
     units: DisplayUnits
@@ -41,17 +41,15 @@ class Sheet:
 
     @property
     def head_mm(self) -> float:
-        """Height of the head of a page."""
         return HEAD_MM + WORK_MM * bool(job_header.work(self.report))
 
     @property
     def block_mm(self) -> float:
-        """Height of the title block."""
         return ROW_MM * len(_rows(self))
 
 
 class NumberedCanvas(Canvas):  # type: ignore[misc]
-    """Keeps pages back until their count is known, so that each says ``page n of m``."""
+    """A canvas that keeps pages back until their number is known: ``page n of m``."""
 
     def __init__(self, *arguments: Any, sheet: Sheet, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -92,7 +90,7 @@ def _head_and_foot(pen: Pen, sheet: Sheet, number: int, count: int) -> None:
 
 
 def _logo(pen: Pen, sheet: Sheet, high_mm: float) -> float:
-    """Draw the shop's picture at the left of the head; return how much room it takes [mm]."""
+    """Draw the shop's picture at the left of the head; return the width that it takes [mm]."""
     picture = job_header.logo(sheet.report)
     if picture is None:
         return 0.0
@@ -168,5 +166,4 @@ def _rows(sheet: Sheet) -> Sequence[Sequence[tuple[str, str]]]:
 
 
 def points(mm: float) -> float:
-    """Return millimetres as points."""
     return mm * POINTS_PER_MM

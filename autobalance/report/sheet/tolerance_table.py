@@ -1,4 +1,4 @@
-"""What to hold, and what that is worth: usual workshop accuracies first, computed limits small beneath."""
+"""Tolerances of the cuts: usual workshop accuracies first, computed limits in small print beneath."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from autobalance.wording import listed_numbers
 
 NONE = "–"
 ENOUGH = 0.5
-"""Share of what the verdict leaves above which a machined crank is read before it is signed."""
+"""Share of the remaining permissible value above which a reading is advised after machining."""
 
 
 def held_words(held: Held, u: DisplayUnits) -> str:
-    """Return what a shop holds without special care, and by how much the crank may be off then."""
+    """Return the usual workshop accuracies, and the error of the resultant that they allow."""
     places, diameter = (_usual(USUAL[key], u) for key in ("position_mm", "diameter_mm"))
     words = (
         f"Hold ±{places} and ±{USUAL['angle_deg']:g}° (diameters ±{diameter}): then the crank may be off by "
@@ -32,7 +32,7 @@ def held_words(held: Held, u: DisplayUnits) -> str:
 
 
 def _usual(value_mm: float, u: DisplayUnits) -> str:
-    """Return a usual accuracy as it is spoken of: 0.1 mm, 0.004 in."""
+    """Return a usual accuracy in one digit: 0.1 mm, 0.004 in."""
     return f"{value_mm / u.mm_per_length:.1g} {u.length}"
 
 
@@ -68,7 +68,7 @@ def tolerance_table(
 
 
 def tolerance_words(tolerances: Tolerances) -> list[str]:
-    """Return what the tolerances are worth: what they use together, and what to do where they are close."""
+    """Return the share of the permissible value that the tolerances use, and advice where they are close."""
     lines = [
         f"± of each cut of a kind: usual workshop accuracy times {tolerances.factor:.2g}, from what each "
         f"error does to the unbalance. All errors of all cuts at their limits at once, the worst way round, "
@@ -86,7 +86,7 @@ def tolerance_words(tolerances: Tolerances) -> list[str]:
 
 
 def _plus_minus(value: float | None, digits: int, unit: str = "") -> str:
-    """Return a tolerance cut to as many decimals as it needs, at least ``digits``; never more than it is."""
+    """Return a tolerance cut to the decimals that it needs, at least ``digits``; never above its value."""
     if value is None:
         return NONE
     while digits < 7 and _cut(value, digits) < 0.95 * value:
@@ -95,5 +95,5 @@ def _plus_minus(value: float | None, digits: int, unit: str = "") -> str:
 
 
 def _cut(value: float, digits: int) -> float:
-    """Return a value cut after some decimals; rounding of binary fractions does not count."""
+    """Return a value cut after some decimals, safe from the rounding of binary fractions."""
     return math.floor(value * 10.0**digits + 1e-6) / 10.0**digits

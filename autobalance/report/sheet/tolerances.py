@@ -1,9 +1,9 @@
-"""Tolerances of the cuts, from what each error of a cut does to the unbalance.
+"""Tolerances of the cuts, from the effect of each error of a cut on the unbalance.
 
 Usual workshop accuracies are scaled by one factor, so that all errors of all cuts, each at its limit the
-worst way round, together use at most half of what the verdict leaves (the sum of their magnitudes, in the
-resultant and in each plane that is judged). Errors that are independent of one another use less: the root of
-the sum of their squares.
+worst way round, together use at most half of the unused permissible value (the sum of their magnitudes, in
+the resultant and in each plane that is judged). Independent errors use less: the root of the sum of their
+squares.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from autobalance.types import Array, Item
 from autobalance.wording import judged_shares
 
 SHARE = 0.5
-"""Of what the verdict leaves, for the errors of all cuts together."""
+"""Share of the unused permissible value for the errors of all cuts together."""
 USUAL = {"angle_deg": 0.25, "position_mm": 0.1, "depth_mm": 0.1, "diameter_mm": 0.05}
-"""What a workshop holds without special care (ISO 2768-1, fine); angles by an indexing head."""
+"""Usual workshop accuracies, without special care (ISO 2768-1, fine); angles by an indexing head."""
 MOST = 4.0
-"""How many times the usual accuracy is given away at most."""
+"""Greatest factor on the usual accuracy."""
 CARE = 0.4
-"""Under this share of the usual accuracy a workshop holds tolerances only with special care."""
+"""Share of the usual accuracy below which a workshop needs special care."""
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Tolerances ± of every cut of each kind, and what they use.
+    """Tolerances ± of every cut of each kind, and the shares that they use.
 
     ``by_kind`` has a value for each of angle, position, depth and diameter that the kind has; ``factor`` is
-    that of the usual accuracy. ``worst`` and ``independent`` are the shares of what the verdict leaves that
-    all errors use together: each at its limit the worst way round, and as the root of the sum of squares.
+    that of the usual accuracy. ``worst`` and ``independent`` are the shares of the unused permissible value
+    that all errors use: each at its limit the worst way round, and as the root of the sum of squares.
     """
 
     by_kind: Mapping[str, Mapping[str, float]]
@@ -45,7 +45,7 @@ class Tolerances:
 
 
 def tolerances(report: Mapping[str, Any]) -> Tolerances | None:
-    """Return the tolerances of a report's cuts; None without cuts, or where the verdict leaves nothing."""
+    """Return the tolerances of a report's cuts; None without cuts or without unused permissible value."""
     items: Sequence[Item] = report["corrections"]
     left = _left_g_mm(report)
     if not items or min(left.values()) <= 0.0:
@@ -66,10 +66,10 @@ def tolerances(report: Mapping[str, Any]) -> Tolerances | None:
 
 @dataclass(frozen=True)
 class Held:
-    """What usual workshop accuracies are worth: by how much independent errors may put the resultant off.
+    """Effect of usual workshop accuracies: the error of the resultant from independent errors.
 
-    ``left_g_mm`` is what the verdict leaves of the resultant, ``share`` the greatest share of what it leaves
-    that the errors use, over resultant and planes; infinite where it leaves nothing.
+    ``left_g_mm`` is the unused permissible value of the resultant, ``share`` the greatest share of the unused
+    values that the errors use, over resultant and planes; infinite where none is left.
     """
 
     off_g_mm: float
@@ -78,7 +78,7 @@ class Held:
 
 
 def held(report: Mapping[str, Any]) -> Held | None:
-    """Return what usual accuracies are worth; None without cuts."""
+    """Return the effect of usual accuracies; None without cuts."""
     items: Sequence[Item] = report["corrections"]
     if not items:
         return None
@@ -92,14 +92,14 @@ def held(report: Mapping[str, Any]) -> Held | None:
 
 
 def _left_g_mm(report: Mapping[str, Any]) -> dict[str, float]:
-    """Return what the verdict leaves of each permissible value that is judged."""
+    """Return the unused part of each permissible value that is judged."""
     permitted = {plane["name"]: plane["permissible_g_mm"] for plane in report["tolerance"]["planes"]}
     permitted["resultant"] = report["tolerance"]["permissible_g_mm"]
     return {name: (1.0 - share) * permitted[name] for name, share in judged_shares(report)}
 
 
 def _effects(item: Item, planes: Sequence[Mapping[str, Any]]) -> dict[str, Array]:
-    """Return what the usual error of each quantity does to the resultant and to the planes [g·mm]."""
+    """Return the effect of the usual error of each quantity on the resultant and the planes [g·mm]."""
     change = np.array(item["unbalance_change_g_mm"], dtype=np.float64)
     centre_z = _centre_z_mm(item)
     moved, mass = float(np.hypot(*change)), abs(float(item["removed_mass_g"]))
@@ -118,7 +118,7 @@ def _effects(item: Item, planes: Sequence[Mapping[str, Any]]) -> dict[str, Array
 
 
 def _centre_z_mm(item: Item) -> float:
-    """Return the z of what goes or comes: of a hole half-way down."""
+    """Return the z of the metal of a cut: of a hole half-way down."""
     z = float(item["position_mm"][2])
     if item.get("inward") is None:
         return z
@@ -126,7 +126,7 @@ def _centre_z_mm(item: Item) -> float:
 
 
 def _shared(g_mm: float, z_mm: float, planes: Sequence[Mapping[str, Any]]) -> Array:
-    """Return an unbalance at one place along the axis: its resultant, and its parts in the planes."""
+    """Return the magnitude of an unbalance at one z in the resultant, and its parts in the planes."""
     if not planes:
         return np.array([g_mm])
     low, high = (float(plane["z_mm"]) for plane in planes)
@@ -136,7 +136,7 @@ def _shared(g_mm: float, z_mm: float, planes: Sequence[Mapping[str, Any]]) -> Ar
 
 
 def _shifted(g_mm: float, planes: Sequence[Mapping[str, Any]]) -> Array:
-    """Return what a millimetre along the axis does: nothing to the resultant, a couple to the planes."""
+    """Return the effect of a millimetre along the axis: none on the resultant, a couple in the planes."""
     if not planes:
         return np.zeros(1)
     low, high = (float(plane["z_mm"]) for plane in planes)
@@ -145,7 +145,7 @@ def _shifted(g_mm: float, planes: Sequence[Mapping[str, Any]]) -> Array:
 
 
 def _per_depth(item: Item, z_mm: float, planes: Sequence[Mapping[str, Any]]) -> Array:
-    """Return what a millimetre of depth does, as the report has it, else on average."""
+    """Return the effect of a millimetre of depth, from the rates of the report, else on average."""
     rate, moment = item.get("unbalance_per_mm_g_mm"), item.get("moment_per_mm_g_mm2")
     if rate is None or moment is None:
         change = float(np.hypot(*item["unbalance_change_g_mm"]))
@@ -160,7 +160,7 @@ def _per_depth(item: Item, z_mm: float, planes: Sequence[Mapping[str, Any]]) -> 
 
 
 def _rounded_down(value: float) -> float:
-    """Return a value cut to two significant digits, never more."""
+    """Return a value rounded down to two significant digits."""
     if value <= 0.0:
         return 0.0
     step = 10.0 ** (math.floor(math.log10(value)) - 1)
@@ -178,7 +178,7 @@ FITS = (
 
 @dataclass(frozen=True)
 class Fit:
-    """A press fit: its name, limits of bore and slug [mm] [mm]."""
+    """A press fit: its name, limits of bore and slug [mm]."""
 
     name: str
     bore_mm: tuple[float, float]
@@ -204,7 +204,7 @@ def press_fit(diameter_mm: float) -> Fit:
 
 
 def retention(item: Item) -> str:
-    """Return how a slug is held: against what pulls on it, and what keeps it in."""
+    """Return the retention of a slug: the load that pulls on it, and the means that hold it."""
     load = item.get("centrifugal_load_N")
     pulled = "" if load is None else f" {load:.0f} N at service speed;"
     if item.get("direction") == "radial":

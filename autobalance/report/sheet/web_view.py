@@ -33,11 +33,11 @@ from autobalance.wording import at
 AXIAL = 0.7
 WHEEL_GAP_MM = 1.5
 RING_MM = 5.0
-"""Of the numerals around the wheel, and of each ring of numbers."""
+"""Width of the ring of numerals around the wheel, and of each ring of numbers."""
 TICKS_MM = 2.0
 APART_MM = 5.0
 SHARED_UP_TO = 12
-"""Numbers that stand between the numerals of the wheel; more of them have separate rings."""
+"""Most numbers that share the ring of the numerals; more of them have separate rings."""
 
 
 class WebView:
@@ -96,14 +96,14 @@ class WebView:
             pen.badge(px, py, label)
 
     def to_page(self, places: Array) -> Array:
-        """Return where places (k, 2) of the rotor are drawn: x up, y to the left, from -z to the right."""
+        """Return places (k, 2) of the rotor on the page: x up, y to the left, seen from -z to the right."""
         side = -1.0 if self.plate.from_below else 1.0
         return np.stack(
             [self.cx - side * self.scale * places[:, 1], self.cy - self.scale * places[:, 0]], axis=1
         )
 
     def _metal(self, pen: Pen, item: Item) -> None:
-        """Draw what a cut takes or puts on, and the circle and axis of a hole."""
+        """Draw the metal that a cut removes or adds, and the circle and axis of a hole."""
         shadow = self.plate.web.cuts.get(item["number"], [])
         pen.hatch(shadow, self.to_page, kinds.adds_metal(item), filled=item.get("slug_mass_g") is not None)
         place = np.asarray(item["position_mm"][:2], dtype=np.float64)
@@ -123,7 +123,7 @@ class WebView:
         pen.line(x0, y0, x1, y1, ACCENT, 0.18, (3.0, 0.8, 0.8, 0.8))
 
     def _datum(self, pen: Pen) -> None:
-        """Draw the centre lines of the axis, the crankpins' circle and the crank radius."""
+        """Draw the centre lines of the axis, and the circle of crankpin 1."""
         cx, cy, long = self.cx, self.cy, self.wheel - 1.0
         pen.line(cx - long, cy, cx + long, cy, ACCENT, 0.13, CENTRE_LINE)
         pen.line(cx, cy - long, cx, cy + long, ACCENT, 0.13, CENTRE_LINE)
@@ -134,7 +134,7 @@ class WebView:
             )
 
     def _places(self) -> list[tuple[float, float]]:
-        """Return where the numbers stand around the wheel."""
+        """Return the places of the numbers around the wheel."""
         wanted = [self._direction_rad(item) for item in self.plate.items]
         order = sorted(range(len(wanted)), key=lambda k: wanted[k])
         places = [(0.0, 0.0)] * len(wanted)
@@ -157,7 +157,7 @@ class WebView:
         return math.atan2(y, x)
 
     def _anchor(self, item: Item) -> Array:
-        """Return the place that a number points to: a hole's entry, else the middle of the metal drawn."""
+        """Return the place that a number points to: a hole's entry, else the middle of its metal."""
         inward, polygons = item.get("inward"), self.plate.web.cuts.get(item["number"], [])
         if inward is None and kinds.angle_deg(item) is None and polygons:
             return np.asarray(max(polygons, key=len)[0])
@@ -180,7 +180,7 @@ class WebView:
         self._mark(pen, zero.angle_deg)
 
     def _numeral(self, pen: Pen, turn: float, text: str, other: str, occupied: Occupied) -> None:
-        """Write a numeral of the wheel, unless a number stands there."""
+        """Write a numeral of the wheel, unless a number is in its place."""
         x, down = self._at(turn, self.wheel + TICKS_MM + 0.6)
         wide = width_mm(text, 7) + (0.6 + width_mm(other, 5.5) if other else 0.0)
         left = (
@@ -193,7 +193,6 @@ class WebView:
             pen.text(left + width_mm(text, 7) + 0.6, base, other, 5.5, SOFT)
 
     def _mark(self, pen: Pen, angle_deg: float) -> None:
-        """Mark the zero on the wheel."""
         turn = math.radians(angle_deg)
         tip, left, right = (
             self._at(turn, self.wheel - 0.2),

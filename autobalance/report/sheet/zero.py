@@ -1,4 +1,4 @@
-"""From where a sheet's angles count: the keyway where there is one, else crankpin 1."""
+"""The zero of a sheet's angles: the keyway where there is one, else crankpin 1."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ CRANKPIN, KEYWAY, HOLE = "crankpin 1", "keyway K", "hole H"
 
 @dataclass(frozen=True)
 class Zero:
-    """The zero of a sheet and the other one that there is.
+    """The zero of a sheet, and the other possible one.
 
-    ``angle_deg`` is where the zero stands, counter-clockwise from crankpin 1, ``other_deg`` where the other
-    one does, None where there is none.
+    ``angle_deg`` is the angle of the zero, counter-clockwise from crankpin 1, ``other_deg`` that of the other
+    one, None without one.
     """
 
     name: str
@@ -29,7 +29,7 @@ class Zero:
 
     @classmethod
     def of(cls, report: Report, choice: ZeroChoice = "keyway") -> Zero:
-        """Return the zero that is chosen; crankpin 1 where there is no keyway."""
+        """Return the chosen zero; crankpin 1 where there is no keyway."""
         datum = told_angle(report)
         if datum is None:
             return cls(CRANKPIN, 0.0)
@@ -38,11 +38,11 @@ class Zero:
         return cls(CRANKPIN, 0.0, KEYWAY if datum["of"] == "keyway" else HOLE, float(datum["angle_deg"]))
 
     def ccw(self, angle_deg: float) -> float:
-        """Return an angle from crankpin 1 as this zero counts it, in [0, 360)."""
+        """Return an angle from crankpin 1, counter-clockwise from this zero, in [0, 360)."""
         return (angle_deg - self.angle_deg) % 360.0
 
     def counted(self, item: Item) -> Item:
-        """Return a correction whose angles count from this zero."""
+        """Return a correction with its angles counted from this zero."""
         shifted: dict[str, Any] = dict(item)
         angle = kinds.angle_deg(item)
         if angle is not None:

@@ -32,7 +32,7 @@ GLYPHS: Mapping[str, tuple[str, ...]] = {
 
 
 def big_text(text: str) -> str:
-    """Return a text in letters five lines high, each dot two columns wide; what has no glyph is left out.
+    """Return a text in letters five lines high, each dot two columns wide, without unknown characters.
 
     Examples
     --------
@@ -49,7 +49,7 @@ def big_text(text: str) -> str:
 
 
 def vectors_text(vectors: Mapping[str, complex]) -> str:
-    """Return vectors in one line: amount and angle of each plane, as the machine counts."""
+    """Return vectors in one line: amount and angle of each plane, in the machine's sense of angles."""
     parts = (
         f"{name or 'resultant'} {abs(each):.1f} g·mm" + _pointing(each, " at ")
         for name, each in vectors.items()
@@ -58,7 +58,7 @@ def vectors_text(vectors: Mapping[str, complex]) -> str:
 
 
 def big_vectors(vectors: Mapping[str, complex]) -> str:
-    """Return vectors in large letters, a plane below the other: g·mm and degrees."""
+    """Return vectors in large letters, one plane below the other: g·mm and degrees."""
     blocks = (
         big_text(f"{name} {abs(each):.1f}{_pointing(each, '  ')}".strip()) for name, each in vectors.items()
     )
@@ -85,7 +85,7 @@ def settled_toml(vectors: Mapping[str, complex], reading: Mapping[str, Any], spe
 
 
 def _pointing(vector: complex, before: str) -> str:
-    """Return the angle of a vector after some text; nothing of a vector that is shown as 0.0."""
+    """Return the angle of a vector after some text; empty for a vector that is shown as 0.0."""
     return f"{before}{degrees(_degrees(vector), 0)}" if round(abs(vector), 1) else ""
 
 

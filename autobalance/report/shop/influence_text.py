@@ -13,7 +13,7 @@ GOALS = {"least_squares": "least squares", "least_worst": "least worst reading"}
 
 
 def influence_text(report: Values, units: DisplayUnits) -> str:
-    """Return what to add in each plane, and the readings before and after."""
+    """Return the weights to add in each plane, and the readings before and after."""
     parts = [
         f"{len(report['initial'])} readings, {len(report['planes'])} planes, {GOALS[report['goal']]}; "
         f"condition {report['condition']:.3g}",

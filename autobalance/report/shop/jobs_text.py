@@ -22,7 +22,7 @@ COLUMNS = (
 
 
 def jobs_text(values: Mapping[str, Any], units: DisplayUnits) -> str:
-    """Return the jobs, one a line, the latest last, and the series."""
+    """Return the jobs, one a line, the latest last, then the series."""
     if not values["jobs"]:
         what = "" if values["find"] is None else f" with {values['find']!r}"
         return f"{values['folder']}: no report of balance or recut{what} in this folder or below it"
@@ -73,7 +73,7 @@ def _series(series: Mapping[str, Any], units: DisplayUnits) -> str:
 
 
 def jobs_csv(values: Mapping[str, Any]) -> bytes:
-    """Return the jobs as CSV, a row each."""
+    """Return the jobs as CSV, one a row."""
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, extrasaction="ignore", lineterminator="\n")
     writer.writeheader()

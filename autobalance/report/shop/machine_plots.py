@@ -12,7 +12,7 @@ from autobalance.types import Values
 
 
 def readings_plot(report: Values) -> dict[str, Plot]:
-    """Return the readings of ``influence`` as vectors, before and after."""
+    """Return the readings of ``influence``, before and after, as vectors in a polar plot."""
     curves = [
         _vectors("before", report["initial"]),
         _vectors("after", report["residual"]["readings"]),
@@ -29,7 +29,7 @@ def _vectors(name: str, readings: Sequence[Sequence[float]]) -> plots.Curve:
 
 
 def runs_plot(report: Values) -> dict[str, Plot]:
-    """Return where the readings of all runs of ``machine`` lie in each plane, and the true unbalance."""
+    """Return the readings of all runs of ``machine`` in each plane, and the true unbalance, as points."""
     runs = np.array([[plane["unbalance_g_mm"] for plane in run["planes"]] for run in report["runs"]])
     left = np.array([plane["unbalance_g_mm"] for plane in report["runs"][0]["left"]["planes"]])
     true = runs[0] + left

@@ -1,4 +1,4 @@
-"""What a balancing machine reads, as lines to read."""
+"""A balancing machine's reading as lines to read."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ UNBALANCE_KINDS = {
 
 
 def machine_text(report: Values, units: DisplayUnits) -> str:
-    """Return rotor, sensors, reading and corrections."""
+    """Return rotor, sensors, nodes, static stand, and the reading with its corrections."""
     rotor, settings = report["rotor"], report["input"]
     speed = "" if settings["speed_rpm"] is None else f" at {settings['speed_rpm']:g} rpm"
     tilt = rotor["principal_axis_deg"]

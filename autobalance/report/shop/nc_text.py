@@ -1,4 +1,4 @@
-"""What ``nc`` prints."""
+"""Summary of ``nc`` as lines to read."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from autobalance.machining.run import NcRun
 
 
 def nc_text(run: NcRun) -> str:
-    """Return a line a set-up, what is left out, and what the simulation leaves."""
+    """Return a line for each set-up, the cuts left out, and the simulated residual."""
     lines = []
     for program in run.programs:
         cuts = len(program.setup.cuts)

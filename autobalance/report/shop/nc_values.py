@@ -1,4 +1,4 @@
-"""``nc.json``."""
+"""The report of ``nc``, written as ``nc.json``."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from autobalance.report.records.nc import (
 
 
 def nc_report(run: NcRun) -> NcReport:
-    """Return the report of `nc`."""
     zero = NcZero(
         angle_deg=run.zero.angle_deg, z_mm=run.zero.z_mm, angle_of=run.zero.angle_of, z_of=run.zero.z_of
     )

@@ -1,4 +1,4 @@
-"""``reading.toml`` beside a report: what the balancing machine is to read, filled in but for its numbers."""
+"""``reading.toml`` beside a report: the reading of the balancing machine, without its numbers."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 from autobalance.job.toml.typed_units import FILL_IN
 
 URR_PERCENT, UMAR_G_MM = 95.0, 0.5
-"""Of a hard-bearing machine in order: usual values to begin with."""
+"""Usual values of a hard-bearing machine in order, to begin with."""
 
 
 def reading_template(report: Mapping[str, Any]) -> str:
-    """Return the reading file of a report, with "FILL IN" where only the machine knows."""
+    """Return the reading file of a report, with "FILL IN" for the machine's numbers."""
     job = report["job"]
     serial = (job.get("job") or {}).get("serial") or report.get("serial")
     inch = (job.get("shop") or {}).get("units") == "inch"

@@ -1,4 +1,4 @@
-"""``setup.pdf``: what to clamp how, where zero is, which tools, every cut in its order."""
+"""``setup.pdf``: clamping, zero, tools and the cuts in their order, for each set-up."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def _setup(run: NcRun, program: Program) -> list[Any]:
 
 
 def _cut_row(run: NcRun, cut: Listed, tool: int) -> list[str]:
-    """Return a cut, and what small errors of depth, angle and point are worth [g·mm]."""
+    """Return the cells of a cut, the last three effects of small errors of depth, angle and point [g·mm]."""
     item = cut.item
     rate = item.get("unbalance_per_mm_g_mm")
     depth = NONE if rate is None else f"{0.05 * math.hypot(*rate):.2f}"

@@ -1,4 +1,4 @@
-"""A study as pictures: what the cranks use of the permissible value, and what matters."""
+"""A study as pictures: the cranks' share of the permissible value, and the causes of the spread."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 BINS = 40
 DRAWN_CAUSES = 8
-"""Causes drawn in one picture."""
+"""Most causes in one picture."""
 CURVES = 5
 
 
 def study_plots(values: Values, shares: NDArray[np.float64]) -> dict[str, Plot]:
-    """Return a histogram of the greatest share used (n,), shares of causes, tornado and curves of figures."""
+    """Return a histogram of the greatest share used (n,), shares of causes, tornado and curves by figure."""
     drawn = {"study-histogram": _histogram(values, shares)}
     if values["contributions"]:
         drawn["study-causes"] = _causes(values)
@@ -54,7 +54,7 @@ def _histogram(values: Values, shares: NDArray[np.float64]) -> Plot:
 
 
 def _causes(values: Values) -> Plot:
-    """Return each cause's share of the resultant's variance, and of what is judged (Sobol, total)."""
+    """Return each cause's share of the variance of the resultant, and of the judged value (Sobol, total)."""
     total = {each["name"]: each["total"] for each in values["sobol"]["shares"]}
     causes = values["contributions"][:DRAWN_CAUSES]
     at = np.arange(len(causes))[::-1]

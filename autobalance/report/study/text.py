@@ -6,7 +6,6 @@ from autobalance.types import Values
 
 
 def study_text(values: Values) -> str:
-    """Return a study as lines for people."""
     low, high = values["interval"]
     share, spread = values["probability_within"], values["spread"]
     magnitude = values["percentiles"]["magnitude_g_mm"]

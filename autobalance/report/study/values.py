@@ -1,4 +1,4 @@
-"""What the report of a study says, and its cranks as a table."""
+"""The report of a study, and its cranks as a table."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ ABOVE = "above_tolerance"
 
 
 def study_report(answer: StudyAnswer, seed: int, report_sha256: str | None, seconds: float) -> StudyReport:
-    """Return the report of a study that took some seconds."""
     job = answer.plan.job
     described = jobs.describe(job)
     return StudyReport(
@@ -46,7 +45,7 @@ def study_report(answer: StudyAnswer, seed: int, report_sha256: str | None, seco
 
 
 def _reason(answer: StudyAnswer) -> str | None:
-    """Say why the target is not reached and what would help."""
+    """Return the reason for a missed target, with a remedy; None where it is reached."""
     if answer.plan.result.outcome == ABOVE:
         return f"the plan itself is above tolerance: {answer.plan.result.reason}"
     if answer.probability >= answer.target:
@@ -60,7 +59,7 @@ def _reason(answer: StudyAnswer) -> str | None:
 
 
 def study_series(answer: StudyAnswer) -> bytes:
-    """Return the drawn cranks as CSV, full precision."""
+    """Return the drawn cranks as CSV, one a row, in full precision."""
     columns: list[tuple[str, Any]] = []
     for draw in answer.model.draws:
         values = answer.deviations[draw.label] + (0.0 if draw.is_vector else draw.nominal)
