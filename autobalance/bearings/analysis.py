@@ -1,4 +1,4 @@
-"""A bearing's case becomes numbers: friction, film and orbit at one speed or many."""
+"""Friction, film and orbit of a bearing's case, at one speed or many."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class PlateFilm:
 
 @dataclass(frozen=True)
 class PetroffFilm:
-    """What Petroff's formula was given, and what follows from it alone."""
+    """Eccentricity, attitude and load for Petroff's formula, with the numbers of these alone."""
 
     eccentricity_ratio: float
     attitude_rad: float
@@ -89,14 +89,13 @@ class State:
 
 @dataclass(frozen=True, eq=False)
 class Analysis:
-    """A bearing at every speed asked for; the orbit is at the first."""
+    """A bearing at every requested speed; the orbit is at the first."""
 
     states: tuple[State, ...]
     orbit: Orbits | None = None
 
     @property
     def first(self) -> State:
-        """State at the first speed."""
         return self.states[0]
 
     @property
@@ -128,7 +127,7 @@ def analyse(case: Case, speeds_rad_s: tuple[float, ...]) -> Analysis:
 
 
 def film_model(case: PlainCase) -> FilmModel:
-    """Return the model of the film that a case asks for."""
+    """Return the film model of a case."""
     slenderness = case.bearing.slenderness
     return ocvirk(slenderness) if case.solver == "ocvirk" else reynolds(slenderness, case.boundary, case.grid)
 
@@ -213,7 +212,7 @@ def _petroff(case: PlainCase, speed_rad_s: float) -> State:
 
 
 def _films(case: PlainCase, speeds_rad_s: tuple[float, ...]) -> tuple[State, ...]:
-    """Go through the speeds, each film the guess of the next."""
+    """Return the states at all speeds, each film the guess of the next."""
     if case.load_N is None and case.eccentricity_ratio is None:
         return tuple(_unloaded(case, speed) for speed in speeds_rad_s)
     model, states = film_model(case), []
@@ -226,7 +225,7 @@ def _films(case: PlainCase, speeds_rad_s: tuple[float, ...]) -> tuple[State, ...
 
 
 def _unloaded(case: PlainCase, speed_rad_s: float) -> State:
-    """Return what is known without a load that stands still."""
+    """Return a state without a steady load: Petroff's moment alone."""
     petroff = petroff_moment_N_m(case.bearing, case.lubricant.needed_Pa_s, speed_rad_s)
     return State(speed_rad_s, Friction(), case.lubricant, petroff_N_m=petroff)
 
@@ -262,7 +261,7 @@ def _film_state(case: PlainCase, model: FilmModel, speed_rad_s: float, guess: Fi
 def _running(
     lubricant: Lubricant, film_in: Callable[[Lubricant], Film | None]
 ) -> tuple[Film, Lubricant, float | None] | None:
-    """Return the film, the oil at its temperature, and where it balances its heat that of the outlet [°C]."""
+    """Return film, oil at its temperature and, where heat balances, the outlet's [°C]; None at contact."""
     oil, supply = lubricant.oil, lubricant.supply
     if oil is None or supply is None:
         film = film_in(lubricant)
@@ -284,7 +283,7 @@ def _coefficient(moment_N_m: float, load_N: float, diameter_m: float) -> float |
 
 
 def _with_orbit(case: PlainCase, states: tuple[State, ...]) -> Analysis:
-    """Add the orbit under the history of loads; without a load of its own it gives the friction as well."""
+    """Return the analysis with the orbit under the history, which gives the friction without another load."""
     if case.history is None:
         return Analysis(states)
     bearing, history = case.bearing, case.history

@@ -1,4 +1,4 @@
-"""What a bearing is asked for: one dataclass a kind, SI."""
+"""Cases of bearings for analysis: one dataclass a kind, SI."""
 
 from __future__ import annotations
 
@@ -28,7 +28,6 @@ class Lubricant:
     supply: Supply | None = None
 
     def at(self, celsius: float) -> Lubricant:
-        """Return the oil at a temperature."""
         return Lubricant(oil=self.oil, celsius=celsius, supply=self.supply)
 
     @property
@@ -85,7 +84,7 @@ class History:
 
     @property
     def sense(self) -> Array:
-        """What makes x and y (2,) those of an engine that turns from x to y, and back."""
+        """Factors (2,) that turn x and y into axes of an engine that turns from x to y, and back."""
         return np.array([1.0, -1.0 if self.clockwise else 1.0])
 
 

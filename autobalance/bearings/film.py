@@ -19,7 +19,7 @@ from autobalance.types import Array
 LEAST_RATIO = 1e-6
 """Eccentricity ratio that stands for a centred journal: its attitude and coefficients are limits."""
 LEAST_LOAD = 1e-12
-"""Load in units of η Ω R L (R/c)² that counts as none."""
+"""Load below which a film counts as unloaded, in units of η Ω R L (R/c)²."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class Film:
 
     @property
     def whirl(self) -> WhirlThreshold:
-        """When oil whirl begins."""
+        """Threshold of oil whirl."""
         if self.eccentricity_ratio < LEAST_RATIO:
             return WhirlThreshold(0.5, 0.0)
         return whirl_threshold(self.stiffness_N_m, self.damping_N_s_m, self.speed_rad_s)

@@ -1,4 +1,4 @@
-"""Heat of friction against the oil that carries it off: the temperature at which a film runs."""
+"""Balance of the heat of friction and the oil that carries it off: the running temperature of a film."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from autobalance.bearings.film import Film
 from autobalance.bearings.oil import Oil
 
 HOTTEST_RISE_K = 400.0
-"""Rise above the supply up to which a balance is looked for."""
+"""Greatest rise above the supply at which a balance is sought."""
 NEAR_K = 1e-6
 
 
@@ -24,7 +24,7 @@ class Supply:
 
 
 def outlet_rise_K(film: Film, oil: Oil, supply: Supply) -> float:
-    """Return by how much the side flow is warmed that carries off the whole heat of friction [K]."""
+    """Return the temperature rise of the side flow that carries off the whole heat of friction [K]."""
     carried = oil.density_kg_m3 * supply.heat_capacity_J_kg_K * film.side_flow_m3_s
     return film.moment_N_m * film.speed_rad_s / carried
 

@@ -1,4 +1,4 @@
-"""Booker's mobility of the short bearing: how fast the journal moves under a force, in closed form.
+"""Booker's mobility of the short bearing: velocity of the journal under a force, in closed form.
 
 Seen from axes that turn with the mean speed of journal and bush, the film is squeezed only, with velocity V.
 The pressure is positive where V·e(α) > 0, half the circle around V; with V = ε̇/Ω and a force in units of

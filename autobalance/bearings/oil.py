@@ -1,4 +1,4 @@
-"""Oil: how its viscosity falls with temperature."""
+"""Viscosity of an oil over the temperature."""
 
 from __future__ import annotations
 

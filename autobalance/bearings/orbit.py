@@ -22,7 +22,7 @@ SETTLED = 2e-5
 MOST_TURNS = 120
 """Turns after which an orbit that still changes is reported as not periodic."""
 HOPELESS = 1e6
-"""Force in units of η Ω R L³/c² that breaks any film within half a degree: what follows is not worked out."""
+"""Force in units of η Ω R L³/c² that breaks any film within half a degree: its orbit is not computed."""
 ACCURACY = 5e-7
 """Of the eccentricity ratio in one step of the integration."""
 FINER = 0.1
@@ -50,7 +50,6 @@ class Orbits:
     """Change of the eccentricity ratio over the last cycle (k,)."""
 
     def case(self, number: int) -> Orbits:
-        """Return one case alone."""
         one = slice(number, number + 1)
         return Orbits(
             self.angle_rad,
@@ -168,7 +167,6 @@ class _Motion:
         return float(self.angle[1] - self.angle[0])
 
     def of(self, cases: npt.NDArray[np.int64]) -> _Motion:
-        """Return some of the cases."""
         return _Motion(self.angle, self.force[:, cases], self.mean_speed[:, cases])
 
 
@@ -205,7 +203,7 @@ def _turned(vector: Polar, by: Polar) -> Polar:
 
 
 def _periodic(motion: _Motion) -> tuple[Array, npt.NDArray[np.int64], Array]:
-    """Go round until every path repeats; return paths (n, k, 2), turns each took, last changes (k,)."""
+    """Return periodic paths (n, k, 2), turns that each took, last changes (k,)."""
     count, cases = motion.force.shape[:2]
     size = np.hypot(motion.force[..., 0], motion.force[..., 1])
     hopeless = size.max(axis=0) > HOPELESS
@@ -234,9 +232,9 @@ def _periodic(motion: _Motion) -> tuple[Array, npt.NDArray[np.int64], Array]:
 
 
 def _closed(motion: _Motion, start: Array, each: int) -> tuple[Array, npt.NDArray[np.int64], Array]:
-    """Close paths that do not settle by themselves: Newton's method on the start (2, k) of a cycle.
+    """Return unsettled paths, closed by Newton's method on the start (2, k) of a cycle.
 
-    A path counts as found where neighbours tend to it; one that repels them no journal follows.
+    A path counts as periodic where neighbours tend to it; one that repels them no journal follows.
     """
     cases = start.shape[1]
     turns = np.zeros(cases, dtype=np.int64)

@@ -116,7 +116,7 @@ class _Grid:
         )
 
     def source(self, around: Array) -> Array:
-        """Spread minus a source by angle, over a cell of γ, along the length."""
+        """Return minus a source by angle, spread over a cell of γ and along the length."""
         return np.outer(-around, self.cell).ravel()
 
     def wedge(self, film_at_faces: Array) -> Array:
@@ -182,7 +182,7 @@ def _solve(grid: _Grid, boundary: Boundary) -> UnitFilm:
 
 @dataclass(frozen=True, eq=False)
 class _Solution:
-    """The film's pressure, and what its small changes obey."""
+    """The film's pressure, and the equation of its small changes."""
 
     grid: _Grid
     matrix: csc_array
@@ -233,7 +233,7 @@ def _positive_share(pressure: Array) -> Array:
 
 
 def _edges(grid: _Grid, pressure: Array, free: Flags, right: Array) -> Array:
-    """Return what the diagonal gains where the film ends between two nodes of the angle.
+    """Return the addition to the diagonal where the film ends between two nodes of the angle.
 
     The pressure ends as a parabola, ½ s d²/a; so the distance d to the edge, where changes of the pressure
     vanish, follows from the last pressure and is not a whole cell.
@@ -251,7 +251,6 @@ def _edges(grid: _Grid, pressure: Array, free: Flags, right: Array) -> Array:
 
 
 def _factor(matrix: csc_array) -> SuperLU:
-    """Factor a symmetric positive definite matrix."""
     return splu(
         csc_array(matrix),
         permc_spec="MMD_AT_PLUS_A",

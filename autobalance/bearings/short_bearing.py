@@ -12,7 +12,7 @@ import numpy as np
 from autobalance.bearings.unit_film import FilmModel, Pressure, UnitFilm
 
 POINTS = (121, 21)
-"""Of the pressure that is kept to look at."""
+"""Number of points of the pressure that is kept for plots."""
 
 
 def ocvirk(slenderness: float) -> FilmModel:

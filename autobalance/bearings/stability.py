@@ -1,4 +1,4 @@
-"""When the oil of a bearing drives a rigid rotor into whirl."""
+"""Threshold of oil whirl of a rigid rotor in a bearing."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from autobalance.types import Array
 
 @dataclass(frozen=True)
 class WhirlThreshold:
-    """At which mass a rigid rotor on a bearing begins to whirl, and how fast.
+    """Critical mass of a rigid rotor on a bearing, and its whirl speed.
 
-    ``critical_mass_kg`` is what the bearing carries of the rotor's mass at the threshold; both numbers are
+    ``critical_mass_kg`` is the bearing's share of the rotor's mass at the threshold; both numbers are
     None where the film is stable with any mass.
     """
 

@@ -1,4 +1,4 @@
-"""The oil film of a plain journal bearing in its own units: what every film model returns.
+"""The oil film of a plain journal bearing in its own units: the result of every film model.
 
 Angles θ run in the sense of turning from the widest gap, where the film is H = h/c = 1 + ε cos θ. The radial
 direction points from the bush's centre to the journal's (to the narrowest gap), the tangential one a quarter
@@ -91,7 +91,7 @@ class UnitFilm:
 
 
 FilmModel = Callable[[float], UnitFilm]
-"""What gives the film at an eccentricity ratio in (0, 1)."""
+"""Function from an eccentricity ratio in (0, 1) to the film."""
 
 TOLERANCE = 1e-11
 """Of the logarithm of the load."""

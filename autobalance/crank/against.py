@@ -1,4 +1,4 @@
-"""A crank held against another, a scan against its drawing: aligned on axis and throws, then on all points.
+"""Alignment of a crank with another, as of a scan with its drawing: on axis and throws, then on all points.
 
 Distances are from the nearest of many points on the drawing, along the surface's own direction there
 (point to plane), and least squares over them gives the last of the alignment.
@@ -47,7 +47,7 @@ class Aligned:
 
 @dataclass(frozen=True, eq=False)
 class AgainstDrawing:
-    """How a crank differs from another one, in its own rotor frame.
+    """Differences of a crank from another one, in its own rotor frame.
 
     Distances are of its surface from the other's, outside positive, by area [mm]; ``distances_mm`` (n,) has
     those of all its vertices. ``unbalance_g_mm`` (2,) is the other's, turned into this frame.
@@ -127,7 +127,7 @@ def _turns(anatomy: Anatomy, other: Anatomy) -> Iterator[Array]:
 
 @dataclass(frozen=True, eq=False)
 class _Surface:
-    """Points (n, 3) on a surface with its directions (n, 3) there, and how far apart they are."""
+    """Points (n, 3) on a surface with the surface's normals (n, 3) there, and the points' typical spacing."""
 
     points: Array
     normals: Array
@@ -150,11 +150,11 @@ class _Surface:
         return cls(points, normals, math.sqrt(float(area.sum()) / POINTS), cKDTree(points))
 
     def below(self, points: Array) -> Indices:
-        """Return which of its points are nearest to points (n, 3)."""
+        """Return the numbers (n,) of the surface's points that are nearest to points (n, 3)."""
         return np.asarray(self.tree.query(points)[1])  # type: ignore[attr-defined]
 
     def distances(self, points: Array) -> Array:
-        """Return how far points (n, 3) lie outside."""
+        """Return the distances of points (n, 3) from the surface, outside positive."""
         nearest = self.below(points)
         arm = points - self.points.take(nearest, axis=0)
         along = np.einsum("ij,ij->i", arm, self.normals.take(nearest, axis=0))

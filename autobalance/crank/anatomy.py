@@ -41,7 +41,7 @@ class MainJournal(Pin):
 
 @dataclass(frozen=True, eq=False)
 class Throw:
-    """A crankpin and where it stands; numbered from 1 along increasing z.
+    """A crankpin with its crank radius and angle; numbered from 1 along increasing z.
 
     ``crank_radius_mm`` is the distance of the crankpin from the axis (half the stroke), ``angle_rad`` its
     angle from throw 1, counter-clockwise seen from +z.
@@ -182,7 +182,7 @@ class PinHint:
 
 @dataclass(frozen=True, eq=False)
 class Overrides:
-    """What a job states about the anatomy instead of, or in aid of, recognition; file axes, mm.
+    """A job's statements about the anatomy in place of recognition, or in aid of it; file axes, mm.
 
     ``crankpin_in_file`` None: not known; crankpins are looked for first, then bores for them.
     """

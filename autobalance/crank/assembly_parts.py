@@ -1,4 +1,4 @@
-"""Which body of an assembly is the crank, and which are rods, pins, bearings and pistons, by their places.
+"""Recognition of an assembly's bodies by their places: crank, rods, pins, bearings and pistons.
 
 A rod's big end lies on a crankpin of the crank; what lies within a rod's eye is its pin or bearing; what
 stands around the small end is the piston. Names of parts are not trusted: they are in any language.
@@ -44,7 +44,7 @@ EQUAL_VOLUME_SHARE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class AssemblyPart:
-    """A body of an assembly and what it is; ``rod`` is the number of the rod it belongs to, from 1.
+    """A body of an assembly with its role; ``rod`` is the number of the rod it belongs to, from 1.
 
     ``eyes`` are a rod's, ``anatomy`` a crank's.
     """
@@ -57,7 +57,7 @@ class AssemblyPart:
 
 
 def assembly_parts(bodies: Sequence[BodySource]) -> tuple[AssemblyPart, ...]:
-    """Return what each body of an assembly is.
+    """Return each body of an assembly with its role.
 
     Parameters
     ----------
@@ -109,7 +109,6 @@ def _crank(body: BodySource) -> Anatomy | None:
 
 
 def _carries(anatomy: Anatomy, rods: Sequence[RodEyes]) -> bool:
-    """Return whether a rod's big end lies on one of the crank's pins."""
     for eyes in rods:
         centre = anatomy.file_to_rotor[:3, :3] @ eyes.big.centre_mm + anatomy.file_to_rotor[:3, 3]
         for throw in anatomy.throws:
@@ -122,7 +121,7 @@ def _carries(anatomy: Anatomy, rods: Sequence[RodEyes]) -> bool:
 
 
 def _beside_a_rod(body: BodySource, rods: Sequence[RodEyes]) -> AssemblyPart:
-    """Return a body that lies in an eye as what it is there; any other as one not known yet."""
+    """Return a body with its role in a rod's eye, as wrist pin or bearing; "other" outside of every eye."""
     for number, eyes in enumerate(rods, 1):
         placed = _placed(body.source.solid.mesh, eyes)
         for eye, along in ((eyes.small, eyes.length_mm), (eyes.big, 0.0)):
@@ -146,7 +145,7 @@ def _placed(mesh: Mesh, eyes: RodEyes) -> Array:
 
 
 def _with_pistons(parts: Sequence[AssemblyPart], rods: Sequence[RodEyes]) -> list[AssemblyPart]:
-    """Return the parts with the largest around each small end as piston, and what is on that."""
+    """Return the parts, with the largest around each small end as piston and parts within it on it."""
     assembly = list(parts)
     for number, eyes in enumerate(rods, 1):
         boxes = {

@@ -1,4 +1,4 @@
-"""A connecting rod measured in its solid: eyes, mass, end weights, inertia, and what is uncertain of them."""
+"""A connecting rod measured in its solid: eyes, mass, end weights, inertia, and their uncertainty."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ROUNDING = 1e-7
 
 @dataclass(frozen=True)
 class RodUncertainty:
-    """By how much masses of a rod may be off, from its facets and its density [g]."""
+    """Uncertainty of a rod's masses from its facets and its density [g]."""
 
     mass_g: float
     big_end_g: float
@@ -69,13 +69,13 @@ class MeasuredRod:
 
     @property
     def about_centre(self) -> Moments:
-        """The moments about the rod's centre of mass, its axes as they are."""
+        """Moments about the rod's centre of mass, in the directions of the rod's axes."""
         placement = np.eye(4)
         placement[:3, 3] = -self.moments.centre_mm
         return self.moments.moved(placement)
 
     def missed_couple(self, stroke_mm: float, speed_rad_s: float) -> tuple[float, float]:
-        """Return the greatest couple that two masses miss [N·m], and the crank angle where it is [rad].
+        """Return the greatest couple that two masses leave out [N·m], and its crank angle [rad].
 
         Raises
         ------
@@ -94,7 +94,7 @@ class MeasuredRod:
 
     @property
     def uncertainty(self) -> RodUncertainty:
-        """What facets and density make uncertain; no less than either alone.
+        """Uncertainty from facets and density; no less than either alone.
 
         The small end weighs ∫ x dm / l, so the bar of the first moment about the big end counts there; that
         and the bar of the mass count at the big end.

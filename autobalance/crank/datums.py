@@ -1,4 +1,4 @@
-"""What of a crank a person can touch to find its angle and its place along the axis, in the rotor frame."""
+"""Features of a crank that give its angle and its place along the axis by touch, in the rotor frame."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Flange:
 
     @property
     def told_hole(self) -> FlangeHole | None:
-        """The hole to go by: the one unlike all others, else the nearest to crankpin 1."""
+        """Marker of the flange's angle: the hole unlike all others, else the nearest to crankpin 1."""
         unlike = [hole for hole in self.holes if sum(_alike(hole, other) for other in self.holes) == 1]
         among = unlike if len(unlike) == 1 else self.holes
         return min(among, key=lambda hole: (round(_from_zero(hole), 3), hole.angle_deg), default=None)
@@ -70,7 +70,7 @@ def _alike(one: FlangeHole, other: FlangeHole) -> bool:
 
 
 def _from_zero(hole: FlangeHole) -> float:
-    """Return how far a hole is from crankpin 1, either way round [deg]."""
+    """Return the angle between a hole and crankpin 1, at most 180 [deg]."""
     return min(hole.angle_deg, 360.0 - hole.angle_deg)
 
 
@@ -94,7 +94,7 @@ class Datums:
 
     @property
     def angle(self) -> tuple[Literal["keyway", "flange_hole"], float] | None:
-        """What angles are measured from, and its angle [deg]: the longest keyway, else a flange's hole."""
+        """Feature from which angles count, and its angle [deg]: the longest keyway, else a flange's hole."""
         if self.keyways:
             longest = max(self.keyways, key=lambda key: round(key.z_max_mm - key.z_min_mm, 3))
             return "keyway", longest.angle_deg

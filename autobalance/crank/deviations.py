@@ -1,4 +1,4 @@
-"""How far a scanned crank's surface stands off the cylinders, rims and planes recognised in it."""
+"""Distances of a scanned crank's surface from the cylinders, rims and planes recognised in it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 REACH_MM = 0.5
-"""What stands off a cylinder by more is not of it: a fillet, a drilling."""
+"""Vertices farther from a cylinder than this do not belong to it: a fillet, a drilling."""
 
 
 def deviations_mm(mesh: Mesh, anatomy: Anatomy) -> Array:
-    """Return how far each vertex (n,) of a mesh in file coordinates lies outside; NaN: on no surface."""
+    """Return each vertex's deviation (n,) of a mesh in file axes, outside positive; NaN: on no surface."""
     placed = mesh.moved(anatomy.file_to_rotor).vertices
     off = np.full(len(placed), np.nan)
     for pin in (*anatomy.main_journals, *(throw.crankpin for throw in anatomy.throws)):

@@ -107,7 +107,7 @@ def _scanned_faces(mesh: Mesh, anatomy: Anatomy, fit: ScanFit) -> list[Face]:
 
 
 def _exact_faces(look: _Look, surfaces: Surfaces) -> list[Face]:
-    """Return the faces that are plane by the solid's own account; parts of one plane that touch are one."""
+    """Return the plane faces of an exact solid; parts of one plane that touch are one."""
     levels: dict[tuple[int, ...], list[PlaneFace]] = {}
     for plane in surfaces.planes:
         height = float(plane.normal @ plane.centroid_mm)
@@ -125,7 +125,7 @@ def _exact_faces(look: _Look, surfaces: Surfaces) -> list[Face]:
 
 
 def _exact_face(look: _Look, rows: Indices, planes: Sequence[PlaneFace]) -> Face | None:
-    """Return the face that some touching plane faces make up; None if it is of no use."""
+    """Return the face that touching plane faces form; None if it is of no use."""
     frame = look.anatomy.file_to_rotor
     areas = np.array([plane.area_mm2 for plane in planes])
     normal = planes[int(np.argmax(areas))].normal
@@ -143,14 +143,14 @@ def _exact_face(look: _Look, rows: Indices, planes: Sequence[PlaneFace]) -> Face
 
 
 def lowering_worth_g_mm_per_mm(face: Face, density_g_mm3: float) -> Array:
-    """Return how the unbalance (2,) changes at first when a face is lowered, per millimetre of depth."""
+    """Return the initial change of unbalance (2,) per millimetre by which a face is lowered."""
     worth: Array = -density_g_mm3 * face.area_mm2 * face.centroid_mm[:2]
     return worth
 
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """What every search for faces needs: ``size`` is twice each triangle's area, ``flat_mm`` rounding."""
+    """Input of every search for faces: ``size`` is twice each triangle's area, ``flat_mm`` rounding."""
 
     mesh: Mesh
     anatomy: Anatomy
@@ -160,7 +160,7 @@ class _Look:
 
 
 def _narrowed(normal: Array, vectors: Array, size: Array) -> Array | None:
-    """Return the mean direction of the triangles that face nearly one way or its opposite; None without."""
+    """Return the mean normal of triangles that face nearly one way or its opposite; None without any."""
     for angle in ONE_DIRECTION:
         lean = vectors @ normal
         facing = np.flatnonzero(np.abs(lean) > _cosine(angle) * size)
@@ -223,13 +223,12 @@ def _row_numbers(cells: Indices) -> Indices:
 
 
 def _apart(direction: Array, others: Sequence[Array]) -> bool:
-    """Whether a direction (3,) differs from others, up to sign, by more than rounding."""
+    """Return whether a direction (3,) differs from others, up to sign, by more than rounding."""
     squared_sines = 1.0 - (np.reshape(others, (-1, 3)) @ direction) ** 2
     return bool((squared_sines > ONE_DIRECTION[-1] ** 2).all())
 
 
 def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
-    """Return the faces of at least some area whose normal is ``normal`` or its opposite."""
     mesh, slack = look.mesh, 2.0 * look.flat_mm
     height = mesh.vertices @ normal
     lean = mesh.area_vectors @ normal
@@ -253,14 +252,14 @@ def _faces_on_side(look: _Look, members: Indices, lean: Array, least_mm2: float)
 
 
 def _nearest_level(height: Array, levels: Array, slack: float) -> Indices:
-    """Return for each height the number of the level it lies on, or −1."""
+    """Return the number of the level on which each height lies, or −1."""
     nearest = np.searchsorted(0.5 * (levels[1:] + levels[:-1]), height)
     nearest[np.abs(height - levels.take(nearest)) > slack] = -1
     return nearest.astype(np.min_scalar_type(-len(levels)))
 
 
 def _connected(triangles: Indices, doubled_areas: Array, least_mm2: float) -> list[Indices]:
-    """Group triangles (rows) that hang together by shared vertices; small groups are left out."""
+    """Return groups of triangles (rows) connected by shared vertices, without small groups."""
     if len(triangles) == 0:
         return []
     used, corners = compacted(triangles, int(triangles.max()) + 1)
@@ -271,7 +270,7 @@ def _connected(triangles: Indices, doubled_areas: Array, least_mm2: float) -> li
 
 
 def _face(look: _Look, rows: Indices, least_mm2: float) -> Face | None:
-    """Measure a face; None if it is too small or a facet of a cylinder about the axis or a crankpin."""
+    """Return a measured face; None if too small, or a facet of a cylinder about the axis or a crankpin."""
     mesh, frame = look.mesh, look.anatomy.file_to_rotor
     vectors = mesh.area_vectors.take(rows, axis=0)
     half = 0.5 * (np.ones(len(rows)) @ vectors)
@@ -292,7 +291,7 @@ def _face(look: _Look, rows: Indices, least_mm2: float) -> Face | None:
 
 
 def _is_facet(rows: Indices, mesh: Mesh, anatomy: Anatomy) -> bool:
-    """Whether a face is a strip of a cylinder about the crank axis or a crankpin: its neighbours are too."""
+    """Return whether a face and its neighbours are strips of a cylinder about the axis or a crankpin."""
     frame = anatomy.file_to_rotor
     corners = np.unique(mesh.triangles[rows])
     place = mesh.vertices[corners] @ frame[:2, :3].T + frame[:2, 3]
@@ -326,7 +325,7 @@ def _web_at(z_mm: float, anatomy: Anatomy, mesh: Mesh) -> int | None:
 
 
 def _named(faces: Sequence[Face], anatomy: Anatomy, size: float) -> list[Face]:
-    """Give ids by web, then faces square to the axis first, by position along z, angle and radius."""
+    """Return faces with ids by web, then faces square to the axis first, by z, angle and radius."""
     grain = 1e-4 * size
 
     def place(face: Face) -> tuple[float, ...]:

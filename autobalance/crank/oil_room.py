@@ -1,7 +1,8 @@
 """The room that oil fills in a crank: bores and drillings of crankpins and main journals.
 
 The crank is closed: each pin by its own outline seen along the axis, each web by its sections without the
-holes in them. What that holds and the crank does not is room; its pieces that reach into a pin count.
+holes in them. Room is the difference between the closed crank and the crank; its pieces that reach into a
+pin count.
 """
 
 from __future__ import annotations
@@ -21,23 +22,23 @@ from autobalance.types import Array
 SLICE_MM = 1.0
 """Thickness of the slices in which a web's holes are closed."""
 SLANT = 1.5
-"""How far a hole may move across in a slice, over its thickness: 56° from the axis."""
+"""Greatest sideways shift of a hole within a slice, over its thickness: 56° from the axis."""
 OUTLINE_RADII = 1.02
-"""Over a pin's radius: where its own outline is looked for."""
+"""Radius within which a pin's own outline is sought, over the pin's radius."""
 END = 0.02
 """Share of a pin's length at its ends where webs and fillets may begin."""
 BESIDE_MM = 0.1
 LEVEL_MM = 1e-3
 LEAST_FACE_MM2 = 5.0
 INTO_MM = 0.002
-"""How far a pin's room goes into its webs', so that both are one: heights in files are rounded."""
+"""Overlap of a pin's room with its webs', so that both are one: heights in files are rounded."""
 LEAST_MM3 = 0.5
-"""Less room is what the facets of neighbours leave between them."""
+"""A smaller room is a gap between facets of neighbours."""
 
 
 @dataclass(frozen=True)
 class OilRoom:
-    """One connected room.
+    """A connected room.
 
     Attributes
     ----------
@@ -53,7 +54,7 @@ class OilRoom:
 
     @property
     def filling(self) -> Moments:
-        """Of what fills it at density 1, rotor frame: its mass is the volume [mm³]."""
+        """Moments of the filling at density 1, rotor frame: its mass is the room's volume [mm³]."""
         return self.solid.moments(1.0)
 
 
@@ -91,7 +92,7 @@ def _reaches(piece: Solid, room: Solid) -> bool:
 
 
 def _room_in_pin(solid: Solid, anatomy: Anatomy, pin: Pin) -> Solid:
-    """Return what a pin lacks of its own outline, from web to web; to its end where there is no web."""
+    """Return the hollow within a pin's own outline, from web to web; to its end where there is no web."""
     (low, high), z = pin.z_range_mm, float(pin.centre_mm[2])
     x, y = (float(each) for each in pin.centre_mm[:2])
     slab = solid.above(low + END * (high - low)).below(high - END * (high - low))
@@ -106,7 +107,7 @@ def _room_in_pin(solid: Solid, anatomy: Anatomy, pin: Pin) -> Solid:
 
 
 def _room_in_web(solid: Solid, web: Web) -> Solid:
-    """Return what a web's holes lack of it, closed slice by slice."""
+    """Return the holes of a web, closed slice by slice."""
     slab = solid.above(web.z_min_mm - BESIDE_MM).below(web.z_max_mm + BESIDE_MM)
     closed = []
     for low, high in pairwise(_heights_mm(slab, web)):
@@ -119,7 +120,7 @@ def _room_in_web(solid: Solid, web: Web) -> Solid:
 
 
 def _heights_mm(slab: Solid, web: Web) -> Array:
-    """Return where a web's slices end: at its flat faces, for there bores end, and not far between."""
+    """Return the ends of a web's slices: its flat faces, where bores end, and steps between them."""
     corners = slab.mesh.corners
     z = corners[:, :, 2]
     level = np.ptp(z, axis=1) < LEVEL_MM

@@ -1,4 +1,4 @@
-"""Rims of webs: the part of a cylinder about the crank axis that a lathe can take off."""
+"""Rims of webs: parts of cylinders about the crank axis that a lathe can take off."""
 
 from __future__ import annotations
 

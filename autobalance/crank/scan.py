@@ -1,4 +1,4 @@
-"""Of a scanned surface: how rough it is, and how sure what was fitted to it."""
+"""Results of fitting a scanned crank: roughness, and standard errors of its cylinders, webs and faces."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from autobalance.types import Array
 
 @dataclass(frozen=True, eq=False)
 class ScannedCylinder:
-    """A journal or crankpin as scanned: standard errors (``pm``), and how its surface stands off the fit.
+    """A journal or crankpin as scanned: standard errors (``pm``), and its surface's distance from the fit.
 
-    ``out_of_round_mm`` is the greatest less the least radius of its mean section; ``run_out_mm`` what a dial
-    would read of a main journal, were the crank turned about the common axis: twice its centre's distance.
+    ``out_of_round_mm`` is the greatest less the least radius of its mean section; ``run_out_mm`` a main
+    journal's reading on a dial, were the crank turned about the common axis: twice its centre's distance.
     ``centre_pm_mm`` (3,) is of its centre in the rotor frame.
     """
 
@@ -64,12 +64,12 @@ class ScannedFace:
 
 @dataclass(frozen=True, eq=False)
 class ScanFit:
-    """How a scanned crank's anatomy was fitted.
+    """Fit of a scanned crank's anatomy.
 
     Attributes
     ----------
     roughness_mm : float
-        Root mean square of the surface's distance from what was fitted to it.
+        Root mean square of the surface's distance from its fit.
     noise_by_reach : tuple of (float, float)
         Fields whose errors are alike over a distance [mm]: that distance, and their standard deviation [mm].
     axis_offset_mm, axis_angle_deg : float

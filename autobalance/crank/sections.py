@@ -1,4 +1,4 @@
-"""A crank taken apart along its axis: journals, crankpins, webs and counterweights with their moments."""
+"""Division of a crank along its axis: journals, crankpins, webs and counterweights with their moments."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from autobalance.types import Array
 Kind = Literal["main journal", "crankpin", "web", "counterweight", "shaft"]
 
 ROOM = 0.05
-"""A journal's metal beside a shoulder that stands around it is what lies within its radius and this share."""
+"""A journal's metal beside a shoulder that stands around it reaches to its radius and this share more."""
 ASIDE_SHARE = 1e-5
-"""How far from a face, as a share of the part's diagonal, nothing of the face's rounding is met."""
+"""Distance from a face, as a share of the part's diagonal, beyond the face's rounding."""
 ROUNDING = 1e-7
 """Corners this near to where a part ends, as a share of the part's diagonal, lie there."""
 LEAST_SHARE = 1e-9
@@ -40,7 +40,7 @@ class Section:
 
 
 def sections(solid: Solid, anatomy: Anatomy, density_g_mm3: float) -> tuple[Section, ...]:
-    """Divide a crank into journals, crankpins, webs, counterweights and what is left of the shaft.
+    """Return a crank's parts: journals, crankpins, webs, counterweights and the rest of the shaft.
 
     A web's counterweight is its metal beyond the crank axis, away from its crankpin; fillets and collars
     belong to the web that they stand on. The parts add up to the whole.
@@ -136,7 +136,7 @@ def counterweight_moments(solid: Solid, anatomy: Anatomy, density_g_mm3: float) 
 
 @dataclass(frozen=True, eq=False)
 class _Span:
-    """A stretch of the axis and whose metal is there; a web's shoulder may stand around a journal."""
+    """A stretch of the axis with the owner of its metal; a web's shoulder may stand around a journal."""
 
     low: float
     high: float
@@ -156,7 +156,7 @@ class _Cutter:
 
     @classmethod
     def of(cls, mesh: Mesh, anatomy: Anatomy, density_g_mm3: float) -> _Cutter:
-        """Take a mesh in file coordinates."""
+        """Return a cutter of a mesh in file coordinates."""
         return cls(
             Mesh(rotated(mesh.vertices, anatomy.file_to_rotor), mesh.triangles), anatomy, density_g_mm3
         )
@@ -190,7 +190,7 @@ class _Cutter:
         return span
 
     def _with_fillets(self, spans: list[_Span]) -> list[_Span]:
-        """Give what lies between a web and a journal or crankpin to the web; number the rest of the shaft."""
+        """Return spans with those between a web and a journal or crankpin in the web, the rest numbered."""
         with_webs: list[_Span] = []
         rest = 0
         for place, span in enumerate(spans):
@@ -219,7 +219,7 @@ class _Cutter:
         return self.moments(span) if span.web is None else self._beside_shoulder(span, None)
 
     def web_moments(self, span: _Span, beyond: bool = False) -> Moments:
-        """Return the moments of the web's metal in a stretch, or of what lies beyond the axis."""
+        """Return the moments of the web's metal in a stretch, or of its part beyond the axis."""
         assert span.web is not None
         side = away_from_crankpin(span.web, self.anatomy) if beyond else None
         moments = self.moments(span, EVERYTHING if side is None else Part(side=side))

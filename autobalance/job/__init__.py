@@ -1,4 +1,4 @@
-"""A TOML job becomes dataclasses; outside units come in here."""
+"""Reading of TOML jobs into dataclasses, with conversion from outside units."""
 
 from autobalance.job.describe import describe
 from autobalance.job.model import (

@@ -1,4 +1,4 @@
-"""The parts of an assembly as keys of a job: where each one's solid is, under the name it has there."""
+"""Parts of an assembly as keys of a job: the file of each one's solid, under the part's name."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ TABLES: Mapping[Role, str] = {
     "piston": "reciprocating_g",
     "on_piston": "reciprocating_g",
 }
-"""What a part of a rod is → the table that its weight belongs to."""
+"""Role of a part of a rod → the table of its weight."""
 
 
 def body_key(part: AssemblyPart) -> int | str:
-    """Return what ``body`` is to be for a part: its name, or its number where it has no name."""
+    """Return the value of ``body`` for a part: its name, or its number where it has no name."""
     body = part.body
     return body.name if body.name and body.name != "all" and not body.name.isdecimal() else body.number
 
@@ -28,7 +28,7 @@ def body_key(part: AssemblyPart) -> int | str:
 def other_parts(
     parts: Sequence[AssemblyPart], crank: int | str, located: Mapping[str, Any], throws: int
 ) -> OtherParts:
-    """Return what the bodies beside the crank are to a job.
+    """Return the bodies beside the crank as a job's parts.
 
     Weights are of one rod: those of the first are listed, the same again of further ones counted.
 
@@ -66,7 +66,7 @@ def other_parts(
 
 
 def _per_throw(rods: Sequence[AssemblyPart], throws: int) -> int:
-    """Return how many rods share a crankpin, where all are alike and spread evenly."""
+    """Return the number of rods on a crankpin, where all are alike and spread evenly; else 1."""
     volumes = [part.body.source.volume_mm3 for part in rods]
     alike = bool(volumes) and max(volumes) - min(volumes) <= EQUAL_VOLUME_SHARE * max(volumes)
     return len(rods) // throws if alike and len(rods) % throws == 0 else 1
@@ -79,7 +79,6 @@ def _plain(part: AssemblyPart) -> str:
 
 
 def _free(name: str, names: Mapping[str, Any]) -> str:
-    """Return a name that is not taken yet."""
     number = 2
     free = name
     while free in names:

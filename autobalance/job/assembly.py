@@ -1,4 +1,4 @@
-"""``[[assembly]]`` of a job: parts that are put on the crank, or on shafts of their own, in order."""
+"""The table ``[[assembly]]`` of a job: parts put on the crank, or on shafts of their own, in order."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ ASSEMBLY = Key(
 
 
 def assembly_of(tables: Sequence[Values], folder: Path) -> tuple[AssemblyEntry, ...]:
-    """Return the parts that ``[[assembly]]`` says; files are relative to the job's folder.
+    """Return the parts of ``[[assembly]]``; files are relative to the job's folder.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def _entry(each: Values, where: str, folder: Path) -> AssemblyEntry:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as the job file has it: lists, and tables without what was not given."""
+    """Return a value as in the job file: lists, and tables without missing keys."""
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items() if item is not None}
     return list(value) if isinstance(value, tuple) else value

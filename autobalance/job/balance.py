@@ -1,4 +1,4 @@
-"""The table [balance] of a job: what is asked of the balanced crank."""
+"""The table [balance] of a job: requirements on the balanced crank."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from autobalance.rigid_rotor.tolerance import Judge
 from autobalance.units import RAD_S_PER_RPM
 
 COUNTERWEIGHT_DEG = 180.0
-"""Where overbalance is left unless said: opposite to crankpin 1."""
+"""Default angle of overbalance: opposite to crankpin 1."""
 EXTERNAL_PART = (
     Key("name", str, "what it is"),
     Key("z_mm", float, "where it is, rotor frame"),
@@ -111,7 +111,7 @@ BALANCE = Key(
 
 
 def balance_of(values: Values) -> Balance:
-    """Return what the values of ``[balance]`` say.
+    """Return the requirements of ``[balance]``.
 
     Raises
     ------

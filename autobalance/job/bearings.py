@@ -1,4 +1,4 @@
-"""The table [bearings] of a job: how stiff the main bearings hold the crank."""
+"""The table [bearings] of a job: stiffness of the main bearings."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def stiffnesses_n_mm(stated: float | tuple[float, ...], mains: int) -> tuple[flo
     Raises
     ------
     JobError
-        If a list has not one for each.
+        If a list has not one value for each.
     """
     if isinstance(stated, tuple):
         if len(stated) != mains:

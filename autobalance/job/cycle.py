@@ -1,4 +1,4 @@
-"""The ``[cycle]`` table: what burns in each cylinder, when it fires, what it costs in friction."""
+"""The ``[cycle]`` table: combustion in each cylinder, firing order and friction."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ CYCLE = Key(
 
 
 def cycle_of(values: Values, raw: Mapping[str, Any]) -> Cycle:
-    """Return what the values of ``[cycle]`` say; ``raw`` is the table, for what its cylinders leave open.
+    """Return the cycle of ``[cycle]``; ``raw`` is the table, for keys that its cylinders leave open.
 
     Raises
     ------
@@ -258,7 +258,7 @@ def _absorber(values: Values | None) -> Absorber | None:
 
 
 def _filled_in(values: Values, raw: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the table as it was read, in its own units, with every default; tables inside as they stand."""
+    """Return the table in its own units, with every default; tables inside as they stand."""
     friction = {key.name: plain(key.default) for key in FRICTION} | dict(raw.get("friction", {}))
     own = {key: raw[key] for key in ("cylinder", "pendulum", "film") if key in raw}
     tables = ("cylinder", "friction", "pendulum", "film")

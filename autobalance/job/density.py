@@ -1,4 +1,4 @@
-"""The density of what is made of one material: a number, or the material's name."""
+"""The density of a material: a number, or the material's name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Material: Any = Literal[tuple(MATERIALS)]
 
 
 def density_keys(of: str, default: Any = REQUIRED) -> tuple[Key, Key]:
-    """Return the two keys; what is read has the number alone (``typed_units``)."""
+    """Return the two keys; their value is the number alone (``typed_units``)."""
     return (
         Key("density_kg_m3", float, f"of {of}", POSITIVE, default, instead="density"),
         Key(

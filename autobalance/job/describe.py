@@ -1,4 +1,4 @@
-"""A job as plain values for the report: as read, in the job file's own words, defaults filled in."""
+"""A job as plain values for the report: in the job file's own words, defaults filled in."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from autobalance.units import G_PER_MM3_PER_KG_M3
 
 
 def describe(job: Job) -> dict[str, Any]:
-    """Return the job as JSON values; None where an optional key was not given.
+    """Return the job as JSON values; None for an optional key that is missing.
 
     Everything has the units of the job file, so that ``parse`` takes it back once ``file`` and the Nones are
     dropped.
@@ -25,7 +25,7 @@ def describe(job: Job) -> dict[str, Any]:
 
 
 def _crankshaft(job: Job) -> dict[str, Any]:
-    """Return the table as the job has it now: a crank that is given as an object stands in its place."""
+    """Return the present table; a crank that is an object stands in its place."""
     crank, hints, raw = job.crankshaft, job.crankshaft.overrides, job.raw.get("crankshaft", {})
     weighed = crank.weighed
     densities = {"density_kg_m3": crank.density_g_mm3, "density_pm_kg_m3": crank.density_pm_g_mm3}
@@ -57,7 +57,7 @@ def _scan(crank: Crankshaft, raw: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _as_said(stated: float | None, now: float) -> float:
-    """Return a number in the job's own digits, where it is still the one that the job says."""
+    """Return a number in the job's own digits, where it still has the job's value."""
     return float(stated) if stated is not None and math.isclose(stated, now, rel_tol=1e-12) else now
 
 

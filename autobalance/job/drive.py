@@ -65,7 +65,7 @@ def read_drive(source: str | Path | Mapping[str, Any]) -> Drive:
 
 
 def drive_of(values: Values) -> Drive:
-    """Return what the values of a job's ``[drive]`` say.
+    """Return the drive of a job's ``[drive]``.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What forces and balance shafts need beyond weights: where the cylinders stand, the bare rod, shafts."""
+"""Input of forces and balance shafts beyond weights: layout of the cylinders, the bare rod, shafts."""
 
 from __future__ import annotations
 
@@ -190,6 +190,6 @@ def _weight_g(item: Bolted) -> float:
 
 
 def shaft_values(values: Values) -> Values:
-    """Return a balance shaft as the report has it: its product, or its weights."""
+    """Return a balance shaft as in the report: its product, or its weights."""
     other = "product_g_mm" if values["weight"] else "weight"
     return {key: plain(value) for key, value in values.items() if key != other}

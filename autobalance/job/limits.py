@@ -1,4 +1,4 @@
-"""The ``[correction]`` table becomes the limits of each kind of correction.
+"""Reading of the ``[correction]`` table into the limits of each kind of correction.
 
 The limits of a kind are a frozen dataclass whose fields are named and typed as the keys of its table, their
 ranges in ``Annotated``, their meanings in its docstring; the kinds are those entered in
@@ -41,8 +41,8 @@ PERCENT = Rule("must be 0 to 100", least=0.0, most=100.0)
 PREFER = (
     'secondary objective among plans that reach the target: `"simple"` (fewest different cuts of tool and '
     'depth, then fewest cuts, then least metal; `"same_setup"`, usual in `recut`: first the tools of earlier '
-    "stages in their own places, then these tools anywhere; cuts of holes, slugs and machine steps may leave a quarter "
-    "of the permissible value for it)"
+    "stages in their own places, then these tools anywhere; cuts of holes, slugs and machine steps may leave a "
+    "quarter of the permissible value for it)"
 )
 
 
@@ -168,9 +168,9 @@ def _attributes(text: str) -> Iterator[tuple[str, str]]:
 def correction_of(
     values: Values, raw: Mapping[str, Any], drills: Any = None, slugs: Any = None
 ) -> tuple[tuple[str, ...], tuple[Limits, ...]]:
-    """Return the methods that the values of ``[correction]`` name and the limits of each.
+    """Return the methods of ``[correction]`` and the limits of each.
 
-    ``raw`` is the table: what a kind's own table does not say, the top level does. ``drills`` and ``slugs``
+    ``raw`` is the table: the top level supplies keys that a kind's own table lacks. ``drills`` and ``slugs``
     are those of the shop, which count where a job names none.
 
     Raises
@@ -205,19 +205,19 @@ def limits_of_every_kind(raw: Mapping[str, Any]) -> dict[str, Limits]:
 
 
 def drills_of_shop(values: Values) -> Any:
-    """Return the drills that ``[shop]`` has, as ``[correction.drill] series`` says them; None: not said."""
+    """Return the drills of ``[shop]`` in the form of ``[correction.drill] series``; None without."""
     shop = values.get("shop")
     return None if shop is None else shop["drills"]
 
 
 def slugs_of_shop(values: Values) -> Any:
-    """Return the slugs that ``[shop]`` has; None: not said."""
+    """Return the slugs of ``[shop]``; None without."""
     shop = values.get("shop")
     return None if shop is None else shop["slugs"]
 
 
 def _at_hand(slugs: Any) -> dict[str, Any]:
-    """Return the shop's slugs as limits say them: of the metal and the diameter of which there are most.
+    """Return the shop's slugs as keys of limits: of the metal and the diameter with the most lengths.
 
     Limits know every diameter in every length, so those of one diameter alone are sure to be at hand.
     """

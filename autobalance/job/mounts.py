@@ -1,4 +1,4 @@
-"""The tables [mounts] and [[mount]] of a job: the engine as a rigid body and what holds it."""
+"""The tables [mounts] and [[mount]] of a job: the engine as a rigid body and its mounts."""
 
 from __future__ import annotations
 

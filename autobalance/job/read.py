@@ -99,7 +99,7 @@ class Job:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], folder: str | Path = ".") -> Job:
-        """Return the job that a mapping says, with the structure of the TOML file.
+        """Return the job of a mapping with the structure of the TOML file.
 
         Parameters
         ----------
@@ -131,7 +131,7 @@ class Job:
 
 
 JobSource: TypeAlias = Job | str | Path | Mapping[str, Any]
-"""What verbs take for a job: one that was read, its file, or a dict as the TOML has it."""
+"""A verb's job: one that was read, its file, or a dict as the TOML has it."""
 
 
 def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
@@ -166,7 +166,7 @@ def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
 
 
 def given(job: JobSource, settings: Sequence[str] = ()) -> Job:
-    """Return the job that a verb is given: itself, of a file, or of a dict as the TOML has it.
+    """Return a verb's job: itself, of a file, or of a dict as the TOML has it.
 
     ``settings`` are for a file or a dict; a job that was read has had its own.
 
@@ -237,7 +237,7 @@ def tables_of(path: Path) -> dict[str, Any]:
 def parse(
     raw: Mapping[str, Any], path: Path, *, crank_given: bool = False, settings: tuple[str, ...] = ()
 ) -> Job:
-    """Return the job that a TOML document says; ``path`` is its file (see ``load``).
+    """Return the job of a TOML document; ``path`` is its file (see ``load``).
 
     ``crankshaft.file`` and its density may be missing with ``crank_given``: the crank is an object then.
     ``settings`` are listed in the report; they are in ``raw`` already.
@@ -333,7 +333,7 @@ def _cycle(values: Values, raw: Mapping[str, Any]) -> Cycle | None:
 
 
 def _torsion(values: Values, raw: Mapping[str, Any]) -> CrankTorsion | None:
-    """Return what ``torsion`` asks and other verbs pass over; None: the job has none of its tables."""
+    """Return the keys for ``torsion``, which other verbs pass over; None: the job has none of its tables."""
     if not any(key in raw for key in OF_TORSION):
         return None
     from autobalance.job.torsion import OF_A_JOB, torsion_of
@@ -375,7 +375,7 @@ def _strength(values: Values) -> Strength | None:
 
 
 def _filled(job: Job, values: Values) -> Values:
-    """Return the tables as the report has them: in the job file's own words, defaults filled in."""
+    """Return the tables for the report: in the job file's own words, defaults filled in."""
     return {
         "engine": engine_values(job.engine, values["engine"]),
         "original": None if job.original is None else weight_values(job.original),

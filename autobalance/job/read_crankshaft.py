@@ -113,7 +113,7 @@ def of_no_file(key: Key) -> Key:
 
 
 def read_crankshaft(values: Mapping[str, Any], folder: Path) -> Crankshaft:
-    """Return the crank that the keys of ``[crankshaft]`` say; its file is relative to ``folder``.
+    """Return the crank of the keys of ``[crankshaft]``; its file is relative to ``folder``.
 
     Raises
     ------
@@ -124,7 +124,7 @@ def read_crankshaft(values: Mapping[str, Any], folder: Path) -> Crankshaft:
 
 
 def crankshaft_of(values: Values, folder: Path) -> Crankshaft:
-    """Return the crank that the values of the table say; without a file the crank is given as an object.
+    """Return the crank of the table's values; without a file the crank is given as an object.
 
     Raises
     ------

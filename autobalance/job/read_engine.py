@@ -140,7 +140,7 @@ ORIGINAL = Key(
 
 
 def engine_of(values: Values, pin_in_file: bool) -> EngineParts:
-    """Return what the values of ``[engine]`` say; they must hold the crankpin where the file does not.
+    """Return the parts of ``[engine]``; they must hold the crankpin where the file does not.
 
     Raises
     ------
@@ -199,7 +199,7 @@ def _links(place: str, throw: Values, kind: str) -> tuple[LinkRod, ...]:
 
 
 def original_of(values: Values | None, pin_in_file: bool, required: bool) -> PartWeights | None:
-    """Return the parts that the crank was balanced for; None where they are neither there nor needed.
+    """Return the parts for which the crank was balanced; None where they are neither there nor needed.
 
     Raises
     ------

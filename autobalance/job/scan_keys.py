@@ -71,7 +71,7 @@ SCAN = (
 
 
 def readings_of(values: Values) -> CrankReadings:
-    """Return what was measured of the crank by the values of ``[crankshaft]``.
+    """Return the measurements of the crank in ``[crankshaft]``.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def readings_of(values: Values) -> CrankReadings:
 
 
 def holes_of(values: Values) -> OpenHoles:
-    """Return which holes are to be closed by the values of ``[crankshaft]``.
+    """Return the holes that ``[crankshaft]`` closes.
 
     Raises
     ------

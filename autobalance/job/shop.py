@@ -37,7 +37,7 @@ def shop_file(folder: Path) -> Path | None:
 
 
 def with_shop(raw: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    """Return the tables of a job with what the shop's file says; the job's own ``[shop]`` goes first.
+    """Return the tables of a job with those of the shop's file; the job's own ``[shop]`` goes first.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Weights that a job takes from solids: the mass of a part's model, with what is uncertain of it."""
+"""Weights of a job from solids: the mass of a part's model, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _weighed(value: Any, folder: Path, where: str) -> Any:
 
 
 def _mass_g(part: Values, folder: Path, density_kg_m3: float, where: str) -> tuple[float, float]:
-    """Return the mass of a solid, what its facets hide added, and how far that may be off [g]."""
+    """Return the mass of a solid, the part that its facets hide added, and its uncertainty [g]."""
     from autobalance.solid.chordal_error.estimate import estimate_chordal_error
     from autobalance.solid.formats.read import read as read_solid
 

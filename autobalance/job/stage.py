@@ -1,4 +1,4 @@
-"""A job as ``recut`` takes it: with what counts there where the job says nothing."""
+"""A job for ``recut``, with defaults of its own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every table of a job, declared in the module that makes something of it."""
+"""Declarations of all tables of a job, each from the module that reads it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TOP_KEYS = (
     *("crankshaft", "engine", "original", "balance", "correction", "shafts", "study", "job", "shop"),
     *OF_FEW,
 )
-"""What may stand at the top level of a job."""
+"""Keys of the top level of a job."""
 
 
 def job_tables(held: Mapping[str, Any] | None = None) -> tuple[Key, ...]:

@@ -1,4 +1,4 @@
-"""The job that ``init`` writes for a crank: what was found filled in, what only the user knows marked."""
+"""The job that ``init`` writes for a crank: recognised values filled in, those only the user knows marked."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class OtherParts:
 
 @dataclass(frozen=True)
 class Found:
-    """What recognition found, as keys and values of a job.
+    """Results of recognition, as keys and values of a job.
 
     ``hints`` are keys that say what was recognised but need not be said.
     """

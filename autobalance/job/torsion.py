@@ -1,4 +1,4 @@
-"""What a job adds for ``torsion``: speeds, torques, an absorber, the crank's own model. SI units out."""
+"""Keys of a job for ``torsion``: speeds, torques, an absorber, the crank's own model. SI units out."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ OF_A_JOB = tuple(
 
 
 def crank_torsion(raw: Mapping[str, Any]) -> CrankTorsion:
-    """Return what the tables of a job say for ``torsion``, defaults filled in.
+    """Return the tables of a job for ``torsion``, defaults filled in.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def crank_torsion(raw: Mapping[str, Any]) -> CrankTorsion:
 
 
 def torsion_of(filled: Values, raw: Mapping[str, Any]) -> CrankTorsion:
-    """Return what the values of a job's tables say for ``torsion``; ``raw`` has its other flywheel.
+    """Return the crank's torsion from the values of a job's tables; ``raw`` has its other flywheel.
 
     Raises
     ------
@@ -160,7 +160,7 @@ def _driven(tables: list[Values], name: str) -> tuple[Driven, ...]:
 
 
 def question_of(filled: Values, stations: int | None) -> TorsionQuestion:
-    """Return what is asked of a chain of so many stations; None: not known yet."""
+    """Return the questions about a chain of so many stations; None: not known yet."""
     excitations = []
     for number, each in enumerate(filled["excitation"], 1):
         check_station(f"excitation[{number}].station", each["station"], stations)

@@ -1,4 +1,4 @@
-"""Any function of ``theory`` called by its name, with values that are typed as text."""
+"""Calls of any function of ``theory`` by its name, with values typed as text."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from autobalance.errors import UsageError
 
 
 def names() -> tuple[str, ...]:
-    """Return the functions' names."""
     return tuple(theory.__all__)
 
 
@@ -91,7 +90,7 @@ def _has_infinity(value: Any) -> bool:
 
 
 def _value(where: str, text: str, hint: Any) -> Any:
-    """Read a text as the type of a parameter."""
+    """Return a text as a value of a parameter's type."""
     hint_text = str(hint)
     if "Sequence[float]" in hint_text:
         return [_number(where, word) for word in text.strip("[] ").split(",") if word.strip()]

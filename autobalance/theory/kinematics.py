@@ -13,7 +13,7 @@ from autobalance.units import RAD_S_PER_RPM
 
 @dataclass(frozen=True)
 class PistonMotion:
-    """Where the piston is and how it moves, positive towards top dead centre.
+    """Place and motion of a piston, positive towards top dead centre.
 
     The rod leans from the cylinder's axis, positive where the crankpin is ahead of it.
     """

@@ -1,4 +1,4 @@
-"""What readings tell of the balancing machine: tooling by an index test, scatter by repetition."""
+"""Accuracy of a balancing machine from its readings: tooling by an index test, scatter by repetition."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Repeated:
 
 @dataclass(frozen=True)
 class MachineAccuracy:
-    """What a machine can show, and what its tooling carries."""
+    """Least residual and reduction ratio of a machine, and the unbalances of crank and tooling."""
 
     urr_percent: float
     umar_g_mm: float
@@ -55,7 +55,7 @@ def machine_accuracy(
     index_g_mm: Sequence[float],
     index_deg: Sequence[float],
 ) -> MachineAccuracy:
-    """Return what a machine can show, from repeated readings and an index test.
+    """Return a machine's least residual and reduction ratio, from repeated readings and an index test.
 
     The least residual is two standard deviations of a reading; one correction by a reading leaves that much
     of the crank's own unbalance, so the ratio is 1 - Umar/C.

@@ -14,7 +14,7 @@ from autobalance.units import G_MM_PER, RAD_S_PER_RPM
 
 @dataclass(frozen=True)
 class Permissible:
-    """What a grade permits on a rotor."""
+    """Permissible residual unbalance of a rotor at a grade."""
 
     permissible_g_mm: float
     specific_unbalance_um: float

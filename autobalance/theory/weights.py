@@ -19,7 +19,7 @@ from autobalance.units import G_MM2_PER_KG_MM2, RAD_S_PER_RPM, STEEL_KG_M3
 
 @dataclass(frozen=True)
 class Hole:
-    """A drilled hole: what it lacks, where, and how it pulls."""
+    """Mass, unbalance and force of a drilled hole."""
 
     mass_g: float
     unbalance_g_mm: float
@@ -28,7 +28,7 @@ class Hole:
 
 @dataclass(frozen=True)
 class DrillStep:
-    """What one more step of depth takes off with a drill."""
+    """Mass and unbalance that one more step of depth removes with a drill."""
 
     drill: str
     diameter_mm: float
@@ -38,7 +38,7 @@ class DrillStep:
 
 @dataclass(frozen=True)
 class RodMasses:
-    """A rod as two masses at its eyes, and what they miss."""
+    """A rod as two masses at its eyes, and the couple inertia that they leave out."""
 
     mass_g: float
     big_end_g: float
@@ -257,7 +257,7 @@ def drill_chart(
     step_mm: float = 0.1,
     density_kg_m3: float = STEEL_KG_M3,
 ) -> list[DrillStep]:
-    """Return what each drill of a shop takes off at a radius with one more step of depth.
+    """Return mass and unbalance that each drill of a shop removes at a radius with one more step of depth.
 
     A deeper hole is the same hole moved on by the step, so its point does not count.
 

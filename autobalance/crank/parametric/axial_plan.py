@@ -1,4 +1,4 @@
-"""Where everything of a crankshaft stands along its axis."""
+"""Places of a crankshaft's parts along its axis."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from autobalance.crank.parametric.design import Design
 from autobalance.solid.csg.shape import on_grid
 
 PAST_MM = 1.0
-"""How far tools reach past the metal."""
+"""Reach of tools past the metal."""
 
 
 @dataclass(frozen=True)
 class Span:
-    """A stretch along the axis; ``angle_rad`` is where its crankpin lies, if it belongs to one."""
+    """A stretch along the axis; ``angle_rad`` is the angle of its crankpin, if it belongs to one."""
 
     low: float
     high: float
@@ -26,7 +26,7 @@ class Span:
 
 @dataclass(frozen=True)
 class AxialPlan:
-    """Where everything stands along the axis: spans from face to face, fillets included."""
+    """Places of all parts along the axis: spans from face to face, fillets included."""
 
     journals: tuple[Span, ...]
     pins: tuple[Span, ...]
@@ -34,7 +34,7 @@ class AxialPlan:
 
 
 def axial_plan(crank: Design) -> AxialPlan:
-    """Return where journals, crankpins and webs stand, the first main journal beginning at z = 0."""
+    """Return the places of journals, crankpins and webs, the first main journal beginning at z = 0."""
     journals: list[Span] = []
     pins: list[Span] = []
     webs: list[Span] = []
@@ -70,12 +70,11 @@ def has_free_end(crank: Design, plan: AxialPlan, pin: Span) -> bool:
 
 
 def at_angle(radius: float, angle_rad: float) -> tuple[float, float]:
-    """Return the point at a radius and an angle about the axis."""
     return (radius * math.cos(angle_rad), radius * math.sin(angle_rad))
 
 
 def shoulder_height_mm(crank: Design) -> float:
-    """Return how far counterweights stand beyond their webs."""
+    """Return the height of counterweights beyond their webs."""
     size = crank.counterweight
     if size is None or size.thickness_mm is None:
         return 0.0

@@ -1,4 +1,4 @@
-"""The description of a crankshaft by its dimensions: what ``generate`` builds, and the presets."""
+"""Description of a crankshaft by its dimensions, the input of ``generate``, and the presets."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ class WebSize:
 class CounterweightSize:
     """A sector of a circle about the crank axis, opposite the crankpin.
 
-    ``thickness_mm`` counts from the web's crankpin side. What exceeds the web stands out on the journal side
-    as a shoulder, from ``inner_radius_mm`` on; its straight edges lean by ``draft_deg``, so that it is
+    ``thickness_mm`` counts from the web's crankpin side. Thickness beyond the web's stands out on the journal
+    side as a shoulder, from ``inner_radius_mm`` on; its straight edges lean by ``draft_deg``, so that it is
     narrower on top.
     """
 
@@ -87,9 +87,9 @@ class Flange:
 
 @dataclass(frozen=True)
 class Bay:
-    """What lies between two main journals: one crankpin, or several at angles of their own.
+    """Crankpins between two main journals: one, or several at angles of their own.
 
-    ``counterweights`` says for its first and last web whether they carry one.
+    ``counterweights`` holds for its first and last web whether they carry one.
     """
 
     crankpins_deg: tuple[float, ...] = (0.0,)
@@ -127,7 +127,7 @@ class Design:
         return self.stroke_mm / 2.0
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be built, in one line."""
+        """Refuse an impossible design with its first problem."""
         problems = _size_problems(self) or _fit_problems(self)
         if problems:
             raise JobError(problems[0])
@@ -169,7 +169,7 @@ def _size_problems(crank: Design) -> list[str]:
 
 
 def _fit_problems(crank: Design) -> list[str]:
-    """Check that what stands on a web lies on it, and that bores leave metal."""
+    """Return problems of webs too small for their pins, and of bores that leave no metal."""
     problems = []
     radius, web, fillet = crank.crank_radius_mm, crank.web, crank.fillet_mm
     pin, main = crank.crankpin.diameter_mm / 2.0 + fillet, crank.main_journal.diameter_mm / 2.0 + fillet

@@ -1,4 +1,4 @@
-"""What is taken out of a crankshaft: bores, oil holes, keyway and bolt holes."""
+"""Metal taken out of a crankshaft: bores, oil holes, keyway and bolt holes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from autobalance.solid.csg.shape import Bar, Prism, Shape, circle, on_grid, poly
 
 
 def metal_taken(crank: Design, plan: AxialPlan) -> list[Shape]:
-    """Return the bodies of all that is taken out."""
     tools: list[Shape] = []
     tools += _pin_bores(crank, plan)
     tools += _journal_bores(crank, plan)
@@ -78,7 +77,7 @@ def _oil_holes(crank: Design, plan: AxialPlan) -> list[Shape]:
 
 
 def _oil_hole(crank: Design, journal: Span, pin: Span) -> Shape:
-    """Drill from the far side of the journal's middle to the outermost line of the crankpin's middle."""
+    """Return a hole from the far side of the journal's middle to the outermost line of the pin's middle."""
     main, rod = crank.main_journal.diameter_mm / 2.0, crank.crankpin.diameter_mm / 2.0
     z0, z1 = 0.5 * (journal.low + journal.high), 0.5 * (pin.low + pin.high)
     r0, r1 = -main, crank.crank_radius_mm + rod

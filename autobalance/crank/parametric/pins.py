@@ -9,11 +9,11 @@ from autobalance.crank.parametric.design import Design
 from autobalance.solid.csg.shape import Arc, Line, Outline, Revolved, Shape, on_grid
 
 FILLET_SHARE = 1.0 / 8.0
-"""How finely a fillet is divided, compared with a full circle: its radius is that much smaller."""
+"""Fineness of a fillet's division over a full circle's: its radius is that much smaller."""
 
 
 def _fillets(radius: float, fillet: float, low: float, high: float, root: float) -> tuple[Outline, Outline]:
-    """Return how a cylinder's profile leaves its lower web, and how it enters the upper one."""
+    """Return the profiles of a cylinder's lower end at its web, and of the rest up to the upper web."""
     if fillet == 0.0:
         return (
             (Line((radius, low - root), (radius, low)),),
@@ -29,7 +29,7 @@ def _fillets(radius: float, fillet: float, low: float, high: float, root: float)
 
 
 def _closed(edges: Outline) -> Outline:
-    """Close a profile along the axis r = 0."""
+    """Return a profile closed along the axis r = 0."""
     start, end = edges[0].start, edges[-1].end
     bottom, top = (0.0, start[1]), (0.0, end[1])
     return (Line(bottom, start), *edges, Line(end, top), Line(top, bottom))

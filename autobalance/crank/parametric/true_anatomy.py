@@ -1,4 +1,4 @@
-"""The anatomy that a generated crankshaft truly has."""
+"""The true anatomy of a generated crankshaft."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from autobalance.types import Array
 
 
 def crank_anatomy(crank: Design, placement: Array | None = None) -> Anatomy:
-    """Return the anatomy that a crankshaft has, in the rotor frame.
+    """Return the true anatomy of a crankshaft, in the rotor frame.
 
     Parameters
     ----------
@@ -52,16 +52,17 @@ def crank_anatomy(crank: Design, placement: Array | None = None) -> Anatomy:
 
 
 def _sense(direction: Array) -> int:
-    """Return 1 if the axis already points where the rotor frame wants it, else −1."""
+    """Return 1 if the axis already points as the rotor frame's does, else −1."""
     largest = np.abs(direction).max()
     decider = int(np.flatnonzero(np.abs(direction) >= largest - 1e-6)[0])
     return 1 if direction[decider] > 0.0 else -1
 
 
 def _bare(crank: Design, plan: AxialPlan, pin: Span) -> tuple[float, float]:
-    """Return where a crankpin's bare cylinder begins and ends.
+    """Return the ends of a crankpin's bare cylinder.
 
-    Without its pin, that is the gap between the webs; beside the last web of an overhung crank there is none.
+    Without its pin, these are of the gap between the webs; beside the last web of an overhung crank there is
+    none.
     """
     if has_free_end(crank, plan, pin) and not crank.crankpin_in_file:
         return pin.low, pin.low
@@ -70,7 +71,7 @@ def _bare(crank: Design, plan: AxialPlan, pin: Span) -> tuple[float, float]:
 
 
 def _rotor_frame(angle_rad: float, z_mm: float, sense: int) -> Array:
-    """Return the matrix (4, 4) from the crank's own axes to the rotor frame of a crankpin 1 there."""
+    """Return the matrix (4, 4) from the crank's own axes to the rotor frame of a crankpin 1 placed so."""
     x = np.array([math.cos(angle_rad), math.sin(angle_rad), 0.0])
     z = np.array([0.0, 0.0, float(sense)])
     frame = np.eye(4)

@@ -110,7 +110,6 @@ def _between_outline(web: WebSize, crank_radius: float, first: float, second: fl
 
 
 def web_shapes(crank: Design, web: Span) -> list[Shape]:
-    """Return a web with its counterweight."""
     if web.second_angle_rad is not None:
         least = crank.crankpin.diameter_mm / 2.0 + crank.fillet_mm
         outline = _between_outline(
@@ -157,7 +156,7 @@ def _shoulder_outline(crank: Design, size: CounterweightSize, height: float) -> 
 
 
 def _shoulder(size: CounterweightSize, web: Span, height: float, outline: Outline) -> Shape:
-    """Return what the counterweight has beyond the web, standing on its face."""
+    """Return the part of a counterweight that stands on the web's face."""
     face = web.high if web.journal_side > 0 else web.low
     top = on_grid(face + web.journal_side * height)
     edges = tuple(place for place, edge in enumerate(outline) if isinstance(edge, Line))

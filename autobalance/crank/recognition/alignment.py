@@ -1,4 +1,4 @@
-"""Whether the main journals lie on one axis and webs end at one face, and what to say when they do not."""
+"""Check of main journals for one axis and of webs' ends for one face, with warnings where there is doubt."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ BENT_MM = 0.03
 
 
 def run_outs_mm(anatomy: Anatomy) -> tuple[float, ...]:
-    """Return what a dial would read of each main journal, were the crank turned about the common axis.
+    """Return the run-out of each main journal on a dial, were the crank turned about the common axis.
 
-    That is twice the distance of its centre; nothing of a drawn crank whose journals are coaxial.
+    It is twice the distance of the journal's centre; empty for a drawn crank whose journals are coaxial.
     """
     if anatomy.scan is not None:
         return tuple(each.run_out_mm or 0.0 for each in anatomy.scan.journals)
@@ -32,7 +32,7 @@ def _coaxial_mm(anatomy: Anatomy) -> float:
 
 
 def misalignment_warning(anatomy: Anatomy) -> str | None:
-    """Say that main journals are out of line, if they are: the axis then is but their mean."""
+    """Return a warning that main journals are out of line, the axis then being their mean; None if not."""
     off = anatomy.journal_misalignment_mm
     within = _coaxial_mm(anatomy)
     if off <= within:
@@ -46,7 +46,7 @@ def misalignment_warning(anatomy: Anatomy) -> str | None:
 
 
 def _bent(anatomy: Anatomy) -> str:
-    """Name a scanned crank bent whose journals run out by more than noise and wear."""
+    """Return a text on a scanned crank whose journals run out by more than noise and wear; empty if none."""
     if anatomy.scan is None:
         return ""
     run_out = run_outs_mm(anatomy)
@@ -57,7 +57,7 @@ def _bent(anatomy: Anatomy) -> str:
 
 
 def step_warnings(anatomy: Anatomy) -> tuple[str, ...]:
-    """Name the ends of a scanned crank's webs that may as well be at another face, one line each."""
+    """Return a warning for each end of a scanned crank's webs that may as well be at another face."""
     if anatomy.scan is None:
         return ()
     return tuple(

@@ -1,4 +1,4 @@
-"""Cylinders in a solid, whatever they are: what a user may call a journal or a crankpin."""
+"""Bare cylinders in a solid, any of which a user may call a journal or a crankpin."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 DIRECTIONS = 3
-"""So many directions are looked along where none is known."""
+"""Number of directions tried where none is known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,15 +29,15 @@ class Candidate:
     width_mm: float
 
     def moved(self, frame: Array) -> Pin:
-        """Return it in the rotor frame, which ``frame`` (4, 4) leads to: along z there."""
+        """Return the cylinder in the rotor frame, along z there; ``frame`` (4, 4) leads to it."""
         centre = frame[:3, :3] @ self.centre_mm + frame[:3, 3]
         return Pin(centre, self.diameter_mm, self.width_mm)
 
 
 def cylinder_candidates(mesh: Mesh, direction: Array | None = None) -> tuple[Candidate, ...]:
-    """Return the bare cylinders along a direction (3,), or along that which has the most of them.
+    """Return the bare cylinders along a direction (3,), or along the direction with the most of them.
 
-    A cylinder is bare where it is all there is at its place along the direction: shafts and pins, no bores.
+    A cylinder is bare where no other metal is at its place along the direction: shafts and pins, no bores.
     """
     if direction is not None:
         return _along(mesh, direction)

@@ -18,8 +18,8 @@ TRIALS = (4, 24)
 one whose three corners miss keyways, flats and oil holes is enough."""
 NEARLY_WHOLE = 0.97
 ON_CIRCLE = 2e-4
-"""How far a corner may stand off its circle, as a share of the radius: rounding of a file's numbers and the
-ellipse that a slightly oblique section makes."""
+"""Greatest distance of a corner from its circle, as a share of the radius: rounding of a file's numbers and
+the ellipse that a slightly oblique section makes."""
 CHORD_SHARE = 0.02
 """Most that a corner may stand inside as a share of the radius, because the plane met an edge between two
 corners of the mesh; only as much as the outline's own steps suggest."""
@@ -30,8 +30,8 @@ LEAST_COVER = 0.6
 """Share of the full angle that must lie on the circle: keyways, flats and drillings take the rest."""
 
 LONGEST = 1.75
-"""How many times an outline may be as long as it is wide: a circle of which ``LEAST_COVER`` is left, and all
-of that within its slack, is at most 1.6 times as long."""
+"""Greatest length of an outline over its width: a circle of which ``LEAST_COVER`` is left, and all of that
+within its slack, is at most 1.6 times as long."""
 ACROSS = np.array([[1.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)], [0.0, 1.0, math.sqrt(0.5), -math.sqrt(0.5)]])
 """Directions in which outlines are measured, as columns."""
 
@@ -45,26 +45,27 @@ class Circle:
 
 
 def distances(points: Array, centre: Array) -> Array:
-    """Return how far points (k, 2 or more) are from ``centre`` (2,) in x and y, fast."""
+    """Return the distances of points (k, 2 or more) from ``centre`` (2,) in x and y, fast."""
     x, y = points[:, 0] - centre[0], points[:, 1] - centre[1]
     away: Array = np.sqrt(x * x + y * y)
     return away
 
 
 def following(points: NDArray[T]) -> NDArray[T]:
-    """Return what follows each row of a closed ring, the first after the last; far faster than np.roll."""
+    """Return the successor of each row of a closed ring, first after last; far faster than np.roll."""
     return np.concatenate([points[1:], points[:1]])
 
 
 def preceding(points: NDArray[T]) -> NDArray[T]:
-    """Return what stands before each row of a closed ring, the last before the first."""
+    """Return the predecessor of each row of a closed ring, the last before the first."""
     return np.concatenate([points[-1:], points[:-1]])
 
 
 def corners_of(outline: Array, grain_mm: float) -> Array:
     """Return the corners (k, 2) of a closed outline, without those on a line between neighbours.
 
-    ``grain_mm`` is how far off the line a corner may be; every other one of a straight row goes in each pass.
+    ``grain_mm`` is a corner's greatest distance from the line; every other one of a straight row goes in each
+    pass.
     """
     points = outline
     parity, idle = 0, 0
@@ -82,9 +83,9 @@ def corners_of(outline: Array, grain_mm: float) -> Array:
 
 
 def whole_circle(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> Circle | None:
-    """Return the circle that a closed outline (k, 2) is, pieces cut out of it apart; None if it is none.
+    """Return the circle of a closed outline (k, 2), pieces cut out of it apart; None if it is none.
 
-    ``rough_mm`` is how far the corners of a rough surface may stand off it.
+    ``rough_mm`` is the greatest distance of a rough surface's corners from it.
     """
     if _is_long(outline):
         return None
@@ -111,7 +112,7 @@ def whole_circle(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> Circ
     away = np.abs(distances(corners, centre) - radius)
     close = away <= max(
         4.0 * float(np.median(away)), grain_mm, rough_mm
-    )  # without corners of what is cut out
+    )  # without corners of the pieces cut out
     if close.sum() >= 8:
         centre, radius = fit_circle(corners[close])
     outside = distances(corners, centre) - radius
@@ -123,7 +124,7 @@ def whole_circle(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> Circ
 
 
 def _is_long(outline: Array) -> bool:
-    """Return quickly whether points are not a circle, as most sections of a shaft not cut square."""
+    """Return quickly whether points are no circle, as most sections of a shaft not cut square."""
     along = outline @ ACROSS
     widths = along.max(axis=0) - along.min(axis=0)
     return bool(widths.max() > LONGEST * widths.min())

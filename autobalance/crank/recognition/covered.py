@@ -1,7 +1,7 @@
-"""Whether a drawn crank's cylinders are there: their surface is theirs all round, and ends where they do.
+"""Check of a drawn crank's cylinders against its surface: all round, and up to the cylinders' ends.
 
-What sections or rings of vertices suggest is held against all triangles there, by area: what noise or
-decimation made look like a cylinder covers little of one, or its own surface is elsewhere.
+Cylinders from sections or rings of vertices are compared with all triangles there, by area: one that noise or
+decimation mimics covers little of a cylinder, or its own surface is elsewhere.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from autobalance.types import Array, Indices
 COVERED = 0.6
 """Least share of a cylinder's surface that is there: of a journal with a port all through it, 0.87."""
 ONE_SIDED = 0.75
-"""Most that what is missing may lie on one side, where a half would be 1: a gap of 90° is 0.71, one of 40°
+"""Greatest one-sidedness of the missing surface, where a half would be 1: a gap of 90° is 0.71, one of 40°
 (a port) 0.35; drillings and keyways are less than 0.1."""
 OUTWARD, UPRIGHT = 0.8, 0.25
 """Triangles of a cylinder along z face away from its axis by more than the first, along z by less than the
@@ -30,22 +30,22 @@ second."""
 BAND = 0.05
 """Their corners are off it by less than this share of its radius."""
 BEYOND = 0.15
-"""A cylinder is looked for so much of its radius beyond its ends: fillets have left it there ..."""
+"""A cylinder is sought for this share of its radius beyond its ends: fillets have left it there ..."""
 OPEN = 0.5
 """... and no more than this share of the surface there is its own,"""
 BESIDE = 0.5
 """unless more than this of it is missing on one side (as for ``ONE_SIDED``): metal stands beside it there."""
 OFF = 1e-3
-"""A cylinder was found where its surface is but for this share of its radius."""
+"""A cylinder lies where its surface does but for this share of its radius."""
 ROUGH = 1e-4
 """Vertices that stand off by more than this share of the radius are waved. The pin of a V6 whose vertices had
 moved by 0.06 mm was 0.35 mm too small by its sections, and right to 0.01 mm by all its surface."""
 LEANS = 4e-3
 """A bent crank's cylinder leans by up to this share of its radius from its middle to an end."""
 FACETS = 1.5
-"""... or for so many times what facets stand inside."""
+"""... or for so many times the depth of facets inside it."""
 ON_IT = 5e-3
-"""What goes on beyond an end is off it by less than this share."""
+"""A cylinder's continuation beyond its end is off it by less than this share of the radius."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,14 +58,14 @@ class _Skin:
     areas: Array
 
     def between(self, low: float, high: float) -> Array:
-        """Return which share of each triangle lies between two heights (k,)."""
+        """Return the share (k,) of each triangle between two heights."""
         a, b, c = np.sort(self.corners[:, :, 2], axis=1).T
         shares: Array = _below(a, b, c, high) - _below(a, b, c, low)
         return shares
 
 
 def _below(a: Array, b: Array, c: Array, z: float) -> Array:
-    """Return which share of triangles whose corners are at a ≤ b ≤ c lies below a height."""
+    """Return the share of each triangle, corners at a ≤ b ≤ c, below a height."""
     tall = np.maximum(c - a, 1e-12)
     lower = np.clip(z - a, 0.0, None) ** 2 / (tall * np.maximum(b - a, 1e-12))
     upper = 1.0 - np.clip(c - z, 0.0, None) ** 2 / (tall * np.maximum(c - b, 1e-12))
@@ -76,7 +76,7 @@ def _below(a: Array, b: Array, c: Array, z: float) -> Array:
 def on_surface(
     mesh: Mesh, long: SectionStack, cylinders: Sequence[tuple[str, CylinderRun]], rounding_mm: float
 ) -> tuple[CylinderRun, ...]:
-    """Return cylinders, each fitted to its own surface where it lies beside it: that of a bent crank leans.
+    """Return cylinders, each fitted to its own surface where that lies beside it: that of a bent crank leans.
 
     ``cylinders`` are named; ``long`` is the mesh's own stack.
 
@@ -104,7 +104,7 @@ def on_surface(
 def _skin(
     mesh: Mesh, long: SectionStack, heights: tuple[Array, Array], run: CylinderRun, rounding_mm: float
 ) -> _Skin:
-    """Return what faces away from a cylinder's axis, near its radius, up to a little beyond its ends."""
+    """Return the triangles that face away from a cylinder's axis, near its radius, to just past its ends."""
     reach, band = BEYOND * run.radius, BAND * run.radius + rounding_mm
     least, greatest = heights
     rows = np.flatnonzero((greatest > run.z_low - reach) & (least < run.z_high + reach))
@@ -124,9 +124,9 @@ def _skin(
 def _looked_at(
     skin: _Skin, run: CylinderRun, rounding_mm: float, again: bool = False
 ) -> tuple[str, CylinderRun]:
-    """Return what is wrong with a cylinder, empty if nothing is, and the one that its surface is.
+    """Return a cylinder's fault, empty without one, and the cylinder of its surface.
 
-    The same if it lies where it was found; if not, it is not looked at ``again`` more than once.
+    That is the same if the surface lies there; if not, it is not checked ``again`` more than once.
     """
     here = skin.between(run.z_low, run.z_high)
     share = float(skin.areas @ here) / (2.0 * math.pi * run.radius * max(run.width, 1e-9))
@@ -154,9 +154,9 @@ def _looked_at(
 
 
 def _fitted(skin: _Skin, here: Array, run: CylinderRun) -> tuple[float, CylinderRun]:
-    """Return how far off a cylinder's surface lies: centre, radius or lean, at most; and the cylinder there.
+    """Return the offset of a cylinder's surface, greatest of centre, radius and lean, and the cylinder there.
 
-    Corners within facets stand inside by what the facets do, which is not a fault of the radius: by half the
+    Corners within facets stand inside by the facets' depth, which is not a fault of the radius: by half the
     square of the angle between a facet's direction and the radius.
     """
     weights = np.repeat(skin.areas * here, 3)
@@ -177,7 +177,7 @@ def _fitted(skin: _Skin, here: Array, run: CylinderRun) -> tuple[float, Cylinder
 
 
 def _on(skin: _Skin, run: CylinderRun, rounding_mm: float) -> Array:
-    """Return the area of each triangle, 0 of those that leave the cylinder (k,) [mm²]."""
+    """Return the area of each triangle (k,) [mm²], 0 for those that leave the cylinder."""
     away = np.hypot(skin.corners[..., 0] - run.centre[0], skin.corners[..., 1] - run.centre[1])
     on: Array = (np.abs(away - run.radius) < ON_IT * run.radius + rounding_mm).all(axis=1)
     return skin.areas * on

@@ -1,4 +1,4 @@
-"""Runs: bare cylinders along the crank, where sections stay one and the same circle."""
+"""Bare cylinders along the crank: runs of sections that stay one and the same circle."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ SURFACE_LEFT = 0.035
 """Between parts of one cylinder, however long a window parts them, some surface is left: metal still reaches
 the radius but for this share (twelve facets)."""
 AROUND = 0.2
-"""No vertex farther than this share of the radius from a cylinder is looked at."""
+"""Vertices farther than this share of the radius from a cylinder are ignored."""
 NARROW = (2e-5, 2e-4)
 WIDE = 0.02
-"""How far from the circle that the sections show vertices of the cylinder are looked for, as shares of the
+"""Distances from the sections' circle within which vertices of the cylinder are sought, as shares of the
 radius: regular meshes give it exactly, irregular ones too small by as much as their facets are coarse, and
 sections through fillets too large. The radius of most vertices is tried then."""
 DENSEST = 3
-"""So many of the radii that most vertices have are tried."""
+"""Number of most frequent vertex radii that are tried."""
 OUT_OF_ROUND = 1e-3
 """A cylinder's vertices stand off it by less than this share of its radius, half of them at least: coarse
 facets have their corners on the true surface, a scan near it. A web with a rim of two radii looks round only
@@ -42,7 +42,7 @@ beside the length of coarse facets."""
 OUT_OF_LINE = 0.3
 """Cylinders are out of line when vertices are nearer than this to their own lines, beside a common one."""
 LEAST_VERTICES = 8
-"""Fewer vertices on a cylinder are none."""
+"""Least number of vertices on a cylinder."""
 MOST_OF_SPAN = 0.6
 """A cylinder's vertices reach over at least this share of the sections that show it."""
 LEAST_WIDTH = 0.05
@@ -65,7 +65,7 @@ class CylinderRun:
 
     @property
     def z_mid(self) -> float:
-        """Middle [mm]."""
+        """Middle along z [mm]."""
         return 0.5 * (self.z_low + self.z_high)
 
 
@@ -103,7 +103,7 @@ def find_runs(long: SectionStack, rounding_mm: float) -> list[CylinderRun]:
 
 
 def _joined(long: SectionStack, runs: Sequence[CylinderRun]) -> list[CylinderRun]:
-    """Join pieces of one cylinder that meet end to end, or have but a drilling between them."""
+    """Return runs; pieces of a cylinder that meet end to end or at a drilling are joined."""
     joined: list[CylinderRun] = []
     for run in runs:
         for place, other in enumerate(joined):
@@ -120,7 +120,7 @@ def _joined(long: SectionStack, runs: Sequence[CylinderRun]) -> list[CylinderRun
 
 
 def _meet(long: SectionStack, before: CylinderRun, after: CylinderRun) -> bool:
-    """Whether one piece of a cylinder follows another, and all metal between them reaches just its radius."""
+    """Return whether one piece of a cylinder follows another, and metal between reaches just its radius."""
     gap = after.z_low - before.z_high
     if gap < LEAST_WIDTH * before.radius:
         return gap > -LEAST_WIDTH * before.radius
@@ -136,7 +136,7 @@ def _meet(long: SectionStack, before: CylinderRun, after: CylinderRun) -> bool:
 
 
 def _distinct(runs: Sequence[CylinderRun]) -> list[CylinderRun]:
-    """Leave out cylinders that are part of another, found twice; sort the rest by z."""
+    """Return cylinders by z, without those that are part of another."""
     kept: list[CylinderRun] = []
     for run in sorted(runs, key=lambda run: -run.width):
         if not any(
@@ -150,7 +150,7 @@ def _distinct(runs: Sequence[CylinderRun]) -> list[CylinderRun]:
 
 
 def _unbroken(long: SectionStack, chain: Sequence[_Link], here: _Link) -> bool:
-    """Whether a circle follows its chain directly, or with nothing but drillings and grooves between."""
+    """Return whether a circle follows its chain, with nothing but drillings and grooves between."""
     last = chain[-1].place
     if last >= here.place - 1:
         return last == here.place - 1
@@ -174,7 +174,7 @@ def _unbroken(long: SectionStack, chain: Sequence[_Link], here: _Link) -> bool:
 
 
 def _run(long: SectionStack, chain: Sequence[_Link], rounding_mm: float) -> CylinderRun | None:
-    """Return the cylinder that a chain of circles shows, its ends where its last vertices stand."""
+    """Return the cylinder of a chain of circles, its ends at its last vertices; None if they show none."""
     centre = np.median([link.centre for link in chain], axis=0)
     radius = float(np.median([link.radius for link in chain]))
     shown = sorted(chain, key=lambda link: abs(link.radius - radius))
@@ -194,7 +194,7 @@ def bare_cylinder(
     rounding_mm: float,
     shown: Sequence[_Link] = (),
 ) -> CylinderRun | None:
-    """Fit the cylinder along z that vertices in a range of z lie on; None if they show none.
+    """Return the cylinder along z on which vertices in a range of z lie; None if they show none.
 
     A cylinder's vertices lie on it at (at least) two heights, ``span`` or more apart, however coarse its
     facets; those of fillets, tapers and chamfers do not. Sections through a regular mesh give the radius
@@ -233,7 +233,7 @@ def bare_cylinder(
 def _fitted(
     near: Array, away: Array, radius: float, share: float, span: float, rounding_mm: float
 ) -> CylinderRun | None:
-    """Fit the cylinder to the vertices whose distances ``away`` are a radius but for a share of it."""
+    """Return the cylinder through vertices whose distances ``away`` are a radius but for a share of it."""
     ring = np.flatnonzero(np.abs(away - radius) <= share * radius + rounding_mm)
     if len(ring) < LEAST_VERTICES:
         return None
@@ -253,7 +253,7 @@ def _fitted(
 
 
 def _is_reached(long: SectionStack, run: CylinderRun) -> bool:
-    """Whether a section within a cylinder reaches its radius; those between two fillets' feet do not."""
+    """Return whether a section in a cylinder reaches its radius; those between two fillets' feet do not."""
     inside = [s for s in long.sections if run.z_low < s.z_mm < run.z_high]
     return any(
         abs(max((p.reach_from(run.centre) for p in s.pieces), default=0.0) - run.radius) < INSIDE * run.radius
@@ -272,7 +272,7 @@ def _densest(values: Array, width: float, otherwise: float) -> float:
 
 
 def common_axis(long: SectionStack, runs: Sequence[CylinderRun], rounding_mm: float) -> tuple[Array, Array]:
-    """Return the line that is the common axis of cylinders nearly along z: point (3,), unit direction (3,).
+    """Return the common axis of cylinders nearly along z: point (3,), unit direction (3,).
 
     Least squares over the vertices on the cylinders, linear in the line's position and slope and in each
     radius; the vertices lie on the true surface however coarse the facets are. Cylinders out of line keep

@@ -1,4 +1,4 @@
-"""Keyways, flanges and faces at a crank's ends: what a person can touch, and nothing that only looks so."""
+"""Recognition of keyways, flanges and faces at a crank's ends, without mere look-alikes."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ LARGER = 1.4
 AT_END = 0.5
 """... and nearer to the crank's end than this share of the journal's radius; else it is a collar."""
 BOLTS = 3
-"""Fewer holes are not a bolt circle."""
+"""Least number of holes on a bolt circle."""
 ON_BOLT_CIRCLE = 0.02
 """Holes of a bolt circle are as far from the axis but for this share."""
 HOLE_SHARE = 0.25
@@ -64,7 +64,7 @@ def find_datums(
     mesh: Mesh,
     to_rotor: Array,
 ) -> Datums:
-    """Find what can be touched to set a crank up.
+    """Return the keyways, flanges and faces by which a crank can be set up.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def find_datums(
     webs : sequence of Web
         In the turned axes' z.
     mesh : Mesh
-        What ``long`` was made of.
+        The mesh of ``long``.
     to_rotor : (4, 4) float
         From the turned axes to the rotor frame.
 
@@ -98,7 +98,7 @@ def find_datums(
 
 @dataclass(frozen=True, eq=False)
 class _Zone:
-    """What lies beyond the webs at one end."""
+    """The stretch beyond the webs at one end."""
 
     end: End
     long: SectionStack
@@ -111,7 +111,7 @@ class _Zone:
         return [section for section in self.long.sections if self.low < section.z_mm < self.high]
 
     def shaft(self, section: CrossSection) -> tuple[SectionPiece, Circle] | None:
-        """Return the piece of a section that is the shaft, and its circle."""
+        """Return the shaft's piece of a section, and its circle."""
         for piece in section.pieces:
             circle = piece.circle
             if circle is not None and _distance(circle.centre, self.axis) < ON_AXIS * circle.radius:
@@ -160,7 +160,7 @@ def _keyways(zone: _Zone, mesh: Mesh, to_rotor: Array) -> list[Keyway]:
 
 
 def _rough_keyways(zone: _Zone, mesh: Mesh, to_rotor: Array) -> list[Keyway]:
-    """Return the keyway in a shaft of a scanned crank's end."""
+    """Return the keyway in a shaft of a scanned crank's end; empty without one."""
     shafts = [(section.z_mm, zone.shaft(section)) for section in zone.sections]
     radii = np.array(sorted((z, shaft[1].radius) for z, shaft in shafts if shaft is not None))
     if len(radii) < BOLTS:
@@ -187,7 +187,7 @@ def _is_one(a: _Slot, b: _Slot) -> bool:
 
 
 def _slot(piece: SectionPiece, circle: Circle, z_mm: float) -> _Slot | None:
-    """Return the one slot in a shaft's outline that has the section of a keyway."""
+    """Return the slot with the section of a keyway in a shaft's outline; None unless there is just one."""
     corners = corners_of(piece.outline, piece.grain_mm)
     step = np.linalg.norm(following(corners) - corners, axis=1)
     on_circle = np.median(step)
@@ -221,7 +221,7 @@ def _as_key(notch: Array, radius: float, z_mm: float) -> _Slot | None:
 
 
 def _walled(zone: _Zone, group: Sequence[_Slot], mesh: Mesh, to_rotor: Array) -> Keyway | None:
-    """Return the keyway that some slots show, if two plane walls parallel to the axis are there."""
+    """Return the keyway of a group of slots if it has two plane walls parallel to the axis, else None."""
     slot = group[len(group) // 2]
     out = np.array([math.cos(slot.angle_rad), math.sin(slot.angle_rad)])
     across = np.array([-out[1], out[0]])
@@ -270,7 +270,7 @@ def _rotor_angle_deg(direction: Array, to_rotor: Array) -> float:
 
 
 def _flange(zone: _Zone, journals: Sequence[CylinderRun], to_rotor: Array) -> Flange | None:
-    """Return the disc with or without holes beyond the outermost main journal of an end."""
+    """Return the disc with or without holes beyond an end's outermost main journal, if any."""
     here = [run for run in journals if zone.low < run.z_mid < zone.high]
     if not here:
         return None
@@ -306,7 +306,7 @@ def _flange(zone: _Zone, journals: Sequence[CylinderRun], to_rotor: Array) -> Fl
 
 
 def _bolt_circle(piece: SectionPiece, axis: Array) -> list[Circle]:
-    """Return the round holes at one distance from the axis, where there are enough."""
+    """Return the round holes at one distance from the axis, empty if fewer than ``BOLTS``."""
     away = [(hole, _distance(hole.centre, axis)) for hole in piece.bores]
     away = [(hole, far) for hole, far in away if hole.radius < HOLE_SHARE * far]
     best: list[Circle] = []
@@ -317,7 +317,7 @@ def _bolt_circle(piece: SectionPiece, axis: Array) -> list[Circle]:
 
 
 def _distant_level(zone: _Zone, z_mm: float) -> float | None:
-    """Return the plane at which the metal at a height ends, away from the crank."""
+    """Return the height of the plane at which metal near a height ends, if there is one."""
     levels = zone.long.levels_mm
     room = 4.0 * ASIDE_SHARE * zone.long.length_mm + 2.0 * zone.long.blur_mm
     near = levels[(np.abs(levels - z_mm) < room)]

@@ -11,8 +11,8 @@ from autobalance.types import Array
 BIN_RAD = 0.02
 """Directions closer than this count as one at first; the best are refined afterwards."""
 STRONGEST = 32
-"""Of the directions of the surface, how many are crossed with each other: a cylinder's axis is square to any
-two directions of its surface."""
+"""Number of the surface's directions that are crossed with each other: a cylinder's axis is square to any two
+directions of its surface."""
 MOST_BINS = 600
 """Directions of the surface that candidates are judged by; the others hold little area."""
 SIDE_SINE = 0.01
@@ -22,7 +22,7 @@ CANDIDATES = 8
 
 
 def axis_candidates(area_vectors: Array, side_sine: float = SIDE_SINE) -> Iterator[Array]:
-    """Yield unit vectors (3,) that may be the crank axis, likeliest first.
+    """Yield likely directions (3,) of the crank axis as unit vectors, likeliest first.
 
     ``side_sine`` is the sine of the lean of a triangle that still stands along an axis.
 
@@ -53,7 +53,7 @@ def axis_candidates(area_vectors: Array, side_sine: float = SIDE_SINE) -> Iterat
 
 
 def refined_direction(axis: Array, unit: Array, weight: Array, side_sine: float = SIDE_SINE) -> Array:
-    """Return the direction to which the surface that stands along ``axis`` is most nearly parallel."""
+    """Return the direction to which the surface along ``axis`` is most nearly parallel."""
     for sine in (side_sine, 0.1 * side_sine, 0.01 * side_sine):
         along = np.abs(unit @ axis) < sine
         if not along.any():

@@ -1,4 +1,4 @@
-"""Cylinders by the solid's own account, where its file keeps true surfaces, instead of fitted ones."""
+"""Cylinders with the exact axes and radii of a solid's file, where it keeps true surfaces."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ONE_AXIS = 1e-7
 
 
 def own_direction(estimate: Array, cylinders: Sequence[CylinderFace]) -> Array | None:
-    """Return the direction (3,) near an estimate that most cylindrical surface has; None if there is none."""
+    """Return the direction (3,) of most cylindrical surface near an estimate; None if there is none."""
     near = [face for face in cylinders if float(np.linalg.norm(np.cross(face.axis, estimate))) < NEAR_RAD]
     if not near:
         return None
@@ -36,7 +36,7 @@ def own_direction(estimate: Array, cylinders: Sequence[CylinderFace]) -> Array |
 
 
 def own_layout(long: SectionStack, layout: JournalLayout, cylinders: Sequence[CylinderFace]) -> JournalLayout:
-    """Return a layout whose cylinders have the solid's own centres and radii, where it has any."""
+    """Return a layout with the solid's own centres and radii, where it has any."""
     journals = [own_cylinder(long, run, cylinders) for run in layout.journals]
     pins = [own_cylinder(long, run, cylinders) for run in layout.pins]
     centres = np.array([run.centre for run in journals])
@@ -47,7 +47,7 @@ def own_layout(long: SectionStack, layout: JournalLayout, cylinders: Sequence[Cy
 
 
 def own_cylinder(long: SectionStack, run: CylinderRun, cylinders: Sequence[CylinderFace]) -> CylinderRun:
-    """Return a run with the centre and radius of the solid's cylinder that it is."""
+    """Return a run with the centre and radius of the solid's cylinder there; the same run without one."""
     turn = long.turn[:3, :3]
     best, most = run, 0.0
     for face in cylinders:

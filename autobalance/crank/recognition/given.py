@@ -1,4 +1,4 @@
-"""What a job says of a crank itself: its axis, journals and crankpins."""
+"""A job's own statements on a crank: its axis, journals and crankpins."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from autobalance.types import Array
 def without_what_is_given(text: str, overrides: Overrides) -> str:
     """Return a refusal that asks for what is missing beside ``main_journals`` or ``crankpins``.
 
-    Nothing is looked for only where both are given; the one that is there is not asked for again.
+    Recognition is skipped only where both are there; the key that is there is not asked for again.
     """
     hints_by_name = {name: getattr(overrides, name) for name in ("main_journals", "crankpins")}
     fault, _, advice = text.rpartition("; ")
@@ -34,7 +34,7 @@ def without_what_is_given(text: str, overrides: Overrides) -> str:
 
 
 def given_axis(overrides: Overrides) -> tuple[Array | None, Array] | None:
-    """Return (point or None, direction) as the job says them, itself or by two main journals."""
+    """Return a job's axis as (point or None, direction), stated or by two main journals; None without."""
     if overrides.axis_direction is not None:
         point = overrides.axis_point_mm
         if point is None and overrides.main_journals:
@@ -62,7 +62,7 @@ def upright(direction: Array) -> Array:
 
 
 def hinted(long: SectionStack, hint: PinHint, runs: Sequence[CylinderRun], key: str) -> CylinderRun:
-    """Return the cylinder that a job gives; what it leaves out is taken from the one found there."""
+    """Return the cylinder of a job's hint, completed from the one recognised there."""
     centre = long.placed(hint.centre_mm)
     there = [
         run

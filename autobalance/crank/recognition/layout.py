@@ -1,4 +1,4 @@
-"""Which of a shaft's bare cylinders are main journals and which are crankpins."""
+"""Division of a shaft's bare cylinders into main journals and crankpins."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ line: strokes of one crank do not differ as much."""
 WANDER = 0.15
 """Journals of a crank that is bent, or badly drawn, are apart by less than this share of their radius."""
 LISTED = 4
-"""Lines that may be the axis are listed up to so many."""
+"""Greatest number of possible axes that are listed."""
 COLLAR = 0.5
 """A cylinder is a collar, not a journal, when the next one outward is thinner and its width less than this
 share of that one's."""
@@ -39,7 +39,7 @@ class GapError(RecognitionError):
 class JournalLayout:
     """Main journals and crankpins, each by increasing z, in the turned axes; ``axis`` (2,).
 
-    ``settled`` says that the axis is the journals' own, with nothing left to fit; ``chosen_from`` are
+    ``settled`` means that the axis is the journals' own, with nothing left to fit; ``chosen_from`` are
     all the bare cylinders.
     """
 
@@ -58,8 +58,8 @@ def crank_axis(
     Where none does, the crank is overhung, and the axis is the line with more shaft on it and more metal
     beyond it; unless one of these says otherwise.
 
-    ``hint`` (2,) is the axis where a job says it; ``wander`` is how far cylinders of one line may be apart,
-    as a share of the radius. Where no line is it for certain, journals that wander farther are tried.
+    ``hint`` (2,) is a job's own axis; ``wander`` is the greatest distance between cylinders of one line, as a
+    share of the radius. Where no line is the axis for certain, journals that wander farther are tried.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def crank_axis(
 
 
 def _described(long: SectionStack, line: Sequence[CylinderRun]) -> str:
-    """Return a line of cylinders in words: how many, how long, a point of it in the file's coordinates."""
+    """Return a text on a line of cylinders: number, length, a point of it in the file's coordinates."""
     middle = np.array([*mean_centre(line), 0.5 * (line[0].z_mid + line[-1].z_mid)])
     x, y, z = np.round(long.turn[:3, :3].T @ (middle - long.turn[:3, 3]), 6) + 0.0
     count = f"{len(line)} cylinder{'s' * (len(line) != 1)}"
@@ -117,7 +117,7 @@ def _wins(long: SectionStack, centres: Array) -> NDArray[np.bool_]:
 
 
 def _shafts_mm(long: SectionStack, centres: Array) -> Array:
-    """Return along how much of the part there are circles about each line (n,), tapers included."""
+    """Return the length (n,) of the part with circles about each line, tapers included."""
     circles = np.array(
         [
             (place, *piece.circle.centre, piece.circle.radius)
@@ -133,7 +133,7 @@ def _shafts_mm(long: SectionStack, centres: Array) -> Array:
 
 
 def _beyond(long: SectionStack, centres: Array) -> Array:
-    """Return how far metal reaches beyond each line, seen from each other one, at most [mm] (n, n)."""
+    """Return the greatest reach of metal beyond each line, seen from each other one [mm] (n, n)."""
     points = np.concatenate([piece.outline for section in long.sections for piece in section.pieces])
     away = centres[:, None] - centres
     away /= np.maximum(np.linalg.norm(away, axis=2, keepdims=True), 1e-12)
@@ -143,7 +143,7 @@ def _beyond(long: SectionStack, centres: Array) -> Array:
 
 
 def _lines(runs: Sequence[CylinderRun], wander: float) -> list[list[CylinderRun]]:
-    """Group cylinders by common centre line, but for ``wander``, a share of the lesser radius."""
+    """Return cylinders by common centre line, but for ``wander``, a share of the lesser radius."""
     lines: list[list[CylinderRun]] = []
     for run in sorted(runs, key=lambda run: -run.width):
         for line in lines:
@@ -156,7 +156,7 @@ def _lines(runs: Sequence[CylinderRun], wander: float) -> list[list[CylinderRun]
 
 
 def _encloses(line: Sequence[CylinderRun], other: Sequence[CylinderRun]) -> bool:
-    """Whether one line of cylinders begins before and ends after another."""
+    """Return whether one line of cylinders begins before and ends after another."""
     return (
         line[0].z_mid < min(run.z_low for run in other) and max(run.z_high for run in other) < line[-1].z_mid
     )
@@ -167,7 +167,7 @@ def _span(line: Sequence[CylinderRun]) -> float:
 
 
 def solid_layout(long: SectionStack, runs: Sequence[CylinderRun], given_axis: Array | None) -> JournalLayout:
-    """Separate main journals from crankpins on a crank whose crankpins are in the file.
+    """Return main journals and crankpins of a crank whose crankpins are in the file.
 
     Raises
     ------
@@ -204,13 +204,13 @@ def _refuse_gap(long: SectionStack) -> None:
 
 
 def _is_out_of_line(run: CylinderRun, pins: Sequence[CylinderRun], axis: Array) -> bool:
-    """Whether what stands a little beside the axis is a bent crank's journal, not a crankpin."""
+    """Return whether a cylinder a little beside the axis is a bent crank's journal, not a crankpin."""
     throws = [float(np.linalg.norm(pin.centre - axis)) for pin in pins]
     return float(np.linalg.norm(run.centre - axis)) < OUT_OF_LINE * max(throws)
 
 
 def mean_centre(runs: Sequence[CylinderRun]) -> Array:
-    """Return the mean of the centres of cylinders, each counted by its width."""
+    """Return the mean centre (2,) of cylinders, weighted by width."""
     weights = np.array([run.width for run in runs])
     mean: Array = weights @ np.array([run.centre for run in runs]) / weights.sum()
     return mean
@@ -255,7 +255,7 @@ def _crankpins(
 
 
 def _without_discs(on_axis: Sequence[CylinderRun], others: Sequence[CylinderRun]) -> list[CylinderRun]:
-    """Leave out round webs whose centre is beside the axis: discs that hold the crankpin next to them."""
+    """Return cylinders without round webs beside the axis: discs that hold the crankpin next to them."""
     kept = list(others)
     while True:
         order = sorted([*on_axis, *kept], key=lambda run: run.z_mid)
@@ -330,6 +330,5 @@ def _journal(
 
 
 def _holds(disc: CylinderRun, pin: CylinderRun, centre: Array) -> bool:
-    """Whether a disc about a centre holds all of a crankpin's end."""
     offset = float(np.linalg.norm(pin.centre - centre))
     return disc.radius > offset + 0.98 * pin.radius

@@ -1,4 +1,4 @@
-"""The journals of a pressed-up crank: throws are the gaps between bores."""
+"""Journals of a pressed-up crank, whose throws are the gaps between bores."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NEARER = 0.5
 def pressed_up_layout(
     long: SectionStack, runs: Sequence[CylinderRun], given_axis: Array | None, rounding_mm: float
 ) -> JournalLayout:
-    """Find journals and throws of a crank whose crankpins are not in the file, from the pins' bores.
+    """Return journals and throws of a crank whose crankpins are not in the file, from the pins' bores.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def _gaps(long: SectionStack, axis: Array) -> list[tuple[float, float]]:
 
 
 def _bore_depth(long: SectionStack, end: tuple[float, float], side: int, axis: Array) -> float:
-    """Return how far from an end of the part there is a round hole beside the axis; infinite without one."""
+    """Return the distance of a round hole beside the axis from an end of the part; infinite without one."""
     sections = _webward(long, end, side, axis)
     return abs(sections[0].z_mm - end[0]) if sections else np.inf
 
@@ -91,7 +91,7 @@ def _bore_pin(long: SectionStack, gap: tuple[float, float], axis: Array, roundin
 
 
 def _twins(a: tuple[Array, float], b: tuple[Array, float], axis: Array) -> bool:
-    """Whether two different bores are of one size and as far from the axis."""
+    """Return whether two different bores have one size and one distance from the axis."""
     away = [float(np.linalg.norm(bore[0] - axis)) for bore in (a, b)]
     alike = abs(a[1] - b[1]) < 0.05 * a[1] and abs(away[0] - away[1]) < SAME_CENTRE * away[0]
     return alike and not _near(a, b)

@@ -49,18 +49,18 @@ SLIGHTLY_WAVED = 0.6
 """Of a crank waved by 1 µm a third of the triangles lie in one plane with a neighbour, of drawn ones nearly
 all."""
 SLIGHT_TILT_RAD = 1e-4
-"""Sections taken along an axis that is off by less than this still show the same circles."""
+"""Sections along an axis that is off by less than this still show the same circles."""
 
 
 def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace] = ()) -> Anatomy:
-    """Find the crankshaft in a solid.
+    """Return the crankshaft recognised in a solid.
 
     Parameters
     ----------
     solid : Solid
         In file coordinates [mm]; several bodies where the crankpins are not in the file.
     overrides : Overrides
-        What the job says itself; what it gives is not searched for.
+        The job's own statements; nothing that it states is sought.
     cylinders : sequence of CylinderFace
         The solid's own, where its file keeps them: axis, journals and crankpins are theirs, not fitted.
 
@@ -111,7 +111,7 @@ def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[Cylinder
 
 
 def _scanned_or_waved(rough: RoughMesh, overrides: Overrides) -> Anatomy:
-    """Recognise a rough crank as a scan, else as a drawn one whose vertices were moved."""
+    """Return a rough crank recognised as a scan, else as a drawn one whose vertices were moved."""
     try:
         return _with_or_without_pins(overrides, partial(_scanned, rough))
     except RecognitionError as refusal:
@@ -121,7 +121,7 @@ def _scanned_or_waved(rough: RoughMesh, overrides: Overrides) -> Anatomy:
 
 
 def _waved(rough: RoughMesh, overrides: Overrides, refusal: RecognitionError) -> Anatomy:
-    """Recognise a drawn crank whose vertices something moved a little; raise the refusal if there is none."""
+    """Return a drawn crank whose vertices something moved a little; raise the refusal if there is none."""
     if rough.local_mm <= SMOOTH * rough.mesh.diagonal_mm:
         raise refusal
     views = Views(rough.mesh, WAVED * min(rough.local_mm, CREDIBLE_MM))
@@ -132,7 +132,7 @@ def _waved(rough: RoughMesh, overrides: Overrides, refusal: RecognitionError) ->
 
 
 def _with_or_without_pins(overrides: Overrides, found_with: Callable[[Overrides], Anatomy]) -> Anatomy:
-    """Look for a crank with its crankpins, then, where nobody says that they are there, without."""
+    """Return a crank with its crankpins, or without where the job leaves open whether they are there."""
     if overrides.crankpin_in_file is not None:
         return found_with(overrides)
     try:
@@ -145,7 +145,7 @@ def _with_or_without_pins(overrides: Overrides, found_with: Callable[[Overrides]
 
 
 def _scanned(rough: RoughMesh, overrides: Overrides) -> Anatomy:
-    """Recognise the crank in a scan."""
+    """Return the crank of a scan."""
     from autobalance.crank.recognition.scanned import rough_directions, scanned_along  # for scans alone
 
     axis = given_axis(overrides)
@@ -179,7 +179,7 @@ def _in_any_direction(views: Views, overrides: Overrides, cylinders: Sequence[Cy
 
 
 class _NotHereError(Exception):
-    """No crank along one direction; ``progress`` is how far the search came."""
+    """Lack of a crank along one direction; ``progress`` is a measure of the search's success."""
 
     def __init__(self, progress: int, reason: RecognitionError) -> None:
         super().__init__(str(reason))
@@ -199,7 +199,7 @@ def _directions(mesh: Mesh, overrides: Overrides) -> Iterator[Array]:
 def _along(
     views: Views, direction: Array, overrides: Overrides, cylinders: Sequence[CylinderFace]
 ) -> Anatomy:
-    """Recognise the crank along one direction, which is refined unless the job or the solid gives it."""
+    """Return the crank along one direction, which is refined unless the job or the solid fixes it."""
     mesh, rounding = views.mesh, views.rounding_mm
     fixed: object = given_axis(overrides)
     own = None if fixed is not None else own_direction(direction, cylinders)
@@ -237,7 +237,7 @@ def _along(
 def _on_surface(
     mesh: Mesh, long: SectionStack, layout: JournalLayout, overrides: Overrides, rounding: float
 ) -> JournalLayout:
-    """Hold the journals and crankpins that nobody said are there against their surface."""
+    """Return a layout whose recognised journals and crankpins agree with their surface."""
     if overrides.main_journals is None:
         named = [(f"main journal {number}", run) for number, run in enumerate(layout.journals, 1)]
         journals = on_surface(mesh, long, named, rounding)
@@ -257,7 +257,7 @@ def _straightened(
     overrides: Overrides,
     rounding: float,
 ) -> tuple[SectionStack, JournalLayout]:
-    """Turn everything by a slight tilt and fit the cylinders again, whose ends are sharp now."""
+    """Return sections and layout turned by a slight tilt, cylinders fitted again, their ends sharp now."""
     straight = straightened(long, mesh, direction)
     if overrides.main_journals is None:
         layout = replace(layout, journals=_tight(straight, layout.journals, rounding))
@@ -314,7 +314,7 @@ def _apart(run: CylinderRun, pin: CylinderRun) -> bool:
 
 
 def _from_job(mesh: Mesh, overrides: Overrides, stated_axis: tuple[Array | None, Array]) -> Anatomy:
-    """Build the anatomy from what a job says alone; only webs are looked for."""
+    """Return the anatomy from a job's own statements; only webs are recognised."""
     rounding = Views(mesh).rounding_mm
     long = lengthwise(mesh, stated_axis[1], rounding)
     incomplete = any(
@@ -341,7 +341,7 @@ def _from_job(mesh: Mesh, overrides: Overrides, stated_axis: tuple[Array | None,
 def _anatomy(
     mesh: Mesh, long: SectionStack, layout: JournalLayout, overrides: Overrides, rounding: float
 ) -> Anatomy:
-    """Put the frame where it belongs, measure everything in it, and number it."""
+    """Return the numbered anatomy of a layout, measured in its rotor frame."""
     axis = layout.axis
     if overrides.axis_point_mm is not None:
         axis = long.placed(overrides.axis_point_mm)[:2]
@@ -373,7 +373,7 @@ def _anatomy(
 
 
 def _tight(long: SectionStack, runs: Sequence[CylinderRun], rounding: float) -> tuple[CylinderRun, ...]:
-    """Fit each cylinder again in the final axes, where its ends are sharp."""
+    """Return each cylinder fitted again in the final axes, where its ends are sharp."""
     tight = []
     for run in runs:
         pad = 1e-3 * run.radius

@@ -1,4 +1,4 @@
-"""A connecting rod recognised in a solid: its two eyes are the bores, parallel and round, at its ends."""
+"""Recognition of a connecting rod in a solid: its two eyes are the bores, parallel and round, at its ends."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class RodEyes:
 
     @property
     def offset_mm(self) -> float:
-        """How far the small end's middle stands beyond the big end's along the eyes [mm]."""
+        """Height of the small end's middle over the big end's along the eyes [mm]."""
         return float(self.placed(self.small.centre_mm)[2])
 
     def placed(self, point_mm: Array) -> Array:
@@ -80,7 +80,7 @@ class RodEyes:
 
 
 def find_eyes(mesh: Mesh, centre_mm: Array, cylinders: Sequence[CylinderFace] = ()) -> RodEyes:
-    """Find the eyes of a connecting rod.
+    """Return the eyes of a connecting rod.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def find_eyes(mesh: Mesh, centre_mm: Array, cylinders: Sequence[CylinderFace] = 
     Raises
     ------
     RecognitionError
-        If the solid is not a connecting rod; the message says what was found.
+        If the solid is not a connecting rod; the message describes its bores.
     """
     rounding = ROUNDING * float(np.abs(mesh.bounds).max())
     rows, weight = mesh.sample
@@ -179,7 +179,6 @@ def _with_rest(run: CylinderRun, runs: Sequence[CylinderRun]) -> CylinderRun:
 
 
 def _ends(bores: Sequence[CylinderRun]) -> tuple[CylinderRun, CylinderRun]:
-    """Return the two bores that are farthest apart."""
     return max(itertools.combinations(bores, 2), key=lambda pair: _apart(*pair))
 
 
@@ -188,7 +187,7 @@ def _apart(one: CylinderRun, other: CylinderRun) -> float:
 
 
 def _why_no_rod(long: SectionStack, bores: Sequence[CylinderRun]) -> str | None:
-    """Return why bores along an axis are not the eyes of a rod; None where they are."""
+    """Return the reason that bores along an axis are not the eyes of a rod; None where they are."""
     if len(bores) < 2:
         return f"found {len(bores)}"
     one, other = _ends(bores)

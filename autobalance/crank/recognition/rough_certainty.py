@@ -1,4 +1,4 @@
-"""How sure is what was fitted to a scan: standard errors from residuals that neighbours share."""
+"""Certainty of surfaces fitted to a scan: standard errors from residuals that neighbours share."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from autobalance.types import Array
 
 @dataclass(frozen=True, eq=False)
 class FittedCrank:
-    """All that was fitted, in the turned axes.
+    """A scanned crank's fitted surfaces, in the turned axes.
 
-    ``line`` is the common axis, ``axis_at`` where it is (2,) at each cylinder's middle; ``planes`` come with
-    the standard errors of their heights [mm], ``noise`` is what all errors share.
+    ``line`` is the common axis, ``axis_at`` its place (2,) at each cylinder's middle; ``planes`` have the
+    standard errors of their heights [mm], ``noise`` is common to all errors.
     """
 
     long: SectionStack
@@ -48,14 +48,14 @@ class FittedCrank:
         )
 
     def height_pm_mm(self, z_mm: float) -> float:
-        """Return the standard error of a face's height over crankpin 1; a section's step without a plane."""
+        """Return the standard error of a face's height over crankpin 1; without a plane a section's step."""
         near = [pm for plane, pm in self.planes if abs(plane.centroid[2] - z_mm) < 1e-6]
         own = max(near) if near else self.long.blur_mm / 3.0
         return math.hypot(own, self.origin_pm_mm)
 
 
 def scan_fit(fitted: FittedCrank, webs: Sequence[ScannedWeb]) -> ScanFit:
-    """Return how a scanned crank was fitted."""
+    """Return a scanned crank's fit with its standard errors, in the rotor frame."""
     line, noise = fitted.line, fitted.noise
     covariance = noise.of(line)
     journals, pins = fitted.journals, fitted.pins
@@ -131,7 +131,7 @@ def _by_direction(arms: Sequence[Array], places: Sequence[Array]) -> tuple[list[
 def scanned_face(
     plane: RoughPlane, noise: Noise, turn: Array, height_pm_mm: float, edge_mm: float
 ) -> ScannedFace:
-    """Return a plane found in axes to which ``turn`` (4, 4) leads from the file's, in the file's.
+    """Return a plane in the file's axes, fitted in axes to which ``turn`` (4, 4) leads from there.
 
     ``height_pm_mm`` is the standard error of its height, ``edge_mm`` a triangle's edge.
     """
@@ -151,7 +151,7 @@ def scanned_face(
 
 
 def _out_of_round_mm(each: RoughCylinder) -> float:
-    """Return the greatest less the least radius of the mean section, of up to five waves a turn."""
+    """Return greatest less least radius of the mean section, of up to five waves a turn."""
     fit = each.fit
     angle = np.arctan2(fit.points[:, 1] - each.run.centre[1], fit.points[:, 0] - each.run.centre[0])
     turns = np.arange(2, 6)

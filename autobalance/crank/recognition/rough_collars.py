@@ -1,4 +1,4 @@
-"""Collars beside a scanned web: whether one is its end, or stands on it, a scan leaves open."""
+"""Collars beside a scanned web: a scan leaves open whether one is the web's end, or stands on it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Heights = tuple[float, ...]
 
 
 def other_ends_mm(web: Web, mesh: Mesh, fitted: FittedCrank, apart_mm: float) -> tuple[Heights, Heights]:
-    """Return where else a web may begin, and where end: at collars, and at the face on which they stand.
+    """Return other possible beginnings and ends of a web: at collars, and at the face on which they stand.
 
     Heights in the rotor frame; a face less than ``apart_mm`` from the web's end is that end.
     """
@@ -65,7 +65,7 @@ def _steps(middle: float, side: float, mesh: Mesh, fitted: FittedCrank, apart_mm
 def _is_collar(
     plane: RoughPlane, mesh: Mesh, fitted: FittedCrank, cylinder: RoughCylinder, reach_mm: float
 ) -> bool:
-    """Whether a face is a ring about a cylinder that does not reach as far as the next one's middle."""
+    """Return whether a face is a ring about a cylinder that stays short of the next one's middle."""
     run = cylinder.run
     corners = np.unique(mesh.triangles.take(plane.rows, axis=0))
     away = np.hypot(*(fitted.long.vertices.take(corners, axis=0)[:, :2] - run.centre).T)

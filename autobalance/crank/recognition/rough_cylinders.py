@@ -1,4 +1,4 @@
-"""Cylinders of a scanned crank: which of the mesh's points lie on one, what it is, and where it ends."""
+"""Cylinders of a scanned crank: the mesh's points on one, its size, and its ends."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ NEIGHBOURS = 40.0
 UPRIGHT = 0.25
 """Triangles of a cylinder along z face z by less than this."""
 HOPELESS_MM = 0.3
-"""In rougher ones nothing is looked for: neighbourhoods of a coarse mesh seem rougher than its faces are."""
+"""Rougher meshes are refused: neighbourhoods of a coarse mesh seem rougher than its faces are."""
 CREDIBLE_MM = 0.1
-"""No more is believed of the neighbourhoods of a mesh that was decimated to a few large triangles."""
+"""Greatest roughness that counts: neighbourhoods of a mesh decimated to a few large triangles have more."""
 ROUGHEST_MM = 0.15
 """Rougher surfaces are not judged."""
 BORE_REACH = 2.0
-"""A crankpin's bores are looked for in webs so many of its radii deep."""
+"""A crankpin's bores are sought in webs so many of its radii deep."""
 
 
 GROOVE_PLACES = 6
-"""Beyond a groove a cylinder goes on over at least so many of the places where it is looked at."""
+"""Beyond a groove a cylinder goes on over at least so many of the places where it is checked."""
 
 
 @dataclass(frozen=True, eq=False)
 class RoughMesh:
-    """A scanned mesh with what is measured of it once."""
+    """A scanned mesh with its properties, measured once."""
 
     mesh: Mesh
     directions: Array
@@ -46,12 +46,12 @@ class RoughMesh:
 
     @property
     def edge_mm(self) -> float:
-        """Edge of an even triangle of the middle one's area [mm]."""
+        """Edge of an equilateral triangle of the median area [mm]."""
         return math.sqrt(2.0 / math.sqrt(3.0) * float(np.median(self.mesh.doubled_areas)))
 
     @classmethod
     def of(cls, mesh: Mesh) -> RoughMesh:
-        """Measure the roughness of a mesh.
+        """Return a mesh with its roughness.
 
         Raises
         ------
@@ -67,11 +67,11 @@ class RoughMesh:
 
     @property
     def slack_mm(self) -> float:
-        """How far an outline may stand off its circle [mm]."""
+        """Greatest distance of an outline from its circle [mm]."""
         return rough_slack_mm(min(self.local_mm, CREDIBLE_MM))
 
     def refusal(self, reason: RecognitionError) -> RecognitionError:
-        """Return why there is no crank in it, with what may be the cause."""
+        """Return a refusal of the mesh with its possible cause."""
         if self.local_mm <= ROUGHEST_MM:
             hint = cut_or_stand(self.mesh, self.directions)
             return RecognitionError(f"{hint} {reason}") if hint else reason
@@ -84,10 +84,10 @@ class RoughMesh:
 
 @dataclass(frozen=True, eq=False)
 class RoughCylinder:
-    """A fitted cylinder: where it is, its points and the mesh's vertices that are on it.
+    """A fitted cylinder, its points, and the fit.
 
     ``middle_pm_mm`` and ``width_pm_mm`` are the standard errors of its middle's height and its length;
-    ``steps_mm`` are where steps to the faces beside it begin, below and above.
+    ``steps_mm`` are the heights at which steps to the faces beside it begin, below and above.
     """
 
     run: CylinderRun
@@ -101,7 +101,7 @@ class RoughCylinder:
 def cylinder_region(
     rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float, side: float = 1.0
 ) -> Region:
-    """Return the vertices on a cylinder, by what its triangles face and where they are."""
+    """Return the vertices on a cylinder, by the direction and place of its triangles."""
     rows = _triangles_on(rough, long, normals, run, slack, side)
     corners = np.unique(rough.mesh.triangles.take(rows, axis=0))
     points = long.vertices.take(corners, axis=0)
@@ -136,7 +136,7 @@ def _triangles_on(
 def fitted_cylinder(
     rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float
 ) -> RoughCylinder:
-    """Fit a cylinder, find where it ends, and fit it again."""
+    """Return a cylinder fitted to its surface between its ends."""
     wide = replace(run, z_low=run.z_low - 1.5, z_high=run.z_high + 1.5)
     fit = fit_circle_along_z(cylinder_region(rough, long, normals, run, slack), run.centre, run.radius)
     here = replace(run, centre=fit.values[:2], radius=float(fit.values[2]))
@@ -155,7 +155,7 @@ def fitted_cylinder(
 def fitted_bores(
     rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float
 ) -> RoughCylinder:
-    """Fit a crankpin's bores in the webs beside the gap that it leaves."""
+    """Return a crankpin fitted to its bores in the webs beside its gap."""
     deep = replace(
         run, z_low=run.z_low - BORE_REACH * run.radius, z_high=run.z_high + BORE_REACH * run.radius
     )
@@ -165,7 +165,7 @@ def fitted_bores(
 
 
 def _ends(z: Array, off: Array, areas: Array, run: CylinderRun, within: float) -> tuple[float, float]:
-    """Return where a cylinder begins and ends: where most of its surface leaves it, from the middle on.
+    """Return the ends of a cylinder: heights where most of its surface leaves it, from the middle on.
 
     At an oil hole a little of it leaves it, in a fillet all does. Points count by their ``areas``: of a
     decimated scan most lie at edges of holes (a crankpin ended there, 3.5 mm short), and none in between.
@@ -189,7 +189,7 @@ def _ends(z: Array, off: Array, areas: Array, run: CylinderRun, within: float) -
 
 
 def _goes_on(place: int, good: Indices, half: float) -> bool:
-    """Whether most of a cylinder is there beyond a place; it reaches ``half`` places from its middle."""
+    """Return whether most of a cylinder is there beyond a place; it reaches ``half`` places from its mid."""
     beyond = good[(good > place) & (good < half)] if place > 0 else good[(good < place) & (good > -half)]
     return len(beyond) >= max(GROOVE_PLACES, 0.5 * (half - abs(place)))
 
@@ -197,7 +197,7 @@ def _goes_on(place: int, good: Indices, half: float) -> bool:
 def covered_share(
     rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float
 ) -> float:
-    """Return which share of a cylinder's surface the mesh has; 0 of one without length."""
+    """Return the share of a cylinder's surface in the mesh; 0 for one without length."""
     if not run.width > 0.0:  # a disc's rim of one section: the die filer's arm, scanned with 0.02 mm of noise
         return 0.0
     rows = _triangles_on(rough, long, normals, run, slack)

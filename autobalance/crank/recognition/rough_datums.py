@@ -17,7 +17,7 @@ from autobalance.types import Array
 FACING = 0.85
 """Triangles of a round surface face away from its axis, or towards it, by as much."""
 BESIDE_MM = 0.3
-"""They lie within this and four times the roughness of where sections show it."""
+"""They lie within this and four times the roughness of the surface that sections show."""
 FEWEST = 24
 WALL_PM, FLOOR_PM = 0.03, 0.06
 """Standard errors of a keyway's width and depth as shares of the triangles' edges, beside twice the
@@ -25,7 +25,7 @@ roughness: scans of 1.2 to 2.2 mm edges and waves of 0.02 to 0.05 mm were within
 
 
 def with_certain_datums(anatomy: Anatomy, rough: RoughMesh, fitted: FittedCrank) -> Anatomy:
-    """Return an anatomy whose datums have standard errors, and round ones the radii of all their points."""
+    """Return an anatomy whose datums have standard errors, round ones fitted to all their points."""
     if anatomy.datums is None:
         return anatomy
     certain = _Certain(anatomy, rough, fitted)
@@ -42,7 +42,7 @@ def with_certain_datums(anatomy: Anatomy, rough: RoughMesh, fitted: FittedCrank)
 
 
 class _Certain:
-    """A scanned surface in the rotor frame, where its ends' round surfaces are fitted."""
+    """A scanned surface in the rotor frame, for fits of the round surfaces at its ends."""
 
     def __init__(self, anatomy: Anatomy, rough: RoughMesh, fitted: FittedCrank) -> None:
         self.rough, self.fitted = rough, fitted
@@ -94,7 +94,7 @@ class _Certain:
         )
 
     def _round(self, end: str, centre: Array, radius: float, side: float) -> tuple[Array, Array] | None:
-        """Return centre and radius (3,) of a cylinder along z and their covariance; None of few points."""
+        """Return centre and radius (3,) of a cylinder along z and their covariance; None for few points."""
         low, high = self.within[end]
         arm = self.points[:, :2] - centre
         off = np.abs(np.hypot(*arm.T) - radius)

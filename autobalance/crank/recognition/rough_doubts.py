@@ -1,4 +1,4 @@
-"""What may be the matter with a scan in which no crank is found: half of it, a stand, too rough a surface."""
+"""Possible faults of a scan in which no crank is recognised: half a crank, a stand, too rough a surface."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ EXAMPLE_RPM = 6000.0
 
 
 def cut_or_stand(mesh: Mesh, directions: Array) -> str:
-    """Return what a plane that holds much of a mesh hints at; empty where none does.
+    """Return a hint at a plane that holds much of a mesh, empty where none does.
 
     ``directions`` (m, 3) are those of its triangles, smoothed.
     """
@@ -40,7 +40,7 @@ def cut_or_stand(mesh: Mesh, directions: Array) -> str:
 
 
 def grade_for(mesh: Mesh, roughness_mm: float) -> str:
-    """Return the finest grade that a surface so rough would do for, were it a skin: G 40 at 6000 rpm, say."""
+    """Return the finest grade for which a skin of such roughness would do, as "G 40 at 6000 rpm"."""
     area = 0.5 * mesh.doubled_areas
     corners = mesh.corners - mesh.bounds.mean(axis=0)
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0

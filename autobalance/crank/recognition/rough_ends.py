@@ -1,4 +1,4 @@
-"""Where a scanned cylinder ends: at the fillet of a face, at a rounded edge, or where its points leave it."""
+"""Ends of a scanned cylinder: at the fillet of a face, at a rounded edge, or where its points leave it."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ STEPPED = 0.08
 collar does, or a chamfer. Of fillets none does, at holes 2 % do, at a public crank's collars 20 to 27 %."""
 OUTERMOST, SECTORS = 0.95, 12
 LEAVES = 0.02
-"""There the surface leaves the cylinder where it is this share of the radius beyond it."""
+"""The surface leaves the cylinder at a step where it is this share of the radius beyond it."""
 CAPPED = (0.15, 4.0)
-"""Points farther off than this [mm] and so many times the roughness are of something else: drillings."""
+"""Points farther off than this [mm] and so many times the roughness belong to drillings and the like."""
 FILLET_STEP_MM = 0.02
 FEWEST = 30
 FILLET_PM = 0.03
 """Standard error of a fitted fillet's radius as a share of the triangles' edges, found by simulation."""
 END_PM_MM = 0.4
-"""Of an end beside which there is no face: points are looked at in steps of this length."""
+"""Standard error of an end without a face beside it: points are checked in steps of this length."""
 UNIFORM = 1.0 / math.sqrt(12.0)
-"""Standard deviation of what lies anywhere between two places, as a share of their distance."""
+"""Standard deviation of a point anywhere between two places, as a share of their distance."""
 
 End = tuple[float, float]
 """A height and its standard error [mm]."""
@@ -41,7 +41,7 @@ End = tuple[float, float]
 
 @dataclass(frozen=True)
 class _Step:
-    """Instead of a fillet a step between cylinder and face, from ``begins`` on [mm]."""
+    """A step between cylinder and face instead of a fillet, from ``begins`` on [mm]."""
 
     begins: float
     face: float
@@ -65,7 +65,7 @@ class _Fillet:
 def with_ends(
     each: RoughCylinder, long: SectionStack, planes: Sequence[tuple[RoughPlane, float]], edge_mm: float
 ) -> RoughCylinder:
-    """Return a fitted cylinder with its ends, by the faces beside it, and their standard errors.
+    """Return a fitted cylinder with its ends, from the faces beside it, and their standard errors.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def with_ends(
 
 
 def between_faces(each: RoughCylinder, planes: Sequence[tuple[RoughPlane, float]]) -> RoughCylinder:
-    """Return a crankpin that is not there, between the faces of the webs that carry it."""
+    """Return an absent crankpin between the faces of the webs that carry it."""
     run, ends = each.run, []
     for side, end in ((-1.0, run.z_low), (1.0, run.z_high)):
         faces = [
@@ -135,7 +135,7 @@ def _fillet(
     edge_mm: float,
     side: float,
 ) -> _Fillet | _Step | None:
-    """Return the fillet at one end, or the step; None where it has no face beside it."""
+    """Return the fillet or step at one end; None without a face beside it."""
     run = each.run
     end = run.z_low if side < 0.0 else run.z_high
     reach = FILLET_SHARE * run.radius + FACE_MM
@@ -165,7 +165,7 @@ def _fillet(
 def _corner(
     each: RoughCylinder, long: SectionStack, face: float, side: float, reach: float
 ) -> tuple[Array, Array, Array]:
-    """Return how far points near a face are away from it, and outside the cylinder, and their angles."""
+    """Return points' distances from a face near them and out of the cylinder, and their angles."""
     run = each.run
     low, high = sorted((face + side * 0.3, face - side * (reach + 2.0)))
     points = long.between(low, high)
@@ -176,7 +176,7 @@ def _corner(
 
 
 def _all_around(stands: NDArray[np.bool_], angle: Array) -> float:
-    """Return which share of points stands off: that of the sector below which a quarter of the sectors are.
+    """Return the share of points that stand off, in the sector at the lower quartile of the sectors.
 
     The shoulder of a counterweight beside a journal stands off on one side, a collar all around.
     """
@@ -186,13 +186,13 @@ def _all_around(stands: NDArray[np.bool_], angle: Array) -> float:
 
 
 def _off_corner(along: Array, out: Array, radius: float) -> Array:
-    """Return how far points stand off a face and a cylinder with a fillet between them."""
+    """Return the distances of points from a face and a cylinder with a fillet between them."""
     in_fillet = (along < radius) & (out < radius)
     return np.where(in_fillet, radius - np.hypot(radius - along, radius - out), np.minimum(along, out))
 
 
 def _free_end(each: RoughCylinder, planes: Sequence[tuple[RoughPlane, float]], side: float) -> End:
-    """Return where a cylinder without a fillet ends: amid its last points and the face there, if any."""
+    """Return the end of a cylinder without a fillet: amid its last points and the face there, if any."""
     run = each.run
     end = run.z_low if side < 0.0 else run.z_high
     beyond = [

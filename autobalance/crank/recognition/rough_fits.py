@@ -1,4 +1,4 @@
-"""Least-squares surfaces of a scan's regions, and how sure they are when neighbours err alike."""
+"""Least-squares surfaces of a scan's regions, and their certainty when neighbours err alike."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NO_OUTLIER = 5e-4
 """... but for those that stand off a drawn cylinder by less than this share of its radius."""
 ROUNDS = 5
 PATCHES = 220
-"""A region's errors are looked at in about so many patches."""
+"""Number of patches, about, over which a region's errors are averaged."""
 REACHES_MM = (0.8, 1.6, 3.2, 6.4, 12.8, 25.6)
 """Errors are taken for a sum of fields that are alike over these distances, and a part alike nowhere."""
 SPREADS_MM = (0.0, 1.0, 2.0, 4.0, 7.0, 11.0, 17.0, 26.0, 40.0, 60.0)
@@ -26,7 +26,7 @@ SPREADS_MM = (0.0, 1.0, 2.0, 4.0, 7.0, 11.0, 17.0, 26.0, 40.0, 60.0)
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """Points of one surface: places (n, 3), weights (n,) by area, the surface's number in a joint fit."""
+    """Points (n, 3) of one surface, and their weights (n,) by area."""
 
     points: Array
     weights: Array
@@ -34,10 +34,10 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Least squares over points: values (k,), the way points act on them (k, n) through ``rows`` (n, k).
+    """Least squares over points: values (k,), their influence on the points ``rows`` (n, k), and residuals.
 
-    ``residuals`` (n,) are what is left [mm] at the ``points`` (n, 3) that counted; ``middle_mm`` is the z
-    that a line's slopes are about.
+    ``residuals`` (n,) are the points' distances [mm] at the ``points`` (n, 3) that counted; ``middle_mm`` is
+    the z that a line's slopes are about.
     """
 
     values: Array
@@ -49,23 +49,22 @@ class Fit:
 
     @property
     def rms_mm(self) -> float:
-        """Root of the mean square of what is left [mm]."""
+        """Root mean square of the residuals [mm]."""
         return float(math.sqrt(float(self.weights @ self.residuals**2) / float(self.weights.sum())))
 
 
 def spread_of(residuals: Array) -> float:
-    """Return the standard deviation of the middle ones [mm]."""
+    """Return the standard deviation of residuals from their median absolute deviation [mm]."""
     return 1.4826 * float(np.median(np.abs(residuals - np.median(residuals))))
 
 
 def weighted(rows: Array, target: Array, weights: Array) -> Array:
-    """Return the least-squares solution (k,)."""
     left = rows.T * weights
     return np.asarray(np.linalg.lstsq(left @ rows, left @ target, rcond=None)[0], dtype=np.float64)
 
 
 def fit_line(regions: Sequence[Region], starts: Sequence[tuple[Array, float]]) -> Fit:
-    """Fit one axis through cylinders nearly along z, each with a radius of its own.
+    """Return the fit of one axis through cylinders nearly along z, each with a radius of its own.
 
     ``values`` are x and y of the axis at the points' mean z, its slopes, and the radii; the residuals are
     outward.
@@ -74,7 +73,7 @@ def fit_line(regions: Sequence[Region], starts: Sequence[tuple[Array, float]]) -
     ----------
     regions : sequence of Region
     starts : sequence of (centre (2,), radius)
-        What is known of each [mm].
+        Estimates of each [mm].
     """
     points = np.concatenate([region.points for region in regions])
     weights = np.concatenate([region.weights for region in regions])
@@ -101,7 +100,7 @@ def fit_line(regions: Sequence[Region], starts: Sequence[tuple[Array, float]]) -
 
 
 def fit_circle_along_z(region: Region, centre: Array, radius: float) -> Fit:
-    """Fit a cylinder along z: ``values`` are x and y of its centre, and its radius."""
+    """Return the fit of a cylinder along z: ``values`` are x and y of its centre, and its radius."""
     points, weights = region.points, region.weights
     values = np.array([*centre, radius])
     keep = np.ones(len(points), dtype=bool)
@@ -117,7 +116,7 @@ def fit_circle_along_z(region: Region, centre: Array, radius: float) -> Fit:
 
 
 def fit_tilted_circle(region: Region, centre: Array, radius: float) -> Fit:
-    """Fit a cylinder nearly along z: ``values`` are x and y of its centre, its radius, and its slopes."""
+    """Return the fit of a cylinder nearly along z: ``values`` are centre x and y, radius, and slopes."""
     points, weights = region.points, region.weights
     middle = float(0.5 * (points[:, 2].min() + points[:, 2].max()))
     arm = points[:, :2] - centre
@@ -137,7 +136,7 @@ def fit_tilted_circle(region: Region, centre: Array, radius: float) -> Fit:
 
 
 def fit_plane(region: Region) -> Fit:
-    """Fit a plane nearly square to z: ``values`` are its height at the points' mean, and its slopes."""
+    """Return the fit of a plane nearly square to z: ``values`` are height at the points' mean, and slopes."""
     points, weights = region.points, region.weights
     middle = weights @ points[:, :2] / weights.sum()
     rows = np.column_stack([np.ones(len(points)), points[:, :2] - middle])
@@ -163,7 +162,7 @@ class _Patches:
 
     @property
     def solver(self) -> Array:
-        """What takes errors of patches (p,) to errors of values (k,)."""
+        """Matrix (k, p) from errors of patches to errors of values."""
         left = self.rows.T * self.weights
         return np.asarray(np.linalg.lstsq(left @ self.rows, left, rcond=None)[0], dtype=np.float64)
 
@@ -174,7 +173,7 @@ class _Patches:
 
 
 def _patches(fit: Fit) -> _Patches:
-    """Gather the points of a fit by cells of space, so many that about ``PATCHES`` have any."""
+    """Return the points of a fit averaged in cells of space, about ``PATCHES`` of them."""
     extent = np.ptp(fit.points, axis=0)
     size = max(math.sqrt(2.0 * float(np.sort(extent)[1:].prod()) / PATCHES), 1e-6)
     for _ in range(6):
@@ -201,7 +200,7 @@ def _patches(fit: Fit) -> _Patches:
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """How alike errors of two places are: variances (b,) of fields of ``REACHES_MM``, and of white noise."""
+    """Likeness of errors at two places: variances (b,) of fields of ``REACHES_MM``, and of white noise."""
 
     variances: Array
 
@@ -218,7 +217,7 @@ class Noise:
         return covariance
 
     def height_pm_mm(self, fit: Fit) -> float:
-        """Return the standard error of a fit's first value: of a plane its height [mm]."""
+        """Return the standard error of a fit's first value, a plane's height [mm]."""
         return math.sqrt(max(float(self.of(fit)[0, 0]), 0.0))
 
     @property
@@ -235,9 +234,9 @@ def _bases(patches: _Patches) -> list[Array]:
 
 
 def noise_of(fits: Sequence[Fit]) -> Noise:
-    """Return the noise that many fits together show, each without what the fit itself took away.
+    """Return the noise of many fits together, each without the part that the fit itself removed.
 
-    Products of residuals, averaged by distance, are what the fields would leave (method of moments); the
+    Products of residuals, averaged by distance, are compared with the fields' (method of moments); the
     variances are those, none negative, that agree best.
     """
     from scipy.optimize import nnls
@@ -262,6 +261,6 @@ def noise_of(fits: Sequence[Fit]) -> Noise:
 
 
 def rows_near(points: Array, low: float, high: float) -> Indices:
-    """Return which points (n, 3) lie between two heights."""
+    """Return the numbers of points (n, 3) between two heights."""
     rows: Indices = np.flatnonzero((points[:, 2] >= low) & (points[:, 2] <= high))
     return rows

@@ -1,4 +1,4 @@
-"""A keyway in a scanned shaft: a floor and two walls fitted to what lies below the shaft's own surface."""
+"""A keyway in a scanned shaft: a floor and two walls fitted to triangles below the shaft's own surface."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from autobalance.solid.mesh.components import components
 from autobalance.types import Array, Indices
 
 SUNK_RADII, SUNK_MM = 0.03, 0.3
-"""What lies below the shaft's surface by this share of its radius, or by so much, is not of it."""
+"""Triangles below the shaft's surface by this share of its radius, or by so much, do not belong to it."""
 DEEPEST = 0.7
-"""What is nearer to the axis than the radius less this share of it is a bore along it."""
+"""Triangles nearer to the axis than the radius less this share of it belong to a bore along it."""
 FACING = math.cos(math.radians(35.0))
 """Triangles of floor and walls face within 35° as they should: noise turns small ones by as much."""
 PARALLEL = math.cos(math.radians(5.0))
@@ -24,7 +24,7 @@ BEYOND = 0.3
 SPREAD = 3.0
 """Points that stand off a wall by more than so many times the usual are of its corners."""
 FEWEST = 8
-"""Triangles of a floor or a wall, or a chance shows them."""
+"""Least number of triangles on a floor or a wall; fewer may be chance."""
 
 
 class RoughKeyway:
@@ -39,7 +39,7 @@ class RoughKeyway:
 def rough_keyway(
     vertices: Array, triangles: Indices, normals: Array, shaft: Array, keys: tuple[tuple[float, float], ...]
 ) -> RoughKeyway | None:
-    """Return the one keyway in a shaft, if there is one.
+    """Return the one keyway in a shaft; None without.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def rough_keyway(
 
 
 def _connected(triangles: Indices, vertices: int) -> Indices:
-    """Return for each triangle the number of the piece of surface that it hangs together with."""
+    """Return for each triangle the number of its connected piece of surface."""
     lowest = components(triangles, vertices).take(triangles[:, 0])
     piece: Indices = np.unique(lowest, return_inverse=True)[1]
     return piece
@@ -82,7 +82,7 @@ def _connected(triangles: Indices, vertices: int) -> Indices:
 def _as_key(
     corners: Array, facing: Array, shaft: Array, keys: tuple[tuple[float, float], ...]
 ) -> RoughKeyway | None:
-    """Return the keyway that triangles with corners (n, 3, 3) and directions (n, 3) are, if they are one."""
+    """Return the keyway of triangles with corners (n, 3, 3) and directions (n, 3); None if they form none."""
     place = corners.mean(axis=1)
     out = _unit((place[:, :2] / np.hypot(*place[:, :2].T)[:, None]).sum(axis=0))
     walls: list[Indices] = []
@@ -119,7 +119,7 @@ def _as_key(
 
 
 def _without_corners(wall: Indices, aside: Array) -> Indices:
-    """Return the rows of a wall that stand where most of it does."""
+    """Return the rows of a wall near its median plane."""
     off = np.abs(aside[wall] - np.median(aside[wall]))
     kept: Indices = wall[off <= SPREAD * max(float(np.median(off)), 1e-6)]
     return kept

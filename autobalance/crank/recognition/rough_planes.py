@@ -1,4 +1,4 @@
-"""Plane faces of a scanned crank that are square to its axis: found by height, fitted, grown."""
+"""Plane faces of a scanned crank that are square to its axis: located by height, fitted, grown."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ class RoughPlane:
 
     @property
     def rms_mm(self) -> float:
-        """Of its points from the plane [mm]."""
+        """Root mean square of its points' distances from the plane [mm]."""
         return self.fit.rms_mm
 
     @property
     def flatness_mm(self) -> float:
-        """Between the planes that hold 95 % of its area [mm]."""
+        """Distance of the two planes that hold 95 % of its area [mm]."""
         order = np.argsort(self.fit.residuals)
         share = np.cumsum(self.fit.weights[order]) / self.fit.weights.sum()
         low, high = np.searchsorted(share, [0.025, 0.975])

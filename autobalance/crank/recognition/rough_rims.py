@@ -22,7 +22,7 @@ FACING = 0.97
 ALONG = 0.25
 """... and along it by less than this."""
 ROUGHER = 2.5
-"""What stands off a cylinder about the axis by more than so many times the roughness is left out."""
+"""Rims that stand off a cylinder about the axis by more than so many times the roughness are left out."""
 FEWEST = 24
 HALF = 0.5
 """Where another face may be a web's end, its height is uncertain by this share of their distance."""
@@ -31,7 +31,7 @@ HALF = 0.5
 def with_rims(
     anatomy: Anatomy, rough: RoughMesh, normals: Array, fitted: FittedCrank
 ) -> tuple[Anatomy, tuple[ScannedWeb, ...]]:
-    """Return an anatomy whose counterweights have fitted rims, and how sure its webs are.
+    """Return an anatomy whose counterweights have fitted rims, and its webs' standard errors.
 
     ``normals`` (m, 3) are the triangles' smoothed directions in the turned axes.
     """
@@ -63,7 +63,7 @@ def with_rims(
 def _rim(
     web: Web, rough: RoughMesh, normals: Array, fitted: FittedCrank, origin_mm: float
 ) -> tuple[float, float, float]:
-    """Return a rim's radius, its standard error and how its points stand off it."""
+    """Return a rim's radius, its standard error and the rms distance of its points [mm]."""
     assert web.outline is not None
     farthest = web.outline.rim_radius_mm
     vertices = fitted.long.vertices

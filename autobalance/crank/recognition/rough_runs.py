@@ -40,12 +40,12 @@ FILLED = 0.6
 
 
 def rough_slack_mm(local_mm: float) -> float:
-    """Return how far an outline may stand off its circle."""
+    """Return the greatest distance of an outline from its circle, for a roughness [mm]."""
     return ROUGH[0] * local_mm + ROUGH[1]
 
 
 def rough_stack(mesh: Mesh, direction: Array, slack_mm: float) -> SectionStack:
-    """Turn a scanned mesh so that ``direction`` (3,) is z and cut it at even steps; it has no levels yet."""
+    """Return a scanned mesh with ``direction`` (3,) turned to z, cut at even steps; it has no levels yet."""
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
     vertices = rotated(mesh.vertices, turn)
     low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
@@ -120,7 +120,6 @@ def _cylinders(chain: Sequence[_Ring], long: SectionStack) -> list[CylinderRun]:
 
 
 def _longest(same: Sequence[_Ring], radius: float, step: float) -> list[_Ring]:
-    """Return the longest stretch of circles without a wide gap."""
     stretches: list[list[_Ring]] = [[]]
     for ring in same:
         if stretches[-1] and ring.z_mm - stretches[-1][-1].z_mm > max(GAP_SHARE * radius, 2.1 * step):
@@ -143,7 +142,7 @@ def _run(stretch: Sequence[_Ring], step: float) -> CylinderRun | None:
 
 
 def _distinct(runs: Sequence[CylinderRun]) -> list[CylinderRun]:
-    """Leave out cylinders that are part of a longer one."""
+    """Return cylinders without those that are part of a longer one."""
     kept: list[CylinderRun] = []
     for run in sorted(runs, key=lambda run: -run.width):
         if not any(

@@ -1,4 +1,4 @@
-"""Whether journals and crankpins are round, and what to say where they are oval."""
+"""Roundness of journals and crankpins, with a warning of oval ones."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ OVAL_SHARE = 2e-3
 1e-4, and a mesh that was scaled by mistake is out by percents."""
 OVAL_MM = 0.02
 NEAR_SHARE = 0.05
-"""How far a corner may lie off a journal's radius and be its own."""
+"""Greatest distance of a journal's own corner from its radius, as a share of it."""
 LEAST_CORNERS, MOST_GAP_RAD = 8, 0.5 * math.pi
 ROUNDS = 12
 """Fits, each without the corners that stand farthest off the last: those of oil holes and keyways lie inside
@@ -25,7 +25,7 @@ ON_IT = 1e-4
 
 
 def ovality_warning(anatomy: Anatomy, mesh: Mesh) -> str | None:
-    """Name the journal or crankpin that is most oval, if one is, and by how much; ``mesh`` in file axes."""
+    """Return a warning of the most oval journal or crankpin, None if all are round; ``mesh`` in file axes."""
     corners = mesh.moved(anatomy.file_to_rotor).vertices
     pins: list[tuple[str, Pin]] = [
         *((f"main journal {pin.number}", pin) for pin in anatomy.main_journals),

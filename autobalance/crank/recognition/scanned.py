@@ -1,4 +1,4 @@
-"""A crank recognised in a scan: rough sections show where its cylinders are, least squares what they are.
+"""Recognition of a crank in a scan: its layout from rough sections, its surfaces by least squares.
 
 A surface that noise has moved shows no exact circle, plane or level. Sections at even steps and circles with
 some slack give the layout; then every region of the mesh on a journal, a crankpin or a web's face is fitted
@@ -42,7 +42,7 @@ from autobalance.types import Array
 SIDE_SINE = 0.06
 """A triangle of a scan stands along an axis when the sine of its smoothed lean is below this."""
 DIRECTIONS = 4
-"""So many directions are looked along before giving up."""
+"""Number of directions tried before giving up."""
 COVERED = 0.45
 """A journal or crankpin covers at least this share of its cylinder's surface: drillings, keyways and holes of
 the scan take the rest."""
@@ -68,14 +68,14 @@ def rough_directions(rough: RoughMesh) -> Iterator[Array]:
 def scanned_along(
     rough: RoughMesh, direction: Array, fixed: bool, layout_of: Layouts, finish: Finish, bores: bool = False
 ) -> Anatomy:
-    """Recognise a scanned crank along a direction (3,), which is refined unless it is ``fixed``.
+    """Return a scanned crank along a direction (3,), which is refined unless it is ``fixed``.
 
     With ``bores`` the crankpins are not in the file: their places are those of the bores for them.
 
     Raises
     ------
     RecognitionError
-        If there is none, or what there is does not explain the surface.
+        If there is none, or it does not explain the surface.
     """
     slack = rough.slack_mm
     for _ in range(4):
@@ -121,7 +121,7 @@ def _fitted(
     finish: Finish,
     bores: bool,
 ) -> Anatomy:
-    """Fit everything, put the axis where the main journals have it, and see that it explains the surface."""
+    """Return the anatomy with all surfaces fitted, about the main journals' axis; refuse uncovered ones."""
     journals = [fitted_cylinder(rough, long, normals, run, slack) for run in layout.journals]
     fit_pin = fitted_bores if bores else fitted_cylinder
     pins = [fit_pin(rough, long, normals, run, slack) for run in layout.pins]
@@ -164,7 +164,7 @@ def _on_line(line: Fit, z: float) -> Array:
 
 
 def _refuse_uncovered(cylinders: Sequence[RoughCylinder], journals: int, covered: Sequence[float]) -> None:
-    """Refuse cylinders whose surface is not there, or is rougher than the others'.
+    """Refuse cylinders whose surface is missing, or is rougher than the others'.
 
     Raises
     ------

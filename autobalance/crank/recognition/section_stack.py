@@ -1,4 +1,4 @@
-"""A solid looked at lengthwise: cross-sections at stations along a supposed axis, and what is in them."""
+"""A solid seen lengthwise: cross-sections at stations along a supposed axis, and their pieces."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ LEVEL_SHARE = 2e-3
 """A height counts as a level, where cross-sections jump, if planes of at least this share of the greatest
 level's area lie there."""
 ASIDE_SHARE = 2e-5
-"""How far beside a level the sections next to it are taken, as a share of the part's length."""
+"""Distance of the sections next to a level from it, as a share of the part's length."""
 UNIFORM = 40
 """Stations are at most the part's length divided by this apart."""
 FLAKE_SHARE = 1e-3
-"""Of a rough surface, pieces of less than this share of the greatest are what a plane cuts off a face."""
+"""Pieces of a rough section below this share of the greatest are flakes, cut off a face by a plane."""
 UPRIGHT_SINE = 1e-4
 """A triangle stands along the axis when the sine of its lean is below this, or its lean is but rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class SectionPiece:
-    """One connected piece of a section: its outline (k, 2), holes, and the circle the outline is, if any.
+    """One connected piece of a section: its outline (k, 2), holes, and its outline's circle, if any.
 
-    ``rough_mm`` is how far a rough surface may stand off a circle; 0 of a drawn one.
+    ``rough_mm`` is the greatest distance of a rough surface from a circle; 0 for a drawn one.
     """
 
     outline: Array
@@ -43,7 +43,7 @@ class SectionPiece:
 
     @cached_property
     def circle(self) -> Circle | None:
-        """The circle that the outline is, cut-outs apart."""
+        """The outline's circle, cut-outs apart; None if it is not round."""
         return whole_circle(self.outline, self.grain_mm, self.rough_mm)
 
     @cached_property
@@ -80,7 +80,7 @@ class SectionStack:
     sections : tuple of Section
         At increasing heights; between two levels there is at least one.
     blur_mm : float
-        How far levels may lie beside the sections that show them; 0 of a drawn surface.
+        Greatest distance of levels from the sections that show them; 0 for a drawn surface.
     """
 
     turn: Array
@@ -113,7 +113,7 @@ class SectionStack:
 
 
 def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float, rough_mm: float = 0.0) -> SectionStack:
-    """Turn a mesh so that ``direction`` (3,) is z, its middle the origin, and cut it at stations along z.
+    """Return a mesh with ``direction`` (3,) turned to z, its middle the origin, cut at stations along z.
 
     Vertices are off by ``rounding_mm``, outlines may stand off circles by ``rough_mm``.
     Where nothing changes from one station to the next, one cut serves both.
@@ -134,7 +134,7 @@ def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float, rough_mm: float
 
 
 def straightened(long: SectionStack, mesh: Mesh, direction: Array) -> SectionStack:
-    """Return the same with the axis turned a very little, to ``direction``; the sections are kept."""
+    """Return a stack with its axis turned a very little, to ``direction``; the sections are kept."""
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
     vertices = rotated(mesh.vertices, turn)
     levels, areas = _levels(mesh, vertices, mesh.area_vectors @ turn[2, :3])
@@ -166,7 +166,7 @@ def turn_to_z(direction: Array, middle: Array) -> Array:
 def _stretches(
     mesh: Mesh, vertices: Array, along: Array, spans: Spans, count: int, rounding_mm: float
 ) -> Indices:
-    """Return for each of ``count`` stations the number of the stretch of equal cross-sections it is in.
+    """Return for each of ``count`` stations the number of its stretch of equal cross-sections.
 
     Two neighbours show the same section when all triangles between them stand along the axis: none leans by
     more than rounding, or shows its face.
@@ -186,7 +186,7 @@ def _stretches(
 
 
 def _levels(mesh: Mesh, vertices: Array, along: Array) -> tuple[Array, Array]:
-    """Return the heights where cross-sections jump, and the area that lies there."""
+    """Return the heights at which cross-sections jump, and the area of plane faces there."""
     apart = ASIDE_SHARE * float(np.ptp(vertices[:, 2]))
     heights, areas = plane_levels(mesh, vertices[:, 2], along, SQUARE, apart)
     real = areas > LEVEL_SHARE * areas.max(initial=0.0)

@@ -1,4 +1,4 @@
-"""What a mesh shows along each supposed axis, looked at once however often it is asked for."""
+"""Sections and bare cylinders of a mesh along each supposed axis, computed once."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from autobalance.types import Array
 class Views:
     """Sections and bare cylinders of a mesh along the directions tried.
 
-    ``rough_mm`` is how far vertices may stand off drawn surfaces, beside the file's rounding.
+    ``rough_mm`` is the vertices' greatest distance from drawn surfaces, beside the file's rounding.
 
-    A crank that is not found with crankpins is looked for without, along the same directions. Turned
-    vertices, which are most of what a view holds, are not kept, but turned anew.
+    A crank not recognised with crankpins is sought without them, along the same directions. Turned
+    vertices, most of a view's memory, are not kept, but turned anew.
     """
 
     def __init__(self, mesh: Mesh, rough_mm: float = 0.0) -> None:
@@ -27,7 +27,7 @@ class Views:
         self._known: dict[bytes, tuple[SectionStack, list[CylinderRun]]] = {}
 
     def along(self, direction: Array) -> tuple[SectionStack, list[CylinderRun]]:
-        """Return the sections along a direction (3,), and the bare cylinders that they show."""
+        """Return the sections along a direction (3,), and their bare cylinders."""
         key = direction.tobytes()
         if key in self._known:
             flat, runs = self._known[key]

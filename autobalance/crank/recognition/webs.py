@@ -1,4 +1,4 @@
-"""Webs: what joins journals and crankpins, and whether it carries a counterweight."""
+"""Webs between journals and crankpins, and whether they carry a counterweight."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ GIVEN = 0.25
 """Within the width that a job (or the recogniser) gives a cylinder, metal up to this share beyond its radius
 is still the cylinder: corners of coarse facets, a diameter given roundly."""
 NECK = (0.7, 1.15)
-"""What is of a journal's or crankpin's size lies between these, as shares of the least and most."""
+"""Sizes of journals and crankpins lie between these, as shares of the least and most."""
 NECK_WIDTH = 0.1
 """It is at least this long, as a share of the least crankpin's radius."""
 ROUGH_FILLET = 0.2
 """Fillets of a scanned crank are lower than this share of their cylinder's radius."""
 RAGGED = 3
-"""So many sections of a scan in a row may cut a step's face, whose waves are no circle."""
+"""Number of a scan's sections in a row that may cut a step's face, whose waves are no circle."""
 ON_AXIS = 0.06
 """A shaft's middle is off the axis by less than this share of its radius: that of seven sides by 0.05."""
 LONE_BORE = 0.3
@@ -68,7 +68,7 @@ def find_webs(long: SectionStack, layout: JournalLayout) -> list[Web]:
 
 
 def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: float) -> None:
-    """Refuse crankpins that nothing holds: between two other cylinders each has a web on both sides.
+    """Refuse crankpins without a web on both sides; one at an end needs a single web.
 
     ``webs`` are placed ``shift_mm`` lower than the layout.
 
@@ -93,16 +93,16 @@ def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: floa
 
 
 def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
-    """Refuse a stretch of the axis that is a journal or a crankpin, and was not recognised as one.
+    """Refuse a journal or a crankpin that was not recognised as one.
 
     That is a neck within a web (``webs`` are placed as the layout is), one beside the axis where there is no
-    crankpin, and a cylinder between a web and the main journal taken instead of it: a flange, a gear's seat;
-    or what was recognised is none: one of two pins side by side, a bolt's hole.
+    crankpin, and a cylinder between a web and the main journal taken instead of it: a flange, a gear's seat.
+    A recognised one that is none is refused too: one of two pins side by side, a bolt's hole.
 
     Raises
     ------
     RecognitionError
-        With the place, and what settles it.
+        With the place, and the key that settles it.
     """
     most = NECK[1] * max(run.radius for run in (*layout.journals, *layout.pins))
     for web in webs:
@@ -177,7 +177,7 @@ def _refuse_passed_over(long: SectionStack, layout: JournalLayout, webs: Sequenc
 
 
 def _shaft_radius(section: CrossSection, axis: Array, most_mm: float) -> float | None:
-    """Return how far a section of a shaft on the axis reaches; None if it is none of a journal's size."""
+    """Return the radius of a shaft's section on the axis; None if it is none of a journal's size."""
     if len(section.pieces) != 1:
         return None
     middle, reach = _round(section.pieces[0])
@@ -197,12 +197,12 @@ def _refuse_long(
 
 
 def _is_neck(section: CrossSection, most_mm: float) -> bool:
-    """Whether all of a section lies within a circle of a journal's size."""
+    """Return whether all of a section lies within a circle of a journal's size."""
     return len(section.pieces) == 1 and _round(section.pieces[0])[1] <= most_mm
 
 
 def _is_beside(section: CrossSection, layout: JournalLayout) -> bool:
-    """Whether all of a section is of a crankpin's size and lies beside the axis; a gap counts too."""
+    """Return whether all of a section has a crankpin's size and lies beside the axis; a gap counts too."""
     least = NECK[0] * min(pin.radius for pin in layout.pins)
     most = NECK[1] * max(pin.radius for pin in layout.pins)
     rounds = [_round(piece) for piece in section.pieces]
@@ -211,7 +211,7 @@ def _is_beside(section: CrossSection, layout: JournalLayout) -> bool:
 
 
 def _round(piece: SectionPiece) -> tuple[Array, float]:
-    """Return the middle of a piece of a section, and how far it reaches from there."""
+    """Return the middle (2,) of a section's piece, and its reach from there."""
     middle = 0.5 * (piece.outline.min(axis=0) + piece.outline.max(axis=0))
     return middle, piece.reach_from(middle)
 
@@ -222,7 +222,7 @@ def _end(axis: Array, z_mm: float) -> CylinderRun:
 
 
 def _extent(long: SectionStack, a: CylinderRun, b: CylinderRun, axis: Array) -> tuple[float, float] | None:
-    """Return where the web between two cylinders begins and ends."""
+    """Return beginning and end of the web between two cylinders; None without a web."""
     sections = [s for s in long.sections if a.z_mid < s.z_mm < b.z_mid]
     inside = _without_ragged(
         [place for place, s in enumerate(sections) if _is_web(s, a, b, axis)], long.blur_mm > 0.0
@@ -239,7 +239,7 @@ def _extent(long: SectionStack, a: CylinderRun, b: CylinderRun, axis: Array) -> 
 
 
 def _without_ragged(inside: Sequence[int], rough: bool) -> Sequence[int]:
-    """Leave out of the sections of a rough web the few that lie apart: through the face of a step."""
+    """Return the sections of a rough web without the few that lie apart: through the face of a step."""
     if not rough or not inside:
         return inside
     stretches = np.split(np.array(inside), np.flatnonzero(np.diff(inside) > 1) + 1)
@@ -248,7 +248,7 @@ def _without_ragged(inside: Sequence[int], rough: bool) -> Sequence[int]:
 
 
 def _is_web(section: CrossSection, a: CylinderRun, b: CylinderRun, axis: Array) -> bool:
-    """Whether a section has metal that is neither cylinder nor its fillet or collar."""
+    """Return whether a section has metal that is neither cylinder nor its fillet or collar."""
     z = section.z_mm
     return any(not (_belongs(piece, z, a, b) or _belongs(piece, z, b, a)) for piece in section.pieces)
 
@@ -264,7 +264,7 @@ def _belongs(piece: SectionPiece, z: float, run: CylinderRun, other: CylinderRun
 
 
 def _edge(long: SectionStack, low: float, high: float, run: CylinderRun, upward: bool) -> float:
-    """Return where between two stations the web begins (``upward``) or ends: a level, or its last vertex."""
+    """Return the web's beginning (``upward``) or end between two stations: a level, or its last vertex."""
     levels = (long.levels_mm >= low) & (long.levels_mm <= high)
     if levels.any():
         return float(long.levels_mm[levels][np.argmax(long.level_areas_mm2[levels])])

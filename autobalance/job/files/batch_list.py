@@ -27,7 +27,7 @@ LEADING_DOTS = re.compile(r"^\.+")
 class BatchRow:
     """One row: a name, the job's file, a crank in the place of its own, and keys that are set.
 
-    ``job`` and ``crank`` are as the list says them; ``job_file`` and ``crank_file`` are where they are.
+    ``job`` and ``crank`` are as in the list; ``job_file`` and ``crank_file`` are where they are.
     """
 
     number: int
@@ -193,7 +193,7 @@ def _refuse_equal_names(source: Path, rows: Sequence[BatchRow]) -> None:
 
 
 def _refuse_unknown_keys(source: Path, rows: Sequence[BatchRow], keys: Sequence[str]) -> None:
-    """Refuse a column that no job knows, named with the first row that sets it."""
+    """Refuse a column that no job knows, naming the first row that sets it."""
     for key in keys:
         row = next((row for row in rows if dict(row.settings)[key]), None)
         if row is None:

@@ -49,7 +49,7 @@ SERIES_COLUMNS = {"x": "main_1_x_N", "y": "main_1_y_N"}
 
 @dataclass(frozen=True, eq=False)
 class BearingFile:
-    """A bearing as a file says it; ``described`` is the file with its defaults filled in."""
+    """A bearing's file as read; ``described`` is the file with its defaults filled in."""
 
     kind: Kind
     speeds_rpm: tuple[float, ...]
@@ -88,7 +88,7 @@ def load_bearing(path: str | Path, history: Given = None) -> BearingFile:
 
 
 def parse_bearing(raw: Mapping[str, Any], folder: Path = Path(), history: Given = None) -> BearingFile:
-    """Return the bearing that a TOML document says; its history's file is relative to ``folder``."""
+    """Return the bearing of a TOML document; its history's file is relative to ``folder``."""
     table = Table(dict(raw), "", None)
     kind: Kind = table.value("kind", Kind)
     if kind == "rolling" and "model" in raw:
@@ -189,7 +189,7 @@ def _grid(grid: tuple[int, int]) -> tuple[int, int]:
 
 
 def _lubricant(values: Values, key: str, heats: bool = True) -> Lubricant:
-    """Return the viscosity that ``key`` gives, or the oil of [oil]; ``heats``: a film that may balance it."""
+    """Return the viscosity of ``key``, or the oil of [oil]; ``heats``: a film that may balance it."""
     table = values["oil"]
     if table is None:
         value = values[key]
@@ -227,7 +227,7 @@ def _flows(oil: Oil, celsius: float, where: str) -> None:
 
 
 def _with_history(case: PlainCase, values: Values, folder: Path, source: Given) -> PlainCase:
-    """Add the history, and see that there is some load."""
+    """Return a case with its history; refuse one without any load."""
     if values["history"] is not None or source is not None:
         return replace(case, history=_history(values, folder, source))
     if case.solver != "petroff" and case.load_N is None and case.eccentricity_ratio is None:

@@ -1,4 +1,4 @@
-"""``BENCH.toml``: a rotor, its bearings, the speed control, the schedule and what was measured."""
+"""Read ``BENCH.toml``: a rotor, its bearings, the speed control, the schedule and the readings."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ DEFAULT_ZERO_V = 0.2
 
 @dataclass(frozen=True)
 class Reading:
-    """What was measured at a speed: volts of each run, or the torque; ``dropped`` runs count from 1.
+    """Measurement at a speed: volts of each run, or the torque; ``dropped`` runs count from 1.
 
-    Those of ``cold`` are among them: their temperature was not held.
+    Runs in ``cold`` are among the volts: their temperature was not held.
     """
 
     case: int | str
@@ -105,7 +105,7 @@ def read_bench(source: str | Path | Mapping[str, Any]) -> Bench:
 
 
 def refuse_runs_without_bearings(tables: Mapping[str, Any]) -> None:
-    """Refuse a schedule where nothing can be run.
+    """Refuse a schedule without bearings.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def _bench(values: Values) -> Bench:
 
 
 def _check_holes(holes: Sequence[Values], disc_mm: float | None) -> None:
-    """Refuse holes whose middle lies outside of the disc; what is drilled from the rim may reach over it."""
+    """Refuse holes whose middle lies outside of the disc; one drilled from the rim may reach over it."""
     for number, each in enumerate(holes, 1):
         if disc_mm is not None and each["radius_mm"] > 0.5 * disc_mm:
             raise JobError(
@@ -177,7 +177,7 @@ def _check_holes(holes: Sequence[Values], disc_mm: float | None) -> None:
 
 
 def _shape(rotor: Values, density: float) -> DiscOnShaft | None:
-    """Return the disc on its shaft; None where the file does not say one."""
+    """Return the disc on its shaft; None where the file has none."""
     if rotor["disc_mm"] is None:
         for key in ("shaft_mm", "length_mm", "thickness_mm"):
             if rotor[key] is not None:

@@ -41,7 +41,7 @@ def read_design(text: str, source: str) -> tuple[Design, EngineParts | None]:
 
 
 def design_from(values: Mapping[str, Any]) -> tuple[Design, EngineParts | None]:
-    """Return the design that a mapping says, with the structure of the TOML file, and the weights if any.
+    """Return the design of a mapping with the structure of the TOML file, and the weights if any.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Keys of a crank's description by dimensions: the fields of ``Design``, with what each means."""
+"""Keys of a crank's description by dimensions: the fields of ``Design``, with their meanings."""
 
 from __future__ import annotations
 

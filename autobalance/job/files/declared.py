@@ -1,4 +1,4 @@
-"""What each file that the program reads beside a job may hold, by the name of its schema."""
+"""Keys of each file that the program reads beside a job, by the name of its schema."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Read a DESIGN.toml: which parts of which webs are free, and what a design must keep."""
+"""Read a DESIGN.toml: free parts of webs, and constraints on a design."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class ShaftRoom:
 
 @dataclass(frozen=True)
 class Envelope:
-    """What free metal must keep to."""
+    """Limits of space for free metal."""
 
     radius_mm: float | None = None
     z_mm: Pair | None = None
@@ -111,7 +111,7 @@ class Envelope:
 
 @dataclass(frozen=True)
 class FemLimits:
-    """What finite elements must find of a design, and how many designs they are asked of in the search."""
+    """Limits on a design's finite-element results, and the number of designs analysed in the search."""
 
     min_frequency_hz: float | None
     max_stress_MPa: float | None
@@ -121,7 +121,7 @@ class FemLimits:
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """How designs are searched."""
+    """Options of the search for designs."""
 
     objectives: tuple[str, ...] = ("mass_g",)
     evaluations: int = 3000
@@ -164,7 +164,7 @@ def load_design(path: Path) -> DesignJob:
 
 
 def parse_design(raw: Mapping[str, Any], path: Path) -> DesignJob:
-    """Return the design that the tables of a DESIGN.toml ask for; ``path`` is its file."""
+    """Return the design job of the tables of a DESIGN.toml; ``path`` is its file."""
     own = names(DESIGN_KEYS)
     faults = Faults(*unknown_keys(Table(dict(raw), "", None), (*START_TABLES, *own)))
     start = {key: raw[key] for key in START_TABLES if key in raw}

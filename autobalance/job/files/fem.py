@@ -1,4 +1,4 @@
-"""Read what a finite-element analysis needs: a FEM.toml, or a solid with options."""
+"""Read the input of a finite-element analysis: a FEM.toml, or a solid with options."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ AnalysisKind = Literal["modes", "static"]
 
 @dataclass(frozen=True)
 class FemJob:
-    """What to analyse: the file, its unit and body, the material, and the analysis.
+    """A finite-element analysis: file, unit and body, the material, and its kind.
 
     ``crankpin_in_file`` false: a pressed-up crank, whose crankpins are put in.
 
@@ -103,7 +103,7 @@ def load_fem(path: Path) -> FemJob:
 
 
 def parse_fem(raw: dict[str, Any], folder: Path) -> FemJob:
-    """Return the analysis that the tables of a FEM.toml describe; its file is relative to ``folder``."""
+    """Return the analysis of the tables of a FEM.toml; its file is relative to ``folder``."""
     return read_document(raw, "analysis", FEM_KEYS, lambda values: _job(values, folder))
 
 

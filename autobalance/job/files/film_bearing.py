@@ -1,4 +1,4 @@
-"""An oil film as a rotor's bearing: its stiffness and damping over the speeds that are asked about."""
+"""An oil film as a rotor's bearing: its stiffness and damping over the requested speeds."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ TABLED = 33
 LOWEST = 0.02
 """Share of the highest speed below which the coefficients stay: a film at rest has no stiffness."""
 SPEED_MULTIPLE = 10.0
-"""A single speed is looked beyond by as much, for critical speeds."""
+"""Highest speed of the table over a single requested one, for critical speeds."""
 
 
 def film_bearing(place: str, z_m: float, values: Mapping[str, Any], asked_rad_s: Array) -> Bearing:
-    """Return the bearing of a film under a load that stands still.
+    """Return the bearing of a film under a steady load.
 
     Raises
     ------

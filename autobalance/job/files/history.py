@@ -66,7 +66,7 @@ def history_of_arrays(arrays: Mapping[str, npt.ArrayLike], bush_speed_rad_s: flo
 
 
 def history_of(angle_deg: Array, x_N: Array, y_N: Array, bush_speed_rad_s: float, name: str) -> History:
-    """Return forces over equal steps of one cycle; ``name`` says where they come from.
+    """Return forces over equal steps of one cycle; ``name`` is their source.
 
     Raises
     ------

@@ -18,7 +18,7 @@ from autobalance.units import G_MM_PER
 
 @dataclass(frozen=True)
 class Watched:
-    """How a machine's lines are read, when a vector counts as settled, and what its reading says besides."""
+    """Pattern of a machine's lines, conditions of a settled vector, and the other values of its reading."""
 
     line: LineFormat
     settling: Settling
@@ -27,7 +27,7 @@ class Watched:
 
 
 def read_watched(source: str | Path | Mapping[str, Any]) -> Watched:
-    """Read what ``machine --watch`` needs of a machine file: the rotor may be missing.
+    """Return the part of a machine file that ``machine --watch`` uses: the rotor may be missing.
 
     Raises
     ------

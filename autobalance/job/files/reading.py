@@ -1,4 +1,4 @@
-"""``READING.toml``: what a balancing machine read on a corrected crank."""
+"""Read ``READING.toml``: a balancing machine's reading of a corrected crank."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ READING_KEYS = (
 
 @dataclass(frozen=True)
 class ReadPlane:
-    """What was read in a plane: heavy side in the rotor frame; ``at`` or ``z_mm`` say where, or neither."""
+    """Reading in a plane: heavy side in the rotor frame; ``at`` or ``z_mm`` is its place, or neither."""
 
     at: Literal["A", "B"] | None
     z_mm: float | None

@@ -1,4 +1,4 @@
-"""Keys that say how a balancing machine's reading counts, and angles between its sense and the rotor's."""
+"""Keys of the convention of a balancing machine's reading, and angles between its sense and the rotor's."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ AS_READ = (
 
 @dataclass(frozen=True)
 class Convention:
-    """How angles of a reading count."""
+    """Convention of a reading's angles."""
 
     rotation: Rotation = "ccw"
     zero_deg: float = 0.0
@@ -47,7 +47,6 @@ class Convention:
 
     @staticmethod
     def of(values: Values) -> Convention:
-        """Return the convention that a table's values say."""
         return Convention(values["rotation"], values["zero_deg"], values["reads"])
 
     @property
@@ -65,5 +64,5 @@ class Convention:
         return wrapped_deg(self.offset_deg + self.sense * angle_deg)
 
     def machine_deg(self, rotor_deg: float) -> float:
-        """Return what the machine shows for a heavy side at an angle of the rotor frame."""
+        """Return the machine's angle for a heavy side at an angle of the rotor frame."""
         return wrapped_deg(self.sense * (rotor_deg - self.offset_deg))

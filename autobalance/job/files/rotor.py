@@ -1,4 +1,4 @@
-"""Read a rotor file: shaft, discs, bearings, unbalances and what is asked about them; SI units out."""
+"""Read a rotor file: shaft, discs, bearings, unbalances and questions about them; SI units out."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ ROTOR = (
 
 @dataclass(frozen=True)
 class Balancing:
-    """Where unbalance may be added, and which modes it shall leave without excitation."""
+    """Planes for added unbalance, and modes to be left without excitation."""
 
     planes_m: tuple[float, ...]
     modes: int
@@ -135,7 +135,7 @@ class RunUp:
 
 @dataclass(frozen=True, eq=False)
 class RotorRequest:
-    """A rotor and what is asked about it; ``filled`` is the file as read, defaults filled in."""
+    """A rotor and the questions about it; ``filled`` is the file as read, defaults filled in."""
 
     rotor: BeamRotor
     speeds_rad_s: Array
@@ -193,7 +193,7 @@ def _request(filled: Values) -> RotorRequest:
 
 
 def _check_proportions(sections: Sequence[Values]) -> None:
-    """Refuse what is not a shaft: beam elements would be divided without end, or lose all digits."""
+    """Refuse an impossible shaft: beam elements would be divided without end, or lose all digits."""
     for number, each in enumerate(sections, 1):
         thick, thin = (pick(each["outer_mm"], each["outer_end_mm"]) for pick in (max, min))
         if thick > STEEPEST * thin:
@@ -225,7 +225,7 @@ def _speeds(top: Mapping[str, Any]) -> Array:
 
 
 def _complete_section(place: str, values: Values) -> None:
-    """Fill in what a section's other keys say, and refuse what cannot be."""
+    """Fill in a section's end diameters, and refuse impossible ones."""
     for name in ("outer", "inner"):
         if values[f"{name}_end_mm"] is None:
             values[f"{name}_end_mm"] = values[f"{name}_mm"]

@@ -43,7 +43,7 @@ BEARING = (
 
 
 def read_bearing(place: str, table: Values, asked_rad_s: Array) -> Bearing:
-    """Return a support, its coefficients at the speeds asked for."""
+    """Return a support, with coefficients at the requested speeds."""
     z_m = table["z_mm"] * M_PER_MM
     linear = [key for key in (*LINEAR, "speeds_rpm") if table[key] is not None]
     if table["film"] is not None:

@@ -28,7 +28,7 @@ CHAIN = (
 
 @dataclass(frozen=True, eq=False)
 class ChainFile:
-    """A chain with what is asked about it; ``filled`` is the file as read, defaults filled in."""
+    """A chain with the questions about it; ``filled`` is the file as read, defaults filled in."""
 
     question: TorsionQuestion
     chain: TorsionChain

@@ -1,4 +1,4 @@
-"""``TRIALS.toml``: readings, trial weights and what can be fitted become complex numbers."""
+"""Read ``TRIALS.toml``: readings, trial weights and possible weights as complex numbers."""
 
 from __future__ import annotations
 
@@ -229,7 +229,7 @@ def _check_changes(initial: Complex, trials: tuple[Trial, ...]) -> None:
 
 
 def _radius(trials: list[Values], plane: PlaneName) -> float | None:
-    """Return the radius at which a plane's trial weights sat, where they say one and it is the same."""
+    """Return the radius of a plane's trial weights; None where they state none, or differ."""
     radii = {each["radius_mm"] for each in trials if each["plane"] == plane and each["radius_mm"] is not None}
     return radii.pop() if len(radii) == 1 else None
 

@@ -1,4 +1,4 @@
-"""What a job says, in mm, g, s and rad; what few jobs hold stands in separate modules."""
+"""A job in mm, g, s and rad; tables that few jobs hold stand in separate modules."""
 
 from autobalance.job.model.engine import (
     Attached,

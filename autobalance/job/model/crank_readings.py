@@ -1,4 +1,4 @@
-"""What a shop measured of the crank in the hand: on a scale, with a micrometer."""
+"""A shop's measurements of the crank in the hand: on a scale, with a micrometer."""
 
 from __future__ import annotations
 

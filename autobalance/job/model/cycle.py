@@ -16,7 +16,7 @@ Peg = Literal["none", "intake"]
 
 @dataclass(frozen=True)
 class CylinderGas:
-    """What happens in one cylinder; pressures in MPa, heat in N·mm, angles after firing top dead centre."""
+    """Gas in one cylinder; pressures in MPa, heat in N·mm, angles after firing top dead centre."""
 
     bore_mm: float
     compression_ratio: float | None
@@ -49,7 +49,7 @@ class TraceFile:
 
 @dataclass(frozen=True)
 class Absorber:
-    """A pendulum, how far it may swing, and the share of its order's torque that it is to take."""
+    """A pendulum, its greatest swing, and the share of its order's torque that it is to take."""
 
     pendulum: Pendulum
     swing_rad: float
@@ -91,5 +91,5 @@ class Cycle:
         return any(gas.model == "trace" for gas in (self.default, *self.by_cylinder.values()))
 
     def of_cylinder(self, number: int) -> CylinderGas:
-        """Return what happens in a cylinder, from 1."""
+        """Return the gas of a cylinder, from 1."""
         return self.by_cylinder.get(number, self.default)

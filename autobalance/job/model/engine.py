@@ -1,4 +1,4 @@
-"""The crank, what hangs on it and what is asked of it: tables of a job in mm, g, s and rad."""
+"""The crank, the parts on it and the requirements on it: tables of a job in mm, g, s and rad."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Crankshaft:
         return self if self.scan is None else self.scan
 
     def weighed_with(self, **changes: Any) -> Crankshaft:
-        """Return the crank with other values of the file whose mass and unbalance count."""
+        """Return the crank with changed values of the file whose mass and unbalance count."""
         if self.scan is None:
             return replace(self, **changes)
         return replace(self, scan=replace(self.scan, **changes))
@@ -62,9 +62,9 @@ class Crankshaft:
 
 @dataclass(frozen=True)
 class StudyOptions:
-    """How ``study`` reads a ±, and what else is uncertain about a crank that is made.
+    """Reading of a ± by ``study``, and other uncertainties of a crank as manufactured.
 
-    ``distribution``: of a ± that says nothing else, 95 % lie within (normal) or all, evenly (rectangular).
+    ``distribution``: of a ± without its own, 95 % lie within (normal) or all, evenly (rectangular).
     ``position_pm_mm`` and ``wander_pm_deg`` are of holes, ``journal_pm_mm`` of the outermost main journals;
     ``measurement`` adds what the mesh and the axis make uncertain.
     """
@@ -79,7 +79,7 @@ class StudyOptions:
 
 @dataclass(frozen=True)
 class Weight:
-    """A mass on the scale, and by how much it may be off [g].
+    """A mass on the scale, and its uncertainty [g].
 
     ``distribution`` is how the ± is read by ``study``; None: as the job's ``[study]`` says.
     """
@@ -125,7 +125,7 @@ class LinkRod:
 
 @dataclass(frozen=True)
 class ThrowParts:
-    """What hangs on one throw; with ``links``, one of its rods is their master."""
+    """Parts on one throw; with ``links``, one of its rods is their master."""
 
     rods: int
     weights: PartWeights
@@ -161,7 +161,7 @@ class ThrowOil:
 
 @dataclass(frozen=True)
 class CylinderLayout:
-    """How the cylinders stand about the crank; for forces and shafts.
+    """Places of the cylinders about the crank; for forces and shafts.
 
     ``bank_rad`` has one direction for each rod of a throw, from the rotor's x axis at crank angle 0, or is
     None where the job does not say; ``bank_by_throw`` has those of the throws that differ, by their number.
@@ -179,7 +179,7 @@ class CylinderLayout:
 
 @dataclass(frozen=True)
 class RodOnScales:
-    """What a bare connecting rod weighs on two scales, and its inertia about its centre of mass.
+    """Weights of a bare connecting rod on two scales, and its inertia about its centre of mass.
 
     ``solid`` says of which file that was measured, empty where it was weighed.
     """
@@ -236,11 +236,11 @@ class EngineParts:
     oil: Mapping[int, ThrowOil] = field(default_factory=dict)
 
     def of_throw(self, number: int) -> ThrowParts:
-        """Return what hangs on a throw."""
+        """Return the parts on a throw."""
         return self.by_throw.get(number, self.default)
 
     def oil_on_crankpin_g(self, number: int) -> float:
-        """Return what the oil of a throw adds to its bob-weight."""
+        """Return the oil's addition to a throw's bob-weight."""
         return self.oil[number].on_crankpin_g if number in self.oil else 0.0
 
 
@@ -264,7 +264,7 @@ class ExternalPart:
 
 @dataclass(frozen=True)
 class Balance:
-    """What is asked of the balanced crank; ``factor`` None stands for the original one.
+    """Requirements on the balanced crank; ``factor`` None stands for the original one.
 
     ``overbalance_g_mm`` is left on purpose for final drilling, its heavy side at ``overbalance_rad``;
     ``facet_correction`` adds what the mesh's facets hide to what is measured.

@@ -1,4 +1,4 @@
-"""What a job says of the engine on its mounts."""
+"""The engine on its mounts, from a job."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a job says of the strength of its crank's fillets."""
+"""Strength of a crank's fillets, from a job."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a job or a chain's file asks about torsion, in SI units."""
+"""Questions of a job or a chain's file about torsion, in SI units."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class PendulumAbsorber:
 
 @dataclass(frozen=True, eq=False)
 class TorsionQuestion:
-    """Speeds, torques, absorber, what makes the chain a train; ``damping_ratio`` None: as usual."""
+    """Speeds, torques, absorber, parts of a train; ``damping_ratio`` None: as usual."""
 
     speeds_rad_s: Array
     excitations: tuple[Excitation, ...]
@@ -74,7 +74,7 @@ class Driven:
 
 @dataclass(frozen=True, eq=False)
 class CrankTorsion:
-    """What a job says about its crank's torsion."""
+    """A job's keys on its crank's torsion."""
 
     question: TorsionQuestion
     formula: Formula

@@ -1,4 +1,4 @@
-"""What makes a torsional chain a train: gears, branches, couplings, dampers. SI units."""
+"""Parts of a torsional train: gears, branches, couplings, dampers. SI units."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Damper:
 
 @dataclass(frozen=True, eq=False)
 class TrainParts:
-    """What makes a chain a train."""
+    """Gears, branches, couplings and dampers, with which a chain is a train."""
 
     gears: tuple[GearPair, ...] = ()
     branches: tuple[Branch, ...] = ()

@@ -133,7 +133,7 @@ NEEDED = {float: "a number", Large: "a number", int: "a whole number", bool: "tr
 
 
 def needed(hint: Any) -> str:
-    """Say in words what a type hint asks."""
+    """Return a type hint's requirement in words."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Literal:
         return " or ".join(repr(choice) for choice in inner)

@@ -16,7 +16,7 @@ LARGEST_BYTES = 1 << 20
 
 
 def text_of(path: Path, what: str) -> str:
-    """Return the text of a small file; ``what`` it is says so in messages.
+    """Return the text of a small file; ``what`` is its kind, for messages.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def toml_of(text: str, name: str) -> dict[str, Any]:
 
 
 def depth_of(values: Any) -> int:
-    """Return how deep tables and lists nest, without recursion."""
+    """Return the depth of nested tables and lists, without recursion."""
     level, depth = [values], 0
     while level:
         inner = [list(item.values()) if isinstance(item, dict) else item for item in level]

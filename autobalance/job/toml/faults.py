@@ -1,4 +1,4 @@
-"""What is wrong with a file, gathered so that all of it is reported at once."""
+"""Faults of a file, gathered so that all of them are reported at once."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from autobalance.errors import JobError
 
 
 class Faults:
-    """Errors that were met so far, a line each."""
+    """Errors so far, a line each."""
 
     def __init__(self, *lines: str) -> None:
         self.lines = list(lines)
@@ -23,7 +23,7 @@ class Faults:
             self.lines += error.lines
 
     def with_more(self, later: Faults) -> Faults:
-        """Return these and what a later look found wrong with other keys."""
+        """Return these faults and later ones of other keys."""
         known = [line.split(maxsplit=1)[0] for line in self.lines]
         return Faults(*self.lines, *(line for line in later.lines if not _is_about(line, known)))
 
@@ -40,6 +40,6 @@ class Faults:
 
 
 def _is_about(line: str, keys: list[str]) -> bool:
-    """Whether a line names one of some keys first, or a key in it; a density may be named by its material."""
+    """Return whether a line begins with a key, or a key in it; a density's material may stand there."""
     name = line.split(maxsplit=1)[0].rstrip(":,;")
     return any(name == key or name.startswith((f"{key}.", f"{key}[", f"{key}_kg_m3")) for key in keys)

@@ -381,7 +381,7 @@ def _number_schema(hint: Any, rule: Rule, unit: str) -> Values:
 
 
 def _range_schema(hint: Any, rule: Rule) -> Values:
-    """Return what a number must be, with the size that no number of a file may be beyond."""
+    """Return the range of a number, with the size that no number of a file may exceed."""
     if rule.one_of:
         return rule.schema()
     most = LARGEST_OF_ALL if hint is Large else LARGEST

@@ -49,7 +49,7 @@ def setting_of(setting: str) -> tuple[str, Any]:
 
 
 def value_of(text: str) -> Any:
-    """Return what a text is as a TOML value; where it is none, the text."""
+    """Return a text's TOML value, or the text where it has none."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):  # TOMLDecodeError is a ValueError

@@ -37,7 +37,7 @@ DAMAGED: Final = (
     TypeError,
     ValueError,
 )
-"""What the library lets through of a workbook whose archive, XML, styles or numbers are damaged."""
+"""Errors from the library for a workbook whose archive, XML, styles or numbers are damaged."""
 
 
 def sheet_cells(path: Path, sheet: str | None, *, formulas: bool = False) -> list[tuple[Any, ...]]:

@@ -66,7 +66,7 @@ class Table:
 
 
 def unknown_keys(table: Table, known: Sequence[str]) -> list[str]:
-    """Return what to say of each key of a table that is not known there; the first lists those that are."""
+    """Return a message for each unknown key of a table; the first lists the known keys."""
     lines, listed = [], f"; known here: {', '.join(known)}"
     for key in table.raw:
         if key not in known:

@@ -1,4 +1,4 @@
-"""Units that people type: a job's lengths, unbalances and weights with a unit become mm, g·mm and g.
+"""Conversion of typed units: a job's lengths, unbalances and weights become mm, g·mm and g.
 
 Keys that end in ``_mm`` take ``"3/8 in"``, those in ``_g_mm`` ``"0.5 oz-in"``, a weight is a number of grams
 or a table with one unit of mass, of one piece or of several, and ``density`` names a material.
@@ -21,7 +21,7 @@ from autobalance.units import G_MM_PER, G_PER
 
 WEIGHT_TABLES = ("rotating_g", "reciprocating_g", "crankpin_g")
 FILL_IN = "FILL IN"
-"""What stands in a job where only the user knows."""
+"""Placeholder in a job for values that only the user knows."""
 
 LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "inch": 25.4, '"': 25.4}
 """Millimetres in a unit as it is typed."""

@@ -66,7 +66,7 @@ def unit_of_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class TypedUnit:
-    """How a number is typed as a text: its pattern, an example, and the number it stands for."""
+    """A number typed as a text: its pattern, an example, and its conversion."""
 
     pattern: str
     example: str
