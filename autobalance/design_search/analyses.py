@@ -1,4 +1,4 @@
-"""Finite elements within a search: which designs are analysed, to predict all others."""
+"""Choice of the designs of a search that finite elements analyse, so that all others can be predicted."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from autobalance.studies.workers import Workers
 from autobalance.types import Array
 
 FEWEST = 6
-"""Designs analysed in the first generation, at least."""
+"""Least number of designs analysed in the first generation."""
 SAME_PLACE = 1e-3
 """Distance, as a share of the bounds, within which a design adds nothing new."""
 
@@ -26,7 +26,7 @@ SAME_PLACE = 1e-3
 def analysed_next(
     findings: Found, rows: Sequence[Candidate], number: int, workers: Workers
 ) -> tuple[Analysed, ...]:
-    """Return finite-element results of some designs of a generation: those that the model knows least.
+    """Return finite-element results of the designs of a generation of which the model knows least.
 
     Half of the analyses are of the first generation, spread over it; the others of the designs that look
     best by the model so far, as many in each generation.
@@ -50,7 +50,7 @@ def analysed_next(
 
 
 def _far_apart(rows: Sequence[Array], count: int, bounds: Array) -> list[Array]:
-    """Return some of the designs, the first and then the one furthest from all chosen, each once."""
+    """Return at most ``count`` designs, each once: the first, then always that furthest from all chosen."""
     low, high = bounds.T
     places = (np.stack(rows) - low) / np.where(high > low, high - low, 1.0)
     chosen = [0]
@@ -62,7 +62,7 @@ def _far_apart(rows: Sequence[Array], count: int, bounds: Array) -> list[Array]:
 
 
 def _least_known(findings: Found, rows: Sequence[Candidate], count: int) -> list[Array]:
-    """Return designs of a generation that are far from what was analysed: of its front first, then others."""
+    """Return at most ``count`` designs far from all analysed ones: those of the front first, then others."""
     model = findings.problem.model
     rows_known = [completed(findings.problem, each) for each in rows]
     kept = [each for each in rows_known if each.violation <= 0.0]
@@ -77,7 +77,7 @@ def _least_known(findings: Found, rows: Sequence[Candidate], count: int) -> list
 
 
 def _analysed_task(task: tuple[Any, Array]) -> Analysed:
-    """Return a design's finite-element results, to six digits: the mesh is worth four."""
+    """Return a design's finite-element results to six digits (a mesh is worth four); none without a mesh."""
     problem, variables = problem_of(task[0]), task[1]
     amounts = problem.amounts(variables)
     solid = with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)[0]

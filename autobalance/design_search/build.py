@@ -1,4 +1,4 @@
-"""Solids of designs: the free metal of a crank taken away and new metal put in its place (rotor frame)."""
+"""Solids of designs: the old free metal of a crank removed and new metal added (rotor frame)."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 SNAP_MM = 1e-3
 SKIN_MM = 1e-4
-"""Old metal that is left around a new outline, so that no two surfaces nearly coincide."""
+"""Skin of old metal left around a new outline, so that no two surfaces nearly coincide."""
 
 
 def with_profiles(
     free: FreeMetal, radii_mm: Sequence[Array], thickness_mm: Sequence[float | None]
 ) -> tuple[Solid, float]:
-    """Return the crank with these profiles (rotor frame), and by how much held volume differs, as a share.
+    """Return the crank with these profiles (rotor frame), and the change of the held volume as a share.
 
     Old metal beyond the new outline is cut away and the new body added: metal that is old and new stays in
     one piece, without seams.
@@ -48,7 +48,7 @@ def with_profiles(
 def free_body(
     free: FreeMetal, web: FreeWeb, radii_mm: Array, thickness_mm: float | None, skin_mm: float = 0.0
 ) -> Solid:
-    """Return a web's new metal without its openings, a skin thicker on all sides but those of held metal."""
+    """Return a web's new metal without its openings, a skin thicker on all sides but towards held metal."""
     body = free.bodies[web.part]
     low, high = web.reach_mm(thickness_mm)
     if not body.slope:
@@ -71,7 +71,6 @@ def free_body(
 
 
 def _holes(free: FreeMetal, thickness_mm: Sequence[float | None]) -> Solid:
-    """Return the lightening holes of all webs."""
     total = Solid.nothing()
     for web in free.webs:
         outlines = [
@@ -83,7 +82,7 @@ def _holes(free: FreeMetal, thickness_mm: Sequence[float | None]) -> Solid:
 
 
 def _thinner(old: tuple[float, float], new: tuple[float, float]) -> list[tuple[float, float]]:
-    """Return the heights that a thinner web leaves."""
+    """Return the ranges of height from which a thinner web takes its metal."""
     strips = []
     if new[0] > old[0] + SNAP_MM:
         strips.append((old[0] - PAST_MM, new[0]))

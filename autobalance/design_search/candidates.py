@@ -1,4 +1,4 @@
-"""Designs as a search judges them, by their profiles' own moments and by their predicted strength."""
+"""Designs as a search judges them: by the moments of their profiles and by their predicted strength."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from autobalance.types import Array
 class Candidate:
     """A judged design: variables (v,) with the balance met, objectives (k,) to be least, and violation.
 
-    ``violation`` is of all limits, ``by_geometry`` of those that need no finite elements.
+    ``violation`` counts all limits, ``by_geometry`` only those that need no finite elements.
     """
 
     variables: Array
@@ -29,7 +29,7 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a search has found: every design it looked at, judged by all that is known at its end.
+    """Result of a search: every design judged, with the knowledge of its end.
 
     Attributes
     ----------
@@ -45,21 +45,21 @@ class Found:
     analysed: tuple[Analysed, ...] = ()
 
     def with_known(self, analysed: Sequence[Analysed]) -> Found:
-        """Return it with more designs analysed, and all others judged again with these."""
+        """Return the result with more designs analysed, and all candidates judged again by the new model."""
         every = (*self.analysed, *analysed)
         problem = replace(self.problem, model=StrengthModel.of(self.problem.bounds, every))
         return Found(problem, tuple(completed(problem, each) for each in self.candidates), every)
 
 
 def objective_values(problem: Problem, moments: Moments, variables: Array) -> Array:
-    """Return the values (k,) of a search's objectives, each to be least; the stress is predicted."""
+    """Return the values (k,) of a search's objectives, each to be minimized; the stress is predicted."""
     predicted = {} if problem.model is None else problem.model.predicted(variables)
     values = {STRESS: 0.0, **problem.objectives(moments, predicted)}
     return np.array([sign * values[name] for name, sign in problem.signed_objectives])
 
 
 def judged(problem: Problem, variables: Array) -> Candidate:
-    """Return a design with its balance solved for, judged by its profiles' own moments."""
+    """Return the design with its balance solved for, judged by the moments of its profiles."""
     solved = problem.solved(variables)
     moments = problem.moments(solved)[0]
     constraints, _ = problem.constraints(solved, moments, problem.residual(moments), exact=False)
@@ -69,7 +69,7 @@ def judged(problem: Problem, variables: Array) -> Candidate:
 
 
 def completed(problem: Problem, candidate: Candidate) -> Candidate:
-    """Return a candidate with the model's predictions of its strengths; without a model, as it is."""
+    """Return a candidate with its strengths predicted by the model; unchanged without a model."""
     if problem.model is None:
         return candidate
     predicted, values = problem.model.predicted(candidate.variables), candidate.objectives.copy()
@@ -81,7 +81,7 @@ def completed(problem: Problem, candidate: Candidate) -> Candidate:
 
 
 def front(candidates: Sequence[Candidate]) -> list[int]:
-    """Return the numbers of the designs that no other beats in all objectives, each once."""
+    """Return the indices of the Pareto-optimal designs, of equal ones the first only."""
     values = np.stack([each.objectives for each in candidates])
     kept: list[int] = []
     for number, own in enumerate(values):
@@ -93,7 +93,7 @@ def front(candidates: Sequence[Candidate]) -> list[int]:
 
 
 def spread_over(candidates: Sequence[Candidate], numbers: Sequence[int], count: int) -> list[int]:
-    """Return at most ``count`` designs of a front: the best in each objective, then the loneliest."""
+    """Return at most ``count`` designs of a front: the best in each objective, then the most isolated."""
     values = np.stack([candidates[number].objectives for number in numbers])
     reach = np.maximum(np.ptp(values, axis=0), 1e-300)
     scaled = (values - values.min(axis=0)) / reach
@@ -106,5 +106,4 @@ def spread_over(candidates: Sequence[Candidate], numbers: Sequence[int], count: 
 
 
 def least_violated(candidates: Sequence[Candidate]) -> Iterator[Candidate]:
-    """Yield designs, the least violated first."""
     yield from sorted(candidates, key=lambda each: (each.violation, *each.objectives))

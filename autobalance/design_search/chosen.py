@@ -1,4 +1,4 @@
-"""Which of the designs that were looked at are written: the front, as far as it holds when measured."""
+"""Choice of the designs to write: the front, as far as it holds when measured."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from autobalance.design_search.written import WrittenDesign, written
 from autobalance.errors import SolidError
 
 TRIED_MOST = 20
-"""Designs that are written to find those that keep everything when measured."""
+"""Greatest number of designs that are written in the search for some that keep every constraint."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,11 +24,11 @@ class Chosen:
     ----------
     designs : sequence of WrittenDesign
     kept : bool
-        Whether they keep everything when measured; else there is one, the least violated.
+        Whether they keep every constraint when measured; else there is one design, the least violated.
     found : Found
-        With what was analysed of the written designs, too.
+        Including the analyses of the written designs.
     told_errors : mapping
-        By how much the model was off at written designs, before these were known to it; greatest, as shares.
+        Greatest error of the model at the written designs, before it knew these; by name, as shares.
     """
 
     designs: tuple[WrittenDesign, ...]
@@ -38,7 +38,7 @@ class Chosen:
 
 
 def with_refined(findings: Found) -> Found:
-    """Return what was found, and the best in each objective made better by gradients."""
+    """Return the findings, with the best candidate of each objective refined by gradients and added."""
     problem, every = findings.problem, list(findings.candidates)
     for objective in range(len(problem.design.search.objectives)):
         best = min(every, key=lambda each: (each.violation, each.objectives[objective]))
@@ -47,11 +47,11 @@ def with_refined(findings: Found) -> Found:
 
 
 def chosen(findings: Found) -> Chosen:
-    """Return the designs to be written, and whether they keep everything when measured.
+    """Return the designs to be written, and whether they keep every constraint when measured.
 
-    The front first. Where finite elements are asked, what they find of it makes the model better, and the
-    front by the better model is measured in turn, until all of it was. Where nothing keeps everything,
-    designs from all over what is feasible, and at last the least violated of those that were measured.
+    The front comes first. Where finite elements are wanted, its results improve the model, and the front by
+    the better model is measured in turn, until all of it was measured. Where no design keeps every
+    constraint, designs from all over the feasible ones follow, and at last the least violated one measured.
     """
     tried = _Tried(findings)
     while True:
@@ -71,7 +71,7 @@ def chosen(findings: Found) -> Chosen:
 
 
 class _Tried:
-    """Designs that were written, by their number among the candidates."""
+    """Written designs by their index among the candidates."""
 
     def __init__(self, findings: Found) -> None:
         self.found = findings
@@ -80,7 +80,7 @@ class _Tried:
         self._failed: dict[int, SolidError] = {}
 
     def wanted(self) -> list[int]:
-        """Return the numbers of the designs that would be the answer by what is known."""
+        """Return the indices of the designs to write by present knowledge."""
         every, count = self.found.candidates, self.found.problem.design.search.designs
         left = [
             number
@@ -96,11 +96,11 @@ class _Tried:
         return [left[place] for place in spread_over(seen, list(among), min(count, TRIED_MOST))]
 
     def kept(self, numbers: Sequence[int]) -> list[WrittenDesign]:
-        """Return those of some designs that keep everything when measured."""
+        """Return the written designs among ``numbers`` that keep every constraint when measured."""
         return [self.made[number] for number in numbers if number in self.made and self.made[number].feasible]
 
     def write(self, numbers: Sequence[int]) -> None:
-        """Write and measure designs, and judge all others again by the results."""
+        """Write and measure designs, and judge all candidates again by the results."""
         problem, analysed = self.found.problem, []
         for number in numbers:
             candidate = self.found.candidates[number]
@@ -120,7 +120,7 @@ class _Tried:
             self.found = with_refined(self.found)
 
     def write_least_violated(self) -> None:
-        """Write the first design, the least violated first, that can be written."""
+        """Write the least violated design that can be written."""
         order: list[Candidate] = list(least_violated(self.found.candidates))
         places = {id(each): number for number, each in enumerate(self.found.candidates)}
         for candidate in order[:TRIED_MOST]:

@@ -1,4 +1,4 @@
-"""What a design keeps or breaks: bounds of its profiles, clearances to its neighbours, ranges of amounts."""
+"""Constraints of a design: bounds of its profiles, clearances to its neighbours, ranges of amounts."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from autobalance.units import wrapped_deg
 
 ROUGH_ANGLES = 72
 ROUGH_MM = 0.1
-"""More clearance is asked of a design that is only looked at every five degrees."""
+"""Extra clearance of a design that is judged only at every fifth degree."""
 FACING = -0.7
 NO_LIMIT_MM = 1e6
 
 
 @dataclass(frozen=True)
 class Constraint:
-    """Something kept or broken: ``margin`` is negative by how much it is broken, in ``unit``."""
+    """A constraint on a design: ``margin`` is negative by the amount of its violation, in ``unit``."""
 
     name: str
     value: float
@@ -47,19 +47,19 @@ class Constraint:
 
 @dataclass(frozen=True, eq=False)
 class Amounts:
-    """A design as numbers: control radii (n,) of each part and their thickness (None: as it was)."""
+    """A design as numbers: control radii (n,) of each part and its thickness (None: unchanged)."""
 
     radii_mm: tuple[Array, ...]
     thickness_mm: tuple[float | None, ...]
 
 
 def violation(constraints: Sequence[Constraint]) -> float:
-    """Return by how much constraints are broken in all, each in its own scale."""
+    """Return the sum of all violations, each as a multiple of its constraint's scale."""
     return float(sum(max(-each.margin / each.scale, 0.0) for each in constraints))
 
 
 def of_profile(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) -> list[Constraint]:
-    """Return what part ``k`` keeps of the envelope and of its own limits."""
+    """Return the constraints of part ``k``: those of the envelope and its own."""
     return [
         *_of_envelope(free, k, amounts, envelope),
         *_of_outline(free, k, amounts),
@@ -94,7 +94,7 @@ def _of_envelope(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) 
 
 
 def _of_outline(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
-    """Return the curvature and the wall of a profile, of its smallest section where it has draft."""
+    """Return the constraints on a profile's curvature and wall, of its smallest section if it has draft."""
     part, body = free.parts[k], free.bodies[k]
     thickness = amounts.thickness_mm[k] or free.thickness_mm(k)
     radii = body.radii_at(amounts.radii_mm[k], thickness)
@@ -115,7 +115,7 @@ def _of_outline(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
 
 
 def _of_holes(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
-    """Return the walls between a part's lightening holes and its smallest outline."""
+    """Return the constraints on the walls between a part's lightening holes and its smallest outline."""
     part, body = free.parts[k], free.bodies[k]
     thickness = amounts.thickness_mm[k] or free.thickness_mm(k)
     outline = body.profile.outline_mm(body.radii_at(amounts.radii_mm[k], thickness))
@@ -138,7 +138,7 @@ def clearances_of(
 ) -> list[Clearance]:
     """Return the least clearance of all free metal to each neighbour.
 
-    Not ``exact``: at few angles, and without neighbours that are further off along the axis than ``near_mm``.
+    If not ``exact``: at few angles, and without neighbours further along the axis than ``near_mm``.
     """
     clearances = []
     for neighbour in neighbours:
@@ -158,14 +158,13 @@ def clearances_of(
 
 
 def of_clearance(each: Clearance, wanted_mm: float) -> Constraint:
-    """Return a clearance as a constraint."""
     margin, at_deg = each.least_mm - wanted_mm, wrapped_deg(math.degrees(each.at_rad))
     name = f"clearance to {each.neighbour}"
     return Constraint(name, each.least_mm, wanted_mm, "mm", margin, 1.0, each.at_mm, at_deg)
 
 
 def of_range(name: str, value: float, limits: tuple[float, float]) -> list[Constraint]:
-    """Return an amount's two limits as constraints."""
+    """Return both limits of a range as constraints."""
     low, high = limits
     scale = 0.01 * max(abs(low), abs(high))
     unit = "g" if name == "mass_g" else "kg·mm²"
@@ -176,9 +175,9 @@ def of_range(name: str, value: float, limits: tuple[float, float]) -> list[Const
 
 
 def _least_wall(outline: Array) -> tuple[float, int]:
-    """Return the least distance between places of an outline that face away from each other, and where.
+    """Return the least distance between points of an outline that face away from each other, and its place.
 
-    The outline goes counter-clockwise, so metal is on its left.
+    The outline runs counter-clockwise, with the metal on its left.
     """
     points = outline[::2]
     along = np.gradient(points, axis=0)
@@ -193,7 +192,7 @@ def _least_wall(outline: Array) -> tuple[float, int]:
 
 
 def neighbours_of(design: DesignJob, crank: Crank) -> list[Neighbour]:
-    """Return what free metal must keep clear of."""
+    """Return the neighbours that free metal must keep clear of."""
     envelope, throws = design.envelope, crank.anatomy.throws
     length = design.start.engine.rod_length_mm
     if (envelope.pistons or envelope.rods) and length is None:

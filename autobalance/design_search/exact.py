@@ -1,4 +1,4 @@
-"""A design as a STEP file: its counterweights with true spline surfaces."""
+"""STEP file of a design: its counterweights with true spline surfaces."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def design_step(
 ) -> tuple[str, bytes]:
     """Return the name and the bytes of a design's STEP file.
 
-    A crank that came as STEP stays one solid with all its own surfaces. Of one that came as facets, what is
-    held is a solid of planar faces, and each counterweight one beside it; where the kernel finds fault with
-    these facets, the file holds the counterweights alone, and its name says so.
+    A crank read from STEP stays one solid with all its own surfaces. Of one read from facets, the held metal
+    is a solid of planar faces, and each counterweight a solid beside it; where the kernel rejects these
+    facets, the file holds the counterweights alone, and its name shows it.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def design_step(
 
 @lru_cache(maxsize=1)
 def _held(free: FreeMetal, crank: Crank) -> tuple[ExactSolid, ...] | None:
-    """Return what is held as solids of planar faces, in the file's coordinates; None: the kernel finds fault.
+    """Return the held metal as solids of planar faces, in file coordinates; None: the kernel rejects them.
 
     It is the same for all designs.
     """

@@ -1,4 +1,4 @@
-"""A crank with parts of its webs taken out: what is held, and where free metal may go (rotor frame)."""
+"""A crank with parts of its webs removed: the held metal, and the room for free metal (rotor frame)."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ FAR_RATIO = 2.0
 LEAST_HOLD_MM = 0.5
 SNAP_MM = 1e-3
 OFF_HOLD_MM = 0.01
-"""Room between a spline and the hold radius: where the two touch, the CAD kernel finds fault."""
+"""Room between a spline and the hold radius: where the two touch, the CAD kernel fails."""
 SECTIONS = 5
-"""Heights of a web at which the held disc is looked for."""
+"""Heights of a web at which the held disc is measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +41,11 @@ class FreeWeb:
     Attributes
     ----------
     number, part : int
-        Of the web, and of the part (from 0) whose profile it has.
+        Numbers of the web, and of the part (from 0) whose profile it has.
     turn_rad : float
         Angle of its crankpin in the rotor frame: profiles count from there.
     z_mm : (float, float)
-        Where its metal was.
+        Range of its original metal.
     grows_up : bool
         Whether a greater thickness reaches to greater z, away from the crankpin.
     """
@@ -63,38 +63,38 @@ class FreeWeb:
         return np.array([[c, -s], [s, c]])
 
     def reach_mm(self, thickness_mm: float | None) -> tuple[float, float]:
-        """Return where the metal is at a thickness; None: where it was."""
+        """Return the range of the metal at a thickness; None: its original range."""
         low, high = self.z_mm
         if thickness_mm is None:
             return low, high
         return (low, low + thickness_mm) if self.grows_up else (high - thickness_mm, high)
 
     def heights_mm(self, depths_mm: Array) -> Array:
-        """Return the heights at distances from the face towards the crankpin."""
+        """Return the z coordinates at distances from the face towards the crankpin."""
         heights: Array = self.z_mm[0] + depths_mm if self.grows_up else self.z_mm[1] - depths_mm
         return heights
 
 
 @dataclass(frozen=True, eq=False)
 class FreeMetal:
-    """What may change of a crank.
+    """Metal of a crank that may change.
 
     Attributes
     ----------
     parts : sequence of FreePart
     bodies : sequence of FreeBody
-        One a part.
+        One for each part.
     start_mm : sequence of (n,) float
         Control radii that follow the webs as they are.
     fit_error_mm : float
-        How far they are off at most.
+        Greatest distance between the webs and these.
     webs : sequence of FreeWeb
     solid, held, region : Solid
-        The crank as it came, what of it is held, and where metal is free; rotor frame.
+        The original crank, its held metal, and the region of free metal; rotor frame.
     held_moments : Moments
-        Of what is held, less the oil drillings through free metal.
+        Of the held metal, less the oil drillings through free metal.
     drillings : Solid
-        Kept open through free metal.
+        Oil drillings kept open through free metal.
     bounds_mm : sequence of (n, 2) float
         Of the control radii.
     """
@@ -117,18 +117,18 @@ class FreeMetal:
         return [body.profile for body in self.bodies]
 
     def thickness_mm(self, part: int) -> float:
-        """Return how thick a part's webs were."""
+        """Return the original thickness of a part's webs."""
         low, high = next(web.z_mm for web in self.webs if web.part == part)
         return high - low
 
 
 def free_metal(design: DesignJob, crank: Crank) -> FreeMetal:
-    """Return what a design job leaves free of its crank.
+    """Return the metal of a crank that its design job leaves free.
 
     Raises
     ------
     JobError
-        If a web is not there, its control points cross, or held metal stands outside the envelope.
+        If a web does not exist, its control points cross, or held metal stands outside the envelope.
     """
     solid = crank.source.solid.moved(crank.anatomy.file_to_rotor)
     bodies, starts, webs, bounds, errors = [], [], [], [], []
@@ -156,7 +156,7 @@ def free_metal(design: DesignJob, crank: Crank) -> FreeMetal:
 def regathered(free: FreeMetal, part: int, angles_rad: Array) -> FreeMetal:
     """Return free metal with a part's control points (n,) at other angles.
 
-    Where these stand apart the spline stays within them, so they may lie beyond the envelope, which the
+    Between widely spaced points the spline lies within them, so they may lie beyond the envelope, which the
     outline keeps.
     """
     body = free.bodies[part]
@@ -186,7 +186,7 @@ def _with(values: Sequence[T], place: int, value: T) -> list[T]:
 
 
 def _drillings(design: DesignJob, free: Solid) -> Solid:
-    """Return what oil drillings take of the free metal as it was."""
+    """Return the oil drillings within the original free metal."""
     total = Solid.nothing()
     for drilling in design.drillings:
         start, end = np.array(drilling.from_mm), np.array(drilling.to_mm)
@@ -211,7 +211,7 @@ def _free_web(part: FreePart, index: int, number: int, crank: Crank, solid: Soli
 
 
 def _snapped(z_mm: float, heights: Array) -> float:
-    """Return a height as the solid's corners have it, where they nearly do: no film of metal is left."""
+    """Return a height, moved to a corner of the solid if close to one, so that no film of metal is left."""
     nearest = float(heights[np.abs(heights - z_mm).argmin()])
     return nearest if abs(nearest - z_mm) < SNAP_MM else z_mm
 
@@ -223,7 +223,7 @@ def throw_of(web: Web, throws: Sequence[Throw]) -> Throw:
 
 
 def _body(part: FreePart, web: FreeWeb, solid: Solid) -> tuple[FreeBody, Array, float]:
-    """Return a part's body, the control radii of its start, and how far these are off the web."""
+    """Return a part's body, the control radii of its start, and their greatest error against the web."""
     low, high = part.sector_rad
     angles = np.linspace(low, high, RAYS)
     heights = np.linspace(*web.z_mm, SECTIONS + 2)[1:-1]
@@ -240,7 +240,7 @@ def _body(part: FreePart, web: FreeWeb, solid: Solid) -> tuple[FreeBody, Array, 
 
 
 def _profile(part: FreePart, hold_mm: float, angles: Array, radii: Array) -> tuple[Profile, Array, float]:
-    """Return a profile that follows radii at angles, its control radii, and the greatest error."""
+    """Return a profile that follows radii at given angles, its control radii, and the greatest error."""
     low, high = part.sector_rad
     if part.start_points_mm is None:
         profile = Profile.even((low, high), part.points, hold_mm)
@@ -284,7 +284,7 @@ def _bounds(part: FreePart, body: FreeBody, web: FreeWeb, start: Array, envelope
 
 
 def _radii_mm(section: Region, angles: Array) -> tuple[Array, Array]:
-    """Return the first and last crossing of rays from the axis with a section's outline, at angles."""
+    """Return the first and last crossing of rays from the axis with a section's outline; 0: none."""
     starts = np.concatenate([np.zeros((0, 2)), *section.polygons])
     ends = np.concatenate([np.zeros((0, 2)), *(np.roll(polygon, -1, axis=0) for polygon in section.polygons)])
     first, last = np.zeros(len(angles)), np.zeros(len(angles))

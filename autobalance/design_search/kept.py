@@ -1,4 +1,4 @@
-"""A design search on disk: a line a generation, from which a search that was stopped goes on."""
+"""A design search on disk: one line for each generation, from which a stopped search resumes."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ DESIGNS = "designs"
 
 
 class KeptSearch:
-    """The generations of a search in a folder; without a folder they are not kept.
+    """Generations of a search, kept in a folder if there is one.
 
     Parameters
     ----------
     folder : Path or None
     fingerprint : str
-        Of everything that the search depends on; each line holds it.
+        Hash of everything that the search depends on; each line holds it.
     fresh : bool
-        Forget what the folder holds.
+        Delete the results of earlier searches in the folder.
 
     Raises
     ------
     FileError
-        If the folder is another design's, or cannot be written.
+        If the folder belongs to another design, or cannot be written.
     """
 
     def __init__(self, folder: Path | None, fingerprint: str, *, fresh: bool) -> None:
@@ -53,7 +53,6 @@ class KeptSearch:
             (folder / SEARCH).write_text(text, encoding="utf-8")
 
     def keep(self, generation: Generation) -> None:
-        """Add a generation."""
         if self._folder is not None:
             with (self._folder / SEARCH).open("a", encoding="utf-8") as stream:
                 stream.write(self._text(generation))
@@ -68,13 +67,13 @@ def _crc32(line: Mapping[str, Any]) -> int:
 
 
 def _is_as_written(line: Mapping[str, Any]) -> bool:
-    """Return whether nobody has changed a line since: the search goes on before the first that is."""
+    """Return whether a line is as it was written: the search resumes before the first changed one."""
     generation = {key: value for key, value in line.items() if key not in ("design", "crc32")}
     return line.get("crc32") == _crc32(generation)
 
 
 def _lines(path: Path) -> list[dict[str, Any]]:
-    """Return the whole lines of a file, up to the first that is none."""
+    """Return the complete lines of a file as objects, up to the first that is not JSON."""
     if not path.exists():
         return []
     entries = []
@@ -88,7 +87,7 @@ def _lines(path: Path) -> list[dict[str, Any]]:
 
 
 def _forget(folder: Path) -> None:
-    """Take away what a search has written."""
+    """Delete everything that searches have written to the folder."""
     for name in WRITTEN:
         (folder / name).unlink(missing_ok=True)
     if (folder / DESIGNS).is_dir():

@@ -1,10 +1,10 @@
-"""Where a search begins: outlines that theory says are best, and control points gathered at their corners.
+"""Start of a search: theoretically best outlines, with control points gathered at their corners.
 
-Of all metal that gives a wanted unbalance the least is a level set: a place belongs to it where its distance
-along the wanted direction exceeds a limit. A free part's metal begins at the hold radius, so that each ray
-from the axis is filled to a radius of its own, and the choice is a linear programme: of each ray's radii one,
-the balance met, mass or inertia least. For mass that fills rays to the envelope or not at all, and between
-the two the outline has a corner, which a spline follows only where its control points stand close.
+The least metal that gives a wanted unbalance is a level set: all points whose distance along the wanted
+direction exceeds a limit. A free part's metal begins at the hold radius, so that each ray from the axis is
+filled to a radius of its own, and the choice is a linear programme: one radius for each ray, with the balance
+met and mass or inertia least. Least mass fills rays to the envelope or not at all; between the two the
+outline has a corner, which a spline follows only with close control points.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ from autobalance.design_search.refine import PER_UNIT, pull_of
 from autobalance.types import Array
 
 RAYS, LEVELS = 60, 24
-"""Rays of a part, and radii of each."""
+"""Number of a part's rays, and of radii on each."""
 BETWEEN = (0.75, 0.5, 0.25)
-"""Shares of the first objective in what a programme makes least, where there are two."""
+"""Shares of the first of two objectives in the weighted sums that linear programmes minimize."""
 NEGLIGIBLE = 1e-6
-"""Share by which the ends of a front must differ."""
+"""Least difference of the two ends of a front, as a share."""
 CORNER = 0.5
-"""Share of a part's radii by which its outline steps at a corner."""
+"""Step of the outline at a corner, as a share of the range of a part's radii."""
 CLOSE_DEG = 0.7
-"""Half the angle between the control points on both sides of a corner."""
+"""Half the angle between the control points on the two sides of a corner."""
 INDEPENDENT = 1e-5
-"""Share of the greatest effect below which nothing moves a component of the balance: rounding of the file."""
+"""Share of the greatest effect below which an effect on a balance component is only rounding of the file."""
 
 
 @dataclass(frozen=True, eq=False)
 class LevelSet:
-    """The best outlines for weights of the objectives.
+    """Best outlines for one weighted sum of the objectives.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class LevelSet:
     thickness_mm : tuple of float
         Of each part.
     weights : (k,) float
-        Of the objectives, in what is least.
+        Of the objectives in the minimized sum.
     """
 
     radii_mm: tuple[Array, ...]
@@ -66,7 +66,7 @@ CLOSE: tuple[Closeness, ...] = ((2, 2), (1, 2), (1, 1), (0, 0))
 def begun(problem: Problem, level: Sequence[LevelSet], close: Closeness) -> tuple[Problem, list[Array]]:
     """Return the problem with control points gathered at corners, and the variables of each level set.
 
-    Of a part whose points are held, or drawn by the job, none are gathered.
+    Parts with held points, or with points from the job, keep their control points.
     """
     gathered = problem
     for k, part in enumerate(problem.free.parts):
@@ -77,13 +77,13 @@ def begun(problem: Problem, level: Sequence[LevelSet], close: Closeness) -> tupl
 
 
 def middles_rad(free: FreeMetal, part: int) -> Array:
-    """Return the middles (RAYS,) of a part's rays."""
+    """Return the angles (RAYS,) of the middles of a part's rays."""
     low, high = free.parts[part].sector_rad
     return low + (high - low) * (np.arange(RAYS) + 0.5) / RAYS
 
 
 def _variables(problem: Problem, level: LevelSet) -> Array:
-    """Return the variables whose splines follow an outline."""
+    """Return the variables (v,) whose splines follow a level set's outlines."""
     rows = []
     for k, part in enumerate(problem.free.parts):
         corners = corners_rad(problem.free, k, level.radii_mm[k])
@@ -102,8 +102,8 @@ def _variables(problem: Problem, level: LevelSet) -> Array:
 def _stepping(free: FreeMetal, part: int, radii_mm: Array, corners: Sequence[float]) -> Array:
     """Return control radii (n,) that step with an outline at its corners.
 
-    Least squares would swing there. Between points apart by δ on one radius a cubic spline lies within them,
-    at their radius times (2 + cos δ) / 3, so they stand out by as much.
+    A least-squares fit would oscillate there. A cubic spline between points on one radius, δ apart, lies
+    within them, at their radius times (2 + cos δ) / 3, so they are placed further out by the same factor.
     """
     angles, rays = free.profiles[part].angles_rad, middles_rad(free, part)
     wide = float(rays[1] - rays[0])
@@ -124,7 +124,7 @@ def _stepping(free: FreeMetal, part: int, radii_mm: Array, corners: Sequence[flo
 
 
 def level_sets(problem: Problem) -> list[LevelSet]:
-    """Return the best outlines, that of the first objective first, by the thicknesses that serve it best."""
+    """Return the best outlines at their best thicknesses, those of the first objective first."""
     names = [name for name, _ in problem.signed_objectives]
     known = [place for place, name in enumerate(names) if name in COLUMNS]
     if not known:
@@ -161,7 +161,7 @@ def level_sets(problem: Problem) -> list[LevelSet]:
 
 
 def level_set_for_balance(problem: Problem) -> LevelSet | None:
-    """Return the lightest outlines that meet the balance, without ranges and objectives; None: none do."""
+    """Return the lightest outlines that meet the balance, without ranges and objectives; None: none does."""
     free, answers = problem.free, []
     most = [_most_mm(problem, k) for k in range(len(free.parts))]
     design = replace(problem.design, mass_g=None, polar_inertia_kg_mm2=None)
@@ -175,7 +175,7 @@ def level_set_for_balance(problem: Problem) -> LevelSet | None:
 
 
 def _thicknesses(free: FreeMetal) -> list[tuple[float, ...]]:
-    """Return the thicknesses to try: as it was within its range, and the ends of the ranges."""
+    """Return the thicknesses to try: the original one clipped to its range, and both ends of the range."""
     as_it_was = [free.thickness_mm(k) for k in range(len(free.parts))]
     ranges = [part.thickness_mm for part in free.parts]
     if not any(ranges):
@@ -190,7 +190,7 @@ def _thicknesses(free: FreeMetal) -> list[tuple[float, ...]]:
 
 
 def _most_mm(problem: Problem, part: int) -> Array:
-    """Return how far each ray of a part may reach: its bounds, and clear of every neighbour."""
+    """Return the greatest radii [mm] (RAYS,) of a part's rays within bounds and clear of all neighbours."""
     free = problem.free
     low, high = float(free.bounds_mm[part][:, 0].min()), float(free.bounds_mm[part][:, 1].max())
     clear_mm = problem.design.envelope.clearance_mm + ROUGH_MM
@@ -216,7 +216,7 @@ def _most_mm(problem: Problem, part: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Table:
-    """What each ray of a part adds at each radius (r, l): effects (r, l, 6), mirrored rays with their own.
+    """Effects (r, l, 6) of each ray of a part at each radius (r, l); a symmetric part's half has both rays'.
 
     Effects: Uₓ, U_y, Pₓ, P_y, mass and polar inertia, as `Problem.moments` has them.
     """
@@ -251,9 +251,9 @@ def _effects(problem: Problem, part: int, most_mm: Array, thickness_mm: float) -
 
 
 def _best(problem: Problem, tables: Sequence[_Table], pull: Array) -> tuple[list[Array], float, Array] | None:
-    """Return the radii (RAYS,) of each part that meet the balance and the ranges at least cost.
+    """Return the cheapest radii (RAYS,) of each part that meet balance and ranges, cost and effects (6,).
 
-    And that cost, by ``pull`` (6,), and the effects (6,) of all; None where nothing meets them.
+    The cost is by ``pull`` (6,); None: nothing meets them.
     """
     from scipy.optimize import linprog
     from scipy.sparse import csr_array
@@ -296,7 +296,7 @@ def _best(problem: Problem, tables: Sequence[_Table], pull: Array) -> tuple[list
 
 
 def _ranges(problem: Problem, every: Array) -> tuple[Array | None, Array | None]:
-    """Return rows and their most, row · shares ≤ most, for the ranges of mass and inertia."""
+    """Return the ranges of mass and inertia as rows and upper limits, row · shares ≤ limit, or None."""
     now, design = problem.free.held_moments, problem.design
     inertia = design.polar_inertia_kg_mm2
     ranges = [
@@ -316,7 +316,7 @@ def _ranges(problem: Problem, every: Array) -> tuple[Array | None, Array | None]
 
 
 def corners_rad(free: FreeMetal, part: int, radii_mm: Array) -> list[float]:
-    """Return the angles at which an outline, radii (RAYS,) at the middles of rays, steps."""
+    """Return the angles at which an outline, given as radii (RAYS,) at the middles of rays, steps."""
     rays = middles_rad(free, part)
     wide = float(rays[1] - rays[0])
     tall = float(np.ptp(radii_mm))
@@ -335,7 +335,7 @@ def corners_rad(free: FreeMetal, part: int, radii_mm: Array) -> list[float]:
 
 
 def _gathered(free: FreeMetal, part: int, radii_mm: Array, close: Closeness) -> Array:
-    """Return angles of the control points: some at each corner, the others where the outline is longest."""
+    """Return angles (n,) of the control points: some at corners, the others where the outline is longest."""
     old = free.profiles[part]
     corners = corners_rad(free, part, radii_mm)
     symmetric = free.parts[part].symmetric

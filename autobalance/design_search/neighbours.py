@@ -1,6 +1,6 @@
-"""What a counterweight must not meet in a turn: pistons, rods, other shafts. Swept over the crank's angle.
+"""Neighbours of a turning counterweight (pistons, rods, other shafts), swept over the crank's angle.
 
-Distances are signed: negative inside the neighbour. Points are given in the rotor frame at crank angle zero;
+Distances are signed: negative inside the neighbour. Points are in the rotor frame at crank angle zero;
 the crank turns by φ counter-clockwise.
 """
 
@@ -17,50 +17,50 @@ from scipy.optimize import minimize_scalar
 from autobalance.types import Array
 
 ANGLES = 240
-"""Angles of a turn looked at first; the least distance is then found between them."""
+"""Crank angles of a turn examined first; the least distance is then sought between them."""
 SWEPT_MM = 0.02
-"""No distance anywhere in the sweep, at any angle and place of the outline, is less by more than this."""
+"""Greatest amount by which any distance in the sweep, at any angle and place of the outline, may be less."""
 MOST_PAIRS = 100_000
-"""Of a range of angles and a side of the outline, looked at in all. Two outlines of many corners that pass
-each other at one distance all the time need more: the bound is then as far as this goes, some tenths [mm]."""
+"""Pairs of an angle range and an outline side examined in all. Two outlines of many corners that pass each
+other at one distance all the time need more: the bound is then as far as this goes, some tenths [mm]."""
 MOST_TURNS = 20
 BETWEEN = 64
-"""Points looked at between two of an outline, where a neighbour comes nearest."""
+"""Points examined between two neighbouring points of an outline, where a neighbour comes nearest."""
 AT_ONCE = 20_000
-"""Pairs of a point and an angle that are looked at together."""
+"""Pairs of a point and an angle that are evaluated together."""
 
 
 class Neighbour(Protocol):
-    """Something that counterweights pass."""
+    """Obstacle in the way of counterweights."""
 
     @property
     def name(self) -> str:
-        """``piston 1``, ``rod 1``, ``shaft 1``."""
+        """Label: ``piston 1``, ``rod 1``, ``shaft 1``."""
         ...
 
     @property
     def z_mm(self) -> tuple[float, float]:
-        """Where it is along the axis."""
+        """Range along the axis."""
         ...
 
     @property
     def turns(self) -> int:
-        """After how many turns of the crank it stands as before."""
+        """Turns of the crank after which its position repeats."""
         ...
 
     @property
     def speed_mm(self) -> float:
-        """How far its surface moves at most for each radian of the crank [mm]."""
+        """Greatest speed of its surface [mm/rad of the crank]."""
         ...
 
     def distances_mm(self, points_mm: Array, crank_rad: Array | float) -> Array:
-        """Return the distance (k,) of turning points (k, 2) at a crank angle, or each at its own (k,)."""
+        """Return the distances (k,) of turning points (k, 2) at a crank angle, or each at its own (k,)."""
         ...
 
 
 @dataclass(frozen=True)
 class Piston:
-    """The skirt of a throw's piston: all of |y| ≤ half width beyond its lower edge, +x its cylinder."""
+    """The skirt of a throw's piston: all of |y| ≤ half width beyond its lower edge, cylinder at +x."""
 
     name: str
     z_mm: tuple[float, float]
@@ -73,11 +73,11 @@ class Piston:
 
     @property
     def speed_mm(self) -> float:
-        """How far the skirt moves at most for each radian [mm]."""
+        """Greatest speed of the skirt [mm/rad]."""
         return _wrist_pin_speed_mm(self.crank_radius_mm, self.rod_length_mm)
 
     def distances_mm(self, points_mm: Array, crank_rad: Array | float) -> Array:
-        """Return the distance of points at angles from this throw's top dead centre."""
+        """Return the distances (k,) of points at crank angles measured from +x, the cylinder's direction."""
         x, y = _turned(points_mm, crank_rad - self.throw_rad)
         edge = _wrist_pin_mm(self.crank_radius_mm, self.rod_length_mm, crank_rad) - self.skirt_below_pin_mm
         return _to_rectangle(edge - x, np.abs(y) - self.half_width_mm)
@@ -98,11 +98,11 @@ class Rod:
 
     @property
     def speed_mm(self) -> float:
-        """How far the rod's surface moves at most for each radian [mm]."""
+        """Upper bound of the speed of the rod's surface [mm/rad]."""
         return 2.0 * _wrist_pin_speed_mm(self.crank_radius_mm, self.rod_length_mm) + self.big_end_radius_mm
 
     def distances_mm(self, points_mm: Array, crank_rad: Array | float) -> Array:
-        """Return the distance of points at angles from this throw's top dead centre."""
+        """Return the distances (k,) of points at crank angles measured from +x, the cylinder's direction."""
         x, y = _turned(points_mm, crank_rad - self.throw_rad)
         r = self.crank_radius_mm
         pin = r * np.cos(crank_rad), r * np.sin(crank_rad)
@@ -120,9 +120,9 @@ class Rod:
 
 @dataclass(frozen=True, eq=False)
 class OtherShaft:
-    """A shaft with an outline (k, 2) about its centre, which turns by phase + ratio · φ.
+    """A shaft with an outline (k, 2) about its centre, turned by phase + ratio · φ.
 
-    One with a radius is round, whatever its outline.
+    A shaft with a radius is round, whatever its outline.
     """
 
     name: str
@@ -135,20 +135,20 @@ class OtherShaft:
 
     @property
     def turns(self) -> int:
-        """After how many turns of the crank both stand as before."""
+        """Turns of the crank after which the positions of both repeat."""
         if self.radius_mm is not None:
             return 1
         return Fraction(self.ratio).limit_denominator(MOST_TURNS).denominator
 
     @property
     def speed_mm(self) -> float:
-        """How far the outline's furthest corner moves for each radian [mm]."""
+        """Speed of the outline's furthest corner [mm/rad of the crank]."""
         if self.radius_mm is not None:
             return 0.0
         return abs(self.ratio) * float(np.linalg.norm(self.outline_mm, axis=1).max())
 
     def distances_mm(self, points_mm: Array, crank_rad: Array | float) -> Array:
-        """Return the distance of points at angles of crankpin 1 from +x."""
+        """Return the distances (k,) of points at angles of crankpin 1 from +x."""
         x, y = _turned(points_mm, crank_rad)
         if self.radius_mm is not None:
             away: Array = np.hypot(x - self.centre_mm[0], y - self.centre_mm[1]) - self.radius_mm
@@ -159,14 +159,14 @@ class OtherShaft:
 
 
 def circle_mm(radius_mm: float) -> Array:
-    """Return a circle as a polygon (180, 2) around it."""
+    """Return a circumscribed polygon (180, 2) of a circle."""
     angle = np.arange(180) * (math.tau / 180)
     return radius_mm / math.cos(math.pi / 180) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
 @dataclass(frozen=True)
 class Clearance:
-    """The least distance to a neighbour through the turn, and where (rotor frame, crank at zero)."""
+    """Least distance to a neighbour through the turn, its angle and place (rotor frame, crank at zero)."""
 
     neighbour: str
     least_mm: float
@@ -190,12 +190,12 @@ def least_clearance(
     points_mm : (k, 2) float
         The outline, rotor frame.
     z_mm : (float, float)
-        Where the prism reaches along the axis.
+        Range of the prism along the axis.
     angles : int
-        Angles of a turn looked at.
+        Number of crank angles of a turn.
     refine : bool
-        Sweep: find the least distance at any angle and at any place of the outline, not only of those
-        looked at first.
+        Sweep: find the least distance at any angle and at any place of the outline, not only at the
+        given points and angles.
     """
     gap = max(neighbour.z_mm[0] - z_mm[1], z_mm[0] - neighbour.z_mm[1])
     step = math.tau / angles
@@ -216,14 +216,14 @@ def least_clearance(
 
 
 def _past(least_mm: float, gap_mm: float) -> float:
-    """Return a distance across the axis as one in space, with the gap along it (negative: they overlap)."""
+    """Return the distance in space of a distance across the axis and a gap along it (negative: overlap)."""
     if gap_mm > 0.0:
         return math.hypot(gap_mm, max(least_mm, 0.0))
     return max(least_mm, gap_mm) if least_mm < 0.0 else least_mm
 
 
 def _distances(neighbour: Neighbour, points_mm: Array, turn: Array) -> Array:
-    """Return the distance (a, k) of each point at each angle."""
+    """Return the distances (a, k) of all points at all angles."""
     count = len(points_mm)
     parts = [
         turn[begin : begin + max(AT_ONCE // count, 1)]
@@ -243,7 +243,7 @@ def _nearest(neighbour: Neighbour, points_mm: Array, angle: float) -> int:
 def _polished(
     neighbour: Neighbour, points_mm: Array, start: tuple[float, float], step: float
 ) -> tuple[float, float]:
-    """Return angle and distance of the least near an angle, of the outline between its points, too."""
+    """Return angle and value of the least distance near an angle, also between the outline's points."""
     angle, least = start
     for _ in range(2):  # a corner may pass between the points that are nearest first
         near = _finer(points_mm, _nearest(neighbour, points_mm, angle))
@@ -261,11 +261,11 @@ def _polished(
 def _swept(
     neighbour: Neighbour, points_mm: Array, turn: Array, least_mm: float
 ) -> tuple[float, float] | None:
-    """Return an angle with a distance that is less than any known by ``SWEPT_MM``, None: there is none.
+    """Return an angle with a distance less than any known by ``SWEPT_MM``; None: there is none.
 
-    Branch and bound over pairs of a range of angles and a side of the outline. In a pair no distance is
-    less than that in its middle by more than the way that point and neighbour can go within: a pair for
-    which that is not enough to be less than the least known is left out, others are halved.
+    Branch and bound over pairs of an angle range and an outline side. The distance in the middle of a pair,
+    less the way that point and neighbour can go within the pair, bounds all its distances: a pair whose
+    bound is not below the least known distance is dropped, all others are halved.
     """
     starts, ends = (points_mm, points_mm) if len(points_mm) == 1 else (points_mm[:-1], points_mm[1:])
     count, half = len(starts), 0.5 * float(turn[1] - turn[0])
@@ -299,7 +299,7 @@ def _swept(
 
 
 def _finer(points_mm: Array, place: int) -> Array:
-    """Return the points with more of them, on straight lines, on both sides of one."""
+    """Return the points with more of them, on straight lines, on both sides of point ``place``."""
     low, high = max(place - 1, 0), min(place + 1, len(points_mm) - 1)
     if high == low:
         return points_mm
@@ -315,7 +315,7 @@ def _wrist_pin_mm(radius_mm: float, rod_mm: float, angle_rad: Array | float) -> 
 
 
 def _wrist_pin_speed_mm(radius_mm: float, rod_mm: float) -> float:
-    """Return what the wrist pin's speed does not exceed [mm/rad]."""
+    """Return an upper bound of the wrist pin's speed [mm/rad]."""
     return radius_mm * (1.0 + radius_mm / math.sqrt(rod_mm**2 - radius_mm**2))
 
 
@@ -325,7 +325,7 @@ def _turned(points_mm: Array, angle_rad: Array | float) -> tuple[Array, Array]:
 
 
 def _to_rectangle(past_one: Array, past_other: Array) -> Array:
-    """Return the signed distance to a corner of two half-planes, from the distances past each."""
+    """Return the signed distance to a corner of two half-planes, from the distances beyond each."""
     outside = np.hypot(np.maximum(past_one, 0.0), np.maximum(past_other, 0.0))
     inside = np.minimum(np.maximum(past_one, past_other), 0.0)
     distance: Array = outside + inside
@@ -333,7 +333,7 @@ def _to_rectangle(past_one: Array, past_other: Array) -> Array:
 
 
 def _to_polygon(points_mm: Array, outline_mm: Array) -> Array:
-    """Return the signed distance (k,) of points to a polygon."""
+    """Return the signed distances (k,) of points to a polygon, negative inside."""
     starts = outline_mm
     sides = np.roll(outline_mm, -1, axis=0) - starts
     offset = points_mm[:, None, :] - starts[None]

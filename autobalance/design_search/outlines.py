@@ -10,22 +10,22 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 PAST_MM = 1e-5
-"""How far a cut goes past the heights of the free metal: what is thinner is not metal."""
+"""Distance by which a cut passes the ends of the free metal: anything thinner is not metal."""
 
 
 def sector_mm(profile: Profile, far_mm: float) -> Array:
-    """Return the outline of everything of a sector beyond the hold radius, in the profile's axes."""
+    """Return the outline of a sector between the hold radius and ``far_mm``, in the profile's axes."""
     arc = profile.arc_mm
     return np.concatenate([arc * (far_mm / profile.hold_radius_mm), arc[::-1]])
 
 
 def past(z_mm: tuple[float, float]) -> tuple[float, float]:
-    """Return heights that go past both ends of a range."""
+    """Return a range widened by ``PAST_MM`` at both ends."""
     return z_mm[0] - PAST_MM, z_mm[1] + PAST_MM
 
 
 def prism(outline: Array, matrix: Array, z_mm: tuple[float, float]) -> Solid:
-    """Return an outline in a profile's axes extruded, turned to a web by its matrix (2, 2)."""
+    """Return the prism of an outline in a profile's axes, turned to a web by its matrix (2, 2)."""
     return Solid.prism(Region.of([outline @ matrix.T]), *z_mm)
 
 

@@ -1,4 +1,4 @@
-"""What a design is worth: its balance solved for exactly, its objectives, and what it keeps or breaks."""
+"""A design as a problem: its balance solved for exactly, its objectives and its constraints."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ from autobalance.types import Array
 G_MM2_PER_KG_MM2 = 1000.0
 LOAD, STRESS, FREQUENCY = "greatest_main_load_N", "greatest_stress_MPa", "first_frequency_hz"
 COLUMNS = {"mass_g": 4, "polar_inertia_kg_mm2": 5}
-"""Columns of the gradient of the moments."""
+"""Columns of the moments' gradient."""
 AIM = 1e-9
-"""Share of the permissible value that is left by the solution, by the profiles' own moments."""
+"""Share of the permissible value to which the balance is solved, by the profiles' own moments."""
 MAX_SHARE = 0.01
-"""Share of every permissible value that a written design may leave."""
+"""Share of every permissible value that the residual of a written design may reach."""
 STEPS = 12
 
 
@@ -61,7 +61,7 @@ class Problem:
     factor : float
     neighbours : sequence of Neighbour
     model : StrengthModel or None
-        Predicts finite-element results, once some designs were analysed.
+        Model of the finite-element results, once some designs were analysed.
     """
 
     design: DesignJob
@@ -106,14 +106,14 @@ class Problem:
 
     @property
     def start(self) -> Array:
-        """The variables (v,) of the crank as it came, moved into their bounds."""
+        """Variables (v,) of the original crank, clipped to their bounds."""
         low, high = self.bounds.T
         inside: Array = np.clip(self.as_it_came, low, high)
         return inside
 
     @property
     def as_it_came(self) -> Array:
-        """The variables (v,) that follow the crank as it came."""
+        """Variables (v,) that follow the original crank."""
         rows = []
         for k, part in enumerate(self.free.parts):
             radii = self.free.start_mm[k]
@@ -129,12 +129,12 @@ class Problem:
         return next(place for place, web in enumerate(self.free.webs) if web.part == part)
 
     def _own(self, part: int) -> NDArray[np.int64]:
-        """Return the control points of a part that are variables."""
+        """Return the indices of a part's control points that are variables."""
         count = self.free.profiles[part].count
         return np.arange((count + 1) // 2 if self.free.parts[part].symmetric else count)
 
     def amounts(self, variables: Array) -> Amounts:
-        """Return radii and thicknesses of variables (v,)."""
+        """Return the radii and thicknesses of variables (v,)."""
         place, radii, thickness = 0, [], []
         for k, part in enumerate(self.free.parts):
             own, count = len(self._own(k)), self.free.profiles[k].count
@@ -147,7 +147,7 @@ class Problem:
         return Amounts(tuple(radii), tuple(thickness))
 
     def _folded(self, part: int, gradient: Array) -> Array:
-        """Return a gradient with a part's radii (n, ...) as one with its variables."""
+        """Return the gradient with a part's variables, from one with its radii (n, ...)."""
         own, count = len(self._own(part)), len(gradient)
         if not self.free.parts[part].symmetric:
             return gradient
@@ -158,7 +158,7 @@ class Problem:
     # --- moments --------------------------------------------------------------------------------------------
 
     def moments(self, variables: Array) -> tuple[Moments, Array]:
-        """Return the crank's moments, and the gradient (v, 6): Uₓ, U_y, Pₓ, P_y, mass and polar inertia."""
+        """Return the crank's moments, and their gradient (v, 6): Uₓ, U_y, Pₓ, P_y, mass and polar inertia."""
         amounts = self.amounts(variables)
         density = self.crank.density_g_mm3
         total = self.free.held_moments
@@ -181,18 +181,17 @@ class Problem:
         return total, np.concatenate([*rows, thick[kept]])
 
     def tolerance(self, moments: Moments) -> Tolerance:
-        """Return what a crank with these moments is judged against."""
+        """Return the tolerance of a crank with these moments."""
         return rotor_from_job.tolerance_of(self.design.start, self.crank.anatomy, moments)
 
     def residual(self, moments: Moments) -> Unbalance:
-        """Return the residual unbalance of a crank with these moments."""
         return Unbalance.of(moments + self.loads)
 
     def solved(self, variables: Array, off: Array | None = None) -> Array:
         """Return the nearest variables that meet the balance exactly, as far as their bounds allow.
 
         Newton's steps of least length over the variables that are not at a bound. ``off`` (4,) is added to
-        the residual: what the written solid has more than the profiles' own moments.
+        the residual: the excess of the written solid over the profiles' own moments.
         """
         low, high = self.bounds.T
         point = np.clip(variables, low, high)
@@ -236,19 +235,19 @@ class Problem:
 
     @property
     def strengths_wanted(self) -> tuple[str, ...]:
-        """Names of the finite-element results that each design must have."""
+        """Names of the finite-element results that each design needs."""
         limits = self.design.fem
         frequency = limits is not None and limits.min_frequency_hz is not None
         stress = STRESS in self.wanted or (limits is not None and limits.max_stress_MPa is not None)
         return (FREQUENCY,) * frequency + (STRESS,) * stress
 
     def strengths(self, moments: Moments, solid: Solid) -> dict[str, float]:
-        """Return what finite elements find of a design's solid (rotor frame).
+        """Return the finite-element results of a design's solid (rotor frame) by name.
 
         Raises
         ------
         SolidError
-            If it cannot be meshed.
+            If the solid cannot be meshed.
         """
         if not self.strengths_wanted:
             return {}
@@ -268,7 +267,7 @@ class Problem:
     def of_strengths(
         self, strengths: Mapping[str, float], errors: Mapping[str, float] | None = None
     ) -> list[Constraint]:
-        """Return strengths as constraints; predicted ones with their errors (shares) as margin."""
+        """Return constraints on strengths; predicted strengths lose their errors (shares) from the margin."""
         limits, constraints = self.design.fem, []
         if limits is None:
             return []
@@ -284,14 +283,14 @@ class Problem:
         return constraints
 
     def predicted_limits(self, variables: Array) -> list[Constraint]:
-        """Return the finite-element limits as the model predicts them; nothing without a model."""
+        """Return the finite-element constraints by the model's predictions; empty without a model."""
         if self.model is None:
             return []
         return self.of_strengths(self.model.predicted(variables), self.model.errors_at(variables))
 
     @property
     def signed_objectives(self) -> list[tuple[str, float]]:
-        """Names of the objectives with their signs: −1 where the greatest is wanted."""
+        """Names of the objectives with their signs: −1 for those to be maximized."""
         return [
             (name.removeprefix("-"), -1.0 if name.startswith("-") else 1.0)
             for name in self.design.search.objectives
@@ -300,7 +299,7 @@ class Problem:
     def objectives(
         self, moments: Moments, strengths: Mapping[str, float], solid: Solid | None = None
     ) -> dict[str, float]:
-        """Return what a design is worth; with its solid (rotor frame) loads are found by its bays."""
+        """Return a design's objectives by name; with its solid (rotor frame), loads come from its bays."""
         values = {
             "mass_g": moments.mass_g,
             "polar_inertia_kg_mm2": moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2,
@@ -317,7 +316,7 @@ class Problem:
     def constraints(
         self, variables: Array, moments: Moments, residual: Unbalance, *, exact: bool = True
     ) -> tuple[list[Constraint], list[Clearance]]:
-        """Return everything a design must keep; ``exact`` sweeps finely."""
+        """Return all constraints of a design, with its clearances; ``exact`` sweeps finely."""
         share = self.tolerance(moments).used_share(residual)
         kept = Constraint("residual", share, MAX_SHARE, "share of permissible", MAX_SHARE - share, MAX_SHARE)
         limits, clearances = self.limits(variables, lambda: moments, exact=exact)
@@ -326,7 +325,7 @@ class Problem:
     def limits(
         self, variables: Array, moments: Callable[[], Moments], *, exact: bool = True
     ) -> tuple[list[Constraint], list[Clearance]]:
-        """Return what a design must keep beside its balance; ``moments`` are only asked for where limited."""
+        """Return the constraints beside the balance; ``moments`` is called only where they are limited."""
         constraints = []
         amounts, envelope = self.amounts(variables), self.design.envelope
         for k in range(len(self.free.parts)):
@@ -344,7 +343,7 @@ class Problem:
 
 
 def _slice_moments(own: AreaMoments, web: FreeWeb, z_mm: float) -> Moments:
-    """Return the moments of a section at a height, of density 1 and thickness 1, turned to its web."""
+    """Return the moments of a section of unit density and thickness at a height, turned to its web."""
     first = web.matrix @ own.first_mm3
     tensor = np.zeros((3, 3))
     tensor[:2, :2] = web.matrix @ own.second_mm4 @ web.matrix.T
@@ -354,13 +353,13 @@ def _slice_moments(own: AreaMoments, web: FreeWeb, z_mm: float) -> Moments:
 
 
 def _slice_row(own: AreaMoments, web: FreeWeb, z_mm: float) -> Array:
-    """Return what a section adds for each millimetre: Uₓ, U_y, Pₓ, P_y, mass and polar inertia."""
+    """Return a section's contribution per millimetre (6,): Uₓ, U_y, Pₓ, P_y, mass and polar inertia."""
     first = web.matrix @ own.first_mm3
     return np.array([*first, *(z_mm * first), own.area_mm2, float(np.trace(own.second_mm4))])
 
 
 def _slice_slopes(slope: AreaMoments, web: FreeWeb, z_mm: float) -> Array:
-    """Return the same (n, 6) for each millimetre and each millimetre of a control radius."""
+    """Return the slopes (n, 6) of a section's contribution per millimetre with its control radii."""
     first = slope.first_mm3 @ web.matrix.T
     trace = np.trace(slope.second_mm4, axis1=1, axis2=2)
     return np.concatenate([first, z_mm * first, slope.area_mm2[:, None], trace[:, None]], axis=1)

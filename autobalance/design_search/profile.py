@@ -2,8 +2,8 @@
 
 The outline of a free part runs from the hold radius out along the first edge of its sector, along the spline
 to the second edge, back in along that edge, and back along the arc of the hold radius. Green's theorem turns
-the moments of the area into integrals along that outline: on the spline they are polynomials, which the rule
-of Gauss integrates exactly.
+the moments of the area into integrals along that outline: on the spline they are polynomials, which Gauss's
+rule integrates exactly.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ DEGREE = 3
 GAUSS_POINTS = 8
 """Exact to degree 15; the second moments of a cubic have degree 14 (x³ y')."""
 SAGITTA_MM = 0.004
-"""How far the facets of the hold radius may stand off it; all of a design's metal uses the same facets."""
+"""Greatest deviation of the hold radius's facets; all metal of a design uses the same facets."""
 SPLINE_SAGITTA_MM = 0.002
-"""How far the facets of a written outline may stand off the spline."""
+"""Greatest deviation of a written outline's facets from the spline."""
 SAMPLES_PER_SPAN = 16
 
 
 @dataclass(frozen=True, eq=False)
 class AreaMoments:
-    """Area, first moments (2,), second moments ∫ r rᵀ dA (2, 2); gradients have one more axis in front."""
+    """Area, first moments (2,), second moments ∫ r rᵀ dA (2, 2); gradients have a leading axis more."""
 
     area_mm2: Any
     first_mm3: Array
@@ -40,14 +40,14 @@ class AreaMoments:
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """Where the control points of a free part are, and what bounds it.
+    """Angles of a free part's control points, and the radius that bounds it inwards.
 
     Attributes
     ----------
     angles_rad : (n,) float
         Of the control points, rising; the first and last are the sector's edges.
     hold_radius_mm : float
-        Within it metal is held.
+        Radius within which metal is held.
     """
 
     angles_rad: Array
@@ -55,7 +55,7 @@ class Profile:
 
     @classmethod
     def even(cls, sector_rad: tuple[float, float], count: int, hold_radius_mm: float) -> Profile:
-        """Return a profile with control points where their basis functions act, so that circles are followed.
+        """Return a profile with control points where their basis functions act, which follows circles.
 
         These places are the means of three neighbouring knots (Greville).
         """
@@ -81,13 +81,13 @@ class Profile:
 
     @cached_property
     def least_radius_mm(self) -> float:
-        """Radius of control points all of which have it, whose spline just touches the hold radius [mm]."""
+        """Common radius of all control points whose spline just touches the hold radius [mm]."""
         places = np.linspace(0.0, 1.0, 8 * self.count)
         return self.hold_radius_mm / float(np.linalg.norm(self.basis(places) @ self.directions, axis=1).min())
 
     @cached_property
     def least_radii_mm(self) -> Array:
-        """Radii (n,) of control points, anyhow apart, whose spline just touches the hold radius."""
+        """Radii (n,) of control points at any spacing whose spline just touches the hold radius."""
         apart = np.cos(np.diff(self.angles_rad))
         radii = np.ones(self.count)
         radii[1:-1] = 6.0 / (4.0 + apart[:-1] + apart[1:])
@@ -97,7 +97,6 @@ class Profile:
         return result
 
     def control_points_mm(self, radii_mm: Array) -> Array:
-        """Return the control points (n, 2)."""
         return np.asarray(radii_mm)[:, None] * self.directions
 
     def basis(self, places: Array, derivative: int = 0) -> Array:
@@ -108,7 +107,7 @@ class Profile:
 
     @cached_property
     def _rule(self) -> tuple[Array, Array, Array]:
-        """Basis (k, n), its derivative (k, n) and weights (k,) of Gauss' rule on every span."""
+        """Basis (k, n), its derivative (k, n) and weights (k,) of Gauss's rule on every span."""
         points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
         breaks = np.unique(self.knots)
         half, middle = 0.5 * np.diff(breaks), 0.5 * (breaks[1:] + breaks[:-1])
@@ -117,7 +116,7 @@ class Profile:
 
     @cached_property
     def sample_places(self) -> Array:
-        """Places along the spline at which clearances and curvature are looked at."""
+        """Places along the spline at which clearances and curvature are evaluated."""
         breaks = np.unique(self.knots)
         return np.linspace(0.0, 1.0, SAMPLES_PER_SPAN * (len(breaks) - 1) + 1)
 
@@ -128,12 +127,11 @@ class Profile:
         return self.basis(places), self.basis(places, 1), self.basis(places, 2)
 
     def outline_mm(self, radii_mm: Array) -> Array:
-        """Return points (k, 2) along the spline."""
         points: Array = self.sample_basis[0] @ self.control_points_mm(radii_mm)
         return points
 
     def curvature_radii_mm(self, radii_mm: Array) -> Array:
-        """Return the radius of curvature (k,) along the spline, without its ends; straight is inf."""
+        """Return the radii of curvature (k,) along the spline, inf where it is straight."""
         control = self.control_points_mm(radii_mm)
         first, second = self.sample_basis[1] @ control, self.sample_basis[2] @ control
         cross = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
@@ -175,7 +173,7 @@ class Profile:
 
     @cached_property
     def _held_part(self) -> AreaMoments:
-        """Return the moments of the sector within the hold radius, as the polygon that is written has it."""
+        """Return the moments of the sector within the hold radius, by the facets of the written outline."""
         arc = self.arc_mm
         nxt = np.roll(np.concatenate([[[0.0, 0.0]], arc]), -1, axis=0)
         here = np.concatenate([[[0.0, 0.0]], arc])
@@ -197,10 +195,10 @@ class Profile:
         return self.hold_radius_mm * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
     def spline_points_mm(self, radii_mm: Array, count: int | None = None) -> Array:
-        """Return ``count`` points (k, 2) along the spline, or as many as ``SPLINE_SAGITTA_MM`` asks.
+        """Return ``count`` points (k, 2) along the spline, or as many as ``SPLINE_SAGITTA_MM`` needs.
 
-        Chords of a step h cut off ∫ C'' h²/12; the points between the ends stand out by as much, so that the
-        area within the facets is that within the spline, and a design's balance is that of its true surface.
+        Chords of a step h cut off ∫ C'' h²/12; inner points are moved outwards by as much, so that the area
+        within the facets is that within the spline, and a design's balance is that of its true surface.
         """
         control = self.control_points_mm(radii_mm)
         if count is None:
@@ -223,9 +221,9 @@ def clamped_knots(count: int) -> Array:
 
 
 def fitted_radii_mm(profile: Profile, angles_rad: Array, radii_mm: Array) -> tuple[Array, float]:
-    """Return control radii (n,) whose spline follows an outline, radii at angles, and the greatest error.
+    """Return control radii (n,) whose spline follows an outline (radii at angles), and the greatest error.
 
-    Least squares; the angle at which the spline has each place is found again a few times.
+    Least squares, repeated with the spline's angle at each place updated.
     """
     places = profile.sample_places
     value = profile.basis(places)
@@ -250,7 +248,7 @@ def refuse_crossing(points_mm: Array, name: str) -> None:
     Raises
     ------
     JobError
-        That names the two sides.
+        If it crosses itself; the message names the two sides.
     """
     starts, ends = points_mm[:-1], points_mm[1:]
     for i in range(len(starts)):

@@ -1,4 +1,4 @@
-"""A design made better by gradients, its balance kept."""
+"""Refinement of a design by gradients, with its balance kept."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from autobalance.types import Array
 
 REFINEMENTS = 60
 TIMES = 3
-"""Times that it begins again from where it ended: the balance is met exactly only there."""
+"""Restarts of the descent from its last end, the only place at which the balance is met exactly."""
 PER_UNIT = {"mass_g": 1.0, "polar_inertia_kg_mm2": 1.0 / G_MM2_PER_KG_MM2}
-"""Objectives in their own units, of a unit of their columns."""
+"""Units of the objectives per unit of their columns."""
 CLEAR_MM = 1e-3
-"""Room that the constraints of a refined design keep: met exactly, rounding would break them."""
+"""Margin that the constraints of a refined design keep: met exactly, rounding would break them."""
 INDEPENDENT = 1e-6
 EACH = 2
-"""Of the places along an outline, those that the descent keeps within limits one by one."""
+"""Spacing of the outline's places that the descent keeps within limits one by one."""
 
 
 def refined(problem: Problem, candidate: Candidate, objective: int) -> Candidate:
-    """Return a design improved in one objective by gradients, its balance kept; itself where it cannot be."""
+    """Return a design improved in one objective by gradients with its balance kept; unchanged if it fails."""
     name, _ = problem.signed_objectives[objective]
     if name not in COLUMNS:
         return candidate
@@ -36,7 +36,7 @@ def refined(problem: Problem, candidate: Candidate, objective: int) -> Candidate
 
 
 def refined_sum(problem: Problem, candidate: Candidate, weights: Array) -> Candidate:
-    """Return a design improved in a weighted sum of the objectives, weights (k,) of masses and inertias."""
+    """Return a design improved in a weighted sum of objectives, with weights (k,) of masses and inertias."""
     pull = pull_of(problem, weights)
     for _ in range(TIMES):
         better = judged(problem, _descended(problem, candidate.variables, pull))
@@ -49,7 +49,7 @@ def refined_sum(problem: Problem, candidate: Candidate, weights: Array) -> Candi
 
 
 def pull_of(problem: Problem, weights: Array) -> Array:
-    """Return what a unit of each column (6,) of the moments' gradient costs by weights (k,) of objectives."""
+    """Return the cost (6,) of a unit of each column of the moments' gradient, by objectives' weights (k,)."""
     pull = np.zeros(6)
     for weight, (name, sign) in zip(weights, problem.signed_objectives, strict=True):
         if weight:
@@ -58,9 +58,9 @@ def pull_of(problem: Problem, weights: Array) -> Array:
 
 
 def _descended(problem: Problem, start: Array, pull: Array) -> Array:
-    """Return where sequential quadratic programming ends; variables as shares of their bounds.
+    """Return the variables (v,) at which sequential quadratic programming ends.
 
-    ``pull`` (6,) is what a unit of each column of the moments' gradient costs.
+    ``pull`` (6,) is the cost of a unit of each column of the moments' gradient.
     """
     low, high = problem.bounds.T
     span = high - low
@@ -120,9 +120,9 @@ def _descended(problem: Problem, start: Array, pull: Array) -> Array:
 
 
 def outline_margins(problem: Problem, variables: Array) -> list[Array]:
-    """Return how far each part's outline keeps the envelope and its least curvature, place by place.
+    """Return margins of each part's outline to the envelope and to its least curvature, place by place.
 
-    The worst place alone jumps along the outline from one step to the next, at which the descent ended early.
+    The worst place alone would jump along the outline between steps and end the descent early.
     """
     amounts, margins = problem.amounts(variables), []
     for k, part in enumerate(problem.free.parts):
@@ -138,7 +138,7 @@ def outline_margins(problem: Problem, variables: Array) -> list[Array]:
 
 
 def _independent_rows(problem: Problem, slopes: Array) -> Array:
-    """Return the matrix (k, 4) that makes independent equations of order one of the state's components.
+    """Return the matrix (k, 4) that turns the components of the residual into independent scaled equations.
 
     Where a part is symmetric nothing moves the resultant square to its throw, and such an equation would
     stop the search.

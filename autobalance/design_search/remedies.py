@@ -1,4 +1,4 @@
-"""What would let a design meet the balance where none does: each change tried before it is named."""
+"""Remedies for a job without a balanced design: changes, each tried before it is named."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ WIDER, THICKER = 1.25, 1.5
 
 @dataclass(frozen=True)
 class Remedy:
-    """A change of the design job, in its own words, and whether a design then meets the balance."""
+    """A change of the design job, in its own words, and whether it lets a design meet the balance."""
 
     words: str
     serves: bool
 
 
 def remedies(problem: Problem) -> list[Remedy]:
-    """Try changes of a job of which no design meets the balance, the smallest first."""
+    """Try changes of a job without a balanced design, the smallest first."""
     return [Remedy(words, _is_met(changed)) for words, changed in _changes(problem)]
 
 
 def _is_met(problem: Problem) -> bool:
-    """Whether the balance can be met by the problem's splines, whatever that costs."""
+    """Return whether the problem's splines can meet the balance, at any cost."""
     level = level_set_for_balance(problem)
     if level is None:
         return False
@@ -68,7 +68,7 @@ def _changes(problem: Problem) -> Iterator[tuple[str, Problem]]:
 
 
 def own_profiles(problem: Problem) -> Problem:
-    """Return the problem with a part for every web."""
+    """Return the problem with a part of its own for each web."""
     free = problem.free
     order = [(web, k) for k in range(len(free.parts)) for web in free.webs if web.part == k]
     parts = [replace(free.parts[k], webs=(web.number,), name=f"web {web.number}") for web, k in order]

@@ -1,7 +1,7 @@
 """The search for designs: a genetic algorithm over control points, each design's balance solved for.
 
-Deterministic: every generation follows from the seed and the values of those before, so a search that was
-stopped is run again with the values it has on disk.
+Deterministic: every generation follows from the seed and the values of those before, so a stopped search
+is repeated with the values on disk.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from autobalance.studies.workers import InThisProcess, Workers
 from autobalance.types import Array
 
 PENALTY = 1e3
-"""Weight of broken constraints where the method knows none."""
+"""Weight of violations for a method without constraints."""
 AT_ONCE = 4
 """Designs that a worker judges at a time."""
 DIGITS = 6
-"""Of a millimetre in where a search begins: gradients carry the last digits of a process up to 1e-11 mm, and
-two processes would look at two fronts."""
+"""Decimals of a millimetre in a search's start: gradients carry the last digits of a process up to 1e-11 mm,
+and two processes would examine two fronts."""
 
 
 @dataclass(frozen=True, eq=False)
 class Generation:
-    """One generation as it was asked (unit cube) and judged, and which designs were analysed in it."""
+    """One generation: its designs as proposed (unit cube) and as judged, and those analysed in it."""
 
     number: int
     asked: Array
@@ -43,7 +43,7 @@ class Generation:
     analysed: tuple[Analysed, ...] = ()
 
     def line(self) -> dict[str, Any]:
-        """Return it as JSON values with all digits."""
+        """Return the generation as JSON values with all digits."""
         analysed = [{"variables": each.variables.tolist(), **each.values} for each in self.analysed]
         return {
             "generation": self.number,
@@ -56,7 +56,6 @@ class Generation:
 
     @classmethod
     def of_line(cls, line: dict[str, Any]) -> Generation:
-        """Return the generation that a line holds."""
         rows = zip(line["variables"], line["objectives"], line["violations"], strict=True)
         candidates = tuple(Candidate(np.array(v), np.array(o), float(b), float(b)) for v, o, b in rows)
         analysed = []
@@ -73,17 +72,17 @@ def searched(
     workers: Workers | None = None,
     progress: Progress = no_progress,
 ) -> Found:
-    """Return every design that was looked at.
+    """Return every design that the search judges.
 
     Parameters
     ----------
     problem : Problem
     known : sequence of Generation
-        Of the same search, when it was stopped.
+        Generations of the same search before it was stopped.
     keep : callable
         Called with each new generation.
     workers : Workers or None
-        Who judges designs; None: this process.
+        Processes that judge designs; None: this one.
     progress : callable
 
     Raises
@@ -91,7 +90,7 @@ def searched(
     FileError
         If the extra ``optimize`` is not installed.
     SolidError
-        If no design of the first generation can be meshed, where finite elements are asked.
+        If no design of the first generation can be meshed, where finite elements are wanted.
     """
     pool = workers or InThisProcess()
     problem, begin = _begun(problem, pool)
@@ -127,7 +126,7 @@ def searched(
 
 
 def _begun(problem: Problem, pool: Workers) -> tuple[Problem, list[Array]]:
-    """Return the problem with its control points where they serve best, and the variables to begin from."""
+    """Return the problem with its control points at their best places, and the variables to begin from."""
     level = level_sets(problem)
     if not level:
         return problem, []
@@ -151,7 +150,7 @@ def _begun(problem: Problem, pool: Workers) -> tuple[Problem, list[Array]]:
 def _ways_to_begin(
     problem: Problem, level: Sequence[LevelSet]
 ) -> Iterator[tuple[Closeness, Problem, list[Array]]]:
-    """Yield how close control points gather at corners, the problem then, and the variables to begin from."""
+    """Yield each closeness of control points at corners, its problem, and the variables to begin from."""
     for close in CLOSE:
         gathered, variables = begun(problem, level, close)
         if (np.diff(gathered.bounds) >= 0.0).all():  # points far apart may find no room for their corners
@@ -159,7 +158,7 @@ def _ways_to_begin(
 
 
 def _refined_task(task: tuple[Any, tuple[Sequence[LevelSet], Closeness]]) -> Candidate:
-    """Return the last level set made better, its control points gathered as the first asks."""
+    """Return the last level set refined, with its control points gathered at the corners of the first."""
     level, close = task[1]
     problem, variables = begun(problem_of(task[0]), level, close)
     return refined_sum(problem, judged(problem, variables[-1]), level[-1].weights)
@@ -176,7 +175,7 @@ def _judged_task(task: tuple[Any, Sequence[Array]]) -> list[Candidate]:
 
 
 def _algorithm(problem: Problem, seeds: Sequence[Array]) -> Any:
-    """Return pymoo's algorithm, set up: the start, the level sets (v,) and designs around the start first."""
+    """Return pymoo's algorithm, seeded with the start, the level sets (v,) and designs around the start."""
     try:
         from pymoo.algorithms.moo.nsga2 import NSGA2
         from pymoo.core.problem import Problem as Space
@@ -209,7 +208,7 @@ def _algorithm(problem: Problem, seeds: Sequence[Array]) -> Any:
 
 
 def _first(begin: Sequence[Array], count: int, seed: int) -> Array:
-    """Return the first population: the start and the level sets, designs around it, and designs anywhere."""
+    """Return the first population: the start, the level sets, designs around it, and designs anywhere."""
     start = begin[0]
     draw = np.random.default_rng(seed)
     near = start + 0.15 * draw.standard_normal((count // 2, len(start)))

@@ -1,8 +1,8 @@
-"""A free part's metal at each height: its profile, less with draft, less holes and rounded corners.
+"""Sections of a free part at each height: its profile reduced by draft, holes and rounded corners.
 
 Draft takes the same length off every control radius for each millimetre away from the throw's crankpin, so
-the walls are ruled surfaces and the area moments are polynomials of the height: the rule of Gauss integrates
-them exactly.
+the walls are ruled surfaces and the area moments are polynomials of the height: Gauss's rule integrates them
+exactly.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from autobalance.solid.csg.region import Region
 from autobalance.types import Array
 
 STRAIGHT_NODES, DRAFTED_NODES = 2, 4
-"""Of Gauss' rule along z: exact to z² of a prism, and to the sixth degree of a drafted one."""
+"""Nodes of Gauss's rule along z: exact to z² of a prism, and to the sixth degree of a drafted one."""
 HOLE_SEGMENTS = 96
 ROUNDING_SAGITTA_MM = 0.01
 
 
 def round_mm(diameter_mm: float, centre_mm: tuple[float, float] = (0.0, 0.0)) -> Array:
-    """Return a hole's outline (k, 2), of the circle's own area."""
+    """Return a hole's outline (k, 2), a polygon of the circle's own area."""
     step = math.tau / HOLE_SEGMENTS
     radius = 0.5 * diameter_mm * math.sqrt(step / math.sin(step))
     angle = np.arange(HOLE_SEGMENTS) * step
@@ -37,7 +37,7 @@ def round_mm(diameter_mm: float, centre_mm: tuple[float, float] = (0.0, 0.0)) ->
 
 @dataclass(frozen=True, eq=False)
 class FreeBody:
-    """What a part's control radii and thickness make: sections, each smaller than the last with draft.
+    """Metal of a part from its control radii and thickness, with sections that shrink by draft.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class FreeBody:
         Raises
         ------
         JobError
-            That names the hole.
+            If one is not; the message names it.
         """
         low, high = float(self.profile.angles_rad[0]), float(self.profile.angles_rad[-1])
         for number, hole in enumerate(self.holes, 1):
@@ -88,7 +88,7 @@ class FreeBody:
         return radii
 
     def rounded(self, radii_mm: Array) -> Region | None:
-        """Return the greatest section and what is held within it, corners rounded; None: they are sharp."""
+        """Return the greatest section and the held metal within it, corners rounded; None: they are sharp."""
         if self.corner_radius_mm == 0.0:
             return None
         whole = np.concatenate([self.profile.spline_points_mm(radii_mm), [[0.0, 0.0]]])
@@ -102,7 +102,7 @@ class FreeBody:
     def moments(self, radii_mm: Array, depths_mm: Array) -> list[tuple[AreaMoments, AreaMoments]]:
         """Return the area moments at distances from the face towards the crankpin, and their gradients.
 
-        What rounded corners take counts in the moments, but not in the gradients.
+        The loss at rounded corners counts in the moments, but not in the gradients.
         """
         if not self.slope:
             return [self._section(radii_mm, 0.0)] * len(depths_mm)

@@ -1,4 +1,4 @@
-"""The start of a design search: what it is worth, and what its free metal breaks."""
+"""The start of a design search: its objectives, its residual, and the constraints that it breaks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """The crank as it came: objectives by name, what it leaves, and the constraints that it breaks."""
+    """The original crank: its objectives by name, its residual, and the constraints that it breaks."""
 
     objectives: Mapping[str, float]
     residual: Unbalance
@@ -20,12 +20,12 @@ class Start:
 
 
 def judged_start(problem: Problem) -> Start:
-    """Judge the crank as it came.
+    """Judge the original crank.
 
     Raises
     ------
     SolidError
-        If finite elements are asked, and the solid cannot be meshed.
+        If finite elements are wanted, and the solid cannot be meshed.
     """
     variables, moments = problem.as_it_came, problem.crank.moments
     residual = problem.residual(moments)

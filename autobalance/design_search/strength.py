@@ -1,4 +1,4 @@
-"""What a design carries: main-bearing loads of the cycle, stress under its greatest load, first frequency."""
+"""Strength of a design: main-bearing loads of the cycle, stress under its greatest load, first frequency."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from autobalance.types import Array
 
 T_MM3_PER_G_MM3 = 1e-6
 SURFACE_SHARE = 0.03
-"""Share of a pin's radius by which a surface of it may be off, faceted as it is."""
+"""Greatest distance of a faceted pin's surface from its cylinder, as a share of the radius."""
 
 
 def cycle_of(job: Job, anatomy: Anatomy, moments: Moments, solid: Solid | None) -> CycleAnalysis:
-    """Return the cycle of a job's engine with a crank: by its solid (file coordinates), else its moments.
+    """Return the cycle of a job's engine: with a crank's solid (file coordinates), or else with its moments.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def greatest_main_load_n(cycle: CycleAnalysis) -> float:
 
 
 def greatest_pin_loads_n(cycle: CycleAnalysis) -> Array:
-    """Return the loads (t, 2) on the crankpins, as the crank sees them, when one of them is greatest [N]."""
+    """Return the loads (t, 2) on the crankpins in the crank's frame when one of them is greatest [N]."""
     turning = cycle.loads.crankpin_in_crank_frame_n()
     pins = np.stack([turning[list(throw.cylinders)].sum(axis=0) for throw in cycle.firing.throws])
     worst = int(np.linalg.norm(pins, axis=2).max(axis=0).argmax())
@@ -61,24 +61,23 @@ def greatest_pin_loads_n(cycle: CycleAnalysis) -> Array:
 
 
 def material_of(density_g_mm3: float) -> Material:
-    """Return steel of a density."""
+    """Return the material steel with a density."""
     return Material(STEEL.young_MPa, STEEL.poisson, density_g_mm3 * T_MM3_PER_G_MM3)
 
 
 def body_of(rotor_solid: Solid, size_mm: float | None) -> ElasticBody:
-    """Return the mesh of a crank (rotor frame)."""
     return bodies_of_solid(rotor_solid, size_mm)[0]
 
 
 def first_frequency_hz(body: ElasticBody, density_g_mm3: float) -> float:
-    """Return the first natural frequency of a crank free in space."""
+    """Return the first natural frequency of a free crank."""
     return modes_of(body, material_of(density_g_mm3), 1)[0].frequency_hz
 
 
 def greatest_stress_MPa(
     body: ElasticBody, anatomy: Anatomy, pin_loads_n: Array, density_g_mm3: float
 ) -> float:
-    """Return the greatest von Mises stress of a crank held at its main journals, its crankpins loaded.
+    """Return the greatest von Mises stress of a crank held at its main journals and loaded at its crankpins.
 
     Raises
     ------
@@ -106,7 +105,7 @@ def greatest_stress_MPa(
 
 
 def _facets_on(body: ElasticBody, pin: Pin, z_mm: tuple[float, float], name: str) -> NDArray[np.int64]:
-    """Return the boundary facets that lie on a pin's cylinder between two heights."""
+    """Return the boundary facets on a pin's cylinder between two heights."""
     facets = body.mesh.boundary_facets()
     corners = body.mesh.p[:, body.mesh.facets[:, facets]]
     radius = 0.5 * pin.diameter_mm

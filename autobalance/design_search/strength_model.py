@@ -1,8 +1,8 @@
-"""Predict finite-element results of a design from those of designs that were analysed.
+"""Prediction of a design's finite-element results from those of analysed designs.
 
 A Gaussian process of the logarithm of each value, over the variables as shares of their bounds: a straight
-line with wide prior and a squared exponential. Its length and the noise of the meshes are those with which
-each design is predicted best from all others.
+line with wide prior and a squared exponential. Its length and the noise of the meshes are those that
+predict each design best from all others.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ import numpy as np
 from autobalance.types import Array
 
 LENGTHS = (0.5, 1.0, 2.0, 4.0)
-"""Tried, times the root of the number of variables: designs anywhere are about half of that apart."""
+"""Lengths tried, times the root of the number of variables: designs anywhere are about half of that apart."""
 NOISES = (1e-6, 1e-3, 1e-1)
-"""Variances of what a mesh of its own changes, tried, over that of the values."""
+"""Variances of a mesh's own noise that are tried, relative to the variance of the values."""
 LINE = 10.0
-"""Variance of the straight line over that of the values."""
+"""Variance of the straight line, relative to that of the values."""
 LEAST_ERROR = 1e-3
-"""Share that no mesh is better than."""
+"""Least error of any prediction, as a share: no mesh is better."""
 MOST_ERROR = 0.5
 MOST_LOG = 5.0
-"""No value is predicted further from the mean than e to this."""
+"""Greatest distance of a prediction's logarithm from the mean."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Analysed:
     ----------
     variables : (v,) float
     values : mapping
-        By name; empty where its solid could not be meshed.
+        Results by name; empty where the solid could not be meshed.
     """
 
     variables: Array
@@ -44,29 +44,29 @@ class Analysed:
 
 @dataclass(frozen=True, eq=False)
 class _Process:
-    """One value's process: its mean, length, and the weight (n,) of each known design."""
+    """Gaussian process of one value: its mean, length, and the weight (n,) of each known design."""
 
     mean: float
     length: float
     weights: Array
     inverse: Array
-    """Of the covariance of the known designs (n, n), per unit of variance."""
+    """Inverse covariance of the known designs (n, n), per unit of variance."""
     deviation: float
-    """Root of that unit, from how far designs are off when predicted from all others."""
+    """Root of the unit of variance, by the errors of designs predicted from all others."""
     error: float
-    """Root of the mean square of that, as a share."""
+    """Root mean square of these errors, as a share."""
 
 
 @dataclass(frozen=True, eq=False)
 class StrengthModel:
-    """Predicts strengths of designs that were not analysed.
+    """Prediction of strengths of designs without an analysis.
 
     Attributes
     ----------
     bounds : (v, 2) float
         Of the variables.
     places : (n, v) float
-        Of the known designs, as shares of the bounds.
+        Known designs, as shares of the bounds.
     processes : mapping
         By the name of the value.
     """
@@ -77,7 +77,7 @@ class StrengthModel:
 
     @classmethod
     def of(cls, bounds: Array, known: Sequence[Analysed]) -> StrengthModel | None:
-        """Return the model that analysed designs make; None: too few of them are known."""
+        """Return the model of analysed designs; None: fewer than two of them have values."""
         analysed = [each for each in known if each.values]
         if len(analysed) < 2:
             return None
@@ -89,7 +89,7 @@ class StrengthModel:
         return cls(bounds, places, models)
 
     def predicted(self, variables: Array) -> dict[str, float]:
-        """Return what finite elements would find, by name."""
+        """Return the predicted finite-element results by name."""
         predicted = {}
         for name, each in self.processes.items():
             off = float((self._row(variables, each.length) * each.weights).sum())
@@ -108,7 +108,7 @@ class StrengthModel:
         return errors
 
     def _row(self, variables: Array, length: float) -> Array:
-        """Return the covariance (n,) of a design with the known ones."""
+        """Return the covariances (n,) of a design with the known designs."""
         place = _shares(self.bounds, variables)
         products = (self.places * place).sum(axis=1)
         square = ((self.places - place) ** 2).sum(axis=1)
@@ -117,7 +117,7 @@ class StrengthModel:
 
     @property
     def errors(self) -> dict[str, float]:
-        """Root mean square error of the known designs, each predicted from all others; as shares."""
+        """Root mean square error of the known designs by name, each predicted from all others; as shares."""
         return {name: each.error for name, each in self.processes.items()}
 
     def nearest(self, variables: Array) -> float:
@@ -133,7 +133,7 @@ def _shares(bounds: Array, variables: Array) -> Array:
 
 
 def _process(places: Array, logs: Array) -> _Process:
-    """Return the process that predicts each known value best from all others."""
+    """Return the process with the least error when each known value is predicted from all others."""
     mean = float(logs.mean())
     centred = logs - mean
     scale = float(centred.std()) or 1.0

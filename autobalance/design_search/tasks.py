@@ -1,4 +1,4 @@
-"""Work on designs, done by workers: the problem goes with each task, and a worker unpacks it once."""
+"""Tasks on designs for workers: the problem travels with each task, and a worker unpacks it once."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from autobalance.design_search.problem import Problem
 from autobalance.studies.workers import InThisProcess, Workers
 
 Work = Callable[[tuple[Any, Any]], Any]
-"""Takes the problem, as it is or packed, and a task."""
+"""Function of a task: takes the problem, plain or packed, and the task."""
 
 
 def each_done(
     workers: Workers, work: Callable[[tuple[Any, Any]], Any], problem: Problem, tasks: Sequence[Any]
 ) -> list[Any]:
-    """Return what becomes of each task, in order; the model of strengths is not known to the workers."""
+    """Return the results of all tasks in order; workers have no model of strengths."""
     bare = replace(problem, model=None)
     if isinstance(workers, InThisProcess):
         return [work((bare, task)) for task in tasks]
@@ -30,12 +30,12 @@ def each_done(
 
 
 def problem_of(sent: Any) -> Problem:
-    """Return the problem of a task, as it is or as it was sent."""
+    """Return the problem of a task, plain or unpacked."""
     return sent if isinstance(sent, Problem) else _unpacked(sent)
 
 
 @lru_cache(maxsize=1)
 def _unpacked(sent: bytes) -> Problem:
-    """Return a problem as it was sent; a worker makes it once."""
+    """Return a packed problem; a worker unpacks it once."""
     problem: Problem = pickle.loads(sent)
     return problem

@@ -1,4 +1,4 @@
-"""Designs as solids: written, read again, measured, and corrected until what is written meets the balance."""
+"""Designs as solids: written, read again, measured, and corrected until the file meets the balance."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from autobalance.types import Array
 
 PASSES = 6
 STALLED = 1e-3
-"""Share of the residual by which passes must change it: where they do not, bounds stand in the way."""
+"""Least change of the residual in a pass, as a share: with less, bounds stand in the way."""
 AIM_SHARE = 0.1
-"""Share of what is allowed that is aimed at: the frame found again on the file moves by its rounding."""
+"""Share of the limit that is aimed at: the frame found again on the file moves by its rounding."""
 FORMAT = "stl"
 
 
 @dataclass(frozen=True, eq=False)
 class WrittenDesign:
-    """A design as the bytes of its solid, and everything measured of that.
+    """A design as the bytes of its solid, with all its measurements.
 
-    ``solid`` is in file coordinates; ``held_error`` is by how much the held volume differs, as a share;
-    ``strengths`` is what finite elements found of it.
+    ``solid`` is in file coordinates; ``held_error`` is the change of the held volume, as a share;
+    ``strengths`` are its finite-element results.
     """
 
     variables: Array
@@ -51,22 +51,21 @@ class WrittenDesign:
         return self.solid.moved(problem.crank.anatomy.file_to_rotor)
 
     def objectives(self, problem: Problem) -> dict[str, float]:
-        """Return what it is worth, by the names of the search's objectives."""
+        """Return the values of the search's objectives by name."""
         return problem.asked(problem.objectives(self.moments, self.strengths, self.rotor_solid(problem)))
 
     @property
     def feasible(self) -> bool:
-        """Whether every constraint is kept."""
         return all(each.margin >= 0.0 for each in self.constraints)
 
 
 def written(problem: Problem, variables: Array) -> WrittenDesign:
-    """Write a design's solid and measure it; what facets and rounding change is solved for again.
+    """Write a design's solid and measure it, with the changes by facets and rounding corrected.
 
     Raises
     ------
     SolidError
-        If finite elements are asked, and the solid cannot be meshed.
+        If finite elements are wanted, and the solid cannot be meshed.
     """
     off, before = np.zeros(4), np.nan
     best: WrittenDesign | None = None

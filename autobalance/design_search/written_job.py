@@ -1,4 +1,4 @@
-"""The job of a written design: ``balance`` finds it within tolerance already."""
+"""Job of a written design, by which ``balance`` finds it within tolerance already."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from autobalance.units import MM_PER
 
 
 def job_toml(problem: Problem) -> str:
-    """Return a job of the written crank: ``balance`` finds it within tolerance already."""
+    """Return a job of the written crank, by which ``balance`` finds it within tolerance already."""
     raw, start, anatomy = problem.design.raw, problem.design.start, problem.crank.anatomy
     back = anatomy.rotor_to_file
     own = raw["crankshaft"]

@@ -1,1 +1,1 @@
-"""What turns and shakes: beam rotors, torsion, speed control, balancing machines, influence coefficients."""
+"""Rotating and vibrating systems: beam rotors, torsion, speed control, balancing machines, trial weights."""

@@ -1,7 +1,7 @@
-"""What balancing machines read on a rigid rotor: hard and soft bearings, cradle, nodal points.
+"""Readings of balancing machines on a rigid rotor: hard and soft bearings, cradle, nodal points.
 
 Forces [g·mm/s²], displacements [mm] and moments [g·mm²/s²] are complex amplitudes x + i y that turn with the
-rotor; the argument is the angle at which they stand in the rotor frame.
+rotor; the argument is their angle in the rotor frame.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ def support_forces(
 def cradle_moments(
     rotor: SpunRotor, pivots_mm: tuple[float, float], speed_rad_s: float
 ) -> tuple[complex, complex]:
-    """Return the moments about two pivots, one after the other: ω² (P − z U).
+    """Return the moments about two pivots used in turn: ω² (P − z U).
 
-    An unbalance in the plane of the pivot has no lever and does not read.
+    An unbalance in the plane of the pivot has no lever and no reading.
     """
     first, second = (rotor.moment_g_mm2 - z * rotor.unbalance_g_mm for z in pivots_mm)
     return speed_rad_s**2 * first, speed_rad_s**2 * second
 
 
 def free_displacement(rotor: SpunRotor, z_mm: float) -> complex:
-    """Return the displacement of a rotor free in space at a place of its axis, at any speed.
+    """Return the displacement of a free rotor at a place of its axis, the same at any speed.
 
     x(z) = −U/m − (z − z_G)(P − z_G U)/I_t. Needs the transverse inertia.
     """
@@ -72,7 +72,7 @@ def sprung_displacements(
 
 
 def node_mm(rotor: SpunRotor, plane_mm: float) -> float:
-    """Return where a free rotor stands still under an unbalance in one plane: z_G − I_t/(m (z − z_G)).
+    """Return the z of a free rotor's node under an unbalance in one plane: z_G − I_t/(m (z − z_G)).
 
     Raises
     ------
@@ -88,7 +88,7 @@ def node_mm(rotor: SpunRotor, plane_mm: float) -> float:
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviations of what a machine reads in a plane: of x and y, of the gain, of the angle."""
+    """Standard deviations of a machine's readings in a plane: of x and y, of the gain, of the angle."""
 
     unbalance_g_mm: float = 0.0
     gain: float = 0.0
@@ -98,7 +98,7 @@ class Noise:
 def noisy_readings(
     planes: tuple[complex, ...], noise: Noise, runs: int, seed: int
 ) -> list[tuple[complex, ...]]:
-    """Return what a machine with errors reads in each run: (1 + gain) U e^(i angle) + (x + i y).
+    """Return the readings of a machine with errors in each run: (1 + gain) U e^(i angle) + (x + i y).
 
     Errors are drawn anew from normal distributions for each plane and each run.
     """

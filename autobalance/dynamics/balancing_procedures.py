@@ -1,4 +1,4 @@
-"""The procedures of ISO 21940-12 for rotors with flexible behaviour, and which of them a rotor calls for."""
+"""Procedures of ISO 21940-12 for rotors with flexible behaviour, and the choice among them for a rotor."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from autobalance.dynamics.critical_speeds import CriticalSpeed
 
 RIGID_BELOW = 0.7
-"""Service speed over first critical speed up to which a rotor is usually taken as rigid."""
+"""Greatest ratio of service speed to first critical speed of a rotor usually taken as rigid."""
 
 
 @dataclass(frozen=True)
 class Procedure:
-    """A procedure by its letter in ISO 21940-12, table 1 (formerly ISO 11342)."""
+    """A procedure with its letter in ISO 21940-12, table 1 (formerly ISO 11342)."""
 
     letter: str
     name: str
@@ -34,7 +34,7 @@ PROCEDURES = (
 
 @dataclass(frozen=True)
 class Advice:
-    """What a service speed beside the critical speeds means for balancing."""
+    """Consequences for balancing of a service speed relative to the critical speeds."""
 
     behaviour: str
     procedures: tuple[Procedure, ...]
@@ -45,7 +45,7 @@ class Advice:
 def advice(service_speed_rad_s: float, criticals: Sequence[CriticalSpeed]) -> Advice:
     """Return the procedures that fit a service speed, and the planes of modal balancing (N + 2).
 
-    Counted are critical speeds that unbalance drives: those of forward whirl or of motion in a plane.
+    Only critical speeds driven by unbalance count: those of forward whirl or of motion in a plane.
     """
     driven = [each.speed_rad_s for each in criticals if each.whirl in ("forward", None, "mixed")]
     if not driven or service_speed_rad_s <= RIGID_BELOW * driven[0]:

@@ -1,10 +1,10 @@
-"""Beam elements whose functions are the exact static shapes of the section they stand on.
+"""Beam elements with the exact static shapes of their section as functions.
 
 The four nodal functions are the deflections of the unloaded element under displacements of its ends:
 of a uniform section the classical Timoshenko (or Euler) element, of a cone its exact counterpart. With
 ``degree`` d > 0 the responses, ends held, to transverse loads and distributed moments that run as
 polynomials of degree < d are added. The stiffness between nodes is exact either way; the degree
-says how well inertia inside the element is seen: frequencies converge as h^(2d + 2), h² to h⁴ for the
+sets the accuracy of inertia inside the element: frequencies converge as h^(2d + 2), h² to h⁴ for the
 classical element.
 
 Along an element: V = S (w′ − ψ) the shear force, M = EI ψ′ the bending moment,
@@ -22,12 +22,12 @@ from autobalance.dynamics.beam_rotor import BeamTheory, ShaftSection, cowper_she
 from autobalance.types import Array
 
 POINTS = 16
-"""Of Gauss' rule along an element: exact for every product of the functions of a uniform one."""
+"""Points of Gauss's rule along an element: exact for every product of a uniform element's functions."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """Pieces (n) of shaft that become elements, their section at Gauss' points (n, POINTS)."""
+    """Pieces (n) of shaft for the elements, with their section at Gauss's points (n, POINTS)."""
 
     length_m: Array
     bending_stiffness_n_m2: Array
@@ -43,7 +43,7 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """Matrices (n, f, f) of beam elements in one plane and their functions at Gauss' points (n, f, POINTS).
+    """Matrices (n, f, f) of beam elements in one plane and their functions at Gauss's points (n, f, POINTS).
 
     Of the f functions the first four belong to deflection and rotation at the start and the end.
     ``gyroscopic`` is the matrix of the polar inertia.
@@ -58,7 +58,7 @@ class Elements:
 
 @lru_cache(maxsize=1)
 def gauss() -> tuple[Array, Array, Array]:
-    """Return Gauss' points and weights on 0..1, and the matrix that integrates from 0 to each point."""
+    """Return Gauss's points and weights on 0..1, and the matrix of integrals from 0 to each point."""
     points, weights = np.polynomial.legendre.leggauss(POINTS)
     legendre = np.polynomial.legendre.legvander(points, POINTS - 1)
     integrals = np.stack(
@@ -97,7 +97,6 @@ def stretch_of(section: ShaftSection, shares: Array, beam: BeamTheory) -> Stretc
 
 
 def elements_of(stretch: Stretch, degree: int) -> Elements:
-    """Return the matrices of the elements of a stretch."""
     length = stretch.length_m[:, None, None]
     moment, shear = _static_states(stretch, degree)
     deflection, rotation, moment, shear = _with_ends_apart(stretch, *_deflected(stretch, moment, shear))
@@ -123,7 +122,7 @@ def elements_of(stretch: Stretch, degree: int) -> Elements:
 
 
 def _bubble_scale(stiffness: Array, length_m: Array) -> Array:
-    """Return factors (n, f) that bring each inner function to the stiffness of an end's deflection."""
+    """Return factors (n, f) that give each inner function the stiffness of an end's deflection."""
     diagonal: Array = np.einsum("eff->ef", stiffness)
     scale = np.ones(diagonal.shape)
     scale[:, 4:] = np.sqrt(diagonal[:, :1] / diagonal[:, 4:])
@@ -131,10 +130,10 @@ def _bubble_scale(stiffness: Array, length_m: Array) -> Array:
 
 
 def _static_states(stretch: Stretch, degree: int) -> tuple[Array, Array]:
-    """Return bending moments and shear forces (n, f, POINTS) of the states that static shapes are made of.
+    """Return bending moments and shear forces (n, f, POINTS) of the basic static states.
 
     In turn: two rigid motions, a constant shear force, a constant moment, transverse loads Pₖ,
-    distributed moments Pₖ that a transverse load takes up, Pₖ Legendre's polynomials.
+    distributed moments Pₖ balanced by a transverse load, Pₖ Legendre's polynomials.
     """
     points, _, cumulate = gauss()
     length = stretch.length_m[:, None]
@@ -155,7 +154,7 @@ def _static_states(stretch: Stretch, degree: int) -> tuple[Array, Array]:
 
 
 def _deflected(stretch: Stretch, moment: Array, shear: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """Return deflection and rotation of the states, and both at the end of the element (n, 2, f)."""
+    """Return deflection, rotation, moment and shear of the states, and the motions at the end (n, 2, f)."""
     _, weights, cumulate = gauss()
     length = stretch.length_m[:, None, None]
     curvature = moment / stretch.bending_stiffness_n_m2[:, None, :]
@@ -174,7 +173,7 @@ def _deflected(stretch: Stretch, moment: Array, shear: Array) -> tuple[Array, Ar
 def _with_ends_apart(
     stretch: Stretch, deflection: Array, rotation: Array, moment: Array, shear: Array, end: Array
 ) -> tuple[Array, Array, Array, Array]:
-    """Combine the states so that each of the first four moves one end only, and the others none."""
+    """Return the states combined so that each of the first four moves one end only, and the others none."""
     count = deflection.shape[1]
     values = np.zeros((len(end), 4, count))
     values[:, 0, 0] = values[:, 1, 1] = 1.0
@@ -191,7 +190,7 @@ def _with_ends_apart(
 
 
 def interpolation(shares: Array) -> Array:
-    """Return the matrix (POINTS, n) that takes values at Gauss' points to ``shares`` (n,) of an element."""
+    """Return the matrix (POINTS, n) from values at Gauss's points to ``shares`` (n,) of an element."""
     points = gauss()[0]
     at = np.polynomial.legendre.legvander(2.0 * shares - 1.0, POINTS - 1)
     return np.asarray(

@@ -1,4 +1,4 @@
-"""A rotor on bearings as its user describes it: shaft sections, discs, supports, unbalances. SI units."""
+"""Description of a rotor on bearings: shaft sections, discs, supports, unbalances. SI units."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Constraint = Literal["pinned", "clamped"]
 class ShaftSection:
     """A cylinder or cone, solid or hollow; diameters run linearly from start to end.
 
-    ``shear_factor`` 0 stands for Cowper's; ``elements`` 0 for as many as the accuracy wants.
+    ``shear_factor`` 0 stands for Cowper's; ``elements`` 0 for the number that the accuracy needs.
     """
 
     length_m: float
@@ -41,7 +41,7 @@ class ShaftSection:
 
     @property
     def poissons_ratio(self) -> float:
-        """Of an isotropic material with these moduli."""
+        """Poisson's ratio of an isotropic material with these moduli."""
         return self.youngs_modulus_pa / (2.0 * self.shear_modulus_pa) - 1.0
 
 
@@ -60,8 +60,8 @@ class Bearing:
     """A support: rigid (``constraint``), or linear springs and dampers.
 
     ``stiffness_n_m`` and ``damping_n_s_m`` are (k, 2, 2), ``[[xx, xy], [yx, yy]]`` at each of
-    ``speeds_rad_s`` (k,): the force on the shaft is −K (x, y) − C (ẋ, ẏ). Between speeds they run
-    linearly, beyond the table they stay.
+    ``speeds_rad_s`` (k,): the force on the shaft is −K (x, y) − C (ẋ, ẏ). They are linear between
+    speeds and constant beyond the table.
     """
 
     z_m: float
@@ -72,7 +72,7 @@ class Bearing:
 
     @property
     def constant(self) -> bool:
-        """Whether nothing depends on the speed."""
+        """Whether the coefficients are independent of the speed."""
         return len(self.speeds_rad_s) < 2
 
     def stiffness_at(self, speed_rad_s: float) -> Array:
@@ -91,7 +91,6 @@ class Bearing:
 
 
 def rigid_bearing(z_m: float, constraint: Constraint) -> Bearing:
-    """Return a support that does not give."""
     none = np.zeros((1, 2, 2))
     return Bearing(z_m, constraint, np.zeros(1), none, none)
 
@@ -103,7 +102,7 @@ def spring_bearing(z_m: float, stiffness_n_m: Array) -> Bearing:
 
 @dataclass(frozen=True)
 class PointUnbalance:
-    """A heavy spot: mass × distance from the axis, at an angle of the rotor frame."""
+    """A point unbalance: mass × distance from the axis, at an angle of the rotor frame."""
 
     z_m: float
     unbalance_kg_m: float
@@ -117,10 +116,9 @@ class PointUnbalance:
 
 @dataclass(frozen=True)
 class BeamRotor:
-    """A shaft from z = 0 with what it carries and what carries it.
+    """A shaft from z = 0 with its discs, bearings and unbalances.
 
-    ``beam`` "euler" leaves rotary inertia, shear and gyroscopic moments of the shaft out; those of
-    discs stay.
+    ``beam`` "euler" omits rotary inertia, shear and gyroscopic moments of the shaft; those of discs stay.
     """
 
     sections: tuple[ShaftSection, ...]
@@ -132,17 +130,17 @@ class BeamRotor:
 
     @cached_property
     def length_m(self) -> float:
-        """Of the whole shaft."""
+        """Length of the whole shaft."""
         return float(self.section_ends_m[-1])
 
     @cached_property
     def section_ends_m(self) -> Array:
-        """Z of the ends of the sections (n + 1,)."""
+        """Positions of the ends of the sections (n + 1,)."""
         return np.concatenate([[0.0], np.cumsum([each.length_m for each in self.sections])])
 
     @property
     def constant_bearings(self) -> bool:
-        """Whether no bearing depends on the speed."""
+        """Whether all bearings are independent of the speed."""
         return all(each.constant for each in self.bearings)
 
     def mass_and_moment(self) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""The rotor of a bench: disc, shaft, drilled holes; its inertia, unbalance and bearing friction. mm, g, N."""
+"""Rotor of a bench (disc, shaft, drilled holes): inertia, unbalance and bearing friction. mm, g, N."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from autobalance.units import M_PER_MM, N_PER_G_MM_S2, RAD_S_PER_RPM
 CONTACT = 0.99
 """Eccentricity ratio above which a plain bearing touches."""
 TABLE_STEP_RAD_S = 2.0
-"""Between which speeds the friction of films is taken straight."""
+"""Step of speeds between which the friction of films is interpolated linearly."""
 Curve = tuple[tuple[float, float], ...]
-"""Points (speed [1/min], value), the speeds rising."""
+"""Points (speed [1/min], value), in order of speed."""
 
 
 @dataclass(frozen=True)
@@ -47,21 +47,21 @@ class DiscOnShaft:
 
     @property
     def shaft_each_side_mm(self) -> float:
-        """Length of shaft that stands out on each side of the disc."""
+        """Length of the shaft on each side of the disc."""
         return 0.5 * (self.length_mm - self.thickness_mm)
 
 
 def disc_thickness_mm(
     polar_g_mm2: float, disc_mm: float, shaft_mm: float, length_mm: float, density_g_mm3: float
 ) -> float:
-    """Return the thickness of the disc that gives a rotor its inertia.
+    """Return the thickness of the disc of a rotor with a polar inertia.
 
     t = (32 I/(π ρ) − d₂⁴ L)/(d₁⁴ − d₂⁴).
 
     Raises
     ------
     ValueError
-        If no disc within the length does.
+        If no disc within the length has it.
 
     References
     ----------
@@ -84,7 +84,7 @@ def disc_thickness_mm(
 
 @dataclass(frozen=True)
 class DrilledHole:
-    """A hole through or into the disc: its metal is missing at a radius and an angle."""
+    """A hole through or into the disc, at a radius and an angle."""
 
     diameter_mm: float
     depth_mm: float
@@ -92,32 +92,31 @@ class DrilledHole:
     angle_rad: float
 
     def mass_g(self, density_g_mm3: float) -> float:
-        """Return the mass that is missing, ρ π d² t/4."""
+        """Return the missing mass, ρ π d² t/4."""
         return 0.25 * math.pi * density_g_mm3 * self.diameter_mm**2 * self.depth_mm
 
 
 def missing_unbalance_g_mm(holes: Sequence[DrilledHole], density_g_mm3: float) -> float:
-    """Return the size of the vector sum of what is missing."""
+    """Return the magnitude of the unbalance of missing metal."""
     x = sum(each.mass_g(density_g_mm3) * each.radius_mm * math.cos(each.angle_rad) for each in holes)
     y = sum(each.mass_g(density_g_mm3) * each.radius_mm * math.sin(each.angle_rad) for each in holes)
     return math.hypot(x, y)
 
 
 def unbalance_force_N(unbalance_g_mm: float, speed_rad_s: float) -> float:
-    """Return U Ω²."""
+    """Return the force U Ω²."""
     return N_PER_G_MM_S2 * unbalance_g_mm * speed_rad_s**2
 
 
 @dataclass(frozen=True)
 class DryBearings:
-    """Coulomb bearings; ``mu`` by speed, taken straight between points and constant beyond them."""
+    """Coulomb bearings; ``mu`` by speed, linear between points and constant beyond them."""
 
     diameter_mm: float
     mu: Curve
     small_angle: bool
 
     def mu_at(self, speed_rpm: float) -> float:
-        """Return the coefficient of friction at a speed."""
         points = self.mu
         if speed_rpm <= points[0][0]:
             return points[0][1]
@@ -127,7 +126,7 @@ class DryBearings:
         return points[-1][1]
 
     def moment_N_m(self, mean_load_N: float, speed_rpm: float) -> float:
-        """Return the friction of all bearings together at a load, the mean of its size over a turn."""
+        """Return the total friction moment of the bearings at a mean load over a turn."""
         mu = self.mu_at(speed_rpm)
         sine = mu if self.small_angle else mu / math.hypot(1.0, mu)
         return 0.5 * mean_load_N * self.diameter_mm * M_PER_MM * sine
@@ -135,24 +134,24 @@ class DryBearings:
 
 @dataclass(frozen=True)
 class RollingBearings:
-    """Rolling bearings alike that share the load."""
+    """Equal rolling bearings that share the load."""
 
     bearing: rolling.RollingBearing
     count: int
     viscosity_mm2_s: float
 
     def moment_N_m(self, mean_load_N: float, speed_rpm: float) -> float:
-        """Return the friction of all bearings together at a load, the mean of its size over a turn."""
+        """Return the total friction moment of the bearings at a mean load over a turn."""
         each = mean_load_N / self.count
         return self.count * rolling.friction_moment_N_m(self.bearing, each, speed_rpm, self.viscosity_mm2_s)
 
 
 @dataclass(frozen=True)
 class PlainBearings:
-    """Plain bearings alike that share the load, each with an oil film (Ocvirk's short bearing).
+    """Equal plain bearings that share the load, each with an oil film (Ocvirk's short bearing).
 
-    Where the film would have to be thinner than a hundredth of the clearance, they touch: friction is then
-    that of ``contact_mu``. The load is taken as steady, at its mean over a turn.
+    Where the film would have to be thinner than a hundredth of the clearance, they touch, with the friction
+    of ``contact_mu``. The load is taken as steady, at its mean over a turn.
     """
 
     bearing: JournalBearing
@@ -161,7 +160,7 @@ class PlainBearings:
     contact_mu: float
 
     def moment_N_m(self, mean_load_N: float, speed_rpm: float) -> float:
-        """Return the friction of all bearings together at a load, the mean of its size over a turn."""
+        """Return the total friction moment of the bearings at a mean load over a turn."""
         each, plain = mean_load_N / self.count, self.bearing
         speed = speed_rpm * RAD_S_PER_RPM
         ratio = self._eccentricity(each, speed)
@@ -171,7 +170,7 @@ class PlainBearings:
         return self.count * friction_moment_N_m(plain, self.viscosity_Pa_s, speed, ratio, each, attitude)
 
     def _eccentricity(self, load_N: float, speed_rad_s: float) -> float | None:
-        """Return ε at which the film carries a load; None where the bearing touches."""
+        """Return the eccentricity ratio ε of a film under a load; None where the bearing touches."""
         unit = self.bearing.force_unit_N(self.viscosity_Pa_s, speed_rad_s)
         if load_N == 0.0:
             return 0.0 if speed_rad_s > 0.0 else None
@@ -200,7 +199,7 @@ def bench_friction(
 
 
 def _tabulated(friction: Callable[[float], float]) -> Callable[[float], float]:
-    """Return a function straight between multiples of a step, each found once."""
+    """Return a function linear between multiples of ``TABLE_STEP_RAD_S``, each evaluated once."""
     known = cache(lambda number: friction(number * TABLE_STEP_RAD_S))
 
     def between(speed_rad_s: float) -> float:
@@ -214,7 +213,7 @@ def _tabulated(friction: Callable[[float], float]) -> Callable[[float], float]:
 def mean_load_N(constant_N: float, turning_N: float) -> float:
     """Return the mean over a turn of |constant + turning load|, (2/π)(W + R) E(4 W R/(W + R)²).
 
-    For single numbers, tens of thousands of times in a simulation; ``bearings.loads`` has it for arrays.
+    For single numbers, as a simulation needs it tens of thousands of times; ``bearings.loads`` is for arrays.
     """
     total = constant_N + turning_N
     if turning_N == 0.0 or constant_N == 0.0:

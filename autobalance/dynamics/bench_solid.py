@@ -1,4 +1,4 @@
-"""The bench rotor as a solid: a disc on its shaft, z along the axis from the shaft's lower end; its holes."""
+"""Solid of the bench rotor with its holes: disc on a shaft, z along the axis from the shaft's lower end."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PAST_MM = 1.0
 
 
 def rotor_shape(rotor: DiscOnShaft, holes: Sequence[DrilledHole] = ()) -> Shape:
-    """Return the exact shape of a rotor; holes go from the disc's upper face downwards, flat-bottomed."""
+    """Return the exact shape of a rotor; holes go down from the disc's upper face, flat-bottomed."""
     side = rotor.shaft_each_side_mm
     low, high = on_grid(side), on_grid(side + rotor.thickness_mm)
     shaft, disc, end = 0.5 * rotor.shaft_mm, 0.5 * rotor.disc_mm, on_grid(rotor.length_mm)

@@ -1,8 +1,8 @@
-"""The bending stiffness of a crank throw, for a straight rotor in its place.
+"""Bending stiffness of a crank throw, as that of an equivalent straight shaft.
 
 A throw is taken as a frame of journal, web, crankpin, web, journal [1]_. A constant bending moment in the
 plane of the throw bends both webs across their thickness; one across that plane twists them. Each length
-adds its flexibility, the corners none.
+adds its flexibility, corners add none.
 
 References
 ----------
@@ -20,14 +20,14 @@ from autobalance.dynamics.crank_torsion import ThrowShape
 
 @dataclass(frozen=True)
 class ThrowBending:
-    """EI of a straight shaft as long as a throw and as flexible in bending [N·mm²]."""
+    """EI of a straight shaft of a throw's length and bending flexibility [N·mm²]."""
 
     in_plane_n_mm2: float
     across_n_mm2: float
 
     @property
     def mean_n_mm2(self) -> float:
-        """Of a round shaft in its place: mean flexibility of both planes."""
+        """EI of an equivalent round shaft: by the mean flexibility of both planes."""
         return 2.0 / (1.0 / self.in_plane_n_mm2 + 1.0 / self.across_n_mm2)
 
 
@@ -61,7 +61,7 @@ def throw_bending(shape: ThrowShape, youngs_mpa: float, shear_mpa: float) -> Thr
 
 
 def web_bending(shape: ThrowShape, youngs_mpa: float, shear_mpa: float) -> ThrowBending:
-    """Return EI of a length of shaft as thick as one web and as flexible as it is."""
+    """Return EI of a straight shaft of one web's thickness and bending flexibility."""
     web = shape.web_breadth_mm * shape.web_thickness_mm**3 / 12.0
     twist = rectangle_torsion_mm4(shape.web_breadth_mm, shape.web_thickness_mm)
     share = shape.web_thickness_mm / shape.crank_radius_mm

@@ -1,4 +1,4 @@
-"""Journals of a crank that bends, in oil films: the films give way to what the bending leaves of the loads.
+"""Journals of a bending crank in oil films, which yield to the loads that its bending leaves.
 
 A journal moves as its film lets it (Booker's mobility), and by moving it bends the crank, which changes the
 load on its film: all journals together are one stiff set of equations over the crank angle.
@@ -16,18 +16,18 @@ from autobalance.bearings.mobility import squeeze_velocity
 from autobalance.types import Array, Complex
 
 SETTLED = 2e-4
-"""Change of an eccentricity ratio from one cycle to the next that counts as none."""
+"""Greatest change of an eccentricity ratio between cycles of a settled path."""
 MOST_CYCLES = 12
 ACCURACY = 2e-5
-"""Of the eccentricity ratio in one step of the integration."""
+"""Absolute accuracy of the eccentricity ratio in an integration step."""
 RELATIVE = 1e-4
 HALF_SPEED = 0.5
-"""Mean of the surfaces' speeds over the journal's, where the bush stands."""
+"""Mean speed of both surfaces over the journal's, with the bush at rest."""
 
 
 @dataclass(frozen=True, eq=False)
 class JournalFilms:
-    """Films of m journals.
+    """Oil films of m journals.
 
     Attributes
     ----------
@@ -43,12 +43,12 @@ class JournalFilms:
 
 @dataclass(frozen=True, eq=False)
 class JournalPaths:
-    """Where journals are in their films over a cycle.
+    """Paths of journals in their films over a cycle.
 
     Attributes
     ----------
     ratio : (m, n) complex
-        Eccentricity over the clearance, x + iy, in axes that do not turn.
+        Eccentricity over the clearance, x + iy, in fixed axes.
     force_n : (m, n) complex
         On the bushes, in the same axes [N].
     off : float
@@ -75,9 +75,9 @@ def journal_paths(
     angle_rad : (n,) float
         Crank angles of one whole cycle in equal steps from 0, its end not repeated [rad].
     held_n : (m, n) complex
-        Loads on mains that do not move, in axes that turn with the crank, x + iy [N].
+        Loads on mains at rest, in axes that turn with the crank, x + iy [N].
     stiffness_n_mm : (2 m, 2 m) float
-        What the crank takes off these by a journal's motion, [x, y] main by main in the same axes [N/mm].
+        Reduction of these loads per motion of a journal, [x, y] main by main in the same axes [N/mm].
     films : JournalFilms
     """
     step, count, mains = float(angle_rad[1] - angle_rad[0]), len(angle_rad), len(held_n)
@@ -129,7 +129,7 @@ def journal_paths(
 
 
 def taken_n(stiffness_n_mm: Array, moved_mm: Complex) -> Complex:
-    """Return what motions (m, n), x + iy, take off loads by a matrix (2 m, 2 m) of [x, y] main by main."""
+    """Return the reductions of loads (m, n) by motions (m, n), x + iy; the matrix is of [x, y] by mains."""
     flat = np.stack([moved_mm.real, moved_mm.imag], axis=1).reshape(-1, moved_mm.shape[1])
     loads = stiffness_n_mm @ flat
     by_main: Complex = loads[0::2] + 1j * loads[1::2]

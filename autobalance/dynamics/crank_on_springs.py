@@ -1,7 +1,7 @@
-"""A crank as a straight beam on springs: what its bending does to the loads of its mains.
+"""A crank as a straight beam on springs: effect of its bending on the loads of its mains.
 
-Each stretch between two nodes bends by its own stiffness in and across a plane of its own, a throw's; mains
-are springs alike in all directions. At each crank angle the beam is at rest under its loads: its inertia in
+Each stretch between two nodes has its own stiffness in and across a plane of its own, a throw's; mains are
+springs alike in all directions. The beam is in static equilibrium at each crank angle: its inertia in
 vibration is left out.
 """
 
@@ -50,12 +50,12 @@ class CrankOnSprings:
     springs_n_mm: Array
 
     def deflections_mm(self, forces_n: Complex) -> Complex:
-        """Return where forces (nodes, n) x + iy [N] in the crank's frame move the nodes (nodes, n) [mm].
+        """Return the deflections (nodes, n) [mm] under forces (nodes, n) x + iy [N] in the crank's frame.
 
         Raises
         ------
         ValueError
-            If the springs do not hold the beam.
+            If fewer than two nodes have springs.
         """
         stiffness, scale = self._free()
         for node, spring in enumerate(self.springs_n_mm):
@@ -70,9 +70,9 @@ class CrankOnSprings:
         return motion
 
     def held(self, forces_n: Complex, at: Sequence[int]) -> tuple[Complex, Array]:
-        """Return what the beam does to held nodes: loads at rest (m, n), stiffness (2 m, 2 m) [N/mm].
+        """Return the loads (m, n) on held nodes at rest, and the stiffness (2 m, 2 m) of their motion [N/mm].
 
-        A motion of the held nodes takes stiffness × motion, [x, y] node by node, off the loads; springs do
+        A motion of the held nodes reduces the loads by stiffness × motion, [x, y] node by node; springs do
         not count.
         """
         whole, scale = self._free()
@@ -85,9 +85,9 @@ class CrankOnSprings:
         return left[0::2] + 1j * left[1::2], matrix
 
     def _free(self) -> tuple[Array, Array]:
-        """Return the matrix without springs, and what scales it: rotations in units of a length.
+        """Return the matrix without springs, and the scale of its unknowns: rotations in units of a length.
 
-        So no column is a millionth of another.
+        The scale keeps columns from differing by factors of a million.
         """
         count = len(self.stretches) + 1
         stiffness = np.zeros((4 * count, 4 * count))

@@ -2,7 +2,7 @@
 
 Stations are the first main journal (with a damper), every throw, the last main journal (with a flywheel). A
 throw is elastic from the middle of the journal before it to the middle of the journal after it, and its
-inertia stands in its middle: between two stations lie two half throws.
+inertia is in its middle: between two stations lie two half throws.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ import numpy as np
 from autobalance.types import Array
 
 SHORTEST = 1e-12
-"""Of Le [1/mm³]; a solid shaft of 1 m diameter and 1 mm length has as much."""
+"""Least Le [1/mm³]: that of a solid shaft of 1 m diameter and 1 mm length."""
 
 
 @dataclass(frozen=True)
 class ThrowShape:
-    """What the stiffness of a throw is computed from, all mm; bores 0 where solid.
+    """Dimensions of a throw for its stiffness, all mm; bores 0 where solid.
 
     ``journal_length_mm`` is that of one whole main journal between webs: half of each of its neighbours';
     ``pin_length_mm`` that of the crankpin between webs. ``web_breadth_mm`` is across the throw.

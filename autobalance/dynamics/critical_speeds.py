@@ -1,4 +1,4 @@
-"""Critical speeds: where a damped frequency of the spinning rotor equals its speed."""
+"""Critical speeds: speeds equal to a damped frequency of the spinning rotor."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from autobalance.dynamics.whirl_modes import (
 from autobalance.types import Array, Complex
 
 SCANNED = 120
-"""Speeds at which frequencies are compared with the speed, where no direct solution exists."""
+"""Number of speeds at which frequencies are compared with the speed, without a direct solution."""
 EQUAL_SPEED_SHARE = 1e-8
-"""Relative distance of two critical speeds that are reported as one."""
+"""Greatest relative difference of two critical speeds reported as one."""
 SECANT_STEPS = 4
 
 
@@ -40,11 +40,10 @@ class CriticalSpeed:
 
 
 def critical_speeds(prepared: PreparedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
-    """Return every critical speed up to a limit, ascending, of any whirl.
+    """Return all critical speeds up to a limit, ascending, of any whirl.
 
-    Without damping and with constant bearings λ = iΩ turns the eigenproblem into a linear one,
-    (K − Ω² (M − iG)) x = 0, solved at once; otherwise each frequency's crossing with the speed is
-    searched for.
+    Without damping and with constant bearings λ = iΩ makes the eigenproblem a linear one,
+    (K − Ω² (M − iG)) x = 0, solved at once; otherwise each frequency's crossing with the speed is sought.
     """
     if upper_rad_s <= 0.0:
         return []
@@ -58,9 +57,9 @@ def critical_speeds(prepared: PreparedRotor, upper_rad_s: float) -> list[Critica
 
 
 def _pairs_as_one(criticals: list[CriticalSpeed]) -> list[CriticalSpeed]:
-    """Return critical speeds; two at one speed are one: motion in any plane, whirl None.
+    """Return critical speeds with two at one speed merged: motion in any plane, whirl None.
 
-    How each of the two whirls is chance, where forward and backward whirl have one frequency.
+    Where forward and backward whirl have one frequency, the whirls of the two are arbitrary.
     """
     kept: list[CriticalSpeed] = []
     for each in criticals:
@@ -105,14 +104,14 @@ def _direct(reduced: ReducedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
 
 
 def _solved(real: Sparse, imaginary: Sparse, load: Complex) -> Complex:
-    """Solve (real + i imaginary) x = load."""
+    """Return the solution x of (real + i imaginary) x = load."""
     turned = sparse.csc_matrix((1j * imaginary.data, imaginary.indices, imaginary.indptr), imaginary.shape)
     dynamic = sparse.csc_matrix(real.astype(np.complex128) + turned)
     return np.asarray(splu(dynamic).solve(load), dtype=complex)
 
 
 def synchronous(reduced: ReducedRotor) -> tuple[Array, Complex]:
-    """Return the speeds [rad/s] at which an undamped rotor whirls with its speed, and the reduced vectors."""
+    """Return the speeds [rad/s] of synchronous whirl of an undamped rotor, and the reduced vectors."""
     stiffness = reduced.stiffness(0.0)
     gyroscopic = reduced.damping(1.0) - reduced.damping(0.0)
     if not reduced.planes_apart(gyroscopic, stiffness):
@@ -130,10 +129,10 @@ def synchronous(reduced: ReducedRotor) -> tuple[Array, Complex]:
 
 
 def _definite(stiffness: Array, inertia: Complex, rigid: int | None) -> tuple[Array, Complex]:
-    """Solve K x = Ω² A x for Ω² > 0, K symmetric, A Hermitian and perhaps indefinite.
+    """Return Ω and x of K x = Ω² A x for Ω² > 0, K symmetric, A Hermitian and perhaps indefinite.
 
-    Rigid-body motions, on which K is zero, are taken out: K is definite on the rest. Negative springs
-    may leave K indefinite; what they do to a rotor at rest is not a critical speed.
+    Rigid-body motions, on which K is zero, are removed: K is definite on the rest. Negative springs may leave
+    K indefinite; their effect on a rotor at rest is not a critical speed.
     """
     energy, modes = np.linalg.eigh(stiffness)
     still = energy < 1e-12 * energy[-1] if rigid is None else np.arange(len(energy)) < rigid
@@ -172,7 +171,7 @@ def _searched(reduced: ReducedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
 
 
 def _on_the_line(reduced: ReducedRotor, speed_rad_s: float) -> CriticalSpeed | None:
-    """Return a critical speed as the whole matrices have it, from the reduced one."""
+    """Return the critical speed by the whole matrices near one by the reduced matrices; None without one."""
 
     def nearest(speed: float, to: float) -> WhirlMode | None:
         modes = modes_at(reduced, speed, 4 * reduced.basis.shape[1])

@@ -1,4 +1,4 @@
-"""The best damper of one inertia on one spring: Den Hartog's ring and Houdaille's viscous one."""
+"""Optimal dampers: Den Hartog's tuned ring and Houdaille's viscous damper."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class DamperRule:
-    """The best damper of a mass ratio μ.
+    """Optimal damper of a mass ratio μ.
 
     ``frequency_ratio`` is the ring's own over the system's, 0 without a spring; ``damping_ratio`` is
     c/(2 J_d ω_n); ``peak`` the greatest amplitude over the static one.

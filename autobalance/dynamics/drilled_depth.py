@@ -1,4 +1,4 @@
-"""How deep a drill must go to take off an unbalance: closed forms on a flat entry. mm, g."""
+"""Drilling depth for the removal of an unbalance: closed forms on a flat entry. mm, g."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class DrillPlace:
         return 0.5 * self.diameter_mm / math.tan(0.5 * self.point_angle_rad)
 
     def unbalance_g_mm(self, depth_mm: float) -> float:
-        """Return what a hole takes off; the depth is that of the full diameter, the point comes on top."""
+        """Return the unbalance that a hole removes; the depth is of the full diameter, less the point."""
         area = 0.25 * math.pi * self.diameter_mm**2
         full, point = area * depth_mm, area * self.point_mm / 3.0
         if self.direction == "axial":
@@ -37,9 +37,9 @@ class DrillPlace:
         return self.density_g_mm3 * (full * at_full + point * at_point)
 
     def depth_mm(self, unbalance_g_mm: float) -> float | None:
-        """Return the depth that takes off an unbalance; None where there is none.
+        """Return the depth that removes an unbalance; None where there is none.
 
-        The point alone may take off more; a radial hole takes off most when its point reaches the axis.
+        The point alone may remove more; a radial hole removes most when its point reaches the axis.
         """
         deepest = self.radius_mm - self.point_mm if self.direction == "radial" else math.inf
         if self.direction == "axial":

@@ -1,8 +1,8 @@
-"""Correction weights on the places and from the stock there are: a mixed-integer program over all planes.
+"""Correction weights on available places and from stock: a mixed-integer program over all planes.
 
-The worst weighted residual is made least. Circles (sizes of residuals, limits, a weight at any angle) are
-drawn as polygons round them, so the solver's bound is a true lower bound; they are refined where the solution
-lies until the best set found is within a known share of that bound.
+The worst weighted residual is minimized. Circles (sizes of residuals, limits, a weight at any angle) are
+replaced by circumscribed polygons, so the solver's bound is a true lower bound; they are refined where the
+solution lies until the best set is within a known share of that bound.
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ from autobalance.integer_program import IntegerProgram, solution
 from autobalance.types import Array, Complex
 
 ACCURACY = 0.007
-"""Share by which the worst residual may lie above the bound."""
+"""Greatest share by which the worst residual may exceed the bound."""
 SOLVER_GAP = 0.003
 NEGLIGIBLE = 1e-6
-"""Of the greatest initial reading: a residual this small is as good as none."""
+"""Share of the greatest initial reading below which a residual is negligible."""
 TANGENTS = 24
-"""Sides of the first polygon round each circle."""
+"""Sides of each circle's first polygon."""
 SECTORS = 24
-"""First pieces of the circle on which a single weight may stand at any angle."""
+"""First pieces of the circle of a single weight at any angle."""
 ROUNDS = 60
 SECONDS = 40.0
 """Longest time of the solver; ``bound`` shows what is not proven by then."""
 ROUNDING_SHARE = 1e-7
-"""Relative, by which a sum may pass its limit: rounding."""
+"""Relative tolerance on the limit of a sum, for rounding."""
 TIE = 1e-7
-"""What a weight costs against the residual: of equal sets, the smaller is taken."""
+"""Cost of a weight relative to the residual: of equal sets, the smaller is taken."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fitting:
-    """What can be fitted in a plane; None: any angle, any weight, any number.
+    """Available weights of a plane; None: any angle, any weight, any number.
 
-    ``limit_g_mm`` is of the plane's vector sum, inf where there is none.
+    ``limit_g_mm`` is of the plane's vector sum, inf without a limit.
     """
 
     angles_rad: Array | None = None
@@ -55,9 +55,9 @@ class Fitting:
 
 @dataclass(frozen=True, eq=False)
 class FittedWeights:
-    """The set found: its sum in each plane (N,), what is fitted where (None: any), and how good it is.
+    """The best set: its sum in each plane (N,), its weights (None: any), and its quality.
 
-    ``bound``: no set has a smaller worst residual than that; ``proven``: it is near enough.
+    ``bound``: no set has a smaller worst residual; ``proven``: the set is near enough to it.
     """
 
     sums_g_mm: Complex
@@ -89,7 +89,7 @@ class _Program:
 
 @dataclass(frozen=True, eq=False)
 class _Scaled:
-    """The task with readings scaled to a greatest of 1 and each plane's weights to its influence."""
+    """The problem with readings scaled to a greatest of 1 and each plane's weights to its influence."""
 
     rows: Complex
     start: Complex
@@ -100,18 +100,18 @@ class _Scaled:
 def fitted_weights(
     influence: Complex, initial: Complex, reading_weights: Array, fittings: tuple[Fitting, ...]
 ) -> FittedWeights:
-    """Return the set of weights that makes max v_i |initial_i + (α w)_i| least.
+    """Return the set of weights that minimizes max v_i |initial_i + (α w)_i|.
 
     Parameters
     ----------
     influence : (M, N) complex
         Reading per g·mm added.
     initial : (M,) complex
-        Readings to bring down.
+        Readings to reduce.
     reading_weights : (M,) float
-        v, how much each reading counts.
+        v, importance of each reading.
     fittings : tuple of Fitting, (N,)
-        What can be fitted in each plane.
+        Weights that fit in each plane.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def _scaled(influence: Complex, initial: Complex, reading_weights: Array, scale:
 
 
 class _Search:
-    """Solve, look where the polygons were too wide, refine there, until solution and bound meet."""
+    """Alternation of solution and refinement of the polygons, until solution and bound meet."""
 
     def __init__(self, task: _Scaled, fittings: tuple[Fitting, ...]) -> None:
         self.task = task
@@ -200,7 +200,7 @@ class _Search:
         return program
 
     def _limit(self, plane: int) -> float:
-        """Return the limit of a plane's sum, scaled; several weights at any angle reach all sums below."""
+        """Return the scaled limit of a plane's sum; several weights at any angle reach all sums below."""
         fitting = self.fittings[plane]
         limit = fitting.limit_g_mm
         if (
@@ -212,7 +212,7 @@ class _Search:
         return limit / float(self.task.units_g_mm[plane])
 
     def _columns(self, program: _Program, plane: int, fitting: Fitting) -> list[tuple[int, float, float]]:
-        """Add a plane's columns; return those that are weights at places: column, angle, g·mm of each."""
+        """Add a plane's columns and return those of weights at places: column, angle, g·mm of each."""
         unit = float(self.task.units_g_mm[plane])
         if self.sectors[plane]:
             return self._arcs(program, plane, unit)
@@ -259,7 +259,7 @@ class _Search:
         return pieces
 
     def _arcs(self, program: _Program, plane: int, unit: float) -> list[tuple[int, float, float]]:
-        """Add one weight at any angle: for each arc the triangle round it, and a choice of one arc."""
+        """Add one weight at any angle: the triangle round each arc, and the choice of one arc."""
         pieces, one = [], {}
         for weight, middle, half in self.sectors[plane]:
             corners = (np.exp(-1j * half), 1.0 / math.cos(half), np.exp(1j * half))
@@ -275,7 +275,7 @@ class _Search:
         return pieces
 
     def _solved(self, program: _Program, seconds: float) -> tuple[Array | None, float]:
-        """Return the solution (None: no time) and the lower bound of the worst residual."""
+        """Return the solution (None: out of time) and the lower bound of the worst residual."""
         size = 1 + len(program.plane)
         matrix = np.zeros((len(program.rows), size))
         for number, (row, _, _) in enumerate(program.rows):
@@ -303,13 +303,13 @@ class _Search:
     # --- its solution ---------------------------------------------------------------------------------------
 
     def _sums(self, program: _Program, x: Array) -> Complex:
-        """Return each plane's sum as the program has it, scaled."""
+        """Return each plane's scaled sum in the program's solution."""
         sums = np.zeros(len(self.fittings), dtype=complex)
         np.add.at(sums, program.plane, np.array(program.turn) * x[1:])
         return sums
 
     def _fitted(self, program: _Program, x: Array) -> tuple[tuple[tuple[Fitted, ...], ...], Complex]:
-        """Return what is fitted in each plane with places or stock, and each plane's sum [g·mm]."""
+        """Return the weights in each plane with places or stock, and each plane's sum [g·mm]."""
         sums = self._sums(program, x) * self.task.units_g_mm
         split: list[tuple[Fitted, ...]] = []
         for plane, fitting in enumerate(self.fittings):
@@ -356,7 +356,7 @@ class _Search:
         return bool((np.abs(weights.sums_g_mm) <= (1.0 + ROUNDING_SHARE) * limits).all())
 
     def _refine(self, program: _Program, x: Array) -> None:
-        """Touch each circle where the solution is, and cut the chosen arcs into four."""
+        """Add a tangent to each circle at the solution, and cut the chosen arcs into four."""
         sums = self._sums(program, x)
         residual = self.task.start + self.task.rows @ sums
         for number in np.flatnonzero(np.abs(residual) > x[0]):
@@ -373,7 +373,7 @@ class _Search:
 
 
 def _single(fitting: Fitting) -> list[float]:
-    """Return the stock where one weight may stand at any angle; two or more make any sum up to a limit."""
+    """Return the stock where a plane takes one weight at any angle, else nothing: more reach any sum."""
     alone = fitting.angles_rad is None and fitting.weights_g_mm is not None and fitting.max_weights == 1
     return (
         [float(weight) for weight in fitting.weights_g_mm]
@@ -383,6 +383,6 @@ def _single(fitting: Fitting) -> list[float]:
 
 
 def _least_sine(angles_rad: Array) -> float:
-    """Return the least |sin| between two places that are neither one nor opposite; 1 where there are none."""
+    """Return the least |sin| between two places neither equal nor opposite; 1 if there are none."""
     between = np.abs(np.sin(angles_rad[:, None] - angles_rad[None, :]))
     return max(1e-3, float(between[between > 1e-6].min(initial=1.0)))

@@ -1,4 +1,4 @@
-"""Influence coefficients: what a unit of unbalance in each plane does to each reading, from trial weights.
+"""Influence coefficients: effect of a unit unbalance in each plane on each reading, by trial weights.
 
 Readings and weights are complex: amplitude and phase of a reading, size and angle of a weight. Readings may
 be of any sensors at any speeds, in any unit; the rotor may be flexible. M readings, N planes, N ≤ M.
@@ -20,7 +20,7 @@ from autobalance.types import Array, Complex
 class Trial:
     """A run with a trial weight in one plane: the weight [g·mm] as a complex number, the readings (M,).
 
-    ``left_on``: the weight stays on the rotor for the runs after it.
+    ``left_on``: the weight stays on the rotor for the following runs.
     """
 
     plane: int
@@ -30,9 +30,9 @@ class Trial:
 
 
 def changes(initial: Complex, trials: Sequence[Trial]) -> list[Complex]:
-    """Return what each trial weight alone changed in the readings, each (M,).
+    """Return the change of the readings by each trial weight alone, each (M,).
 
-    The reading *without* is that of the last run whose weight was left on, else the initial one.
+    The reference is the last run whose weight was left on, else the initial readings.
     """
     coefficients, without = [], initial
     for trial in trials:
@@ -49,9 +49,9 @@ def influence_coefficients(initial: Complex, trials: Sequence[Trial], planes: in
     Parameters
     ----------
     initial : (M,) complex
-        Readings of the rotor as it is.
+        Readings of the rotor without trial weights.
     trials : sequence of Trial
-        In the order they were run; at least one for each plane.
+        In the order of their runs; at least one for each plane.
     planes : int
         Number of planes, N.
 
@@ -73,7 +73,7 @@ def influence_coefficients(initial: Complex, trials: Sequence[Trial], planes: in
 
 
 def left_on_g_mm(trials: Sequence[Trial], planes: int) -> Complex:
-    """Return the sum of the weights that were left on in each plane, (N,) complex [g·mm]."""
+    """Return the sum of the weights left on in each plane, (N,) complex [g·mm]."""
     total = np.zeros(planes, dtype=complex)
     for trial in trials:
         if trial.left_on:
@@ -84,8 +84,8 @@ def left_on_g_mm(trials: Sequence[Trial], planes: int) -> Complex:
 def condition(influence: Complex, reading_weights: Array) -> tuple[float, Array]:
     """Return σ_max/σ_min of the weighted coefficients, columns scaled to length 1, and the planes' shares.
 
-    Shares (N,) are the sizes of the components of the weakest combination of weights: the planes that
-    the readings hardly distinguish have the large ones.
+    Shares (N,) are the magnitudes of the weakest combination of weights: large for planes that the readings
+    hardly distinguish.
     """
     weighted = reading_weights[:, None] * influence
     lengths = np.linalg.norm(weighted, axis=0)
@@ -97,7 +97,7 @@ def condition(influence: Complex, reading_weights: Array) -> tuple[float, Array]
 
 
 def least_squares(influence: Complex, initial: Complex, reading_weights: Array) -> Complex:
-    """Return the weights (N,) [g·mm] that make Σ (v_i |initial_i + (α w)_i|)² least, without limits."""
+    """Return the weights (N,) [g·mm] that minimize Σ (v_i |initial_i + (α w)_i|)², without limits."""
     rows: Complex = reading_weights[:, None] * influence
     lengths = np.linalg.norm(rows, axis=0)
     scaled, *_ = np.linalg.lstsq(rows / lengths, -reading_weights * initial, rcond=None)

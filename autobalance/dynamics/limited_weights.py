@@ -1,7 +1,7 @@
 """Correction weights under limits: the least squares or the least worst residual, a convex cone program.
 
 A primal barrier method with Newton steps: a few dozen small linear systems, and the distance to the optimum
-is bounded by the number of cones over the barrier's weight, so the accuracy is known and not hoped for.
+is bounded by the number of cones over the barrier's weight, so the accuracy is known.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from autobalance.types import Array, Complex
 Goal = Literal["least_squares", "least_worst"]
 
 GAP = {"least_squares": 1e-11, "least_worst": 1e-8}
-"""Distance to the optimum, readings scaled to a greatest of 1: of the sum of squares, and of the worst."""
+"""Distance to the optimum of the sum of squares or the worst, with readings scaled to a greatest of 1."""
 GROWTH = 8.0
-"""Of the barrier's weight from one centre to the next."""
+"""Factor on the barrier's weight from one centre to the next."""
 NEWTON_STEPS = 60
 DECREMENT = 1e-9
-"""Half the squared Newton decrement at which a centre is found."""
+"""Half the squared Newton decrement at a sufficient centre."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,18 +44,18 @@ class Cones:
 def limited_weights(
     influence: Complex, initial: Complex, reading_weights: Array, limits_g_mm: Array, goal: Goal
 ) -> Complex:
-    """Return the weights (N,) [g·mm] that make the residual least within limits.
+    """Return the weights (N,) [g·mm] that minimize the residual within limits.
 
     Parameters
     ----------
     influence : (M, N) complex
         Reading per g·mm added.
     initial : (M,) complex
-        Readings to bring down.
+        Readings to reduce.
     reading_weights : (M,) float
-        v, how much each reading counts.
+        v, importance of each reading.
     limits_g_mm : (N,) float
-        Greatest size of each plane's weight; inf where there is none.
+        Greatest size of each plane's weight; inf: no limit.
     goal : str
         ``least_squares``: Σ (v_i |r_i|)²; ``least_worst``: max v_i |r_i|.
 
@@ -82,7 +82,7 @@ def limited_weights(
 
 
 def _solve(matrix: Complex, start: Complex, limits: Array, goal: Goal) -> Array:
-    """Return real and imaginary parts, in turns, of the scaled weights (2 N,)."""
+    """Return real and imaginary parts of the scaled weights, alternating (2 N,)."""
     planes = matrix.shape[1]
     worst = goal == "least_worst"
     size = 2 * planes + (1 if worst else 0)
@@ -105,7 +105,7 @@ def _solve(matrix: Complex, start: Complex, limits: Array, goal: Goal) -> Array:
 
 
 def _real(matrix: Complex) -> Array:
-    """Return complex coefficients as (M, 2, 2 N) real ones: columns real and imaginary part in turns."""
+    """Return complex coefficients as real ones (M, 2, 2 N), with real and imaginary columns alternating."""
     real = np.zeros((matrix.shape[0], 2, 2 * matrix.shape[1]))
     real[:, 0, 0::2], real[:, 0, 1::2] = matrix.real, -matrix.imag
     real[:, 1, 0::2], real[:, 1, 1::2] = matrix.imag, matrix.real
@@ -113,7 +113,7 @@ def _real(matrix: Complex) -> Array:
 
 
 def _limits(limits: Array, size: int) -> Cones:
-    """Return |w_j| ≤ limit_j for the planes that have one."""
+    """Return |w_j| ≤ limit_j for the planes with a limit."""
     which = np.flatnonzero(np.isfinite(limits))
     B = np.zeros((len(which), 2, size))
     for row, plane in enumerate(which):
@@ -163,7 +163,7 @@ def _centre(hessian: Array, gradient: Array, cones: Cones, x: Array) -> Array:
 
 
 def _length(cones: Cones, x: Array, step: Array, decrement: float) -> float:
-    """Return how far to go: the damped step of self-concordant functions, and never out of a cone."""
+    """Return the length of a step: the damped step of self-concordant functions, never out of a cone."""
     length = 1.0 / (1.0 + np.sqrt(decrement)) if decrement > 0.0625 else 1.0
     while True:
         slack, _, bound = cones.slack(x + length * step)

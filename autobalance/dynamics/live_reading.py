@@ -1,4 +1,4 @@
-"""Lines of a balancing machine as vectors, and when they have settled; pure numbers."""
+"""Lines of a balancing machine as vectors, and the settling of its readings; pure numbers."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from collections import deque
 from dataclasses import dataclass, field
 
 ONE = ("amount", "angle")
-"""Groups of a line with one plane; ``plane`` names it."""
+"""Groups of a line with one plane; ``plane`` is its name."""
 BOTH = ("amount_a", "angle_a", "amount_b", "angle_b")
 """Groups of a line with both planes."""
 
 
 @dataclass(frozen=True)
 class LineFormat:
-    """How a machine's lines say vectors.
+    """Format of vectors in a machine's lines.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class LineFormat:
     g_mm_per_unit : float
         Of the amounts.
     planes : (str, str)
-        What the machine calls planes A and B.
+        The machine's names of planes A and B.
     """
 
     pattern: re.Pattern[str]
@@ -33,9 +33,9 @@ class LineFormat:
     planes: tuple[str, str]
 
     def vectors(self, line: str) -> dict[str, complex]:
-        """Return the vectors of a line by plane, ``A``, ``B`` or ``""`` where there is but one [g·mm].
+        """Return the vectors of a line by plane, ``A``, ``B`` or, with one plane only, ``""`` [g·mm].
 
-        Angles count as the machine counts them. A line that is not a reading has none.
+        Angles have the machine's own sense. A line that is not a reading gives none.
         """
         match = self.pattern.search(line)
         if match is None:
@@ -62,22 +62,22 @@ class LineFormat:
 
 
 def _number(text: str) -> float:
-    """Return a number with a point or a comma."""
+    """Return a number written with a point or a comma."""
     return float(text.strip().replace(",", "."))
 
 
 @dataclass
 class Settling:
-    """The last readings of each plane: settled where all of them lie near their mean.
+    """Last readings of each plane, settled when all are near their mean.
 
     Attributes
     ----------
     count : int
         Readings that must agree.
     share : float
-        How far each may lie from the mean, over its magnitude.
+        Greatest distance of a reading from the mean, over its magnitude.
     least_g_mm : float
-        And at least.
+        Lower bound of that distance.
     """
 
     count: int
@@ -90,7 +90,7 @@ class Settling:
 
     @property
     def settled(self) -> dict[str, complex] | None:
-        """The mean of each plane, where every plane has settled; None before. One of two is not enough."""
+        """Means by plane once every plane has settled, else None; one plane of two is not enough."""
         planes = self.last
         if not planes or (len(planes) == 1 and "" not in planes):
             return None

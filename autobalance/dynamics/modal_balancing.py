@@ -1,7 +1,7 @@
-"""Modal balancing: unbalances in a few planes that leave the lowest modes without excitation.
+"""Modal balancing: unbalances in a few planes that remove the excitation of the lowest modes.
 
-An unbalance U(z) excites a planar mode φ by ∫ φ U dz. N planes take N modes out and, as a mode of which
-no excitation is left stays so, later modes keep the earlier ones balanced [1]_. With two planes more
+An unbalance U(z) excites a planar mode φ by ∫ φ U dz. N planes balance N modes and, as a balanced mode
+stays so, later modes keep the earlier ones balanced [1]_. With two planes more
 resultant and moment vanish as well, so that the bearings of a slow rotor feel nothing (N + 2) [2]_.
 
 References
@@ -23,14 +23,14 @@ from autobalance.dynamics.rotor_reduction import ReducedRotor
 from autobalance.types import Array, Complex
 
 SINGULAR = 1e-9
-"""Least over greatest singular value below which planes cannot reach the modes."""
+"""Least over greatest singular value below which the planes cannot balance the modes."""
 
 
 def modal_shapes(reduced: ReducedRotor, count: int) -> tuple[Array, Complex]:
-    """Return frequencies [rad/s] and shapes (count, n) of the lowest planar modes at no speed, undamped.
+    """Return frequencies [rad/s] and shapes (count, n) of the lowest undamped planar modes at rest.
 
-    A shape is complex, φx − iφy over a plane's unknowns: times an unbalance as a complex number it is
-    the excitation of the mode. The two modes of a plane pair have one shape and count once.
+    A shape is complex, φx − iφy over a plane's unknowns: its product with a complex unbalance is the mode's
+    excitation. The two modes of a plane pair have one shape and count once.
     """
     stiffness = reduced.stiffness(0.0)
     stiffness = 0.5 * (stiffness + stiffness.T)
@@ -76,15 +76,15 @@ def modal_correction(
     Parameters
     ----------
     reduced : ReducedRotor
-        With a node at each plane.
+        Reduced rotor with a node at each plane.
     planes_m : sequence of float
         Correction planes [m].
     modes : int
-        How many of the lowest planar modes shall be without excitation.
+        Number of the lowest planar modes to balance.
     rigid : bool
         Whether resultant and moment shall vanish too (N + 2 planes).
     unbalances : sequence of (z [m], kg m as a complex number)
-        That are there.
+        Present unbalances.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Matrices of a divided rotor: of one plane, and of both with gyroscopic moments and bearings.
+"""Matrices of a meshed rotor: of one plane, and of both with gyroscopic moments and bearings.
 
 Unknowns of a plane run along the shaft: deflection and section rotation at each node, between two
 nodes the element's inner functions. With both planes, x and y alternate. The rotation is that of the
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 else:
     Sparse = sparse.csc_matrix
 TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
-"""A spinning polar inertia couples the planes: Ω Ip ψ̇y in the row of x, −Ω Ip ψ̇x in that of y."""
+"""Coupling of the planes by a spinning polar inertia: Ω Ip ψ̇y in the row of x, −Ω Ip ψ̇x in that of y."""
 LEAST_SHAPE_POINTS = 40
 
 
@@ -65,39 +65,36 @@ class RotorMatrices:
 
     @cached_property
     def mass(self) -> Sparse:
-        """Of both planes."""
+        """Mass matrix of both planes."""
         return sparse.kron(self.mass_1, np.eye(2), format="csc")
 
     @cached_property
     def shaft_stiffness(self) -> Sparse:
-        """Of both planes, without bearings."""
+        """Stiffness matrix of both planes, without bearings."""
         return sparse.kron(self.stiffness_1, np.eye(2), format="csc")
 
     @cached_property
     def gyroscopic(self) -> Sparse:
-        """Of both planes; times the speed it is part of the damping matrix."""
+        """Gyroscopic matrix of both planes; times the speed it is part of the damping matrix."""
         return sparse.kron(self.gyroscopic_1, TURN, format="csc")
 
     @cached_property
     def springs(self) -> tuple[tuple[int, Bearing], ...]:
-        """Bearings that give, with their deflection's unknown in a plane."""
+        """Elastic bearings, with their deflection's unknown in a plane."""
         places = ((int(self.deflection_at[self.node_at(each.z_m)]), each) for each in self.rotor.bearings)
         return tuple((at, each) for at, each in places if each.constraint is None and at >= 0)
 
     def bearing_stiffness(self, speed_rad_s: float) -> Sparse:
-        """Return the bearings' part of the stiffness matrix."""
         return self._scattered([(at, each.stiffness_at(speed_rad_s)) for at, each in self.springs])
 
     def bearing_damping(self, speed_rad_s: float) -> Sparse:
-        """Return the bearings' part of the damping matrix."""
         return self._scattered([(at, each.damping_at(speed_rad_s)) for at, each in self.springs])
 
     def stiffness(self, speed_rad_s: float) -> Sparse:
-        """Return the stiffness matrix of both planes."""
         return sparse.csc_matrix(self.shaft_stiffness + self.bearing_stiffness(speed_rad_s))
 
     def damping(self, speed_rad_s: float) -> Sparse:
-        """Return the damping matrix of both planes, gyroscopic moments in it."""
+        """Return the damping matrix of both planes, with gyroscopic moments."""
         return sparse.csc_matrix(speed_rad_s * self.gyroscopic + self.bearing_damping(speed_rad_s))
 
     def _scattered(self, blocks: list[tuple[int, Array]]) -> Sparse:
@@ -133,7 +130,7 @@ class RotorMatrices:
 
 
 def rotor_matrices(rotor: BeamRotor, mesh: RotorMesh) -> RotorMatrices:
-    """Assemble the matrices of a rotor on its mesh; discs and rigid supports in them."""
+    """Return the matrices of a rotor on its mesh, with discs and rigid supports."""
     numbering = _Numbering(mesh)
     mass, stiffness, gyroscopic = (
         numbering.assembled([getattr(each, name) for each in mesh.groups])
@@ -185,7 +182,7 @@ def _held(rotor: BeamRotor, mesh: RotorMesh, numbering: _Numbering) -> list[int]
 
 
 class _Numbering:
-    """Which unknown of a plane is whose, before any is held."""
+    """Numbers of a plane's unknowns, before any is held."""
 
     def __init__(self, mesh: RotorMesh) -> None:
         self.mesh = mesh
@@ -204,7 +201,7 @@ class _Numbering:
         return np.hstack([start, start + 1, end, end + 1, start + 2 + np.arange(functions - 4)[None, :]])
 
     def assembled(self, matrices: list[Array]) -> Sparse:
-        """Return the sum of the elements' matrices."""
+        """Return the sum (size, size) of the elements' matrices."""
         rows = [np.repeat(u, u.shape[1], axis=1).ravel() for u in self.unknowns]
         columns = [np.tile(u, (1, u.shape[1])).ravel() for u in self.unknowns]
         values = np.concatenate([each.ravel() for each in matrices])
@@ -225,7 +222,7 @@ class _Numbering:
         return load
 
     def shapes(self) -> tuple[Array, Sparse]:
-        """Return places along the shaft, nodes among them, and the matrix that gives deflections there."""
+        """Return places along the shaft, with the nodes, and the matrix of the deflections there."""
         count = len(self.mesh.nodes_m) - 1
         parts = max(1, -(-LEAST_SHAPE_POINTS // count))
         shares = np.arange(1, parts) / parts

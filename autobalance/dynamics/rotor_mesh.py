@@ -1,4 +1,4 @@
-"""Where a shaft is divided into beam elements, and how many of them the accuracy asked for needs."""
+"""Division of a shaft into beam elements, as many as the required accuracy needs."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from autobalance.dynamics.beam_rotor import BeamRotor, BeamTheory, ShaftSection,
 from autobalance.types import Array
 
 CLASSICAL = 0
-"""Degree of the elements whose number the user gives."""
+"""Degree of elements in a number set by the user."""
 REFINED = 3
-"""Degree of the elements whose number is found."""
+"""Degree of elements in a number set by the accuracy."""
 PHASE_PER_ELEMENT = 2.0
-"""Wave number × length [rad] up to which a refined element is right to about 1e-6 of the frequency."""
+"""Greatest wave number × length [rad] of a refined element with about 1e-6 of error in frequency."""
 MERGED = 1e-6
 """Share of a section within which a division moves to the bearing, disc or probe beside it."""
 
@@ -45,9 +45,9 @@ def mesh_of(
     stations_m : (k,) float
         Places that must be nodes [m].
     top_frequency_rad_s : float
-        The highest that is asked for; sections without a number of elements get as many as it needs.
+        Highest frequency of interest; sections without a number of elements get as many as it needs.
     degree : int
-        Of the elements whose number is found here.
+        Of the elements in a number set by the accuracy.
     finer : float
         Factor on their number.
     """
@@ -85,7 +85,7 @@ def _shares(
 
 
 def _cone_phase(section: ShaftSection, ends: Array) -> Array:
-    """Return what a steep cone adds: its diameter may no more than double along an element."""
+    """Return least phases for steep cones, whose diameter may at most double along an element."""
     outer, inner = section.diameters_m(ends)
     wall = outer - inner
     doubled = [np.abs(np.diff(np.log2(each))) for each in (outer, wall)]

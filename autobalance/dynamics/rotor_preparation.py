@@ -1,4 +1,4 @@
-"""From a rotor to matrices and a reduction that hold for the frequencies and speeds asked for."""
+"""Preparation of a rotor: matrices and a reduction for the required frequencies and speeds."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from autobalance.errors import JobError
 from autobalance.types import Array
 
 MESH_ERROR = 5e-6
-"""Of a frequency, left by the number of elements that is found: half of what is promised."""
+"""Share of a frequency that the mesh may be off: half of the promised accuracy."""
 REDUCTION_ERROR = 1e-5
-"""Of a frequency in Campbell diagrams; single modes and critical speeds are refined to less."""
+"""Relative error of frequencies in Campbell diagrams; single modes and critical speeds have less."""
 MOST_STIFF = 1e13
-"""Times the stiffness of a bearing up to which rounding of the shaft's leaves three digits of it."""
+"""Greatest ratio of the shaft's stiffness to a bearing's: rounding leaves three digits of the bearing."""
 KEPT_FREQUENCIES = 4.0
-"""Modes kept in a reduction: up to so many times the highest frequency asked for."""
+"""Highest frequency of the modes kept in a reduction, as a multiple of the highest of interest."""
 SPARE_MODES = 2
 TRIES = 5
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedRotor:
-    """A rotor ready to be asked: whole matrices for loads, the reduced ones for modes."""
+    """A rotor ready for analysis: whole matrices for loads, reduced ones for modes."""
 
     matrices: RotorMatrices
     reduced: ReducedRotor
@@ -37,7 +37,6 @@ class PreparedRotor:
 
     @property
     def rotor(self) -> BeamRotor:
-        """What was prepared."""
         return self.matrices.rotor
 
     @property
@@ -48,15 +47,15 @@ class PreparedRotor:
 def prepared(
     rotor: BeamRotor, top_speed_rad_s: float, modes: int, stations_m: Iterable[float] = ()
 ) -> PreparedRotor:
-    """Divide a rotor into elements and reduce it.
+    """Return a rotor divided into elements and reduced.
 
     Parameters
     ----------
     rotor : BeamRotor
     top_speed_rad_s : float
-        The highest speed that is asked about [rad/s].
+        Highest speed of interest [rad/s].
     modes : int
-        How many modes are asked for at each speed; planar pairs are two.
+        Number of modes of interest at each speed; planar pairs are two.
     stations_m : iterable of float
         Places that must be nodes, besides discs, bearings and unbalances [m].
 
@@ -88,7 +87,7 @@ def _check_rounding(matrices: RotorMatrices) -> None:
     Raises
     ------
     JobError
-        If one is.
+        If a bearing's is.
     """
     shaft = float(matrices.stiffness_1.diagonal().max(initial=0.0))
     for number, bearing in enumerate(matrices.rotor.bearings, 1):
@@ -109,7 +108,7 @@ def _stations(rotor: BeamRotor, more_m: Iterable[float]) -> Array:
 def _divided(
     rotor: BeamRotor, stations: Array, top_speed_rad_s: float, modes: int
 ) -> tuple[RotorMatrices, float]:
-    """Return matrices of which the planar frequencies asked for are converged, and the highest of them."""
+    """Return matrices with the planar frequencies of interest converged, and the highest of these."""
     planar = -(-modes // 2) + SPARE_MODES
     top = max(top_speed_rad_s, _first_guess_rad_s(rotor, planar))
     finer = 1.0
@@ -133,7 +132,7 @@ def _divided(
 
 
 def _first_guess_rad_s(rotor: BeamRotor, planar: int) -> float:
-    """Return the frequency at which so many half waves stand on the bare shaft."""
+    """Return the frequency of ``planar`` + 1 half waves on the bare shaft."""
     low, high = 1e-3, 1e9
     for _ in range(60):
         middle = np.sqrt(low * high)

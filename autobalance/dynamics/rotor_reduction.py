@@ -1,8 +1,8 @@
-"""A rotor in a few coordinates, right to about 1e-6 below the frequency asked for.
+"""A rotor in a few coordinates, right to about 1e-6 below the highest frequency of interest.
 
 Each plane keeps its lowest modes, bearings in them undamped and at their mean stiffness, up to several
-times the highest frequency asked for, and the static shapes under forces at the bearings and moments
-at the discs. What is left out answers those statically, so the error falls with a high power of the
+times the highest frequency of interest, and the static shapes under forces at the bearings and moments
+at the discs. The omitted modes answer these statically, so the error falls with a high power of the
 frequencies' ratio. It is checked on the whole matrices, and more is kept until it holds.
 """
 
@@ -21,15 +21,15 @@ from autobalance.types import Array
 ROUNDING = 1e-12
 """Share of the greatest 1/ω² below which a planar mode is rounding."""
 KEPT_ENERGY_SHARE = 1e-9
-"""Share of a static shape's energy beyond the kept modes from which it is kept too."""
+"""Least share of a static shape's energy beyond the kept modes for the shape to be kept."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReducedRotor:
-    """A rotor's matrices over m coordinates a plane, x and y alternating; its mass matrix is one.
+    """A rotor's matrices over m coordinates a plane, x and y alternating; its mass matrix is the identity.
 
-    ``basis`` (n, m) gives a plane's unknowns from them. ``rigid`` (2 m, k) are the motions that strain
-    nothing, orthonormal.
+    ``basis`` (n, m) maps them to a plane's unknowns. ``rigid`` (2 m, k) are the strainless motions,
+    orthonormal.
     """
 
     matrices: RotorMatrices
@@ -40,7 +40,7 @@ class ReducedRotor:
 
     @property
     def rigid_body_modes(self) -> int:
-        """How many motions strain nothing at no speed."""
+        """Number of strainless motions at rest."""
         return int(self.rigid.shape[1])
 
     @cached_property
@@ -60,7 +60,7 @@ class ReducedRotor:
         return total
 
     def damping(self, speed_rad_s: float) -> Array:
-        """Return the damping matrix (2 m, 2 m), gyroscopic moments in it."""
+        """Return the damping matrix (2 m, 2 m), with gyroscopic moments."""
         total = speed_rad_s * self._gyroscopic
         for at, bearing in self.matrices.springs:
             row = self.basis[at]
@@ -68,7 +68,7 @@ class ReducedRotor:
         return np.asarray(total)
 
     def conservative(self, speed_rad_s: float) -> bool:
-        """Whether nothing damps or feeds: bearings without damping, their stiffness symmetric."""
+        """Whether energy is conserved: bearings without damping, with symmetric stiffness."""
         pairs = [
             (each.stiffness_at(speed_rad_s), each.damping_at(speed_rad_s))
             for _, each in self.matrices.springs
@@ -77,7 +77,7 @@ class ReducedRotor:
 
     @staticmethod
     def planes_apart(damping: Array, stiffness: Array) -> bool:
-        """Whether x and y have nothing to do with one another."""
+        """Whether x and y are uncoupled."""
         return not any(each[p::2, 1 - p :: 2].any() for each in (damping, stiffness) for p in (0, 1))
 
     def project(self, load: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -94,10 +94,10 @@ class ReducedRotor:
 
 
 def planar_modes(matrices: RotorMatrices) -> tuple[Array, Array, Array]:
-    """Return frequencies [rad/s] ascending and shapes (n, n) of a plane, mass-normalised.
+    """Return frequencies [rad/s] ascending, shapes (n, n) of a plane, mass-normalised, and shifted stiffness.
 
-    Bearings have the mean of their direct stiffnesses. Also the shifted stiffness matrix (n, n) whose
-    inverse gives static shapes, of free rotors too.
+    Bearings have the mean of their direct stiffnesses. The inverse of the shifted stiffness matrix (n, n)
+    gives static shapes, of free rotors too.
     """
     mass, stiffness = matrices.mass_1.toarray(), matrices.stiffness_1.toarray()
     for at, bearing in matrices.springs:
@@ -116,7 +116,7 @@ def planar_modes(matrices: RotorMatrices) -> tuple[Array, Array, Array]:
 
 
 def _shift(matrices: RotorMatrices) -> float:
-    """Return a square of a frequency [rad²/s²] well below the bending of the shaft."""
+    """Return the square of a frequency [rad²/s²] well below the bending frequencies of the shaft."""
     rotor = matrices.rotor
     mass, _ = rotor.mass_and_moment()
     outer = max(each.outer_start_m for each in rotor.sections)
@@ -125,7 +125,7 @@ def _shift(matrices: RotorMatrices) -> float:
 
 
 def reduced_rotor(matrices: RotorMatrices, keep_rad_s: float, least: int) -> ReducedRotor:
-    """Reduce a rotor to its planar modes up to a frequency, at least so many, and static shapes."""
+    """Return a rotor reduced to static shapes and its planar modes up to a frequency, ``least`` at least."""
     frequency, shapes, shifted = planar_modes(matrices)
     count = min(max(int(np.searchsorted(frequency, keep_rad_s)), least), len(frequency))
     basis = shapes[:, :count]
@@ -142,7 +142,7 @@ def reduced_rotor(matrices: RotorMatrices, keep_rad_s: float, least: int) -> Red
 
 
 def _static_shapes(matrices: RotorMatrices, kept: Array, shifted: Array) -> Array:
-    """Return what forces at bearings and moments at discs add to the kept modes, mass-normalised."""
+    """Return the static shapes of forces at bearings and moments at discs, beyond the kept modes."""
     spots = [at for at, _ in matrices.springs]
     turned = [d for d in matrices.rotor.discs if d.polar_kg_m2 > 0.0]
     spots += [int(matrices.rotation_at[matrices.node_at(each.z_m)]) for each in turned]
@@ -163,7 +163,7 @@ def _static_shapes(matrices: RotorMatrices, kept: Array, shifted: Array) -> Arra
 
 
 def rigid_body_modes(matrices: RotorMatrices) -> int:
-    """Return in how many ways the rotor can move without straining shaft or bearings at no speed."""
+    """Return the number of motions that strain neither shaft nor bearings at rest."""
     return int(rigid_motions(matrices).shape[1])
 
 
@@ -184,7 +184,7 @@ def rigid_motions(matrices: RotorMatrices) -> Array:
 
 
 def _strains_of_rigid_motions(matrices: RotorMatrices) -> Array:
-    """Return rows that vanish for x, y and both tilts (as deflections over the length) that nothing holds."""
+    """Return rows that vanish for unheld motions: x, y and both tilts (as deflections over the length)."""
     length = matrices.rotor.length_m
     rows = [np.zeros((1, 4))]
     for bearing in matrices.rotor.bearings:

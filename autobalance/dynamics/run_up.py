@@ -1,4 +1,4 @@
-"""A run through critical speeds in time: the rotor's motion while its speed changes steadily."""
+"""Run-up through critical speeds in time: the rotor's motion at a steadily changing speed."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from autobalance.dynamics.rotor_reduction import ReducedRotor
 from autobalance.types import Array, Complex
 
 KEPT_SPEEDS = 3.0
-"""Planar modes are kept up to so many times the highest speed."""
+"""Highest frequency of the kept planar modes, as a multiple of the highest speed."""
 PRECISION = 1e-7
 STIFF = 10.0
-"""Highest frequency kept over the highest speed from which implicit steps are cheaper."""
+"""Ratio of the highest frequency to the highest speed above which implicit steps are cheaper."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Displacements (times, places) while the speed changes, and the greatest over all of the run.
+    """Displacements (times, places) during a change of speed, and the greatest of the whole run.
 
-    ``greatest_m`` and ``greatest_at_s`` (places,) are found on every step of the integration.
+    ``greatest_m`` and ``greatest_at_s`` (places,) are sought on all steps of the integration.
     """
 
     time_s: Array
@@ -41,7 +41,7 @@ def run_up(
     places_m: Sequence[float],
     points: int = 2001,
 ) -> Motion:
-    """Integrate a rotor's motion at constant angular acceleration.
+    """Return a rotor's motion at constant angular acceleration.
 
     M q̈ + (C + ΩG) q̇ + (K + Ω̇G) q = Re[(Ω² − iΩ̇) u exp(iθ)], from the steady motion at the first speed.
 
@@ -114,7 +114,7 @@ def run_up(
 
 
 def _lowest(reduced: ReducedRotor, keep_rad_s: float) -> ReducedRotor:
-    """Return the rotor with its planar modes up to a frequency alone, at least one."""
+    """Return the rotor with only its planar modes up to a frequency, at least one."""
     stiffness = reduced.stiffness(0.0)
     square, modes = np.linalg.eigh(0.5 * (stiffness[0::2, 0::2] + stiffness[1::2, 1::2]))
     count = max(1, int(np.searchsorted(square, keep_rad_s**2)))

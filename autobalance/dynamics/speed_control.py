@@ -1,7 +1,7 @@
 """A rotor with friction under PI speed control: ramp, hold, torque limit, anti-windup, delay. SI units.
 
 Classical Runge-Kutta steps inside smooth stretches; where the torque reaches its limit, the integral stops,
-or the rotor starts or stands, the step ends there. A torque that would flutter at its limit slides along it.
+or the rotor starts or stops, the step ends. A torque that would flutter at its limit slides along it.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from autobalance.types import Array
 LONGEST_STEP_S = 1e-3
 STEP_PER_TIME_CONSTANT = 0.1
 SHORTEST_DELAY_S = 5e-5
-"""A delay below it is looked up by extrapolating the torque's slope: steps are not made shorter."""
+"""Delay below which the torque is extrapolated by its slope, rather than steps made shorter."""
 MOST_STEPS = 200_000
-"""Of a run; a millisecond's steps take 30 s of it in 5500. Each takes some 30 µs."""
+"""Greatest number of steps of a run; 30 s need 5500 millisecond steps, of some 30 µs each."""
 BISECTIONS = 48
 AT_LIMIT = 1e-9
-"""Relative distance to the torque's limit that counts as being on it."""
+"""Greatest relative distance of a torque at its limit from the limit."""
 STANDING_RAD_S = 1e-12
 
 
 @dataclass(frozen=True)
 class SpeedControl:
-    """T = kp e + ki ∫e dt with e the speed wanted less the speed, |T| at most the limit, late by the delay.
+    """T = kp e + ki ∫e dt with the speed error e, |T| at most the limit, late by the delay.
 
-    The integral stands still while the torque is cut and e has its sign.
+    The integral is held while the torque is cut and has the sign of e.
     """
 
     kp_N_m_s: float
@@ -42,14 +42,14 @@ class SpeedControl:
 
 @dataclass(frozen=True)
 class LoopMargin:
-    """How far the loop (kp + ki/s) e^(−s delay)/(J s) is from instability."""
+    """Margin to instability of the loop (kp + ki/s) e^(−s delay)/(J s)."""
 
     phase_margin_rad: float
     crossover_rad_s: float
 
     @property
     def stable(self) -> bool:
-        """Whether the closed loop is stable: its gain falls all the way, so the phase margin decides."""
+        """Whether the closed loop is stable: its gain falls monotonically, so the phase margin decides."""
         return self.phase_margin_rad > 0.0
 
 
@@ -81,7 +81,7 @@ class Trace:
     impulse_N_m_s: Array
 
     def mean_torque_N_m(self, start_s: float, end_s: float) -> float:
-        """Return the mean torque between two times of the run that are ends of steps."""
+        """Return the mean torque between two ends of steps."""
         first, last = np.interp([start_s, end_s], self.time_s, self.impulse_N_m_s)
         return float((last - first) / (end_s - start_s))
 
@@ -94,7 +94,7 @@ def ramp_and_hold(
     ramp_s: float,
     hold_s: float,
 ) -> Trace:
-    """Simulate J Ω̇ = T − T_f from rest: straight up to a speed, then holding it.
+    """Return a run of J Ω̇ = T − T_f from rest: a ramp up to a speed, then a hold.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def ramp_and_hold(
         Friction moment against the motion by |Ω| [rad/s]; at rest up to its value at 0.
     control : SpeedControl
     speed_rad_s : float
-        Speed wanted at the end of the ramp.
+        Set speed at the end of the ramp.
     ramp_s, hold_s : float
 
     Returns
@@ -132,7 +132,7 @@ State = tuple[float, float, float]
 
 
 class _Run:
-    """One run: the state, the mode it is in, and the history."""
+    """State, mode and history of one run."""
 
     def __init__(
         self,
@@ -168,17 +168,17 @@ class _Run:
         return self.wanted(t) - y[0]
 
     def command(self, t: float, y: State) -> float:
-        """Return the torque asked for, before it is cut."""
+        """Return the torque of the control law, before the limit."""
         return self.kp * self.error(t, y) + self.ki * y[1]
 
     def cut(self, t: float, y: State) -> float:
-        """Return the torque that the control gives."""
+        """Return the torque of the control, within its limit."""
         if self.mode == "linear":
             return self.command(t, y)
         return self.side * self.limit
 
     def torque(self, t: float, y: State) -> float:
-        """Return the torque on the rotor: what the control gave a delay ago."""
+        """Return the torque on the rotor: that of the control one delay earlier."""
         if self.control.delay_s == 0.0:
             return self.cut(t, y)
         return self._late(t - self.control.delay_s)
@@ -203,7 +203,7 @@ class _Run:
         return self.error(t, y)
 
     def _late(self, t: float) -> float:
-        """Return what the control gave at a time: a cubic through the steps around, 0 before the start."""
+        """Return the control's torque at an earlier time: a cubic between steps, 0 before the start."""
         if t <= 0.0:
             return 0.0
         place = bisect_right(self.commands, t, key=lambda row: row[0])
@@ -220,10 +220,10 @@ class _Run:
     # --- modes ----------------------------------------------------------------------------------------------
 
     def _choose(self) -> None:
-        """Find the mode at a point: moving or standing, the torque free, cut or sliding along its limit."""
+        """Choose the mode at a point: moving or standing, the torque free, cut or sliding along its limit."""
         t, y = self.t, self.y
         before = self.mode
-        self.mode = "linear"  # for the torque on a rotor whose torque is not late
+        self.mode = "linear"  # for the torque on the rotor without a delay
         torque = self.command(t, y)
         side = 1.0 if torque >= 0.0 else -1.0
         over = side * torque - self.limit
@@ -257,7 +257,7 @@ class _Run:
             self.motion = 1.0 if torque >= 0.0 else -1.0
 
     def _leaves(self, t: float, y: State) -> bool:
-        """Whether a point is outside the mode that the run is in."""
+        """Return whether a point is outside the present mode."""
         if self.motion == 0.0:
             if abs(self.torque(t, y)) > self.at_rest:
                 return True
@@ -277,7 +277,7 @@ class _Run:
     # --- steps ----------------------------------------------------------------------------------------------
 
     def until(self, end: float) -> None:
-        """Run to a time, which becomes the end of a step."""
+        """Advance the run to a time, which becomes the end of a step."""
         self.rising = end <= self.ramp_s
         self._choose()
         while self.t < end:
@@ -296,7 +296,7 @@ class _Run:
             self._record()
 
     def _to_the_edge(self, h: float) -> tuple[float, State]:
-        """Return the shortest step known that leaves the mode, and where it leads."""
+        """Return the shortest known step that leaves the mode, and the state after it."""
         inside, outside, state = 0.0, h, self._step(h)
         for _ in range(BISECTIONS):
             middle = 0.5 * (inside + outside)
@@ -310,7 +310,7 @@ class _Run:
         return outside, state
 
     def _step(self, h: float) -> State:
-        """Return the state a step on: classical Runge-Kutta."""
+        """Return the state after a classical Runge-Kutta step."""
         t, y = self.t, self.y
         a = self.rates(t, y)
         b = self.rates(t + 0.5 * h, _moved(y, a, 0.5 * h))
@@ -324,7 +324,7 @@ class _Run:
         )
 
     def _remember(self) -> None:
-        """Note what the control gives and how it changes, for a torque that comes late."""
+        """Store the control's torque and its slope, for a delayed torque."""
         if self.control.delay_s == 0.0:
             return
         slope = 0.0

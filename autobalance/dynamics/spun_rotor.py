@@ -1,4 +1,4 @@
-"""A rigid rotor as a balancing machine spins it: mass, centre, inertia, unbalance and its kind.
+"""A rigid rotor on a balancing machine: mass, centre, inertia, unbalance and its kind.
 
 Vectors across the axis are complex: x + i y, so an angle is an argument and turning is a factor. mm, g, s.
 """
@@ -17,12 +17,12 @@ from autobalance.types import Array
 UnbalanceKind = Literal["balanced", "static", "couple", "quasi_static", "dynamic"]
 
 NEGLIGIBLE = 1e-9
-"""Of the sum of the parts' sizes: what is left of parts that cancel."""
+"""Share of the sum of the parts' sizes below which the remainder of parts that cancel is rounding."""
 
 
 @dataclass(frozen=True)
 class PlanarUnbalance:
-    """An unbalance [g·mm], complex, in a plane at z; it has no mass of its own."""
+    """An unbalance [g·mm], complex, in a plane at z, without mass of its own."""
 
     z_mm: float
     unbalance_g_mm: complex
@@ -39,10 +39,10 @@ class PointMass:
 
 @dataclass(frozen=True, eq=False)
 class RigidBody:
-    """A rotor without what comes on top.
+    """A rotor without added masses and unbalances.
 
-    ``second_g_mm2`` is ∫ r rᵀ dm about its own centre of mass, (3, 3), None where it is not known; only
-    ``transverse_g_mm2`` about the same point may be known instead.
+    ``second_g_mm2`` is ∫ r rᵀ dm about its own centre of mass, (3, 3), None where unknown; instead only
+    ``transverse_g_mm2`` about the same point may be known.
     """
 
     mass_g: float
@@ -56,7 +56,7 @@ class RigidBody:
 def axisymmetric(
     mass_g: float, z_mm: float, transverse_g_mm2: float | None, polar_g_mm2: float | None
 ) -> RigidBody:
-    """Return a balanced rotor from its inertias about its centre of mass; None where one is not known."""
+    """Return a balanced rotor from its inertias about its centre of mass, each None where unknown."""
     if transverse_g_mm2 is None or polar_g_mm2 is None:
         return RigidBody(mass_g, z_mm, transverse_g_mm2=transverse_g_mm2)
     across, along = 0.5 * polar_g_mm2, transverse_g_mm2 - 0.5 * polar_g_mm2
@@ -67,11 +67,11 @@ def axisymmetric(
 
 @dataclass(frozen=True, eq=False)
 class SpunRotor:
-    """A rotor with all that is on it.
+    """A rotor with all its masses and unbalances.
 
     ``unbalance_g_mm`` is ∫ (x + i y) dm, ``moment_g_mm2`` ∫ z (x + i y) dm about the rotor's z = 0;
     ``transverse_g_mm2`` and ``second_g_mm2`` (∫ r rᵀ dm) are about the centre of mass; ``size_g_mm`` and
-    ``lever_mm`` say how large the parts are that add up.
+    ``lever_mm`` are the scales of its parts, for rounding.
     """
 
     mass_g: float
@@ -89,7 +89,7 @@ class SpunRotor:
         return self.moment_g_mm2 - self.z_mm * self.unbalance_g_mm
 
     def in_planes(self, z_A: float, z_B: float) -> tuple[complex, complex]:
-        """Return the unbalance in two planes that acts as all of it: (z_B U − P)/(z_B − z_A) and the rest."""
+        """Return the equivalent unbalances in two planes: (z_B U − P)/(z_B − z_A) and the rest of U."""
         in_A = (z_B * self.unbalance_g_mm - self.moment_g_mm2) / (z_B - z_A)
         return in_A, self.unbalance_g_mm - in_A
 
@@ -109,7 +109,7 @@ class SpunRotor:
 
     @property
     def principal_axis_rad(self) -> float | None:
-        """Return the tilt of the principal axis of inertia nearest to z; None without inertia.
+        """Return the tilt of the principal axis of inertia nearest to z; None if inertia is unknown.
 
         The principal axes are the eigenvectors of ∫ r rᵀ dm about the centre of mass.
         """
@@ -123,7 +123,7 @@ class SpunRotor:
 def spun_rotor(
     body: RigidBody, unbalances: Sequence[PlanarUnbalance], masses: Sequence[PointMass]
 ) -> SpunRotor:
-    """Put unbalances and point masses on a rotor.
+    """Return a rotor with unbalances and point masses on it.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def spun_rotor(
     Raises
     ------
     ValueError
-        If nothing has a mass.
+        If the total mass is not positive.
 
     Examples
     --------
@@ -168,7 +168,7 @@ def spun_rotor(
 
 
 def _transverse(body: RigidBody, masses: Sequence[PointMass], centre: float) -> float | None:
-    """Return the inertia about a line across the axis through the centre of mass, the mean of all such."""
+    """Return the mean inertia about transverse lines through the centre of mass, None where unknown."""
     if body.transverse_g_mm2 is None:
         return None
     on_top = sum(

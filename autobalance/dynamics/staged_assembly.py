@@ -1,4 +1,4 @@
-"""Parts put on a shaft one after the other: what each adds, what is taken out before the next. mm, g, s.
+"""Staged assembly of a shaft: the unbalance of each part, and its correction before the next. mm, g, s.
 
 Vectors across the axis are complex, x + i y.
 """
@@ -12,14 +12,14 @@ from typing import Literal
 KeyShare = Literal["none", "half", "full"]
 
 SHARES: Mapping[KeyShare, float] = {"none": 0.0, "half": 0.5, "full": 1.0}
-"""How much of the key a shaft or a part was balanced with."""
+"""Share of the key in the balancing of a shaft or a part."""
 CRANK = "crank"
-"""The shaft that starts from the crank's own residual."""
+"""Name of the shaft that starts with the crank's own residual."""
 
 
 @dataclass(frozen=True)
 class ShaftKey:
-    """A key between shaft and part, and how much of it each of them was balanced with."""
+    """A key between shaft and part, and its share in the balancing of each."""
 
     mass_g: float
     offset_mm: complex
@@ -29,7 +29,7 @@ class ShaftKey:
 
     @property
     def left_over_g_mm(self) -> complex:
-        """Return what the key adds: its unbalance times one less both shares.
+        """Return the unbalance by the key: its own times one less both shares.
 
         Two halves make one key [1]_; a full key in both counts once too much.
 
@@ -42,10 +42,10 @@ class ShaftKey:
 
 @dataclass(frozen=True)
 class Part:
-    """A part as it is fitted: its own unbalance about its bore, and how far the bore is off the axis.
+    """A part to be fitted: its own unbalance about its bore, and the distance of the bore from the axis.
 
     ``moment_g_mm2`` is ∫ z (x + i y) dm of the part's own unbalance about the rotor's z = 0. ``correct_mm``
-    are one or two planes in which the sum is taken out before the next part.
+    are one or two planes in which the sum is corrected before the next part.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Part:
 
 @dataclass(frozen=True)
 class ShaftState:
-    """A shaft so far: mass, unbalance and its moment about z = 0."""
+    """Present state of a shaft: mass, unbalance and its moment about z = 0."""
 
     mass_g: float
     unbalance_g_mm: complex
@@ -72,7 +72,7 @@ class ShaftState:
 
 @dataclass(frozen=True)
 class Taken:
-    """What is taken out in a plane, at its heavy side."""
+    """Unbalance removed in a plane."""
 
     z_mm: float
     unbalance_g_mm: complex
@@ -80,7 +80,7 @@ class Taken:
 
 @dataclass(frozen=True)
 class AssemblyStage:
-    """A part put on: what it adds, the sum before the correction, and what that leaves."""
+    """A fitted part: its contributions, the sum before the correction, and the residual after it."""
 
     part: Part
     mass_g: float
@@ -94,22 +94,22 @@ class AssemblyStage:
 
     @property
     def within(self) -> bool:
-        """Whether the sum is within what is permitted, before it is corrected."""
+        """Whether the sum before its correction is within the permissible residual unbalance."""
         return abs(self.sum_g_mm) <= self.permissible_g_mm
 
 
 def assemble(
     crank: ShaftState, parts: Sequence[Part], grade_mm_s: float, service_speed_rad_s: float
 ) -> tuple[AssemblyStage, ...]:
-    """Put parts on their shafts in the order given.
+    """Return the stages of putting parts on their shafts in order.
 
     Parameters
     ----------
     crank : ShaftState
-        The crank with what is left on it.
+        The crank with its residual.
     parts : sequence of Part
     grade_mm_s, service_speed_rad_s : float
-        A stage is permitted G m/Ω of the mass so far, unless the part says otherwise.
+        A stage's permissible residual unbalance is G m/Ω of the mass so far, or that of the part.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The static stand: a rotor on two level rails or rollers rolls until its heavy side is down. mm, g, s."""
+"""The static stand: a rotor on level rails or rollers rolls until its heavy side is down. mm, g, s."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ STANDARD_GRAVITY_MM_S2 = 9806.65
 
 @dataclass(frozen=True)
 class StaticStand:
-    """How a rotor behaves on the stand; None where it does not move, or does not get there."""
+    """Behaviour of a rotor on the stand; None where it does not move, or does not get there."""
 
     rolls: bool
     least_g_mm: float
@@ -28,7 +28,7 @@ def static_stand(
     start_rad: float,
     polar_g_mm2: float | None,
 ) -> StaticStand:
-    """Return whether a rotor rolls on the stand, how near it comes to rest, and how long it takes.
+    """Return whether a rotor rolls on the stand, the tolerance of its rest, and the time to it.
 
     It rolls when |U| > m f, and rests within asin(m f/|U|) about heavy side down.
 
@@ -41,11 +41,11 @@ def static_stand(
     friction_lever_mm : float
         Lever f of rolling friction: a moment m g f opposes the motion.
     journal_radius_mm : float
-        The journals roll on it.
+        Radius of the rolling journals.
     start_rad : float
-        Angle of the heavy side to straight down where it is let go.
+        Angle of the heavy side to straight down at the release.
     polar_g_mm2 : float or None
-        Inertia about the axis; None where it is not known.
+        Inertia about the axis; None where unknown.
     """
     least = mass_g * friction_lever_mm
     if not unbalance_g_mm > least:
@@ -61,7 +61,7 @@ def roll_time_s(
     """Return the time from rest at an angle to heavy side down: I θ̈ = −U g sin θ + m f g while θ falls.
 
     By energy ½ I θ̇² = g h(θ), h = U (cos θ − cos θ₀) − m f (θ₀ − θ); the time is ∫ dθ/√(2 g h/I). With
-    θ = θ₀ − s² the integrand has no pole at the start. None where it does not start, or stops on the way.
+    θ = θ₀ − s² the integrand has no pole at the start. None if it does not start, or stops on the way.
     """
 
     def released(theta: float) -> float:

@@ -1,4 +1,4 @@
-"""The undamped critical speed map: critical speeds over a stiffness that all bearings have in turn."""
+"""Undamped critical speed map: critical speeds over a common stiffness of all bearings."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from autobalance.types import Array
 def undamped_map(
     rotor: BeamRotor, stiffnesses_n_m: Array, upper_rad_s: float, modes: int
 ) -> list[list[CriticalSpeed]]:
-    """Return the critical speeds at each stiffness (k,) of all bearings that give; rigid ones stay.
+    """Return the critical speeds at each common stiffness (k,) of the elastic bearings; rigid ones stay.
 
-    Damping, cross coupling and differences between the directions are left out. Divided and reduced
-    once a decade of stiffness.
+    Damping, cross coupling and differences between the directions are left out. Mesh and reduction are
+    renewed once per decade of stiffness.
     """
     lines: list[list[CriticalSpeed]] = []
     ready, ready_for = None, 0.0

@@ -10,7 +10,7 @@ import numpy as np
 from autobalance.types import Array, Complex
 
 NODE = 1e-9
-"""Amplitude below which a station stands still in a mode whose greatest is 1."""
+"""Amplitude of a node in a mode with a greatest amplitude of 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class TorsionChain:
 
     @property
     def rigid_modes(self) -> int:
-        """How many pieces turn freely."""
+        """Number of freely turning pieces."""
         return 1 + int(np.count_nonzero(self.springs_n_m_rad == 0.0))
 
     def stiffness(self) -> Array:
@@ -41,7 +41,7 @@ class TorsionChain:
 
 @dataclass(frozen=True, eq=False)
 class TorsionMode:
-    """An undamped mode: ``shape`` (n,), its greatest amplitude +1, and how often it changes its sense."""
+    """An undamped mode: ``shape`` (n,), its greatest amplitude +1, and its number of nodes."""
 
     frequency_rad_s: float
     shape: Array
@@ -52,8 +52,8 @@ class TorsionMode:
 class HolzerRow:
     """A station of Holzer's table at one frequency, for an angle of 1 at the first station.
 
-    ``torque_n_m`` is Σ J ω² θ up to here, carried by the next spring; after the last station it is what is
-    left over, zero at a natural frequency. ``twist_rad`` is that of the next spring.
+    ``torque_n_m`` is Σ J ω² θ up to here, carried by the next spring; after the last station it is the
+    remainder, zero at a natural frequency. ``twist_rad`` is that of the next spring.
     """
 
     inertia_kg_m2: float
@@ -64,7 +64,7 @@ class HolzerRow:
 
 
 def _chained(values: Array) -> Array:
-    """Return the matrix that elements between neighbours make."""
+    """Return the matrix of elements between neighbours."""
     total = np.zeros((len(values) + 1, len(values) + 1))
     for at, value in enumerate(values):
         total[at : at + 2, at : at + 2] += value * np.array([[1.0, -1.0], [-1.0, 1.0]])
@@ -72,7 +72,7 @@ def _chained(values: Array) -> Array:
 
 
 def torsion_modes(chain: TorsionChain) -> list[TorsionMode]:
-    """Return the modes that strain the chain, ascending; undamped."""
+    """Return the undamped elastic modes of a chain, ascending."""
     from scipy.linalg import eigh_tridiagonal
 
     root = 1.0 / np.sqrt(chain.inertias_kg_m2)
@@ -89,7 +89,7 @@ def torsion_modes(chain: TorsionChain) -> list[TorsionMode]:
 
 
 def _nodes(shape: Array, springs: Array) -> int:
-    """Return how often neighbours that hang together move against each other."""
+    """Return the number of connected neighbours that move against each other."""
     count, last = 0, 0.0
     for at, angle in enumerate(shape):
         if at and springs[at - 1] == 0.0:
@@ -149,13 +149,13 @@ def torsion_response(
     torques_n_m : (k, n) complex
         T cos(ωt + φ) as T exp(iφ).
     added_kg_m2 : sequence of (station from 0, inertia)
-        Inertias that a pendulum stands for at this order; infinite where it is tuned to it: the station
-        stands still. Below zero the pendulum swings against it.
+        Equivalent inertias of pendulums at this order; infinite where tuned to it: the station stands
+        still. Below zero the pendulum swings against it.
 
     Notes
     -----
-    The torque between two stations is what spring and damper carry together, (k + iωc) times the twist. A
-    frequency at which nothing damps resonance gives NaN.
+    The torque between two stations is what spring and damper carry together, (k + iωc) times the twist. An
+    undamped resonance gives NaN.
     """
     count = len(chain.inertias_kg_m2)
     inertia = chain.inertias_kg_m2.copy()
@@ -187,7 +187,7 @@ def shear_stress_pa(torque_n_m: Array, diameter_m: float) -> Array:
 
 
 def pendulum_inertia_kg_m2(mass_kg: float, distance_m: float, tuned_order: float, order: float) -> float:
-    """Return the inertia that a small swinging pendulum is to an order of the speed.
+    """Return the equivalent inertia of a pendulum in small swing at an order of the speed.
 
     m (R + L)²/(1 − n² L/R) with L = R/tuned²: infinite at the order it is tuned to [1]_.
 

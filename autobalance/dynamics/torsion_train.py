@@ -18,9 +18,9 @@ from autobalance.types import Array, Complex
 
 Integers = NDArray[np.int64]
 RIGID = 1e-12
-"""Share of the greatest ω² below which a mode turns rigidly, but for rounding."""
+"""Share of the greatest ω² below which a mode is a rigid rotation, but for rounding."""
 SAME_RATIO = 1e-9
-"""Relative difference below which two ways round a closed train give one speed."""
+"""Greatest relative difference of equal speeds along the two ways of a closed train."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class TorsionTrain:
 
     @property
     def damped(self) -> bool:
-        """Whether a viscous damper is given anywhere."""
+        """Whether there is any viscous damper."""
         return bool(self.to_ground_n_m_s.any() or self.across_n_m_s.any())
 
     def stiffness(self) -> Array:
@@ -114,7 +114,7 @@ class TorsionTrain:
 
     @cached_property
     def rigid_modes(self) -> int:
-        """How many pieces turn without straining a spring."""
+        """Number of pieces that turn without strain of a spring."""
         edges = [
             (int(a), int(b), 1.0)
             for (a, b), spring in zip(self.links, self.springs_n_m_rad, strict=True)
@@ -125,7 +125,7 @@ class TorsionTrain:
 
     @cached_property
     def basis(self) -> Array:
-        """Stations' angles from independent ones (n, q): rigid gears leave fewer angles than stations."""
+        """Matrix (n, q) from independent angles to stations' angles: rigid gears leave fewer, q < n."""
         rigid = [(g.first, g.second, g.ratio) for g in self.gears if g.mesh_n_m_rad is None]
         ratios, pieces = _spread(len(self.inertias_kg_m2), rigid)
         columns = {piece: at for at, piece in enumerate(dict.fromkeys(pieces))}
@@ -136,12 +136,12 @@ class TorsionTrain:
 
     @property
     def referred_inertias_kg_m2(self) -> Array:
-        """J ρ² of each station (n,)."""
+        """Inertias J ρ² of the stations (n,)."""
         return np.asarray(self.inertias_kg_m2 * self.ratios**2)
 
     @property
     def referred_springs_n_m_rad(self) -> Array:
-        """K ρ² of each link (m,)."""
+        """Spring stiffnesses k ρ² of the links (m,)."""
         return np.asarray(self.springs_n_m_rad * self.ratios[self.links[:, 0]] ** 2)
 
     def twists(self, shape: Array) -> Array:
@@ -150,7 +150,7 @@ class TorsionTrain:
 
 
 def _spread(count: int, edges: Sequence[tuple[int, int, float]]) -> tuple[Array, list[int]]:
-    """Return each station's speed over its piece's first station, and the piece it belongs to."""
+    """Return each station's speed relative to its piece's first station, and the number of its piece."""
     near: list[list[tuple[int, float]]] = [[] for _ in range(count)]
     for a, b, ratio in edges:
         near[a].append((b, ratio))
@@ -176,7 +176,7 @@ def _spread(count: int, edges: Sequence[tuple[int, int, float]]) -> tuple[Array,
 
 
 def train_modes(train: TorsionTrain) -> list[TorsionMode]:
-    """Return the undamped modes that strain a train, ascending; shapes are the stations' own angles."""
+    """Return the undamped elastic modes of a train, ascending; shapes are the stations' own angles."""
     square, vectors = _eigen(train, train.inertias_kg_m2)
     modes = []
     for value, vector in list(zip(square, vectors.T, strict=True))[train.rigid_modes :]:
@@ -199,16 +199,16 @@ def _unit_modes(stiffness: Array, mass: Array) -> tuple[Array, Array]:
 
 
 def _nodes(train: TorsionTrain, shape: Array) -> int:
-    """Return along how many shafts the sense of the angle changes."""
+    """Return the number of shafts along which the angle changes its sense."""
     ends = shape[train.links]
     joined = train.springs_n_m_rad != 0.0
     return int(np.count_nonzero(joined & (ends.prod(axis=1) < -(NODE**2))))
 
 
 def modal_damping(stiffness: Array, mass: Array, ratio: float) -> Array:
-    """Return the damping matrix (q, q) that gives every mode one damping ratio.
+    """Return the damping matrix (q, q) of one damping ratio in all modes.
 
-    C = Σ 2 ζ ω_i (M φ_i)(M φ_i)ᵀ with φᵀ M φ = 1; what turns rigidly is not damped.
+    C = Σ 2 ζ ω_i (M φ_i)(M φ_i)ᵀ with φᵀ M φ = 1; rigid rotations are not damped.
 
     Parameters
     ----------
@@ -247,8 +247,7 @@ def train_response(
 
     Notes
     -----
-    Torques are those of each link, spring and damper together. A frequency at which nothing damps resonance
-    gives NaN.
+    Torques are those of each link, spring and damper together. An undamped resonance gives NaN.
     """
     basis = train.basis
     inertia = train.inertias_kg_m2.copy()

@@ -17,7 +17,7 @@ from autobalance.types import Array, Complex
 
 @dataclass(frozen=True, eq=False)
 class Orbits:
-    """Steady orbits: x = Re(``x_m`` exp iΩt), y alike; arrays (speeds, places)."""
+    """Steady orbits: x = Re(``x_m`` exp iΩt), likewise y; arrays (speeds, places)."""
 
     speeds_rad_s: Array
     x_m: Complex
@@ -40,7 +40,7 @@ def unbalance_response(
     places_m: Sequence[float],
     unbalances: Sequence[tuple[float, complex]] | None = None,
 ) -> Orbits:
-    """Return the steady orbits that unbalances make.
+    """Return the steady orbits under unbalances.
 
     Parameters
     ----------

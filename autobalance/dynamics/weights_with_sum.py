@@ -1,4 +1,4 @@
-"""Weights at given places, or from a given stock, whose vector sum is wanted."""
+"""Weights at fixed places, or from stock, with a required vector sum."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from autobalance.types import Array
 
 Fitted = tuple[float, float]
-"""A weight that is fitted: where [rad] and how much [g·mm]."""
+"""A fitted weight: its angle [rad] and size [g·mm]."""
 ROUNDING = 1e-7
-"""Relative, by which a sum may pass what the stock makes: rounding."""
+"""Relative tolerance on a sum's excess over the stock's reach, for rounding."""
 
 
 def places_with_sum(total_g_mm: complex, angles_rad: Array) -> tuple[Fitted, ...]:
-    """Return the least weights at one or two of some places that give a sum; none where none do."""
+    """Return the least weights at one or two of some places with a sum; empty if there are none."""
     size, angle = abs(total_g_mm), float(np.angle(total_g_mm))
     pairs = []
     for a in angles_rad:
@@ -32,7 +32,7 @@ def places_with_sum(total_g_mm: complex, angles_rad: Array) -> tuple[Fitted, ...
 
 
 def weights_with_sum(total_g_mm: complex, stock_g_mm: Array) -> tuple[Fitted, ...]:
-    """Return few weights from stock, any number of each, and where to put them, for a given sum.
+    """Return a few weights from stock, any number of each, with their angles, for a sum.
 
     One where the size is in stock; else two, the pair of least sum whose difference is not over the size;
     else as many of the greatest as are needed, turned by equal angles to both sides.

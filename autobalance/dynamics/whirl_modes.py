@@ -18,22 +18,22 @@ from autobalance.types import Array, Complex
 Whirl = Literal["forward", "backward", "mixed"] | None
 
 OVERDAMPED = 0.99
-"""Damping ratio above which a mode counts as no vibration."""
+"""Damping ratio above which a mode is no vibration."""
 PLANAR = 1e-6
-"""Swept area over the square of the greatest amplitude below which motion is in a plane."""
+"""Ratio of swept area to the square of the greatest amplitude below which motion is in a plane."""
 UNSTRAINED = 1e-3
-"""Share of its kinetic energy up to which a mode may differ from a rigid-body motion and count as one."""
+"""Greatest share of its kinetic energy by which a mode may differ from a rigid-body motion."""
 ONE_VALUE = 1e-8
-"""Relative distance of two eigenvalues below which rounding chooses how their modes whirl."""
+"""Relative distance of two eigenvalues below which rounding decides the whirl of their modes."""
 ONE_VECTOR = 1e-6
-"""Share of a second vector beside the first below which both are one mode."""
+"""Share of a second vector beside the first below which the two are one mode."""
 NEWTON_STEPS = 3
 CLOSE_SHARE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class WhirlMode:
-    """A damped mode: displacement is the real part of ``vector`` exp(``eigenvalue`` t).
+    """A damped mode: the displacement is the real part of ``vector`` exp(``eigenvalue`` t).
 
     ``vector`` (2 n,) over the unknowns of the rotor's matrices, x and y alternating.
     """
@@ -44,7 +44,7 @@ class WhirlMode:
 
     @property
     def frequency_rad_s(self) -> float:
-        """Of the damped vibration."""
+        """Frequency of the damped vibration."""
         return self.eigenvalue.imag
 
     @property
@@ -62,7 +62,7 @@ def modes_at(reduced: ReducedRotor, speed_rad_s: float, count: int) -> list[Whir
     speed_rad_s : float
         Speed of rotation, from 0 [rad/s].
     count : int
-        Modes at most; a planar pair is two.
+        Greatest number of modes; a planar pair is two.
     """
     values, vectors = reduced_modes(reduced, speed_rad_s)
     modes = []
@@ -82,9 +82,9 @@ def reduced_modes(reduced: ReducedRotor, speed_rad_s: float) -> tuple[Complex, C
 
 
 def with_circular_pairs(values: Complex, vectors: Complex) -> Complex:
-    """Return vectors (2 m, k) in which two of one eigenvalue are a backward and a forward circle.
+    """Return vectors (2 m, k) with each pair of one eigenvalue as a backward and a forward circle.
 
-    Any two of their mixtures are modes as well; which of them a solver finds is chance.
+    Any two of their mixtures are modes as well; a solver's choice of them is arbitrary.
 
     Parameters
     ----------
@@ -110,9 +110,9 @@ def with_circular_pairs(values: Complex, vectors: Complex) -> Complex:
 
 
 def frequencies_with_zeros(reduced: ReducedRotor, speed_rad_s: float) -> tuple[Array, Array]:
-    """Return all damped frequencies [rad/s], ascending, and each one's damping ratio.
+    """Return all damped frequencies [rad/s], ascending, and their damping ratios.
 
-    Modes that do not vibrate count as frequency 0, so that the k-th of them is continuous in the speed.
+    Modes without vibration count as frequency 0, so that the k-th frequency is continuous in the speed.
     """
     values = _everything(reduced, speed_rad_s)
     half = len(values) // 2
@@ -130,7 +130,7 @@ def _vibrates(values: Complex) -> NDArray[np.bool_]:
 
 
 def _everything(reduced: ReducedRotor, speed_rad_s: float) -> Complex:
-    """Return all eigenvalues."""
+    """Return all eigenvalues (4 m,)."""
     state, scale = _state(reduced.damping(speed_rad_s), reduced.stiffness(speed_rad_s))
     values = scale * np.linalg.eigvals(state).astype(complex)
     return np.asarray(1j * values.imag if reduced.conservative(speed_rad_s) else values, dtype=complex)
@@ -153,14 +153,14 @@ def _all(reduced: ReducedRotor, speed_rad_s: float) -> tuple[Complex, Complex]:
 
 
 def _solved(damping: Array, stiffness: Array) -> tuple[Complex, Complex]:
-    """Solve λ² x + λ C x + K x = 0, the mass matrix being one."""
+    """Return λ and x of λ² x + λ C x + K x = 0, the mass matrix being the identity."""
     state, scale = _state(damping, stiffness)
     values, vectors = np.linalg.eig(state)
     return (scale * values).astype(complex), vectors[: len(damping)].astype(complex)
 
 
 def _state(damping: Array, stiffness: Array) -> tuple[Array, float]:
-    """Return the state matrix of which the eigenvalues times a scale [rad/s] are λ."""
+    """Return the state matrix and the scale [rad/s]; its eigenvalues times the scale are λ."""
     size = len(damping)
     scale = float(np.sqrt(np.linalg.norm(stiffness) / np.sqrt(size))) or 1.0
     state = np.zeros((2 * size, 2 * size))
@@ -171,21 +171,21 @@ def _state(damping: Array, stiffness: Array) -> tuple[Array, float]:
 
 
 def _rigid(reduced: ReducedRotor, vectors: Complex) -> NDArray[np.bool_]:
-    """Return which modes are motions that strain neither shaft nor bearings, as free rotors have them."""
+    """Return a mask of the modes that strain neither shaft nor bearings, as those of free rotors."""
     share = np.sum(np.abs(reduced.rigid.T @ vectors) ** 2, axis=0)
     rigid: NDArray[np.bool_] = share >= (1.0 - UNSTRAINED) * np.sum(np.abs(vectors) ** 2, axis=0)
     return rigid
 
 
 def whirl_of(matrices: RotorMatrices, vector: Complex, speed_rad_s: float) -> Whirl:
-    """Return the sense in which the places of the shaft run around their orbits."""
+    """Return the common sense of the orbits along the shaft; None at rest."""
     if speed_rad_s == 0.0:
         return None
     return whirl_of_orbits(*matrices.deflections(vector))
 
 
 def whirl_of_orbits(x: Complex, y: Complex) -> Whirl:
-    """Return the common sense of orbits Re(x exp iωt), Re(y exp iωt): x to y is forward."""
+    """Return the common sense of orbits Re(x exp iωt), Re(y exp iωt): x to y is forward; None in a plane."""
     area = -(np.conj(x) * y).imag
     largest = float(np.max(np.abs(x) ** 2 + np.abs(y) ** 2, initial=0.0))
     forward, backward = (area > PLANAR * largest).any(), (area < -PLANAR * largest).any()
@@ -195,7 +195,7 @@ def whirl_of_orbits(x: Complex, y: Complex) -> Whirl:
 
 
 def refined(reduced: ReducedRotor, speed_rad_s: float, modes: Sequence[WhirlMode]) -> list[WhirlMode]:
-    """Return modes as the whole matrices have them: Newton's iteration from the reduced ones."""
+    """Return the modes by the whole matrices: Newton's iteration from the reduced modes."""
     matrices = reduced.matrices
     mass, damping = matrices.mass, matrices.damping(speed_rad_s)
     stiffness = matrices.stiffness(speed_rad_s)
@@ -231,7 +231,7 @@ def _newton(
     value: complex,
     vector: Complex,
 ) -> tuple[complex, Complex]:
-    """Return by how much an eigenvalue is too great, and a better vector."""
+    """Return the excess of an eigenvalue, and a better vector."""
     try:
         solve = splu((value * value * mass + value * damping + stiffness).tocsc()).solve
     except RuntimeError:  # singular to the last digit: the value is exact

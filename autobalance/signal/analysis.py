@@ -1,4 +1,4 @@
-"""A record and a question become speed, spectrum, orders, modes, bearing, axes and warnings."""
+"""Analysis of a record by a question: speed, spectrum, orders, modes, bearing, axes and warnings."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from autobalance.signal.turning import TURN, Turning
 from autobalance.signal.windows import COSINES
 
 STEADY = 0.02
-"""A speed that varies by no more of itself is not a run-up."""
+"""Greatest variation of a steady speed, as a share of its mean; with more it is a run-up."""
 SHORTEST = 16
 LARGEST = 1e60
-"""Beyond it squares of squares overflow."""
+"""Greatest size of a sample: beyond it squares of squares overflow."""
 STRONGEST_ORDERS = 6
 
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked of a record; the names are those of the command's options."""
+    """Options of an analysis, named as those of the command."""
 
     channel: str | None = None
     speed_rpm: float | None = None
@@ -71,7 +71,7 @@ class Question:
 
 @dataclass(frozen=True, eq=False)
 class Speed:
-    """Where the speed is from, the angle (None where it is not known), and how sure its mean is."""
+    """Source of the speed, the shaft's angle (None: unknown), and the uncertainty of the mean speed."""
 
     source: str | None
     turning: Turning | None
@@ -80,7 +80,7 @@ class Speed:
 
     @property
     def is_steady(self) -> bool:
-        """Return whether the speed hardly varies."""
+        """Return whether the speed varies by less than ``STEADY`` of its mean; also if it is unknown."""
         if self.turning is None:
             return True
         speeds = self.turning.speeds_rpm()
@@ -89,7 +89,7 @@ class Speed:
 
 @dataclass(frozen=True, eq=False)
 class Analysis:
-    """All that was found in a record."""
+    """Results of the analysis of a record."""
 
     record: Record
     question: Question
@@ -112,12 +112,12 @@ class Analysis:
 
 
 def analyse(record: Record, question: Question) -> Analysis:
-    """Return what a record holds.
+    """Return the results of a question about a record.
 
     Raises
     ------
     FormatError
-        If a channel that is named is none, none is named and there are several, or a tacho has no pulses.
+        If a named channel does not exist, none is named and there are several, or a tacho has no pulses.
     """
     record = _by_time(record, question)
     warnings = list(record.notes)
@@ -165,7 +165,7 @@ def _is_tacho(channel: Channel, question: Question, record: Record) -> bool:
 
 
 def _main_channel(record: Record, question: Question) -> Channel:
-    """Return the channel that is asked for, or the only one there is."""
+    """Return the question's channel, or the only one of the record."""
     if question.channel is not None:
         channel = record.channel(question.channel)
     elif question.axes is not None:
@@ -192,7 +192,7 @@ def _main_channel(record: Record, question: Question) -> Channel:
 
 
 def _whole(warnings: list[str], *channels: Channel) -> list[Channel]:
-    """Return channels with holes closed, and warn of each."""
+    """Return channels with gaps filled, and add a warning for each such channel."""
     whole_ones = []
     for channel in channels:
         _check_size(channel)
@@ -211,7 +211,7 @@ def _check_size(channel: Channel) -> None:
 
 
 def _clipped(record: Record, question: Question, channel: Channel) -> float:
-    """Return the share of clipped samples; a tacho stands at its extremes by right."""
+    """Return the share of clipped samples; 0 for a tacho, which rests at its extremes rightly."""
     return 0.0 if _is_tacho(channel, question, record) else clipped_share(channel)
 
 
@@ -277,7 +277,7 @@ def _pulse_notes(train: Pulses, name: str) -> list[str]:
 
 
 def _lines(channel: Channel, speed: Speed, max_order: float, warnings: list[str]) -> OrderLines | None:
-    """Return the orders below half the sample rate."""
+    """Return the orders below half the sample rate, or None, with warnings of those left out."""
     if speed.turning is None:
         return None
     fastest = float(speed.turning.speeds_rpm().max()) / 60.0
@@ -297,7 +297,7 @@ def _modes(
     channel: Channel, question: Question, others: dict[str, Channel], speed: Speed, lines: OrderLines | None,
     warnings: list[str],
 ) -> list[Mode]:  # fmt: skip
-    """Return modes from the transfer function, the orders that pass, or the response alone, as can be had."""
+    """Return modes from the transfer function, else the orders of a run-up, else the response alone."""
     if question.excitation is not None:
         force = others[question.excitation]
         _check_alike(channel, force)
@@ -355,7 +355,7 @@ def _bearing(
 
 
 def _clipped_to(turning: Turning, duration_s: float) -> Turning:
-    """Return an angle that ends with the record."""
+    """Return the angle up to the end of the record."""
     if turning.end_s <= duration_s:
         return turning
     times = np.append(turning.times_s[turning.times_s < duration_s], duration_s)

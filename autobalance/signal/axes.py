@@ -1,4 +1,4 @@
-"""Two axes together: a motion in a plane as two circles, one with the shaft and one against it."""
+"""Motion in a plane, from two axes: one circle with the shaft's rotation and one against it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ RECIPROCATING_ABOVE = 0.8
 
 @dataclass(frozen=True)
 class Circles:
-    """The radii of the two circles of X + iY at an order; forward is X to Y."""
+    """Radii of the two circles of X + iY at an order; forward is from X to Y."""
 
     order: float
     forward: float
@@ -20,7 +20,7 @@ class Circles:
     def verdict(self) -> str:
         """Return rotating, reciprocating or mixed.
 
-        A turning force draws one circle; one in a fixed direction is two equal ones, whichever it is.
+        A turning force draws one circle; a force in a fixed direction two equal ones.
 
         Examples
         --------

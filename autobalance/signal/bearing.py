@@ -1,4 +1,4 @@
-"""Rolling bearings: the orders at which a defect strikes, and the envelope in which it is seen."""
+"""Rolling bearings: the orders of defects, and the envelope in which they show."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Defect:
 
 @dataclass(frozen=True, eq=False)
 class Envelope:
-    """The size of what a band carries, at its own lower sample rate, from the record's first sample on."""
+    """Magnitude of a band's signal, at its own lower sample rate, from the record's first sample on."""
 
     values: Array
     sample_rate_hz: float
@@ -38,12 +38,12 @@ class Envelope:
 
 
 def envelope(channel: Channel, low_hz: float, high_hz: float) -> Envelope:
-    """Return |x + i Hilbert(x)| of a band; only the band's part of the spectrum is brought back.
+    """Return |x + i Hilbert(x)| of a band; only the band's part of the spectrum is transformed back.
 
     Raises
     ------
     FormatError
-        If the band is none of the record's.
+        If the band is not within the record's spectrum.
     """
     rate = channel.sample_rate_hz
     if not 0.0 <= low_hz < high_hz <= 0.5 * rate:
@@ -68,8 +68,8 @@ def envelope(channel: Channel, low_hz: float, high_hz: float) -> Envelope:
 def liveliest_band(channel: Channel) -> tuple[float, float]:
     """Return the band, a quarter or an eighth of the spectrum, whose envelope has the strongest peaks.
 
-    Kurtosis times power: bursts that carry something, not the quietest ones. The lowest eighth is left out:
-    shafts and gears live there, and no resonance that a defect rings.
+    The measure is kurtosis times power: bursts with energy, not the quietest ones. The lowest eighth is left
+    out: it holds shafts and gears, not the resonances that a defect excites.
     """
     half = 0.5 * channel.sample_rate_hz
     piece = Channel(channel.name, None, channel.sample_rate_hz, channel.values(0, 1 << 20))
@@ -85,10 +85,10 @@ def liveliest_band(channel: Channel) -> tuple[float, float]:
 
 
 def defects(band_envelope: Envelope, turning: Turning, bearing: RollingBearing) -> list[Defect]:
-    """Return what the envelope holds at each of a bearing's orders, by the shaft's angle.
+    """Return the envelope's lines at each of a bearing's orders, by the shaft's angle.
 
-    The envelope is read at even steps of angle, so that a speed that varies does not smear its lines. None
-    are listed where it is too slow for them, or the record too short.
+    The envelope is read at even steps of angle, so that a speed that varies does not smear its lines. The
+    list is empty where the envelope is too slow for the orders, or the record too short.
     """
     fastest = float(turning.speeds_rpm().max()) / 60.0
     top = min(2.5 * max(bearing.orders().values()), 0.45 * band_envelope.sample_rate_hz / fastest)
@@ -103,7 +103,7 @@ def defects(band_envelope: Envelope, turning: Turning, bearing: RollingBearing) 
 
 
 def _by_turn(band_envelope: Envelope, turning: Turning, top: float) -> tuple[Array, float]:
-    """Return the envelope at even steps of angle, and how many a turn."""
+    """Return the envelope at even steps of angle, and the number of these steps per turn."""
     from autobalance.signal.by_angle import by_angle, samples_per_turn
 
     channel = Channel("envelope", None, band_envelope.sample_rate_hz, band_envelope.values)

@@ -1,9 +1,9 @@
-"""Computed order tracking: samples at even steps of time become samples at even steps of the shaft's angle.
+"""Computed order tracking: resampling from even steps of time to even steps of the shaft's angle.
 
 Each value is Σ x[n] h(t − n/f_s), h a sinc under a Kaiser window whose cut-off follows the speed: flat to
 the highest order wanted, 120 dB down from the order on that would fold back onto it. One filter thus does
-both, anti-aliasing and interpolation. Where the shaft is slow beside the samples, a first filter takes away
-samples that are not needed.
+both, anti-aliasing and interpolation. Where the shaft turns slowly for the sample rate, a first filter
+reduces that rate.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from autobalance.types import Array
 STOP_DB = 120.0
 KAISER = 0.1102 * (STOP_DB - 8.7)
 LENGTH = (STOP_DB - 8.0) / (2.285 * TURN)
-"""Kaiser's estimate: taps of such a filter are this times the sample rate over the width of its flank."""
+"""Kaiser's estimate: number of such a filter's taps, times the width of its flank over the sample rate."""
 TABLE = 1 << 13
 """Steps of the filter's table from its middle to its end, read by straight lines."""
 GUARD = 8
-"""Samples a turn over the highest order, at least: the flank has room, while the speed varies too."""
+"""Least samples per turn over the highest order: room for the flank, even while the speed varies."""
 BLOCK_TURNS = 32
 POINTS = 1 << 14
 
@@ -46,11 +46,11 @@ def by_angle(
     turning : Turning
         The shaft's angle by the same clock.
     per_turn : int
-        N, values a turn.
+        N, values per turn.
     max_order : float
         Orders up to here are kept, to 1e-5; those from N less this on are gone.
     turns : int
-        How many.
+        Number of turns.
     """
     for first in range(0, turns, BLOCK_TURNS):
         last = min(first + BLOCK_TURNS, turns)
@@ -79,7 +79,7 @@ def _resampled(
 def _thinned(
     channel: Channel, start_s: float, end_s: float, pass_hz: float, stop_hz: float
 ) -> tuple[Array, float, float]:
-    """Return a piece of a channel with as few samples as it needs: values, their rate and first time."""
+    """Return a piece of a channel at the least sufficient sample rate: values, their rate and first time."""
     rate = channel.sample_rate_hz
     fewer = max(1, int(rate / (2.0 * stop_hz)))
     reach = int(np.ceil(LENGTH * rate / (rate / fewer - 2.0 * pass_hz) / 2.0)) if fewer > 1 else 0
@@ -96,7 +96,7 @@ def _thinned(
 
 
 def _extended(channel: Channel, low: int, high: int) -> Array:
-    """Return samples of a channel, turned about its first and last one where they lie outside of it."""
+    """Return samples of a channel, continued by point reflection at its first and last sample."""
     count = len(channel)
     inside = channel.values(max(low, 0), min(high, count))
     before, after = max(0, -low), max(0, high - count)
@@ -109,7 +109,7 @@ def _extended(channel: Channel, low: int, high: int) -> Array:
 
 
 def _interpolated(values: Array, rate: float, times_s: Array, pass_hz: float, stop_hz: float) -> Array:
-    """Return a band-limited signal between its samples."""
+    """Return the values of a band-limited signal at times between its samples."""
     cut = (pass_hz + stop_hz) / rate  # of half the rate
     half = max(4, int(np.ceil(LENGTH * rate / (stop_hz - pass_hz) / 2.0)))
     place = np.arange(TABLE + 2) * (half / TABLE)

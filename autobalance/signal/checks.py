@@ -1,4 +1,4 @@
-"""What is wrong with a record: clipped, holes, content up to half the sample rate; and holes filled."""
+"""Faults of a record: clipping, gaps, content up to half the sample rate; and the filling of gaps."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from autobalance.signal.sines import find_sines
 from autobalance.types import Array
 
 RUN = 3
-"""Samples that stand at the extreme together before a record may be clipped."""
+"""Least run of samples at the extreme in a clipped record."""
 CROWDED = 5.0
-"""The extreme holds so many times the samples of the next level: a rounded sine's holds three at most."""
+"""Least ratio of the samples at the extreme to those at the next level: at most three for a rounded sine."""
 GUARD_FROM = 0.8
-"""Share of half the sample rate from which on an anti-aliasing filter should have left nothing."""
+"""Share of half the sample rate above which an anti-aliasing filter should leave nothing."""
 GUARD_SHARE = 0.01
 MOST_HOLES = 0.5
 LONGEST_MODELLED = 1 << 22
@@ -25,7 +25,7 @@ MODEL_ROUNDS = 8
 
 
 def clipped_share(channel: Channel) -> float:
-    """Return the share of samples that stand at an extreme that the signal was cut at; 0 where it was not."""
+    """Return the share of samples at an extreme where the signal was clipped; 0 without clipping."""
     values = channel.stored
     if len(values) < 2 * RUN:
         return 0.0
@@ -36,7 +36,7 @@ def clipped_share(channel: Channel) -> float:
 
 
 def _crowd(stored: Array, sign: float) -> int:
-    """Return how many samples stand at the greatest (or least) value, where that is clipping."""
+    """Return the number of samples at the greatest (sign > 0) or least value; 0 without clipping."""
     top = _extreme(stored, sign)
     if not np.isfinite(top):
         return 0
@@ -57,19 +57,19 @@ def _crowd(stored: Array, sign: float) -> int:
 
 
 def _extreme(stored: Array, sign: float) -> float:
-    """Return the greatest (or least) value, piece by piece; without one, not a finite number."""
+    """Return the greatest (sign > 0) or least value, piece by piece; not finite if there is no number."""
     reduce = np.fmax.reduce if sign > 0 else np.fmin.reduce  # they pass over nan
     tops = [float(reduce(stored[start : start + BLOCK])) for start in range(0, len(stored), BLOCK)]
     return float(reduce(tops))
 
 
 def filled(channel: Channel) -> tuple[Channel, str | None]:
-    """Return a channel whose holes (nan) are filled, and what to say of them.
+    """Return a channel with its gaps (nan) filled, and a note on them, None without gaps.
 
     Raises
     ------
     FormatError
-        If more than half of the samples are none.
+        If more than half of the samples are not numbers.
     """
     if channel.stored.dtype.kind != "f":
         return channel, None
@@ -94,10 +94,10 @@ def filled(channel: Channel) -> tuple[Channel, str | None]:
 
 
 def _modelled(values: Array, holes: NDArray[np.bool_], rate_hz: float) -> Array:
-    """Return values whose holes follow the record's own sines, and straight lines for what is not a sine.
+    """Return values whose gaps follow the record's own sines, and straight lines for the remainder.
 
-    Sines that were found with straight lines in the holes are a little off; with themselves there, less so.
-    A hole also makes weak lines beside each sine, so that the strong ones are taken first.
+    Sines found with straight lines in the gaps are a little off; with themselves there, less so.
+    A gap also makes weak lines beside each sine, so that the strong ones are taken first.
     """
     times = np.arange(len(values)) / rate_hz
     sound, lost = np.flatnonzero(~holes), np.flatnonzero(holes)
@@ -133,7 +133,7 @@ def unguarded_share(values: Array) -> float:
 
 
 def aliasing_note(channel: Channel) -> str | None:
-    """Return what to say of content that reaches up to half the sample rate."""
+    """Return a warning of content that reaches up to half the sample rate, None without such content."""
     share = unguarded_share(channel.values(0, BLOCK))
     if share < GUARD_SHARE:
         return None

@@ -1,4 +1,4 @@
-"""Where orders meet frequencies: 60 f/order."""
+"""Crossings of orders with frequencies, at the speeds 60 f/order."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Crossing:
-    """A speed at which an order stands on a frequency."""
+    """Speed at which an order coincides with a frequency."""
 
     order: float
     frequency_hz: float

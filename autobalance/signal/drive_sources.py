@@ -1,4 +1,4 @@
-"""What gears, belts and shafts driven by the crank give to a signal: at which orders, and how much."""
+"""Gears, belts and shafts driven by the crank as sources of orders and of their amounts."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from autobalance.signal.sources import Source
 from autobalance.units import N_PER_G_MM_S2
 
 HARMONICS = 3
-"""Multiples of a mesh and of a belt's turn that are listed."""
+"""Number of multiples of a mesh and of a belt's turn that are listed."""
 CREEP = 0.01
-"""Share by which a belt without teeth may run slower than its pulley's rim."""
+"""Greatest slip of a belt without teeth on its pulley's rim, as a share."""
 
 
 @dataclass(frozen=True)
@@ -22,17 +22,17 @@ class Gear:
     ----------
     name : str
     teeth : int
-        Of the wheel whose speed is given.
+        Of the wheel with the speed ``speed``.
     speed : float
         That wheel's speed over the crank's.
     mates : int or None
         Teeth of the other wheel.
     error_um : float or None
-        Transmission error once a tooth, peak.
+        Transmission error at the mesh frequency, peak.
     runout_um : float or None
         Eccentricity of the wheel.
     stiffness_N_um : float or None
-        Of the mesh; times an error, the force that it makes.
+        Of the mesh; its product with an error is a force.
     """
 
     name: str
@@ -44,7 +44,7 @@ class Gear:
     stiffness_N_um: float | None = None
 
     def sources(self) -> list[Source]:
-        """Return the mesh with its sidebands, both wheels' turning, and where the same teeth meet again.
+        """Return the orders of the mesh, its sidebands, both wheels and the hunting tooth.
 
         Examples
         --------
@@ -94,7 +94,7 @@ class Belt:
     teeth : int or None
         Of the pulley, for a toothed belt or a chain.
     runout_um, stiffness_N_um : float or None
-        Eccentricity of the pulley, and of the spans: times each other the pull that they make.
+        Eccentricity of the pulley, and stiffness of the spans; their product is the pull.
     """
 
     name: str
@@ -106,7 +106,7 @@ class Belt:
     stiffness_N_um: float | None = None
 
     def sources(self) -> list[Source]:
-        """Return the belt's turning, its pulley's, and the mesh of its teeth.
+        """Return the orders of the belt, its pulley and the mesh of its teeth.
 
         Examples
         --------
@@ -135,7 +135,7 @@ class DrivenShaft:
     unbalance_g_mm: float | None = None
 
     def sources(self, crank_rad_s: float | None) -> list[Source]:
-        """Return its turning, with the force of its unbalance where speed and unbalance are known."""
+        """Return the order of its rotation, with its force where speed and unbalance are known."""
         force = ""
         if crank_rad_s is not None and self.unbalance_g_mm is not None:
             newtons = self.unbalance_g_mm * (self.speed * crank_rad_s) ** 2 * N_PER_G_MM_S2
@@ -145,14 +145,14 @@ class DrivenShaft:
 
 @dataclass(frozen=True)
 class Drive:
-    """All that the crank drives."""
+    """All gears, belts and shafts that the crank drives."""
 
     gears: tuple[Gear, ...] = ()
     belts: tuple[Belt, ...] = ()
     shafts: tuple[DrivenShaft, ...] = ()
 
     def sources(self, crank_rad_s: float | None) -> list[Source]:
-        """Return what all of it gives; ``crank_rad_s`` is the crank's speed, None where it is not known."""
+        """Return the sources of all parts; ``crank_rad_s`` is the crank's speed, None where unknown."""
         return [
             *(source for gear in self.gears for source in gear.sources()),
             *(source for belt in self.belts for source in belt.sources()),

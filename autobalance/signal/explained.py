@@ -1,4 +1,4 @@
-"""Sines and orders of a record with what may have caused them, and orders of two records side by side."""
+"""Sines and orders of a record with their possible causes, and orders of two records side by side."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from autobalance.signal.sources import Source, candidates, natural_sources
 from autobalance.types import Complex
 
 SAME_ORDER = 1e-9
-"""Orders of a list that differ by no more are one."""
+"""Greatest difference of two equal orders."""
 ABSENT = 3.0
-"""Standard errors below which an order's amplitude is noise."""
+"""Multiple of its standard error below which an order's amplitude is noise."""
 ROUNDED = 1e-10
-"""Share of a record's greatest order below which an amplitude is what rounding leaves: of a record without
-noise, pieces scatter by no more than that."""
+"""Share of a record's greatest order below which an amplitude is rounding: pieces of a record without noise
+scatter by no more than that."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class ComparedOrder:
 class Explained:
     """Sines and orders with their sources, levels in bands, and the orders beside those of another record.
 
-    ``resolution_hz`` is the distance of the lines of the record's spectrum.
+    ``resolution_hz`` is the spacing of the lines of the record's spectrum.
     """
 
     resolution_hz: float
@@ -73,7 +73,7 @@ class Explained:
 
 
 def explained(analysis: Analysis, sources: Sequence[Source], other: Analysis | None = None) -> Explained:
-    """Return a record's sines and orders with what may have caused them."""
+    """Return a record's sines and orders with their possible causes, beside those of another record."""
     resolution = analysis.channel.sample_rate_hz / len(analysis.channel)
     return Explained(
         resolution,
@@ -85,7 +85,7 @@ def explained(analysis: Analysis, sources: Sequence[Source], other: Analysis | N
 
 
 def _peaks(analysis: Analysis, sources: Sequence[Source], resolution: float) -> list[Peak]:
-    """Return the sines of a record; with a steady speed also their orders and what may have caused them."""
+    """Return the sines of a record; with a steady speed also their orders and possible causes."""
     turning = analysis.speed.turning
     mean_hz = None if turning is None or not analysis.speed.is_steady else turning.mean_rpm / 60.0
     natural = [mode.frequency_hz for mode in analysis.modes]
@@ -101,7 +101,7 @@ def _peaks(analysis: Analysis, sources: Sequence[Source], resolution: float) -> 
 
 
 def _orders(analysis: Analysis, sources: Sequence[Source]) -> list[OrderFigures]:
-    """Return every half order up to the highest asked for, with what may have caused it."""
+    """Return all half orders up to the highest of the question, with their possible causes."""
     lines = analysis.lines
     known: Complex = np.zeros(0, dtype=complex) if lines is None else lines.amplitudes
     errors = np.zeros(0) if lines is None else lines.standard_errors()
@@ -122,7 +122,7 @@ def _orders(analysis: Analysis, sources: Sequence[Source]) -> list[OrderFigures]
 
 
 def _compared(first: Analysis, second: Analysis) -> list[ComparedOrder]:
-    """Return orders of two records side by side; a ratio of noise is none."""
+    """Return orders of two records side by side; the ratio is None where one of them is noise."""
     if first.lines is None or second.lines is None:
         return []
     every = first.lines.amplitudes, second.lines.amplitudes
@@ -144,7 +144,7 @@ def _compared(first: Analysis, second: Analysis) -> list[ComparedOrder]:
 
 
 def finite(value: float | None) -> float | None:
-    """Return a number, or None where there is none."""
+    """Return a finite number as a float, all else as None."""
     return float(value) if value is not None and math.isfinite(value) else None
 
 

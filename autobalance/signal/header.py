@@ -23,13 +23,13 @@ UNITS = {
     "volts": "V",
     "in/s": "in/s",
 }
-"""Units as they are written after the last ``_`` → one spelling."""
+"""Units in the spellings after the last ``_`` → one spelling."""
 
 BRACKETS = re.compile(r"^(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]$")
 
 
 def named(header: str) -> tuple[str, str | None]:
-    """Return a channel's name and its unit.
+    """Return a channel's name and its unit, None without one.
 
     Examples
     --------
@@ -49,5 +49,5 @@ def named(header: str) -> tuple[str, str | None]:
 
 
 def spelled(unit: str | None) -> str | None:
-    """Return a unit in its one spelling, where it is known; else as it is."""
+    """Return the standard spelling of a unit; an unknown unit is unchanged."""
     return None if unit is None else UNITS.get(unit, unit)

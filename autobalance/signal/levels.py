@@ -14,7 +14,7 @@ Quantity = Literal["displacement", "velocity", "acceleration"]
 QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "acceleration")
 UNITS = {"displacement": ("µm", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s²", 1.0)}
 PERIODS = 4.0
-"""Of a band's lowest frequency that a record must hold."""
+"""Periods of a band's lowest frequency that a record must hold."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Band:
 
 
 def band_levels(channel: Channel) -> list[Band]:
-    """Return RMS of acceleration, velocity and displacement in the usual bands, where the unit is known."""
+    """Return RMS of acceleration, velocity and displacement in the usual bands; empty for unknown units."""
     known = quantity(spelled(channel.unit))
     if known is None:
         return []

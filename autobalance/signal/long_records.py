@@ -1,4 +1,4 @@
-"""What is done in pieces where a record is longer than memory or patience."""
+"""Piecewise work on records longer than memory or patience."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from autobalance.signal.sines import Sine, find_sines
 from autobalance.types import Array
 
 MAX_WHOLE = 1 << 24
-"""Samples up to which a record is transformed whole: 5 minutes at 50 kHz."""
+"""Greatest number of samples of a record transformed whole: 5 minutes at 50 kHz."""
 PIECE = 1 << 22
 MODE_SAMPLES = 1 << 22
 SAME_BINS = 0.5
 
 
 def sines_of(channel: Channel, window_name: str, most: int) -> list[Sine]:
-    """Return the sines of a whole record; of a long one, those of its pieces put together.
+    """Return the sines of a whole record; of a long one, those of its pieces combined.
 
-    Then an amplitude is the RMS over the pieces, and the phase that of the strongest piece, brought back to
+    Then an amplitude is the RMS over the pieces, and the phase that of the strongest piece, extrapolated to
     the first sample.
     """
     if most == 0:
@@ -52,7 +52,7 @@ def _together(group: list[tuple[Sine, float]], pieces: int) -> Sine:
 
 
 def thinned(channel: Channel, length: int) -> tuple[Array, float]:
-    """Return the first samples of a channel, fewer of them where they are very many, and their rate [Hz]."""
+    """Return the first samples of a channel, decimated where they are very many, and their rate [Hz]."""
     fewer = -(-length // MODE_SAMPLES)
     values = channel.values(0, length)
     if fewer == 1:

@@ -17,12 +17,12 @@ from autobalance.types import Array, Complex
 MOST_ROWS = 400
 WATERFALL_BINS = 1024
 MAP_TURNS = 16
-"""Turns in a row of the order map: its lines stand 1/16 of an order apart."""
+"""Turns in a row of the order map: its lines are 1/16 of an order apart."""
 
 
 @dataclass(frozen=True, eq=False)
 class Map:
-    """Amplitudes (rows, columns) over a speed or time a row and a frequency or order a column."""
+    """Amplitudes (rows, columns); each row is a time (and speed), each column a frequency or order."""
 
     times_s: Array
     speeds_rpm: Array | None
@@ -41,14 +41,14 @@ class OrderCut:
 
 
 def waterfall(channel: Channel, window_name: str, top_hz: float, turning: Turning | None = None) -> Map:
-    """Return amplitude spectra of pieces of the record, which overlap by half unless it is very long.
+    """Return amplitude spectra of pieces of the record, overlapping by half unless it is very long.
 
     Parameters
     ----------
     top_hz : float
         Highest frequency of the map [Hz].
     turning : Turning or None
-        For the speed of each row.
+        Source of each row's speed.
     """
     rate = channel.sample_rate_hz
     length = min(
@@ -72,9 +72,9 @@ def waterfall(channel: Channel, window_name: str, top_hz: float, turning: Turnin
 
 
 def order_map(channel: Channel, turning: Turning, max_order: float) -> Map | None:
-    """Return spectra by angle, an order a column, a speed a row; None where the record is too short.
+    """Return spectra by angle, orders by columns, speeds by rows; None where the record is too short.
 
-    The record goes by once, in blocks; no more than the map and one block are held.
+    The record is read once, in blocks; only the map and one block are in memory.
     """
     turns = int(np.floor(turning.angles_rad[-1] / TURN + 1e-9))
     of_row = min(MAP_TURNS, turns - turns % 2)

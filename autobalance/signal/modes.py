@@ -4,11 +4,12 @@ Within a band around one resonance the transform of the response Y to known inpu
 
     (s − p) Y = Σ B_j(s) U_j + T(s),    s = i(f − f_c)/b,
 
-with the pole p, short polynomials B_j for what each input and all other modes do, and T for the motion at the
-record's ends. It is linear in p and the coefficients, and solved by least squares with the weight 1/|s − p|
-of the last solution. The inputs are the force where it was measured; in a run-up, e^(ikθ) of the orders that
-pass, so that a fast run-up does not shift the resonance; of a lone sweep, its own smoothed course. With none
-of them, the spectrum's size is fitted: |Y|² = A/((f − a)² + b²) + N, by the likelihood of a periodogram.
+with the pole p, short polynomials B_j for the effects of each input and all other modes, and T for the motion
+at the record's ends. It is linear in p and the coefficients, and solved by least squares with the weight
+1/|s − p| of the last solution. The inputs are the force where it was measured; in a run-up, e^(ikθ) of the
+orders that pass, so that a fast run-up does not shift the resonance; of a lone sweep, its own smoothed
+course. Without inputs, the spectrum's size is fitted: |Y|² = A/((f − a)² + b²) + N, by the likelihood of a
+periodogram.
 """
 
 from __future__ import annotations
@@ -24,29 +25,29 @@ from autobalance.signal.turning import TURN, Turning
 from autobalance.types import Array, Complex
 
 SHORTEST = 256
-"""Samples below which no resonance is looked for."""
+"""Least number of samples in which resonances are sought."""
 PER_DECADE = 300
-"""Steps of the logarithmic frequency by which resonances are looked for: 0.8 % each."""
+"""Steps per decade of the logarithmic frequency scale on which resonances are sought: 0.8 % each."""
 PROMINENCE = np.log(2.0)
-"""A resonance stands so far over its flanks (in ln of amplitude), at least."""
+"""Least height of a resonance over its flanks, in ln of amplitude."""
 MOST_DAMPING = 0.3
 LEAST_BINS = 3.0
-"""A line whose half-power width is under so many bins is a steady tone or too short a record."""
+"""Least half-power width of a mode [bins]: a narrower line is a steady tone or its record is too short."""
 SMOOTH_DEGREE = 2
 ROUNDS = 30
 WIDTHS = (8.0, 5.0, 5.0)
-"""Half widths of the band, in half widths of the resonance, from round to round."""
+"""Half widths of the band in each round, in half widths of the resonance."""
 EXPLAINED = 0.5
 BELL_POINTS = 30
 RIDGE_SHARE = 0.7
-"""Of a piece's power that lies on the ridge, where one sine alone sweeps."""
+"""Least share of a piece's power on the ridge where one sine alone sweeps."""
 LEAST_EXCITED = 1e-3
 """Share of the strongest excitation below which a frequency was not excited."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """A natural frequency, undamped [Hz], its damping ratio, and the share of its band's power explained."""
+    """Undamped natural frequency [Hz], its damping ratio, and the explained share of its band's power."""
 
     frequency_hz: float
     damping_ratio: float
@@ -55,14 +56,14 @@ class Mode:
 
 @dataclass(frozen=True)
 class _Candidate:
-    """Where a resonance may be, and how far it stands over its flanks (ln)."""
+    """Possible place of a resonance, and its height over its flanks (ln)."""
 
     frequency_hz: float
     height: float
 
 
 def modes_of_transfer(response: Array, excitation: Array, sample_rate_hz: float) -> list[Mode]:
-    """Return the modes that a response shows to a measured excitation, ascending.
+    """Return the modes in the response to a measured excitation, ascending.
 
     Parameters
     ----------
@@ -86,16 +87,16 @@ def modes_of_transfer(response: Array, excitation: Array, sample_rate_hz: float)
 def modes_of_run_up(
     response: Array, sample_rate_hz: float, turning: Turning, orders: Sequence[float]
 ) -> list[Mode]:
-    """Return the modes that stay in hertz while the orders pass through them, ascending.
+    """Return the modes, constant in hertz, that the orders of a run-up excite, ascending.
 
     Parameters
     ----------
     response : (n,) array
         Samples from the record's first on.
     turning : Turning
-        The shaft's angle by the same clock; what is outside of it is left out.
+        The shaft's angle by the same clock; samples outside of it are ignored.
     orders : sequence of float
-        Those that excite, the strongest ones [-].
+        Exciting orders, the strongest ones [-].
     """
     first = int(np.ceil(max(turning.start_s, 0.0) * sample_rate_hz))
     last = min(int(turning.end_s * sample_rate_hz), len(response))
@@ -112,7 +113,7 @@ def modes_of_run_up(
 
 
 def modes_of_response(response: Array, sample_rate_hz: float) -> list[Mode]:
-    """Return the modes that a response alone shows, to an excitation of even level, ascending."""
+    """Return the modes in a response alone, to an unmeasured excitation of even level, ascending."""
     length = len(response)
     if length < SHORTEST:
         return []
@@ -131,7 +132,7 @@ def modes_of_response(response: Array, sample_rate_hz: float) -> list[Mode]:
 
 
 def _log_sums(length: int, rate: float, *values: Complex | Array) -> tuple[Array, list[Complex]]:
-    """Return middles of steps of the logarithmic frequency, a few bins or more, and what lies in each."""
+    """Return middles of bands of logarithmic frequency, each of a few bins or more, and the sums in each."""
     bins = np.arange(1, length // 2)
     step = np.floor(PER_DECADE * np.log10(bins)).astype(int)
     wide = np.maximum(step, 0)
@@ -148,7 +149,7 @@ def _log_sums(length: int, rate: float, *values: Complex | Array) -> tuple[Array
 
 
 def _peaks(f: Array, size: Array, excited: NDArray[np.bool_]) -> list[_Candidate]:
-    """Return frequencies where a size stands out over its flanks, on a logarithmic scale."""
+    """Return frequencies at which a size stands out over its flanks, on a logarithmic scale."""
     level = np.log(np.maximum(size, 1e-300))
     kernel = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0
     smooth = np.convolve(np.pad(level, 2, "edge"), kernel, "valid")
@@ -162,7 +163,7 @@ def _peaks(f: Array, size: Array, excited: NDArray[np.bool_]) -> list[_Candidate
 
 
 def _room(candidates: Sequence[_Candidate], place: int) -> float:
-    """Return how far a band may reach before it comes halfway to a resonance of some size [Hz]."""
+    """Return the greatest half width of a band [Hz], 0.6 of the way to the next resonance of similar size."""
     own = candidates[place]
     gaps = [
         abs(other.frequency_hz - own.frequency_hz)
@@ -184,7 +185,7 @@ def _fitted(
 
 
 def _distinct(modes: Sequence[Mode]) -> list[Mode]:
-    """Return modes ascending, of those that are one the best explained."""
+    """Return modes ascending, of coinciding ones the best explained."""
     kept: list[Mode] = []
     for mode in sorted(modes, key=lambda each: -each.explained):
         near = (abs(mode.frequency_hz - other.frequency_hz) for other in kept)
@@ -194,7 +195,7 @@ def _distinct(modes: Sequence[Mode]) -> list[Mode]:
 
 
 def _by_inputs(y: Complex, inputs: Sequence[Complex], step: float, guess: float, room: float) -> Mode | None:
-    """Fit one pole to a band around a guess; the band follows the width that is found."""
+    """Return the mode of one pole fitted to a band around a guess, or None; the band follows its width."""
     centre, half = guess, min(room, max(0.05 * guess, 12.0 * step))
     mode: Mode | None = None
     for width in WIDTHS:
@@ -218,7 +219,7 @@ def _by_inputs(y: Complex, inputs: Sequence[Complex], step: float, guess: float,
 
 
 def _pole(s: Complex, seen: Complex, inputs: Sequence[Complex]) -> tuple[complex, float]:
-    """Return the pole and the share of the power that is explained."""
+    """Return the pole and the share of the power that its model explains."""
     powers = [s**k for k in range(SMOOTH_DEGREE + 1)]
     columns = [power * u for u in inputs for power in powers] + powers
     matrix = np.stack([seen, *columns], axis=1)  # s·seen = p·seen + Σ …
@@ -238,7 +239,7 @@ def _pole(s: Complex, seen: Complex, inputs: Sequence[Complex]) -> tuple[complex
 
 
 def _by_size(power: Array, step: float, guess: float, room: float) -> Mode | None:
-    """Fit a bell on a floor to the size squared in a band around a guess; the band follows its width."""
+    """Return the mode of a bell on a floor fitted to the power around a guess, or None, in a moving band."""
     centre, half = guess, min(room, max(0.05 * guess, 12.0 * step))
     mode: Mode | None = None
     for width in WIDTHS:
@@ -258,9 +259,9 @@ def _by_size(power: Array, step: float, guess: float, room: float) -> Mode | Non
 
 
 def _bell(x: Array, seen: Array) -> tuple[float, float, float]:
-    """Return a and b of a bell A/((x − a)² + b²) + N, and the share explained of the smoothed power.
+    """Return a and b of a bell A/((x − a)² + b²) + N, and the share of the smoothed power it explains.
 
-    The answer to noise scatters by its own size: the likelihood of a periodogram, Σ ln S + P/S, takes that
+    The response to noise scatters by its own size: the likelihood of a periodogram, Σ ln S + P/S, takes that
     into account (Whittle).
     """
     power = seen / seen.mean()
@@ -281,13 +282,13 @@ def _bell(x: Array, seen: Array) -> tuple[float, float, float]:
 
 
 def _thinned(values: Array) -> Array:
-    """Return means over neighbours where there are many."""
+    """Return means over groups of neighbours, unless there are few values."""
     few = max(1, len(values) // BELL_POINTS)
     return np.asarray(values[: len(values) // few * few].reshape(-1, few).mean(axis=1))
 
 
 def _mode(damped_hz: float, decay_hz: float, explained: float) -> Mode | None:
-    """Return the mode of a pole; None where it is none that rings."""
+    """Return the mode of a pole; None for a pole that does not ring."""
     frequency = float(np.hypot(damped_hz, decay_hz))
     if not decay_hz > 0.0 or not frequency > 0.0 or decay_hz > MOST_DAMPING * frequency:
         return None
@@ -295,11 +296,10 @@ def _mode(damped_hz: float, decay_hz: float, explained: float) -> Mode | None:
 
 
 def modes_of_sweep(response: Array, sample_rate_hz: float) -> list[Mode]:
-    """Return the modes that a response shows to one sine that sweeps, whose course is read from the response.
+    """Return the modes in the response to one sweeping sine, whose course is read from the response.
 
-    The course of the sine's frequency is the spectrogram's ridge, made smooth; the resonance turns the
-    response's phase, but that is what the fit finds. Where there is no one ridge, the spectrum's size is
-    fitted instead.
+    The course of the sine's frequency is the spectrogram's ridge, smoothed; the phase shift of the resonance
+    is left to the fit. Where there is no single ridge, the spectrum's size is fitted instead.
     """
     angle = _ridge_angle(response, sample_rate_hz)
     if angle is None:
@@ -308,7 +308,7 @@ def modes_of_sweep(response: Array, sample_rate_hz: float) -> list[Mode]:
 
 
 def _ridge_angle(values: Array, rate: float) -> Array | None:
-    """Return the angle of a lone sweeping sine at each sample; None where the record holds none."""
+    """Return the angle of a lone sweeping sine at each sample; None if the record holds no such sine."""
     ridge = _ridge(values, rate)
     if ridge is None:
         return None
@@ -332,7 +332,7 @@ def _ridge_angle(values: Array, rate: float) -> Array | None:
 
 
 def _ridge(values: Array, rate: float) -> tuple[Array, Array, Array] | None:
-    """Return times, frequencies and shares of power of a spectrogram's ridge; None where there is none."""
+    """Return times, frequencies and shares of power of a spectrogram's ridge; None without a clear one."""
     count = len(values)
     length = 1 << int(np.clip(np.round(np.log2(np.sqrt(count) * 4.0)), 6, 15))
     if count < 4 * length:
@@ -356,9 +356,9 @@ def _ridge(values: Array, rate: float) -> tuple[Array, Array, Array] | None:
 
 
 def _smooth_course(times: Array, frequencies: Array, sure: Array) -> Array | None:
-    """Return an even or exponential sweep through a ridge, or a cubic; None where it is not a sweep.
+    """Return a linear, cubic or exponential sweep fitted to a ridge; None where it is not a sweep.
 
-    What rings on at the resonance is not a sweep: it lies off, and counts less from round to round.
+    Ringing at the resonance is not part of the sweep: it lies off, and its weight falls from round to round.
     """
     x = 2.0 * (times - times[0]) / (times[-1] - times[0]) - 1.0
     known = sure > RIDGE_SHARE
@@ -379,7 +379,7 @@ def _smooth_course(times: Array, frequencies: Array, sure: Array) -> Array | Non
 
 
 def _middle_line(x: Array, y: Array) -> tuple[float, float]:
-    """Return the line of median slope through points, which strays do not move: offset and slope."""
+    """Return the line of median slope through points, robust against strays: offset and slope."""
     half = len(x) // 2
     slope = float(np.median((y[-half:] - y[:half]) / (x[-half:] - x[:half])))
     return float(np.median(y - slope * x)), slope

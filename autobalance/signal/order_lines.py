@@ -1,10 +1,10 @@
 """Orders of a record: cos and sin of every half order fitted to the samples by the shaft's own angle.
 
 x ≈ a₀ + Σ Re(c_k e^(ikθ)), k = ½, 1, 1½, …: weighted least squares with the weight dθ = θ̇ dt, over an even
-number of whole turns. There the waves are all but orthogonal, so that this is the Fourier integral by
-angle; being a fit, it is also exact where no whole number of samples falls on the turns. No resampling is
+number of whole turns. There the waves are almost orthogonal, so that this is the Fourier integral by
+angle; as a fit, it is also exact where the turns hold no whole number of samples. No resampling is
 needed, hence no filter and no ends. The normal equations hold only the sums Σ w e^(imθ/2) and Σ w x
-e^(−imθ/2), which are gathered block by block.
+e^(−imθ/2), which are accumulated block by block.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from autobalance.signal.turning import TURN, Turning
 from autobalance.types import Array, Complex
 
 CYCLE = 2.0 * TURN
-"""Half orders repeat every two turns."""
+"""Period of the half orders: two turns."""
 CHUNK = 1 << 12
-"""Samples at a time: their waves stay in the processor's cache."""
+"""Samples processed at a time: their waves stay in the processor's cache."""
 MOST_BLOCKS = 32
 
 
@@ -29,8 +29,8 @@ MOST_BLOCKS = 32
 class OrderLines:
     """Complex amplitudes A e^(iφ) by half order, from ½ on.
 
-    ``blocks`` (b, n) are those of equal pieces of the record, of whole cycles each; ``angles_rad`` their
-    edges.
+    ``blocks`` (b, n) are the amplitudes of equal pieces of the record, of whole cycles each; ``angles_rad``
+    are the pieces' edges.
     """
 
     amplitudes: Complex
@@ -39,12 +39,12 @@ class OrderLines:
 
     @property
     def orders(self) -> Array:
-        """Return ½, 1, … (n,)."""
+        """Return the orders ½, 1, … (n,)."""
         return np.asarray(0.5 * np.arange(1, len(self.amplitudes) + 1), dtype=float)
 
     @property
     def turns(self) -> int:
-        """Return the whole turns that the amplitudes are of."""
+        """Return the number of whole turns of the fit."""
         return round(float(self.angles_rad[-1] - self.angles_rad[0]) / TURN)
 
     def standard_errors(self) -> Array:
@@ -57,7 +57,7 @@ class OrderLines:
 
 
 def whole_cycles(turning: Turning) -> int:
-    """Return how many pairs of turns fit from angle 0 on."""
+    """Return the number of pairs of turns from angle 0 on."""
     return int(np.floor(turning.angles_rad[-1] / CYCLE + 1e-9))
 
 
@@ -81,7 +81,7 @@ def order_lines(channel: Channel, turning: Turning, max_order: float) -> OrderLi
 
 
 def fit_between(channel: Channel, turning: Turning, count: int, edges_rad: Array) -> OrderLines:
-    """Return ``count`` half orders of all between the first and last edge, and of each piece.
+    """Return ``count`` half orders, fitted between the first and last edge and in each piece.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def _sums(channel: Channel, turning: Turning, count: int, low: float, high: floa
 
 
 def _solved(waves: Complex, sights: Complex) -> Complex:
-    """Return the amplitudes that the normal equations give."""
+    """Return the amplitudes (n,), the solution of the normal equations."""
     n = len(sights) - 1
     m = np.arange(n + 1)
     apart, together = waves[np.abs(m[:, None] - m)], waves[m[:, None] + m]

@@ -17,13 +17,13 @@ DERIVED: dict[str, tuple[int, str, float]] = {
     "velocity": (1, "mm/s", 1e3),
     "displacement": (0, "µm", 1e6),
 }
-"""How often the displacement is differentiated, the unit of the result, its number in metres and seconds."""
+"""Order of the time derivative of displacement, unit of the result, and its number per SI unit."""
 LOWEST_HZ = 2.0
-"""Waves from here on are kept whole: below, noise would drown them when it is integrated."""
+"""Lowest frequency kept whole: below, integration would drown all in noise."""
 
 
 def as_quantity(record: Record, target: Quantity, tacho: str | None) -> Record:
-    """Return a record whose channels of motion are all of one quantity; the tacho and others stay.
+    """Return a record with all channels of motion converted to one quantity; the tacho and others stay.
 
     Raises
     ------

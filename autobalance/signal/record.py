@@ -13,7 +13,7 @@ from autobalance.errors import FormatError
 from autobalance.types import Array
 
 BLOCK = 1 << 20
-"""Samples that are worked on at a time where a channel may be longer than memory."""
+"""Samples processed at a time where a channel may be longer than memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Channel:
     stored : (n,) array
         Any numeric type; may be mapped from the file rather than read.
     factor, offset : float
-        A sample is ``(stored - offset) * factor``.
+        Calibration: a sample is ``(stored - offset) * factor``.
     """
 
     name: str
@@ -47,11 +47,11 @@ class Channel:
 
     @property
     def duration_s(self) -> float:
-        """Return the time that the samples stand for: their number over the rate [s]."""
+        """Return the duration of the samples, their number over the rate [s]."""
         return len(self.stored) / self.sample_rate_hz
 
     def values(self, start: int = 0, stop: int | None = None) -> Array:
-        """Return samples as float64, calibrated."""
+        """Return calibrated samples as float64."""
         piece = np.asarray(self.stored[start:stop], dtype=float)
         if self.factor == 1.0 and self.offset == 0.0:
             return piece
@@ -63,27 +63,27 @@ class Channel:
             yield start, self.values(start, start + length)
 
     def is_called(self, name: str) -> bool:
-        """Return whether a user may mean this channel by a name: the whole header counts too."""
+        """Return whether a name is this channel's name, its whole header, or its header without the unit."""
         return name in {self.name, self.header, self.header.rpartition("_")[0] or self.name}
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Channels that were taken together, from one file."""
+    """Channels recorded together, from one file."""
 
     file: str
     format: str
     channels: tuple[Channel, ...]
     notes: tuple[str, ...] = ()
-    """What the reader found amiss and how it was mended: for ``warnings``."""
+    """Faults found by the reader and their repair: for ``warnings``."""
     samples_per_turn: float | None = None
-    """Of a record taken by angle: then a sample rate is only known with a speed."""
+    """Of a record sampled by angle, whose sample rate is known only with a speed."""
     start_angle_deg: float = 0.0
-    """Of a record taken by angle: the shaft's at the first sample."""
+    """Shaft angle at the first sample of a record sampled by angle."""
 
     @property
     def duration_s(self) -> float:
-        """Return the longest channel's time [s]."""
+        """Return the duration of the longest channel [s]."""
         return max(channel.duration_s for channel in self.channels)
 
     def channel(self, name: str) -> Channel:
@@ -92,7 +92,7 @@ class Record:
         Raises
         ------
         FormatError
-            If there is none, or more than one.
+            If no channel or more than one has the name.
         """
         exact = [each for each in self.channels if each.name == name]
         matching = exact or [each for each in self.channels if each.is_called(name)]
@@ -104,7 +104,7 @@ class Record:
         raise FormatError(f"{self.file} {what} {name!r}; its channels: {known}{why}")
 
     def calibrated(self, factors: Mapping[str, tuple[float, str | None]]) -> Record:
-        """Return the record with channels multiplied by factors, and given units where these are not None."""
+        """Return the record with channels multiplied by factors, with new units where these are not None."""
         factor_of = {id(self.channel(name)): value for name, value in factors.items()}
 
         def scaled(channel: Channel) -> Channel:
@@ -116,7 +116,7 @@ class Record:
         return replace(self, channels=tuple(scaled(each) for each in self.channels))
 
     def at_speed(self, speed_rpm: float) -> Record:
-        """Return a record taken by angle as one taken by time, at a constant speed."""
+        """Return a record sampled by angle as one sampled by time, at a constant speed."""
         if self.samples_per_turn is None:
             return self
         rate = self.samples_per_turn * speed_rpm / 60.0

@@ -1,4 +1,4 @@
-"""A rolling bearing's geometry, and the orders at which its defects strike."""
+"""Geometry of a rolling bearing, and the orders of its defects."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from autobalance.errors import FormatError
 
 SLIP = 0.02
-"""Balls slide a little: a defect is looked for so far to each side of its kinematic order."""
+"""Greatest share by which a defect may be off its kinematic order, since balls slide a little."""
 
 
 @dataclass(frozen=True)
@@ -52,27 +52,27 @@ class RollingBearing:
 
     @property
     def bpfo(self) -> float:
-        """Return the balls that pass a point of the outer ring, a turn: N/2 (1 − d cos α/D)."""
+        """Return the number of balls that pass a point of the outer ring per turn: N/2 (1 − d cos α/D)."""
         return 0.5 * self.balls * (1.0 - self._ratio) * self.speed
 
     @property
     def bpfi(self) -> float:
-        """Return the balls that pass a point of the inner ring: N/2 (1 + d cos α/D)."""
+        """Return the number of balls that pass a point of the inner ring per turn: N/2 (1 + d cos α/D)."""
         return 0.5 * self.balls * (1.0 + self._ratio) * self.speed
 
     @property
     def ftf(self) -> float:
-        """Return the cage's turns: ½ (1 − d cos α/D)."""
+        """Return the turns of the cage per turn: ½ (1 − d cos α/D)."""
         return 0.5 * (1.0 - self._ratio) * self.speed
 
     @property
     def bsf(self) -> float:
-        """Return the ball's own turns: D/2d (1 − (d cos α/D)²); a spot on it strikes twice as often."""
+        """Return a ball's turns per turn, D/2d (1 − (d cos α/D)²); a spot on it strikes twice as often."""
         return 0.5 * self.pitch_mm / self.ball_mm * (1.0 - self._ratio**2) * self.speed
 
     @property
     def ball_defect(self) -> float:
-        """Return how often a spot on a ball strikes a ring: twice the ball's own turns."""
+        """Return the strikes of a spot on a ball per turn: twice the ball's own turns."""
         return 2.0 * self.bsf
 
     def orders(self) -> dict[str, float]:

@@ -13,7 +13,7 @@ VOLTS = {"mV": 1e-3, "V": 1.0}
 
 
 def calibration_factor(name: str, value: float | str, unit: str | None) -> tuple[float, str | None]:
-    """Return what to multiply a channel by, and its new unit, None where that stays.
+    """Return a channel's calibration factor and its new unit, None where the unit stays.
 
     Examples
     --------

@@ -1,9 +1,9 @@
-"""The sines of a record: frequency, amplitude and phase, between bins too, without leakage.
+"""Sines of a record: frequency, amplitude and phase, also between bins, without leakage.
 
 A sine A cos(2πνn/N + φ) has the transform ½ [c W(ν − k) + c̄ W(−ν − k)], c = A e^(iφ), W the window's own
 transform, known exactly. All sines and the mean are fitted together, by least squares, to the bins around
-each of them (Gauss-Newton, damped): what leaks from one into another's bins, and from a sine's negative
-frequency into its positive one, belongs to the model and so spoils nothing.
+each of them (Gauss-Newton, damped): leakage from one into another's bins, and from a sine's negative
+frequency into its positive one, is part of the model and so does no harm.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from autobalance.signal.windows import SIDELOBE, gain, half_width_bins, line, wi
 from autobalance.types import Array, Complex
 
 ROUNDING = 1e-10
-"""A peak below this share of the greatest is what double precision leaves."""
+"""Share of the greatest peak below which a peak is only rounding of double precision."""
 ABOVE_NOISE = 5.0
-"""A peak must stand so many times above the median around it: one in 10⁷ of white noise's bins does."""
+"""Least ratio of a peak to the median around it: one in 10⁷ bins of white noise has it."""
 MEDIAN_BINS = 256
 STEPS = 30
 QUICK_STEPS = 5
-"""While sines are still being found; each step doubles the digits."""
+"""Steps while more sines are being sought; each step doubles the digits."""
 CONVERGED_BINS = 1e-11
 LEAKS_BINS = 4096
-"""So far from a sine every window but the rectangle leaves less than double precision shows."""
+"""Distance from a sine beyond which every window but the rectangle leaves less than double precision."""
 MOST_LEFT = 0.5
-"""Share of a sine's power, within its main lobe, that may be left unexplained."""
+"""Greatest unexplained share of a sine's power within its main lobe."""
 CLOSEST_BINS = 0.3
-"""Two sines nearer to one another than this are one."""
+"""Least distance of two different sines."""
 AT_ONCE = 1 << 18
-"""Values of lines that are held at a time."""
+"""Values of lines in memory at a time."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def find_sines(values: Array, sample_rate_hz: float, window_name: str = "hann", 
     window_name : str
         A key of ``COSINES``.
     most : int
-        How many at most; fewer where fewer stand above the noise.
+        Greatest number of sines; fewer where fewer stand above the noise.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def find_sines(values: Array, sample_rate_hz: float, window_name: str = "hann", 
 def amplitude_spectrum(
     values: Array, sample_rate_hz: float, window_name: str = "hann"
 ) -> tuple[Array, Array]:
-    """Return frequencies [Hz] and amplitudes, calibrated: a sine on a bin reads its peak amplitude there."""
+    """Return frequencies [Hz] and amplitudes, scaled so that a sine on a bin has its peak amplitude there."""
     length = len(values)
     scale = 2.0 / (length * gain(window_name))
     amplitudes = np.abs(fft.rfft(values * window(window_name, length))) * scale
@@ -106,7 +106,7 @@ def amplitude_spectrum(
 
 
 def _strip(spectrum: Complex, length: int, name: str, most: int) -> _Fit:
-    """Fit the strongest sines, take them off, and look again at what is left, until nothing stands out."""
+    """Return the strongest sines, fitted and removed in rounds until nothing in the remainder stands out."""
     fit = _Fit(np.zeros(0), np.zeros(0, dtype=complex), 0.0)
     rest = np.abs(spectrum)
     ceiling = float(rest.max(initial=0.0))
@@ -127,7 +127,7 @@ def _strip(spectrum: Complex, length: int, name: str, most: int) -> _Fit:
 
 
 def _sines_only(spectrum: Complex, length: int, name: str, fit: _Fit) -> _Fit:
-    """Leave out what is not a sine: lines of a speed that varies are wider than the window makes a sine."""
+    """Return the fit without lines wider than a sine's in the window, as those of a speed that varies."""
     keep = np.ones(len(fit.bins), dtype=bool)
     for place, nu in enumerate(fit.bins):
         at = _around(np.array([nu]), half_width_bins(name), len(spectrum))
@@ -139,7 +139,7 @@ def _sines_only(spectrum: Complex, length: int, name: str, fit: _Fit) -> _Fit:
 
 
 def _remainder(spectrum: Complex, length: int, name: str, fit: _Fit) -> Array:
-    """Return the size of what the fit leaves; far from its sines nothing changes."""
+    """Return the magnitude of the spectrum less the fit; unchanged far from its sines."""
     rest = np.abs(spectrum)
     far = len(spectrum) if name == "rect" else LEAKS_BINS
     at = (
@@ -173,7 +173,7 @@ def _standing_out(rest: Array, name: str, most: int, least: float, known: Array)
 
 
 def _floor(rest: Array) -> Array:
-    """Return the median around each bin, piece by piece; the rest at the end goes with the last piece."""
+    """Return the median around each bin, piece by piece; bins left over at the end have the last piece's."""
     pieces = max(1, len(rest) // MEDIAN_BINS)
     width = len(rest) // pieces
     medians = np.median(rest[: pieces * width].reshape(pieces, width), axis=1)
@@ -181,7 +181,7 @@ def _floor(rest: Array) -> Array:
 
 
 def _start(spectrum: Complex, length: int, name: str, fit: _Fit, k: int) -> float:
-    """Return where within a bin of its maximum one sine alone explains most."""
+    """Return the place, within a bin of a maximum, at which a single sine explains most."""
     at = _around(np.array([float(k)]), half_width_bins(name), len(spectrum))
     seen = spectrum[at.astype(int)] - _model(at, length, name, fit)
     tries = k + np.linspace(-0.75, 0.75, 31)
@@ -191,13 +191,13 @@ def _start(spectrum: Complex, length: int, name: str, fit: _Fit, k: int) -> floa
 
 
 def _around(bins: Array, reach: int, count: int) -> Array:
-    """Return the whole bins within reach of any of the given ones."""
+    """Return all whole bins within reach of any of ``bins``."""
     near = np.round(bins)[:, None] + np.arange(-reach, reach + 1)[None, :]
     return np.unique(near[(near >= 0) & (near < count)])
 
 
 def _model(at: Array, length: int, name: str, fit: _Fit) -> Complex:
-    """Return the transform of the fitted sines and mean at bins."""
+    """Return the transform of the fitted sines and mean at bins ``at``."""
     places = np.concatenate([[0.0], fit.bins, -fit.bins])
     sizes = np.concatenate([[fit.mean], 0.5 * fit.amplitudes, 0.5 * fit.amplitudes.conj()])
     total = np.zeros(len(at), dtype=np.complex128)
@@ -210,7 +210,7 @@ def _model(at: Array, length: int, name: str, fit: _Fit) -> Complex:
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """The best amplitudes and mean at given frequencies, what is left, and the matrix of the fit."""
+    """Best amplitudes and mean at fixed frequencies, with the residuals and the matrix of the fit."""
 
     fit: _Fit
     left: Array
@@ -223,7 +223,7 @@ class _Solved:
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """The part of the spectrum that is fitted: whole bins, their values, and the record they are of."""
+    """Fitted part of the spectrum: whole bins, their values, and the length and window of their record."""
 
     at: Array
     values: Complex
@@ -231,7 +231,7 @@ class _Seen:
     name: str
 
     def solved(self, bins: Array) -> _Solved:
-        """Return the best amplitudes and mean at given frequencies."""
+        """Return the best amplitudes and mean at fixed frequencies."""
         rows, right = _split(_columns(self.at, self.length, self.name, bins)), _split(self.values)
         solution = np.linalg.lstsq(rows, right, rcond=1e-12)[0]
         m = len(bins)
@@ -240,7 +240,7 @@ class _Seen:
 
 
 def _refined(spectrum: Complex, length: int, name: str, bins: Array, steps: int) -> _Fit:
-    """Fit frequencies and amplitudes together; sines that run into one another or away are left out."""
+    """Return frequencies and amplitudes fitted together, without sines that merge or vanish."""
     anchors = np.sort(bins)
     at = _around(np.append(anchors, 0.0), half_width_bins(name) + 1, len(spectrum))
     seen = _Seen(at, spectrum[at.astype(int)], length, name)
@@ -283,7 +283,7 @@ def _columns(at: Array, length: int, name: str, bins: Array) -> Complex:
 
 
 def _step(seen: _Seen, best: _Solved, damping: float) -> Array:
-    """Return the Gauss-Newton step of the frequencies, amplitudes and mean moving with them."""
+    """Return the Gauss-Newton step of the frequencies, with amplitudes and mean fitted along."""
     h = 1e-4
     at, length, name = seen.at[:, None], seen.length, seen.name
     bins, c = best.fit.bins, best.fit.amplitudes

@@ -1,7 +1,7 @@
-"""What may cause an order: the engine's masses, its shafts, its firing, its bearings; and how well each fits.
+"""Possible causes of an order (masses, shafts, firing, bearings of the engine), and how well each fits.
 
-A source is expected at an order. It is a candidate where that order and the one seen are no further apart
-than the record resolves, or than balls slide in a bearing.
+A source has an order. It is a candidate for a line no further from that order than the record's resolution,
+or than the slip of balls in a bearing.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CANCELLED = 1e-6
 
 @dataclass(frozen=True)
 class Source:
-    """Something that would show at an order; ``slip`` is by what share of it it may be off."""
+    """Possible cause of an order; ``slip`` is its greatest deviation from it, as a share."""
 
     order: float
     text: str
@@ -37,7 +37,7 @@ class Source:
 
 
 def bearing_sources(bearing: RollingBearing) -> list[Source]:
-    """Return what a bearing's defects would give, with their harmonics."""
+    """Return the orders of a bearing's defects, with their harmonics."""
     return [
         Source(times * order, f"bearing, {BEARING_NAMES[name]}" + (f" × {times}" if times > 1 else ""), SLIP)
         for name, order in bearing.orders().items()
@@ -46,7 +46,7 @@ def bearing_sources(bearing: RollingBearing) -> list[Source]:
 
 
 def shaft_source() -> Source:
-    """Return what any shaft gives, where nothing is known of the engine."""
+    """Return the first order of any shaft, for an unknown engine."""
     return Source(
         1.0, "turns with the shaft: unbalance, a bend, or misalignment (a job gives the amount of unbalance)"
     )
@@ -60,16 +60,16 @@ def mass_sources(
     *,
     first_only: bool = False,
 ) -> list[Source]:
-    """Return what moving masses give at a speed, order by order: the whole engine, and one cylinder alone.
+    """Return the orders of the moving masses at a speed, for the whole engine and for one cylinder alone.
 
     Parameters
     ----------
     engine : Engine
-        With the crank as it is.
+        Engine with its present crank.
     shafts : sequence of Order
         The engine's orders with its balance shafts, where it has any.
     first_only : bool
-        Without a rod length only the first order is known.
+        Whether only the first order is known, as without a rod length.
     """
     highest = 1 if first_only else max(1, int(max_order))
     orders = [order for order in engine.orders(speed_rad_s, highest) if order.order % 1.0 == 0.0]
@@ -124,7 +124,7 @@ def _rotating(engine: Engine, speed_rad_s: float) -> list[Source]:
 
 
 def firing_sources(cylinders: int, strokes: int, max_order: float) -> list[Source]:
-    """Return what combustion gives: the firing order's multiples, and what unlike cylinders leave."""
+    """Return the orders of combustion: multiples of the firing order, and those of unequal cylinders."""
     cycle = 2.0 / strokes  # order of one cylinder's cycle
     sources = []
     for k in range(1, int(max_order / cycle) + 1):
@@ -139,7 +139,7 @@ def firing_sources(cylinders: int, strokes: int, max_order: float) -> list[Sourc
 
 
 def torque_sources(orders: Sequence[tuple[float, float, float]]) -> list[Source]:
-    """Return what a cycle's torque gives: (order, amplitude of gas, amplitude of inertia) each [N·m]."""
+    """Return the orders of a cycle's torque, from (order, gas amplitude, inertia amplitude) each [N·m]."""
     greatest = max((max(gas, inertia) for _, gas, inertia in orders), default=0.0)
     return [
         Source(order, f"torque of the cycle: gas {gas:.4g} N·m, inertia {inertia:.4g} N·m")
@@ -149,21 +149,21 @@ def torque_sources(orders: Sequence[tuple[float, float, float]]) -> list[Source]
 
 
 def natural_sources(frequencies_hz: Sequence[float], order_hz: float, width_hz: float) -> list[str]:
-    """Return the natural frequencies that a line stands on."""
+    """Return texts of the natural frequencies near a line."""
     return [
         f"raised by the natural frequency {f:.6g} Hz" for f in frequencies_hz if abs(f - order_hz) <= width_hz
     ]
 
 
 def candidates(order: float, resolution: float, sources: Sequence[Source]) -> list[str]:
-    """Return what may cause a line at an order, the best fit first; ``unexplained`` where nothing does.
+    """Return texts of the possible causes of a line, the best fit first, else ``unexplained``.
 
     Parameters
     ----------
     order : float
-        Of the line seen.
+        Of the line.
     resolution : float
-        How far off a line may be read.
+        Greatest reading error of a line's order.
     """
     near = [(abs(order - source.order), source) for source in sources]
     near = [(gap, source) for gap, source in near if gap <= resolution + source.slip * source.order]

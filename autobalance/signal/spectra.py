@@ -1,4 +1,4 @@
-"""Averaged spectra and what is made of them: Welch with scatter, bands of RMS, velocity and displacement."""
+"""Averaged spectra and their derivatives: Welch with scatter, bands of RMS, velocity and displacement."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ STANDARD_GRAVITY = 9.80665
 ACCELERATION = {"g": STANDARD_GRAVITY, "m/s²": 1.0, "mm/s²": 1e-3}
 VELOCITY = {"m/s": 1.0, "mm/s": 1e-3, "in/s": 0.0254, "ips": 0.0254}
 DISPLACEMENT = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
-"""Unit → metres and seconds, by quantity: how often it was differentiated by time is 2, 1, 0."""
+"""Unit → its size in SI units, by quantity: the second, first and zeroth time derivative of displacement."""
 BANDS_HZ = ((10.0, 1000.0), (2.0, 1000.0))
-"""ISO 20816: from 10 Hz; from 2 Hz for machines below 600 1/min."""
+"""Bands of ISO 20816: from 10 Hz; from 2 Hz for machines below 600 1/min."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Welch:
 def welch(
     channel: Channel, window_name: str = "hann", length: int | None = None, least_hz: float = 0.0
 ) -> Welch:
-    """Return the mean power spectral density of segments that overlap by half, one after another.
+    """Return the mean power spectral density of segments that overlap by half.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def welch(
 
 
 def band_rms(spectrum: Welch, low_hz: float, high_hz: float, derivative: int = 0) -> float:
-    """Return the RMS between two frequencies, of the signal differentiated so often (−1: integrated)."""
+    """Return the RMS between two frequencies of the signal's derivative of this order (−1: integral)."""
     f = spectrum.frequencies_hz
     inside = (f >= max(low_hz, 1e-12)) & (f <= high_hz)
     power = spectrum.density[inside] * (2.0 * np.pi * f[inside]) ** (2 * derivative)
@@ -78,7 +78,7 @@ def band_rms(spectrum: Welch, low_hz: float, high_hz: float, derivative: int = 0
 
 
 def quantity(unit: str | None) -> tuple[int, float] | None:
-    """Return how often a unit's displacement was differentiated, and its size in metres and seconds."""
+    """Return a unit's order of time derivative of displacement, and its size in SI units, or None."""
     for times, units in ((2, ACCELERATION), (1, VELOCITY), (0, DISPLACEMENT)):
         if unit in units:
             return times, units[unit]
@@ -86,18 +86,18 @@ def quantity(unit: str | None) -> tuple[int, float] | None:
 
 
 def integrated(values: Array, sample_rate_hz: float, low_hz: float, times: int = 1) -> Array:
-    """Return a signal integrated by time, without what is below a frequency.
+    """Return a signal integrated over time, without its part below a frequency.
 
-    Each wave is divided by (2πif)ⁿ; below ``low_hz`` a half cosine over an octave takes it away, since
-    noise there would drown the rest. The record is led on beyond its ends by linear prediction, fading out,
-    so that its waves do not break off: without noise they come back to 1e-3, to 1e-2 at the very ends.
+    Each wave is divided by (2πif)ⁿ; below ``low_hz`` a half cosine over an octave removes it, since noise
+    there would drown the rest. The record is continued beyond its ends by linear prediction, fading out, so
+    that its waves do not break off: without noise they are right to 1e-3, to 1e-2 at the very ends.
 
     Parameters
     ----------
     values : (n,) array
         Samples.
     low_hz : float
-        All of what is above is kept [Hz]; the half of it and less is gone.
+        Lowest frequency kept whole [Hz]; its half and below is removed.
     times : int
         1: acceleration to velocity; 2: to displacement; −1: velocity to acceleration.
     """
@@ -115,20 +115,20 @@ def integrated(values: Array, sample_rate_hz: float, low_hz: float, times: int =
 
 
 LED_ON = 4.0
-"""Periods of the lowest frequency that a record is led on for beyond each end."""
+"""Periods of the lowest frequency by which a record is continued beyond each end."""
 THINNED = 1000.0
-"""Where more samples than this stand to a period of the lowest frequency, only every so many are predicted
-from each other: neighbours are too much alike to show slow waves."""
+"""Most samples per period of the lowest frequency used in the prediction: with more, only every so many are
+predicted from each other, since neighbours are too much alike to show slow waves."""
 PREDICTED_BY = 60
-"""Samples that the next one is predicted from, and of so many that is learnt:"""
+"""Samples from which the next one is predicted; ``LEARNT_FROM`` samples give the coefficients."""
 LEARNT_FROM = 8000
 
 
 def _led_on(values: Array, count: int, stride: int) -> Array:
-    """Return what follows a signal by linear prediction, fading out by half a cosine.
+    """Return the continuation of a signal by linear prediction, fading out by half a cosine.
 
-    Of ``stride`` interleaved signals each is led on by itself, all by one recursion, since they hold the same
-    waves.
+    ``stride`` interleaved signals are continued one by one, all by one recursion, since they hold the
+    same waves.
     """
     rows = min(len(values) // stride, LEARNT_FROM)
     order = min(PREDICTED_BY, rows // 3)
@@ -146,7 +146,7 @@ def _led_on(values: Array, count: int, stride: int) -> Array:
 
 
 def _recursion(values: Array, order: int) -> Array:
-    """Return 1, a₁ … of the prediction error filter of signals (n, k) by Burg's method: it never grows."""
+    """Return 1, a₁ … of the prediction error filter of signals (n, k) by Burg's method, always stable."""
     forward, backward = values[1:].copy(), values[:-1].copy()
     least = 1e-20 * float((values**2).sum())
     coefficients = np.array([1.0])

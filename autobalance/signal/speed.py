@@ -1,8 +1,7 @@
-"""The shaft's speed from the record itself: the comb of orders that its spectrum shows.
+"""Speed of the shaft from the record itself: the comb of orders in its spectrum.
 
 Pieces of the record are compared with combs of orders at every possible speed; the best course through
-them, without jumps, is a first speed. Then the phases of the strong orders show how far the angle so found
-runs ahead or behind.
+them, without jumps, is a first speed. Then the phases of the strong orders correct the angle.
 """
 
 from __future__ import annotations
@@ -32,28 +31,28 @@ TEETH = {
     6.0: 0.25,
     8.0: 0.2,
 }
-"""Order → weight of its amplitude for a speed: less and less, or half the speed fits as well."""
+"""Order → weight of its amplitude for a speed, falling, or half the speed would fit as well."""
 PER_OCTAVE = 240
 MOST_PIECES = 600
 JUMP_COST = 0.03
-"""Of the course's score, for a step of the speed's grid from piece to piece."""
+"""Loss of the course's score for a step of the speed's grid from piece to piece."""
 ROUNDS = 4
 STANDS_OUT = 8.0
 
 
 @dataclass(frozen=True, eq=False)
 class RecordSpeed:
-    """The angle from the record itself, and the standard uncertainty of its mean speed [1/min]."""
+    """Angle from the record itself, and the standard uncertainty of its mean speed [1/min]."""
 
     turning: Turning
     uncertainty_rpm: float
 
 
 def speed_of_record(channel: Channel) -> RecordSpeed | None:
-    """Return the speed that a record's orders show; None where it shows no comb of them.
+    """Return the speed by a record's orders; None where it shows no comb of them.
 
-    A comb of order 1, 2, 3 at a speed is one of ½, 1, 1½ at its double: the one is taken whose first order
-    is strong.
+    A comb of order 1, 2, 3 at a speed is one of ½, 1, 1½ at its double: the one with a strong first order is
+    taken.
     """
     rough = _rough_course(channel)
     if rough is None:
@@ -76,7 +75,7 @@ def speed_of_record(channel: Channel) -> RecordSpeed | None:
 
 
 def _rough_course(channel: Channel) -> tuple[Array, Array] | None:
-    """Return times over the whole record and the order-1 frequency there."""
+    """Return times over the whole record and the frequencies of order 1 there, None if too short."""
     rate = channel.sample_rate_hz
     length = min(len(channel), int(PIECE_S * rate))
     if length < 64:
@@ -114,7 +113,7 @@ def _rough_course(channel: Channel) -> tuple[Array, Array] | None:
 
 
 def _comb(size: Array, bins: Array) -> Array:
-    """Return how well combs with order 1 at bins fit a spectrum, 0 to about 1."""
+    """Return the fit of combs with order 1 at bins to a spectrum, 0 to about 1."""
     level = np.sqrt(size / size.max()) if size.max() > 0.0 else size
     places = np.arange(len(level))
     return sum(
@@ -124,7 +123,7 @@ def _comb(size: Array, bins: Array) -> Array:
 
 
 def _best_course(scores: Array) -> NDArray[np.intp]:
-    """Return the column of each row on the path of the greatest scores less the cost of its steps."""
+    """Return each row's column on the path of the greatest sum of scores less the cost of its steps."""
     rows, columns = scores.shape
     reach = 24
     total = scores[0].copy()
@@ -144,7 +143,7 @@ def _best_course(scores: Array) -> NDArray[np.intp]:
 
 
 def _corrected(channel: Channel, turning: Turning) -> tuple[Turning, float] | None:
-    """Return the angle set right by its orders' phases, and how they scatter about it [rad]."""
+    """Return the angle corrected by its orders' phases, and their scatter about it [rad]; None on failure."""
     cycles = whole_cycles(turning)
     if cycles < 3:
         return None

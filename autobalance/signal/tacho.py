@@ -1,4 +1,4 @@
-"""From a tacho's pulses to the shaft's angle: placed between samples, mended, evened, smoothed."""
+"""The shaft's angle from a tacho's pulses: placed between samples, mended, evened, smoothed."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from autobalance.signal.turning import TURN, Turning
 from autobalance.types import Array
 
 HYSTERESIS = 0.15
-"""Share of the way from threshold to lower extreme that a signal must fall before it may rise again."""
+"""Least fall of a signal before its next rise, as a share of the way from threshold to lower extreme."""
 NEIGHBOURS = 5
-"""Intervals to each side from which the length of one is estimated."""
+"""Intervals on each side from which the length of one is estimated."""
 LONGEST_WINDOW = 401
 MORE_SCATTER = 1.6
-"""A wider smoothing may leave so much more than the narrowest; rounding to samples is not white noise."""
+"""Greatest ratio of a wide smoothing's scatter to the narrowest's; rounding to samples is not white noise."""
 ERROR_WINDOW = 11
 PATTERN_TURNS = 4
-"""Turns after which an encoder's own pattern is separated from the shaft's motion."""
+"""Least turns for the separation of an encoder's own pattern from the shaft's motion."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pulses:
-    """Pulses of a tacho and what was amiss with them.
+    """Pulses of a tacho and their faults.
 
     ``times_s`` are mended; ``smooth_s`` lack the encoder's pattern and are as smooth as the scatter allows.
     """
@@ -40,12 +40,12 @@ class Pulses:
     jitter: float
     """Standard deviation of the intervals' error over the interval."""
     pattern: float
-    """The same of what the encoder repeats each turn; 0 where none was seen."""
+    """Standard deviation of the encoder's own pattern over the interval; 0 without one."""
     repeats: int = 0
-    """After how many pulses their missing ones come again; 0 where that was not seen."""
+    """Number of pulses after which the missing ones recur; 0 where they do not."""
 
     def turning(self) -> Turning:
-        """Return the shaft's angle: 0 at the first pulse."""
+        """Return the shaft's angle, 0 at the first pulse."""
         angles = np.arange(float(len(self.smooth_s))) * (TURN / self.per_turn)
         return Turning(self.smooth_s, angles)
 
@@ -56,7 +56,7 @@ class Pulses:
 
 
 def pulses(channel: Channel, per_turn: int, threshold: float | None = None) -> Pulses | str:
-    """Find a tacho's pulses; of fewer than three, a text, since the record holds more than orders.
+    """Return a tacho's pulses; for fewer than three a message, as the record is worth more than its orders.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def _extremes(channel: Channel) -> tuple[float, float]:
 
 
 def crossings_s(channel: Channel, threshold: float | None = None) -> Array:
-    """Return when a channel rises through a threshold, by the straight line between two samples [s]."""
+    """Return the times at which a channel rises through a threshold, interpolated linearly [s]."""
     low, high = _extremes(channel)
     level = 0.5 * (low + high) if threshold is None else threshold
     if not low < level < high:
@@ -115,7 +115,7 @@ def crossings_s(channel: Channel, threshold: float | None = None) -> Array:
 def _armed_rises(
     piece: Array, rises: NDArray[np.intp], ready: float, armed: bool
 ) -> tuple[NDArray[np.intp], bool]:
-    """Keep the rises before which the signal had fallen well below the threshold."""
+    """Return the rises after a fall well below the threshold, and whether such a fall is at the end."""
     below = np.concatenate([[0], np.cumsum(piece < ready)])  # how often, before each sample
     before = np.concatenate([[0], below[rises + 1]])
     fell = np.diff(before) > 0
@@ -128,14 +128,14 @@ def _armed_rises(
 
 
 def mend(times_s: Array) -> tuple[Array, int, int]:
-    """Return pulses with the doubled ones taken out and the missing ones put in, and how many of each."""
+    """Return pulses without doubled ones and with missing ones added, and the number of each."""
     kept, extra = _without_extra(times_s)
     whole, missing = _with_missing(kept)
     return whole, missing, extra
 
 
 def _expected(intervals: Array) -> Array:
-    """Return how long each interval should be: the median of its neighbours."""
+    """Return the expected length of each interval: the median of its neighbours."""
     count = len(intervals)
     reach = min(NEIGHBOURS, (count - 1) // 2)
     if reach < 1:
@@ -150,7 +150,7 @@ def _expected(intervals: Array) -> Array:
 
 
 def _without_extra(times: Array) -> tuple[Array, int]:
-    """Take out pulses that split an interval: the one whose going leaves its neighbours most even."""
+    """Return the pulses without those that split an interval, and the number of these."""
     removed = 0
     while len(times) > 3:
         intervals = np.diff(times)
@@ -175,7 +175,7 @@ def _without_extra(times: Array) -> tuple[Array, int]:
 
 
 def _with_missing(times: Array) -> tuple[Array, int]:
-    """Put pulses into intervals that are whole multiples of what they should be."""
+    """Return the pulses with those missing from intervals of multiple length, and the number of these."""
     intervals = np.diff(times)
     counts = np.maximum(np.round(intervals / _expected(intervals)), 1.0).astype(int)
     missing = int((counts - 1).sum())
@@ -188,7 +188,7 @@ def _with_missing(times: Array) -> tuple[Array, int]:
 
 
 def _repeats(times: Array) -> int:
-    """Return after how many pulses, missing ones counted, gaps come again; 0 where they do not."""
+    """Return the number of pulses, missing ones counted, after which gaps recur; 0 where they do not."""
     intervals = np.diff(times)
     counts = np.maximum(np.round(intervals / _expected(intervals)), 1.0).astype(int)
     numbers = np.concatenate([[0], np.cumsum(counts)])
@@ -199,7 +199,7 @@ def _repeats(times: Array) -> int:
 
 
 def _evened(times: Array, per_turn: int, count: int, missing: int, extra: int, repeats: int = 0) -> Pulses:
-    """Take off what repeats each turn, then smooth."""
+    """Return the pulses without the pattern of each turn, smoothed."""
     offsets, pattern = _pattern(times, per_turn)
     clean = times - offsets
     return Pulses(
@@ -219,10 +219,10 @@ def _interval_error(times: Array) -> float:
 
 
 def _pattern(times: Array, per_turn: int) -> tuple[Array, float]:
-    """Return how late each pulse comes for its place on the encoder [s], and the size over the interval.
+    """Return the delay of each pulse by the encoder's pattern [s], and the pattern's size over the interval.
 
-    A pulse's place is compared with the turn around it: the mean of the N pulses centred on it, which
-    holds every place once and so does not know of the pattern.
+    A pulse's place is compared with the turn around it: the mean of the N pulses centred on it, which holds
+    every place once and so is free of the pattern.
     """
     count = len(times)
     none = np.zeros(count), 0.0
@@ -255,10 +255,10 @@ def _centred(per_turn: int) -> Array:
 
 
 def _smoothed(times: Array) -> Array:
-    """Return the pulses as smooth as their scatter allows.
+    """Return the pulses smoothed as far as their scatter allows.
 
-    The scatter is what a cubic through the nearest neighbours leaves. A wider window is taken as long as what
-    it leaves is not much more than that: the shaft's own motion is kept.
+    The scatter is the residual of a cubic through the nearest neighbours. A wider window is taken as long as
+    its residual is not much more than that: the shaft's own motion is kept.
     """
     count = len(times)
     if count < 8:

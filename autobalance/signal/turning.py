@@ -1,4 +1,4 @@
-"""The shaft's angle as a smooth function of time, and its speed."""
+"""The shaft's angle as a smooth function of time, with its speed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Turning:
     times_s : (k,) array
         Ascending, k ≥ 2 [s].
     angles_rad : (k,) array
-        Ascending [rad]; 0 is where phases count from.
+        Ascending [rad]; 0 is the origin of phases.
     """
 
     times_s: Array
@@ -43,29 +43,29 @@ class Turning:
 
     @property
     def start_s(self) -> float:
-        """Return where the angle begins to be known [s]."""
+        """Return the first time with a known angle [s]."""
         return float(self.times_s[0])
 
     @property
     def end_s(self) -> float:
-        """Return where it ends [s]."""
+        """Return the last time with a known angle [s]."""
         return float(self.times_s[-1])
 
     @property
     def turns(self) -> float:
-        """Return how often the shaft turned."""
+        """Return the number of turns, not rounded."""
         return float(self.angles_rad[-1] - self.angles_rad[0]) / TURN
 
     def angle_rad(self, times_s: Array) -> Array:
-        """Return the angle at instants (n,) [rad]."""
+        """Return the angles at times (n,) [rad]."""
         return np.asarray(self._spline(times_s))
 
     def speed_rad_s(self, times_s: Array) -> Array:
-        """Return the speed at instants (n,) [rad/s]."""
+        """Return the speeds at times (n,) [rad/s]."""
         return np.asarray(self._spline(times_s, 1))
 
     def time_s(self, angles_rad: Array) -> Array:
-        """Return when angles (n,) are reached, by Newton's method from the nearest known ones [s]."""
+        """Return the times of angles (n,), by Newton's method from the nearest known ones [s]."""
         times = np.interp(angles_rad, self.angles_rad, self.times_s)
         for _ in range(4):
             speed = np.maximum(self.speed_rad_s(times), 1e-9)
@@ -73,11 +73,11 @@ class Turning:
         return times
 
     def speeds_rpm(self) -> Array:
-        """Return the speed at the known angles and midway between them [1/min]."""
+        """Return the speeds at the known angles and midway between them [1/min]."""
         middle = 0.5 * (self.times_s[1:] + self.times_s[:-1])
         return self.speed_rad_s(np.sort(np.concatenate([self.times_s, middle]))) * 60.0 / TURN
 
     @property
     def mean_rpm(self) -> float:
-        """Return the mean over time [1/min]."""
+        """Return the mean speed over time [1/min]."""
         return 60.0 * self.turns / (self.end_s - self.start_s)

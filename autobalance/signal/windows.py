@@ -1,4 +1,4 @@
-"""Windows as sums of cosines: values, gain, noise bandwidth, the exact spectrum of a windowed sine."""
+"""Windows as sums of cosines: values, gain, noise bandwidth, exact spectrum of a windowed sine."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ COSINES: dict[str, tuple[float, ...]] = {
     "flattop": (0.21557895, 0.41663158, 0.277263158, 0.083578947, 0.006947368),
     "rect": (1.0,),
 }
-"""a of w[n] = Σ (−1)^k a_k cos(2πkn/N): periodic windows, as a Fourier transform wants them."""
+"""a of w[n] = Σ (−1)^k a_k cos(2πkn/N): periodic windows, as a Fourier transform needs them."""
 
 SIDELOBE = {"hann": 0.03, "hamming": 0.01, "blackman": 0.002, "flattop": 0.001, "rect": 0.25}
-"""Greatest side lobe over the main one, with a margin."""
+"""Greatest side lobe relative to the main lobe, with a margin."""
 
 
 def window(name: str, length: int) -> Array:
@@ -29,7 +29,7 @@ def window(name: str, length: int) -> Array:
 
 
 def gain(name: str) -> float:
-    """Return a window's mean: what it leaves of a sine that stands on a bin.
+    """Return a window's mean, the factor on the amplitude of a sine on a bin.
 
     Examples
     --------
@@ -40,7 +40,7 @@ def gain(name: str) -> float:
 
 
 def noise_bandwidth_bins(name: str) -> float:
-    """Return the width of the rectangle that would let as much white noise through, N Σw²/(Σw)² [bins].
+    """Return the width of the rectangle that passes as much white noise, N Σw²/(Σw)² [bins].
 
     Examples
     --------

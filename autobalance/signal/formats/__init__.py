@@ -1,4 +1,4 @@
-"""Records from files: one module a format; ``read`` finds the one that a file's ending asks for."""
+"""Records from files: one module for each format, chosen by ``read`` from the file's ending."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def read(path: str | Path, sample_rate_hz: float | None = None) -> Record:
     path : path
         A CSV, WAV, MATLAB (v5), TDMS or UFF58 file.
     sample_rate_hz : float or None
-        For files that hold none [Hz].
+        Of files without a sample rate of their own [Hz].
 
     Raises
     ------
     FileError
         If the file cannot be read.
     FormatError
-        If it breaks its ending's format, or holds no channel.
+        If the file breaks its ending's format, or holds no channel.
     """
     file = Path(path)
     if sample_rate_hz is not None and not 0.0 < sample_rate_hz < float("inf"):
@@ -61,12 +61,12 @@ def read(path: str | Path, sample_rate_hz: float | None = None) -> Record:
 
 
 def agreed_rate(file: str, told_hz: float | None, asked_hz: float | None) -> float:
-    """Return a file's own sample rate, or the one given where it has none.
+    """Return a file's own sample rate, or the user's where it has none.
 
     Raises
     ------
     FormatError
-        If there is neither, or they differ.
+        If there is neither, or the two differ.
     """
     if told_hz is None:
         if asked_hz is None:

@@ -1,4 +1,4 @@
-"""CSV: comma, semicolon or tab, a header, ``time_s`` (or a rate given), one column a channel."""
+"""CSV: comma, semicolon or tab, a header, ``time_s`` (or a separate rate), one column for each channel."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ TIME_UNITS = {None: 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e
 ANGLE_UNITS = {"deg": 1.0, "°": 1.0, "rad": 180.0 / np.pi}
 LEAST_STEP_S, MOST_STEP_S = 1e-12, 1e9
 UNEVEN_SHARE = 0.25
-"""A sample may stand this share of a step off its place before the record counts as uneven."""
+"""Greatest distance of a sample from its place, in steps, in an even record."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Sheet:
-    """Columns (rows, columns) of numbers, nan where there is none, and what their headers say."""
+    """Columns (rows, columns) of numbers, nan where there is none, with their names, units and kinds."""
 
     headers: list[str]
     units: list[str | None]
@@ -58,7 +58,7 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
 
 
 def _time_scale(sheet: _Sheet, place: int) -> float | None:
-    """Return seconds in a column's unit, where it is the time."""
+    """Return a time column's unit in seconds, None for other columns."""
     name, unit = _called(sheet, place)
     return TIME_UNITS.get(unit) if name.lower() in TIMES else None
 
@@ -74,7 +74,7 @@ def _called(sheet: _Sheet, place: int) -> tuple[str, str | None]:
 
 
 def _channels(sheet: _Sheet, places: list[int], columns: Array, rate_hz: float) -> tuple[Channel, ...]:
-    """Return the channels; where two would have one name, each keeps its whole header."""
+    """Return the channels; channels of equal names keep their whole headers as names."""
     named = [(*_called(sheet, place), place) for place in places]
     times = Counter(name for name, _, _ in named)
     return tuple(
@@ -145,7 +145,7 @@ def _even(path: Path, seconds: Array) -> tuple[float, NDArray[np.intp]]:
 
 
 def _resolution(seconds: Array) -> float:
-    """Return the last digit that the times are written with."""
+    """Return the resolution of the times as written, a power of ten [s]; 0 where it is finer than 1e-12."""
     sample = seconds[:: max(1, len(seconds) // 1000)]
     for digits in range(13):
         if np.abs(sample - np.round(sample, digits)).max() <= 1e-12 * max(1.0, float(np.abs(sample).max())):
@@ -154,7 +154,7 @@ def _resolution(seconds: Array) -> float:
 
 
 def _rounded(rate: float, doubt: float) -> float:
-    """Return the roundest number of hertz that the digits of the times allow; else the rate."""
+    """Return the roundest sample rate within the doubt of the times' digits, else the rate itself."""
     for digits in (-2, -1, 0, 3):
         near = float(round(rate, digits))
         if near > 0.0 and abs(near - rate) <= rate * (doubt + 1e-12):
@@ -174,7 +174,7 @@ def _by_angle(path: Path, sheet: _Sheet, places: list[int], at: int, notes: list
 
 
 def _sheet(path: Path) -> _Sheet:
-    """Read headers and numbers, line by line: no more of a long file is in memory than its numbers."""
+    """Read headers and numbers, line by line: of a long file only the numbers stay in memory."""
     with path.open("rb") as stream:
         if b"\0" in stream.read(4096):
             raise FormatError(f"{path.name} is not a text file")
@@ -205,11 +205,11 @@ def _in_encoding(path: Path, encoding: str) -> _Sheet:
 
 
 PEEKED = 100
-"""Lines looked at for units and for decimal commas."""
+"""Lines examined for units and for decimal commas."""
 
 
 def _head(path: Path, encoding: str) -> tuple[str, int]:
-    """Return the line of the headers, and how many lines end with it."""
+    """Return the header line, and the number of lines up to and including it."""
     with _lines(path, encoding, 0) as lines:
         for number, line in enumerate(lines, 1):
             if line.strip() and not line.lstrip().startswith("#"):
@@ -225,7 +225,7 @@ def _lines(path: Path, encoding: str, skipped: int) -> Iterator[Iterator[str]]:
 
 @dataclass(frozen=True)
 class _Body:
-    """The lines of numbers of a file."""
+    """Lines of numbers of a file."""
 
     path: Path
     encoding: str
@@ -241,7 +241,7 @@ class _Body:
 
 
 def _units_row(line: str, separator: str, count: int) -> list[str | None] | None:
-    """Return the units of a line under the header; None where it holds none."""
+    """Return the units in the line below the header; None if it holds none."""
     cells = [cell.strip().strip('"').strip("[]() ") for cell in line.rstrip("\n").split(separator)]
     if len(cells) == count and all(_number(cell) is None for cell in cells) and any(cells):
         return [cell or None for cell in cells]
@@ -256,7 +256,7 @@ def _number(cell: str) -> float | None:
 
 
 def _numbers(body: _Body, count: int) -> tuple[Array, list[bool]]:
-    """Return the columns and which of them are text."""
+    """Return the columns, and for each whether it is text."""
     try:
         with body.lines() as lines:
             columns = np.loadtxt(lines, delimiter=body.separator, ndmin=2, comments=None)
@@ -270,7 +270,7 @@ def _numbers(body: _Body, count: int) -> tuple[Array, list[bool]]:
 
 
 def _cell_by_cell(body: _Body, count: int) -> tuple[Array, list[bool]]:
-    """Read what the fast way refuses: text, empty cells, lines of another length."""
+    """Read text, empty cells and lines of another length, which the fast reader refuses."""
     columns = [array("d") for _ in range(count)]
     wrong, right, rows = [0] * count, [0] * count, 0
     with body.lines() as lines:

@@ -15,7 +15,7 @@ TIME_RESPONSE = 1
 
 
 def read(path: Path, sample_rate_hz: float | None) -> Record:
-    """Read a file's evenly spaced real time records; other data sets are left alone."""
+    """Read a file's evenly spaced real time records; other data sets are ignored."""
     try:
         import pyuff
     except ImportError:

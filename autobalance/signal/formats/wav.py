@@ -1,4 +1,4 @@
-"""WAV: channels ``1``, ``2``, …, full scale 1; mapped from the file, so that an hour costs no memory."""
+"""WAV: channels ``1``, ``2``, …, full scale 1; memory-mapped, so that an hour costs no memory."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
 
 
 def _header(path: Path) -> tuple[int, int, int, int, int, int]:
-    """Return kind, bits, channels, rate, first byte and bytes of the samples."""
+    """Return kind, bits, channels, rate, offset of the samples and their size in bytes."""
     end = path.stat().st_size
     with path.open("rb") as stream:
         head = stream.read(12)
@@ -65,7 +65,7 @@ def _form(path: Path, data: bytes) -> tuple[int, int, int, int]:
 def _samples(
     path: Path, kind: int, bits: int, count: int, start: int, size: int
 ) -> tuple[NDArray[np.generic], float]:
-    """Return the samples (n, channels) as stored, and what full scale is."""
+    """Return the samples (n, channels) as stored, and their full scale."""
     rows = size // (bits // 8 * count)
     if rows < 1:
         raise FormatError(f"{path.name} is a WAV file without samples")
