@@ -69,7 +69,7 @@ def prepared(
     _check_rounding(matrices)
     keep = KEPT_FREQUENCIES * top
     for _ in range(TRIES):
-        reduced = reduced_rotor(matrices, keep, least=2 * modes // 2 + SPARE_MODES)
+        reduced = reduced_rotor(matrices, keep, least=modes + SPARE_MODES)
         coarse = modes_at(reduced, top_speed_rad_s, modes)[:: max(1, modes // 4)]
         better = refined(reduced, top_speed_rad_s, coarse)
         off = [

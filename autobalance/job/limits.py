@@ -41,8 +41,8 @@ PERCENT = Rule("must be 0 to 100", least=0.0, most=100.0)
 PREFER = (
     'secondary objective among plans that reach the target: `"simple"` (fewest different cuts of tool and '
     'depth, then fewest cuts, then least metal; `"same_setup"`, usual in `recut`: first the tools of earlier '
-    "stages in their own places, then these tools anywhere; cuts of holes, slugs and machine steps may leave a "
-    "quarter of the permissible value for it)"
+    "stages in their own places, then these tools anywhere; cuts of holes, slugs and machine steps may leave "
+    "a quarter of the permissible value for it)"
 )
 
 
