@@ -1,4 +1,4 @@
-"""Where the bundled cranks are: inside the installed package, or in the checkout beside it."""
+"""Folder of the bundled cranks: inside the installed package, or in the checkout beside it."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
-"""Processes of our own for what a library may do to the one that it runs in: crash, print, or never return.
+"""Child processes for libraries that may crash the process they run in, print from it, or never return.
 
-A process is started with the first request, keeps what it has loaded for the next, and ends with the one that
-started it.
+A process is started with the first request, keeps its loaded libraries for the next and ends with its parent.
 """
 
 from __future__ import annotations
@@ -72,12 +71,12 @@ class Child:
 
 
 class Children:
-    """The processes that answer by one module: as many as ever answered at one time.
+    """Pool of processes that answer by one module: as many as ever answered at one time.
 
     Parameters
     ----------
     module : str
-        The module whose ``answer(*request)`` is called there; what it raises of ``AutobalanceError`` is
+        The module whose ``answer(*request)`` is called there; an ``AutobalanceError`` that it raises is
         raised here.
     """
 
@@ -91,7 +90,7 @@ class Children:
 
     @contextmanager
     def one(self) -> Iterator[Child]:
-        """Provide a process of which nobody else asks anything meanwhile; it is ended if the block fails."""
+        """Provide a process for exclusive use; it ends if the block fails by any but an AutobalanceError."""
         with self._lock:
             child = self._idle.pop() if self._idle else None
         if child is not None and child.process.poll() is not None:
@@ -113,7 +112,7 @@ class Children:
             self._idle.append(child)
 
     def end(self) -> None:
-        """End those that nobody asks anything."""
+        """End the idle processes."""
         with self._lock:
             children, self._idle = self._idle, []
         for child in children:

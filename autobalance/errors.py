@@ -10,7 +10,7 @@ MOST_LINES = 20
 
 
 def one_line(text: str) -> str:
-    r"""Return a text on one line that does nothing to a terminal: control characters as their escapes.
+    r"""Return a text on one line, harmless to a terminal: control characters as their escapes.
 
     Examples
     --------
@@ -34,39 +34,38 @@ class AutobalanceError(Exception):
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """All that it has to say, each on one line."""
+        """Lines of the message, here a single one."""
         return (str(self),)
 
 
 class UsageError(AutobalanceError):
-    """The command line was used wrongly."""
+    """Wrong use of the command line."""
 
     exit_code = 2
 
 
 class FileError(AutobalanceError, OSError):
-    """A file or folder cannot be read or written."""
+    """File or folder that cannot be read or written."""
 
 
 class FormatError(AutobalanceError, ValueError):
-    """A file breaks its format."""
+    """Breach of a file's format."""
 
 
 class SolidError(AutobalanceError, ValueError):
-    """A mesh or solid cannot be trusted: open, inverted, empty, self-contradictory."""
+    """Mesh or solid that cannot be trusted: open, inverted, empty, self-contradictory."""
 
 
 class BodiesError(SolidError):
-    """A file holds several bodies, and none was chosen."""
+    """File of several bodies of which none was chosen."""
 
     def __init__(self, message: str, bodies: int = 0) -> None:
-        """Take the message and how many there are."""
         super().__init__(message)
         self.bodies = bodies
 
 
 class OverlapError(SolidError):
-    """A solid overlaps itself, so that some of its metal counts twice."""
+    """Self-overlap of a solid, by which some of its metal counts twice."""
 
     def __init__(self, message: str, volume_mm3: float = 0.0) -> None:
         """Take the message and the volume in doubt [mm³]."""
@@ -75,19 +74,19 @@ class OverlapError(SolidError):
 
 
 class JobError(AutobalanceError, ValueError):
-    """A job file holds something impossible, unknown or contradictory.
+    """Impossible, unknown or contradictory entry of a job file.
 
-    Its text is what was found first; ``lines`` has all that was found wrong, a line a key.
+    Its text is the first fault; ``lines`` holds all faults, one for each key.
     """
 
     def __init__(self, message: str, *others: str) -> None:
-        """Take what was found first, and what else."""
+        """Take the first fault and the others."""
         super().__init__(message)
         self.others = others
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Everything that is wrong, each on one line; of very many the first."""
+        """All faults, each on one line; the first ``MOST_LINES`` of the others, then a count."""
         more = len(self.others) - MOST_LINES
         texts = [one_line(each) for each in self.others[:MOST_LINES]]
         return (str(self), *texts, *([f"and {more} more"] if more > 0 else []))
@@ -98,22 +97,22 @@ class JobError(AutobalanceError, ValueError):
 
 
 class RecognitionError(AutobalanceError, ValueError):
-    """No crankshaft, or not enough of one, was found in the solid."""
+    """Solid without a recognisable crankshaft, or with too little of one."""
 
 
 class CorrectionError(AutobalanceError, ValueError):
-    """A correction cannot be set up as asked."""
+    """Requested correction that cannot be set up."""
 
 
 class ClaimError(AutobalanceError, ValueError):
-    """A report claims something that the files on disk do not bear out."""
+    """Claim of a report that the files on disk do not bear out."""
 
 
 @contextmanager
 def file_errors(action: str) -> Iterator[None]:
-    """Raise what the system refuses inside the block as a `FileError`: ``cannot read a.csv: is a directory``.
+    """Turn the system's refusals inside the block into a `FileError`: ``cannot read a.csv: is a directory``.
 
-    ``action`` is what is done there, and to what: ``read the trace a.csv``. Nothing but file access belongs
+    ``action`` names the access and its object: ``read the trace a.csv``. Nothing but file access belongs
     into the block: a ValueError counts too, which is how ``open`` refuses a NUL in a name.
     """
     try:

@@ -1,4 +1,4 @@
-"""Mixed-integer linear programmes, by HiGHS through scipy, without a word on anybody's standard output.
+"""Mixed-integer linear programmes, by HiGHS through scipy, without output on standard output.
 
 HiGHS 1.12 (scipy 1.17) prints a line past every option where it repairs a solution
 ("HighsMipSolverData::transformNewIntegerFeasibleSolution"), at descriptor 1. So where that is not ours, it
@@ -36,7 +36,7 @@ class IntegerProgram:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """The best x that was reached (None: none), its cost, and a bound that no x has a lower cost than."""
+    """Best x that was reached (None: none), its cost, and a lower bound on the cost of any x."""
 
     x: Array | None
     cost: float

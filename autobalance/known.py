@@ -1,6 +1,6 @@
-"""Results used again: while a `Known` is in use, equal questions of a process are answered once.
+"""Cache of results: while a `Known` is in use, equal requests of a process are computed once.
 
-Nothing is kept unless a caller asks for it, as the tests do; what is kept is frozen.
+Nothing is kept unless a caller asks for it, as the tests do; kept results are frozen.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ T = TypeVar("T")
 
 
 class Known:
-    """The latest results of each kind, with what their keys stand for: no identity is used twice."""
+    """Cache of the latest results of each kind, with the objects behind their keys: no identity recurs."""
 
     def __init__(self) -> None:
         self._by_kind: dict[str, OrderedDict[Hashable, tuple[object, Any]]] = {}
 
     def once(self, kind: str, key: Hashable, of: object, work: Callable[[], T]) -> T:
-        """Return what ``work`` returns, or returned for the same kind and key before."""
+        """Return the result of ``work``, or the kept one of the same kind and key."""
         kept = self._by_kind.setdefault(kind, OrderedDict())
         if key not in kept:
             kept[key] = of, work()
@@ -39,7 +39,7 @@ _IN_USE: ContextVar[tuple[Known, Hashable] | None] = ContextVar("known", default
 
 @contextmanager
 def using(known: Known, settings: Hashable = None) -> Iterator[None]:
-    """Use results again within a block; ``settings`` is what they depend on beside their keys."""
+    """Reuse results within a block; ``settings`` are their dependencies beside their keys."""
     token = _IN_USE.set((known, settings))
     try:
         yield
@@ -48,7 +48,7 @@ def using(known: Known, settings: Hashable = None) -> Iterator[None]:
 
 
 def once(kind: str, key: Callable[[], Hashable], of: object, work: Callable[[], T]) -> T:
-    """Return what ``work`` returns, or what is known; ``of`` is kept alive where the key has its identity."""
+    """Return the result of ``work``, or a kept one; ``of`` is kept alive where the key has its identity."""
     if (in_use := _IN_USE.get()) is None:
         return work()
     known, settings = in_use

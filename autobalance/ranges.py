@@ -11,18 +11,18 @@ SMALLEST = 1e-9
 
 @dataclass(frozen=True)
 class TypedIn:
-    """The unit with which a number may be typed, where the name of its key does not end in one."""
+    """Optional unit of a typed number, where the name of its key does not end in one."""
 
     unit: str
 
 
 @dataclass(frozen=True)
 class Rule:
-    """What a number must be, beyond a number.
+    """Range of a number.
 
     ``text`` names it in a message; ``least`` and ``most`` may be reached, ``above`` and ``below`` may not;
-    ``apart`` is what its size must be above; ``besides`` are numbers that may be all the same, and
-    ``one_of`` all that may be, where there are few.
+    the absolute value must be above ``apart``; ``besides`` are numbers permitted in spite of all that, and
+    ``one_of`` the only permitted ones, where there are few.
     """
 
     text: str = ""
@@ -35,7 +35,6 @@ class Rule:
     one_of: tuple[float, ...] = ()
 
     def holds(self, number: float) -> bool:
-        """Return whether a number is within."""
         if self.one_of:
             return number in self.one_of
         within = (
@@ -48,7 +47,7 @@ class Rule:
         return within or number in self.besides
 
     def schema(self) -> dict[str, Any]:
-        """Return it as keywords of JSON Schema."""
+        """Return the range as keywords of JSON Schema."""
         if self.one_of:
             return {"enum": list(self.one_of)}
         named = {

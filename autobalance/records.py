@@ -1,4 +1,4 @@
-"""Records: frozen dataclasses whose fields say themselves how they are written and what they may hold.
+"""Records: frozen dataclasses whose fields declare how they are written and which values they may hold.
 
 A field's name ends in its unit, and is the key that a report has for it. ``typing.Annotated`` holds the rest:
 bounds of a number, a sentence of explanation, another unit outside (``Degrees``: ``angle_rad`` is written as
@@ -38,7 +38,7 @@ PA_PER_MPA = 1e6
 
 
 class Absent(Enum):
-    """Of a key that a report does not have this time; ``None`` is a key with the value null."""
+    """Mark of a key that a report lacks this time; ``None`` is a key with the value null."""
 
     ABSENT = "absent"
 
@@ -54,7 +54,7 @@ def record(of: type[T]) -> type[T]:
 
 @dataclass(frozen=True)
 class Bound:
-    """What a value must keep to: a keyword of JSON Schema and its value, ``Bound("minimum", 0)``."""
+    """Bound on a value: a keyword of JSON Schema and its value, ``Bound("minimum", 0)``."""
 
     keyword: str
     value: Any
@@ -62,14 +62,14 @@ class Bound:
 
 @dataclass(frozen=True)
 class Written:
-    """Another unit outside: the end of a field's name, that of its key, and what makes one of the other."""
+    """Another unit outside: the ending of a field's name, the ending of its key, and the conversion."""
 
     unit: str
     key_unit: str
     convert: Callable[[float], float]
 
     def key(self, name: str) -> str:
-        """Return the key of a field."""
+        """Return the key of a field: its name with the key's unit."""
         if not name.endswith(self.unit):
             raise TypeError(f"{name}: a field that is written in {self.key_unit} must end in {self.unit}")
         return name.removesuffix(self.unit) + self.key_unit
@@ -77,14 +77,14 @@ class Written:
 
 @dataclass(frozen=True)
 class Key:
-    """The key of a field whose name Python keeps for itself: ``from``, ``with``."""
+    """Key of a field whose name is a reserved word in Python: ``from``, ``with``."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Like:
-    """Of a table that was made elsewhere, of a file's keys say: the record whose keys it has."""
+    """Mark of a table that comes from elsewhere, as from a file: the record with the same keys."""
 
     record: Any
 
@@ -95,9 +95,9 @@ class _Marker:
 
 
 INLINE: Final = _Marker("inline")
-"""Of a record or a mapping in a record: its keys stand among the others; none of them where it is None."""
+"""Mark of a record or mapping in a record: its keys stand among the others, none where it is None."""
 INSIDE: Final = _Marker("inside")
-"""Of a field that stays in the program: arrays for plots, say."""
+"""Mark of a field that is not written, such as arrays for plots."""
 
 NotNegative = Annotated[float, Bound("minimum", 0)]
 Positive = Annotated[float, Bound("exclusiveMinimum", 0)]
@@ -135,7 +135,7 @@ _SEVERAL = (Union, UnionType, list, tuple, Sequence)
 
 
 class Field(NamedTuple):
-    """A field as it is written."""
+    """Field of a record as it is written."""
 
     name: str
     key: str

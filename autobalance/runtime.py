@@ -1,4 +1,4 @@
-"""What concerns the process and not the crank: the memory of large arrays, clocks.
+"""Settings of the process: memory of large arrays, clocks, standard output, signals.
 
 Nothing of the process is changed on import; ``keep_freed_memory``, ``one_thread_of_linear_algebra`` and
 ``interruptible`` are for the command line, whose process is its own.
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 Progress = Callable[[str, float], object]
-"""Called with what runs now and the share of the whole that is done, 0 to 1; raise from it to cancel."""
+"""Called with the running step and the finished share of the whole, 0 to 1; raise from it to cancel."""
 Notify = Callable[[str], object]
-"""Called with what runs now; raise from it to cancel."""
+"""Called with the running step; raise from it to cancel."""
 
 
 def no_progress(_text: str, _share: float) -> None:
-    """Show nothing: where no progress is asked for."""
+    """Ignore progress, where nothing shows it."""
 
 
 class Stopwatch:
@@ -54,7 +54,7 @@ class Stopwatch:
 
     @property
     def seconds(self) -> dict[str, float]:
-        """Seconds of each stage, and of everything so far."""
+        """Seconds of each stage, and ``total``, those since the start."""
         return {**self._spent, "total": time.perf_counter() - self._start}
 
 
@@ -63,7 +63,7 @@ ONE_THREAD = "OPENBLAS_NUM_THREADS"
 
 
 def one_thread_of_linear_algebra() -> None:
-    """Let linear algebra use one thread, unless the environment says otherwise; before numpy loads."""
+    """Limit linear algebra to one thread, unless the environment sets another; call before numpy loads."""
     os.environ.setdefault(ONE_THREAD, "1")
 
 
@@ -74,7 +74,7 @@ KEPT_BYTES = 1 << 30
 
 
 def keep_freed_memory() -> bool:
-    """Let the memory of an array that is gone serve the next one; return whether that can be set here.
+    """Reuse the memory of a freed array for the next one; return whether that can be set here.
 
     By default glibc gives every array of some megabytes back to the system at once and asks for the next one
     anew, whose pages then cost more to provide than the arithmetic on them; and it gives every thread memory
@@ -93,7 +93,7 @@ def keep_freed_memory() -> bool:
 
 
 def own_standard_output() -> None:
-    """Give results a separate descriptor, and turn what else writes on descriptor 1 to nowhere, for good.
+    """Give results a separate descriptor, and discard all other output on descriptor 1, for good.
 
     For commands, once, before there are threads: a library leaves descriptors alone. HiGHS prints a line past
     every option ("HighsMipSolverData::transformNewIntegerFeasibleSolution", scipy 1.17), which would stand
@@ -123,7 +123,7 @@ _owns_standard_output = False
 
 
 def owns_standard_output() -> bool:
-    """Return whether what libraries write on descriptor 1 goes nowhere, in a process that is our own."""
+    """Return whether output of libraries on descriptor 1 is discarded, in a process that is our own."""
     return _owns_standard_output
 
 
@@ -134,7 +134,7 @@ _read: set[str] | None = None
 
 @contextmanager
 def reading_noted() -> Iterator[None]:
-    """Remember which files are read, so that a command writes over none of them."""
+    """Record the files that are read, so that a command writes over none of them."""
     global _read  # noqa: PLW0603
     before, _read = _read, set()
     try:
@@ -144,13 +144,12 @@ def reading_noted() -> Iterator[None]:
 
 
 def note_read(path: Path) -> None:
-    """Note a file as one that a command reads; nothing is noted outside of commands."""
+    """Record a file as read by a command; do nothing outside of commands."""
     if _read is not None:
         _read.add(os.path.realpath(path))
 
 
 def was_read(path: Path) -> bool:
-    """Return whether a command has read a file."""
     return _read is not None and os.path.realpath(path) in _read
 
 
@@ -158,14 +157,14 @@ def was_read(path: Path) -> bool:
 
 
 class _Interruptions:
-    """Whether an interruption has to wait, and whether one came meanwhile."""
+    """State of interruptions: count of the blocks that hold them back, and whether one came meanwhile."""
 
     waits = 0
     came = False
 
 
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
-"""Ctrl-C, being ended, and the terminal going away: all of them stop a command the same way."""
+"""Ctrl-C, termination, and hang-up of the terminal: all of them stop a command the same way."""
 
 
 @contextmanager
@@ -201,16 +200,16 @@ def interruptible() -> Iterator[None]:
 
 
 LATEST_S = 1.2
-"""How long work in a library, which no signal stops, may go on after a command was ended."""
+"""Time that work in a library, which no signal stops, may go on after a command was ended."""
 to_clean: set[Callable[[], None]] = set()
-"""What takes away the files that a command has begun, should it end in the midst of a library's work."""
+"""Clean-up of begun files and child processes, for a command that ends in the midst of a library's work."""
 
 
 _notes: int | None = None
 
 
 def note_what_is_begun() -> int:
-    """Have begun files and folders noted, for whoever ends this process; return the notes' descriptor."""
+    """Start a record of begun files and folders, for whoever ends this process; return its descriptor."""
     global _notes  # noqa: PLW0603
     if hasattr(os, "memfd_create"):
         _notes = os.memfd_create("begun")
@@ -223,22 +222,22 @@ def note_what_is_begun() -> int:
 
 
 def note_begun(path: Path) -> None:
-    """Note a temporary file or a folder that is about to be made; nothing is noted outside of commands."""
+    """Record a temporary file or a folder about to be created; do nothing outside of commands."""
     if _notes is not None:
         os.write(_notes, os.fsencode(os.path.abspath(path)) + b"\0")
 
 
 def begun_paths(notes: int) -> list[bytes]:
-    """Return what was noted, in order."""
+    """Return the recorded paths, in order."""
     return os.pread(notes, os.fstat(notes).st_size, 0).split(b"\0")[:-1]
 
 
 @contextmanager
 def ended_in_time(last_words: Callable[[], int]) -> Iterator[None]:
-    """End the process soon after it is asked to, though a library holds on to the main thread.
+    """End the process soon after a signal to stop, though a library holds on to the main thread.
 
     Python hears a signal when a call into a library returns; a solver's search takes minutes. A thread of
-    its own hears it at once. ``last_words`` says that the command was stopped and returns its exit code.
+    its own hears it at once. ``last_words`` reports that the command was stopped and returns its exit code.
     """
     if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
         yield
@@ -272,10 +271,10 @@ def ended_in_time(last_words: Callable[[], int]) -> Iterator[None]:
 
 @contextmanager
 def starting_process() -> Iterator[None]:
-    """Hold what would stop a command back while a process is started, here and in the process.
+    """Hold back the signals that stop a command while a process is started, here and in the process.
 
-    A terminal sends Ctrl-C to it too, at a moment when it can only complain; and one that is started by
-    halves complains of the other half. It hears again after `hear_signals`.
+    A terminal sends Ctrl-C to the new process too, which, half started, could only print a complaint. It
+    receives signals again after `hear_signals`.
     """
     with uninterrupted():
         before = held_signals(_numbers())
@@ -287,7 +286,7 @@ def starting_process() -> Iterator[None]:
 
 
 def held_signals(numbers: Iterable[int]) -> set[int]:
-    """Hold signals back from this thread and from what it starts; return which were before."""
+    """Block signals in this thread and in processes that it starts; return those blocked before."""
     if sys.platform == "win32":
         return set()
     from multiprocessing import resource_tracker
@@ -297,7 +296,7 @@ def held_signals(numbers: Iterable[int]) -> set[int]:
 
 
 def hear_signals() -> None:
-    """Let a process hear what was held back while it was started; Ctrl-C is for its parent to deal with."""
+    """Unblock the signals held back while this process was started; Ctrl-C is ignored, left to its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if sys.platform != "win32":
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _numbers())

@@ -19,6 +19,6 @@ Numbers = NDArray[Any]
 Values = Mapping[str, Any]
 """A table of a file or an object of JSON, as it is read."""
 Report = Values
-"""What a verb answers with, as JSON."""
+"""Answer of a verb, as JSON."""
 Item = Values
 """A correction as the report lists it."""

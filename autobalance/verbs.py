@@ -1,4 +1,4 @@
-"""The verbs there are, each entered by one line: a function ``ab.NAME`` and a command ``autobalance NAME``.
+"""List of the verbs, a line for each: a function ``ab.NAME`` and a command ``autobalance NAME``.
 
 The function stands in ``autobalance/api/NAME.py``. The command follows from its signature and docstring; what
 these cannot say stands in ``autobalance/command/NAME.py``.
@@ -41,9 +41,9 @@ VERBS: dict[str, str] = {
     "app": "start the local web app: the whole program in a browser, on this machine",
     "completion": "print a script for bash, zsh or fish that completes commands and options",
 }
-"""Name → what it does, in the order of the help text."""
+"""Name → description, in the order of the help text."""
 ELSEWHERE: dict[str, str | None] = {"app": "web_app.serving", "demo": None, "completion": None}
-"""Verbs that are not a function, or one of another room."""
+"""Verbs that are no function (None), or a function of another module."""
 
 
 def public() -> dict[str, str]:

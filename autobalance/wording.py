@@ -36,7 +36,7 @@ def is_unproven(report: Mapping[str, Any]) -> bool:
 
 
 def escape(text: object) -> str:
-    """Return text that HTML shows as it is, whatever it holds."""
+    """Return text escaped for HTML, quotes too."""
     return html.escape(str(text), quote=True)
 
 
@@ -107,7 +107,7 @@ def listed_numbers(numbers: Iterable[int]) -> str:
 
 
 def at(report: Mapping[str, Any], path: str) -> Any:
-    """Return what stands at a dotted path, ``planes.0.z_mm``; None where the path ends early."""
+    """Return the value at a dotted path, ``planes.0.z_mm``; None where the path ends early."""
     here: Any = report
     for key in path.split("."):
         if isinstance(here, list):
@@ -123,7 +123,7 @@ def file_name(report: Mapping[str, Any]) -> str:
 
 
 def part_name(report: Mapping[str, Any]) -> str:
-    """Return the name of the crank's file as it came; that of the first stage, where it was cut since."""
+    """Return the name of the crank's original file: the first stage's, where it was cut since."""
     first = at(report, "job.crankshaft.file") if report.get("stages") else None
     return file_name({"input": {"file": first}} if first else report)
 
@@ -145,7 +145,7 @@ def grams(weight: Any) -> float:
 
 
 def place_of(correction: Mapping[str, Any]) -> str:
-    """Return where a correction is, in a few words: ``web 2, face w2-a``."""
+    """Return the place of a correction in a few words: ``web 2, face w2-a``."""
     parts = []
     webs = correction.get("webs") or ([correction["web"]] if correction.get("web") is not None else [])
     if webs:
@@ -156,7 +156,7 @@ def place_of(correction: Mapping[str, Any]) -> str:
 
 
 def verdict(report: Mapping[str, Any]) -> str:
-    """Return the verdict in one sentence."""
+    """Return the verdict in two or three sentences."""
     residual, tolerance = report["residual"], report["tolerance"]
     shares = judged_shares(report)
     name, share = max(shares, key=lambda pair: pair[1])
@@ -182,7 +182,7 @@ def _judged(residual: Mapping[str, Any], tolerance: Mapping[str, Any]) -> float:
 
 
 def judged_shares(report: Mapping[str, Any]) -> list[tuple[str, float]]:
-    """Return the share of the permissible value that each judged residual uses, as the verdict sees it."""
+    """Return each judged residual's name and its share of the permissible residual unbalance."""
     residual, tolerance = report["residual"], report["tolerance"]
     shares = [("resultant", _judged(residual, tolerance) / tolerance["permissible_g_mm"])]
     if tolerance["judge"] == "dynamic":

@@ -38,7 +38,7 @@ class ExactSolid:
     FormatError
         If the CAD kernel is not installed.
     SolidError
-        If the kernel cannot build the shape, or what it built is not valid.
+        If the kernel cannot build the shape, or its result is not valid.
     """
 
     def __init__(self, shape: Shape) -> None:
@@ -74,7 +74,6 @@ class ExactSolid:
 
     @property
     def volume_mm3(self) -> float:
-        """Volume [mm³]."""
         return self._unit.mass_g
 
     @cached_property
@@ -100,7 +99,7 @@ class ExactSolid:
         return surfaces(self._body)
 
     def facets(self) -> Facets:
-        """Return triangles whose corners lie on the true surface, and whose face each is."""
+        """Return triangles whose corners lie on the true surface, and the face of each."""
         return facets(self._body)
 
     def machined(self, removed: Sequence[Tool], added: Sequence[Tool] = ()) -> ExactSolid:
@@ -116,7 +115,7 @@ class ExactSolid:
     def machined_as_taken(
         self, removed: Sequence[Tool], added: Sequence[Tool] = ()
     ) -> tuple[ExactSolid, tuple[Taken | None, ...]]:
-        """Return what ``machined`` does, and what each removing tool took where its drawing does not show it.
+        """Return the ``machined`` solid and each removing tool's metal, None where its drawing shows that.
 
         Raises
         ------
@@ -129,7 +128,7 @@ class ExactSolid:
     def each_taken(
         self, removed: Sequence[Tool], added: Sequence[Tool], machined: ExactSolid
     ) -> tuple[tuple[EachTaken, ...], tuple[EachTaken, ...]] | None:
-        """Return what each tool took, or added, of what ``machined`` has less or more; see ``taken``."""
+        """Return the metal that each tool took or added on the way to ``machined``; see ``taken``."""
         return each_taken(self._body, removed, added, machined.volume_mm3 - self.volume_mm3)
 
     def step(self, unit: str = "mm", name: str = "crank") -> bytes:
@@ -146,7 +145,7 @@ def _of_step(data: bytes) -> ExactSolid:
 
 
 def joined_solids(solids: Sequence[ExactSolid], apart: bool = False) -> ExactSolid:
-    """Return several solids as one; overlaps count once. ``apart`` says that there are none."""
+    """Return several solids as one; overlaps count once, and are ruled out by ``apart``."""
     if len(solids) == 1:
         return solids[0]
     bodies = [solid.body for solid in solids]

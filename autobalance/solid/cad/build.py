@@ -1,4 +1,4 @@
-"""Exact descriptions of shapes become bodies of the CAD kernel."""
+"""Construction of the CAD kernel's bodies from exact descriptions of shapes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Point3 = tuple[float, float, float]
 
 
 def built(shape: Shape) -> Any:
-    """Return a shape with exact surfaces."""
+    """Return the kernel's body of a shape, with exact surfaces."""
     if isinstance(shape, Joined):
         return fused([built(part) for part in shape.parts])
     if isinstance(shape, Without):

@@ -1,4 +1,4 @@
-"""What a CAD file holds: bodies of the kernel, with their names and the file's unit."""
+"""Contents of a CAD file: bodies of the kernel, with their names and the file's unit."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class NamedBody:
 
 @dataclass(frozen=True, eq=False)
 class CadFile:
-    """The solids of a CAD file [mm]; the name of its unit; and what had to be done to have solids.
+    """The solids of a CAD file [mm], the name of its unit, and the repairs that the solids needed.
 
-    Where the file carries no unit, ``unit`` is None and its bodies are in whatever it is.
+    Where the file carries no unit, ``unit`` is None and its bodies are in the file's numbers.
     """
 
     bodies: tuple[NamedBody, ...]

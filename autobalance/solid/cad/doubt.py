@@ -1,4 +1,4 @@
-"""What a solid may hold more or less because its edges lie off its faces."""
+"""Error bar of a solid whose edges lie off its faces."""
 
 from __future__ import annotations
 

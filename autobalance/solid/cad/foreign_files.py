@@ -1,8 +1,8 @@
-"""CAD files from elsewhere are read in a separate process: a damaged one can bring the kernel down.
+"""Reading of CAD files from elsewhere in a separate process: a damaged one can bring the kernel down.
 
 Of 300 STEP files with a line or a number changed, some 40 ended the kernel's reader by a segmentation
-fault, and three kept it for ever. Here that is one line. What is sent back is the kernel's own binary form,
-which keeps every surface to the bit.
+fault, and three kept it for ever. Here that is one line. The answer is the kernel's own binary form, which
+keeps every surface to the bit.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ def _what_ended(kind: str, code: int, longest_s: float) -> str:
 def answer(kind: str, data: bytes, longest_s: float, fineness: Fineness) -> dict[str, Any]:
     """Read a file, in the process that reads: bodies with their triangles as bytes, unit and repairs.
 
-    They are tessellated here: of a STEP file with one number of a curve changed, which reads well, that
-    never ends.
+    Bodies are tessellated here too: on a STEP file with one number of a curve changed, which reads well,
+    that never ends.
     """
     from autobalance.solid.cad.brep_file import read_brep_file
     from autobalance.solid.cad.iges_file import read_iges_file

@@ -12,7 +12,7 @@ from autobalance.solid.cad.kernel import require_kernel
 from autobalance.solid.cad.sewing import bodies_of
 
 UNITS: Final = {1: "inch", 2: "mm", 6: "m", 10: "cm"}
-"""Ours, by the unit flag of the file's global section."""
+"""Our names of units, by the unit flag of the file's global section."""
 
 
 def read_iges_file(data: bytes) -> CadFile:

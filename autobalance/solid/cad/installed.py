@@ -1,4 +1,4 @@
-"""Which CAD kernel is installed: found out by the names of files, without loading it."""
+"""Detection of the installed CAD kernel by the names of files, without loading it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 
 INSTALL: Final = "pip install 'autobalance[step]'"
 GENERATION: Final = "8"
-"""Of the CAD kernel: the first number of its version; its packages of another have other names inside."""
+"""First number of the CAD kernel's version; packages of another generation have other names inside."""
 
 
 def has_kernel() -> bool:
@@ -24,7 +24,7 @@ def is_of_generation(version: str) -> bool:
 
 
 def installed_versions() -> tuple[str, ...]:
-    """Return the versions of the packages that bring the kernel; several unpack under one name of import.
+    """Return the versions of the packages that bring the kernel; several share one import name.
 
     Beside CadQuery 2.8, which brings ``cadquery-ocp`` 7.9, the extra ``step`` brings ``-novtk`` 8:
     whichever was unpacked last is known when it is loaded.

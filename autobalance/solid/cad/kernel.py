@@ -1,4 +1,4 @@
-"""The CAD kernel's small change: is it there, is it quiet, and its lists, walks and booleans."""
+"""Helpers of the CAD kernel: loading, silence, lists, parts of shapes, booleans and moments."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from autobalance.solid.cad.installed import (
 )
 
 MOST_MM: Final = 1e7
-"""Farther from the origin than 10 km no crankshaft lies: the kernel computes such files without end."""
+"""Greatest distance from the origin, 10 km: on files beyond it the kernel computes without end."""
 PROPERTIES = 1e-10
 """Relative error of each face's share of the volume; in its default order the kernel is off by 1e-5
 of a hole that enters a round rim."""
 
 
 def require_kernel(what: str = "STEP") -> None:
-    """Make sure that the kernel is there, and quiet, for what needs it.
+    """Load the kernel and silence it; ``what`` names the feature that needs it.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def loaded_version() -> str:
 
 @contextmanager
 def kernel_failures(what: str) -> Iterator[None]:
-    """Turn what the kernel throws, of numbers it cannot compute with, into one line.
+    """Turn the kernel's exceptions, from numbers that it cannot compute with, into one line.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def kernel_failures(what: str) -> Iterator[None]:
 
 
 def refuse_odd_shape(body: Any) -> None:
-    """Refuse a shape that the kernel would compute without end, or in the air.
+    """Refuse a shape on which the kernel would compute without end, or for nothing.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def refuse_odd_shape(body: Any) -> None:
 
 
 def silence() -> None:
-    """Take away the kernel's printers: its statistics and complaints go to standard output otherwise."""
+    """Remove the kernel's printers, which write statistics and complaints on standard output."""
     from OCP.Message import Message
 
     messenger = Message.DefaultMessenger_s()
@@ -162,14 +162,14 @@ def compound(bodies: Sequence[Any]) -> Any:
 
 
 def fused(bodies: Sequence[Any]) -> Any:
-    """Return everything that is in any of the bodies."""
+    """Return the union of the bodies."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
 
     return bodies[0] if len(bodies) == 1 else _boolean(BRepAlgoAPI_Fuse(), bodies[:1], bodies[1:])
 
 
 def cut(body: Any, tools: Sequence[Any]) -> Any:
-    """Return what is in the body but in none of the tools."""
+    """Return the body without the volume of the tools."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 
     return _boolean(BRepAlgoAPI_Cut(), [body], tools) if tools else body
@@ -210,8 +210,8 @@ def is_valid(body: Any) -> bool:
 def properties(body: Any) -> Moments:
     """Return the moments of a kernel's body of density 1 about the origin, from its exact surfaces.
 
-    Splines that are drawn out are made spline surfaces first: of those that are not, the kernel's rule takes
-    all spans at once and is off by 3e-4.
+    Extruded splines are converted to spline surfaces first: on unconverted ones the kernel's rule takes all
+    spans at once and is off by 3e-4.
     """
     from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
     from OCP.BRepGProp import BRepGProp
@@ -245,7 +245,7 @@ def _moments_of(props: Any) -> Moments:
 
 
 def _is_drawn_out(face: Any) -> bool:
-    """Return whether a face is a curve drawn out along a line, and neither plane nor cylinder."""
+    """Return whether a face is a curve extruded along a line, and neither plane nor cylinder."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_SurfaceType
     from OCP.TopoDS import TopoDS

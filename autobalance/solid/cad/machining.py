@@ -1,4 +1,4 @@
-"""Tools meet a solid in the CAD kernel: metal is added and removed, all with exact surfaces."""
+"""Machining in the CAD kernel: tools add and remove metal, all with exact surfaces."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ from autobalance.solid.csg.tool import Drilling, Lowering, Raising, Tool
 from autobalance.types import Array
 
 CLEAR_SHARES = (1e-7, 1e-6, 1e-5, 1e-4)
-"""How high over a face it is looked what stands on it, as shares of the part's diagonal: higher where the
-kernel cannot make a sound cut of the first."""
+"""Heights over a face at which the metal that stands on it is sectioned, as shares of the part's diagonal:
+higher where the kernel cannot make a sound cut of the first."""
 AS_DRAWN = 1e-6
-"""Up to this one, cuts are those that are planned: a fillet's foot is a hundredth of a millimetre wider."""
+"""Largest share at which cuts are as planned: a fillet's foot is a hundredth of a millimetre wider."""
 
 SAME_VOLUME = 1e-9
 """Share of the volume by which merging faces may change it: rounding."""
 SAME_HOLE = 0.02
-"""A hole is that which a drill continues when axis and radius are this near, as shares of the radius ..."""
+"""Difference of axis and radius, as a share of the radius, within which a drill continues a hole ..."""
 ASKEW = 5e-3
-"""... and the directions [rad]."""
+"""... and of the directions [rad]."""
 SAME_NORMAL = 1.0 - 1e-9
 SAME_HEIGHT_MM = 1e-5
 """A face of the metal that a tool took is the tool's own floor when it lies this near to it."""
@@ -48,7 +48,7 @@ SAME_DRILL = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Taken:
-    """What a tool really took: moments of the volume that went, and of the new face, density 1."""
+    """Metal really taken by a tool: moments of the removed volume, and of the new face, density 1."""
 
     volume: Moments
     floor: Moments
@@ -58,8 +58,8 @@ class Taken:
 class Machined:
     """A body after machining.
 
-    ``taken`` has an entry a removing tool: None where the tool takes what its drawing says. A face that could
-    only be lowered farther from what stands on it, up in the fillets, loses more than that.
+    ``taken`` has an entry for each removing tool: None where the tool takes the metal of its drawing. A face
+    that could only be lowered farther from the metal on it, up in the fillets, loses more than that.
     """
 
     body: Any
@@ -95,7 +95,7 @@ def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Machi
 
 
 def _taken(tool: Tool, body: Any, shape: Any) -> Taken | None:
-    """Return what the shape of a tool has of a body, if that depends on the body."""
+    """Return the metal that a tool's shape takes of a body, None where that does not depend on the body."""
     if not isinstance(tool, Lowering):
         return None
     metal = common(body, shape)
@@ -127,12 +127,12 @@ def _seamless(result: Any, before: Any) -> Any:
 
 
 def clear_shares(removed: Sequence[Tool]) -> Sequence[float]:
-    """Return those of ``CLEAR_SHARES`` to try: one where no tool lowers a face, as all others are alike."""
+    """Return the ``CLEAR_SHARES`` to try: one where no tool lowers a face, as all would be alike."""
     return CLEAR_SHARES if any(isinstance(tool, Lowering) for tool in removed) else CLEAR_SHARES[:1]
 
 
 def tool_shape(tool: Tool, body: Any, clear_mm: float) -> Any:
-    """Return the kernel's body of a tool; ``clear_mm`` over a face it is looked what stands on it."""
+    """Return the kernel's body of a tool; metal that stands on a face is sectioned ``clear_mm`` over it."""
     if isinstance(tool, Lowering):
         return _lowering(tool, body, clear_mm)
     if isinstance(tool, Raising):
@@ -143,7 +143,7 @@ def tool_shape(tool: Tool, body: Any, clear_mm: float) -> Any:
 
 
 def along_old_hole(tool: Drilling, body: Any) -> Drilling:
-    """Return a drill in the hole of its size that it continues, if there is one: on one axis, not nearly."""
+    """Return a drill moved exactly onto the axis of the hole that it continues, if there is one."""
     for face in surfaces(body):
         if isinstance(face, CylinderFace) and face.hollow:
             drilling = _in_hole(tool, face)
@@ -170,7 +170,7 @@ def _in_hole(tool: Drilling, face: CylinderFace) -> Drilling | None:
 
 
 def _lowering(tool: Lowering, body: Any, clear_mm: float) -> Any:
-    """Return the prism over the new plane, without what stands on the old one."""
+    """Return the prism over the new plane, without the metal that stands on the old one."""
     top = tool.face_mm + clear_mm
     room = moved(built(Prism(tool.outline, tool.low_mm, top)), tool.placement)
     keep = [moved(built(spared), tool.placement) for spared in tool.spared]
@@ -188,9 +188,9 @@ def _lowering(tool: Lowering, body: Any, clear_mm: float) -> Any:
 
 
 def _outlines(footprint: Any, seed: Array) -> tuple[Any, list[Any]]:
-    """Return a plane face with its holes filled, and those holes, as faces, that a point (3,) lies in.
+    """Return a plane face with its holes filled, and the holes, as faces, that contain a point (3,).
 
-    There the cut is; in all other holes it is not, since they are drillings in what stands on the face.
+    The cut goes into those; all other holes are drillings in the metal that stands on the face.
     """
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace

@@ -1,4 +1,4 @@
-"""Loose surfaces of a CAD file are sewn to solids."""
+"""Sewing of a CAD file's loose surfaces to solids."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SHOWN: Final = 4
 
 
 def bodies_of(shape: Any, what: str) -> tuple[tuple[NamedBody, ...], tuple[str, ...]]:
-    """Return the solids of a shape of the kernel, sewn of its faces if it has none, and how.
+    """Return the solids of a shape of the kernel, sewn of its faces if it has none, and a note on that.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def bodies_of(shape: Any, what: str) -> tuple[tuple[NamedBody, ...], tuple[str, 
 
 
 def _sewn(shape: Any, faces: Sequence[Any]) -> tuple[list[Any], float]:
-    """Return closed shells of faces, and how far edges were apart at most that became one."""
+    """Return closed shells of faces, and the distance within which edges were joined [mm]."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_Sewing
 
     low, high = bounds_mm(shape)
@@ -79,7 +79,7 @@ def _outward(shell: Any) -> Any:
 
 
 def _without_cavities(solids: list[Any]) -> list[Any]:
-    """Take out of each solid those that lie within it: shells around cavities."""
+    """Subtract from each solid those that lie within it: shells around cavities."""
     boxes = [bounds_mm(solid) for solid in solids]
     order = sorted(range(len(solids)), key=lambda k: -float(np.prod(boxes[k][1] - boxes[k][0])))
     outer_solids: list[Any] = []

@@ -47,7 +47,7 @@ def step_of_shape(source: Any, unit: str) -> bytes:
 
 
 def nothing() -> Any:
-    """Return a shape of the kernel that holds nothing.
+    """Return an empty shape of the kernel.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Whether a body of a CAD file is one: faults that the kernel finds, their healing, edges off their faces."""
+"""Check of a CAD file's body: faults that the kernel finds, their healing, edges off their faces."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from autobalance.types import Array
 CONTRADICTS: Final = 1e-3
 """Distance of an edge from its face, as a share of the diagonal, from which on a file contradicts itself."""
 TOUCHES: Final = 1e-5
-"""Distance up to which an edge lies on its face: what files are usually written to."""
+"""Distance up to which an edge lies on its face, as a share of the diagonal: usual precision of files."""
 POINTS: Final = 23
-"""Of an edge that are held against its face, as many as the kernel's own check takes."""
+"""Points of an edge that are compared with its face, as many as the kernel's own check takes."""
 FAULTS_SHOWN: Final = 3
 WORDS: Final = {
     "NotClosed": "is not closed",
@@ -32,7 +32,7 @@ WORDS: Final = {
     "RedundantFace": "holds a face twice",
     "InvalidMultiConnexity": "has an edge with more than two faces",
 }
-"""What the kernel's names of faults mean."""
+"""Meaning of the kernel's names of faults."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Gap:
 
 @dataclass(frozen=True, eq=False)
 class Sound:
-    """A body that the kernel finds no fault with, what was done to it, and where its edges are off faces."""
+    """Body without faults by the kernel's check, its repairs, and the faces that its edges lie off."""
 
     body: Any
     repairs: tuple[str, ...]
@@ -89,8 +89,8 @@ def sound(body: Any) -> Sound:
 def edges_off_faces(body: Any) -> tuple[Gap, ...]:
     """Return the faces some of whose edges do not lie on them.
 
-    The kernel measures what is within its faces' outlines, and takes the outlines from the edges: where an
-    edge and a surface say different things, what it measures is not a solid's.
+    The kernel integrates within its faces' outlines, and takes the outlines from the edges: where an edge and
+    a surface disagree, the result is not a solid's.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def edges_off_faces(body: Any) -> tuple[Gap, ...]:
 
 
 def _distances(face: Any, least_mm: float) -> Iterator[tuple[int, float, Array]]:
-    """Yield the edges of a face that lie off it by more than ``least_mm``: number, how far, and where."""
+    """Yield the edges of a face that lie off it by more than ``least_mm``: number, distance, place (3,)."""
     from OCP.BRep import BRep_Tool
     from OCP.TopoDS import TopoDS
 
@@ -130,7 +130,7 @@ def _distances(face: Any, least_mm: float) -> Iterator[tuple[int, float, Array]]
 
 
 def _apart(edge: Any, face: Any) -> tuple[float, Array]:
-    """Return how far an edge's curve lies from the curve that bounds a face's surface, and where most."""
+    """Return the greatest distance of an edge's curve from its curve on a face's surface, and its place."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve
 
     curves = BRepAdaptor_Curve(edge), BRepAdaptor_Curve(edge, face)
@@ -156,7 +156,7 @@ def _said(gaps: tuple[Gap, ...]) -> Iterator[str]:
 
 
 def _healed(body: Any) -> tuple[Any, tuple[str, ...]]:
-    """Return a body as the kernel mends it, and what it did."""
+    """Return a body as the kernel mends it, and a note on the repair."""
     from OCP.ShapeFix import ShapeFix_Shape
 
     fault = faults(body)
@@ -175,7 +175,7 @@ def _healed(body: Any) -> tuple[Any, tuple[str, ...]]:
 
 
 def faults(body: Any) -> str:
-    """Return what the kernel finds wrong with a body, and at which faces."""
+    """Return the faults that the kernel finds in a body, and their faces."""
     from OCP.BRepCheck import BRepCheck_Analyzer
 
     if body.IsNull():
@@ -196,7 +196,7 @@ def faults(body: Any) -> str:
 
 
 def _fault_of(face: Any, check: Any) -> str:
-    """Return what is wrong with a face: with itself, one of its outlines or one of its edges."""
+    """Return the fault of a face: its own, or that of an outline or an edge."""
     from OCP.BRepCheck import BRepCheck_Face, BRepCheck_Status, BRepCheck_Wire
     from OCP.TopoDS import TopoDS, TopoDS_Edge
 
@@ -234,7 +234,7 @@ def _shell_faults(body: Any) -> Iterator[Any]:
 
 
 def _open_faces(body: Any) -> str:
-    """Return which faces have an edge without a neighbour."""
+    """Return a list of the faces that have an edge without a neighbour; empty where there is none."""
     bare = [str(number + 1) for number in faces_without_neighbour(body)]
     more = ", ..." if len(bare) > FAULTS_SHOWN else ""
     return f" beside face {', '.join(bare[:FAULTS_SHOWN])}{more}" if bare else ""

@@ -82,7 +82,7 @@ def with_new_metal(
 ) -> ExactSolid:
     """Return a crank with its free metal taken away and bodies put in its place.
 
-    ``sectors`` are what is taken away, kernel bodies in the rotor frame as ``bodies`` are; ``frame`` (4, 4)
+    ``sectors`` are the metal taken away, kernel bodies in the rotor frame as ``bodies`` are; ``frame`` (4, 4)
     takes them to the crank's own.
 
     Raises

@@ -1,4 +1,4 @@
-"""A CAD file becomes a solid with exact surfaces, and the triangles that it is planned on."""
+"""Conversion of a CAD file to a solid with exact surfaces, and to the triangles that planning uses."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class Exact:
     """A solid with its own surfaces, as a file gives it.
 
     ``unit`` and ``name`` are the file's; ``surfaces`` are its planes and cylinders with the triangles of
-    ``mesh`` that stand for them, or None where the triangles had to be mended. ``repairs`` say what had to be
-    done to it, one line each; ``gaps`` are faces that its edges lie off.
+    ``mesh`` that stand for them, or None where the triangles had to be mended. ``repairs`` has a line each;
+    ``gaps`` are faces that its edges lie off.
     """
 
     solid: ExactSolid
@@ -45,7 +45,7 @@ class Exact:
 
 
 def exact_of(file: CadFile, body: int | str | None, pressed_up: bool) -> Exact:
-    """Choose from the solids of a CAD file, check what was chosen, and tessellate it.
+    """Choose from the solids of a CAD file, check the chosen ones, and tessellate them.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def written_and_read(exact: Exact, solid: ExactSolid) -> tuple[bytes, Exact]:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """A solid with the name of its part, and that of the part's place in the assembly."""
+    """Solid with the names of its part and of the part's place in the assembly."""
 
     solid: ExactSolid
     name: str
@@ -157,7 +157,7 @@ def _chosen(parts: Sequence[_Part], body: int | str | None, pressed_up: bool) ->
 
 
 def _united(parts: Sequence[_Part], whole: ExactSolid) -> list[str]:
-    """Say of which parts a solid was made, and how much of them counted twice."""
+    """Return a note on the parts that were united, and on their overlap; none for a single part."""
     if len(parts) == 1:
         return []
     total = sum(part.solid.volume_mm3 for part in parts)
@@ -168,7 +168,7 @@ def _united(parts: Sequence[_Part], whole: ExactSolid) -> list[str]:
 
 
 def _named(parts: Sequence[_Part], name: str) -> list[_Part]:
-    """Return the parts of a name; else those at a place of that name; else whatever the letters' size."""
+    """Return the one part of a name, else the one at a place of that name, else that in any case; or none."""
     small = name.casefold()
     for matching in (
         [part for part in parts if part.name == name],

@@ -67,7 +67,7 @@ def read_step_file(data: bytes) -> CadFile:
 
 
 def _sewn(parts: Sequence[NamedBody]) -> tuple[tuple[NamedBody, ...], tuple[str, ...]]:
-    """Return the solids that loose surfaces of all parts make together, and how."""
+    """Return the solids sewn of the loose surfaces of all parts together, and a note on that."""
     if not any(explored(part.body, "FACE") for part in parts):
         raise FormatError("the STEP file holds no solid, and no surfaces to sew; expected a closed body")
     bodies, repairs = bodies_of(compound([part.body for part in parts]), "STEP")

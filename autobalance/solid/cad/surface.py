@@ -1,4 +1,4 @@
-"""Surfaces of an exact solid that a crank's parts are recognised by: planes and cylinders, all their own."""
+"""Surfaces of an exact solid by which a crank's parts are recognised: planes and cylinders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each of several tools took of a body, or put on it, measured by itself on exact surfaces."""
+"""Metal taken from a body, or added to it, by each of several tools, measured on exact surfaces."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ Loop = tuple[Edge, ...]
 
 @dataclass(frozen=True, eq=False)
 class EachTaken:
-    """What one tool took or added.
+    """Metal taken or added by one tool.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class EachTaken:
     hole : (4, 4) float or None
         Where a drill ran along a hole that was there, its placement there.
     lift_mm : float
-        How far over its old face a lowered one was begun, where that was up in a fillet; else 0.
+        Height over the old face at which lowering it began, where that was up in a fillet; else 0.
     """
 
     volume: Moments
@@ -77,11 +77,11 @@ class EachTaken:
 def each_taken(
     body: Any, removed: Sequence[Tool], added: Sequence[Tool], change_mm3: float
 ) -> tuple[tuple[EachTaken, ...], tuple[EachTaken, ...]] | None:
-    """Return what each removing tool and each adding one did to a body, in turn.
+    """Return the metal that each removing tool took of a body, and that each adding one added, in turn.
 
-    Metal that two tools want is the first one's. ``change_mm3`` is by how much all of them changed the body's
-    volume; None where their sum is not that, however high over faces it is looked what stands on them, and
-    however they are measured.
+    Metal that two tools want is the first one's. ``change_mm3`` is the change of the body's volume by all of
+    them; None where their sum differs from it at every height over the faces (``clear_shares``) and by both
+    ways of measuring.
     """
     low, high = bounds_mm(body)
     size = float(np.linalg.norm(high - low))
@@ -110,7 +110,7 @@ def _adds_up(takes: Sequence[EachTaken], adds: Sequence[EachTaken], change_mm3: 
 
 
 def _in_turn(body: Any, grown: Sequence[Any], tools: Sequence[Any]) -> list[Moments]:
-    """Return by how much each tool, one after another, changed the body as it is measured.
+    """Return the change of the body's moments by each tool, one after another.
 
     Where edges lie off their faces, as in the corpus's forging (18 faces, by 0.2 mm), a body's volume is not
     the sum of its parts'.
@@ -126,7 +126,7 @@ def _in_turn(body: Any, grown: Sequence[Any], tools: Sequence[Any]) -> list[Mome
 
 
 def _apart(shapes: Sequence[Any]) -> list[Any]:
-    """Return bodies, each without what an earlier one holds."""
+    """Return bodies, each without the volume of the earlier ones."""
     boxes = [bounds_mm(shape) for shape in shapes]
     parts = []
     for number, shape in enumerate(shapes):
@@ -157,7 +157,7 @@ def _measured(tool: Tool, part: Any, body: Any, lift_mm: float) -> EachTaken:
 
 
 def _on_plane(part: Any, volume: Moments, normal: Array, height_mm: float) -> EachTaken:
-    """Return what is measured of a part and of its faces on the plane of an outward normal."""
+    """Return the moments of a part, and those and the loops of its faces on a plane of an outward normal."""
     every = explored(part, "FACE")
     floor = [
         every[face.number]

@@ -1,4 +1,4 @@
-"""Exact faces become triangles and surfaces with names: planes, cylinders."""
+"""Triangles of exact faces, and their surfaces by kind: planes, cylinders."""
 
 from __future__ import annotations
 
@@ -70,7 +70,6 @@ def tessellate(body: Any, fineness: Fineness | None = None) -> None:
 
 
 def drop_triangles(body: Any) -> None:
-    """Take a body's triangles away."""
     from OCP.BRepTools import BRepTools
 
     BRepTools.Clean_s(body)
@@ -114,7 +113,7 @@ def _face_triangles(face: Any) -> tuple[Array, Indices]:
 
 
 def surface_kind(face: Any) -> str:
-    """Return what a face's surface is: ``plane``, ``cylinder``, ``cone``, ``torus`` or another."""
+    """Return the kind of a face's surface: ``plane``, ``cylinder``, ``cone``, ``torus`` or another."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.TopoDS import TopoDS
 
@@ -178,7 +177,6 @@ def _vector(xyz: Any) -> Array:
 
 
 def area_mm2(face: Any) -> float:
-    """Return the area of a face [mm²]."""
     return _area(face)[0]
 
 

@@ -1,1 +1,1 @@
-"""What flat facets hide of the smooth surface they stand for."""
+"""Chord error of flat facets against the smooth surface they stand for."""

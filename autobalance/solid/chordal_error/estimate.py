@@ -1,9 +1,9 @@
-"""What flat facets cost against the smooth surface they stand for, from the mesh alone.
+"""Chord error of flat facets against the smooth surface they stand for, from the mesh alone.
 
-Neighbouring facets that turn by a little are looked at as chords. Chords of one circle make a cylinder;
-what lies between a facet and the cylinder through its corners has a closed form. Smooth facets about the
-axis of such a cylinder whose corners lie on one line or one arc of the half-plane through that axis make a
-cone or a torus. What is smooth and neither counts in the error bar alone.
+Neighbouring facets that turn by a little count as chords. Chords of one circle make a cylinder; the volume
+between a facet and the cylinder through its corners has a closed form. Smooth facets about the axis of such
+a cylinder whose corners lie on one line or one arc of the half-plane through that axis make a cone or a
+torus. Smooth facets that are neither count in the error bar alone.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ MANY_TRIANGLES = 30_000
 
 @dataclass(frozen=True, eq=False)
 class ChordalError:
-    """What the true surface holds more than the facets (negative: less), and how sure that is.
+    """Chord error: metal beyond the facets, up to the true surface (negative: less), and its error bars.
 
     Attributes
     ----------
@@ -49,17 +49,17 @@ class ChordalError:
     mass_bar_g, unbalance_bar_g_mm : float
         Error bars of the missing mass and of its first moment across z.
     gross_mass_g, gross_unbalance_g_mm : float
-        Sums of the magnitudes of the contributions: how much cancels.
+        Sums of the magnitudes of the contributions, which partly cancel.
     sag_mm : float
         Greatest distance of a facet from its fitted surface.
     surfaces : int
         Number of surfaces fitted.
     bar_at_mm : (float, float)
-        Where along z the bar of the unbalance comes from: means of z and of z², weighted with it.
+        Place of the unbalance's bar along z: means of z and of z², weighted with it.
     bar_share : float
         Share of ``missing`` by which it may be off in every plane alike, of a scan; it is in the bars.
     fitted : Fitted or None
-        The surfaces and the planes of their facets, for what is left of them after a cut.
+        The surfaces and the planes of their facets, for the facets left after a cut.
     scanned : ScannedFacets or None
         The same of a scan, vertex by vertex.
     """
@@ -78,12 +78,12 @@ class ChordalError:
 
     @classmethod
     def known(cls, missing: Moments) -> ChordalError:
-        """Return what is known from the true surface itself, without error bar."""
+        """Return a chord error known from the true surface itself, without error bar."""
         gross = float(np.hypot(*missing.first_g_mm[:2]))
         return cls(missing, 0.0, 0.0, abs(missing.mass_g), gross, 0.0, 0)
 
     def left(self, vertices: Array, *, from_file: bool = False) -> ChordalError:
-        """Return it of a scan that was cut, of which vertices (k, 3) are left; the same of a drawn crank."""
+        """Return the error after a cut of a scan that left vertices (k, 3); unchanged for a drawn crank."""
         if self.scanned is None:
             return self
         scanned = self.scanned.left(vertices, from_file=from_file)
@@ -121,7 +121,7 @@ class ChordalError:
 
 
 def estimate_chordal_error(mesh: Mesh, density_g_mm3: float, frame: Array | None = None) -> ChordalError:
-    """Estimate what the flat facets of a mesh cost against the smooth surface they stand for.
+    """Estimate the chord error of a mesh's flat facets against the smooth surface they stand for.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def estimate_chordal_error(mesh: Mesh, density_g_mm3: float, frame: Array | None
 
 
 def chordal_error_of(look: Look, density_g_mm3: float) -> ChordalError:
-    """Estimate what the facets hide of a mesh that was looked at; see ``estimate_chordal_error``."""
+    """Estimate the chord error of a mesh from its `Look`; see ``estimate_chordal_error``."""
     surface_of = np.full(look.count, -1)
     surfaces: list[Revolved] = []
     find_cylinders(look, surfaces, surface_of)
@@ -152,7 +152,7 @@ def chordal_error_of(look: Look, density_g_mm3: float) -> ChordalError:
 
 
 def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> ChordalError:
-    """Integrate what lies between the facets and their surfaces."""
+    """Integrate between the facets and their surfaces, and add up the error bars."""
     parts = _triangles_of(look, surface_of, len(surfaces))
     rule = SIX_POINTS if len(look.mesh.triangles) < MANY_TRIANGLES else THREE_POINTS
     lenses = []
@@ -188,7 +188,7 @@ def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
 
 
 def _fitted(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> Fitted:
-    """Return the surfaces, and of each face that belongs to one its plane."""
+    """Return the surfaces, and the plane of each face that belongs to one."""
     faces = np.flatnonzero(surface_of >= 0)
     number = surface_of[faces]
     corner = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]], 0]]
@@ -209,7 +209,7 @@ def _triangles_of(look: Look, surface_of: Indices, surfaces: int) -> list[Indice
 def _drop_false(
     look: Look, parts: list[Indices], lenses: list[Lens], surface_of: Indices, density_g_mm3: float
 ) -> None:
-    """Take their faces from surfaces that were fitted to the wrong ones.
+    """Release the faces of surfaces that were fitted to the wrong ones.
 
     Some face has more between it and its surface than a chord of its size can have, or all of them together
     have much more than their angles suggest.

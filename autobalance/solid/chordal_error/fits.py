@@ -13,9 +13,9 @@ from autobalance.types import Array, Flags, Indices
 STEPS = 12
 """Improvements of a cylinder that is fitted."""
 CONVERGED = 0.01
-"""A cylinder stands when a step moves it by less than this share of what its points may be off."""
+"""Step of a cylinder below which it has converged, as a share of the distance its points may be off."""
 RIDGE = 1e-14
-"""Share of its trace added to each set of normal equations, so that what points do not settle stays."""
+"""Share of its trace added to each set of normal equations, so that undetermined parameters stay."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ class Sets:
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Lines nearest to sets of points: a point, the direction (k, 2), and how far the worst is off (k,)."""
+    """Lines nearest to sets of points: a point, the direction (k, 2), and the worst distance (k,)."""
 
     middle: Array
     direction: Array
@@ -140,7 +140,7 @@ def across(axes: Array) -> tuple[Array, Array]:
 
 
 def least_directions(vectors: Array, sets: Sets) -> Array:
-    """Return for each set of vectors (n, 3) the direction (k, 3) that they are most nearly square to."""
+    """Return the direction (k, 3) most nearly square to the vectors (n, 3) of each set."""
     x, y, z = vectors.T
     xx, xy, xz, yy, yz, zz = sets.sums(np.stack([x * x, x * y, x * z, y * y, y * z, z * z], axis=1)).T
     second = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
@@ -152,8 +152,8 @@ def least_directions(vectors: Array, sets: Sets) -> Array:
 class Cylinders:
     """Cylinders fitted to sets of points: ``point``, ``axis`` (k, 3), ``radius``, ``worst_mm`` (k,).
 
-    ``swept`` (k,) is how far the directions of the points from the axis spread; what did not come to stand
-    has an infinite ``worst_mm``.
+    ``swept`` (k,) is the spread of the points' directions from the axis; a fit that did not converge has an
+    infinite ``worst_mm``.
     """
 
     point: Array
@@ -204,7 +204,7 @@ def cylinders(points: Array, sets: Sets, axis: Array, tight_mm: float, most_mm: 
 
 
 def _step(points: Array, sets: Sets, centre: Array, axis: Array, radius: Array) -> tuple[Array, Flags]:
-    """Return how centre, axis (both across it) and radius get better (k, 5), and whether that is sound."""
+    """Return steps (k, 5) of centre, axis (both across it) and radius, and whether each is sound (k,)."""
     number = sets.number
     h, r, out = _away(points, centre[number], axis[number])
     one, other = across(axis)

@@ -1,9 +1,9 @@
-"""What the facets of a large mesh hide, from the angles at its edges.
+"""Chord error of a large mesh, from the angles at its edges.
 
-Where facets go on turning the same way they are chords of a curve, and what lies beyond them is L w² δ / 12
-at each edge: its length, the lesser width of the two facets, the angle between them, negative where the
-surface is hollow. No surface is fitted. An arc of n facets lacks what lies over its two ends, some 1 / n of
-it; a fit finds all to the digits of the corners, but takes ten times as long.
+Where facets go on turning the same way they are chords of a curve, and the volume beyond them is
+L w² δ / 12 at each edge: its length, the lesser width of the two facets, the angle between them, negative
+where the surface is hollow. No surface is fitted. An arc of n facets lacks the volume over its two ends,
+some 1 / n of it; a fit finds all to the digits of the corners, but takes ten times as long.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ curved facets, 0.005 is found where they were generated, 0.075 where the CAD ker
 
 
 def chordal_error_from_edges(look: Look, density_g_mm3: float) -> ChordalError:
-    """Estimate what the facets of a mesh that was looked at cost, from its edges.
+    """Estimate the chord error of a mesh from the edges of its `Look`.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def chordal_error_from_edges(look: Look, density_g_mm3: float) -> ChordalError:
 
 @dataclass(frozen=True, eq=False)
 class _Turns:
-    """How two faces turn at each edge where they meet smoothly.
+    """Angles between two faces at each edge where they meet smoothly.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ def _turns(look: Look) -> _Turns:
 
 
 def _goes_on(look: Look, turns: _Turns) -> Flags:
-    """Return at which edges a facet goes on turning the same way on its other side.
+    """Mark the edges (n,) at which a facet goes on turning the same way on its other side.
 
     Two chords a and b wide meet at κ (a + b) / 2, and b turns by κ b / 2 at its other side at least. Of the
     angles on the sides of a facet, Σ δ c² and Σ δ c with the cosine c to an edge are those on both sides of
@@ -147,7 +147,7 @@ def _whole(turns: _Turns, count: int) -> Indices:
 
 
 def _of_steep_arcs(look: Look, steep: Flags) -> Flags:
-    """Return which steep edges have a facet of an arc beside them, one that meets another about as wide."""
+    """Mark the edges (n,) beside a facet of a steep arc: one that meets another about as wide."""
     meet, across = look.meetings, look.broad_mm2
     one, other = across.take(meet.low), across.take(meet.high)
     alike = steep & (one < AS_WIDE * other) & (other < AS_WIDE * one)
@@ -157,7 +157,7 @@ def _of_steep_arcs(look: Look, steep: Flags) -> Flags:
 
 
 def _alone(look: Look, goes_on: Flags) -> Flags:
-    """Return which edges lie between smooth facets of which nothing is known."""
+    """Mark the edges (n,) between smooth facets none of whose edges goes on turning."""
     low, high = look.meetings.low, look.meetings.high
     known = np.zeros(look.count, dtype=bool)
     known[low[goes_on]] = known[high[goes_on]] = True
@@ -167,7 +167,7 @@ def _alone(look: Look, goes_on: Flags) -> Flags:
 
 
 def _sag_mm(look: Look, known: Flags) -> float:
-    """Return the greatest height w δ / 8 over a chord, from the lesser area L w and what is hidden."""
+    """Return the greatest height w δ / 8 over a chord, from the lesser area L w and the hidden volume."""
     meet, across = look.meetings, look.broad_mm2
     area = np.minimum(across.take(meet.low), across.take(meet.high))
     sag = 1.5 * meet.hidden_mm3 / np.where(area > 0.0, area, 1.0)

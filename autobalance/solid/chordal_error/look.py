@@ -1,4 +1,4 @@
-"""A mesh looked at for smooth surfaces: its plane faces, which of them meet smoothly, what is at stake."""
+"""Search of a mesh for smooth surfaces: its plane faces, their smooth meetings, the volumes at stake."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ SMOOTH_RAD = 0.8
 ROUNDINGS, NEARLY = 6.0, 1e-6
 """Steps of single precision, and share of the diagonal, that corners may lie off a surface by."""
 ON_SURFACE = 2e-3
-"""How far corners may leave a fitted surface, as a share of its radius."""
+"""Distance by which corners may leave a fitted surface, as a share of its radius."""
 DEEPEST = 1.0 - np.cos(SMOOTH_RAD / 2.0)
 """Sag of a chord at most, as a share of the radius: half of ``SMOOTH_RAD`` on each side of its middle."""
 TIP = 1e-2
 """Radius near the tip of a cone that corners are measured against, as a share of its largest."""
 CORNERS_MOST = 600
-"""Corners of a face that is looked at as a chord; larger ones are plane faces of the part."""
+"""Most corners of a face that may be a chord; larger ones are plane faces of the part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,17 +82,17 @@ class Look:
 
     @property
     def curved_count(self) -> int:
-        """How many faces meet another smoothly."""
+        """Number of faces that meet another smoothly."""
         return int(np.count_nonzero(np.bincount(np.concatenate(self.pairs), minlength=self.count)))
 
     @cached_property
     def small(self) -> Flags:
-        """Which faces have few corners enough to be chords."""
+        """Mark (count,) of the faces with few enough corners to be chords."""
         return (self.corner_counts > 2) & (self.corner_counts <= CORNERS_MOST)
 
     @cached_property
     def meetings(self) -> Meetings:
-        """Where two faces meet smoothly, and about what their chords hide there."""
+        """Pairs of faces that meet smoothly, and estimates of the volume that their chords hide."""
         pair, _, number = self.distinct_pairs
         ends = self.mesh.vertices[self.edges.ends[self.smooth]]
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
@@ -120,7 +120,7 @@ class Look:
 
     @cached_property
     def at_stake(self) -> Array:
-        """About what each face (count,) hides with its neighbours, by the angles between them [mm³]."""
+        """Estimate of the volume hidden by each face (count,) with its neighbours, by their angles [mm³]."""
         meetings = self.meetings
         whole = np.bincount(meetings.low, meetings.hidden_mm3, self.count)
         whole = whole + np.bincount(meetings.high, meetings.hidden_mm3, self.count)
@@ -134,7 +134,7 @@ class Look:
 
     @cached_property
     def is_corner(self) -> Flags:
-        """Which vertices of the mesh are corners: those where three faces meet.
+        """Mark (n,) of the mesh's vertices that are corners: those where three faces meet.
 
         Two planes meet in a line: other vertices, of a facet that was split, lie on its chords and not on the
         surface.
@@ -145,7 +145,7 @@ class Look:
 
     @cached_property
     def _corner(self) -> tuple[Indices, Indices]:
-        """The corners of all faces, one face after the other, and where each face begins (count + 1,)."""
+        """The corners of all faces, one face after the other, and the start of each face (count + 1,)."""
         vertex = self.mesh.triangles.take(self.order, axis=0).reshape(-1)
         real = self.is_corner.take(vertex)
         before = np.concatenate([[0], np.cumsum(real)])
@@ -168,7 +168,7 @@ class Look:
         return reach
 
     def corners(self, faces: Indices) -> tuple[Indices, Array]:
-        """Return for each of some faces its corners: (row in ``faces``, point), one after the other."""
+        """Return the corners of some faces, one after the other: row in ``faces`` (k,), point (k, 3)."""
         vertex, starts = self._corner
         size = self.corner_counts.take(faces)
         row = np.repeat(np.arange(len(faces)), size)
@@ -193,13 +193,13 @@ def look_at(mesh: Mesh) -> Look:
 
 
 def tight_mm(look: Look) -> float:
-    """Return how far corners may lie off a surface by rounding: a few steps of single precision."""
+    """Return the distance of corners from a surface by rounding: a few steps of single precision."""
     reach = float(np.abs(look.mesh.bounds).max())
     return ROUNDINGS * float(np.spacing(np.float32(reach))) + NEARLY * look.mesh.diagonal_mm
 
 
 def lies_on(look: Look, surface: Revolved, faces: Indices) -> Flags:
-    """Return which faces are chords of a surface: corners on it, middle not too deep, normal across it."""
+    """Mark the faces that are chords of a surface: corners on it, middle not too deep, normal across it."""
     row, point = look.corners(faces)
     off = surface.off(point)
     size = surface.tube_mm or surface.r0 + surface.slope * (point - surface.point) @ surface.axis

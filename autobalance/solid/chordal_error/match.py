@@ -1,4 +1,4 @@
-"""What facets hide on a mesh that was cut: the facets left are recognised by their planes."""
+"""Chord error of a mesh after a cut: the facets left are recognised by their planes."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from autobalance.solid.mesh.adjacency import unit
 from autobalance.types import Array, Floats, Indices
 
 SAME_PLANE = 4e-6
-"""How far corners may lie off a facet's plane, as a share of the part's reach: roundings of float32."""
+"""Distance of corners from a facet's plane, as a share of the part's reach: roundings of float32."""
 SAME_WAY = 5e-3
-"""How far a triangle may lean against its facet [rad]; thin ones that lean more hide nothing."""
+"""Greatest lean of a triangle against its facet [rad]; thin ones that lean more hide nothing."""
 LOOKED_AT = 4
-"""Facets of nearly one plane that are looked at for a triangle."""
+"""Facets of nearly one plane that are compared with a triangle."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """Surfaces that were fitted to facets, in the rotor frame.
+    """Surfaces fitted to facets, in the rotor frame.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Fitted:
     normals, heights : (k, 3), (k,) float
         Planes of the facets.
     number : (k,) int
-        Which surface each facet stands for.
+        Surface that each facet stands for.
     diagonal_mm : float
         Size of the part.
     density_g_mm3 : float
@@ -43,7 +43,7 @@ class Fitted:
     density_g_mm3: float
 
     def missing(self, soup: Floats, frame: Array) -> Moments:
-        """Return what the true surface holds more than loose triangles (m, 3, 3) that are left of the facets.
+        """Return the metal between the true surface and loose triangles (m, 3, 3) left of the facets.
 
         Triangles on other planes, those of cuts, hide nothing. ``frame`` (4, 4) takes the triangles to the
         rotor frame.
@@ -64,7 +64,7 @@ class Fitted:
         return total
 
     def _numbers(self, corners: Array, doubled: Array, flat_mm: float) -> Indices:
-        """Return for each triangle the surface that its facet stands for, or −1."""
+        """Return the surface that each triangle's facet stands for (m,), or −1."""
         from scipy.spatial import cKDTree
 
         scale = self.diagonal_mm  # a leaning plane passes that far from where it should, at the other end

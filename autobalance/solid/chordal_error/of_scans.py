@@ -1,7 +1,7 @@
-"""What the small facets of a scan cost against the smooth surface through their corners.
+"""Chord error of a scan's small facets against the smooth surface through their corners.
 
 A scan has no circles to be found in, but small even triangles: over each, the surface is a paraboloid through
-its corners, and the directions at the two ends of an edge give how far it rises above the edge's middle
+its corners, and the directions at the two ends of an edge give its rise above the edge's middle
 (a·(n₂ − n₁)/8, as for PN triangles). Noise moves directions either way and averages out.
 
 References
@@ -25,7 +25,7 @@ from autobalance.types import Array
 
 
 def chordal_error_of_scan(mesh: Mesh, density_g_mm3: float, frame: Array) -> ChordalError:
-    """Estimate what the facets of a scanned mesh cost.
+    """Estimate the chord error of a scanned mesh.
 
     Parameters
     ----------

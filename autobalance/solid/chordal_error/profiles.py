@@ -1,4 +1,4 @@
-"""Cones, tori and more cylinders about the axes of those found, from the profiles of their corners."""
+"""Cones, tori and further cylinders about known axes, from the profiles of their corners."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from autobalance.solid.mesh.components import numbered_components
 from autobalance.types import Array, Indices
 
 ON_TUBE, LONGEST = 3e-4, 2.0
-"""The same for the arc of a torus, of a radius that counts as so many times the patch's size at most: any few
-points lie roughly on some arc, and those of a tapered nose with a keyway on one of two metres."""
+"""Distance of corners from a torus's arc, as a share of its radius, which counts as so many times the patch's
+size at most: any few points lie roughly on some arc, and those of a tapered nose with a keyway on one of two
+metres."""
 ASIDE = 0.2
-"""How far a facet's direction may leave the half-plane through its middle and the axis [rad]."""
+"""Greatest angle of a facet's direction to the half-plane through its middle and the axis [rad]."""
 MAX_AXIAL_SHARE = 0.01
-"""Share of a facet's direction along the axis, at most, in what may be a cylinder about it."""
+"""Share of a facet's direction along the axis, at most, of a possible cylinder about it."""
 IDLE_AXES = 8
-"""So many axes in a row about which nothing was found are enough: a free-form surface has none."""
+"""Axes in a row without a surface about them that end the search: a free-form surface has none."""
 AXES_MOST = 40
-"""Axes that cones and tori are looked for about, those of the largest cylinders."""
+"""Axes tried for cones and tori, those of the largest cylinders."""
 
 
 def axes_of(look: Look, surfaces: list[Revolved], surface_of: Indices) -> list[tuple[Array, Array]]:
-    """Return the distinct axes of the cylinders found, those of most surface first."""
+    """Return the distinct axes (point, direction) of the cylinders found, those of most surface first."""
     face_of = surface_of[look.face]
     mine = face_of >= 0
     area = np.bincount(face_of[mine], look.mesh.doubled_areas[mine], len(surfaces))
@@ -81,7 +82,7 @@ class Around:
     upright : (k,) float
         The component of each one's direction along it.
     pairs : (2, n) int
-        Which of them meet smoothly, by their places in ``faces``.
+        Those that meet smoothly, by their places in ``faces``.
     """
 
     faces: Indices
@@ -90,7 +91,7 @@ class Around:
 
     @classmethod
     def of(cls, look: Look, i: Indices, j: Indices, point: Array, axis: Array) -> Around:
-        """Look from an axis at the faces of pairs (i, j)."""
+        """Return the faces of pairs (i, j) seen from an axis."""
         seen = np.zeros(look.count, dtype=bool)
         seen[i] = seen[j] = True
         faces = np.flatnonzero(seen & look.small)
@@ -105,7 +106,7 @@ class Around:
         return cls(faces, upright, pairs[:, (pairs >= 0).all(axis=0)])
 
     def patches(self, least: float, most: float) -> tuple[Indices, Sets]:
-        """Return sets of faces that hang together and lean by ``least`` to ``most``, one after the other."""
+        """Return connected sets of faces that lean by ``least`` to ``most``, one after the other."""
         fit = (self.upright > least) & (self.upright < most)
         both = fit[self.pairs].all(axis=0)
         label, count = numbered_components(self.pairs[:, both].T, len(self.faces))

@@ -1,4 +1,4 @@
-"""Surfaces about an axis, cylinders, cones and tori, and what lies between them and flat triangles."""
+"""Surfaces about an axis (cylinders, cones and tori) and the volume between them and flat triangles."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Revolved:
     tube_mm: float = 0.0
 
     def off(self, points: Array) -> Array:
-        """Return how far points (n, 3) lie off the surface, outside positive [mm]."""
+        """Return the distance (n,) of points (n, 3) from the surface, outside positive [mm]."""
         h, r, _ = cylindrical(points, self.point, self.axis)
         if self.tube_mm:
             return np.hypot(r - self.r0, h - self.h0) - self.tube_mm
@@ -59,7 +59,7 @@ def cylindrical(points: Array, point: Array, axis: Array) -> tuple[Array, Array,
 
 
 def _cylindrical(places: Array, point: Array, axis: Array) -> tuple[Array, Array, Array]:
-    """Do the same with points (3, n): numpy is several times as fast along columns."""
+    """Return `cylindrical` of points (3, n): numpy is several times as fast along columns."""
     local = places - point[:, None]
     h = axis @ local
     local -= axis[:, None] * h
@@ -72,7 +72,7 @@ def _cylindrical(places: Array, point: Array, axis: Array) -> tuple[Array, Array
 def between(
     surface: Revolved, corners: Array, doubled: Array, rule: tuple[Array, Array]
 ) -> tuple[Array, Array, Array]:
-    """Return base points, directions and weights (3, k) of ∫ (base + t·direction)ⁿ between.
+    """Return base points, directions and weights (3, k) of ∫ (base + t·direction)ⁿ up to the surface.
 
     Points of a triangle are moved to the surface along the direction away from the axis, or from the centre
     of the tube; the volume they sweep is exact, whatever the size of the triangle, up to the quadrature. The
@@ -110,7 +110,7 @@ def _powers(values: Array) -> tuple[Array, Array, Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Lens:
-    """What lies between some facets and their surface: its moments, and sums of magnitudes.
+    """Volume between some facets and their surface: its moments, and sums of magnitudes.
 
     ``gross_at`` are ∫ z and ∫ z² of the gross unbalance, across and along the z axis; ``volumes`` (m,) lie
     over each facet, whose middles are off by ``sag_mm`` at most.

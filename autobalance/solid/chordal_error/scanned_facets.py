@@ -1,4 +1,4 @@
-"""What the facets of a scan lack, vertex by vertex: a cut takes some of it away."""
+"""Metal lacking under the facets of a scan, vertex by vertex: a cut takes some of it away."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SAME_PLACE_MM = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class ScannedFacets:
-    """Vertices of a scan (n, 3) in file coordinates and in the rotor frame [mm], and what lacks there [g]."""
+    """Vertices of a scan (n, 3) in file coordinates and in the rotor frame [mm], and metal lacking [g]."""
 
     vertices: Array
     placed: Array
@@ -39,14 +39,14 @@ class ScannedFacets:
 
     @property
     def missing(self) -> Moments:
-        """Metal that the facets lack, rotor frame."""
+        """Moments of the metal that the facets lack, rotor frame."""
         mass, places = self.lacking_g, self.placed
         return Moments(float(mass.sum()), mass @ places, (places * mass[:, None]).T @ places)
 
     def left(self, vertices: Array, *, from_file: bool = False) -> ScannedFacets:
-        """Return those at which vertices (k, 3) of the cut solid still stand.
+        """Return the facets whose vertices still stand among those (k, 3) of the cut solid.
 
-        Those of a solid that was just cut are the same to the bit, those of one read ``from_file`` rounded.
+        Vertices of a solid just cut are the same to the bit, those of one read ``from_file`` rounded.
         """
         if from_file:
             from scipy.spatial import cKDTree

@@ -18,7 +18,7 @@ from autobalance.solid.mesh.components import numbered_components
 from autobalance.types import Array, Flags, Indices
 
 LEAST_FACETS = 6
-"""Facets of a piece that is looked at."""
+"""Least facets of a piece that is tried."""
 LEAST_POINTS = 8
 """Corners that a cylinder is fitted to at least; five would make one of any."""
 SEEDS = 10
@@ -26,13 +26,13 @@ SEEDS = 10
 SEED_SIZES = 12, 30
 """Facets that a surface is fitted to at a time."""
 PIECES_MOST = 400
-"""Pieces that are looked at, those of most area."""
+"""Most pieces that are tried, those with most at stake."""
 POINTS_MOST = 200
 """Corners that a cylinder is fitted to at most."""
 LEANING = 0.2
 """Part of a facet's direction along the axis of its cylinder, at most."""
 WORTH_SHARE = 0.999
-"""Share of all smooth faces' estimate that is looked at; the pieces that share the rest are not worth it."""
+"""Share of all smooth faces' estimate that is tried; the pieces that share the rest are not worth it."""
 
 
 class _Points:
@@ -60,7 +60,7 @@ class _Points:
         return row, self._ends[low[row] + within]
 
     def distinct(self, faces: Indices, sets: Sets) -> tuple[Array, Indices]:
-        """Return different points (n, 3) of sets of faces, about ``POINTS_MOST`` each, and their sets."""
+        """Return distinct points (n, 3) of sets of faces, about ``POINTS_MOST`` each, and their sets (n,)."""
         row, number = self._numbers(faces)
         many = len(self._vertices)
         own = np.unique(sets.number[row] * many + number)
@@ -122,7 +122,7 @@ def _taken(
     surfaces: list[Revolved],
     surface_of: Indices,
 ) -> Indices:
-    """Give a surface the faces on it if they are enough for a seed of ``size``; return those left."""
+    """Assign to a surface the faces on it if they are enough for a seed of ``size``; return those left."""
     on = _on(look, points, fitted, left, tight)
     if on.sum() < max(LEAST_FACETS, size // 2):
         return left
@@ -132,7 +132,7 @@ def _taken(
 
 
 def _pieces(look: Look, surface_of: Indices) -> list[Indices]:
-    """Return what hangs together of the smooth faces that have no surface yet and is worth a look."""
+    """Return the connected pieces of smooth faces without a surface that have most at stake."""
     i, j = look.pairs
     free = (surface_of[i] < 0) & (surface_of[j] < 0) & look.small[i] & look.small[j]
     if not free.any():
@@ -198,7 +198,7 @@ def _seeds(look: Look, piece: Indices) -> list[Indices]:
 
 
 def _on(look: Look, points: _Points, surface: Revolved, faces: Indices, tight: float) -> Flags:
-    """Return which faces lie on a surface, their points exactly."""
+    """Mark the faces (k,) that lie on a surface, their points within ``tight``."""
     row, point = points.of(faces)
     worst = np.zeros(len(faces))
     np.maximum.at(worst, row, np.abs(surface.off(point)))

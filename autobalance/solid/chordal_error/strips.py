@@ -17,9 +17,9 @@ from autobalance.types import Array, Flags, Indices
 CROWD = 16
 """Faces of a strip from which on its circle is not an accident, even if a few ends lie off it."""
 EQUAL_CIRCLE_SHARE = 0.03
-"""How far radius and centre of two chords' circles may differ, as a share of the radius."""
+"""Greatest difference of radius and centre between two chords' circles, as a share of the radius."""
 CHORD_RATIO = 0.8, 1.25
-"""Sag of a chord compared with what its width asks, for most chords of a strip."""
+"""Sag of a chord over that of its width, for most chords of a strip."""
 MAX_SAG_RATIO = 4.5
 """Sag of a chord compared with the median of its strip, at most: twice as wide, four times as deep."""
 FEW, UNEVEN_OF_FEW = 8, 1.3
@@ -56,7 +56,7 @@ class Chords:
 
 
 def find_cylinders(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
-    """Find strips of chords of one circle, fit their cylinders and give them their faces."""
+    """Find strips of chords of one circle, fit their cylinders and assign the faces to them."""
     chords = _chords(look)
     members, sets = _strip_members(look, chords)
     if len(members) == 0:
@@ -120,7 +120,7 @@ def _chosen(members: Indices, strip: Indices, kept: Flags) -> tuple[Indices, Set
 
 
 def _turning(look: Look, chords: Chords, members: Indices, sets: Sets) -> Flags:
-    """Return which strips lie beside others of one radius whose axis turns: pieces of a torus or a ball."""
+    """Mark the strips (k,) beside others of one radius whose axis turns: pieces of a torus or a ball."""
     strip_of = np.full(look.count, -1)
     for faces in (chords.i[members], chords.j[members]):
         np.maximum.at(strip_of, faces, sets.number)
@@ -198,7 +198,7 @@ def _strips(chords: Chords) -> Indices:
 
 
 def _is_chord(look: Look, cylinder: Revolved, faces: Indices) -> Flags:
-    """Return which faces of a strip are as deep as their width asks; none if most are not."""
+    """Mark the faces (k,) of a strip with the depth of a chord of their width; none if most have another."""
     across = np.cross(cylinder.axis, look.normal[faces])
     row, point = look.corners(faces)
     reach = np.einsum("ij,ij->i", point - cylinder.point, across[row])
@@ -227,14 +227,14 @@ def _turns_twice(look: Look, cylinder: Revolved, faces: Indices) -> bool:
 
 
 def _depth_of(look: Look, cylinder: Revolved, faces: Indices) -> Array:
-    """Return how far below a cylinder each face's plane lies where it is deepest."""
+    """Return the greatest depth of each face's plane below a cylinder [mm] (k,)."""
     point = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]], 0]]
     depth: Array = cylinder.r0 - np.abs(np.einsum("ij,ij->i", point - cylinder.point, look.normal[faces]))
     return depth
 
 
 def _spread(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
-    """Give cylinders the faces beside theirs whose corners lie between facets and circle."""
+    """Assign to cylinders the faces beside theirs whose corners lie between facets and circle."""
     if not surfaces:
         return
     i, j = look.pairs
@@ -270,14 +270,14 @@ class _Table:
         self.radius = np.array([one.r0 for one in cylinders])
 
     def off(self, points: Array, number: Indices) -> Array:
-        """Return how far points (n, 3) lie off the cylinders with the numbers (n,) [mm]."""
+        """Return the distance of points (n, 3) from cylinders by number (n,), outside positive [mm]."""
         local, axis = points - self.point[number], self.axis[number]
         local = local - np.einsum("ij,ij->i", local, axis)[:, None] * axis
         away: Array = np.sqrt(np.einsum("ij,ij->i", local, local)) - self.radius[number]
         return away
 
     def depth(self, look: Look, faces: Indices, number: Indices) -> Array:
-        """Return how far below its cylinder each face's plane lies where it is deepest."""
+        """Return the greatest depth of each face's plane below its cylinder [mm] (k,)."""
         point = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]], 0]]
         height = np.einsum("ij,ij->i", point - self.point[number], look.normal[faces])
         deep: Array = self.radius[number] - np.abs(height)

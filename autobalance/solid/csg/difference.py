@@ -1,4 +1,4 @@
-"""Two solids that share most of their surface, taken from each other without losing metal."""
+"""Differences of two solids that share most of their surface, without loss of metal."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 ADD_UP = 1e-9
-"""Share of a solid's volume by which both differences may miss what one solid has more than the other."""
+"""Share of a solid's volume by which both differences may miss the difference of the two volumes."""
 TURNS = ((1.0, 2.0, 3.0, 4.0), (5.0, -1.0, 3.0, 2.0), (4.0, 3.0, -2.0, 1.0))
-"""Quaternions of turns that leave nothing parallel to what it was parallel to before."""
+"""Quaternions of turns after which no plane is parallel to an axis that it was parallel to before."""
 
 
 def differences(one: Solid, other: Solid) -> tuple[Solid, Solid]:
-    """Return what the first of two solids has more, and what the second has.
+    """Return the first of two solids less the second, and the second less the first.
 
     Where many planes of both are square to the axes and differ by rounding alone, manifold3d 3.5 may drop a
     wedge of metal between them: one of 926 mm³ lost 56. Then the volumes do not add up, and both solids are

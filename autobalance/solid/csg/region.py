@@ -54,12 +54,10 @@ class Region:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the region has no area."""
         return bool(self.section.is_empty())
 
     @property
     def area_mm2(self) -> float:
-        """Area [mm²]."""
         return float(self.section.area())
 
     @property
@@ -86,7 +84,7 @@ class Region:
         return Region(self.section.offset(by_mm, m3.JoinType.Miter))
 
     def spread(self, by_mm: float) -> Region:
-        """Return all within a distance of the region; where it is < 0, what lies that far inside."""
+        """Return the points within a distance of the region; those that far inside where it is < 0."""
         return Region(self.section.offset(by_mm, m3.JoinType.Round, 2.0, SPREAD_SIDES))
 
     def rounded(self, radius_mm: float, sagitta_mm: float) -> Region:
@@ -102,11 +100,11 @@ class Region:
         return Region.of(polygon[::sense] @ matrix.T for polygon in self.polygons)
 
     def simplified(self, by_mm: float) -> Region:
-        """Return the region with corners left out that stand off its outline by less than ``by_mm``."""
+        """Return the region without corners that stand off its outline by less than ``by_mm``."""
         return Region(self.section.simplify(by_mm))
 
     def contains(self, points_mm: Array) -> NDArray[np.bool_]:
-        """Return for each point (k, 2) whether it lies inside (crossings to its right are odd)."""
+        """Return whether each point (k, 2) lies inside (crossings to its right are odd)."""
         inside = np.zeros(len(points_mm), dtype=bool)
         for polygon in self.polygons if len(points_mm) else []:
             inside ^= _crossings_to_the_right(points_mm, polygon) % 2 == 1
@@ -147,7 +145,7 @@ class Region:
 
 
 def _crossings_to_the_right(points_mm: Array, polygon: Array) -> Indices:
-    """Return how often a line from each point (k, 2) towards greater x crosses a closed outline (n, 2)."""
+    """Return the number of crossings of a closed outline (n, 2) to the right of each point (k, 2)."""
     order = np.argsort(points_mm[:, 1], kind="stable")
     (px, py), (x, y), (u, v) = points_mm[order].T, polygon.T, np.roll(polygon, -1, axis=0).T
     first, last = (np.searchsorted(py, each(y, v)) for each in (np.minimum, np.maximum))

@@ -1,7 +1,7 @@
-"""Metal that counts twice in one closed mesh: how much, where, and a solid in which it counts once.
+"""Double metal of one closed mesh: its volume, its place, and a solid in which it counts once.
 
 Booleans multiply winding numbers. With w at a point of body A, A - A has w - w²: nothing where w is 0 or 1,
-so that a body less itself is just what is wrong with it, its own surfaces as its outline.
+so that a body less itself is just its wrongly counted part, its own surfaces as its outline.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from autobalance.types import Array
 ROUNDING_SHARE = 1e-7
 """Share of a solid that may be left to count twice when it was united: rounding of coordinates."""
 HALVINGS = 8
-"""How often a box around doubled metal is halved, at most, before uniting is given up."""
+"""Most halvings of a box around doubled metal before uniting is given up."""
 
 
 @dataclass(frozen=True, eq=False)
 class SelfOverlap:
-    """Metal that a solid counts more than once, or as negative.
+    """Metal counted by a solid more than once, or as negative.
 
     Attributes
     ----------
     volume_mm3 : float
-        By which the solid's volume is wrong, each part counted as often as it is too much or too little.
+        Error of the solid's volume, each part counted as often as it is too much or too little.
     centre_mm : (3,) float
         Of the largest piece, in the solid's coordinates.
     bounds : (2, 3) float
@@ -41,7 +41,7 @@ class SelfOverlap:
 
 
 def self_overlap(solid: Solid) -> SelfOverlap | None:
-    """Measure what a solid counts twice; None if nothing.
+    """Measure the metal that a solid counts twice; None if there is none.
 
     A cut along the whole surface: ten times as long as building the solid.
     """
@@ -59,7 +59,7 @@ def united(solid: Solid) -> Solid:
     """Return a solid in which metal that counts twice counts once.
 
     Cut out by a box, the two layers of doubled metal are bodies of their own, and those can be united; where
-    they still hang together, in a corner of the box, halves of the box part them.
+    they are still connected, in a corner of the box, halves of the box part them.
 
     Raises
     ------

@@ -37,7 +37,7 @@ class Line:
     via: tuple[Point, ...] = ()
 
     def points(self, segments: int, times: int = 1) -> list[Point]:
-        """Return its points, the last one left out."""
+        """Return the line's points, the last one left out."""
         del segments, times
         return [self.start, *self.via]
 
@@ -46,8 +46,8 @@ class Line:
 class Arc:
     """An arc of a circle, counter-clockwise if ``end_rad`` > ``start_rad``.
 
-    ``share`` is how finely it is divided, compared with ``segments`` a full circle, and ``least`` into how
-    many parts at least: fillets have few.
+    ``share`` is the fineness of its division over that of a full circle into ``segments``, and ``least`` the
+    least number of parts: fillets have few.
     """
 
     centre: Point
@@ -66,16 +66,14 @@ class Arc:
 
     @property
     def start(self) -> Point:
-        """First point."""
         return self.at(self.start_rad)
 
     @property
     def end(self) -> Point:
-        """Last point."""
         return self.at(self.end_rad)
 
     def points(self, segments: int, times: int = 1) -> list[Point]:
-        """Return its points, the last one left out; every part is divided ``times`` over."""
+        """Return the arc's points, the last one left out; every part is divided ``times`` over."""
         swept = self.end_rad - self.start_rad
         parts = max(self.least, math.ceil(self.share * segments * abs(swept) / (2.0 * math.pi) - 1e-9))
         parts *= times
@@ -148,7 +146,7 @@ def rotated(outline: Outline, angle_rad: float) -> Outline:
 
 
 def with_corners(outline: Outline, points: Iterable[Point]) -> Outline:
-    """Return an outline whose lines have corners at those of the points that lie on them.
+    """Return an outline with corners at the points that lie on its lines.
 
     Two bodies that touch along a line share their corners then, and join without slivers.
     """
@@ -188,7 +186,7 @@ class Prism:
 class Drafted:
     """A prism from ``face`` to ``top``, some of whose edges lean inward.
 
-    ``leaning`` numbers those edges in the outline, which are lines; ``slope`` is how far they move in per
+    ``leaning`` numbers those edges in the outline, which are lines; ``slope`` is their shift inward per
     height. The outline needs corners where the leaning planes reach the top. ``top`` may lie below ``face``.
     """
 
@@ -215,7 +213,7 @@ class Drafted:
         return start, np.array([-along[1], along[0]]) / np.linalg.norm(along)
 
     def heights(self, points: Array) -> tuple[Array, Indices]:
-        """Return each corner's height over the face, and which leaning edge limits it, or −1."""
+        """Return each corner's height over the face, and the leaning edge that limits it, or −1."""
         limits = np.array(
             [(points - start) @ normal / self.slope for start, normal in map(self.inward, self.leaning)]
         )
@@ -252,14 +250,14 @@ class Bar:
 
 @dataclass(frozen=True)
 class Joined:
-    """Everything that is in any of the parts."""
+    """Union of the parts."""
 
     parts: tuple[Shape, ...]
 
 
 @dataclass(frozen=True)
 class Without:
-    """What is in ``body`` but in none of the tools."""
+    """The body without the volume of the tools."""
 
     body: Shape
     tools: tuple[Shape, ...]
@@ -299,7 +297,7 @@ def tessellated(shape: Shape, segments: int, times: int = 1) -> Solid:
     segments : int
         Parts of a full circle.
     times : int
-        Into how many each part is divided again: the facets' error then falls as its square, exactly.
+        Divisions of each part again: the facets' error then falls as its square, exactly.
 
     Returns
     -------
@@ -336,7 +334,7 @@ def _tessellated_primitive(shape: Prism | Drafted | Revolved | Bar, segments: in
 
 
 def _drafted_mesh(shape: Drafted, segments: int, times: int) -> Mesh:
-    """Raise every corner of the outline until it meets a leaning plane or the top."""
+    """Return the mesh with every corner of the outline raised to a leaning plane or the top."""
     points = outline_points(shape.outline, segments, times)
     count = len(points)
     height, limited_by = shape.heights(points)
@@ -357,7 +355,7 @@ def _drafted_mesh(shape: Drafted, segments: int, times: int) -> Mesh:
 def _on_plane(
     shape: Drafted, points: Array, height: Array, limited_by: Indices, edge: int
 ) -> NDArray[np.bool_]:
-    """Return which raised corners lie on the top (−1) or on the leaning plane of an edge."""
+    """Mark the raised corners (k,) on the top (−1) or on the leaning plane of an edge."""
     if edge < 0:
         return np.asarray(height == shape.height)
     start, normal = shape.inward(shape.leaning[edge])
@@ -367,7 +365,7 @@ def _on_plane(
 
 
 def wedges(shape: Drafted) -> list[Placed]:
-    """Return what to cut from the upright prism to make its edges lean: one tool for each."""
+    """Return the tools that cut the leaning edges from the upright prism, one for each."""
     far = 4.0 * max(abs(value) for edge in shape.outline for value in (*edge.start, *edge.end))
     top = 2.0 * shape.height
     profile = polygon([(0.0, 0.0), (-far, 0.0), (-far, top), (shape.slope * top, top)])
@@ -383,7 +381,6 @@ def wedges(shape: Drafted) -> list[Placed]:
 
 
 def reversed_outline(outline: Outline) -> Outline:
-    """Return an outline that runs the other way round."""
     return tuple(
         Line(edge.end, edge.start, edge.via[::-1])
         if isinstance(edge, Line)

@@ -1,4 +1,4 @@
-"""Solids with booleans; nothing unchecked leaves: only here is the kernel's status seen.
+"""Solids with booleans, all checked: this module alone reads the kernel's status.
 
 manifold3d does not raise: an open mesh becomes an empty solid with a status, an inverted one a solid of
 negative volume, and both travel on through booleans. Everything here looks at the status first.
@@ -20,12 +20,12 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 SAME_VOLUME = 1e-6
-"""Share by which the volume of a body made anew of its triangles may differ: manifold3d takes long slivers
+"""Share by which the volume of a body rebuilt from its triangles may differ: manifold3d takes long slivers
 out of them, and where these are many, a part of the body with them."""
 
 
 class Solid:
-    """A closed, outward, non-overlapping body, or nothing (``is_empty``)."""
+    """Closed, outward, non-overlapping body, which may be empty (``is_empty``)."""
 
     __slots__ = ("_built", "_mesh", "_volume_mm3")
 
@@ -39,7 +39,7 @@ class Solid:
 
     @property
     def _body(self) -> m3.Manifold:
-        """manifold3d's own of it, built when it is asked for where only the mesh was given."""
+        """The manifold3d body, built on first use where only the mesh was given."""
         if self._built is None:
             self._built = Solid.from_mesh(self.mesh)._body
         return self._built
@@ -73,7 +73,7 @@ class Solid:
 
     @classmethod
     def of_parts(cls, mesh: Mesh) -> Solid:
-        """Return the solid that whole parts of another solid's mesh bound, which are known to be closed.
+        """Return the solid bounded by whole parts of another solid's mesh, which are known to be closed.
 
         It takes no time before it is cut: building one of a million triangles takes longer than cutting it.
         """
@@ -142,7 +142,6 @@ class Solid:
 
     @property
     def volume_mm3(self) -> float:
-        """Volume [mm³]."""
         if self._volume_mm3 is None:
             self._volume_mm3 = float(self._body.volume())
         return self._volume_mm3
@@ -191,7 +190,7 @@ class Solid:
         return Solid(self._body ^ other._body)
 
     def split(self, other: Solid) -> tuple[Solid, Solid]:
-        """Return what is in the other solid and what is not, in one boolean."""
+        """Return the parts inside and outside of the other solid, in one boolean."""
         inside, outside = self._body.split(other._body)
         return Solid(inside), Solid(outside)
 
@@ -227,7 +226,7 @@ class Solid:
         return Solid(self._body.simplify(by_mm))
 
     def without_needles(self, by_mm: float) -> Solid:
-        """Return it `simplified` as one: short edges between facets of the solids it was made of go too."""
+        """Return the solid `simplified` as one: short edges between facets of its source solids go too."""
         return Solid(self._body.as_original().simplify(by_mm))
 
     def pieces(self) -> list[Solid]:
@@ -237,8 +236,8 @@ class Solid:
     def thicker_pieces(self, thickness_mm: float) -> list[Solid]:
         """Return the connected bodies of more volume than their own area times a thickness [mm].
 
-        Flakes, of which a boolean between near surfaces leaves thousands, are known by sums over their facets
-        and never become bodies.
+        Flakes, of which a boolean between near surfaces leaves thousands, are recognised by sums over their
+        facets and never become bodies.
         """
         mesh = self.mesh
         of_vertex, count = mesh.parts_at_vertices
@@ -256,12 +255,11 @@ class Solid:
 
     @property
     def area_mm2(self) -> float:
-        """Area of the surface [mm²]."""
         return float(self._body.surface_area())
 
 
 def union(solids: Sequence[Solid]) -> Solid:
-    """Return everything that is in any of the solids; overlaps count once."""
+    """Return the union of the solids; overlaps count once."""
     if len(solids) == 1:
         return solids[0]
     return Solid(m3.Manifold.batch_boolean([solid._body for solid in solids], m3.OpType.Add))

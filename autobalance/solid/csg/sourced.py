@@ -1,4 +1,4 @@
-"""What a large solid and small ones share, or do not, and whose surface is where on it."""
+"""Common parts and differences of a large solid and small ones, with the source of each surface."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from autobalance.solid.mesh.mesh import Mesh
 
 @dataclass(frozen=True, eq=False)
 class Shared:
-    """A solid that a boolean of a large and a small one left; its surface is partly the one's or the other's.
+    """Result of a boolean of a large and a small solid; its surface is partly the one's or the other's.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Shared:
 
     @cached_property
     def surfaces(self) -> tuple[Mesh, NDArray[np.bool_]]:
-        """The mesh, and which of its triangles (m,) lie on the surface of the small solid."""
+        """The mesh, and a mark of its triangles (m,) on the surface of the small solid."""
         raw = self.solid._body.to_mesh64()
         ends = np.asarray(raw.run_index, dtype=np.int64) // 3
         lengths = ends[1:] - ends[:-1]
@@ -40,12 +40,12 @@ class Shared:
         return mesh, np.repeat(of_small[: len(lengths)], lengths)
 
     def simplified(self, by_mm: float) -> Shared:
-        """Return it with edges merged that are shorter than ``by_mm``; its surface moves by less."""
+        """Return the solid with edges merged that are shorter than ``by_mm``; its surface moves by less."""
         return Shared(self.solid.simplified(by_mm), self.small)
 
 
 def shared_with(first: Solid, tools: Sequence[Solid]) -> list[Shared]:
-    """Return what ``first`` shares with each of some small solids."""
+    """Return the common part of ``first`` and each of some small solids."""
     if not tools:
         return []
     bodies = [tool._body.as_original() for tool in tools]
@@ -61,6 +61,6 @@ def shared_with(first: Solid, tools: Sequence[Solid]) -> list[Shared]:
 
 
 def beyond(tool: Solid, solid: Solid) -> Shared:
-    """Return what a small solid has that ``solid`` has not."""
+    """Return the part of a small solid outside of ``solid``."""
     body = tool._body.as_original()
     return Shared(Solid(body - solid._body), body.original_id())

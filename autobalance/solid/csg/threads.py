@@ -1,4 +1,4 @@
-"""How many threads booleans use."""
+"""Number of threads that booleans use."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ SEGMENTS = 128
 
 
 def booleans_in_one_thread() -> None:
-    """Let booleans use this thread alone, in a process that is one of many; before the first of them.
+    """Limit booleans to this thread, in a process that is one of many; call before the first of them.
 
     The kernel has no setting for it: it asks the system once, at its first large solid, how many cores the
     process may use. So it asks while this process may use one. Where a process cannot be kept to a core

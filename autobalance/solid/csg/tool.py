@@ -1,7 +1,8 @@
-"""What a correction takes from a solid, or adds to it, described exactly; no facets, no kernel.
+"""Tools of corrections, which remove or add metal, described exactly; no facets, no kernel.
 
-Most tools are plain shapes. Three depend on the solid that they meet: a face is lowered except under what
-stands on it, metal grows on a face within the face's own outline, and a drill follows the hole that it finds.
+Most tools are plain shapes. Three depend on the solid that they meet: a face is lowered except under metal
+that stands on it, metal grows on a face within the face's own outline, and a drill follows the hole that it
+finds.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ from autobalance.types import Array
 
 @dataclass(frozen=True, eq=False)
 class Lowering:
-    """The metal over a new, lower plane, except under what stands on the old one.
+    """Metal over a new, lower plane, except under metal that stands on the old one.
 
-    ``outline`` is drawn in the axes of ``placement`` (4, 4), whose z is the face's normal, and encloses what
-    is to go; ``seed`` is a point of the face there, on the face's side of a ring that stands on it;
+    ``outline`` is drawn in the axes of ``placement`` (4, 4), whose z is the face's normal, and encloses the
+    metal to remove; ``seed`` is a point of the face there, on the face's side of a ring that stands on it;
     ``spared``, in the same axes, encloses other metal at those heights, which stays. ``within``, in
     the axes that ``placement`` leads to, is the part of space to which the cut keeps.
     """
@@ -103,7 +104,7 @@ def twist_drill(radius_mm: float, top_mm: float, shoulder_mm: float, point_mm: f
 
 
 def wedge(start_rad: float, span_rad: float, reach_mm: float) -> Prism:
-    """Return what lies between two half-planes through z, counter-clockwise from the first; less than 2π."""
+    """Return the sector between two half-planes through z, counter-clockwise from the first; less than 2π."""
     steps = max(2, int(np.ceil(span_rad / (0.25 * np.pi))) + 1)
     angles: NDArray[np.float64] = start_rad + np.linspace(0.0, span_rad, steps)
     far = 2.0 * reach_mm

@@ -1,1 +1,1 @@
-"""One file a format; a registry by file ending; reading and writing through it."""
+"""File formats, a module for each; a registry by file ending; reading and writing through it."""

@@ -1,4 +1,4 @@
-"""How fine the numbers of a text are: from the digits that its writer gave them."""
+"""Resolution of the numbers in a text file, from the digits that its writer gave them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from autobalance.types import Indices
 
 SAMPLE: Final = 4_000
-"""Vertices that stand for all of a file's."""
+"""Vertices of a sample of a file's."""
 ENOUGH: Final = 0.05
-"""Share of numbers that show what a writer does: fewer may be odd by chance, or by another hand."""
+"""Share of numbers that show a writer's habit: fewer may be odd by chance, or by another hand."""
 
 
 T = TypeVar("T")
@@ -76,5 +76,5 @@ def _first_and_last(word: bytes) -> tuple[int, int] | None:
 
 
 def _quantile(numbers: Indices) -> int:
-    """Return the least number but for a few."""
+    """Return the least number but for a share of ``ENOUGH``."""
     return int(np.quantile(numbers, ENOUGH, method="inverted_cdf"))

@@ -1,4 +1,4 @@
-"""Formats of true surfaces, which the CAD kernel reads: what they have in common."""
+"""Common part of the formats of true surfaces, which the CAD kernel reads."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def exact_format(
     carries_unit: bool = True,
     names_bodies: bool = False,
 ) -> Format:
-    """Return a format of true surfaces, which is not a mesh; what is cut is written as STEP."""
+    """Return a format of true surfaces, which is not a mesh; cut solids are written as STEP."""
 
     def no_mesh(data: bytes) -> Raw:
         raise FormatError(f"a {name.upper()} file holds exact surfaces, no mesh")

@@ -1,4 +1,4 @@
-"""What a file format declares: one object a format, at the end of the format's own file."""
+"""Declaration of a file format: one object for each, at the end of the format's own module."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Writer = Callable[[Floats, Indices, float], bytes]
 
 @dataclass(frozen=True)
 class Format:
-    """How to read and write one kind of file; the endings of such files stand in ``table.py``.
+    """Reader and writer of one kind of file, with its properties; the endings stand in ``table.py``.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Format:
     write : callable
         (vertices in the file's unit, triangles, mm per unit) → bytes.
     number : type
-        What the file holds coordinates as: float32 or float64.
+        Type of the file's coordinates: float32 or float64.
     carries_unit : bool
         Whether the file holds its unit of length.
     names_bodies : bool
@@ -40,7 +40,7 @@ class Format:
         Bytes of a file → its solids with true surfaces, where it keeps them; it is not a mesh then, and
         ``read`` and ``write`` refuse.
     mm_per_unit : float or None
-        Of the one unit that the format prescribes, where it does.
+        Millimetres in the one unit that the format prescribes, where it does.
     form_of : callable or None
         Returns the name of the form that a file has, where the format has several.
     """

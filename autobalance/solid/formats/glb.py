@@ -72,7 +72,7 @@ def _chunks(data: bytes) -> tuple[dict[str, Any], bytes]:
 
 
 def _check_extensions(document: dict[str, Any]) -> None:
-    """Refuse a document that requires what is not read."""
+    """Refuse a document that requires an extension which is not read."""
     for name in document.get("extensionsRequired", []):
         if not str(name).startswith(HARMLESS):
             raise FormatError(

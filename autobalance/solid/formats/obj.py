@@ -22,7 +22,7 @@ def read_obj(data: bytes) -> Raw:
     Raises
     ------
     FormatError
-        If a line is not what it begins as, a vertex has a weight other than 1, or there is no face.
+        If a line breaks the form of its first word, a vertex has a weight other than 1, or there is no face.
     """
     written: list[bytes] = []
     vertices = array("d")
@@ -54,7 +54,7 @@ def read_obj(data: bytes) -> Raw:
 
 
 def _obj_face(words: list[bytes], listed: int) -> list[int]:
-    """Return vertex numbers from 0; negative ones in the file count back from the latest vertex."""
+    """Return a face's vertex numbers from 0; negative ones in the file count back from the latest vertex."""
     numbers = [int(word.partition(b"/")[0]) for word in words]
     if len(numbers) < 3 or 0 in numbers:
         raise ValueError

@@ -14,7 +14,7 @@ from autobalance.solid.formats.raw import BYTE_ORDER_MARK, Polygons, Raw, shown,
 from autobalance.types import Array, Indices
 
 HEADER: Final = re.compile(rb"(?:ST)?C?N?(?P<w>4)?(?P<n>n)?OFF|off")
-"""What may stand before OFF: what else vertices have (after their places), w, and a number of dimensions."""
+"""First word of the file: before OFF, marks of further numbers of a vertex, of w and of n dimensions."""
 
 
 def read_off(data: bytes) -> Raw:
@@ -54,7 +54,7 @@ def read_off(data: bytes) -> Raw:
 
 
 def _header(lines: list[list[bytes]]) -> tuple[int, list[list[bytes]]]:
-    """Return how many numbers a vertex's place has, and the lines from the counts on."""
+    """Return the number of coordinates of a vertex, and the lines from the counts on."""
     first = lines[0] if lines else [b""]
     word = first[0].removeprefix(BYTE_ORDER_MARK)
     match = HEADER.fullmatch(word)

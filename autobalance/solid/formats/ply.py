@@ -1,4 +1,4 @@
-"""PLY, text or binary: lists of vertices and faces among whatever else a file describes of itself."""
+"""PLY, text or binary: lists of vertices and faces among any other data that its header describes."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ TYPES: Final = {
 }
 """numpy's names of the types of numbers."""
 STRUCT: Final = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I"}
-"""The struct module's names of those that count."""
+"""The struct module's names of the integer types, which lengths of lists may have."""
 ORDERS: Final = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 CORNERS: Final = ("vertex_indices", "vertex_index")
-"""What the list of a face's vertex numbers is called."""
+"""Names of the list of a face's vertex numbers."""
 
 
 @dataclass(frozen=True)
 class _Property:
-    """A number of each row of an element, or a list of numbers whose length stands before it."""
+    """Property of each row of an element: a number, or a list of numbers after its length."""
 
     name: str
     kind: str
@@ -40,7 +40,7 @@ class _Property:
 
 @dataclass(frozen=True)
 class _Element:
-    """So many rows of the same properties, one after the other."""
+    """Element: ``count`` rows of the same properties, one after the other."""
 
     name: str
     count: int
@@ -48,7 +48,6 @@ class _Element:
 
     @property
     def names(self) -> list[str]:
-        """Of its properties."""
         return [one.name for one in self.properties]
 
     @property
@@ -81,7 +80,7 @@ def read_ply(data: bytes) -> Raw:
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], int]:
-    """Return the order of bytes, "" of text; the elements; and where the first of them begins."""
+    """Return the order of bytes, "" of text; the elements; and the start of the first."""
     head, end, _ = data.partition(b"end_header")
     if not end:
         raise FormatError("the PLY file has no end_header")
@@ -108,7 +107,7 @@ def _header(data: bytes) -> tuple[str, list[_Element], int]:
 
 
 def _count(stated: str, size: int) -> int:
-    """Return how many rows an element has, at most one a byte."""
+    """Return the number of an element's rows, at most one for each byte of the file."""
     if not stated.isascii() or not stated.isdigit() or len(stated) > 20 or int(stated) > size:
         raise FormatError(f"the PLY file states {stated[:20]} elements of one kind and has {size} bytes")
     return int(stated)
@@ -170,7 +169,7 @@ def _from_text(text: bytes, elements: list[_Element]) -> tuple[Floats, Indices, 
 
 
 def _lists_of_text(words: list[bytes], at: int, element: _Element, polygons: Polygons | None) -> int:
-    """Go through the rows of an element, from a word on; return the word after them."""
+    """Go through the rows of an element, from a word on; return the place of the word after them."""
     corners = element.corners
     for _ in range(element.count):
         for place, each in enumerate(element.properties):
@@ -188,7 +187,7 @@ def _lists_of_text(words: list[bytes], at: int, element: _Element, polygons: Pol
 
 
 def _from_bytes(data: bytes, at: int, order: str, elements: list[_Element]) -> tuple[Floats, Indices, float]:
-    """Return vertices (n, 3), triangles (m, 3), and the step between whole numbers, where they are."""
+    """Return vertices (n, 3), triangles (m, 3), and the step between coordinates: 1 of integers, else 0."""
     points, triangles, step = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64), 0.0
     for element in elements:
         if not any(one.counted for one in element.properties):
@@ -206,7 +205,7 @@ def _from_bytes(data: bytes, at: int, order: str, elements: list[_Element]) -> t
 
 
 def _rows(data: bytes, at: int, order: str, element: _Element) -> tuple[np.ndarray, int]:
-    """Return the rows of an element without lists, and where the next one begins."""
+    """Return the rows of an element without lists, and the start of the next element."""
     kind = np.dtype([(f"p{k}", order + one.kind) for k, one in enumerate(element.properties)])
     end = at + kind.itemsize * element.count
     if end > len(data):
@@ -215,7 +214,7 @@ def _rows(data: bytes, at: int, order: str, element: _Element) -> tuple[np.ndarr
 
 
 def _lists(data: bytes, at: int, order: str, element: _Element) -> tuple[Indices, Indices, int]:
-    """Return the lengths of an element's lists of corners, their numbers, and where the next one begins."""
+    """Return the lengths of an element's lists of corners, their numbers, and the next element's start."""
     place = element.corners or 0
     alike = _alike(data, at, order, element)
     if alike is not None:
@@ -240,7 +239,7 @@ def _lists(data: bytes, at: int, order: str, element: _Element) -> tuple[Indices
 
 
 def _alike(data: bytes, at: int, order: str, element: _Element) -> tuple[Indices, Indices, int] | None:
-    """Return where the lists of corners begin, their lengths, and where the next element begins.
+    """Return the starts of the lists of corners, their lengths, and the start of the next element.
 
     That is quick where all rows of an element are as long as its first; None where they are not.
     """
@@ -261,7 +260,7 @@ def _alike(data: bytes, at: int, order: str, element: _Element) -> tuple[Indices
 
 
 def _counters(data: bytes, at: int, order: str, element: _Element) -> Iterator[tuple[int, int]]:
-    """Yield where the lengths of the lists in a row stand, and how many bytes each takes."""
+    """Yield the places of the lengths of the lists in a row, and the number of bytes of each."""
     for one in element.properties:
         size = np.dtype(one.kind).itemsize
         if one.counted is None:
@@ -273,7 +272,7 @@ def _counters(data: bytes, at: int, order: str, element: _Element) -> Iterator[t
 
 
 def _walk(data: bytes, at: int, order: str, element: _Element) -> Iterator[tuple[int, int, int]]:
-    """Yield for each row where its list of corners begins, its length, and where the next row begins."""
+    """Yield the start of each row's list of corners, its length, and the start of the next row."""
     corners = element.corners
     steps = [
         (np.dtype(one.kind).itemsize, one.counted and struct.Struct(order + STRUCT[one.counted]))

@@ -1,4 +1,4 @@
-"""What a file holds before anything is checked: loose triangles, and the unit if it carries one."""
+"""Contents of a file before any check: loose triangles, and the unit if it carries one."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from autobalance.errors import FormatError
 from autobalance.types import Array, Floats, Indices
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
-"""What some editors begin a text with."""
+"""First bytes of texts from some editors."""
 SHOWN_CHARACTERS = 40
 """Characters of a wrong line that an error shows."""
 CORNERS_MOST = 100_000
-"""Corners of one face."""
+"""Most corners of one face."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +32,10 @@ class Raw:
     mm_per_unit : float or None
         Its length [mm].
     vertices : int or None
-        How many shared vertices the file lists, where it does.
+        Number of shared vertices that the file lists, where it does.
     step : float
-        Between two numbers that the file's digits distinguish at its far end, in its unit; 0: no more than
-        the type of ``soup`` says.
+        Between two numbers that the file's digits distinguish at its far end, in its unit; 0: that of the
+        type of ``soup``.
     """
 
     soup: Floats
@@ -46,7 +46,7 @@ class Raw:
 
 
 def point_cloud(what: str, points: int) -> str:
-    """Return what to say of a file that lists points and no faces."""
+    """Return the message on a file that lists points and no faces."""
     return (
         f"the {what} file holds {points} points and no triangles: a point cloud; expected faces; let the"
         " scanner's software make a mesh of it"
@@ -54,7 +54,7 @@ def point_cloud(what: str, points: int) -> str:
 
 
 def soup_of(vertices: Floats, triangles: Indices, what: str) -> Floats:
-    """Return loose triangles (m, 3, 3) of listed ones, after checking that they can be.
+    """Return listed triangles as loose ones (m, 3, 3), after a check of their numbers.
 
     Raises
     ------
@@ -89,7 +89,7 @@ class Polygons:
         self._corners = array("q")
 
     def add(self, corners: Sequence[int]) -> None:
-        """Append one, by its vertex numbers.
+        """Append a polygon by its vertex numbers.
 
         Raises
         ------
@@ -109,14 +109,14 @@ class Polygons:
             ) from None
 
     def triangles(self) -> Indices:
-        """Return all of them cut into triangles (m, 3)."""
+        """Return all polygons cut into triangles (m, 3)."""
         return fans(np.array(self._counts, dtype=np.int64), np.array(self._corners, dtype=np.int64))
 
 
 def fans(counts: Indices, corners: Indices) -> Indices:
     """Cut polygons into triangles around their first corner; the signed volume is the polygon's own.
 
-    ``counts`` (k,) are their numbers of corners, ``corners`` those of all of them, one after the other.
+    ``counts`` (k,) are their numbers of corners, ``corners`` the corners of all, one after the other.
     """
     if (counts == 3).all():
         return corners.reshape(-1, 3)
@@ -132,5 +132,5 @@ def text_of(array: Array) -> list[str]:
 
 
 def shown(line: bytes) -> str:
-    """Return the beginning of a line that an error shows."""
+    """Return the beginning of a line, for display in an error."""
     return line[:SHOWN_CHARACTERS].decode("ascii", "replace").replace("\n", " ")

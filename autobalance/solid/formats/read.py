@@ -1,4 +1,4 @@
-"""Files become checked solids, in mm, in the file's axes."""
+"""Reading of files to checked solids, in mm, in the file's axes."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ if TYPE_CHECKING:
     from autobalance.solid.cad.surface import Surfaces
 
 FARTHEST_MM = 1e7
-"""Coordinates at most: ten kilometres leave no digit for a crank, and their products would overflow."""
+"""Greatest coordinate: ten kilometres leave no digit for a crank, and products would overflow."""
 
 REFUSED = OpenHoles()
-"""Unless asked otherwise: a mesh that is open for more than small plane holes is not a solid."""
+"""Default treatment of holes: a mesh that is open for more than small plane holes is not a solid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class Source:
     solid : Solid
         Checked, outward, in the file's coordinates [mm].
     format : str or None
-        What ``encode`` and ``decode`` are to be given, unless the surfaces are exact; None: it is of no file.
+        Format for ``encode`` and ``decode``, unless the surfaces are exact; None: it is of no file.
     mm_per_unit : float
         Millimetres in one unit of the file.
     sha256 : str
@@ -60,14 +60,14 @@ class Source:
     bodies : int
         In the file, before one was chosen.
     repairs : tuple of str
-        What had to be done to the mesh, one line each.
+        Repairs of the mesh, one line each.
     exact : Exact or None
         The solid with its true surfaces, where the format keeps them; ``solid`` is only tessellated then.
     in_memory_file : bytes or None
         The file that a shape in memory could have come in; None where there is one, or for a mesh.
     step_mm : float
         Between two coordinates that the file can distinguish at its far end, by its digits or its numbers;
-        0 where it is no more than what ``format`` says of itself.
+        0 where that follows from ``format`` alone.
     patches : tuple of Patch
         Holes that were closed.
     """
@@ -108,7 +108,7 @@ def read(
     unite: bool | None = None,
     holes: OpenHoles = REFUSED,
 ) -> Source:
-    """Read a solid from a file, check it, and say what had to be repaired.
+    """Read a solid from a file, check it, and report its repairs.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def source_of_bytes(
     unite: bool | None = None,
     holes: OpenHoles = REFUSED,
 ) -> Source:
-    """Check the solid that the bytes of a file of the format ``name`` hold; the rest is as for ``read``."""
+    """Return the checked solid of the bytes of a file of the format ``name``; the rest is as for ``read``."""
     kind = FORMATS[name]
     digest = _sha256(data)
     if kind.exact:
@@ -186,7 +186,7 @@ def source_of_bytes(
 
 
 def every_source(data: bytes, name: str, unit: str | None) -> list[Source]:
-    """Check each body that the bytes of a mesh's file of the format ``name`` hold, by falling volume."""
+    """Return each checked body in the bytes of a mesh's file of the format ``name``, by falling volume."""
     with np.errstate(all="ignore"):  # as in ``source_of_bytes``
         raw = FORMATS[name].read(data)
     mm_per_unit = _mm_per_unit(raw.unit, raw.mm_per_unit, unit, name)
@@ -215,7 +215,7 @@ def source_of(
     unite: bool | None = None,
     holes: OpenHoles = REFUSED,
 ) -> Source:
-    """Check a mesh that is in memory, as ``read`` checks a file's.
+    """Return the checked solid of a mesh in memory, as ``read`` does of a file's.
 
     Parameters
     ----------
@@ -251,7 +251,7 @@ def source_of(
 
 
 def _named(path: Path, error: FormatError | SolidError) -> FormatError | SolidError:
-    """Return an error that says which file it is about."""
+    """Return an error of the same kind with the file's path before its message."""
     text = f"{path}: {error}"
     if isinstance(error, BodiesError):
         return BodiesError(text, error.bodies)
@@ -261,9 +261,9 @@ def _named(path: Path, error: FormatError | SolidError) -> FormatError | SolidEr
 def _checked(
     solid: Solid, doubtful: bool, unite: bool, patches: Sequence[Patch] = ()
 ) -> tuple[Solid, list[str]]:
-    """Return a solid that passed the last look, and how it was made to if it had to be united.
+    """Return a solid that passed the final checks, and a note if it had to be united for that.
 
-    Patches of ragged rims may fold by less than they are in doubt by.
+    Patches of ragged rims may fold by less than their uncertainty.
     """
     try:
         check_solid(solid, doubtful)
@@ -295,7 +295,7 @@ def _read_exact(
 def source_of_cad(
     file: CadFile, sha256: str, name: str, unit: str | None, body: int | str | None, pressed_up: bool = False
 ) -> Source:
-    """Check the solid that a CAD file holds, whose bytes have the digest; the rest is as for ``read``."""
+    """Return the checked solid of a CAD file whose bytes have the digest; the rest is as for ``read``."""
     from autobalance.solid.cad.cad_file import in_unit
     from autobalance.solid.cad.step import exact_of
 
@@ -350,7 +350,7 @@ def _step(raw: Raw) -> float:
 
 
 def _welded(raw: Raw, mm_per_unit: float) -> tuple[Mesh, list[str]]:
-    """Return the triangles of a file with shared vertices [mm], and what had to be done to them."""
+    """Return the triangles of a file with shared vertices [mm], and notes on the welding."""
     soup = raw.soup
     distinct, number = weld(soup.reshape(-1, 3))
     farthest = mm_per_unit * max(abs(float(distinct.min())), abs(float(distinct.max())))
@@ -377,7 +377,7 @@ def _solid(mesh: Mesh, body: int | str | None, pressed_up: bool, unite: bool) ->
 
 
 def as_read(solid: Solid) -> Solid:
-    """Return what a reader makes of a file whose triangles are a solid's own, all of its bodies, checked.
+    """Return the checked solid that a reader obtains from a file of a solid's own triangles, all bodies.
 
     Raises
     ------

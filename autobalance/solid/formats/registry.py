@@ -12,7 +12,7 @@ from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.table import ENTRIES
 
 FOREIGN_CAD = (".fcstd", ".sldprt", ".sldasm", ".ipt", ".prt", ".catpart", ".f3d", ".x_t")
-"""Files of CAD programs that only they read."""
+"""Endings of files of CAD programs that only they read."""
 
 
 def _loaded(name: str) -> Format:
@@ -22,11 +22,11 @@ def _loaded(name: str) -> Format:
 
 
 WRITTEN: Mapping[str, Format] = MappingProxyType({name: _loaded(name) for name in ENTRIES})
-"""What can be written, by the name that ``Source.format`` gives it: STL is of two kinds."""
+"""Formats that can be written, by their name in ``Source.format``: STL is of two kinds."""
 FORMATS: Mapping[str, Format] = MappingProxyType(
     {name: kind for name, kind in WRITTEN.items() if ENTRIES[name].endings}
 )
-"""What can be read, by name."""
+"""Formats that can be read, by name."""
 _BY_ENDING = {ending: kind for name, kind in FORMATS.items() for ending in ENTRIES[name].endings}
 
 
@@ -36,7 +36,7 @@ def format_named(name: str) -> Format:
     Raises
     ------
     FormatError
-        If it is not one of those that can be read and written.
+        If it cannot be read and written.
     """
     if name not in WRITTEN:
         raise FormatError(f"the format '{name}' cannot be written; expected one of {', '.join(WRITTEN)}")
@@ -79,6 +79,6 @@ def names_bodies(path: Path) -> bool:
 
 
 def kind_of(name: str, data: bytes) -> str:
-    """Return the name of the kind of a file, from that of its format and its bytes."""
+    """Return the name of a file's kind within its format, from the format's name and the file's bytes."""
     form_of = FORMATS[name].form_of
     return name if form_of is None else form_of(data)

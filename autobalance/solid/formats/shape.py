@@ -1,4 +1,4 @@
-"""A crank in the memory of a CAD program is read as the file that it could have come in."""
+"""Reading of a crank in the memory of a CAD program, as the file that it could have come in."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from autobalance.units import MM_PER
 
 
 def source_of_shape(shape: Any, unit: str, body: int | str | None = None, pressed_up: bool = False) -> Source:
-    """Check the solid of a shape, or of the bytes of a STEP or BREP file, as ``read`` checks a file's.
+    """Return the checked solid of a shape, or of a STEP or BREP file's bytes, as ``read`` does of a file's.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ FACET: Final = (
 """The words of an ASCII facet; dots are numbers."""
 VERTEX: Final = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)\s", re.IGNORECASE)
 WINDOW, WINDOWS = 1 << 13, 64
-"""Bytes of a window, and how many are looked at, to see how fine an ASCII file's numbers are."""
+"""Bytes of a window, and number of windows, that show the resolution of an ASCII file's numbers."""
 COORDINATES: Final = (8, 9, 10, 12, 13, 14, 16, 17, 18)
 
 

@@ -1,4 +1,4 @@
-"""The file formats there are, each entered by one line; the table itself loads nothing."""
+"""Table of the file formats, each entered by one line; the table itself loads nothing."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ class Entry(NamedTuple):
     Attributes
     ----------
     endings : tuple of str
-        Of its files, without the dot; none: another form of a format, recognised by the bytes.
+        Endings of its files, without the dot; none: another form of a format, recognised by the bytes.
     place : str
         Its ``Format``, as ``"module:NAME"``.
     written_as : str
-        Name of the format that a solid that came in this one is written in, where that is another; "": this.
+        Name of the format for writing a solid that came in this one, where that is another; "": this.
     """
 
     endings: tuple[str, ...]
@@ -27,11 +27,11 @@ class Entry(NamedTuple):
 
 _ENTRIES: dict[str, Entry] = {}
 ENTRIES: Mapping[str, Entry] = MappingProxyType(_ENTRIES)
-"""By the name that reports have."""
+"""Formats by their name in reports."""
 
 
 def enter(name: str, endings: tuple[str, ...], place: str, written_as: str = "") -> None:
-    """Enter a format.
+    """Enter a format in the table.
 
     Raises
     ------

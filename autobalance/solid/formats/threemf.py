@@ -33,17 +33,17 @@ UNITS: Final = {
 }
 """Millimetres in one unit of a model."""
 UNPACKED_MOST: Final = 100
-"""How many times its own size an archive may unpack to; models are about ten times smaller packed."""
+"""Size an archive may unpack to, as a multiple of its own; packed models are about ten times smaller."""
 UNPACKED_FREE: Final = 1 << 24
 """Bytes that any archive may unpack to."""
 DEPTH_MOST: Final = 32
 """Levels of components within components."""
 XML_DEPTH_MOST: Final = 64
-"""Levels of elements within elements; the parser keeps something for each that is open."""
+"""Levels of elements within elements; the parser keeps memory for each open one."""
 PIECE: Final = 1 << 16
 """Bytes of the model that are unpacked at a time."""
 PACKINGS: Final = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"""How 3MF may pack; others name the size of their memory in the file."""
+"""Methods of packing in 3MF; others let the file set the size of their memory."""
 UNREADABLE: Final = (
     zipfile.BadZipFile,
     zlib.error,
@@ -53,7 +53,7 @@ UNREADABLE: Final = (
     NotImplementedError,
     ValueError,
 )
-"""What reading a damaged archive may raise."""
+"""Errors that reading a damaged archive may raise."""
 RELS: Final = "_rels/.rels"
 USUAL_ROOT: Final = "3d/3dmodel.model"
 NAMESPACES: Final = "http://schemas.microsoft.com/3dmanufacturing/"
@@ -69,7 +69,7 @@ SUPPORTS: Final = ("support", "solidsupport")
 
 @dataclass(frozen=True, eq=False)
 class _Use:
-    """An object put somewhere: its part of the archive, its name there, and where (3, 4)."""
+    """Use of an object: its part of the archive, its name there, and its placement (3, 4)."""
 
     part: str
     name: str
@@ -87,7 +87,7 @@ class _Object:
 
 
 class _Model:
-    """Collects what the XML parser meets in one part of the archive."""
+    """Collector of the objects and items that the XML parser meets in one part of the archive."""
 
     def __init__(self, part: str) -> None:
         self.part = part
@@ -245,7 +245,7 @@ def _placement(text: str | None) -> Array:
 
 
 class _Archive:
-    """Unpacks and parses parts piece by piece, up to a limit together, whatever size they claim.
+    """Archive whose parts are unpacked and parsed in pieces, up to a total limit, whatever size they claim.
 
     Nothing is ever unpacked under its name.
     """
@@ -258,11 +258,9 @@ class _Archive:
 
     @property
     def names(self) -> list[str]:
-        """Of the parts, in small letters, without the slash that they may begin with."""
         return list(self._members)
 
     def model(self, part: str) -> _Model:
-        """Return a model of the archive by its part's name."""
         if part not in self.models:
             model = _Model(part)
             parser = _parser(model)
@@ -273,7 +271,6 @@ class _Archive:
         return self.models[part]
 
     def pieces(self, part: str) -> Iterator[bytes]:
-        """Yield the bytes of a part."""
         if part not in self._members:
             raise FormatError(f"the 3MF file refers to '{part[:60]}', which its archive does not hold")
         member = self._members[part]
@@ -291,12 +288,12 @@ class _Archive:
 
 
 def _in_archive(name: str) -> str:
-    """Return a part's name as it is compared: whatever the letters' size, from the archive's root."""
+    """Return a part's name for comparison: without regard to case, from the archive's root."""
     return name.replace("\\", "/").lstrip("/").casefold()
 
 
 def _root(archive: _Archive) -> str:
-    """Return the name of the root model: as the archive's relationships say, else where it usually is."""
+    """Return the name of the root model: by the archive's relationships, else at its usual place."""
     if RELS in archive.names:
         targets = _model_targets(archive)
         if targets:
@@ -308,7 +305,7 @@ def _root(archive: _Archive) -> str:
 
 
 def _model_targets(archive: _Archive) -> list[str]:
-    """Return the parts that the archive's relationships call its model."""
+    """Return the names of the parts that the archive's relationships call its model."""
     targets: list[str] = []
 
     def start(tag: str, value: dict[str, str]) -> None:

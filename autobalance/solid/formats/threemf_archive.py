@@ -1,4 +1,4 @@
-"""3MF files are written: named meshes in one model, packed with what a reader expects beside it."""
+"""Writing of 3MF files: named meshes in one model, packed with the parts that a reader expects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Solids become files, and files are read back as any reader sees them."""
+"""Writing of solids to files, and reading of files back as any reader sees them."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ ROUNDINGS = (2.0, 8.0, 32.0, 128.0)
 def encode(mesh: Mesh, format: str, mm_per_unit: float) -> bytes:  # noqa: A002
     """Write the mesh of a solid as the bytes of a file.
 
-    What rounding to the file's numbers makes collapse is left out, so that an exact weld of what was written
-    is a closed mesh again.
+    Triangles that collapse by rounding to the file's numbers are left out, so that an exact weld of the
+    others is a closed mesh again.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def encode(mesh: Mesh, format: str, mm_per_unit: float) -> bytes:  # noqa: A002
 
 
 def _encoded(mesh: Mesh, format: str, mm_per_unit: float) -> tuple[bytes, Solid | None]:  # noqa: A002
-    """Return the bytes of a file, and the solid that they hold where that had to be built to know it."""
+    """Return the bytes of a file, and their solid where rounding made building it necessary, else None."""
     kind = format_named(format)
     vertices = _rounded(mesh.vertices, mm_per_unit, kind.number)
     triangles, solid = mesh.triangles, None
@@ -56,7 +56,7 @@ def _encoded(mesh: Mesh, format: str, mm_per_unit: float) -> tuple[bytes, Solid 
 
 
 def decode(data: bytes, format: str, mm_per_unit: float) -> Floats:  # noqa: A002
-    """Return the loose triangles (m, 3, 3) [mm] that a file holds: enough to measure it.
+    """Return the loose triangles (m, 3, 3) of a file [mm]: enough to measure it.
 
     Raises
     ------
@@ -69,14 +69,14 @@ def decode(data: bytes, format: str, mm_per_unit: float) -> Floats:  # noqa: A00
 
 
 def through_file(mesh: Mesh, format: str, mm_per_unit: float) -> tuple[bytes, Floats]:  # noqa: A002
-    """Return what a file of a solid holds, and the loose triangles (m, 3, 3) read back from that [mm]."""
+    """Return the bytes of a file of a solid, and the loose triangles (m, 3, 3) read back from them [mm]."""
     data = encode(mesh, format, mm_per_unit)
     return data, decode(data, format, mm_per_unit)
 
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """What a file of a solid holds.
+    """File of a solid, as bytes and as read back.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Written:
     soup : (m, 3, 3) float
         The loose triangles read back from these bytes [mm].
     solid : Solid or None
-        What the same triangles bound, where rounding spoilt some so that it was built to see.
+        The solid of these triangles, where rounding made building it necessary.
     """
 
     data: bytes
@@ -115,7 +115,7 @@ def _all_distinct(vertices: Floats) -> bool:
 
 
 def _welded_after_rounding(mesh: Mesh, mm_per_unit: float, number: Number) -> tuple[Floats, Indices, Solid]:
-    """Merge what rounding made equal; where that spoils the solid, merge near vertices before rounding."""
+    """Merge vertices that rounding made equal; where that spoils the solid, merge near ones before it."""
     spacing = float(np.spacing(number(np.abs(mesh.vertices).max() / mm_per_unit))) * mm_per_unit
     volume = signed_volume_mm3(mesh)
     candidate = mesh
@@ -137,7 +137,7 @@ def _welded_after_rounding(mesh: Mesh, mm_per_unit: float, number: Number) -> tu
 
 
 def _solid_of(mesh: Mesh, volume_mm3: float) -> Solid | None:
-    """Return the solid that a mesh bounds; None if it is none, or not of the volume that it should have."""
+    """Return the solid of a mesh; None if it bounds none, or not one of the expected volume."""
     try:
         solid = Solid.from_mesh(mesh)
     except SolidError:

@@ -1,4 +1,4 @@
-"""Which triangles of a closed mesh touch, and at what angle."""
+"""Pairs of adjacent triangles of a closed mesh, and the angles between them."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Sides:
     order : (3 m,) int
         The sides, edge by edge.
     first, count : (k,) int
-        Where in ``order`` each edge begins, and its number of sides.
+        Start of each edge in ``order``, and its number of sides.
     """
 
     start: Indices
@@ -80,7 +80,7 @@ def sides_of(triangles: Indices) -> Sides:
 
 
 def unit(vectors: Array) -> Array:
-    """Return vectors (..., 3) of length 1, zero where there is none."""
+    """Return vectors (..., 3) scaled to length 1; zero ones stay zero."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(length > 0.0, length, 1.0)
 
@@ -117,12 +117,12 @@ def _angles(mesh: Mesh, left: Indices, right: Indices) -> Array:
 
 
 def rounding_mm(mesh: Mesh) -> float:
-    """Return what rounding to single precision moves corners by, about."""
+    """Return the rough displacement of corners by rounding to single precision."""
     return ROUNDED * float(np.spacing(np.float32(np.abs(mesh.bounds).max())))
 
 
 def _out_of_plane_mm(mesh: Mesh, left: Indices, right: Indices, ends: Indices, angle: Array) -> Array:
-    """Return how far the smaller triangle at each edge stands out of the other's plane."""
+    """Return the height of the smaller triangle at each edge above the other's plane (k,)."""
     along = mesh.vertices.take(ends[:, 1], axis=0) - mesh.vertices.take(ends[:, 0], axis=0)
     length = np.sqrt(np.einsum("ij,ij->i", along, along))
     least = np.minimum(mesh.doubled_areas.take(left), mesh.doubled_areas.take(right))
@@ -146,7 +146,7 @@ def _longest_of_slivers(mesh: Mesh, left: Indices, right: Indices, ends: Indices
 
 
 def _has_direction(mesh: Mesh) -> Flags:
-    """Return which triangles are high enough above their longest side; large ones always are."""
+    """Mark the triangles (m,) that are high enough above their longest side; large ones always are."""
     least = LEAST_HEIGHT * mesh.diagonal_mm
     known: Flags = mesh.doubled_areas > 2.0 * least * mesh.diagonal_mm
     small = np.flatnonzero(~known)

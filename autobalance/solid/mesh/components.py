@@ -1,4 +1,4 @@
-"""What hangs together: connected components of many nodes, without a loop over them."""
+"""Connected components of many nodes, without a loop over them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ if TYPE_CHECKING:
 
 
 def components(links: Indices, count: int) -> Indices:
-    """Return for each node the lowest node of its component (count,); see ``numbered_components``."""
+    """Return the lowest node of each node's component (count,); see ``numbered_components``."""
     number, lowest = _numbered(links, count)
     return lowest.take(number)
 
 
 def numbered_components(links: Indices, count: int) -> tuple[Indices, int]:
-    """Return for each node the number of its component (count,), from 0 by the lowest node; and how many.
+    """Return the number of each node's component (count,), from 0 by the lowest node; and their count.
 
     Parameters
     ----------
@@ -33,8 +33,8 @@ def numbered_components(links: Indices, count: int) -> tuple[Indices, int]:
 def _numbered(links: Indices, count: int) -> tuple[Indices, Indices]:
     """Return the number of each node's component (count,) and the lowest node of each component.
 
-    Every node hangs under the lowest that a link joins it to; what hangs together is one node of the next
-    round, until no link joins two. Numbers that follow the surface, as a weld gives them, need a few rounds.
+    Every node hangs under the lowest that a link joins it to; connected nodes are one node of the next round,
+    until no link joins two. Numbers that follow the surface, as a weld gives them, need a few rounds.
     """
     number = lowest = np.arange(count)
     columns = [np.ascontiguousarray(column) for column in links.T]

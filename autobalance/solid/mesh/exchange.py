@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def to_trimesh(mesh: Mesh) -> trimesh.Trimesh:
-    """Return a mesh as one of trimesh, its corners and triangles as they are."""
+    """Return a mesh of trimesh with the same corners and triangles."""
     import trimesh
 
     return trimesh.Trimesh(mesh.vertices.copy(), mesh.triangles.copy(), process=False, validate=False)

@@ -17,7 +17,7 @@ LOCAL = 10_000
 """Vertices that stay in the processor's cache: the numbers of a triangle's corners should span no more."""
 
 SAMPLE = 40_000
-"""Triangles that stand for all: the largest, and as many spread evenly over the rest."""
+"""Triangles of a sample: so many of the largest, and about as many spread evenly over the rest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class Mesh:
 
     @cached_property
     def parts_at_vertices(self) -> tuple[Indices, int]:
-        """The part (n,) of each vertex, where what shares a vertex is one, and how many there are.
+        """The part (n,) of each vertex, where triangles that share a vertex are one, and the number of parts.
 
         A vertex of no triangle is a part too.
         """
@@ -87,14 +87,14 @@ class Mesh:
 
     @cached_property
     def moments_about_middle(self) -> Moments:
-        """∫ dV, ∫ r dV and ∫ r rᵀ dV of what a closed mesh bounds, about the middle of its bounding box."""
+        """∫ dV, ∫ r dV and ∫ r rᵀ dV inside a closed mesh, about the middle of its bounding box."""
         from autobalance.solid.mesh.tetrahedra import volume_moments
 
         return volume_moments(self.vertices - self.bounds.mean(axis=0), self.triangles)
 
     @cached_property
     def sample(self) -> tuple[Indices, Array]:
-        """Rows and weights of triangles that stand for all: the largest, and every n-th of the rest.
+        """Rows and weights of a sample of triangles: the largest, and every n-th of the rest.
 
         A few large triangles may be a whole face, many small ones a whole fillet.
         """
@@ -146,7 +146,7 @@ def weld(points: Floats) -> tuple[Floats, Indices]:
 
 
 def _first_equal(points: Floats) -> Indices:
-    """Return for each point (k, 3) the row of the first one that is equal to it (k,).
+    """Return the row of the first point equal to each of points (k, 3), (k,).
 
     Hash and row share one number, which numpy sorts several times faster than it finds a sorting order. The
     bits left to the hash are few enough that points may share one by chance: those are grouped again.
@@ -178,7 +178,7 @@ def sorted_with_rows(numbers: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], I
 
 
 def ranked(numbers: Indices) -> tuple[Indices, Indices]:
-    """Return whole numbers (k,), not below zero, by size, equal ones as they come, and their rows.
+    """Return whole numbers (k,), not below zero, in rising order, equal ones as they come, and their rows.
 
     They are sorted together with their rows, which numpy does many times as fast as finding an order.
     """
@@ -217,7 +217,7 @@ def hash_numbers(numbers: Indices) -> NDArray[np.uint64]:
 
 
 def in_space_order(mesh: Mesh) -> Mesh:
-    """Return the mesh with what lies together in space together in memory, if its file has it scattered.
+    """Return the mesh with neighbours in space close in memory, if its file has them scattered.
 
     A solid of a million scattered triangles takes a third longer to build, and every look at them as well.
     Vertices are sorted along Morton's curve (G. M. Morton, 1966), triangles by the first of their vertices.
@@ -254,7 +254,7 @@ MORTON = _every_third_bit(10)
 
 
 def least_and_greatest(values: Numbers, triangles: Indices) -> tuple[Numbers, Numbers]:
-    """Return the least and the greatest of the values (n,) that each triangle's corners have (m,)."""
+    """Return the least and the greatest (m,) of the values (n,) at each triangle's corners."""
     values = np.ascontiguousarray(values)  # else each take would copy them all
     least, greatest = np.zeros(len(triangles), values.dtype), np.zeros(len(triangles), values.dtype)
     for begin in range(0, len(triangles), CHUNK):
@@ -273,7 +273,7 @@ def longest_sides(corners: Array) -> Array:
 
 
 def compacted(triangles: Indices, count: int) -> tuple[NDArray[np.bool_], Indices]:
-    """Return which of ``count`` vertices some triangles use (count,), and the triangles among those alone."""
+    """Return a mark of the vertices in use (count,), and the triangles renumbered among those alone."""
     used = np.zeros(count, dtype=bool)
     used[triangles.reshape(-1)] = True
     return used, (np.cumsum(used) - 1).take(triangles)

@@ -1,4 +1,4 @@
-"""Meshes that touch themselves: which triangles hang together where more than two share an edge."""
+"""Pairing of triangles at edges shared by more than two, in meshes that touch themselves."""
 
 # Needed by files of two bodies that lie against each other, as tests/geometry/test_solid_pinched.py draws.
 

@@ -2,7 +2,7 @@
 
 Going along a ray, a triangle that is entered adds one to the winding number and one that is left takes one
 away; in a solid the number is 0 or 1 everywhere. The mesh is cut by evenly spaced planes, and in each of them
-two fields of rays run square to each other: what cuts a triangle serves both. All rays of a field are
+two fields of rays run square to each other: the segments of a plane serve both. All rays of a field are
 followed at once, without a loop.
 """
 
@@ -22,7 +22,7 @@ DEPTH_BITS = 32
 LENGTH_LEAST = 1e-8
 """Shorter stretches, as a share of the diagonal, are rounding where surfaces touch."""
 SHIFT = np.array([0.3090, 0.5772, 0.4142])
-"""Where in their cells, along each axis of the frame, planes and rays stand."""
+"""Places of planes and rays in their cells, along each axis of the frame."""
 TRIANGLES_AT_ONCE = 4 * CHUNK
 """Triangles at a time: a quarter of them is cut."""
 Whole = NDArray[np.int64]
@@ -31,7 +31,7 @@ Levels = NDArray[np.int32]
 
 @dataclass(frozen=True, eq=False)
 class Doubled:
-    """What a field of rays sees of metal that counts twice or as negative.
+    """Double or negative metal, as measured by a field of rays.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Doubled:
     low_mm, high_mm : (3,) float
         Least and greatest coordinates of the stretches of rays within it; meaningless without any.
     stretches : int
-        On how many stretches of rays it was seen.
+        Number of stretches of rays within it.
     pitch_mm : float
         Distance of the rays.
     """
@@ -54,12 +54,12 @@ class Doubled:
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """Where planes cut triangles: (k,) segments, head to tail around metal, in pitches of the rays.
+    """Segments (k,) in which planes cut triangles, head to tail around metal, in pitches of the rays.
 
     Attributes
     ----------
     plane : (k,) int
-        Number of the plane, which is also where it stands along the second axis.
+        Number of the plane, which is also its place along the second axis.
     first, third : (2, k) float
         Start and end along the first and the third axis, bitwise the same where two triangles meet.
     """
@@ -78,20 +78,20 @@ def frame_along(direction: Array, across: Array) -> Array:
 
 
 def doubled_metal(mesh: Mesh, rays: int, axes: Array) -> list[Doubled]:
-    """Follow parallel rays through a closed, outward mesh and add up where it is not there just once.
+    """Follow parallel rays through a closed, outward mesh and add up the metal that does not count once.
 
     Parameters
     ----------
     mesh : Mesh
     rays : int
-        How many rays in each field, over the rectangle that the mesh fills as seen along them, at least.
+        Least number of rays in each field, over the rectangle that the mesh fills as seen along them.
     axes : (3, 3) float
         A right-handed frame, in rows: planes stand square to its second axis.
 
     Returns
     -------
     list of Doubled
-        What the field along the third axis sees, and the one along the first.
+        By the field along the third axis, and by the one along the first.
     """
     places = axes @ mesh.vertices.T
     low, high = places.min(axis=1), places.max(axis=1)
@@ -113,7 +113,7 @@ def doubled_metal(mesh: Mesh, rays: int, axes: Array) -> list[Doubled]:
 
 
 def _doubled(times: Whole, ends: Array, pitch: float, least_mm: float, axes: Array) -> Doubled:
-    """Return what was seen, from stretches of rays between ends (2, k, 3), in the frame [mm]."""
+    """Return the metal on stretches of rays between ends (2, k, 3), in the frame [mm]."""
     length = np.abs(ends[1] - ends[0]).sum(axis=1)  # along one axis of the frame
     volume = float(length @ times) * pitch * pitch
     seen = ends[:, length > least_mm].reshape(-1, 3) @ axes
@@ -138,7 +138,7 @@ def _segments(places: Array, triangles: Indices) -> Segments:
 
 
 def _apart(level: Levels, corners: Indices) -> NDArray[np.bool_]:
-    """Return which triangles, corners (3, k), lie on different levels."""
+    """Mark the triangles (k,), by their corners (3, k), that do not lie on one level."""
     a, b, c = level.take(corners)
     apart: NDArray[np.bool_] = (a != b) | (b != c)
     return apart
@@ -171,7 +171,7 @@ def _cut(places: Array, level: Levels, corners: Indices) -> tuple[Whole, Array, 
 
 
 def _by_height(height: Array, corners: Indices) -> tuple[list[Indices], NDArray[np.bool_]]:
-    """Sort the corners (3, k) of triangles by height, and return which then go round the other way."""
+    """Return the corners (3, k) of triangles by height, and a mark of those whose sense that turns (k,)."""
     numbers, heights = list(corners), list(height.take(corners))
     turned = np.zeros(corners.shape[1], dtype=bool)
     for one, other in ((0, 1), (1, 2), (0, 1)):
@@ -184,7 +184,7 @@ def _by_height(height: Array, corners: Indices) -> tuple[list[Indices], NDArray[
 
 
 def _expanded(first: Whole, count: Whole | Levels) -> tuple[Indices, Whole]:
-    """Return for runs of whole numbers which run each number belongs to, and the numbers."""
+    """Return the numbers of runs of whole numbers one after the other: the run of each, and the number."""
     which = np.repeat(np.arange(len(first)), count)
     before = np.cumsum(count, dtype=np.int64) - count
     return which, np.arange(len(which)) + (first - before).take(which)
@@ -196,9 +196,9 @@ def _stretches(plane: Whole, across: Array, along: Array, columns: int, depth: i
     Returns
     -------
     times : (n,) int
-        How often metal counts too much or too little on stretches of rays where it does.
+        Excess of metal's count over one, or its negative, on stretches of rays where it is wrong.
     ends : (2, n, 3) float
-        Where they begin and end: across, plane and along, in pitches.
+        Their two ends: across, plane and along, in pitches.
     """
     scale = ((1 << DEPTH_BITS) - 1) / depth
     event = _crossings(plane, across, along, columns, scale)
@@ -212,7 +212,7 @@ def _stretches(plane: Whole, across: Array, along: Array, columns: int, depth: i
 
 
 def _crossings(plane: Whole, across: Array, along: Array, columns: int, scale: float) -> Whole:
-    """Return where rays cross segments, one number each: the ray, the depth, and whether metal is left (1).
+    """Return rays' crossings of segments, a number each: the ray, the depth, and 1 where metal is left.
 
     Segments end where others begin, so that no ray slips between them or meets both.
     """

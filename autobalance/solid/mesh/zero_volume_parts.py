@@ -15,11 +15,11 @@ from autobalance.solid.mesh.non_manifold_edges import linked_triangles
 from autobalance.types import Indices
 
 CRUMB = 1e-12
-"""Share of a file's volume that a body must bound: what coordinates of single precision leave is far less."""
+"""Share of a file's volume that a body must bound: rounding to single precision leaves far less."""
 
 
 _PARTS: WeakKeyDictionary[Mesh, tuple[Indices, int]] = WeakKeyDictionary()
-"""Of meshes without crumbs: their bodies are asked for as soon as they are built."""
+"""Parts of meshes without crumbs: their bodies are asked for as soon as they are built."""
 
 
 def parts_at_edges(mesh: Mesh) -> tuple[Indices, int]:
@@ -29,7 +29,7 @@ def parts_at_edges(mesh: Mesh) -> tuple[Indices, int]:
 
 
 def without_crumbs(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """Return a closed mesh without its crumbs, and what was dropped."""
+    """Return a closed mesh without its crumbs, and a note on those, if any."""
     part_of, count = parts_at_edges(mesh)
     volumes = np.abs(part_volumes(mesh, part_of, count))
     is_crumb = volumes <= CRUMB * volumes.sum()
@@ -44,6 +44,6 @@ def without_crumbs(mesh: Mesh) -> tuple[Mesh, list[str]]:
 
 
 def crumbs_dropped(number: int, volume_mm3: float) -> str:
-    """Say what was dropped."""
+    """Return a note on dropped crumbs."""
     name = "1 crumb" if number == 1 else f"{number} crumbs"
     return f"{name} dropped that bound {volume_mm3:.3g} mm³: folded triangles, no metal"

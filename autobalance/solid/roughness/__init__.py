@@ -1,1 +1,1 @@
-"""What noise does to a surface: whether a mesh has any, and how much."""
+"""Noise on the surface of a mesh: its presence and its size."""

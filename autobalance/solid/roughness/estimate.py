@@ -1,4 +1,4 @@
-"""Whether a mesh was scanned, and how rough it is: drawn faces are plane but for rounding."""
+"""Recognition of scanned meshes, and their roughness: drawn faces are plane but for rounding."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from autobalance.solid.mesh.mesh import Mesh, hash_rows
 from autobalance.types import Array, Flags, Indices
 
 LOOKED_AT = 3000
-"""So many vertices are looked at, wherever they are."""
+"""Vertices that are sampled, wherever they are."""
 FLAT_RAD = 1e-4
 """Triangles that meet at less are one plane: neighbours of a scan differ by more, be it waved by 1 µm."""
 ROUNDED = 4.0
@@ -24,17 +24,17 @@ decimated."""
 FEWEST = 4000
 """A mesh of fewer triangles has none to spare for noise: a scan of a crank has 10 000 at least."""
 NEIGHBOURHOODS = 400
-"""So many neighbourhoods are looked at."""
+"""Neighbourhoods that are sampled."""
 TYPICAL = 0.35
-"""The roughness is that which this share of them stays below; edges have more."""
+"""Quantile of the neighbourhoods that counts as the roughness; edges have more."""
 SINGLE = 2.0**-24
 """Rounding of a number of single precision, as a share of it."""
 
 
 def flat_share(mesh: Mesh) -> float:
-    """Return the share of a mesh's triangles that lie in one plane with one beside them; 1 of a small mesh.
+    """Return the share of a mesh's triangles that lie in one plane with a neighbour; 1 of a small mesh.
 
-    It is that of some triangles, and does not depend on the order of triangles or vertices.
+    It is estimated from some triangles, and does not depend on the order of triangles or vertices.
     """
     if len(mesh.triangles) < FEWEST:
         return 1.0
@@ -87,7 +87,7 @@ def _longest(mesh: Mesh, one: Indices, two: Indices) -> Array:
 
 
 def smoothed_normals(mesh: Mesh, rounds: int = 3) -> Array:
-    """Return each triangle's direction (m, 3), averaged with those around it so many times over."""
+    """Return each triangle's direction (m, 3), averaged with its neighbours' in so many ``rounds``."""
     directions = mesh.area_vectors
     a, b, c = mesh.triangles.T
     for _ in range(rounds):
@@ -99,7 +99,7 @@ def smoothed_normals(mesh: Mesh, rounds: int = 3) -> Array:
 
 
 def local_roughness_mm(mesh: Mesh, within_mm: float) -> float:
-    """Return how far vertices stand off a paraboloid through those around them, typically [mm].
+    """Return the typical distance of vertices from a paraboloid through those around them [mm].
 
     Waves longer than the neighbourhood are shape to it: the roughness of a whole face is greater.
 
@@ -128,7 +128,7 @@ def local_roughness_mm(mesh: Mesh, within_mm: float) -> float:
 
 
 def off_paraboloid(points: Array, normal: Array) -> Array:
-    """Return how far points (n, 3) stand off the paraboloid over ``normal`` that fits them best (n,)."""
+    """Return the height (n,) of points (n, 3) above the best-fitting paraboloid over ``normal``."""
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     side /= np.linalg.norm(side)
     x, y, h = points @ side, points @ np.cross(normal, side), points @ normal

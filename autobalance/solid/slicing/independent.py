@@ -1,4 +1,4 @@
-"""Volume, first and second moments a second way: from areas and moments of slices along z."""
+"""Volume, first and second moments by a second method: from areas and moments of slices along z."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def slice_moments(mesh: Mesh, density_g_mm3: float, frame: Array | None = None) 
 
 
 def _sliced(corners: Array) -> tuple[float, Array, Array]:
-    """Return what triangles (m, 3, 3) add to volume, first and second moments."""
+    """Return the contribution of triangles (m, 3, 3) to volume, first and second moments."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     order = np.argsort(corners[:, :, 2], axis=1)
     low, middle, high = np.take_along_axis(corners, order[:, :, None], axis=1).transpose(1, 0, 2)

@@ -1,4 +1,4 @@
-"""A plane region on a grid of cells, to see of many boxes at once which lie inside it and which outside."""
+"""Grid of cells over a plane region, to sort many boxes at once into inside and outside."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from autobalance.solid.csg.region import Polygons
 from autobalance.types import Array, Flags, Indices
 
 CELLS = 256
-"""Of the grid, along the longer side of the region."""
+"""Cells of the grid along the longer side of the region."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Raster:
     cell_mm : float
         Side of a cell.
     inside, touched : (n + 1, m + 1) int
-        How many cells before a row and a column are wholly inside, and how many are not wholly outside.
+        Number of cells before a row and a column that are wholly inside, and that are not wholly outside.
     """
 
     origin: Array
@@ -47,7 +47,7 @@ class Raster:
         return cls(origin, cell, _summed(filled & ~near), _summed(filled | near))
 
     def holds(self, low: Array, high: Array) -> Flags:
-        """Return of boxes between corners (k, 2) which lie inside for sure."""
+        """Mark the boxes (k,) between corners (k, 2) that lie inside for sure."""
         first, last = self._cells(low), self._cells(high)
         inside = (low >= self.origin).all(axis=1) & (last < np.array(self.inside.shape) - 1).all(axis=1)
         size = np.prod(last - first + 1, axis=1)
@@ -55,7 +55,7 @@ class Raster:
         return held
 
     def meets(self, low: Array, high: Array) -> Flags:
-        """Return of boxes between corners (k, 2) which may reach inside: all others are outside for sure."""
+        """Mark the boxes (k,) between corners (k, 2) that may reach inside: others are outside for sure."""
         first, last = self._cells(low), self._cells(high)
         met: Flags = self._count(self.touched, first, last) > 0
         return met
@@ -73,7 +73,7 @@ class Raster:
 
 
 def _summed(flags: Flags) -> Indices:
-    """Return how many flags are set before each row and column."""
+    """Return the number of flags set before each row and column (n + 1, m + 1)."""
     table = np.zeros((flags.shape[0] + 1, flags.shape[1] + 1), dtype=np.int64)
     table[1:, 1:] = flags.cumsum(axis=0).cumsum(axis=1)
     return table

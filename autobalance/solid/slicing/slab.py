@@ -21,7 +21,7 @@ from autobalance.types import Array, Indices
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Which metal of a slab counts: within a cylinder along z that bounds it there, or on one side of z.
+    """Metal of a slab that counts: within a cylinder along z that bounds it there, or on one side of z.
 
     ``centre`` (2,) and ``radius_mm`` of the cylinder: no surface may cross it in the slab; ``side`` (2,):
     only where (x, y) · side ≥ 0.
@@ -68,7 +68,7 @@ class Slab:
             Lower and upper height [mm].
         density_g_mm3 : float
         part : Part
-            Leaves part of the metal out.
+            Part of the metal that counts.
         """
         z_low, z_high = z_range_mm
         if not z_high > z_low:
@@ -107,7 +107,7 @@ class Slab:
         return corners
 
     def _meets(self, rows: Indices, centre: Array, radius: float) -> NDArray[np.bool_]:
-        """Whether the boxes of triangles meet that of a circle, in x and y."""
+        """Mark the triangles (k,) whose boxes meet that of a circle, in x and y."""
         meets = np.ones(len(rows), dtype=bool)
         corners = self.triangles.take(rows, axis=0).T
         for column, middle in zip(self._axes, centre, strict=False):
@@ -118,9 +118,9 @@ class Slab:
 
 
 def _slab_of_soup(soup: Array, below: Array, height: float, part: Part) -> Moments:
-    """Return volume and moments of what loose triangles (k, 3, 3) add between z = 0 and ``height``.
+    """Return the moments that loose triangles (k, 3, 3) contribute between z = 0 and ``height``.
 
-    Of those ``below`` (j, 3, 3), which end at the upper plane, only the plane's share.
+    Triangles ``below`` (j, 3, 3), which end at the upper plane, contribute only the plane's share.
     """
     soup = _clipped(soup, np.array([0.0, 0.0, 1.0]), 0.0)
     edges = _upper_edges(np.concatenate([soup, below]), height)
@@ -155,7 +155,6 @@ def _clipped(soup: Array, normal: Array, height: float) -> Array:
 
 
 def _count(marks: NDArray[np.bool_]) -> NDArray[np.int8]:
-    """Return how many of three marks (k, 3) hold."""
     a, b, c = marks.T.astype(np.int8)
     total: NDArray[np.int8] = a + b + c
     return total
@@ -164,7 +163,7 @@ def _count(marks: NDArray[np.bool_]) -> NDArray[np.int8]:
 def _upper_edges(soup: Array, height: float) -> Array:
     """Return the edges (k, 2, 2) of the section at ``height``, metal on their left, of loose triangles.
 
-    A corner on the plane counts as above it: what lies on the plane is the section just below.
+    A corner on the plane counts as above it: the section on the plane is that just below.
     """
     up = soup[:, :, 2] >= height
     count = _count(up)
@@ -188,7 +187,7 @@ def _within(items: Array, centre: Array, radius: float) -> Array:
 
 
 def _clipped_edges(edges: Array, side: Array) -> Array:
-    """Return the parts of edges on one side of the origin; what closes them lies in line with it."""
+    """Return the parts of edges on one side of the origin; the edges that close them lie in line with it."""
     over = edges @ side
     edges, over = edges[(over >= 0.0).any(axis=1)], over[(over >= 0.0).any(axis=1)]
     p, q = edges[:, 0], edges[:, 1]

@@ -17,12 +17,12 @@ Numbers = NDArray[np.unsignedinteger[Any]]
 FEW_CORNERS = 16
 """Outlines of no more corners are left as they are."""
 MOSTLY = 0.9
-"""Another round is worth its time where the last one left less than this share."""
+"""Share of the corners left by a round of thinning below which another is worth its time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Spans:
-    """Where triangles lie among heights: for each, how many heights are at or below its corners.
+    """Places of triangles among heights: for each, the number of heights at or below its corners.
 
     ``low`` (m,) counts for the lowest corner, ``high`` for the highest; a height is crossed when its number
     is at least the first and less than the second.
@@ -33,12 +33,12 @@ class Spans:
 
     @classmethod
     def of(cls, vertices: Array, triangles: Indices, heights_mm: Array) -> Spans:
-        """Return those of triangles (m, 3) among increasing heights (k,)."""
+        """Return the spans of triangles (m, 3) among increasing heights (k,)."""
         count = np.searchsorted(heights_mm, vertices[:, 2], side="right")
         return cls(*least_and_greatest(count.astype(np.min_scalar_type(len(heights_mm))), triangles))
 
     def among(self, chosen: Indices) -> Spans:
-        """Return them among some of the heights, chosen by number, increasing."""
+        """Return the spans among some of the heights, chosen by number, increasing."""
         fewer = np.searchsorted(chosen, np.arange(int(self.high.max()) + 1)).astype(self.low.dtype)
         return Spans(fewer.take(self.low), fewer.take(self.high))
 
@@ -48,7 +48,7 @@ def cross_sections(
 ) -> list[list[Array]]:
     """Cut a closed, outward mesh by planes z = const.
 
-    A corner on the plane counts as above it, so that every section closes whatever lies on the plane.
+    A corner on the plane counts as above it, so that every section closes.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def thinned(outline: Array, within_mm: float) -> Array:
 
 
 def _steps(places: Array) -> Array:
-    """Return what each of numbers (k,) on a closed way adds to the one before it, and the first again."""
+    """Return the differences (k + 1,) of successive numbers (k,) on a closed way, the first repeated last."""
     steps = np.zeros(len(places) + 1)
     np.subtract(places[1:], places[:-1], out=steps[1:-1])
     steps[0] = steps[-1] = places[0] - places[-1]
@@ -112,7 +112,7 @@ def _steps(places: Array) -> Array:
 def crossed_edges(corner: Indices, up: NDArray[np.bool_]) -> tuple[Indices, Indices]:
     """Return the edges (k, 2), lower number first, where a section enters and leaves triangles (k, 3).
 
-    ``up`` (k, 3) is which corners lie above it; metal is on its left.
+    ``up`` (k, 3) marks corners above it; metal is on its left.
     """
     row = np.arange(len(corner))
     a, b, c = up.T
@@ -132,7 +132,7 @@ def _points_on(edges: Indices, vertices: Array, height: Array) -> Array:
 
 
 def following_of(start: Indices, end: Indices, station: Indices, count: int) -> Indices:
-    """Return for each segment the one that begins on the edge where it ends, in the same section.
+    """Return the segment that follows each one: it begins on the edge where that ends, in the same section.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def following_of(start: Indices, end: Indices, station: Indices, count: int) -> 
 
 
 def _cycles(following: Indices) -> list[Indices]:
-    """Return the cycles of a permutation."""
+    """Return the cycles of a permutation, by their least members."""
     step = following.tolist()
     left = np.ones(len(step), dtype=bool)
     cycles = []

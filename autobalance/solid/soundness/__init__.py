@@ -1,1 +1,1 @@
-"""Whether a solid can be trusted: bodies, overlaps, slivers of booleans, and what is repaired."""
+"""Checks and repairs that make a solid trustworthy: bodies, overlaps, holes, slivers of booleans."""

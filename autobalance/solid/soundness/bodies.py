@@ -19,7 +19,7 @@ from autobalance.types import Array, Indices
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """One connected body of a file, with its cavities; a solid only when it is asked for.
+    """One connected body of a file, with its cavities; its solid is built on first use.
 
     Attributes
     ----------
@@ -28,9 +28,9 @@ class Body:
     part_of : (m,) int
         The part that each of its triangles belongs to.
     part : int
-        The one that is this body's outside.
+        The part that is this body's outside.
     outside_volume_mm3 : float
-        Volume inside these; negative while they are inside out.
+        Volume inside that part; negative while it is inside out.
     bounds : (2, 3) float
         Least and greatest coordinates [mm].
     cavities : tuple of Solid
@@ -45,7 +45,7 @@ class Body:
 
     @cached_property
     def solid(self) -> Solid:
-        """The body, its cavities taken out."""
+        """The body without its cavities, right side out."""
         outside = self.mesh.part(self.part_of == self.part)
         solid = Solid.of_parts(outside if self.outside_volume_mm3 > 0.0 else outside.flipped())
         for cavity in self.cavities:
@@ -54,7 +54,7 @@ class Body:
 
     @property
     def volume_mm3(self) -> float:
-        """Volume [mm³]."""
+        """Volume without the cavities [mm³]."""
         return abs(self.outside_volume_mm3) - sum(cavity.volume_mm3 for cavity in self.cavities)
 
     @property
@@ -66,7 +66,7 @@ class Body:
 
 
 def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
-    """Return the connected bodies by falling volume, then by place, and what had to be done to them.
+    """Return the connected bodies by falling volume, then by place, and notes on their repairs.
 
     A part that is inside out is a cavity if it lies within another; otherwise it is turned round. Parts that
     bound next to nothing, folded triangles, are dropped.
@@ -90,7 +90,7 @@ def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
 
 
 def _without_crumbs(parts: list[Body]) -> tuple[list[Body], list[str]]:
-    """Return the parts that bound more than a share of the whole, and what was dropped."""
+    """Return the parts that bound more than a share of the whole, and a note on those dropped, if any."""
     least = CRUMB * sum(part.volume_mm3 for part in parts)
     kept = [part for part in parts if part.volume_mm3 > least]
     dropped = sum(part.volume_mm3 for part in parts if part.volume_mm3 <= least)

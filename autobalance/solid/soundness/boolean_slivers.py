@@ -1,4 +1,4 @@
-"""Flakes that a boolean between near surfaces leaves beside a solid, and pieces that a cut leaves loose."""
+"""Removal of flakes that a boolean between near surfaces leaves; refusal of loose pieces after a cut."""
 
 # Needed by solids that manifold3d cut near their own faces (tests/geometry/test_traces.py, the flake).
 
@@ -14,11 +14,11 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array, Indices
 
 FLAKE_SHARE = 1e-7
-"""Share of a solid's volume up to which what does not hang together with it is rounding."""
+"""Share of a solid's volume up to which a piece apart from it is rounding."""
 
 
 def without_flakes(cut: Solid, before: Solid) -> Solid:
-    """Return a solid that was cut from another without what rounding left beside it.
+    """Return a solid that was cut from another without the flakes that rounding left beside it.
 
     A reader of its file would find several bodies, some of them inside out.
 
@@ -43,7 +43,7 @@ def without_flakes(cut: Solid, before: Solid) -> Solid:
 
 
 def _parts_at_vertices(mesh: Mesh) -> tuple[Indices, int]:
-    """Return the part (m,) of each triangle, where what shares a vertex is one, and how many there are."""
+    """Return the part (m,) of each triangle, where those that share a vertex are one, and their number."""
     part_of_vertex, count = mesh.parts_at_vertices
     if count == 1:
         return np.zeros(len(mesh.triangles), dtype=np.int64), 1

@@ -1,4 +1,4 @@
-"""Which of a file's bodies are the crank."""
+"""Choice of the bodies of a file that are the crank."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from autobalance.solid.soundness.repair import volume_change
 def chosen_bodies(
     solid: Solid, body: int | str | None, pressed_up: bool, unite: bool
 ) -> tuple[Solid, int, list[str]]:
-    """Return those of a solid's bodies that are wanted, how many there are, and the repairs.
+    """Return the chosen bodies of a solid as one, the number of its bodies, and the repairs.
 
     Parameters
     ----------

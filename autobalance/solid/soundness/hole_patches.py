@@ -1,8 +1,8 @@
-"""Holes that a scanner left open, closed by the surface around them, or joined where they are a bore.
+"""Closing of holes that a scanner left open by the surface around them, or joining of a bore's two ends.
 
-A rim in a plane or a cylinder is closed by that surface, any other by a thin plate through what is around it
-(Duchon 1977). Where the triangles at a rim stand along the hole the scanner looked into something: whether
-that is a bore is the user's to say.
+A rim in a plane or a cylinder is closed by that surface, any other by a thin plate through the points around
+it (Duchon 1977). Where the triangles at a rim stand along the hole the scanner looked into something: whether
+that is a bore is the user's to state.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ from autobalance.types import Array, Indices
 SHOWN = 6
 """Holes that a refusal lists."""
 TINY = 1e-300
-"""In place of an area, or added to a length, of triangles so small that it is 0."""
+"""Least area, and addition to a length, of triangles so small that it is 0."""
 WIDEST = 0.4
-"""A rim wider than this share of a mesh's diagonal is where the rest of the part begins."""
+"""Width of a rim, as a share of the mesh's diagonal, beyond which a part of the crank is missing."""
 AROUND = 0.7
-"""Surfaces are fitted to what lies within this share of a hole's width of its rim ..."""
+"""Surfaces are fitted to points within this share of a hole's width of its rim ..."""
 RINGS = 4.0
 """... and at least so many of the rim's edges."""
 SAME_SIDE = 0.2
-"""Points are of the surface around a hole when their directions have this much along the hole's."""
+"""Points are of the surface around a hole when their directions' part along the hole's is above this."""
 DOUBT = 2.0
-"""A patch may be off by so many times what its surroundings stand off its surface (95 %)."""
+"""A patch may be off by so many times the spread of its surroundings about its surface (95 %)."""
 FINEST, LONGEST = 16.0, 1.5
-"""A patch's edges are as long as its rim's, or this share of its width; at most so many times."""
+"""A patch's edges are as long as its rim's, or its width over the first; at most the second times as long."""
 FOLLOWS = 0.35
 """A point midway between two follows each of them off the surface by so much: together less than they do."""
 
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """A hole that was closed: where (3,), how large, by which surface, and how much metal may be off."""
+    """Closed hole: its centre (3,), its size, the surface that closes it, and the metal that may be off."""
 
     centre_mm: Array
     width_mm: float
@@ -54,7 +54,7 @@ class Patch:
 
     @property
     def text(self) -> str:
-        """What was done, in a line."""
+        """Note on the hole and its closing, in a line."""
         how = {
             "plane": "closed by the plane around it",
             "cylinder": "closed by the cylinder around it",
@@ -67,12 +67,12 @@ class Patch:
 
 
 def filled(mesh: Mesh, allowed: OpenHoles) -> tuple[Mesh, tuple[Patch, ...]]:
-    """Close the holes of a mesh as wanted.
+    """Close the holes of a mesh as far as ``allowed``; return it with the patches.
 
     Raises
     ------
     SolidError
-        If one is wider than wanted, may be a bore of which nothing was said, or is a bore without other end.
+        If one is wider than allowed, may be a bore that was not named, or is a bore without other end.
     """
     holes = _holes(mesh)
     if not holes or allowed.fill_mm <= 0.0:
@@ -98,7 +98,7 @@ def filled(mesh: Mesh, allowed: OpenHoles) -> tuple[Mesh, tuple[Patch, ...]]:
 
 
 def listed(holes: Sequence[Hole]) -> str:
-    """Return how many holes there are, how wide and where, the widest first."""
+    """Return the number of holes, with their widths and places, the widest first."""
     ordered = sorted(holes, key=lambda hole: -hole.width)
     shown = ", ".join(f"{hole.width:.3g} mm around {_place(hole.centre)}" for hole in ordered[:SHOWN])
     more = ", ..." if len(holes) > SHOWN else ""
@@ -106,7 +106,7 @@ def listed(holes: Sequence[Hole]) -> str:
 
 
 def open_holes_text(mesh: Mesh) -> str:
-    """Return what holes an open mesh has and what closes them; empty where its open edges are not rims."""
+    """Return a hint on the holes of an open mesh and their closing; empty where no open edges make a rim."""
     holes = _holes(mesh)
     if not holes:
         return ""
@@ -155,7 +155,7 @@ def _bores(holes: Sequence[Hole], allowed: OpenHoles) -> list[tuple[Hole, Hole]]
     Raises
     ------
     SolidError
-        If a rim may be a bore's and nobody said so, or one of which it was said has no other end.
+        If a rim may be a bore's and none was named, or a named one has no other end.
     """
     if allowed.keep_open is None:
         doubtful = [hole for hole in holes if hole.along < INTO]
@@ -228,7 +228,7 @@ def _wall(mesh: Mesh, one: Hole, other: Hole) -> Patch:
 
 # --- patches ------------------------------------------------------------------------------------------------
 class _Surroundings:
-    """What lies around the holes of a mesh."""
+    """Vertices around the holes of a mesh, with their directions."""
 
     def __init__(self, mesh: Mesh) -> None:
         from scipy.spatial import cKDTree
@@ -237,7 +237,7 @@ class _Surroundings:
         self.tree = cKDTree(mesh.vertices)
 
     def patched(self, hole: Hole, count: int) -> tuple[Array, Indices, Patch]:
-        """Return new vertices, numbered from ``count``, triangles, and what was done."""
+        """Return a hole's new vertices, numbered from ``count``, its new triangles, and the patch."""
         rim = self.mesh.vertices.take(hole.rim, axis=0)
         edge = float(np.linalg.norm(rim - np.roll(rim, 1, axis=0), axis=1).mean())
         points, normals = self._around(rim, hole.normal, max(AROUND * hole.width, RINGS * edge))
@@ -265,7 +265,7 @@ def _flat_patch(rim: Array, hole: Hole, edge: float) -> tuple[Array, Array, Indi
     """Return points (n, 3) of a flat patch, the rim's first, their shares of the rim's (n, m), and triangles.
 
     The rim is closed between its own corners; then edges inside are halved until none is much longer than
-    ``edge``. A point's shares are how far it follows each corner of the rim off the surface: less and less.
+    ``edge``. A point follows the rim's corners off the surface by its shares of them: less and less.
     """
     flat = rim - np.outer((rim - hole.centre) @ hole.normal, hole.normal)
     axes = np.linalg.svd(flat - hole.centre, full_matrices=False)[2][:2]

@@ -1,4 +1,4 @@
-"""The surface around a hole of a scan: a plane, a cylinder, or a thin plate through what is there."""
+"""The surface around a hole of a scan: a plane, a cylinder, or a thin plate through the points there."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from autobalance.types import Array, Indices
 
 Surface = Literal["plane", "cylinder", "smooth", "bore"]
 Lift = Callable[[Array], Array]
-"""Takes points (n, 3) near a patch to the surface."""
+"""Moves points (n, 3) near a patch onto the surface."""
 
 ALIKE = (1.3, 2e-3)
 """A simpler surface is taken where its residual is no more than so many times, and mm above, another's."""
@@ -25,7 +25,7 @@ FLATTEST = 0.95
 PLATE_POINTS = 400
 """Points that a thin plate goes by, at most."""
 BLIND = 0.25
-"""A bore that is closed where the scanner saw no farther may be off by this share of its width, evenly."""
+"""Error of a bore closed where the scanner saw no farther, as a share of its width, everywhere."""
 INTO = 0.45
 """Triangles at a rim that face along the hole by less than this on average lead into something."""
 
@@ -42,7 +42,7 @@ class Hole:
 
 
 def surface_around(points: Array, normals: Array, hole: Hole) -> tuple[Surface, Lift, float]:
-    """Return the surface through points around a hole, and how far they stand off it, typically."""
+    """Return the kind of surface around a hole, the `Lift` onto it, and the spread of points about it."""
     if hole.along < INTO:  # nothing around it goes on over it: the end of what the scanner saw of a bore
         return "smooth", lambda at: at, BLIND * hole.width
     middle, up = points.mean(axis=0), hole.normal
@@ -62,12 +62,12 @@ def surface_around(points: Array, normals: Array, hole: Hole) -> tuple[Surface, 
 
 
 def _spread(values: Array) -> float:
-    """Return the standard deviation of the middle ones: fillets and edges lie around a hole too."""
+    """Return a robust standard deviation, from the median: fillets and edges lie around a hole too."""
     return 1.4826 * float(np.median(np.abs(values - np.median(values))))
 
 
 def _cylinder(points: Array, normals: Array, hole: Hole) -> tuple[Lift, float] | None:
-    """Return the cylinder through points and how far they stand off it; None where there is none."""
+    """Return the `Lift` onto the cylinder through points and their spread about it; None if there is none."""
     from scipy.optimize import least_squares
 
     axis = np.linalg.eigh(normals.T @ normals)[1][:, 0]
@@ -105,7 +105,7 @@ def _cylinder(points: Array, normals: Array, hole: Hole) -> tuple[Lift, float] |
 
 
 def _plate(points: Array, hole: Hole) -> Lift:
-    """Return a thin plate over the plane of a rim, through the points around it."""
+    """Return the `Lift` onto a thin plate over the plane of a rim, through the points around it."""
     from scipy.interpolate import RBFInterpolator
 
     side = np.cross(hole.normal, np.eye(3)[int(np.argmin(np.abs(hole.normal)))])

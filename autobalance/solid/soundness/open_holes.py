@@ -1,4 +1,4 @@
-"""Which holes of an open mesh are to be closed."""
+"""Permission to close holes of an open mesh."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class OpenHoles:
-    """What to do with holes of a mesh: close those up to ``fill_mm`` wide; ``keep_open`` are bores' places.
+    """Treatment of a mesh's holes: close those up to ``fill_mm`` wide; ``keep_open`` are bores' places.
 
-    ``keep_open`` None: nobody said which rims are bores; empty: none is.
+    ``keep_open`` None: it is unknown which rims are bores; empty: none is.
     """
 
     fill_mm: float = 0.0

@@ -17,17 +17,17 @@ from autobalance.solid.soundness.open_edges import doubled_area_vector, is_close
 from autobalance.types import Array, Flags, Indices
 
 PLACES_SHOWN = 4
-"""How many open edges an error names."""
+"""Open edges that an error names."""
 WELD_SHARE = 1e-7
 """Distance of vertices that are one point, as a share of the diagonal: single precision leaves as much."""
 PLANE = 1e-4
-"""How far a rim may leave its plane, as a share of the diagonal."""
+"""Greatest distance of a rim from its plane, as a share of the diagonal."""
 HOLE_MOST = 0.01
 """Area of a hole that may be filled, as a share of the surface."""
 
 
 def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
-    """Build a solid from a welded mesh, with what had to be done to it, from harmless to doubtful.
+    """Return the solid of a welded mesh, and notes on its repairs, from harmless to doubtful.
 
     Pairs of triangles that face each other are cancelled, and copies of a triangle dropped if that leaves
     fewer open edges, or none; such a mesh may hold folded triangles as well, which are dropped before it is
@@ -63,7 +63,7 @@ def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
 
 
 def without_crowds(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """Leave one triangle or none on the same corners, and say what was done."""
+    """Leave one triangle or none on the same corners; return the mesh and notes on that."""
     crowd = _crowded(mesh.triangles)
     if not len(crowd):
         return mesh, []
@@ -91,9 +91,9 @@ def _crowded(triangles: Indices) -> Indices:
 
 
 def _drop_copies(mesh: Mesh, crowd: Indices) -> tuple[Mesh, list[str]]:
-    """Drop triangles of a crowd that another one is equal to and faces the same way as, where none is missed.
+    """Drop equal triangles of a crowd that face the same way, where that opens no edges.
 
-    Such copies would make what is behind them count twice: the surface of a solid passes any place once.
+    Such copies would make the metal behind them count twice: the surface of a solid passes any place once.
     """
     some = mesh.triangles.take(crowd, axis=0)
     turned = np.take_along_axis(some, (some.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
@@ -205,12 +205,12 @@ def _change(before: Mesh, after: Mesh) -> str:
 
 
 def volume_change(was_mm3: float, now_mm3: float) -> str:
-    """Say what a repair made of the volume."""
+    """Return a note on the volume before and after a repair."""
     return f"volume {was_mm3:.9g} → {now_mm3:.9g} mm³"
 
 
 def open_message(mesh: Mesh, edges: Indices) -> str:
-    """Return one line that says how many edges are open and where."""
+    """Return one line on the number of open edges and their places."""
     middles = mesh.vertices[edges].mean(axis=1)
     places = ", ".join(f"({x:.6g}, {y:.6g}, {z:.6g})" for x, y, z in middles[:PLACES_SHOWN])
     more = ", ..." if len(middles) > PLACES_SHOWN else ""

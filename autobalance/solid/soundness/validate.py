@@ -1,4 +1,4 @@
-"""The last look at a solid before anything is measured on it."""
+"""Final checks of a solid before anything is measured on it."""
 
 from __future__ import annotations
 
@@ -18,23 +18,24 @@ from autobalance.types import Array
 COUNTS_TWICE_MOST = 1e-4
 """Share of a solid's mass that may count twice."""
 UNBALANCE_MOST_MM = 1e-4
-"""Specific unbalance that it may make as far out as the solid goes: 1 % of G 6.3 at 6000 rpm."""
+"""Specific unbalance of metal that counts twice at the solid's far end: 1 % of G 6.3 at 6000 rpm."""
 RAYS_LEAST, RAYS_MOST = 10_000, 40_000
-"""In each field, to look for it."""
+"""Rays of each field that looks for metal that counts twice."""
 TRIANGLES_A_RAY = 13
-"""Between these limits: the two fields together take some quarter of the time of building the solid."""
+"""Triangles for each ray between these limits: both fields take some quarter of the time of building the
+solid."""
 WORTH_A_LOOK = 0.01
-"""Of what may count twice: from here on it is measured and not only looked for."""
+"""Share of the permitted double metal from which on it is measured and not only looked for."""
 MEASURED_MOST = 200_000
 """Triangles around doubled metal up to which it is measured exactly; with more, by as many rays."""
 ALONG, ACROSS = np.array([0.55, -0.09, 0.83]), np.array([0.62, 0.71, -0.33])
-"""Of the rays: slantwise to whatever a part is drawn along, so that none runs within its faces."""
+"""Directions of the rays: slantwise to the axes of a part's drawing, so that none runs within its faces."""
 NEAR_HULL = 1e-9
-"""How far outside the hull rounding may put a centre of mass, as a share of the diagonal."""
+"""Distance outside the hull that rounding may put a centre of mass at, as a share of the diagonal."""
 
 
 def check_solid(solid: Solid, doubtful: bool) -> None:
-    """Refuse a solid that cannot be one; that it is closed and has a volume is known already.
+    """Refuse an impossible solid: closed, but with a centre of mass outside or with metal that counts twice.
 
     Parameters
     ----------
@@ -114,14 +115,14 @@ def _refuse(solid: Solid, share: float, centre_mm: Array, limit: float) -> None:
 
 
 def counts_twice_most(solid: Solid) -> float:
-    """Return the share of a solid that may count twice, by mass and by the unbalance it may make."""
+    """Return the share of a solid that may count twice, limited by mass and by its possible unbalance."""
     return min(COUNTS_TWICE_MOST, 2.0 * UNBALANCE_MOST_MM / solid.mesh.diagonal_mm)
 
 
 def _measured(solid: Solid, seen: Sequence[Doubled]) -> tuple[float, Array]:
     """Return the share of a solid that counts twice where rays saw it, and the place (3,) of most of it.
 
-    The box in which it is measured grows until all of what hangs together with it is inside.
+    The box in which it is measured grows until all of the connected double metal is inside.
     """
     low = np.min([field.low_mm - 2.0 * field.pitch_mm for field in seen], axis=0)
     high = np.max([field.high_mm + 2.0 * field.pitch_mm for field in seen], axis=0)
@@ -166,7 +167,7 @@ def _span(a: Array, b: Array, c: Array) -> Array:
 
 
 def hull_distance_mm(mesh: Mesh, point_mm: Array) -> float:
-    """Return how far a point (3,) lies outside the convex hull of a mesh, at least; negative inside.
+    """Return the least distance [mm] of a point (3,) outside the convex hull of a mesh; negative inside.
 
     By qhull: manifold3d's hull may hold triangles that face inward.
 
