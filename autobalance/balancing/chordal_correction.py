@@ -1,4 +1,4 @@
-"""Whether what facets hide is added to what was measured, and whether the facets are fine enough."""
+"""The report's entry on a mesh's facets, and the fineness that a grade needs of them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def facet_entry(
     finer: record.FacetsNeeded | None = None,
     after: Moments | None = None,
 ) -> record.ChordalErrorEntry | None:
-    """Return what the report says of the facets; ``after`` is what they hide once the crank is cut."""
+    """Return the report's entry on the facets; ``after`` is the correction of the cut crank."""
     from autobalance.balancing import record
 
     if facets is None:
@@ -47,9 +47,9 @@ def facet_entry(
 
 
 def needed(facets: ChordalError, tolerance: Tolerance, share: Share) -> record.FacetsNeeded | None:
-    """Return how fine the facets would have to be; None where they are fine enough.
+    """Return the fineness that a tolerance needs of the facets; None where they are fine enough.
 
-    What facets hide falls as the square of their number around a circle, as does their chord height.
+    Their error falls as the square of their number around a circle, as does their chord height.
     """
     from autobalance.balancing import record
 
@@ -79,6 +79,6 @@ def needed(facets: ChordalError, tolerance: Tolerance, share: Share) -> record.F
 
 
 def _two_digits(value: float, rounded: Callable[[float], int]) -> float:
-    """Return a value with two digits, rounded to the side where it is enough."""
+    """Return a value to two digits, ``rounded`` down or up."""
     place = 1 - math.floor(math.log10(value))
     return round(rounded(round(value * 10.0**place, 6)) / 10.0**place, max(place, 0))

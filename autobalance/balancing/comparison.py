@@ -29,13 +29,13 @@ EQUAL_SHARE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """What one kind or mix makes of the crank.
+    """Result of one kind or mix on the crank.
 
     Attributes
     ----------
     methods : tuple of str
     outcome : Outcome or None
-        None where the kind cannot be set up on this crank; ``reason`` says why.
+        None where the kind cannot be set up on this crank, for the ``reason``.
     share : float or None
         Greatest judged residual ÷ its permissible value.
     residual_g_mm : float or None
@@ -49,7 +49,7 @@ class Row:
     depths_mm : tuple of float
         One a cut; below 0 for metal added.
     wall_left_mm : float or None
-        Least metal left beside what is cut: see ``wall_left_mm``.
+        Least metal left beside the cuts: see ``wall_left_mm``.
     different : int
         Cuts of different settings or depths.
     thinnest_share : float or None
@@ -118,7 +118,7 @@ def compare(
     limits : mapping of str to Limits
         The limits of each kind, by its name.
     mixes : sequence of tuples of str, optional
-        Names of the kinds to mix; default each kind alone, then with those that make up what it cannot reach.
+        Names of the kinds to mix; default each kind alone, then with those that reach what it cannot.
     done : callable
         Called with all rows so far after each.
     """
@@ -135,7 +135,7 @@ def compare(
             done(rows)
             continue
         if len(methods) > 1 and {each.kind for each in result.corrections} < set(methods):
-            continue  # it would list a kind, or a smaller mix, for the second time
+            continue  # a kind, or a smaller mix, would be listed twice
         capacity = _capacity(rotor, tolerance, chosen, result, offers)
         rows.append(_row(methods, rotor, tolerance, result, capacity))
         done(rows)
@@ -143,7 +143,7 @@ def compare(
 
 
 def _once() -> Offers:
-    """Return what asks each kind for the same cuts only once; good for one rotor and tolerance."""
+    """Return a cache of each kind's candidates, valid for one rotor and tolerance."""
     known: dict[tuple[int, int, float], Candidates] = {}
 
     def offers(work: Workpiece, limits: Limits, search_level: int) -> Candidates:
@@ -163,7 +163,7 @@ def beaten_by(rows: Sequence[Row]) -> dict[str, list[str]]:
 def ranked(rows: Sequence[Row], prefer: Prefer) -> list[Row]:
     """Return the rows within tolerance, the best first, as a job prefers.
 
-    Of equals those come first that do not thin a web behind its crankpin, then those of least metal.
+    Equal rows: first those that do not thin a web behind its crankpin, then those of least metal.
     """
 
     def key(row: Row) -> tuple[float, ...]:
@@ -194,7 +194,7 @@ WORDS: Mapping[Prefer, str] = {
 
 
 def why_recommended(order: Sequence[Row], rows: Sequence[Row], prefer: Prefer) -> str:
-    """Say why the first of some ranked rows is recommended, beside the next one."""
+    """Return the reason why the first of the ranked rows is recommended, beside the next one."""
     if not order:
         near = [row for row in rows if row.share is not None]
         if not near:
@@ -249,7 +249,7 @@ def _moved_g(cut: Correction, density_g_mm3: float) -> float:
 def wall_left_mm(corrections: Sequence[Correction], anatomy: Anatomy) -> float | None:
     """Return the least metal left beside corrections, as each kind measures it; None: none is weakened.
 
-    Holes and slugs: the wall measured around them. Lowered faces: what is left of the web's thickness. Turned
+    Holes and slugs: the wall measured around them. Lowered faces: the rest of the web's thickness. Turned
     rims: the metal outside of the crankpins. Added metal weakens nothing.
     """
     by_kind = {name: [cut for cut in corrections if cut.kind == name] for name in correction.KINDS}
@@ -263,7 +263,7 @@ def _capacity(
     """Return the greatest multiple of the initial unbalance that may be corrected; 1 is just this one.
 
     A coarse grid of places holds nearly as many holes as a fine one, but may miss the direction of a small
-    unbalance: where that was corrected, the fine grid is asked.
+    unbalance: where that was corrected, the fine grid is tried too.
     """
     work = workpiece(rotor, tolerance, result.initial, look=MOST_CAPACITY)
     is_met = tolerance.used_share(result.residual) <= 1.0

@@ -20,7 +20,7 @@ from autobalance.types import Array
 class Pass:
     """A cut crank as it was measured, and the bodies of its cuts (rotor frame).
 
-    ``metal`` is what all of them took of a scanned crank, in the file's axes; None of a drawn one.
+    ``metal`` is the metal that all of them took of a scanned crank, in the file's axes; None of a drawn one.
     """
 
     depths_mm: Array
@@ -45,7 +45,7 @@ def cut_and_measure(
     Raises
     ------
     SolidError
-        If the cut cannot be made, or what is measured is not a crank any more.
+        If the cut cannot be made, or the cut solid is not a crank any more.
     """
     cut_depths = made(cuts, depths_mm)
     tools = tuple(cut.tool(depth) for cut, depth in cut_depths)

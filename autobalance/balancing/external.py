@@ -1,4 +1,4 @@
-"""External balance: what a damper and a flexplate or flywheel carry of a crank's unbalance."""
+"""External balance: the unbalance of a crank that a damper and a flexplate or flywheel carry."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NO_LEVER_MM = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class CarriedUnbalance:
-    """What a part carries now and is to carry, (2,) each; ``pm_g_mm`` is by how much it may be off."""
+    """An external part, the unbalance (2,) that it is to carry, and the error ``pm_g_mm`` permitted to it."""
 
     part: ExternalPart
     unbalance_g_mm: Array
@@ -32,7 +32,7 @@ class CarriedUnbalance:
 
 
 def with_external(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Job:
-    """Return a job whose external parts are attached with what they must carry, where that is asked for."""
+    """Return a job with its external parts attached, with the unbalances they must carry, if it solves them."""
     balance = job.balance
     if balance.external != "solve":
         return job
@@ -40,7 +40,7 @@ def with_external(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -
 
 
 def carried_unbalances(job: Job, tolerance: Tolerance, residual: Unbalance) -> tuple[CarriedUnbalance, ...]:
-    """Return what the external parts of a job carry, and by how much they may be off beside a residual.
+    """Return the unbalances of a job's external parts, and the errors permitted to them beside a residual.
 
     Parameters
     ----------
@@ -79,15 +79,15 @@ def _loads(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Momen
 
 
 def _bare(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Unbalance:
-    """Return the unbalance that the parts have to cancel: all but them."""
+    """Return the unbalance that the external parts have to cancel."""
     return Unbalance.of(crank.moments + _loads(job, crank, tolerance, factor))
 
 
 def carried(parts: Sequence[ExternalPart], bare: Unbalance, tolerance: Tolerance) -> list[Array]:
     """Return the unbalance (2,) that each part must carry against a rotor's [g·mm].
 
-    Two free parts cancel resultant and moment exactly. Otherwise what uses most of what is permitted is made
-    as small as the parts' limits allow.
+    Two free parts cancel resultant and moment exactly. Otherwise the worst judged value, over its permissible
+    one, is made as small as the parts' limits allow.
     """
     if len(parts) == 2 and abs(parts[1].z_mm - parts[0].z_mm) > NO_LEVER_MM:
         low, high = sorted(parts, key=lambda part: part.z_mm)
@@ -104,7 +104,7 @@ def _may(part: ExternalPart, unbalance: Array) -> bool:
 
 
 def _rows(bare: Unbalance, parts: Sequence[ExternalPart], tolerance: Tolerance) -> list[tuple[Array, Array]]:
-    """Return what is judged over what is permitted: (2,) without the parts, and each part's share (p,)."""
+    """Return judged over permissible values: vectors (2,) without the parts, and the parts' shares (p,)."""
     rows = [
         (bare.resultant_g_mm / tolerance.permissible_g_mm, np.ones(len(parts)) / tolerance.permissible_g_mm)
     ]
@@ -126,7 +126,7 @@ def _least_worst(parts: Sequence[ExternalPart], bare: Unbalance, tolerance: Tole
     scale = max(1.0, *(part.max_g_mm or 0.0 for part in parts), math.hypot(*bare.resultant_g_mm))
 
     def unbalances(x: Array) -> Array:
-        """Return (p, 2) of the search's variables: a size where the angle is given, else a vector."""
+        """Return (p, 2) from the search's variables: a size where the angle is fixed, else a vector."""
         unbalances_g_mm, at = [], 0
         for part in parts:
             if part.angle_rad is None:
@@ -172,7 +172,7 @@ def _least_worst(parts: Sequence[ExternalPart], bare: Unbalance, tolerance: Tole
 
 
 def _pm_g_mm(parts: Sequence[ExternalPart], residual: Unbalance, tolerance: Tolerance) -> float:
-    """Return by how much each part may be off, all at once and the worst way, within what is permitted."""
+    """Return the error permitted to each part, where all are off at once and in the worst direction."""
     left = [
         max(0.0, 1.0 - math.hypot(*fixed)) / float(np.abs(shares).sum())
         for fixed, shares in _rows(residual, parts, tolerance)

@@ -1,4 +1,4 @@
-"""Faces of a crank that a correction can use, with what a millimetre of each is worth."""
+"""Faces of a crank that a correction can use, with the unbalance per millimetre of each."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from autobalance.machine_models.measured import Crank
 
 
 def offered_faces(crank: Crank) -> tuple[FaceOffer, ...]:
-    """Return what a correction can use: faces on webs, the greatest unbalance per millimetre first."""
+    """Return the faces on webs and the rims, the greatest unbalance per millimetre first."""
     faces = tuple(face for face in crank.faces if face.web is not None)
     rims = find_rims(crank.source.solid.mesh, crank.anatomy)
     depths = face_depths_mm(crank.source.solid, crank.anatomy, crank.density_g_mm3, faces, rims)

@@ -1,4 +1,4 @@
-"""The cuts of an earlier report with new depths: their places, tools, faces and numbers stay."""
+"""Cuts of an earlier report with new depths: their places, tools, faces and numbers stay."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ from autobalance.types import Array
 
 _Pair = TypeVar("_Pair", SharedDepth, Apart, Overlap)
 SECTOR_DEG = 0.5
-"""How far to both sides of a cut's angle its place is looked for."""
+"""Sector to both sides of a cut's angle in which its place is looked for."""
 
 
 @dataclass(frozen=True, eq=False)
 class KeptPlan:
-    """What is kept: the report's file name, sha256 and values, and its cuts as they are listed.
+    """The plan to keep: its report's file name, sha256 and values, and its cuts as they are listed.
 
-    ``cuts`` are those cuts on this crank, by number, once they were found on it; ``offered`` are all that
-    were, with their numbers: some are set up anew where a look reaches farther. ``heavy_at`` is where the
-    crank was heavy then, as of a workpiece.
+    ``cuts`` are those cuts on this crank, by number, once they were found on it; ``offered`` are all
+    candidates found for them, with their numbers: some are set up anew where a look reaches farther.
+    ``heavy_at`` is the unbalance at the time of the report, as of a workpiece.
     """
 
     report: str
@@ -56,7 +56,7 @@ class KeptPlan:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """The kinds of its cuts."""
+        """The kinds of its cuts, each once."""
         return tuple(dict.fromkeys(str(item["kind"]) for item in self.items))
 
     def offer(self, work: Workpiece, limits: Limits, search_level: int) -> Candidates:
@@ -81,9 +81,9 @@ class KeptPlan:
         return Candidates(tuple(cuts), apart=keep_apart([cut.envelope for cut in cuts], most, walls))
 
     def _among_all(self, mine: Sequence[Item], work: Workpiece, limits: Limits) -> Candidates:
-        """Return the kept cuts among all that a kind offers, with the rules among them."""
+        """Return the kept cuts among a kind's candidates, with the rules among them."""
         kind = kind_of(limits)
-        # sectors of faces lie about the side that is heavy: they are looked for where that was, too
+        # sectors of faces lie about the heavy side: they are looked for about the earlier one, too
         offered = Candidates(())
         places: list[int | None] = [None for _ in mine]
         then = [] if self.heavy_at is None else [replace(work, heavy_at=self.heavy_at)]
@@ -150,17 +150,16 @@ class KeptPlan:
         )
 
     def _made(self, result: Result) -> dict[int, int]:
-        """Return which cut of a result each number is, of those that are made."""
+        """Return the index among a result's cuts by kept number, of those that are made."""
         numbers = {id(cut): number for cut, number in self.offered}
         return {numbers[id(cut)]: k for k, (cut, _) in enumerate(result.made)}
 
     @property
     def numbers(self) -> tuple[int, ...]:
-        """The cuts' numbers."""
         return tuple(int(item["number"]) for item in self.items)
 
     def places(self, result: Result) -> list[tuple[Item, int | None]]:
-        """Return each kept cut with its place among the cuts that are made; None where it is not."""
+        """Return each kept cut with its index among the cuts that are made; None where it is not made."""
         cuts = self._made(result)
         return [(item, cuts.get(int(item["number"]))) for item in self.items]
 
@@ -174,8 +173,8 @@ class KeptPlan:
 def kept_cut(item: Item, work: Workpiece, limits: Limits) -> Cut | None:
     """Return the candidate of a kind that lies where a listed cut does; None if there is none.
 
-    Where a kind can say what fits at a place, that is asked first. Else candidates are tried in even steps
-    from the heavy side: to look where the cut was, that side is said to be there.
+    A kind's candidates at that very place come first. Else candidates are tried in even steps from the heavy
+    side, which is put where the cut was.
     """
     kind = kind_of(limits)
     there = _kept(kind, item, lambda: kind.at_place(work, limits, item))
@@ -211,7 +210,7 @@ def _kept(kind: Kind[Any], item: Item, offered: Callable[[], Sequence[Cut]]) -> 
 def balanced_as_kept(
     kept: KeptPlan, job: Job, rotor: Rotor, tolerance: Tolerance, measure: Measure, progress: Notify
 ) -> Result:
-    """Balance with the cuts of an earlier plan alone; say what would do where they do not.
+    """Balance with the cuts of an earlier plan alone; the result has remedies where they do not suffice.
 
     Raises
     ------
@@ -222,7 +221,7 @@ def balanced_as_kept(
     progress("looking for the kept cuts")
     kept = replace(kept, heavy_at=_heavy_then(kept, tolerance, rotor.anatomy))
     initial = Unbalance.of(rotor.moments + rotor.loads)
-    for limits in methods:  # all of them have to have a place, whether they are needed or not
+    for limits in methods:  # all of them must have a place, needed or not
         kept.offer(workpiece(rotor, tolerance, initial), limits, 0)
     result = balance(
         rotor, tolerance, methods, measure, progress, prefer="least_metal", advise=False, offers=kept.offer
@@ -234,7 +233,7 @@ def balanced_as_kept(
 
 
 def _without(kept: KeptPlan, job: Job, rotor: Rotor, tolerance: Tolerance) -> tuple[Relaxation, ...]:
-    """Return the plan that would do without keep, if there is one."""
+    """Return the remedy of planning anew without keep, if that reaches the tolerance."""
     initial = Unbalance.of(rotor.moments + rotor.loads)
     free = best_offer(rotor, tolerance, job.methods, initial, job.prefer)
     if free.plan.share > 1.0:
@@ -279,7 +278,7 @@ def refuse_other_crank(plan: KeptPlan, job: Job, anatomy: Anatomy) -> None:
     Raises
     ------
     JobError
-        If it is such a one.
+        If it is.
     """
     values = plan.values
     try:

@@ -34,14 +34,14 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 PASSES = 6
-"""Cuts of the whole crank at most; one or two are usual."""
+"""Most passes, each from the untouched crank; one or two are usual."""
 MEASURED_WORSE = 0.01
-"""Share by which a judged value may be worse than it was, as measured, where the tolerance is not reached."""
+"""Share by which a judged value may exceed its initial one, as measured, above the tolerance."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """One pass: what was planned, what was predicted and what was measured on the cut solid.
+    """One pass: its planned depths, and the residual predicted and measured on the cut solid.
 
     ``depths_mm`` has one entry a correction, in the order of the result's corrections; magnitudes are those
     of the resultant [g·mm].
@@ -59,11 +59,11 @@ class Result:
 
     ``initial_moments`` and ``final_moments`` are the bare crank's with its slugs, in the rotor frame;
     ``initial`` and ``residual`` count bob-weights and attached rotors too, as judged. ``solid`` is the
-    corrected crank in file coordinates [mm], ``measured`` what was measured of it, with the bytes of its file
-    where these were measured; both are None when nothing was cut. ``tools`` are the corrections' bodies, file
-    coordinates. ``initial_doubt`` and ``doubt`` are how far ``initial`` and ``residual`` may be off.
+    corrected crank in file coordinates [mm], ``measured`` its measurement, with the bytes of its file where
+    these were measured; both are None when nothing was cut. ``tools`` are the corrections' bodies, file
+    coordinates. ``initial_doubt`` and ``doubt`` are the uncertainties of ``initial`` and ``residual``.
     ``made`` are the cuts behind the corrections, each with its depth; ``notes`` name kinds that have no
-    place and of drills that were not used; ``relaxations`` are the changes of the job that ``reason`` names.
+    place and drills that were not used; ``relaxations`` are the changes of the job that ``reason`` names.
     """
 
     outcome: Outcome
@@ -116,18 +116,18 @@ def balance(
     methods : sequence of limits
         The kinds of correction that may be mixed.
     measure : Measure
-        How a cut crank is measured: the verdict is on what it finds (see ``measuring``).
+        The way to measure a cut crank; the verdict is on its result (see ``measuring``).
     progress : callable
-        Called with what runs, in a few words.
+        Called with the running step, in a few words.
     prefer : Prefer
-        What to spare among plans that reach the aim.
+        The quantity to spare among plans that reach the aim.
     advise : bool
-        Compute what would suffice when the limits fall short, and what drills that are not used would have
-        done; that takes a few more plans.
+        Compute remedies when the limits fall short, and the plans of drills that are not used; that takes a
+        few more plans.
     offers : callable
         Takes a workpiece, limits and a search level, and returns the candidates.
     cut_anyway : bool
-        Cut a crank that is within tolerance too: what is known of it is not certain enough.
+        Cut a crank that is within tolerance too: its unbalance is not certain enough.
     min_gain : float
         Share of the worst judged value that cuts must take off where the tolerance is not reached; else
         nothing is cut.
@@ -180,7 +180,7 @@ def balance(
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """What is balanced, as it was asked for, and the cuts to choose from: for either end of a run."""
+    """Inputs and candidates of a run, with a method for each of its ends."""
 
     rotor: Rotor
     tolerance: Tolerance
@@ -251,13 +251,13 @@ class _Run:
         )
 
     def _why(self, plan: Plan, residual: Unbalance) -> tuple[str, tuple[Relaxation, ...]]:
-        """Return why the tolerance is not reached, and all that would do it."""
+        """Return the reason why the tolerance is not reached, and all remedies."""
         above = Above(self.rotor, self.tolerance, self.methods, self.chosen, self.initial)
         return why_above(above, plan, residual, self.advise, self.progress)
 
 
 def _steps(passes: Sequence[tuple[Plan, Pass]], first: Iterable[int]) -> tuple[Step, ...]:
-    """Return what each pass did, its depths by the places ``first`` of the cuts, then those of all others."""
+    """Return the steps of the passes, depths in the order of the places ``first``, then all other cuts."""
     order = list(
         dict.fromkeys([*map(int, first), *(k for plan, _ in passes for k in range(len(plan.depths_mm)))])
     )
@@ -294,9 +294,9 @@ def left_as_it_is(rotor: Rotor, outcome: Outcome, reason: str | None, steps: Seq
 def _corrections(
     cuts: Sequence[Cut], depths_mm: Array, as_measured: Sequence[Correction | None] = ()
 ) -> tuple[Correction, ...]:
-    """Return the cuts that are made, each with what one more millimetre of depth would change.
+    """Return the cuts that are made, each with its change per millimetre of depth.
 
-    ``as_measured`` has those that were measured by themselves, None for the others; nothing where none was.
+    ``as_measured`` has those that were measured by themselves, None for the others; empty where none was.
     """
     chosen = made(cuts, depths_mm)
     corrections = []
@@ -309,8 +309,8 @@ def _corrections(
 def _in_turn(
     rotor: Rotor, candidates: Candidates, done: Pass
 ) -> tuple[tuple[Correction, ...], list[Overlap]]:
-    """Return the corrections of a pass, what two cuts want as the first one's, and which two these are."""
-    measured_cuts = done.measured.taken  # nothing, where triangles were measured
+    """Return the corrections of a pass, metal of two cuts counted with the first, and those overlaps."""
+    measured_cuts = done.measured.taken  # empty where triangles were measured
     corrections = _corrections(candidates.cuts, done.depths_mm, measured_cuts)
     chosen = np.flatnonzero(done.depths_mm > 0.0).tolist()
     place = {k: n for n, k in enumerate(chosen)}
@@ -319,7 +319,7 @@ def _in_turn(
         for pair in candidates.overlaps
         if pair.first in place and pair.second in place
     ]
-    if measured_cuts and all(measured_cuts):  # those were measured in turn already
+    if measured_cuts and all(measured_cuts):  # measured in turn already
         return corrections, both
     if not both and done.metal is None:
         return corrections, both
@@ -331,7 +331,7 @@ def _in_turn(
 def planned(
     rotor: Rotor, tolerance: Tolerance, methods: Sequence[Limits], prefer: Prefer = "simple"
 ) -> tuple[tuple[Correction, ...], Unbalance]:
-    """Return what would be cut and what that would leave, without cutting.
+    """Return the planned cuts and the residual unbalance that they would leave, without cutting.
 
     Raises
     ------

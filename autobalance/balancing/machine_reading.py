@@ -1,4 +1,4 @@
-"""A balancing machine's reading, as judged: in the rotor frame, with what was not fitted; its uncertainty."""
+"""A balancing machine's reading, as judged: rotor frame, parts not fitted included; its uncertainty."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CAUSE = "reading"
 
 @dataclass(frozen=True)
 class PlaneReading:
-    """What was read in a plane: heavy side in the rotor frame (x + i y); ``z_mm`` None: a static reading."""
+    """Unbalance read in a plane, in the rotor frame (x + i y); ``z_mm`` None: a static reading."""
 
     z_mm: float | None
     unbalance_g_mm: complex
@@ -40,9 +40,9 @@ class MachineAccuracy:
 class JudgedReading:
     """A reading as judged.
 
-    ``unbalance`` counts what the job hangs on the rotor, not what was on it; ``off`` is the difference,
-    ``machine`` what the machine read, ``share`` how far it may be off in U, A and B; ``zero_rad`` is the
-    rotor angle of the machine's zero mark.
+    ``unbalance`` counts the parts that the job hangs on the rotor, not those that were on it; ``off`` is the
+    difference, ``machine`` the machine's own unbalance, ``share`` its uncertainty in U, A and B; ``zero_rad``
+    is the rotor angle of the machine's zero mark.
     """
 
     unbalance: Unbalance
@@ -58,7 +58,6 @@ class JudgedReading:
         return len(self.planes) == 1
 
     def budget(self, places: Places) -> Budget:
-        """Return the uncertainty as the report has it."""
         return Budget({CAUSE: self.share}, places)
 
 
@@ -77,17 +76,17 @@ def judged_reading(
 ) -> JudgedReading:
     """Return a reading as judged.
 
-    Two planes give U and P. One plane gives U; P is that of the model. The planes' readings do not know of
-    each other, and their uncertainties are carried by the levers to U and to the tolerance planes.
+    Two planes give U and P. One plane gives U; P is that of the model. The planes' readings are independent,
+    and their uncertainties are carried by the levers to U and to the tolerance planes.
 
     Parameters
     ----------
     planes : one or two of PlaneReading
     accuracy : MachineAccuracy
     off : Unbalance
-        What the job hangs on the rotor less what was on it.
+        The job's parts on the rotor less those that were on it.
     model : Unbalance
-        Of the model at the same stage, as judged.
+        The model's at the same stage, as judged.
     places : (float, float) or None
         Tolerance planes A and B [mm].
     """
@@ -110,7 +109,7 @@ def _place(plane: PlaneReading) -> float:
 def _in_planes(
     planes: Sequence[PlaneReading], doubts: Sequence[float], places: tuple[float, float]
 ) -> tuple[float, float]:
-    """Return how far A and B may be off: U_A = (z_B U − P)/(z_B − z_A), each reading's share by its lever."""
+    """Return the uncertainties in A and B by U_A = (z_B U − P)/(z_B − z_A), each reading's by its lever."""
     z_A, z_B = places
     span = z_B - z_A
     # A static reading has no part in P.
@@ -128,7 +127,7 @@ def needs_no_cut(reading: JudgedReading, tolerance: Tolerance) -> bool:
 
 
 def machine_cannot_show(accuracy: MachineAccuracy, tolerance: Tolerance) -> str | None:
-    """Say why a machine cannot show that a rotor is within tolerance; None where it can."""
+    """Return the reason why a machine cannot show that a rotor is within tolerance; None where it can."""
     judged = (
         [(f"plane {plane.name}", plane.permissible_g_mm) for plane in tolerance.planes]
         if tolerance.judge == "dynamic"

@@ -1,4 +1,4 @@
-"""A crank file becomes a measured crank: read, recognised, its chordal error estimated."""
+"""Measuring of a crank file: it is read, recognised, its chordal error estimated."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ if TYPE_CHECKING:
     from autobalance.balancing.record import InputFile, TrueSurfaces
 
 FACETS_MOST = 50_000
-"""Curved facets up to which surfaces are fitted to them, in some 0.5 s; what more of them hide their edges
-show nearly as surely."""
+"""Curved facets up to which surfaces are fitted to them, in some 0.5 s; of more, the edges alone show the
+error nearly as surely."""
 
 
 BODIES_MOST = 40
-"""Bodies that may be one pressed-up crank: halves, pins, balls, plugs. More are looked at when asked for."""
+"""Most bodies tried as one pressed-up crank unasked: halves, pins, balls, plugs."""
 
 
 def measure_crank(
@@ -51,8 +51,8 @@ def measure_crank(
 ) -> Crank:
     """Read a crank file, recognise the crank in it and measure it, as exactly as ``asks``.
 
-    Its planar faces are looked for only ``with_faces``; of several bodies the error says whether all of them
-    are one crank, unless not to ``try_all_bodies``.
+    Its planar faces are looked for only ``with_faces``. With ``try_all_bodies``, several bodies are taken for
+    the pieces of a pressed-up crank where they are, else the error states whether together they are a crank.
     """
     with watch.stage("load"):
         source = read_crank(crankshaft, try_all_bodies)
@@ -61,7 +61,7 @@ def measure_crank(
 
 
 def read_crank(crankshaft: Crankshaft, try_all_bodies: bool = True) -> Source:
-    """Read a crank file; refuse what can be no crank by its density or size."""
+    """Read a crank file; refuse a density or size that no crank has."""
     refuse_density(crankshaft)
     source = _read(crankshaft, try_all_bodies)
     refuse_size(source, crankshaft.file)
@@ -93,8 +93,8 @@ def measured_source(
 ) -> Crank:
     """Measure a crank that was read and recognised, as exactly as ``asks``.
 
-    ``moments`` (rotor frame) are the solid's where they are known already; ``read_as`` has what a shop
-    measured of the crank. Of a crank that was cut since, ``calibration`` has what was found before.
+    ``moments`` (rotor frame) are the solid's where they are known already; ``read_as`` has a shop's readings
+    of the crank, ``calibration`` those of before, where the crank was cut since.
     """
     if read_as is not None and read_as.scan is not None:
         scan = replace(read_as.scan, density_g_mm3=density_g_mm3)
@@ -150,7 +150,7 @@ def _beside_scan(
         drawn,
         anatomy=replace(anatomy, journal_misalignment_mm=there.journal_misalignment_mm),
         moments=scanned.moments,
-        facets=None if facets is None else replace(facets, scanned=None),  # no cut takes of the scan's
+        facets=None if facets is None else replace(facets, scanned=None),  # the drawing is cut, not the scan
         correction=correction,
         calibration=scanned.calibration,
         beside=ScannedBeside(scan.file, scanned, scanned.moments - part - drawn.moments, held),
@@ -175,7 +175,7 @@ def _refuse_other_layout(drawn: Anatomy, scanned: Anatomy, file: Path | None) ->
 
 
 def _calibrated(crank: Crank, read_as: Crankshaft) -> Crank:
-    """Return a crank whose moments agree with what was measured of it, as far as that is asked for."""
+    """Return a crank with its moments and density calibrated by a shop's readings, as far as asked for."""
     density, pm = crank.density_g_mm3, read_as.density_pm_g_mm3 or 0.0
     hides = None if crank.correction.unbalance else crank.facets
     scanned = Scanned(
@@ -204,7 +204,7 @@ def _calibrated(crank: Crank, read_as: Crankshaft) -> Crank:
 
 
 def measured_again(crank: Crank, job: Job) -> Crank:
-    """Measure a crank that is there already as a job asks, which has taken its [crankshaft] over."""
+    """Measure a crank that was read already, as asked by a job that has taken over its [crankshaft]."""
     own = job.crankshaft
     known = None if own.readings.any or own.scan is not None else crank.calibration
     density = crank.density_g_mm3 if known is not None else own.density_g_mm3
@@ -259,7 +259,7 @@ def _read(crankshaft: Crankshaft, try_all_bodies: bool) -> Source:
 def _all_bodies(crankshaft: Crankshaft, several: BodiesError) -> Source | None:
     """Return all bodies of a file where they are the pieces of a pressed-up crank, one more than its throws.
 
-    Only where nothing is said of its crankpins; None where they are a crank of another kind.
+    None where the job states whether its crankpins are in the file, or they are a crank of another kind.
 
     Raises
     ------
@@ -287,9 +287,9 @@ def _all_bodies(crankshaft: Crankshaft, several: BodiesError) -> Source | None:
 def facets_of(
     source: Source, density_g_mm3: float, anatomy: Anatomy, asks: Balance | None = None
 ) -> ChordalError:
-    """Estimate what the facets cost: from their edges alone where fitting surfaces to all would take long.
+    """Estimate the chordal error: from the facets' edges alone where fitting surfaces to all would take long.
 
-    A correction that is ``asks`` for, and a verdict in which the uncertainty counts, look at all of them.
+    All are fitted where ``asks`` wants a correction, or a verdict in which the uncertainty counts.
     """
     worth_it = asks is not None and (asks.margin != "none" or asks.facet_correction)
     return once(
@@ -313,7 +313,7 @@ def _facets_of(source: Source, density_g_mm3: float, anatomy: Anatomy, fit: bool
 
 
 def facets_of_mesh(mesh: Mesh, density_g_mm3: float, fit: bool = False) -> ChordalError:
-    """Estimate what the facets of a mesh in the rotor frame cost; ``fit`` surfaces to however many."""
+    """Estimate the chordal error of a mesh in the rotor frame; ``fit`` surfaces to any number of facets."""
     look = look_at(mesh)
     if fit or look.curved_count <= FACETS_MOST:
         return chordal_error_of(look, density_g_mm3)
@@ -321,7 +321,7 @@ def facets_of_mesh(mesh: Mesh, density_g_mm3: float, fit: bool = False) -> Chord
 
 
 def input_file(path: Path | None, crank: Crank) -> InputFile:
-    """Return what the report says of the crank's file."""
+    """Return the report's entry on the crank's file, and on that of its scan beside it."""
     from autobalance.balancing.record import InputFile
 
     source = crank.source
@@ -332,7 +332,7 @@ def input_file(path: Path | None, crank: Crank) -> InputFile:
 
 
 def surfaces_entry(crank: Crank) -> TrueSurfaces | None:
-    """Return what the report says of the true surfaces, where the file keeps them."""
+    """Return the report's entry on the true surfaces; None where the file keeps none."""
     from autobalance.balancing.record import TrueSurfaces
 
     exact = crank.source.exact

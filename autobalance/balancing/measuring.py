@@ -1,4 +1,4 @@
-"""How a cut crank is measured: on the bytes of its file, on its own triangles, or on its true surfaces."""
+"""Measuring of a cut crank: on the bytes of its file, on its own triangles, or on its true surfaces."""
 
 from __future__ import annotations
 
@@ -30,24 +30,24 @@ if TYPE_CHECKING:
 SAME_VOLUME = 1e-9
 """Share by which the volume read back may differ from that of the loose triangles written."""
 DISAGREE = 0.02
-"""Share of the metal moved by which true surfaces and triangles may differ, beyond what facets hide."""
+"""Share of the metal moved by which true surfaces and triangles may differ, beyond the facets' error."""
 CONTRADICTION = 5e-3
 """Share of the metal moved by which cuts one by one may differ from all of them together."""
 ADD_UP = 1e-3
-"""The same of all cuts as they are listed, beyond what files round to."""
+"""The same share for all cuts as they are listed, beyond the rounding of files."""
 DEVIATION_MM = 0.02
-"""How far facets lie from true surfaces."""
+"""Distance of facets from true surfaces."""
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What was measured of a corrected crank (rotor frame), and the bytes of its file if they were measured.
+    """Measurement of a corrected crank (rotor frame), and the bytes of its file if they were measured.
 
     ``triangles`` is None where the file keeps true surfaces; ``surfaces`` counts these by kind then, and
-    ``hidden`` is what they hold more than the triangles of the same cut. ``added`` is what the facets hide by
-    estimate, where that counts. ``taken`` has an entry a cut, or none at all: a correction as measured on the
-    metal that its tool took, None where that is the one planned. ``read_back`` is the solid in the file with
-    its crumbs, where that was built to be looked at.
+    ``hidden`` is their excess over the triangles of the same cut. ``added`` is the estimate of the metal that
+    facets hide, where that counts. ``taken`` has an entry a cut, or none at all: a correction as measured on
+    the metal that its tool took, None where that is the one planned. ``read_back`` is the solid in the file
+    with its crumbs, where that was built to be looked at.
     """
 
     moments: Moments
@@ -61,7 +61,7 @@ class Measured:
 
 
 Measure = Callable[[Rotor, Solid, Made], Measured]
-"""Takes a rotor, its crank as cut (file coordinates [mm]) and the cuts; the verdict is on what it returns."""
+"""Takes a rotor, its crank as cut (file coordinates [mm]) and the cuts; the verdict is on its result."""
 
 
 def in_memory(rotor: Rotor, solid: Solid, cut_depths: Made) -> Measured:
@@ -71,7 +71,7 @@ def in_memory(rotor: Rotor, solid: Solid, cut_depths: Made) -> Measured:
 
 
 def as_file(format: str, mm_per_unit: float) -> Measure:  # noqa: A002
-    """Return the way to measure what a file of this format and unit will hold: its bytes, read back."""
+    """Return the way to measure a solid as a file of this format and unit holds it: its bytes, read back."""
 
     def measure(rotor: Rotor, solid: Solid, cut_depths: Made) -> Measured:
         written = Written.of(solid.mesh, format, mm_per_unit)
@@ -96,7 +96,7 @@ def _as_read_back(written: Written, own_mm3: float) -> Solid:
     Raises
     ------
     SolidError
-        If it is another one, or none.
+        If it is another solid than the one written, or none.
     """
     soup, known = written.soup, written.solid
     if known is None or without_crowds(known.mesh)[1]:
@@ -114,17 +114,17 @@ def _as_read_back(written: Written, own_mm3: float) -> Solid:
 def _refuse_lost_crank(rotor: Rotor, written: Solid) -> None:
     """Refuse a written solid with added metal in which the crank is lost.
 
-    Metal that is taken off leaves journals and pins alone; what is put on may hide them.
+    Metal that is taken off leaves journals and pins alone; added metal may hide them.
 
     Raises
     ------
     SolidError
-        If it is.
+        If no crank is found, or one with another number of throws or main journals.
     """
     hints = Overrides(crankpin_in_file=None)
     try:
         before = recognise(rotor.solid, hints)
-    except RecognitionError:  # which was reported before
+    except RecognitionError:  # reported before
         return
     try:
         after = recognise(written, hints)
@@ -155,7 +155,7 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, cut_depths: Made) -> Measur
     from autobalance.solid.cad.step import written_and_read
 
     exact = rotor.exact
-    assert exact is not None  # whoever chose this way of measuring has looked
+    assert exact is not None  # checked where this way of measuring was chosen
     removed: list[Tool] = []
     added: list[Tool] = []
     removes: list[int] = []
@@ -192,7 +192,7 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, cut_depths: Made) -> Measur
 
 
 def refuse_sum(rotor: Rotor, measured: Measured, corrections: Sequence[Correction]) -> None:
-    """Refuse corrections that do not add up to what is gone: as listed, they are not what was made.
+    """Refuse listed corrections whose volumes do not add up to the metal removed.
 
     Raises
     ------
@@ -214,7 +214,7 @@ def refuse_sum(rotor: Rotor, measured: Measured, corrections: Sequence[Correctio
 
 
 def _as_taken(rotor: Rotor, one: tuple[Cut, float], took: Taken | None) -> Correction | None:
-    """Return a cut's correction as measured on what its tool took of the true surfaces."""
+    """Return a cut's correction as measured on the metal that its tool took; None where it took none."""
     if took is None or min(took.volume.mass_g, took.floor.mass_g) <= 0.0:
         return None
     cut, depth = one
@@ -228,7 +228,7 @@ def _as_taken(rotor: Rotor, one: tuple[Cut, float], took: Taken | None) -> Corre
 def _refuse_contradiction(
     cut_depths: Made, own: Sequence[Correction | None], whole: Moments, density_g_mm3: float
 ) -> None:
-    """Refuse a solid whose edges lie so far off its faces that its cuts do not add up to what is gone.
+    """Refuse a solid whose edges lie so far off its faces that its cuts do not add up to the metal removed.
 
     Raises
     ------

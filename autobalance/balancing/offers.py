@@ -28,14 +28,14 @@ from autobalance.types import Array
 Offers = Callable[[Workpiece, Limits, int], Candidates]
 
 LOOKS = 8
-"""How often to look for metal four times deeper."""
+"""Most looks for metal, each four times deeper than the last."""
 EXPLAINED = 6
-"""Unused drills of which it is found out what they would have done, at most."""
+"""Most unused drills for which a plan of their own is computed."""
 
 
 @dataclass(frozen=True, eq=False)
 class BestOffer:
-    """The cuts at hand, a plan of them, the methods that have a place, and notes on those that have none."""
+    """Candidates, a plan of them, the methods that have a place, and notes on those that have none."""
 
     candidates: Candidates
     plan: Plan
@@ -51,14 +51,14 @@ def best_offer(
     prefer: Prefer,
     offers: Offers = correction.offer,
 ) -> BestOffer:
-    """Return the first set of cuts whose plan is good enough, else the one that comes nearest.
+    """Return the first candidates whose plan is good enough, else those whose plan comes nearest.
 
     A kind that has no place at its last search level is left out, with a note.
 
     Raises
     ------
     CorrectionError
-        If no kind has a place: what the first one says.
+        If no kind has a place: the error of the first.
     """
     best: BestOffer | None = None
     errors: dict[int, CorrectionError] = {}
@@ -110,7 +110,7 @@ def best_offer(
 
 
 def _unequal(candidates: Candidates, plan: Plan) -> tuple[str, ...]:
-    """Return that cuts which were to be equal are not, where they are not."""
+    """Return a note where cuts that were to be equal are not."""
     pairs = zip(candidates.cuts, plan.depths_mm.tolist(), strict=True)
     different = {(setting_of(cut), round(depth, 6)) for cut, depth in pairs if depth > 0.0}
     if not candidates.equal or len(different) < 2:
@@ -121,7 +121,7 @@ def _unequal(candidates: Candidates, plan: Plan) -> tuple[str, ...]:
 
 
 def _too_fine(candidates: Candidates, plan: Plan, coarse: Plan) -> tuple[str, ...]:
-    """Return what is left because no machine sets so little, where anything is."""
+    """Return a note on depths below ``min_step_mm``, which are left out, and the residual without them."""
     names = [
         f"{cut.label} by {depth:.2g} mm"
         for cut, depth in zip(candidates.cuts, plan.depths_mm.tolist(), strict=True)
@@ -149,7 +149,7 @@ def _left_out(
 def why_not_used(
     candidates: Candidates, plan: Plan, initial: Unbalance, tolerance: Tolerance, prefer: Prefer
 ) -> tuple[str, ...]:
-    """Return why drills that were offered and fit are not used: what each would have done alone."""
+    """Return a note for each drill that was offered, fits and is not used: the plan with it alone."""
     if not plan.depths_mm.any():
         return ()
     task = Task(initial, tolerance, candidates, prefer, AIM, *usual(candidates))

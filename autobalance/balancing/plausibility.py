@@ -1,6 +1,6 @@
-"""Whether a crank and a job can be what they say: physics, not taste.
+"""Plausibility of a crank and a job: physics, not taste.
 
-What no crank can be is refused; what is odd is said, with the unit that may be meant and where.
+Impossible values are refused; odd ones are reported, with the place and the unit that may be meant.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     from autobalance.machine_models.measured import Crank
 
 BOB_SHARE = (1e-3, 20.0)
-"""Bob-weights over the crank's own mass: nothing that runs lies outside."""
+"""Bob-weights over the crank's own mass: no running engine lies outside."""
 USUAL_BOB_SHARE = (1e-2, 5.0)
 UNLIKE = 50.0
-"""How many times one table of weights may be another: what turns with a rod, what goes up and down with it,
-the same of one throw, and of the parts that were there before."""
+"""Greatest ratio of two tables of weights: rotating to reciprocating, or a throw's, or the original ones', to
+the job's."""
 LEAST_G = 1.0
-"""What moves with one rod of a model aircraft's engine weighs more."""
+"""Least mass that moves with one rod: a model aircraft's engine has more."""
 PIN_SHARE = 20.0
-"""How many times a crankpin's weight may be that of its bare cylinder, or the reverse."""
+"""Greatest ratio of a crankpin's weight to that of its bare cylinder, or the reverse."""
 FACTOR = (-1.0, 3.0)
 """Balance factor that a crank may have before, with parts that are meant for it."""
 LEAST_ALIKE = 0.01
@@ -46,12 +46,12 @@ ROD_RATIO = (2.0, 15.0)
 
 
 def oddities(job: Job, crank: Crank) -> tuple[str, ...]:
-    """Return what is odd about a job for its crank, one line each.
+    """Return the oddities of a job for its crank, one line each.
 
     Raises
     ------
     JobError
-        For what cannot be: weights in another unit, a rod that is none, rods beyond the mains.
+        For impossible values: weights in another unit, a rod that is none, rods beyond the mains.
 
     Notes
     -----
@@ -62,19 +62,19 @@ def oddities(job: Job, crank: Crank) -> tuple[str, ...]:
 
 
 def odd_parts(job: Job) -> tuple[str, ...]:
-    """Return what is odd about a job's weights among themselves, one line each.
+    """Return the oddities of a job's weights among themselves, one line each.
 
     Raises
     ------
     JobError
-        For a density that nothing has, and for a rod that is none.
+        For a density that no material has, and for a rod that is none.
     """
     refuse_density(job.crankshaft)
     return (*_unlike_weights(job), *_rod(job))
 
 
 def odd_alone(job: Job) -> tuple[str, ...]:
-    """Return what is odd about a job's weights where no crank is read to compare them with.
+    """Return the oddities of a job's weights where no crank is read to compare them with, one line each.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def odd_alone(job: Job) -> tuple[str, ...]:
 
 
 def _bob_weights(job: Job, crank: Crank) -> Iterator[str]:
-    """Weights in kilograms make bob-weights of nothing; those in milligrams, ones heavier than the crank."""
+    """Compare bob-weights with the crank: in kilograms they are next to nothing, in milligrams heavier."""
     total = sum(load.parts.bob_weight_g(1.0) for load in throw_loads(crank.anatomy, job.engine))
     share = total / crank.moments.mass_g
     if total <= 0.0 or _usual(share):
@@ -124,7 +124,7 @@ def _oil(job: Job) -> Iterator[str]:
 
 
 def _unlike_weights(job: Job) -> Iterator[str]:
-    """One table in kilograms beside another in grams."""
+    """Compare tables of weights: one may be in kilograms, another in grams."""
     engine = job.engine
     totals = {"engine": _totals_g(engine.default.weights)}
     for number, parts in engine.by_throw.items():
@@ -200,7 +200,7 @@ def _rod(job: Job) -> Iterator[str]:
 
 
 def _rod_end(job: Job, key: str, end_g: float, table: str, totals_g: Mapping[str, float]) -> Iterator[str]:
-    """Compare what a rod's end weighs on the scale with all that moves with it."""
+    """Compare the weight of a rod's end on the scale with the table of all parts that move with it."""
     all_g = totals_g[table]
     finding = f"{job.path.name}: engine.rod.{key} is {end_g:g}"
     odd, refused = END_SHARE
@@ -235,7 +235,7 @@ def _rod_length(job: Job, anatomy: Anatomy) -> Iterator[str]:
 
 
 def _pitch(job: Job, anatomy: Anatomy) -> Iterator[str]:
-    """Rods stand on their crankpin, not beyond the mains beside it."""
+    """Compare the rods' places with their crankpin and the mains beside it."""
     pitch = abs(job.engine.layout.rod_pitch_mm)
     mains = [float(journal.centre_mm[2]) for journal in anatomy.main_journals]
     for throw in anatomy.throws:

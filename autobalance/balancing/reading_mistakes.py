@@ -1,8 +1,8 @@
 """Likely mistakes of a balancing machine's reading, tested one by one against the numbers.
 
-The change of reading since the stage before, C, should be what that stage's cuts did, E. Where both differ by
-more than their uncertainty, each usual mistake is undone in both readings and in the new one alone, and what
-is left of the difference shows whether it explains it.
+The change of reading since the stage before, C, should be the effect of that stage's cuts, E. Where both
+differ by more than their uncertainty, each usual mistake is undone in both readings and in the new one alone,
+and the rest of the difference shows whether it explains it.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ KEYS: dict[Cause, str] = {
     "bob_weights": "bob_weights_g",
 }
 FITTED = ("turned", "scaled", "bob_weights")
-"""Causes with a number that is fitted: they count what they leave twice."""
+"""Causes with a number that is fitted: the difference that they leave counts twice."""
 MAX_LEFT = 0.25
-"""Of the difference: a cause that leaves at most this is a suspect."""
+"""Share of the difference that a suspect leaves at most."""
 LEAST_FACTOR = 1.5
 SHARE_OF_CUTS = 0.1
-"""By which what the cuts did may differ from the model."""
+"""Share by which the effect of the cuts may differ from the model."""
 DOUBTS = 2.0
 """Uncertainties by which change and cuts may differ."""
 
 
 @dataclass(frozen=True)
 class Suspect:
-    """A mistake that would explain what was read: what it leaves of the difference, and how to say so."""
+    """A mistake that would explain a reading, with the difference that it leaves and its description."""
 
     cause: Cause
     difference_g_mm: float
@@ -52,21 +52,21 @@ class Suspect:
 
     @property
     def key(self) -> str:
-        """Key of the reading file that is wrong then."""
+        """Key of the reading file that the mistake makes wrong."""
         return KEYS[self.cause]
 
     @property
     def rank(self) -> float:
-        """What it leaves, doubled where a number was fitted."""
+        """Difference left, doubled where a number was fitted."""
         return self.left_g_mm * (2.0 if self.cause in FITTED else 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Two readings and what was cut between them.
+    """Two readings and the effect of the cuts between them.
 
-    ``before`` is the reading before the cuts, ``expected`` what the cuts did by the model; ``per_gram`` is
-    what 1 g more on every throw adds.
+    ``before`` is the reading before the cuts, ``expected`` the model's effect of the cuts; ``per_gram`` is
+    the unbalance of 1 g more on every throw.
     """
 
     now: JudgedReading
@@ -76,7 +76,7 @@ class Comparison:
     places: Places
 
     def seen(self, unbalance: Unbalance) -> Array:
-        """Return what is compared: A and B (2, 2), or the resultant (1, 2) of a static reading."""
+        """Return the vectors to compare: A and B (2, 2), or the resultant (1, 2) of a static reading."""
         if self.places is None or self.now.static or self.before.static:
             return unbalance.resultant_g_mm[None, :]
         return unbalance.in_planes(*self.places)
@@ -101,7 +101,7 @@ class Comparison:
 
 
 def suspects(compared: Comparison) -> list[Suspect]:
-    """Return the mistakes that explain the difference, best first; none where there is no doubt."""
+    """Return the mistakes that explain the difference, best first; none where the readings agree."""
     if compared.agrees:
         return []
     difference = float(np.linalg.norm(compared.difference))
@@ -113,7 +113,7 @@ def suspects(compared: Comparison) -> list[Suspect]:
 
 
 def _tried(compared: Comparison) -> Iterator[tuple[Cause, float, str]]:
-    """Yield each cause with what it leaves, undone in both readings and in the new one alone."""
+    """Yield causes, the difference left by each and words: undone in both readings, or in the new one."""
     for both in (True, False):
         yield "mirrored", _left(compared, both, _mirrored), "angles count the other way"
         yield "opposite", _left(compared, both, _opposite), "light and heavy side are exchanged"
@@ -143,7 +143,7 @@ def _exchanged(reading: JudgedReading) -> list[PlaneReading]:
 
 
 def _machine(planes: Sequence[PlaneReading]) -> Unbalance:
-    """Return what the machine read, from its planes; a static reading has no moment here."""
+    """Return the machine's unbalance from its planes; a static reading has no moment here."""
     total = sum((each.unbalance_g_mm for each in planes), 0j)
     moment = sum(((each.z_mm or 0.0) * each.unbalance_g_mm for each in planes), 0j)
     return Unbalance(vector(total), vector(moment))
@@ -158,7 +158,7 @@ def _left(compared: Comparison, both: bool, undo: Undone) -> float:
 
 
 def _fit(compared: Comparison, both: bool) -> tuple[Array, Array]:
-    """Return X and Y, complex (k,): with a factor on what the machine read, C − E is factor·X − Y."""
+    """Return X and Y, complex (k,): with a factor on the machine's values, C − E is factor·X − Y."""
     read = _machine(compared.now.planes)
     rest = compared.expected - compared.now.off
     if both:
@@ -194,7 +194,7 @@ def _bob_weights(compared: Comparison) -> Iterator[tuple[Cause, float, str]]:
 
 
 def bob_weight_fit(difference: Array, per_gram: Array) -> tuple[float, float] | None:
-    """Return by how many grams all bob-weights would be off to explain a difference, and what that leaves.
+    """Return the error of all bob-weights [g] that explains a difference best, and the difference left.
 
     None where bob-weights alike change nothing.
     """

@@ -1,4 +1,4 @@
-"""What a run found, before it is written down; put together by the commands, computed elsewhere."""
+"""Findings of a run, before they are written down; put together by the commands, computed elsewhere."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
 
 @dataclass(frozen=True)
 class InputFile:
-    """The crank's file as it was read; ``scan`` is that of its scan, where that was measured beside it."""
+    """The crank's file as it was read; ``scan`` is its scan's file, where that was measured beside it."""
 
     file: str | None
     sha256: str
@@ -45,7 +45,7 @@ class InputFile:
 
 @dataclass(frozen=True)
 class FacetsNeeded:
-    """How many times as many facets around a circle a grade needs, their chord height, and it in words."""
+    """Fineness of facets that a grade needs: factor on their number around a circle, chord height, words."""
 
     finer: float
     sag_mm: float
@@ -54,12 +54,12 @@ class FacetsNeeded:
 
 @dataclass(frozen=True)
 class ChordalErrorEntry:
-    """What the true surface holds more than the facets: mass, and the magnitude of the unbalance.
+    """Excess of the true surface over the facets: mass, and the magnitude of the unbalance.
 
     ``mass_bar_g`` and ``unbalance_bar_g_mm`` are their error bars, ``sag_mm`` is the greatest chord height.
-    ``correction`` is whether the estimate was added to what was measured (None: not asked for), ``reason``
+    ``correction`` is whether the estimate was added to the measured moments (None: not asked for), ``reason``
     why not or not all of it; ``needed`` is None where the facets are fine enough or nothing is asked of them.
-    ``added`` is what was added before and after cutting, None where nothing was.
+    ``added`` are the moments added before and after cutting, None where none were.
     """
 
     mass_g: float
@@ -75,7 +75,7 @@ class ChordalErrorEntry:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredCrank:
-    """The crank before correction, in the rotor frame; of a scanned one within what its mass lies (95 %)."""
+    """The crank before correction, in the rotor frame; ``mass_pm_g`` (95 %) for a scanned one."""
 
     moments: Moments
     volume_mm3: float
@@ -87,7 +87,7 @@ class MeasuredCrank:
 
 @dataclass(frozen=True)
 class Counterweight:
-    """m_cw, r′ and their product before, wanted and after; for cranks of one throw."""
+    """Counterweight of a crank of one throw: m_cw, and its product with r′ before, wanted and after."""
 
     mass_g: float
     initial_g_mm: float
@@ -99,7 +99,7 @@ class Counterweight:
 class BobWeights:
     """Sums of the parts of one throw [g], and the bob-weight on each throw.
 
-    ``fit_g`` is what to clamp on where the crank is spun: a crankpin that is not in the file is fitted then.
+    ``fit_g`` are the weights to clamp on where the crank is spun, without a crankpin that is not in the file.
     All bob-weights off by ``tolerance_g`` at once use a tenth of the permissible value.
     """
 
@@ -133,8 +133,8 @@ class FaceOffer:
 class Overbalance:
     """Unbalance left on purpose for final drilling, and where the last holes belong; not cut yet.
 
-    ``predicted`` is what they will leave, as judged without the allowance; ``reason`` says why they are none
-    or not enough.
+    ``predicted`` is the residual unbalance with them, as judged without the allowance; ``reason`` is why they
+    are none or not enough.
     """
 
     unbalance: Unbalance
@@ -145,7 +145,7 @@ class Overbalance:
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """What shakes the engine before and after, at top speed; without a rod length the first order only."""
+    """Shaking forces before and after, at top speed; without a rod length the first order only."""
 
     before: ShakingForce
     after: ShakingForce
@@ -154,7 +154,7 @@ class Forces:
 
 @dataclass(frozen=True, eq=False)
 class Balanced:
-    """What only a balancing run knows.
+    """Findings of a balancing run only.
 
     ``faces`` are those that corrections name; ``forces`` are None where the job lacks a cylinder's direction,
     ``loads_with_gas`` where it has no cycle, ``bending`` where it was not asked for;
@@ -183,7 +183,7 @@ class Balanced:
 
 @dataclass(frozen=True, eq=False)
 class TrueSurfaces:
-    """Faces of a solid by kind, and what they hold more than triangles laid over them."""
+    """Faces of a solid by kind, and their excess of moments over triangles laid over them."""
 
     faces: Mapping[str, int]
     hidden: Moments
@@ -191,15 +191,15 @@ class TrueSurfaces:
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Everything that a report is written from.
+    """Content of a report.
 
     ``initial`` is the bare crank's unbalance for ``inspect``, as judged for ``balance``; ``planes_z_mm`` are
     the places of planes A and B, or None. ``outputs`` has one entry a written file.
     ``warnings`` are what a user should know of the job and the crank, one line each. ``surfaces`` are the
-    crank's as read, where its file keeps true ones. ``staged`` is what only a stage after the first
-    has; its corrections count on from ``cuts_before``. ``section_table`` has the plane [mm] that its moments
-    are about; ``loaded`` is the crank with all that a job hangs on it;
-    ``suggested`` is an aim with what would reach it and what would not.
+    crank's as read, where its file keeps true ones. ``staged`` is the content of a stage after the first
+    alone; its corrections count on from ``cuts_before``. ``section_table`` has the plane [mm] that its
+    moments are about; ``loaded`` is the crank with all parts that a job hangs on it; ``suggested`` is an aim
+    with the suggestions that reach it and the refused ones.
     """
 
     command: Literal["balance", "inspect", "recut"]

@@ -1,4 +1,4 @@
-"""Why a tolerance is not reached, and what would do it: each way planned before it is named."""
+"""Reason why a tolerance is not reached, and its remedies, each planned before it is named."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from autobalance.runtime import Notify
 
 @dataclass(frozen=True, eq=False)
 class Above:
-    """A crank that stays above its tolerance: what was asked for, and the cuts to choose from."""
+    """A crank that stays above its tolerance, with the methods asked for and the candidates."""
 
     rotor: Rotor
     tolerance: Tolerance
@@ -31,7 +31,7 @@ class Above:
 def why_above(
     above: Above, plan: Plan, residual: Unbalance, advise: bool, progress: Notify
 ) -> tuple[str, tuple[Relaxation, ...]]:
-    """Return why the tolerance is not reached and, with ``advise``, all that would do it."""
+    """Return the reason why the tolerance is not reached and, with ``advise``, all remedies."""
     rotor, candidates = above.rotor, above.chosen.candidates
     work = workpiece(rotor, above.tolerance, above.initial)
     light_g_mm = None if plan.depths_mm.any() else too_light_g_mm(work)
@@ -60,13 +60,13 @@ def why_above(
 
 
 def _factor_tried(above: Above, shortfall: Shortfall, attempt: Attempt) -> Relaxation | None:
-    """Return the change of the balance factor that the job's own methods reach, planned anew, if one does."""
+    """Return the first change of the balance factor at which the job's own methods suffice, planned anew."""
     ways = (_planned_at(above, shortfall, attempt, way) for way in factor_relaxations(shortfall))
     return next(filter(None, ways), None)
 
 
 def _planned_at(above: Above, shortfall: Shortfall, attempt: Attempt, way: Relaxation) -> Relaxation | None:
-    """Return a change of the balance factor with what a plan at it leaves; None where none is good enough."""
+    """Return a change of the balance factor with its plan's residual; None where no plan is good enough."""
     (change,) = way.changes
     moved = shortfall.per_factor.scaled(change.proposed - change.present)
     initial = above.initial + moved
@@ -85,6 +85,6 @@ def _planned_at(above: Above, shortfall: Shortfall, attempt: Attempt, way: Relax
 
 
 def _web_places_mm(rotor: Rotor) -> tuple[float, float] | None:
-    """Return the middles of the outermost webs: where metal can be added; None with one web."""
+    """Return z at the middles of the outermost webs, where metal can be added; None with one web."""
     z = [0.5 * (web.z_min_mm + web.z_max_mm) for web in rotor.anatomy.webs]
     return (z[0], z[-1]) if len(z) > 1 else None

@@ -1,4 +1,4 @@
-"""What is balanced: the crank as a solid, its moments, and what turns with it."""
+"""Rotor that is balanced: the crank as a solid, its moments, and the loads that turn with it."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Rotor:
-    """What is balanced: the crank in file coordinates [mm] and what turns with it.
+    """Rotor that is balanced: the crank in file coordinates [mm] and the loads that turn with it.
 
     ``exact`` is the crank with its true surfaces, where its file keeps them: plans are made on ``solid``, its
     triangles, and the exact solid is cut. ``moments`` are the bare crank's and ``loads`` those of bob-weights
     and attached rotors, both in the rotor frame; ``loads_per_factor`` is the derivative of the loads with the
-    balance factor ``factor``. ``budget`` is how far the residual may be off, from the bare crank's moments,
-    the corrections made on it and the solid left; None where that is not known. ``hidden`` is what the facets
-    of loose triangles (file coordinates) hide of the smooth surface, which ``moments`` have already; None:
-    nothing is added; ``added`` is what a calibration or a scan put to them, cut or not. ``earlier`` are the
-    cuts of earlier stages, which count where cuts are limited in number.
+    balance factor ``factor``. ``budget`` gives the residual's uncertainty, from the bare crank's moments, the
+    corrections made on it and the solid left; None where that is not known. ``hidden`` gives the moments that
+    facets of loose triangles (file coordinates) hide of the smooth surface, which ``moments`` include; None:
+    nothing is added; ``added`` is the share of a calibration or a scan in them, cut or not. ``earlier`` are
+    the cuts of earlier stages, which count where cuts are limited in number.
     """
 
     solid: Solid
@@ -48,5 +48,5 @@ class Rotor:
     def doubt(
         self, bare: Moments, corrections: Sequence[Correction] = (), left: Solid | None = None
     ) -> Budget | None:
-        """Return how far the residual of the solid ``left`` may be off, None where that is not known."""
+        """Return the uncertainty of the residual of the solid ``left``, None where that is not known."""
         return None if self.budget is None else self.budget(bare, corrections, left)

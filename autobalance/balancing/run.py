@@ -1,4 +1,4 @@
-"""What becomes of a measured crank: it is balanced, and what the report needs is gathered; prints nothing."""
+"""Balancing of a measured crank, and the record for its report; prints nothing."""
 
 from __future__ import annotations
 
@@ -109,14 +109,14 @@ def balanced_record(
 
 
 def measure_of(source: Source) -> Measure:
-    """Return how to measure what is cut: as its file will hold it, or in memory where there is no file."""
+    """Return the way to measure the cut crank: as its file will hold it, or in memory without a file."""
     if source.exact is not None:
         return on_true_surfaces
     return in_memory if source.format is None else as_file(source.format, source.mm_per_unit)
 
 
 def with_forces(record: Record, job: Job, crank: Crank, result: Result) -> Record:
-    """Return a record with what shakes the engine before and after, where the job holds enough for it."""
+    """Return a record with the shaking forces before and after, where the job holds enough for them."""
     before = engine_from_job.shaking(job, crank.anatomy, crank.moments)
     after = engine_from_job.shaking(job, crank.anatomy, result.final_moments)
     if before is None or after is None or record.balanced is None:
@@ -126,7 +126,7 @@ def with_forces(record: Record, job: Job, crank: Crank, result: Result) -> Recor
 
 
 def _before_with_gas(job: Job, crank: Crank) -> tuple[CycleAnalysis | None, tuple[str, ...]]:
-    """Return the cycle before balancing; or a warning why a job's engine cannot have it."""
+    """Return the cycle before balancing, or a warning why it cannot be computed; neither without a cycle."""
     if job.cycle is None:
         return None, ()
     try:
@@ -142,7 +142,7 @@ def _gas_loads(job: Job, crank: Crank, solid: Solid, moments: Moments) -> CycleA
 
 
 def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -> Overbalance:
-    """Plan the last holes on the crank as it was made: they take what was left on purpose."""
+    """Plan the last holes on the crank as it was cut: they take the unbalance left on purpose."""
     limits = finishing(job.methods)
     allowance = rotor_from_job.overbalance_moments(job, tolerance)
     bare = result.measured.moments if result.measured else rotor.moments
@@ -160,7 +160,7 @@ def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -
 
 
 class _Stages:
-    """Report what the loop does, and count its time for planning or cutting."""
+    """Pass on the loop's progress, and count its time for planning or cutting."""
 
     def __init__(self, watch: Stopwatch, progress: Notify) -> None:
         self._watch, self._progress = watch, progress
@@ -184,7 +184,7 @@ class _Stages:
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """Every kind and mix tried on one crank, with what they are judged against."""
+    """Every kind and mix tried on one crank, with the tolerance and the initial unbalance."""
 
     tolerance: Tolerance
     initial_g_mm: float
@@ -200,7 +200,7 @@ def compare_job(
 ) -> Compared:
     """Try every kind of correction and the useful mixes on a job's crank, or on the one ``crank_read``.
 
-    ``done`` is called after each with what was compared so far.
+    ``done`` is called after each with the comparison so far.
 
     Raises
     ------
@@ -240,7 +240,7 @@ def _every_kind(job: Job) -> dict[str, Limits]:
 
 
 def rotor_of(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor:
-    """Return what is balanced: the measured crank with what the job hangs on it at a balance factor."""
+    """Return the rotor to balance: the measured crank with the parts of the job at a balance factor."""
     loads = rotor_from_job.throw_loads(crank.anatomy, job.engine)
     attached = rotor_from_job.beside_throws(job.engine)
     left = rotor_from_job.overbalance_moments(job, tolerance)
@@ -283,7 +283,7 @@ def record_of(
     result: Result,
     counterweights: Moments | None = None,
 ) -> Record:
-    """Return what the report of a run is written from, without forces and last holes."""
+    """Return the record of a balancing run, without forces and last holes."""
     planes = tuple(plane.z_mm for plane in tolerance.planes)
     return Record(
         command="balance",
@@ -332,9 +332,9 @@ def _staged_assembly(job: Job, tolerance: Tolerance, residual: Unbalance) -> tup
 
 
 def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> ChordalErrorEntry | None:
-    """Return what the report says of the facets, and whether they are fine enough for the grade.
+    """Return the report's entry on the facets, with the fineness that the grade needs.
 
-    True surfaces have none to be finer; what is uncertain of them is that their edges lie off them.
+    True surfaces need none; their uncertainty is the distance of their edges from them.
     """
     finer = None
     faceted = None if crank.source.exact is not None else crank.facets
@@ -353,9 +353,9 @@ def counterweights_of(crank: Crank) -> Moments | None:
 
 
 def _counterweight(webs: Moments | None, anatomy: Anatomy, result: Result) -> Counterweight | None:
-    """Return m_cw and its product with r′.
+    """Return m_cw and its product with r′; None without a counterweight.
 
-    The product lacks what unbalance is left along the throw, and what was cut came out of it.
+    The target makes up for the initial unbalance along the throw; the cuts change the final product.
     """
     if webs is None:
         return None

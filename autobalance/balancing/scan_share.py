@@ -1,4 +1,4 @@
-"""The share that a scan has in the error budget."""
+"""Share of a scan in the error budget."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from autobalance.rigid_rotor.uncertainty import Places, Share, root_sum
 
 @dataclass(frozen=True, eq=False)
 class ScanShare:
-    """What a scan leaves uncertain, ``None`` where the crank is drawn, and its closed holes.
+    """Uncertainty of a scan, ``None`` where the crank is drawn, and of its closed holes.
 
-    ``off_faces_mm``: within so much 95 % of its surface lies off the drawing whose faces are cut.
+    ``off_faces_mm``: distance within which 95 % of its surface lies off the drawing whose faces are cut.
     """
 
     scan: ScanUncertainty | None
@@ -24,14 +24,14 @@ class ScanShare:
     off_faces_mm: float = 0.0
 
     def after(self, rates: Sequence[Moments]) -> Share:
-        """Return the share once cuts are made that change so much with a millimetre of depth."""
+        """Return the share after cuts with these changes per millimetre of depth."""
         shares = [*self.patched, *(() if self.scan is None else (self.scan.after(rates),))]
         shares += [Share.of(rate.scaled(self.off_faces_mm), self.places) for rate in rates]
         return root_sum(shares, self.places)
 
 
 def scan_share(crank: Crank, accuracy_mm: float | None, places: Places) -> ScanShare | None:
-    """Return what a scan and its closed holes leave uncertain of the unbalance; None where it is drawn."""
+    """Return the uncertainty of the unbalance by a scan and closed holes; None where there is neither."""
     off_faces_mm = 0.0 if crank.beside is None else crank.beside.against.p95_mm
     crank = crank.weighed
     patched = tuple(Share.of(off, places) for off in crank.patch_moments)

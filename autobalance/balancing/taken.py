@@ -27,7 +27,7 @@ def one_by_one(
 ) -> tuple[Correction | None, ...]:
     """Return the corrections of cuts as measured, one a cut; None where no metal went or came.
 
-    ``removed`` and ``added`` are what the tools of the cuts took and added, each in the order of the cuts.
+    ``removed`` and ``added`` are the metal that the tools took and added, each in the order of the cuts.
     """
     takes, adds = iter(removed), iter(added)
     measured: list[Correction | None] = []
@@ -64,9 +64,9 @@ def taken_of_scan(
 ) -> tuple[Correction, ...]:
     """Return corrections as measured on the metal that each tool takes of a rough surface, one after another.
 
-    ``left`` is what all of them take, in the file's axes: each boolean with the whole scan takes as long as
-    cutting it. Where that begins is planned on the fitted plane; how much it is, its waves and rounded edges
-    decide.
+    ``left`` is the metal that all of them take, in the file's axes: each boolean with the whole scan takes as
+    long as cutting it. Its beginning is planned on the fitted plane; its amount depends on the surface's
+    waves and rounded edges.
     """
     removing = [cut.tool(depth) for cut, depth in cut_depths if not cut.adds_metal]
     taken = metal_of_each(left.moved(rotor.anatomy.file_to_rotor), removing)
@@ -83,7 +83,7 @@ def taken_of_scan(
 
 
 def metal_of_each(metal: Solid, tools: Sequence[Solid]) -> Iterator[Mesh]:
-    """Yield what each tool takes of the metal that all of them take, one after another, all in one frame."""
+    """Yield each tool's part of the metal that all of them take, one after another, all in one frame."""
     low, high = np.array([tool.bounds for tool in tools]).swapaxes(0, 1)
     apart = (low[:, None] > high[None]) | (low[None] > high[:, None])
     if apart.any(axis=2).sum() < len(tools) * (len(tools) - 1):

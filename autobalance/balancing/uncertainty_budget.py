@@ -1,4 +1,4 @@
-"""The error budget of a run: what a file, a job and its cuts make uncertain, cause by cause."""
+"""Error budget of a run: the uncertainty from a file, a job and its cuts, cause by cause."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ TABLES = ("rotating", "reciprocating", "crankpin")
 
 @dataclass(frozen=True, eq=False)
 class UncertaintyBudget:
-    """What the budget of a run is made from.
+    """Inputs to the error budget of a run.
 
     Attributes
     ----------
@@ -54,9 +54,9 @@ class UncertaintyBudget:
     spacing_mm : float
         Between two numbers that the file can distinguish, at the far end of the crank.
     scan : ScanShare or None
-        What noise, the scanner and the fitted axis leave uncertain, of a scanned crank.
+        Uncertainty from noise, the scanner and the fitted axis, of a scanned crank.
     calibrated : bool
-        Whether ``crank`` has what its facets hide, by a scale or a micrometer.
+        Whether ``crank`` includes the metal that its facets hide, by a scale or a micrometer.
     """
 
     job: Job
@@ -72,7 +72,7 @@ class UncertaintyBudget:
     def budget(
         self, bare: Moments, corrections: Sequence[Correction] = (), left: Solid | None = None
     ) -> Budget:
-        """Return how far the unbalance may be off once ``bare`` is what the crank is, rotor frame.
+        """Return the uncertainty of the unbalance with the crank's moments ``bare`` (rotor frame).
 
         ``left`` is the cut solid; None: nothing was cut, or it is only planned.
         """
@@ -83,10 +83,10 @@ class UncertaintyBudget:
     def with_depth_rates(
         self, bare: Moments, rates: Sequence[Moments], left: ChordalError | None = None
     ) -> Budget:
-        """Return the same, from what each cut would change with one more millimetre of depth.
+        """Return the same budget, from each cut's change per millimetre of depth.
 
-        ``left`` is what facets cost of the cut solid: where throws cancel each other out, as an inline-four's
-        do, what is cut off lacked more than all of the crank together.
+        ``left`` is the chordal error of the cut solid: where throws cancel each other out, as an
+        inline-four's do, the metal cut off lacked more than all of the crank together.
         """
         places = self.tolerance.places_mm
         facets = self.facets if left is None else left
@@ -104,7 +104,7 @@ class UncertaintyBudget:
         scanned = {} if self.scan is None else {"scan": self.scan.after(rates)}
         if self.scan is not None and self.scan.scan is not None and not corrected:
             of_facets = facets_beside_skin(of_facets, scanned["scan"])
-        elif self.calibrated:  # what was added is that of the untouched crank
+        elif self.calibrated:  # the metal added is that of the untouched crank
             of_facets = of_facets + Share.of(self.facets.missing - facets.missing, places)
         off = self.job.crankshaft.density_pm_g_mm3 or 0.0
         share = off / self.job.crankshaft.density_g_mm3
@@ -125,14 +125,14 @@ class UncertaintyBudget:
             unstated(self.job, scanned=self.scan is not None),
         )
 
-    # --- what a change does to the residual -----------------------------------------------------------------
+    # --- effect of a change on the residual -----------------------------------------------------------------
 
     def _carried(self, change: Moments) -> Moments:
-        """Return what a change of the crank changes of the residual, by the factor that is kept too."""
+        """Return a change of the crank with the change of the bob-weights that follows from it."""
         return change + self._factor_moved(change)
 
     def _factor_moved(self, change: Moments) -> Moments:
-        """Return what a change of the crank does to the bob-weights: with ``"original"`` the factor moves."""
+        """Return the change of the bob-weights by one of the crank: with ``"original"`` the factor moves."""
         if self.job.balance.factor is not None:
             return Moments.zero()
         return self._by_factor(self._original_factor(self.crank + change) - self._original_factor(self.crank))
@@ -150,7 +150,7 @@ class UncertaintyBudget:
     # --- parts ----------------------------------------------------------------------------------------------
 
     def _weights(self) -> Iterator[Moments]:
-        """Yield what each throw's bob-weight, and each part of the original ones, may change."""
+        """Yield the effect of the ± of each throw's bob-weight, and of each part of the original ones."""
         pm_g = bob_weight_pm_g(self.job.engine, self.anatomy, self.factor)
         for throw in self.anatomy.throws:
             yield Moments.point(pm_g[throw.number], throw.crankpin.centre_mm)
@@ -160,20 +160,20 @@ class UncertaintyBudget:
                 yield self._by_factor(moved)
 
     def _attached(self) -> Iterator[Moments]:
-        """Yield what each attached part may change; its direction does not matter."""
+        """Yield the effect of each attached part's ±; its direction does not matter."""
         for part in self.job.engine.attached:
             yield self._carried(rotor_from_job.unbalance_at((part.pm_g_mm, 0.0), part.z_mm))
 
 
 def spacing_mm(source: Source) -> float:
-    """Return the distance of two numbers that a file can distinguish, at the far end of its solid."""
+    """Return the spacing of the numbers that a file can distinguish, at the far end of its solid."""
     reach = float(np.abs(source.solid.bounds).max()) / source.mm_per_unit
     number = np.float64 if source.format is None else format_named(source.format).number
     return max(source.step_mm, float(np.spacing(number(reach))) * source.mm_per_unit)
 
 
 def unstated(job: Job, scanned: bool = False) -> tuple[str, ...]:
-    """Return the causes of which a job says nothing."""
+    """Return the causes of uncertainty that a job does not state."""
     weights = [
         weight
         for parts in (job.engine.default, *job.engine.by_throw.values())
@@ -193,7 +193,7 @@ def unstated(job: Job, scanned: bool = False) -> tuple[str, ...]:
 
 
 def bob_weight_pm_g(engine: EngineParts, anatomy: Anatomy, factor: float) -> dict[int, float]:
-    """Return by how much each throw's bob-weight may be off: its parts' ± added as squares."""
+    """Return the ± of each throw's bob-weight: its parts' ± added as squares."""
     weight_pm = {}
     for throw in anatomy.throws:
         parts = engine.of_throw(throw.number)
@@ -208,7 +208,7 @@ def bob_weight_pm_g(engine: EngineParts, anatomy: Anatomy, factor: float) -> dic
 
 
 def _each_heavier(weights: PartWeights) -> Iterator[PartWeights]:
-    """Yield the weights once for each part that may be off, with that one as heavy as it may be."""
+    """Yield the weights once for each part with a ±, with that part at its heaviest."""
     for name in TABLES:
         named = getattr(weights, name)
         for part, weight in named.items():

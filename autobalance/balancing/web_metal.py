@@ -1,4 +1,4 @@
-"""How thin cuts leave the webs: metal behind crankpins, walls of holes, fillets beside them."""
+"""Thickness of the webs after cuts: metal behind crankpins, walls of holes, fillets beside them."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from autobalance.types import Array, Indices
 from autobalance.wording import listed_numbers
 
 COLUMNS = 48
-"""Columns of metal across the greater side of what is looked at, in each direction."""
+"""Columns of metal across the greater side of the sampled area, in each direction."""
 OFF_GRID = 0.37
-"""Where in its cell a column stands, and in a web the section: beside the edges that round numbers have."""
+"""Place of a column in its cell, and of the section in a web: beside the edges that round numbers have."""
 CIRCLES = 33
 WITHIN_PINS = 0.9
 """Share of a pin's radius within which columns stand: edges of the web are chamfered."""
 BORED_SHARE = 0.5
 """Columns with less metal than this share of the web's thickness go through bores and drillings."""
 THINNED_SHARE = 0.9
-"""Metal that is left, as a share of what was there, below which it is said."""
+"""Share of its metal before the cuts below which a web is reported."""
 NEAR_DIAMETERS = 0.25
-"""Wall, or distance to a fillet, in diameters of the hole, below which it is said."""
+"""Wall, or distance to a fillet, in diameters of the hole, below which it is reported."""
 MOST_PAIRS = 2_000_000
 TINY = 1e-300
-"""Left of a side that a point lies on, or right of it."""
+"""Area that stands for 0 where a point lies on a side, positive or negative."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +46,10 @@ class WebMetal:
 
 
 def web_metal(before: Solid, after: Solid | None, anatomy: Anatomy) -> tuple[WebMetal, ...]:
-    """Return the least metal of each web that carries a crankpin, as columns along the axis meet it.
+    """Return the least metal of each web that carries a crankpin, on columns along the axis.
 
-    Metal counts within the web's own thickness, what is in front of a hole and behind it together; columns
-    through bores and oil drillings that were there are left out.
+    Metal counts within the web's own thickness, in front of a hole and behind it together; columns through
+    bores and oil drillings that were there are left out.
     """
     was = _Metal.of(before, anatomy)
     now = was if after is None else _Metal.of(after, anatomy)
@@ -75,9 +75,9 @@ def least_share(metal: Sequence[WebMetal]) -> float | None:
 def weak_places(
     metal: Sequence[WebMetal], corrections: Sequence[Correction], anatomy: Anatomy, first: int = 1
 ) -> tuple[str, ...]:
-    """Return what cuts weaken, a line each: webs, walls thin for their hole, holes near a fillet.
+    """Return the places that cuts weaken, a line each: webs, walls thin for their hole, holes near a fillet.
 
-    Cuts of which the same is said share a line.
+    Cuts with the same finding share a line.
     """
     lines = [
         f"web {each.web}: {each.thinnest_mm:.1f} mm of metal left between crankpin and main journal, "
@@ -107,7 +107,7 @@ def weak_places(
 
 
 def _nearest_fillet(cut: Correction, radius_mm: float, anatomy: Anatomy) -> tuple[str, float]:
-    """Return the fillet nearest to a hole, and how far it is."""
+    """Return the pin of the fillet nearest to a hole, and the distance [mm]; infinite without a fillet."""
     webs = [web for web in anatomy.webs if web.number == cut.web]
     named = [(f"main journal {each.number}", each) for each in anatomy.main_journals]
     pins: list[tuple[str, Pin]] = [*named, *((f"crankpin {t.number}", t.crankpin) for t in anatomy.throws)]
@@ -137,7 +137,7 @@ def _distance_mm(cut: Correction, radius_mm: float, fillet: Fillet) -> float:
 
 
 def _columns(anatomy: Anatomy, web: Web) -> Array:
-    """Return where columns stand (n, 2): between a web's pins, on a grid."""
+    """Return a grid of columns (n, 2) between a web's two pins; none without a crankpin or a second pin."""
     pins: list[Pin] = [throw.crankpin for throw in anatomy.throws_of(web)]
     pins += [journal for journal in anatomy.main_journals if fillet_of(journal, web) is not None]
     if len(pins) < 2 or not anatomy.throws_of(web):
@@ -170,10 +170,10 @@ class _Metal:
         return cls(mesh, *least_and_greatest(mesh.vertices[:, 2], mesh.triangles))
 
     def lengths_mm(self, columns: Array, ends_mm: tuple[float, float]) -> Array:
-        """Return how much metal each column (n,) meets between two heights z₁ and z₂.
+        """Return the length of metal in each column (n,) between two heights z₁ and z₂.
 
-        A section between them says which columns are in the metal there. Up from it to z₂, and down to z₁,
-        each place where a column leaves the metal takes what is beyond it away, and each where it enters
+        A section between them shows which columns are in the metal there. Up from it to z₂, and down to z₁,
+        each place where a column leaves the metal takes the length beyond it away, and each where it enters
         adds that: (z₂ − z₁) inside + Σ ± (z − z₂) above + Σ ± (z − z₁) below.
         """
         low, high = ends_mm
@@ -192,10 +192,10 @@ class _Metal:
 
 
 def _left_of(corners: Array, points: Array, corner: int) -> Array:
-    """Return how far points (n, 2) lie to the left of the side across from a corner of triangles (n, 3, 3).
+    """Return twice the areas of points (n, 2) with the side across from a corner of triangles (n, 3, 3).
 
-    The two triangles at a side get the same number with two signs, to the last digit, and one that is not 0:
-    no column through their side meets both of them, or none.
+    Positive: left of it. The two triangles at a side get the same number with opposite signs, to the last
+    digit, and never 0: no column through their side meets both of them, or none.
     """
     one, two = (corners[:, (corner + k) % 3, :2] - points for k in (1, 2))
     left: Array = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
@@ -204,7 +204,7 @@ def _left_of(corners: Array, points: Array, corner: int) -> Array:
 
 
 def _pairs(vertices: Array, triangles: Indices, columns: Array) -> Iterator[tuple[Array, Indices]]:
-    """Yield corners (k, 3, 3) of triangles, and the numbers of the columns in their boxes, some at a time."""
+    """Yield corners (k, 3, 3) of triangles, and the numbers (k,) of columns in their boxes, in batches."""
     each_axis = [least_and_greatest(vertices[:, k], triangles) for k in range(2)]
     low, high = np.stack(each_axis, axis=2)
     x, at = np.unique(columns[:, 0], return_inverse=True)

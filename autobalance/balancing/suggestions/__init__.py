@@ -1,1 +1,1 @@
-"""What metal to take or add, and which sizes, for what a user asked for."""
+"""Suggestions of metal to take or add, and of sizes, for a wanted balance factor or inertia."""

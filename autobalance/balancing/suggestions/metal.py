@@ -1,7 +1,7 @@
 """Bores, heavy metal and turned rims that would give a solid crank a wanted factor or inertia.
 
-Amounts are closed forms (mass at a radius, depth of a bore); each is then cut from the solid in memory, what
-it took is measured, and the depth is corrected by what the closed form did not know of.
+Amounts are closed forms (mass at a radius, depth of a bore); each is then cut from the solid in memory, the
+metal taken is measured, and the depth is corrected by the closed form's error.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ HEAVY_G_MM3 = 17.0e-3
 """Sintered tungsten."""
 SEGMENTS = 64
 MIDDLE = 0.05
-"""A place this near to the middle line, as a share of its radius, is taken onto it."""
+"""Distance from the middle line, as a share of its radius, within which a place is moved onto it."""
 LEAST_SIN = 0.05
 """Half of the fan angle's sine below which a rim is turned all round and nothing is gained."""
 MOST_TRIALS = 4
@@ -41,7 +41,7 @@ DIGITS = 2
 def suggested_metal(
     solid: Solid, density_g_mm3: float, aim: Aim, *, turned: bool = True
 ) -> tuple[list[Suggestion], list[Refused]]:
-    """Return what bores, heavy metal in bores, and turning would do.
+    """Return the bores, heavy metal in bores, and turned rims that reach an aim, and those that do not.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ class _CounterweightWeb:
         return [place] if float(place @ self.towards) > radius > half_mm + WALL_MM else []
 
     def column(self, place: Array, diameter_mm: float) -> tuple[float, float]:
-        """Return where the metal under a bore begins and ends along z; equal where there is none."""
+        """Return z at both ends of the metal under a bore [mm]; equal where there is none."""
         bore = self.metal & _cylinder(place, diameter_mm, self.web.z_min_mm - 1.0, self.web.z_max_mm + 1.0)
         if bore.is_empty:
             return self.web.z_min_mm, self.web.z_min_mm
@@ -141,7 +141,7 @@ def _near(pin: object, web: Web) -> bool:
 
 
 def _cylinder(place: Array, diameter_mm: float, low: float, high: float) -> Solid:
-    """Return a cylinder with the area of a round one."""
+    """Return a prism with the area of a round cylinder."""
     turn = 2.0 * math.pi / SEGMENTS
     radius = 0.5 * diameter_mm * math.sqrt(turn / math.sin(turn))
     return Solid.prism(Region.circle(radius, SEGMENTS, (float(place[0]), float(place[1]))), low, high)
@@ -152,9 +152,9 @@ def _cylinder(place: Array, diameter_mm: float, low: float, high: float) -> Soli
 
 @dataclass(frozen=True, eq=False)
 class _Seat:
-    """A web, the places of its bores of one diameter on one side, and what a gram there does.
+    """A web, and the places of its bores of one diameter on one side.
 
-    ``arm_mm`` is the product that a gram has (its distance along the throw), ``square_mm2`` its inertia.
+    A gram there has the product ``arm_mm`` (its distance along the throw) and the inertia ``square_mm2``.
     """
 
     web: _CounterweightWeb
@@ -174,12 +174,12 @@ class _Seat:
         return float(self.places[0] @ self.places[0]) + self.diameter_mm**2 / 8.0
 
     def mass_per_mm(self, density_g_mm3: float) -> float:
-        """Return the mass of all its bores by depth."""
+        """Return the mass of all its bores per millimetre of depth."""
         return len(self.places) * density_g_mm3 * 0.25 * math.pi * self.diameter_mm**2
 
 
 def _bored(webs: Sequence[_CounterweightWeb], aim: Aim, density: float, heavy: float) -> Suggestion:
-    """Return bores, or bores with heavy metal, that do it; the smallest diameter for which they fit."""
+    """Return the bores, empty or with heavy metal, that reach the aim, of the smallest diameter that fits."""
     effect = heavy - density
     missing = aim.missing(aim.start)
     kind, reason = ("weight" if heavy else "hole"), ""
@@ -269,7 +269,7 @@ def _mean_square_over_arm(seats: Sequence[_Seat]) -> float:
 def _with_trials(
     kind: str, seats: Seats, depths: dict[float, float], aim: Aim, density: float, heavy: float
 ) -> Suggestion:
-    """Cut the bores, measure, correct the depths, until what is left is small."""
+    """Cut the bores, measure, correct the depths, until the aim is reached."""
     first, tried, bores = dict(depths), aim.start, list[Bore]()
     for _ in range(MOST_TRIALS):
         depths = {side: round(depth, DIGITS) for side, depth in depths.items()}
@@ -289,7 +289,7 @@ def _with_trials(
 def _more(
     seats: Seats, aim: Aim, missing: Missing, effect: float, sides: tuple[float, ...]
 ) -> dict[float, float]:
-    """Return by how much deeper the bores of each side must be for what is still missing."""
+    """Return the additional depth [mm] of the bores on each side for the missing product and inertia."""
     rows = []
     for side in sides:
         grams = [(each, each.mass_per_mm(effect)) for each in seats[side]]
@@ -306,7 +306,7 @@ def _more(
 def _cut(
     seats: Seats, depths: dict[float, float], first: dict[float, float], density: float, heavy: float
 ) -> tuple[Moments, list[Bore]]:
-    """Return what the bores change of the moments, measured on the metal they meet, and the bores."""
+    """Return the change of the moments, measured on the metal that the bores meet, and the bores."""
     total, bores = Moments.zero(), []
     for side, depth in depths.items():
         for seat in seats[side]:
@@ -350,7 +350,7 @@ def _side_of(bore: Bore, seats: Seats) -> float:
 
 
 def _turned(webs: Sequence[_CounterweightWeb], aim: Aim, density: float) -> Suggestion:
-    """Return the radius to which all counterweights would be turned: R′³ = R³ − 3 P/(2 ρ T sin(A/2))."""
+    """Return the suggested radius of all counterweights, turned: R′³ = R³ − 3 P/(2 ρ T sin(A/2))."""
     missing = aim.missing(aim.start)
     outlines = [each.web.outline for each in webs if each.web.outline is not None]
     if len(outlines) < len(webs):

@@ -23,7 +23,7 @@ SEGMENTS = 32
 MOST_TRIALS = 5
 DIGITS = 3
 REACHED = 1e-6
-"""Share of what is missing that a closed form may leave."""
+"""Share of the missing product or inertia that a closed form may leave."""
 RADIUS, THICKNESS, FAN = (f"counterweight.{key}" for key in ("radius_mm", "thickness_mm", "fan_angle_deg"))
 BORE, FLANGE = "crankpin.bore_mm", "flange.diameter_mm"
 NAMES = {
@@ -58,7 +58,7 @@ def suggested_sizes(design: Design, aim: Aim) -> tuple[list[Suggestion], list[Re
 
 
 def _sets(design: Design, aim: Aim) -> list[tuple[str, ...]]:
-    """Return which sizes are tried together: one for one wish, two where factor and inertia count both."""
+    """Return the sizes to change together: one for one wish, two where factor and inertia both count."""
     weights = () if design.counterweight is None else (RADIUS, THICKNESS, FAN)
     bore = (BORE,) if design.crankpin_in_file else ()
     flange = (FLANGE,) if design.flange is not None and aim.wanted.inertia_g_mm2 is not None else ()
@@ -80,7 +80,7 @@ def _measured(design: Design) -> Moments:
 
 
 def _tried(design: Design, aim: Aim, keys: tuple[str, ...], kind: str, here: Moments) -> Suggestion:
-    """Solve the closed form, build the crank, measure it, and correct the sizes by what it lacks."""
+    """Solve the closed form, build the crank, measure it, and correct the sizes by its shortfall."""
     before = [_value(design, key) for key in keys]
     levers = _Levers(design, aim, keys)
     carried, first = np.zeros(2), None
@@ -117,14 +117,14 @@ def _value(design: Design, key: str) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Levers:
-    """Some sizes of a design and the closed form of what they do to product and inertia."""
+    """Some sizes of a design and the closed form of their effect on product and inertia."""
 
     design: Design
     aim: Aim
     keys: tuple[str, ...]
 
     def solved(self, change: Array, with_inertia: bool) -> tuple[float, ...]:
-        """Return the sizes, rounded, that change product and inertia by so much.
+        """Return the sizes, rounded, that change product and inertia by ``change`` (2,).
 
         Raises
         ------

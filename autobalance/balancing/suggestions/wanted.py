@@ -1,4 +1,4 @@
-"""What a crank is to become, a balance factor or an inertia, and how far from it some moments are."""
+"""Wanted balance factor or inertia of a crank, and the distance of its moments from them."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ G_MM2_PER_KG_MM2 = 1000.0
 MIN_COSINE = 0.5
 """A web counts towards the factor where its crankpin's direction has this cosine with the factor's."""
 NEAR_FACTOR, NEAR_INERTIA = 1e-4, 1e-5
-"""How near trials go: of a factor, and as a share of an inertia."""
+"""Precision of trials: of a factor, and as a share of an inertia."""
 REACHED = 10.0
-"""So much further off still counts as reached: sizes are rounded to what can be made."""
+"""Multiple of the trials' precision that still counts as reached: sizes are rounded to what can be made."""
 KEYS = ("balance_factor", "inertia_kg_mm2")
 
 
@@ -66,7 +66,7 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Missing:
-    """What is to be added: to the product opposite to the throws [g·mm], to the inertia [g·mm²] or None."""
+    """Missing product opposite to the throws [g·mm], and missing inertia [g·mm²] or None."""
 
     product_g_mm: float
     inertia_g_mm2: float | None
@@ -74,7 +74,7 @@ class Missing:
 
 @dataclass(frozen=True, eq=False)
 class Aim:
-    """A crank as it is and what it is to become.
+    """A crank as it is, and its wanted factor or inertia.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Aim:
         Of the crank, rotor frame.
     anatomy : Anatomy
     loads : tuple of ThrowLoad
-        What hangs on the throws; empty where no weights are known.
+        Parts on the throws; empty where no weights are known.
     attached : Moments
         Of attached rotors.
     direction : (2,) float or None
@@ -136,11 +136,11 @@ class Aim:
         return 0.0 if self.direction is None else -float(unbalance_g_mm @ self.direction)
 
     def along(self, units: Iterable[Array]) -> float:
-        """Return how much unit vectors (2,) have of the direction, added up."""
+        """Return the sum of the components of unit vectors (2,) along the direction."""
         return 0.0 if self.direction is None else float(sum(unit @ self.direction for unit in units))
 
     def missing(self, moments: Moments) -> Missing:
-        """Return what moments lack; a factor that is not wanted is kept."""
+        """Return the product and inertia that moments lack; a factor that is not wanted is kept."""
         factor = None if self.wanted.balance_factor is None else self.factor(moments)
         if factor is not None and self.wanted.balance_factor is not None:
             product = (self.wanted.balance_factor - factor) * self.per_factor_g_mm
@@ -150,7 +150,7 @@ class Aim:
         return Missing(product, None if target is None else target - moments.polar_inertia_g_mm2)
 
     def reached(self, moments: Moments, slack: float = REACHED) -> bool:
-        """Whether moments are near to what is wanted; ``slack`` 1: as near as trials go."""
+        """Return whether moments are near the wanted ones; ``slack`` 1: within the trials' precision."""
         missing = self.missing(moments)
         scale = self.per_factor_g_mm or float(np.linalg.norm(self.start.first_g_mm[:2])) or 1.0
         inertia = missing.inertia_g_mm2 or 0.0
@@ -165,7 +165,7 @@ class Aim:
         return [(web, -away_from_crankpin(web, self.anatomy)) for web in webs]
 
     def webs(self) -> list[tuple[Web, Array]]:
-        """Return those of them that count towards the factor; all where there is none."""
+        """Return the webs with counterweights that count towards the factor; all where there is none."""
         webs = self.counterweights()
         if self.direction is None:
             return webs
@@ -174,7 +174,7 @@ class Aim:
 
 @dataclass(frozen=True)
 class Change:
-    """A dimension of a design: its dotted key, what it was, what the closed form gave, what was tried."""
+    """Change of a design's dimension: its dotted key, and its value before, by closed form, and as tried."""
 
     key: str
     before: float
@@ -186,8 +186,8 @@ class Change:
 class Bore:
     """A flat-bottomed bore along the crank axis, from a web's face away from its crankpin on.
 
-    ``mass_g`` is what it takes away, or with heavy metal in it what it adds; ``angle_rad`` and ``radius_mm``
-    say where it stands, ``z_mm`` where it begins; ``closed_form_mm`` is the depth before it was tried.
+    ``mass_g`` is the mass that it takes away, or adds with heavy metal in it; ``angle_rad`` and ``radius_mm``
+    are its place, ``z_mm`` its beginning; ``closed_form_mm`` is the depth before it was tried.
     """
 
     web: int
@@ -202,7 +202,7 @@ class Bore:
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """What would do it, and the moments of the crank with it, measured on the solid that it makes."""
+    """A change that reaches the aim, and the crank's moments with it, measured on the solid."""
 
     kind: str
     text: str
@@ -213,7 +213,7 @@ class Suggestion:
 
 @dataclass(frozen=True)
 class Refused:
-    """What would not do it, and why."""
+    """A change that does not reach the aim, and the reason."""
 
     kind: str
     reason: str
