@@ -23,7 +23,6 @@ from autobalance.verification.solids import Given, Left
 def causes_of(
     claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, tolerance: Tolerance, given_in: Given
 ) -> UncertaintyBudget:
-    """Return what makes the budget."""
     factor = claims.get("balance_factor.target", float)
     facets, spacing = given_in.facets, spacing_mm(given_in.source)
     nothing = ChordalError.known(Moments.zero())
@@ -36,7 +35,7 @@ def causes_of(
 
 
 def depth_rates(claims: Claims) -> list[Moments]:
-    """Return what a millimetre of depth changes for each correction, as far as an unbalance goes."""
+    """Return the unbalance and moment per millimetre of depth of each correction that has a rate; mass 0."""
     rates = []
     for part in claims.entries("corrections"):
         if part.values.get("unbalance_per_mm_g_mm") is not None:
@@ -48,7 +47,6 @@ def depth_rates(claims: Claims) -> list[Moments]:
 
 
 def budget_left(causes: UncertaintyBudget, claims: Claims, left: Left) -> Budget:
-    """Return how far the residual may be off."""
     facets = causes.facets.left(left.source.solid.mesh.vertices, from_file=True) if left.is_cut else None
     return causes.with_depth_rates(left.moments, depth_rates(claims), facets)
 
@@ -56,7 +54,7 @@ def budget_left(causes: UncertaintyBudget, claims: Claims, left: Left) -> Budget
 def check_budgets(
     claims: Claims, causes: UncertaintyBudget, doubts: tuple[Budget, Budget], size_g_mm: float
 ) -> Budget:
-    """Check the uncertainty of both ends; return that of the residual, as it is claimed."""
+    """Check the budgets before and after correction; return the claimed one of the residual."""
     claims.against(BUDGET)
     check_budget(claims, "initial", causes, doubts[0], size_g_mm)
     return check_budget(claims, "residual", causes, doubts[1], size_g_mm)
@@ -65,7 +63,7 @@ def check_budgets(
 def check_budget(
     claims: Claims, key: str, causes: UncertaintyBudget, budget: Budget, size_g_mm: float
 ) -> Budget:
-    """Check every share of an uncertainty and their sum; return the budget that the report claims."""
+    """Check every share of an uncertainty and their sum; return the claimed budget."""
     parts = [claims.at(key, claims.get(key, dict))]
     parts += claims.entries(f"{key}.planes", len(causes.tolerance.planes))
     columns = []

@@ -1,7 +1,7 @@
-"""Whether a report is as its JSON Schema says: every key there, of its type, within its bounds.
+"""Check of a report against its JSON Schema: presence, type and bounds of every key.
 
 Rules among values (``allOf``) are checked with the values. Keys that a schema does not name are not a fault
-here: they end up among what was not checked.
+here: they are listed as not checked.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ NULL = {"type": "null"}
 def _named_keys(
     validator: Any, others: Any, instance: Any, schema: Mapping[str, Any]
 ) -> Iterator[ValidationError]:
-    """Check keys beyond those named where a schema says what they hold, and let them be where it does not."""
+    """Check unnamed keys against ``additionalProperties`` where that is a schema; else pass them."""
     if isinstance(others, Mapping):
         yield from Draft202012Validator.VALIDATORS["additionalProperties"](
             validator, others, instance, schema
@@ -54,7 +54,7 @@ VALIDATOR = validators.extend(
 
 
 def refuse_by_schema(name: str, values: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
-    """Refuse a report that is not as its schema says.
+    """Refuse a report that does not conform to its schema.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def refuse_by_schema(name: str, values: Mapping[str, Any], schema: Mapping[str, 
 
 
 def _innermost(fault: ValidationError) -> ValidationError:
-    """Return the fault of the branch that is meant most likely: the first that is not for null."""
+    """Return the fault within the likeliest branch of a choice: the first that is not for null."""
     while fault.context:
         branches = fault.validator_value
         meant = next((number for number, each in enumerate(branches) if each != NULL), 0)

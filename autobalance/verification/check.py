@@ -1,4 +1,4 @@
-"""Check a report's claims: job, frame and claims come from it, everything else is measured anew."""
+"""Check of a report's claims: job and frame are taken from it, all else is measured anew."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def check_claims(
     files: Files | None = None,
     schema: Mapping[str, Any] | None = None,
 ) -> Checked:
-    """Check a report that was read, as ``check_report`` does; ``files`` may know its solids from before."""
+    """Check a report that was read, as ``check_report`` does; ``files`` may hold solids read before."""
     claims.get("command", str)
     if schema is not None:
         from autobalance.verification.by_schema import refuse_by_schema
@@ -175,18 +175,18 @@ def _checked(held: Held) -> Checked:
 
 
 def _crank_before(held: Held, job: Job, anatomy: Anatomy) -> Given:
-    """Return the crank as it came, with its scan where that counts; the files' claims are checked."""
+    """Check the claims of the crank's and the scan's files; return the crank before correction."""
     here = with_scan_file(held.claims, held.folder, job, held.files)
     return solids.check_input(held.claims, held.folder, here, anatomy, held.files)
 
 
-# --- what a record of the run would say ---------------------------------------------------------------------
+# --- comparison with a record made anew ---------------------------------------------------------------------
 
 
 def _check_as_recorded(
     held: Held, job: Job, crank_before: Given, left: Left, tolerance: Tolerance, ends: Ends
 ) -> None:
-    """Write down what was found as a run does, and check all that follows from job and files."""
+    """Make a run's record from the values measured anew, and check the report against it."""
     if held.as_report is None:
         return
     claims, crank = held.claims, crank_before.crank
@@ -205,7 +205,7 @@ def _check_as_recorded(
 
 
 def _with_gas_loads(record: Record, job: Job, crank_before: Given, left: Left, ends: Ends) -> Record:
-    """Return a record with loads with gas, where the engine can have them."""
+    """Return a record with loads with gas; unchanged without a cycle or where they cannot be computed."""
     if job.cycle is None or record.balanced is None:
         return record
     density = job.crankshaft.density_g_mm3

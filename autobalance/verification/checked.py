@@ -1,4 +1,4 @@
-"""What all checks of a report share: the report and its files, the run's ends, its course and verdict."""
+"""Types shared by all checks of a report, and checks of its passes and its verdict."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from autobalance.verification.coverage import NotChecked
 from autobalance.verification.solids import Files, Left
 
 AsReport = Callable[[Record], Mapping[str, Any]]
-"""How a record is written down; what was found must be what a report has."""
+"""Writer of a record as a report's values."""
 
 
 @dataclass(frozen=True, eq=False)
 class Checked:
-    """A report all of whose claims hold, and what of it was not checked."""
+    """Result of a check: claims that hold, and values that were not checked."""
 
     claims: tuple[Claim, ...]
     within: bool
@@ -41,7 +41,7 @@ class Checked:
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """A report that is held against its files."""
+    """A report under check, with its folder and its files."""
 
     claims: Claims
     folder: Path
@@ -52,7 +52,7 @@ class Held:
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """What a run began and ended with; ``doubts`` are both budgets, ``hidden`` what facets hide after."""
+    """Both ends of a run; ``doubts`` are both budgets, ``hidden`` the metal that facets lack after it."""
 
     initial: Unbalance
     residual: Unbalance
@@ -75,13 +75,13 @@ AS_RECORDED: Mapping[str, float] = {
     "web_metal": 1e-3,
     "against": 1e-6,
 }
-"""Keys that are compared with a record made anew, and the share by which numbers may differ: the metal
+"""Keys that are compared with a record made anew, and the share by which numbers may differ. The metal
 between two mains is cut out before the solid is written, or after; columns of metal meet
 its rounded corners."""
 
 
 def ended(claims: Claims, ends: Ends, left: Left | None) -> Result:
-    """Return the end of a run as it was found again; ``left`` is None where nothing was cut."""
+    """Return the values measured anew as a run's result; ``left`` is None where nothing was cut."""
     return Result(
         outcome=claims.get("outcome", str),
         reason=None,
@@ -99,7 +99,7 @@ def ended(claims: Claims, ends: Ends, left: Left | None) -> Result:
 
 
 def check_like(held: Held, record: Record) -> None:
-    """Check what follows from job and files against a record that was made of them anew."""
+    """Compare a report with a record made anew from job and files."""
     if held.as_report is None:
         return
     claims, expected = held.claims, held.as_report(record)
@@ -117,11 +117,11 @@ def _every_number(value: Any) -> list[float]:
     return [float(value)] if isinstance(value, int | float) and not isinstance(value, bool) else []
 
 
-# --- how it went --------------------------------------------------------------------------------------------
+# --- passes and verdict -------------------------------------------------------------------------------------
 
 
 def check_course(claims: Claims, ends: Ends, is_cut: bool) -> None:
-    """Check that a pass made the corrections that are listed, and left what is left."""
+    """Check the passes: one must have the depths of the listed corrections and leave the residual."""
     steps = claims.entries("steps")
     for number, step in enumerate(steps, 1):
         step.same("step", number)
@@ -160,14 +160,14 @@ def check_course(claims: Claims, ends: Ends, is_cut: bool) -> None:
 
 
 def _of_facets_g_mm(part: Claims) -> float:
-    """Return by how much a cut's unbalance is off where its facets lie beside true surfaces."""
+    """Return the error of a cut's unbalance where its facets lie beside true surfaces."""
     depth = abs(float(part.get("depth_mm", float)))
     mass, radius = abs(float(part.get("removed_mass_g", float))), float(part.get("radius_mm", float))
     return DEVIATION_MM * mass / depth * abs(radius) if depth > 0.0 else 0.0
 
 
 def check_verdict(claims: Claims, within: bool, proven: bool, is_cut: bool) -> bool:
-    """Check outcome, whether it is proven, and reason."""
+    """Check outcome, proof and reason; return ``within``."""
     outcome = claims.get("outcome", str)
     known = ("within_tolerance" if is_cut else "already_within_tolerance") if within else "above_tolerance"
     if outcome != known:

@@ -1,4 +1,4 @@
-"""What a report says of a scan: its file beside a drawing's, its fit with the faces as they are now."""
+"""A report's claims of a scan: its file beside a drawn crank, and its fit with the faces as they are now."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def with_scan(claims: Claims, anatomy: Anatomy, mesh: Mesh) -> Anatomy:
     """Return the anatomy of a stage with the scan's fit; unchanged where the crank was drawn.
 
     The frame stays that of the first stage, and so do all standard errors in it: the crank is the same. Its
-    faces are looked for in what was left of it, ``mesh`` in file coordinates [mm].
+    faces are looked for in ``mesh``, the solid that was left, file coordinates [mm].
     """
     if "roughness_mm" not in claims.get("crank", dict):
         return anatomy
@@ -41,7 +41,7 @@ def with_scan(claims: Claims, anatomy: Anatomy, mesh: Mesh) -> Anatomy:
 
 
 def with_scan_file(claims: Claims, folder: Path, job: Job, files: Files) -> Job:
-    """Return a job with its crank's scan where it is found; what is claimed of that file is checked.
+    """Check the claims of the scan's file; return the job with the path where it was found.
 
     Raises
     ------

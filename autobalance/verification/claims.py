@@ -26,10 +26,10 @@ FILES = "the files beside the report"
 
 @dataclass(frozen=True)
 class Claim:
-    """A value of a report that is true.
+    """A value of a report that holds.
 
-    ``name`` is its place (``tolerance.planes[1].permissible_g_mm``), ``value`` what the report says,
-    ``measured`` what it was compared with, in the same unit, ``how`` where that came from and how near it is.
+    ``name`` is its place (``tolerance.planes[1].permissible_g_mm``), ``value`` the claimed value,
+    ``measured`` the one compared with it, in the same unit, ``how`` its source and how near both are.
     """
 
     name: str
@@ -40,7 +40,7 @@ class Claim:
 
 @dataclass
 class Ledger:
-    """What is true of a report, each value with its place, and what the values are compared with at present.
+    """Proven claims and their places; ``source`` is that of the values compared with at present.
 
     ``why_not`` has the places that could not be checked, ``unread`` the files of which only the hash was.
     """
@@ -79,11 +79,10 @@ class Claims:
 
     @property
     def warnings(self) -> list[str]:
-        """What a user should know besides."""
         return self.ledger.warnings
 
     def path(self, key: str) -> str:
-        """Return where a key stands in the whole report."""
+        """Return a key's place in the whole report."""
         return f"{self.place}.{key}" if self.place else key
 
     def at(self, key: str, values: Mapping[str, Any]) -> Claims:
@@ -143,22 +142,22 @@ class Claims:
     # --- checks -----------------------------------------------------------------------------------------
 
     def against(self, source: str) -> None:
-        """Say what the checks that follow compare with."""
+        """Set the source that the checks that follow compare with."""
         self.ledger.source = source
 
     def hold(self, path: str, measured: Any = None, within: float | None = None) -> None:
-        """Note a value as true; ``within`` is how near it is to what was measured, None: equal."""
+        """Note a value that holds; ``within`` is its distance from the measured one at most, None: equal."""
         value = self.get(path, object)
         self.note(self.path(path), value, value if measured is None else measured, within)
         self.ledger.places.add(self.path(path))
 
     def note(self, name: str, value: Any, measured: Any, within: float | None = None) -> None:
-        """Note something as true that is not a single value of the report, such as a sum."""
+        """Note a claim that holds and is no single value of the report, such as a sum."""
         how = self.ledger.source if within is None else f"{self.ledger.source}, within {within:.2g}"
         self.ledger.claims.append(Claim(name, value, measured, how))
 
     def same(self, path: str, measured: object) -> None:
-        """Check a text, a count, or nothing."""
+        """Check a value for equality: a text, a count, a list or None."""
         claimed = self.get(path, object)
         if claimed != measured or isinstance(claimed, bool) != isinstance(measured, bool):
             raise ClaimError(f"{self.name}: {self.path(path)} is {claimed!r}, but {measured!r} was found")
@@ -183,7 +182,7 @@ class Claims:
         self.hold(path, measurement.tolist(), rounding * scale)
 
     def near_angle(self, path: str, measured_deg: float, within_deg: float) -> None:
-        """Check an angle in [0, 360) against a measurement, around the turn."""
+        """Check an angle in [0, 360) against a measurement modulo 360 degrees."""
         claimed = self.get(path, float)
         if not 0.0 <= claimed < 360.0:
             raise ClaimError(
@@ -192,7 +191,7 @@ class Claims:
         self.near(path, near_turn(measured_deg, claimed), within_deg, 1.0)
 
     def alike(self, measured: Mapping[str, Any], rounding: float = ROUNDING, scale: float = 0.0) -> None:
-        """Check all values of an object that were not checked before; keys that are not there are faults.
+        """Check all values of an object that were not checked before; missing keys are faults.
 
         Numbers may differ by ``rounding`` of the greatest in the same object or list, at least of ``scale``.
         """
@@ -215,7 +214,7 @@ class Claims:
 
 
 def _numbers(value: Any) -> list[float]:
-    """Return the numbers in a value that is one, or a list of them."""
+    """Return a number, or the numbers of nested lists, as one list; none of any other value."""
     return np.asarray(value, dtype=np.float64).reshape(-1).tolist() if _is_numeric(value) else []
 
 
@@ -241,7 +240,7 @@ def _text(value: Any) -> str:
 
 
 def near_turn(angle_deg: float, claimed_deg: float) -> float:
-    """Return the angle in the turn that is nearest to the claim."""
+    """Return an angle plus the whole turns that bring it nearest to the claim."""
     if not math.isfinite(claimed_deg):
         return angle_deg
     return angle_deg + 360.0 * round((claimed_deg - angle_deg) / 360.0)

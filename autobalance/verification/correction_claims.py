@@ -1,4 +1,4 @@
-"""Each correction held against the metal that really went or came, and their sum against the whole."""
+"""Checks of each correction against the metal that went or came, and of their sum against the whole."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ TOUCHING = "its metal touches that of another correction: only their sum was che
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """A crank before and after, and what it takes to separate its cuts.
+    """A crank before and after correction, with anatomy and job to separate its cuts.
 
     ``whole`` is the change of the crank's moments, without what is pressed in.
     """
@@ -61,19 +61,19 @@ class Change:
 
     @property
     def near_mm(self) -> float:
-        """How exactly places are known: what files round to, and how far facets lie from true surfaces."""
+        """Error of places: rounding of both files, plus the deviation of facets from true surfaces."""
         rounding = max(spacing_mm(self.before), spacing_mm(self.after))
         if self.before.exact is None:
             return rounding
         return rounding + DEVIATION_MM
 
     def limits(self, kind: str) -> Limits | None:
-        """Return what the job asks of a kind."""
+        """Return the job's limits for a kind of correction; None where it is not among the job's methods."""
         return next((each for each in self.job.methods if kind_of(each).name == kind), None)
 
 
 def check_corrections(claims: Claims, change: Change, first_number: int | None = 1) -> None:
-    """Check every correction of a report, and that they are all there is.
+    """Check every correction of a report, and that no other metal went.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
 
 
 def check_nothing_cut(claims: Claims) -> None:
-    """Check that no correction is listed, but for those of a kept plan that are not made."""
+    """Refuse listed corrections other than unused cuts of a kept plan."""
     if "plan_kept" not in claims.values:
         claims.same("corrections", [])
         _check_no_faces(claims)
@@ -135,7 +135,7 @@ def _check_no_faces(claims: Claims) -> None:
 
 
 def _is_kept_unused(claims: Claims, part: Claims) -> bool:
-    """Return whether a cut is one of a kept plan that is not made: with depth 0 it takes nothing."""
+    """Return whether a cut is an unused one of a kept plan, and check that it takes nothing."""
     if "plan_kept" not in claims.values or part.get("depth_mm", float) != 0.0:
         return False
     for key in ("depth_mm", "removed_mass_g", "removed_volume_mm3", "tool_volume_mm3"):
@@ -150,7 +150,7 @@ def _check_plan_kept(claims: Claims, parts: Sequence[Claims]) -> None:
 
 
 def _before(change: Change) -> Before:
-    """Return the crank before, with its planar faces and where their triangles lie."""
+    """Return the crank before correction, with its planar faces and the centres of their triangles."""
     mesh = change.before.solid.mesh
     faces = find_faces(mesh, change.anatomy, change.before.surfaces)
     corners = mesh.moved(change.anatomy.file_to_rotor).corners
@@ -159,7 +159,7 @@ def _before(change: Change) -> Before:
 
 
 def _check_faces(claims: Claims, crank: Before) -> None:
-    """Check the faces that are listed against those of the crank."""
+    """Check the listed faces against those of the crank that corrections name."""
     if "faces" not in claims.values:
         return
     faces, back = {face.id: face for face in crank.faces}, crank.anatomy.rotor_to_file
@@ -190,7 +190,7 @@ def _check_faces(claims: Claims, crank: Before) -> None:
 
 
 def _check_sum(claims: Claims, parts: Sequence[Claims], change: Change) -> None:
-    """Check that all corrections together are the whole change."""
+    """Check the sum of all corrections against the change of the crank's moments."""
     total, moved_g, moved_g_mm = Moments.zero(), 0.0, 0.0
     for part in parts:
         mass, unbalance = part.get("removed_mass_g", float), part.array("unbalance_change_g_mm", (2,))
@@ -226,21 +226,21 @@ def _vector(moments: Moments) -> str:
     return "[" + ", ".join(f"{value:.6g}" for value in moments.first_g_mm[:2]) + "]"
 
 
-# --- which metal is whose -----------------------------------------------------------------------------------
+# --- metal by correction ------------------------------------------------------------------------------------
 
 
 def _gone(change: Change) -> tuple[Solid, Solid]:
-    """Return the metal that went, and that came, rotor frame."""
+    """Return the metal that went and the metal that came, rotor frame."""
     went, came = differences(change.before.solid, change.after.solid)
     frame = change.anatomy.file_to_rotor
     return went.moved(frame), came.moved(frame)
 
 
-# --- one of them --------------------------------------------------------------------------------------------
+# --- a single correction ------------------------------------------------------------------------------------
 
 
 def _is_skin(part: Claims, skin: Solid, near_mm: float) -> bool:
-    """Return whether a correction that is not found is as thin as rounding: its depth, or all that it took.
+    """Return whether a correction without metal is as thin as rounding, by its depth or by ``skin``.
 
     A rim that is turned by little more than its facets stand back loses a film between two polygons.
     """

@@ -1,4 +1,4 @@
-"""What of a report was not checked, and why."""
+"""Values of a report that were not checked, with reasons."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ NOT_CHECKED: Mapping[str, str] = {
     "stages": "earlier stages are checked with their own reports; readings are believed",
     "true_surfaces": "counted by the CAD kernel while the run had both solids",
 }
-"""Places of values that nothing in the files decides, and why."""
+"""Reasons by place for values that do not follow from the files."""
 UNKNOWN = "there is no independent source to check it against"
 
 
@@ -47,7 +47,7 @@ class NotChecked:
 
 
 def not_checked(values: Mapping[str, Any], ledger: Ledger) -> tuple[NotChecked, ...]:
-    """Return what of a report's values nobody found true, each group once; files not read come last."""
+    """Return the values that no check noted, each group once; files that were not read come last."""
     reasons: dict[str, str] = {}
     for place in _leaves("", values):
         if not ledger.knows(place):
@@ -68,7 +68,7 @@ def _reason(place: str, ledger: Ledger) -> tuple[str, str]:
 
 
 def _leaves(place: str, value: Any) -> Iterator[str]:
-    """Yield the places of all values that hold no others; lists of plain values count as one."""
+    """Yield the places of all values without inner values; a list of plain values counts as one."""
     if isinstance(value, Mapping) and value:
         for key, inner in value.items():
             yield from _leaves(f"{place}.{key}" if place else key, inner)

@@ -1,4 +1,4 @@
-"""What a report lists of a cut, held against what was read of it: label, place, values."""
+"""Checks of a cut's listed label, place and values against those measured of its metal."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from autobalance.verification.claims import ROUNDING, Claims
 from autobalance.verification.shared_out import SHARE
 
 STATED = ("face", "web", "radius_mm", "angle_deg", "z_mm")
-"""What the machinist reads of every correction, beside what is measured of it."""
+"""Keys for the machinist that every correction must have beside its measured values."""
 LENGTH_SHARE = 2e-4
 ROUGH_SHARE = 5e-3
-"""Of the metal of a cut in a scanned face, crumbs of the rough face beside it are up to this share."""
+"""Greatest share of crumbs of the rough face in the metal of a cut in a scanned face."""
 UNIT_LENGTH = 1e-6
 LENGTH_MM = 2e-3
 ANGLE_DEG = 0.05
@@ -36,7 +36,7 @@ def check_label(part: Claims) -> None:
 
 
 def check_place(part: Claims) -> None:
-    """Check angle, z, radius of entry and direction of feed against the position; none may be left out."""
+    """Check angle, z, radius of entry and feed direction against the position; ``STATED`` must be there."""
     for key in STATED:
         part.get(key, object)
     x, y, z = part.array("position_mm", (3,))
@@ -71,7 +71,7 @@ def check_file_place(part: Claims, rotor_to_file: Array) -> None:
 
 
 def check_implied(part: Claims, implied: Mapping[str, Any]) -> None:
-    """Compare what a report lists of a correction with what follows without looking at its metal."""
+    """Compare a correction's values with those that follow without its metal."""
     for key, value in implied.items():
         if isinstance(value, Reading):
             part.near(key, value.value, value.within, 1.0)
@@ -83,9 +83,9 @@ def check_implied(part: Claims, implied: Mapping[str, Any]) -> None:
 
 
 def compare(part: Claims, measured: Mapping[str, Any], metal: Metal, rough_mm: float) -> None:
-    """Compare what a report lists of a correction with what was read, as exactly as its unit allows.
+    """Compare a correction's values with those measured of its metal, within limits by unit.
 
-    Where metal of a scanned face begins is known to its roughness.
+    The start of metal at a scanned face is known to its roughness.
     """
     skin_mm3 = metal.area_mm2 * metal.near_mm
     share = SHARE if rough_mm == 0.0 else ROUGH_SHARE

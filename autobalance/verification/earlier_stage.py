@@ -31,9 +31,9 @@ COMMANDS = ("balance", "recut")
 
 @dataclass(frozen=True, eq=False)
 class EarlierStage:
-    """What the next stage begins with.
+    """Start of the next stage.
 
-    ``solid`` is the file of the crank as it was left and ``source`` what it holds; ``pressed_in`` are all its
+    ``solid`` is the file of the crank as it was left and ``source`` its content; ``pressed_in`` are all its
     slugs, ``cuts`` its corrections and those of the stages before, as the reports list them.
     """
 
@@ -62,7 +62,7 @@ class EarlierStage:
 
     @property
     def earlier_cuts(self) -> tuple[EarlierCut, ...]:
-        """The cuts that count where cuts are limited in number: a hole that was deepened once."""
+        """Earlier cuts by place, for limits of their number; a deepened hole counts once."""
         cuts_found: list[EarlierCut] = []
         for each in self.cuts:
             entry = each.get("entry_mm") or each["position_mm"]  # a hole that was deepened: where it began
@@ -73,7 +73,7 @@ class EarlierStage:
         return tuple(cuts_found)
 
     def unbalance(self, key: str) -> Unbalance:
-        """Return ``initial`` or ``residual`` as the report has it."""
+        """Return the report's unbalance at ``initial`` or ``residual``."""
         values = self.values[key]
         return Unbalance(np.array(values["unbalance_g_mm"]), np.array(values["moment_g_mm2"]))
 
@@ -139,7 +139,7 @@ def left_solid(path: Path, claims: Claims, job: Job) -> tuple[Path, Source]:
 
 
 def claimed_tolerance(claims: Claims, job: Job) -> Tolerance:
-    """Return what a report judges against; fixed from the first stage on."""
+    """Return the tolerance of a report, which is fixed from the first stage on."""
     planes = tuple(
         TolerancePlane(each["name"], float(each["z_mm"]), float(each["permissible_g_mm"]))
         for each in claims.get("tolerance.planes", list)
@@ -156,7 +156,7 @@ def claimed_tolerance(claims: Claims, job: Job) -> Tolerance:
 
 
 def unbalance_moments(unbalance: Unbalance) -> Moments:
-    """Return moments that add an unbalance and nothing else."""
+    """Return moments of an unbalance without mass."""
     first, second = np.zeros(3), np.zeros((3, 3))
     first[:2] = unbalance.resultant_g_mm
     second[:2, 2] = second[2, :2] = unbalance.moment_g_mm2

@@ -1,4 +1,4 @@
-"""The limits that a report echoes of its job, held against the job file and against the cuts."""
+"""Checks of a report's limits against the job file, and of its cuts against these limits."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from autobalance.verification.solids import Files
 
 KEY = "job.correction"
 DEEPER_MM = 2e-3
-"""A depth may pass its limit by what a file's rounding moves a face."""
+"""Greatest excess of a depth over its limit: rounding of a file moves faces."""
 THINNER_MM = 5e-3
-"""Walls are printed to hundredths of a millimetre, limits are kept exactly."""
+"""Greatest shortfall of a wall from its limit: walls are printed to hundredths, limits are exact."""
 OFF_POSITION_DEG = 3.0
-"""How far off a position the axis of an old hole may lie that counts as the one there."""
+"""Greatest angle between a position and the axis of an old hole that counts as the one there."""
 BESIDE_DEG = 0.05
 
 
 def check_limits_of_job(claims: Claims, folder: Path, files: Files) -> None:
-    """Check that the correction's limits are those of the job file, where that is there.
+    """Check the correction's limits against the job file, where it exists.
 
     A job that was changed after its run proves nothing of the report: then a warning says where they differ.
 
@@ -65,7 +65,7 @@ def _limits_in(path: Path, settings: Any) -> Any:
 
 
 def _first_difference(in_file: Any, reported: Any, place: str) -> str | None:
-    """Return where a report's echo is not what stands in the job, in words."""
+    """Return the first difference between a job file and a report's echo of it, in words; None if equal."""
     if not (isinstance(in_file, dict) and isinstance(reported, dict)):
         return None if in_file == reported else f"{place} is {reported!r}, but it is {in_file!r}"
     keys = [*in_file, *(key for key in reported if key not in in_file)]
@@ -74,7 +74,7 @@ def _first_difference(in_file: Any, reported: Any, place: str) -> str | None:
 
 
 def check_within_limits(part: Claims, limits: Limits | None) -> None:
-    """Check that a cut keeps the depth, the wall and the sectors that the report says were asked for.
+    """Refuse a cut beyond its limits of depth, wall, positions or sectors.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a check takes from the report: the job, the frame, pins and journals, the crank's moments."""
+"""Premises of a check, taken from the report: job, frame, pins and journals, the crank's moments."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from autobalance.units import G_PER_MM3_PER_KG_M3
 from autobalance.verification.claims import ROUNDING, Claims
 
 RIGID = 1e-9
-"""Greatest entry of RᵀR − 1 in a rotation."""
+"""Greatest absolute entry of RᵀR − 1 in a rotation."""
 
 
 def claimed_job(claims: Claims, folder: Path) -> Job:
-    """Return the job that a report in a folder says it ran."""
+    """Return the job as the report echoes it, with the oil, external parts and density that it claims."""
     raw = given(claims.get("job", dict))
     file = raw.pop("file", "job")
     try:
@@ -39,7 +39,7 @@ def claimed_job(claims: Claims, folder: Path) -> Job:
 
 
 def _with_claimed_density(claims: Claims, job: Job) -> Job:
-    """Return a job with the density that its report says was calibrated; the crank shows if it is so."""
+    """Return a job with its report's calibrated density, which the crank's mass proves or disproves."""
     calibration = claims.get("crank", dict).get("calibration")
     if calibration is None or job.crankshaft.weighed.readings.calibrate != "density":
         return job
@@ -51,14 +51,14 @@ def _with_claimed_density(claims: Claims, job: Job) -> Job:
 
 
 def density_before(claims: Claims, job: Job) -> float:
-    """Return the density that a job says, before anything was calibrated [g/mm³]."""
+    """Return a job's density before calibration [g/mm³]."""
     if job.crankshaft.weighed.readings.calibrate != "density":
         return job.crankshaft.density_g_mm3
     return float(claims.get("job.crankshaft.density_kg_m3", float)) * G_PER_MM3_PER_KG_M3
 
 
 def _with_claimed_external(claims: Claims, job: Job) -> Job:
-    """Return a job with what its report says that external parts carry; the residual shows if it is so."""
+    """Return a job with the external parts' claimed unbalances, which the residual proves or disproves."""
     if job.balance.external != "solve":
         return job
     carried = []
@@ -72,7 +72,7 @@ def _with_claimed_external(claims: Claims, job: Job) -> Job:
 
 
 def _with_claimed_oil(claims: Claims, job: Job) -> Job:
-    """Return a job with the oil that its report says the crank holds; the crank shows if it is so."""
+    """Return a job with the oil that its report claims, which the crank proves or disproves."""
     if job.engine.oil_g_mm3 is None or "oil" not in claims.values:
         return job
     throws, by_throw = claims.entries("crank.throws"), {}
@@ -88,7 +88,7 @@ def _with_claimed_oil(claims: Claims, job: Job) -> Job:
 
 
 def given(value: Any) -> Any:
-    """Return a described job without what was not given."""
+    """Return a described job without keys that are None, at any depth."""
     if isinstance(value, dict):
         return {key: given(item) for key, item in value.items() if item is not None}
     if isinstance(value, list):
@@ -97,7 +97,7 @@ def given(value: Any) -> Any:
 
 
 def claimed_frame(claims: Claims) -> Array:
-    """Return the motion from file to rotor, which must be rigid."""
+    """Return the motion from file to rotor (4, 4); refuse one that is not rigid."""
     frame = claims.array("frame.file_to_rotor", (4, 4))
     turn = frame[:3, :3]
     rigid = np.abs(turn.T @ turn - np.eye(3)).max() <= RIGID and np.linalg.det(turn) > 0.0
@@ -108,7 +108,7 @@ def claimed_frame(claims: Claims) -> Array:
 
 
 def claimed_anatomy(claims: Claims) -> Anatomy:
-    """Return the journals and throws that a report names, in its frame: where bob-weights and planes go."""
+    """Return main journals, throws, webs and datums as a report lists them, in its frame."""
     frame = claimed_frame(claims)
     throws = []
     for number, part in enumerate(claims.entries("crank.throws"), 1):
@@ -129,7 +129,7 @@ def claimed_anatomy(claims: Claims) -> Anatomy:
 
 
 def _datums(claims: Claims) -> Datums | None:
-    """Return what a report says can be touched; None where it says nothing of it."""
+    """Return keyways, flanges and machined faces as a report lists them; None where it lists no datums."""
     if claims.get("crank.datums", object) is None:
         return None
     part_of = claims.at("crank.datums", claims.get("crank.datums", dict))
@@ -164,7 +164,7 @@ def _lengths(claims: Claims, *keys: str) -> dict[str, float]:
 
 
 def _errors(claims: Claims, datum: type[Any]) -> dict[str, float]:
-    """Return the standard errors that a scanned crank's report has beside a datum's values."""
+    """Return the standard errors of a datum's values; empty unless the crank was scanned."""
     names = (each.name for each in fields(datum))
     return _lengths(claims, *(name for name in names if "_pm_" in name and name in claims.values))
 
@@ -201,12 +201,12 @@ def _pin(claims: Claims) -> Pin:
 
 
 def claimed_crank(claims: Claims) -> Moments:
-    """Return the crank before correction as the report has it: mass, centre, inertia."""
+    """Return the moments of the crank before correction as the report claims them."""
     return _moments(claims.at("crank", claims.get("crank", dict)), "centre_of_mass_mm")
 
 
 def _moments(claims: Claims, centre_key: str) -> Moments:
-    """Return the moments of something whose mass, centre and inertia are listed."""
+    """Return the moments that follow from a listed mass, centre and inertia."""
     mass = float(claims.get("mass_g", float))
     centre = claims.array(centre_key, (3,))
     inertia = 1000.0 * claims.array("inertia_kg_mm2", (3, 3))

@@ -1,4 +1,4 @@
-"""Check the report of a stage after the first: both solids are measured, the reading is believed."""
+"""Check of the report of a stage after the first: both solids are measured, the reading is believed."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def check_recut(held: Held) -> Checked:
 
 
 def _report_before(claims: Claims, folder: Path) -> Mapping[str, Any]:
-    """Return the report of the stage before."""
+    """Check the file and the hash of the report of the stage before; return its values."""
     path = folder / claims.get("previous.report", str)
     if not path.is_file():
         raise FileError(f"{claims.name}: previous.report {path} is not there; a stage goes on from it")
@@ -114,12 +114,12 @@ def _report_before(claims: Claims, folder: Path) -> Mapping[str, Any]:
 
 
 def _first_number(before: Mapping[str, Any]) -> int:
-    """Return the number that the first correction of a stage must have: they count on."""
+    """Return the number of a stage's first correction: numbering continues from the stages before."""
     return len(before.get("earlier_corrections", ())) + len(before["corrections"]) + 1
 
 
 def _tolerance(claims: Claims, job: Job, before: Mapping[str, Any]) -> Tolerance:
-    """Check what is judged against and where: as of the stage before, and as the grade makes it."""
+    """Check tolerance, frame and anatomy against the stage before, and U_per against the grade."""
     tolerance = claimed_tolerance(claims, job)
     permissible = permissible_unbalance_g_mm(
         tolerance.rotor_mass_g, job.balance.grade_mm_s, job.balance.service_speed_rad_s
@@ -143,7 +143,7 @@ def _tolerance(claims: Claims, job: Job, before: Mapping[str, Any]) -> Tolerance
 
 
 def _old_solid(held: Held, job: Job, anatomy: Anatomy) -> Given:
-    """Check what is claimed of the crank that the stage started from."""
+    """Check the claims of the crank that the stage started from; return it."""
     claims, crankshaft = held.claims, job.crankshaft
     path = solids.input_path(claims, held.folder)
     previous = held.folder / claims.get("previous.report", str)
@@ -164,12 +164,12 @@ def _old_solid(held: Held, job: Job, anatomy: Anatomy) -> Given:
 
 
 def _read(claims: Claims) -> Unbalance:
-    """Return the reading as judged; it is believed."""
+    """Return the reading as judged, which is not checked."""
     return Unbalance(claims.array("initial.unbalance_g_mm", (2,)), claims.array("initial.moment_g_mm2", (2,)))
 
 
 def _factors(claims: Claims, job: Job, anatomy: Anatomy, reading: Unbalance, residual: Unbalance) -> None:
-    """Check bob-weights and the balance factors that reading and residual stand for."""
+    """Check the bob-weights and the balance factors that follow from reading and residual."""
     target = float(claims.get("balance_factor.target", float))
     if job.balance.factor is not None:
         claims.near("balance_factor.target", job.balance.factor, 1.0)
@@ -188,7 +188,7 @@ def _factors(claims: Claims, job: Job, anatomy: Anatomy, reading: Unbalance, res
 
 
 def _stage(claims: Claims, residual: Unbalance, size_g_mm: float, before: Mapping[str, Any]) -> None:
-    """Check that the list of stages ends with this one, and goes on from the one before."""
+    """Check the list of stages: those of the report before, and this one."""
     stages = claims.entries("stages")
     if not stages:
         raise ClaimError(f"{claims.name}: stages is empty")
@@ -217,7 +217,7 @@ def _stage(claims: Claims, residual: Unbalance, size_g_mm: float, before: Mappin
 
 
 def _budget(claims: Claims, tolerance: Tolerance) -> Budget:
-    """Return the uncertainty of the reading, which is all that a stage's residual has."""
+    """Return the uncertainty of the reading, the only cause in a stage's budget."""
     planes = tuple(
         float(part.get("uncertainty_g_mm", float))
         for part in claims.entries("initial.planes", len(tolerance.planes))
@@ -227,7 +227,7 @@ def _budget(claims: Claims, tolerance: Tolerance) -> Budget:
 
 
 def _verdict(claims: Claims, tolerance: Tolerance, residual: Unbalance, budget: Budget, is_cut: bool) -> bool:
-    """Check the outcome: above tolerance, too, where the machine cannot show that it is within."""
+    """Check the outcome: above tolerance also where U_mar is not below the permissible residual unbalance."""
     blind = float(
         claims.at("machine_reading.file", claims.get("machine_reading.file", dict)).get("umar_g_mm", float)
     )

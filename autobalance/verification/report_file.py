@@ -1,4 +1,4 @@
-"""A report's JSON, read strictly: known version, no key twice, no number out of bounds."""
+"""Strict reader of a report's JSON: known version, no key twice, no number out of bounds."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from autobalance.errors import FormatError, file_errors
 from autobalance.runtime import note_read
 
 LARGEST = 1e30
-"""Size of a number at most: no report holds a larger one, and their products stay finite."""
+"""Greatest size of a number: no report holds a larger one, and products stay finite."""
 VERSIONS = (1,)
-"""Versions of reports that can be read."""
+"""Readable versions of reports."""
 
 Number = TypeVar("Number", int, float)
 
@@ -49,7 +49,7 @@ def read_report(path: Path) -> Mapping[str, Any]:
 
 
 def refuse_version(name: str, values: Mapping[str, Any]) -> None:
-    """Refuse a report of a version that is not known: its keys may mean something else.
+    """Refuse a report of an unknown version: its keys may mean something else.
 
     Raises
     ------

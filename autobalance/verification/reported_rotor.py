@@ -1,4 +1,4 @@
-"""The rotor that a report left: its solid read back from disk, with its bob-weights as a machine spins it."""
+"""The rotor of a report as a machine spins it: its solid read back from disk, with bob-weights."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class ReportedRotor:
 
 
 def reported_rotor(path: Path) -> ReportedRotor:
-    """Read a report and its solid back.
+    """Return the rotor of a report, its solid read back from disk.
 
     Raises
     ------

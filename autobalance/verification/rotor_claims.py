@@ -1,4 +1,4 @@
-"""What follows from the job and the measured moments: tolerance, bob-weights, unbalance, factors, sums."""
+"""Checks of values that follow from the job and the measured moments."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from autobalance.verification.claims import ROUNDING, Claims
 from autobalance.verification.solids import keys_of_pressed_in
 
 MOMENT_ROUNDING = 1e-11
-"""Rounding of unbalances, as a share of mass times size: the sums are the same ones as in the run."""
+"""Rounding of unbalances as a share of mass times size: the run summed in the same order."""
 
 
 def check_tolerance(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) -> Tolerance:
-    """Check what is permitted."""
+    """Check the tolerance; return it as the job makes it."""
     tolerance = rotor_from_job.tolerance_of(job, anatomy, crank)
     speed_rpm = job.balance.service_speed_rad_s / RAD_S_PER_RPM
     claims.near("tolerance.grade_mm_s", tolerance.grade_mm_s, tolerance.grade_mm_s)
@@ -46,7 +46,7 @@ def check_tolerance(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) 
 
 
 def check_loads(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) -> Moments:
-    """Return bob-weights and attached rotors at the balance factor asked for."""
+    """Check target factor and bob-weights; return the moments of bob-weights and attached rotors."""
     factor = rotor_from_job.target_factor(job, anatomy, crank)
     claims.near("balance_factor.target", factor, 1.0)
     loads = rotor_from_job.throw_loads(anatomy, job.engine)
@@ -75,7 +75,7 @@ def check_unbalance(
 
 
 def check_after(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, after: Moments) -> None:
-    """Check the factor before and after correction."""
+    """Check the balance factor before and after correction."""
     loads = rotor_from_job.throw_loads(anatomy, job.engine)
     attached = rotor_from_job.beside_throws(job.engine)
     for key, moments in (("initial", crank), ("final", after)):
@@ -87,7 +87,7 @@ def check_after(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, afte
 
 
 def check_inertia(claims: Claims, crank: Moments, after: Moments) -> None:
-    """Check the change of polar inertia; that of slugs about their own axes follows from their sizes."""
+    """Check the change of polar inertia, with that of slugs about their own axes by their sizes."""
     change = after.polar_inertia_g_mm2 - crank.polar_inertia_g_mm2
     for part in claims.entries("corrections"):
         keys = keys_of_pressed_in(part)
@@ -107,7 +107,7 @@ def check_inertia(claims: Claims, crank: Moments, after: Moments) -> None:
 def check_assembly(
     claims: Claims, job: Job, tolerance: Tolerance, residual: Unbalance, size_g_mm: float
 ) -> None:
-    """Check the sums of the parts that are put on, in their order."""
+    """Check the unbalance after each mounted part, in their order."""
     if not job.assembly:
         return
     stages = staged_assembly(job, tolerance, residual)

@@ -1,4 +1,4 @@
-"""Which of the metal that went or came is which correction's."""
+"""Assignment of the metal that went or came to the corrections."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.verification.claims import Claims
 
 SHARE = 1e-3
-"""Share by which what is read off the metal may differ from what a report says of a cut: facets, rounding."""
+"""Share by which values measured of the metal may differ from a report's: facets, rounding."""
 GRAINS = 16.0
-"""Roundings of a file in which metal counts as rounding."""
+"""Thickness up to which metal counts as rounding, in roundings of the file."""
 
 
 def _pieces(metal: Solid, near_mm: float) -> list[Solid]:
-    """Return metal piece by piece, without what is rounding."""
+    """Return the pieces of metal that are thicker than rounding."""
     return [] if metal.is_empty else metal.thicker_pieces(GRAINS * near_mm)
 
 
@@ -29,7 +29,7 @@ class Found:
     """A correction's metal, piece by piece; None where it cannot be separated from another's.
 
     ``is_torn`` where it hangs together with so wide flaps of the file's rounding that all of it is as thin as
-    they; ``skin`` is what went or came there where all of that is as thin as rounding.
+    they; ``skin`` is the metal there where all of it is as thin as rounding.
     """
 
     metal: tuple[Solid, ...] | None
@@ -44,17 +44,17 @@ def shared_out(
     crank: Before,
     near_mm: float,
 ) -> list[Found]:
-    """Return what was found of each correction.
+    """Return the metal of each correction.
 
     Parameters
     ----------
     metal_gone : (Solid, Solid)
         The metal that went, and that came, rotor frame.
     parts, traces : sequences, one a correction
-        What is listed of it, and what it must have left behind.
+        Its listed values, and its expected trace in the metal.
     crank : Before
     near_mm : float
-        How exactly places are known.
+        Error of places.
     """
     rooms = [Solid.nothing() if trace is None else trace.room(crank) for trace in traces]
     adds = [KINDS[part.get("kind", str)].adds_metal for part in parts]
@@ -93,12 +93,12 @@ def shared_out(
 
 
 def _misses_share(part: Claims, pieces: Sequence[Solid]) -> bool:
-    """Return whether less was found of a correction than is listed, or nothing."""
+    """Return whether a correction has no pieces, or misses more than ``SHARE`` of its listed volume."""
     return not pieces or _missing_mm3(part, pieces) > SHARE * abs(part.get("removed_volume_mm3", float))
 
 
 def _misses_strip(part: Claims, pieces: Sequence[Solid], near_mm: float) -> bool:
-    """Return whether more is missing of a correction than rounding of its surface.
+    """Return whether a correction misses more volume than rounding of its surface.
 
     A strip of a thousandth of the metal, on the other side of the web, moves the centre by 0.1 mm.
     """
@@ -112,31 +112,30 @@ def _missing_mm3(part: Claims, pieces: Sequence[Solid]) -> float:
 
 
 ROUNDING_SHARE = 1e-9
-"""Share of a piece that is left of it where nothing should be."""
+"""Share of a piece up to which a volume that is left of it counts as nothing."""
 OWN_SHARE = 0.95
 """Share of a piece in a correction's room from which all of it is that correction's."""
 
 
 def _holds(room: Solid, piece: Solid) -> bool:
-    """Return whether a piece lies in a room but for what a boolean between near planes may lose."""
+    """Return whether a piece lies in a room, up to losses of a boolean between near planes."""
     return _shared_mm3(room, piece) > OWN_SHARE * piece.volume_mm3
 
 
 def _hides(piece: Solid, room: Solid, part: Claims) -> bool:
-    """Return whether a piece holds so much of a correction beside it that it would be missed there."""
+    """Return whether a piece holds more than ``SHARE`` of the volume listed for a correction beside it."""
     listed: float = abs(part.get("removed_volume_mm3", float))
     return _shared_mm3(room, piece) > SHARE * listed
 
 
 def _shared_mm3(room: Solid, piece: Solid) -> float:
-    """Return the volume of a piece that lies in a room."""
     if room.is_empty or np.any(room.bounds[0] > piece.bounds[1]) or np.any(piece.bounds[0] > room.bounds[1]):
         return 0.0
     return (room & piece).volume_mm3
 
 
 def _told_apart(parts: Sequence[Claims], mine: list[list[Solid]], i: int, j: int, near_mm: float) -> set[int]:
-    """Give pieces that two corrections claim to the nearer one; return both where they share a part."""
+    """Assign pieces claimed by two corrections to the nearer one; return both if pieces overlap in part."""
     for one in list(mine[i]):
         for other in list(mine[j]):
             apart = np.any(one.bounds[0] > other.bounds[1]) or np.any(other.bounds[0] > one.bounds[1])

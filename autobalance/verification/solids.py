@@ -1,4 +1,4 @@
-"""The files that a report names, read from disk again: the crank as it came, and as it was left."""
+"""Cranks before and after correction, read again from the files of a report."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ from autobalance.verification.claims import ROUNDING, Claims
 from autobalance.verification.premises import density_before
 
 FACET_BARS = 3.0
-"""Error bars of what facets hide by which true surfaces may differ from slices of facets laid over them."""
+"""Greatest difference between true surfaces and slices of facets over them, in error bars of their metal."""
 
 
 T = TypeVar("T")
 
 
 class Files:
-    """What was read and worked out of files, each once, for several versions of a report."""
+    """Cache of files and of values computed from them, for several versions of a report."""
 
     def __init__(self) -> None:
         self._known: dict[Hashable, Any] = {}
 
     def once(self, key: Hashable, work: Callable[[], T]) -> T:
-        """Return what ``work`` returns, or returned for the same key before."""
+        """Return the result of ``work``, computed once for each key."""
         if key not in self._known:
             self._known[key] = work()
         value: T = self._known[key]
@@ -66,7 +66,7 @@ class Files:
 
 @dataclass(frozen=True, eq=False)
 class Given:
-    """The crank as it came: read, recognised and measured; ``bare`` are its moments without hidden parts."""
+    """The crank before correction, recognised and measured; ``bare`` are its moments without hidden metal."""
 
     crank: Crank
     bare: Moments
@@ -77,7 +77,7 @@ class Given:
 
     @property
     def anatomy(self) -> Anatomy:
-        """As recognised, or as the report has it where only a cut crank is there."""
+        """Anatomy as recognised, or as the report has it where only a cut crank is there."""
         return self.crank.anatomy
 
     @property
@@ -87,7 +87,7 @@ class Given:
 
 @dataclass(frozen=True, eq=False)
 class Left:
-    """The crank as it was left: its own moments, and the loose triangles of its file where it has such."""
+    """The crank after correction: moments of its file, and the file's loose triangles if it has any."""
 
     source: Source
     moments: Moments
@@ -104,7 +104,7 @@ class Left:
 
 
 def measured_files(claims: Claims, folder: Path, job: Job, frame: Array, files: Files) -> Left:
-    """Read the corrected solid, or the input where nothing was cut, and check what is claimed of the file."""
+    """Read the corrected solid, or the input where nothing was cut, and check the claims of its file."""
     crankshaft = job.crankshaft
     key = "outputs.solid"
     if claims.get(key, object) is None:
@@ -150,7 +150,6 @@ def measured_solid(claims: Claims, folder: Path, job: Job, anatomy: Anatomy) -> 
 
 
 def check_properties(claims: Claims, key: str, moments: Moments, volume_mm3: float) -> None:
-    """Check the mass properties that are claimed of a solid."""
     inertia = moments.inertia_g_mm2 / 1000.0
     reach = float(np.sqrt(np.trace(moments.second_g_mm2) / moments.mass_g))
     size = float(np.abs(inertia).max())
@@ -162,12 +161,12 @@ def check_properties(claims: Claims, key: str, moments: Moments, volume_mm3: flo
 
 
 def measured_again(claims: Claims, source: Source, job: Job, frame: Array) -> float:
-    """Measure the solid from its slices; return how well both ways agree.
+    """Measure the solid from its slices; return the difference between both ways.
 
-    Both would count metal twice that the solid holds twice: that there is none is looked at again too.
+    Both ways would count overlapping metal twice, so overlap is refused first.
 
-    True surfaces are compared with slices of facets laid over them and what these facets hide, give or take
-    its error bar. That may lie at the far end, where it counts more in second moments than a mean gram does.
+    True surfaces are compared with slices of facets laid over them plus the metal that these facets lack,
+    within its error bar. That may lie at the far end, where it counts more in second moments than a mean gram.
     """
     density = job.crankshaft.density_g_mm3
     one, other = source.moments(density, frame), slice_moments(source.solid.mesh, density, frame)
@@ -190,12 +189,12 @@ def measured_again(claims: Claims, source: Source, job: Job, frame: Array) -> fl
 
 
 def size_of(source: Source, crank: Moments) -> float:
-    """Return ∫ |r| dm at most: what first moments are rounded against [g·mm]."""
+    """Return the upper bound of ∫ |r| dm, the scale of rounding of first moments [g·mm]."""
     return crank.mass_g * (source.solid.mesh.diagonal_mm + float(np.abs(source.solid.bounds).max()))
 
 
 def pressed_in(claims: Claims) -> Moments:
-    """Return the slugs, which are not in the file."""
+    """Return the moments of the slugs, which are not in the file."""
     total = Moments.zero()
     for part in claims.entries("corrections"):
         keys = keys_of_pressed_in(part)
@@ -213,7 +212,7 @@ def check_with_slugs(claims: Claims, after: Moments) -> None:
 
 
 def keys_of_pressed_in(correction: Claims) -> tuple[str, str] | None:
-    """Return the keys of mass and centre of what a correction presses in, if it does."""
+    """Return the keys of mass and centre of a correction's slug; None where it presses none in."""
     kind = KINDS.get(correction.get("kind", str))
     return None if kind is None else kind.pressed_in
 
@@ -225,7 +224,7 @@ def input_path(claims: Claims, folder: Path, of: str = "input", key: str = "file
     """Return the crank's file: relative to the report, else where the job finds it, else beside the report.
 
     Beside it lies the crank of a report that was copied elsewhere with its files. Callers check its hash.
-    ``of`` says it in the report, ``key`` in the job: those of its scan, or its own.
+    ``of`` is its key in the report, ``key`` that in the job: the crank's own, or its scan's.
     """
     name = Path(claims.get(f"{of}.file", str))
     job = claims.get("job", dict)
@@ -240,7 +239,7 @@ def input_path(claims: Claims, folder: Path, of: str = "input", key: str = "file
 
 
 def source_before(claims: Claims, folder: Path, job: Job, files: Files) -> Source:
-    """Return the crank as it came to a report's cuts, read as the checks read it."""
+    """Return the crank before a report's cuts, read as the checks read it."""
     crankshaft, path = job.crankshaft, input_path(claims, folder)
     if claims.get("command", str) != "recut":
         return read_input(files, path, crankshaft)
@@ -263,7 +262,7 @@ def read_input(files: Files, path: Path, crankshaft: Crankshaft) -> Source:
 
 
 def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files: Files) -> Given:
-    """Check what is claimed of the crank before correction; return it.
+    """Check the claims of the crank before correction; return it.
 
     Raises
     ------
@@ -331,7 +330,7 @@ def check_crank(
 
 
 def check_source(claims: Claims, of: str, source: Source) -> None:
-    """Check what is claimed of a file that a run read, at a key of the report."""
+    """Check the claims of a file that a run read, at a key of the report."""
     claims.same(f"{of}.sha256", source.sha256)
     claims.same(f"{of}.triangles", source.triangles)
     claims.same(f"{of}.format", None if source.format is None else source.format.removesuffix("-ascii"))
@@ -341,7 +340,7 @@ def check_source(claims: Claims, of: str, source: Source) -> None:
 
 
 def hidden_part(claims: Claims, job: Job, anatomy: Anatomy, given_in: Given, soup: Floats | None) -> Moments:
-    """Check and return what is added for the facets of the corrected solid, loose triangles ``soup``."""
+    """Check and return the moments added for the facets of the corrected solid, loose triangles ``soup``."""
     even = given_in.crank.calibrated
     if claims.get("crank", dict).get("facet_error") is None or not job.balance.facet_correction:
         return even
