@@ -32,7 +32,7 @@ class CarriedUnbalance:
 
 
 def with_external(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Job:
-    """Return a job with its external parts attached, with the unbalances they must carry, if it solves them."""
+    """Return a job with its external parts attached; they carry what they must, if it solves them."""
     balance = job.balance
     if balance.external != "solve":
         return job

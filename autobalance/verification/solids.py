@@ -166,7 +166,7 @@ def measured_again(claims: Claims, source: Source, job: Job, frame: Array) -> fl
     Both ways would count overlapping metal twice, so overlap is refused first.
 
     True surfaces are compared with slices of facets laid over them plus the metal that these facets lack,
-    within its error bar. That may lie at the far end, where it counts more in second moments than a mean gram.
+    within its error bar. It may lie at the far end, where it counts more in second moments than a mean gram.
     """
     density = job.crankshaft.density_g_mm3
     one, other = source.moments(density, frame), slice_moments(source.solid.mesh, density, frame)
