@@ -114,7 +114,7 @@ def test_a_job_is_told_how_to_reach_its_factor(tmp_path: Path, capsys: pytest.Ca
         ("single", {"factor": 0.5}, "suggest has no 'factor'"),
         ("single", {"inertia_kg_mm2": True}, "must be a number"),
         ("single", {"balance_factor": 1.5}, "0 to 1"),
-        ("single", {}, "suggest needs what is wanted"),
+        ("single", {}, "suggest: expected a target"),
     ],
 )
 def test_a_wish_that_cannot_be_is_refused(design: Any, wanted: dict[str, Any], message: str) -> None:

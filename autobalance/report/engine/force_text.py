@@ -95,7 +95,7 @@ def _loads(loads: Values) -> str:
             )
     torque, support = loads["torque"], loads["support"]
     if support is not None:
-        place = f"  opposing couple (z {support['z_mm']:.1f} mm)"
+        place = f"  support (z {support['z_mm']:.1f} mm)"
         force = f"{support['greatest_n']:.0f} N", f"{support['mean_n']:.0f} N"
         moment = f"{support['greatest_moment_n_m']:.1f} N·m", f"{support['mean_moment_n_m']:.1f} N·m"
         rows += [(f"{place}, force", *force), (f"{place}, moment", *moment)]
