@@ -208,7 +208,7 @@ to_clean: set[Callable[[], None]] = set()
 _notes: int | None = None
 
 
-def note_what_is_begun() -> int:
+def start_record_of_begun() -> int:
     """Start a record of begun files and folders, for whoever ends this process; return its descriptor."""
     global _notes  # noqa: PLW0603
     if hasattr(os, "memfd_create"):

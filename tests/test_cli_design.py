@@ -19,7 +19,7 @@ from autobalance.command import main
 from autobalance.design_search import strength
 from autobalance.design_search import written as solids
 from autobalance.design_search.build import with_profiles
-from autobalance.design_search.candidates import Candidate, Found, front, judged
+from autobalance.design_search.candidates import Candidate, SearchResult, front, judged
 from autobalance.design_search.chosen import chosen, with_refined
 from autobalance.design_search.exact import design_step
 from autobalance.design_search.free_metal import free_metal
@@ -323,7 +323,7 @@ class Heavier(Problem):
         return {name: found[name] for name in self.strengths_wanted}
 
 
-Limited = tuple[Problem, Found, list[Generation]]
+Limited = tuple[Problem, SearchResult, list[Generation]]
 
 
 class Sent:
@@ -338,7 +338,7 @@ class Sent:
 @pytest.fixture(scope="module")
 def limited(
     tmp_path_factory: pytest.TempPathFactory, crank: bytes
-) -> tuple[Problem, Found, list[Generation]]:
+) -> tuple[Problem, SearchResult, list[Generation]]:
     """A search for the lightest design of at least 2840 Hz, that is 2840 g; without the limit 2820 g."""
     text = DESIGN.replace(', "polar_inertia_kg_mm2"', "").replace("designs = 2", "designs = 1")
     text = text.replace("[search]", "[fem]\nmin_frequency_hz = 2840\nanalyses = 12\n[search]")
@@ -509,7 +509,7 @@ def test_gathered_control_points_keep_the_outline_off_the_hold_radius(tmp_path: 
         assert np.linalg.norm(outline, axis=1).min() >= profile.hold_radius_mm - 1e-6
 
 
-def kept(findings: Found) -> list[Candidate]:
+def kept(findings: SearchResult) -> list[Candidate]:
     return [each for each in findings.candidates if each.violation <= 0.0]
 
 
@@ -550,13 +550,13 @@ def test_webs_of_one_profile_that_cannot_take_a_couple_are_told_what_helps(
 def test_where_nothing_that_is_tried_helps_it_says_so(
     tmp_path: Path, crank: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made, make = [], solids._made
+    made, make = [], solids._written_design
 
     def counted(problem: Problem, variables: Array) -> WrittenDesign:
         made.append(variables)
         return make(problem, variables)
 
-    monkeypatch.setattr(solids, "_made", counted)
+    monkeypatch.setattr(solids, "_written_design", counted)
     heavy = COUPLE.replace("-400.0", "-90000.0")
     text = LIGHT.replace("[balance]", heavy + "[balance]") + SMALL_SEARCH + "refine = false\n"
     report = design(written(tmp_path, text, crank), workers=1).report

@@ -258,7 +258,7 @@ def balance(
     """
     watch = Stopwatch()
     with watch.stage("load"):
-        read = jobs.given(job)
+        read = jobs.as_job(job)
         if keep is not None:
             read = replace(read, keep=keep if isinstance(keep, Mapping) else Path(keep))
     return run(read, crank, telling(progress), watch, fem)

@@ -104,7 +104,7 @@ class BatchRun:
         for row, fingerprint, message in wrong:
             self._forget_files(row)
             self._write_line(_undone(row, FAILED, fingerprint, 1, message))
-        self._tell()
+        self._report_progress()
 
     def tasks(self) -> _Tasks:
         """Return what workers are to do."""
@@ -138,7 +138,7 @@ class BatchRun:
                     files={name: sha256(data).hexdigest() for name, data in outcome.files.items()},
                 )
             )
-        self._tell()
+        self._report_progress()
 
     def _write_line(self, line: JournalLine) -> None:
         append_line(self.folder, encoded(line))
@@ -171,7 +171,7 @@ class BatchRun:
         for part in self.folder.glob(".*.part"):
             part.unlink(missing_ok=True)
 
-    def _tell(self) -> None:
+    def _report_progress(self) -> None:
         if self._progress is not None:
             done, rows = len(self.lines), len(self.listed.rows)
             self._progress(f"{done} of {rows} rows done", done / rows)

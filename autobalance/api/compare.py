@@ -79,7 +79,7 @@ def compared(
     from autobalance.report.balance.comparison import comparison
     from autobalance.report.records.compare import CompareReport
 
-    whole_job = jobs.given(job)
+    whole_job = jobs.as_job(job)
     measured = None if crank is None else crank.measured
     of = whole_job if crank is None else with_crank(whole_job, crank)
 

@@ -121,7 +121,7 @@ def cycle(
     from autobalance.report.records.flexible import Flexible
 
     compared_factors, speeds = checked_factors(factors), _checked_sweep(sweep_rpm)
-    read = jobs.given(job)
+    read = jobs.as_job(job)
     check_cycle(read)
     case = request(read, crank, speed_rpm, progress)
     firing = firing_engine(

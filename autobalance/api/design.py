@@ -20,7 +20,7 @@ from autobalance.runtime import Progress, no_progress
 from autobalance.version import __version__
 
 if TYPE_CHECKING:
-    from autobalance.design_search.candidates import Candidate, Found
+    from autobalance.design_search.candidates import Candidate, SearchResult
     from autobalance.design_search.problem import Problem
     from autobalance.design_search.written import WrittenDesign
     from autobalance.job.files.design import DesignJob
@@ -132,7 +132,7 @@ def _fingerprint(job: DesignJob, crank_sha256: str) -> str:
 # --- from candidates to designs -----------------------------------------------------------------------------
 
 
-def _result(findings: Found, started: float, notify: Progress) -> DesignResult:
+def _result(findings: SearchResult, started: float, notify: Progress) -> DesignResult:
     from autobalance.design_search.chosen import chosen, with_refined
     from autobalance.design_search.remedies import remedies
     from autobalance.design_search.start import judged_start

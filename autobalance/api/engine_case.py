@@ -50,7 +50,7 @@ def request(
     AutobalanceError
         For anything wrong with the job or the crank.
     """
-    job = jobs.given(job)
+    job = jobs.as_job(job)
     if speed_rpm is not None:
         positive("--speed-rpm", speed_rpm)
     rpm = jobs.describe(job)["balance"]["speed_rpm"] if speed_rpm is None else speed_rpm

@@ -45,7 +45,7 @@ class GradeResult(VerbResult):
 
 
 @dataclass(frozen=True)
-class _Given:
+class _GradeArguments:
     """The arguments of ``grade``, by their names."""
 
     grade: float | None
@@ -104,7 +104,7 @@ def grade(
     if known is None or mass_unit.lower() not in G_PER:
         unit, units = (mass_unit, G_PER) if known is not None else (residual_unit, G_MM_PER)
         raise UsageError(f"the unit {unit!r} is not known; expected one of {', '.join(units)}")
-    question = _Given(grade, speed_rpm, mass, mass_unit.lower(), residual, known, planes, centre)
+    question = _GradeArguments(grade, speed_rpm, mass, mass_unit.lower(), residual, known, planes, centre)
     try:
         return GradeResult(_report(question))
     except ValueError as error:
@@ -144,7 +144,7 @@ def _plots(values: dict[str, Any]) -> Drawn:
     return drawn
 
 
-def _report(question: _Given) -> GradeReport:
+def _report(question: _GradeArguments) -> GradeReport:
     _check(question)
     mass = None if question.mass is None else question.mass * G_PER[question.mass_unit]
     residual = None if question.residual is None else question.residual * G_MM_PER[question.residual_unit]
@@ -170,7 +170,7 @@ def _report(question: _Given) -> GradeReport:
     )
 
 
-def _planes(question: _Given, permissible_g_mm: float) -> tuple[TolerancePlane, ...]:
+def _planes(question: _GradeArguments, permissible_g_mm: float) -> tuple[TolerancePlane, ...]:
     """Return the shares of the tolerance planes that were given."""
     if question.planes is None:
         return ()
@@ -180,7 +180,7 @@ def _planes(question: _Given, permissible_g_mm: float) -> tuple[TolerancePlane, 
     return TolerancePlane("A", low, share_a), TolerancePlane("B", high, share_b)
 
 
-def _check(question: _Given) -> None:
+def _check(question: _GradeArguments) -> None:
     """Refuse what is impossible or only half given."""
     numbers = {"--grade": question.grade, "--speed-rpm": question.speed_rpm, "--mass": question.mass}
     for name, value in numbers.items():

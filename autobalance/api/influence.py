@@ -39,10 +39,10 @@ class InfluenceResult(VerbResult):
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``reading.toml`` for ``recut``, the unbalance found, if ``[reading]`` names the planes."""
-        from autobalance.report.balance.reading_toml import found_unbalance_toml
+        from autobalance.report.balance.reading_toml import unbalance_toml
 
         has_reading = self.report["input"]["reading"] is not None
-        return {"reading.toml": found_unbalance_toml(self.report).encode()} if has_reading else {}
+        return {"reading.toml": unbalance_toml(self.report).encode()} if has_reading else {}
 
     @property
     def exit_code(self) -> int:

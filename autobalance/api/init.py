@@ -21,7 +21,14 @@ from autobalance.job.model import Crankshaft
 from autobalance.job.read import tables_of
 from autobalance.job.read_crankshaft import read_crankshaft
 from autobalance.job.shop import NAME, user_folder
-from autobalance.job.template import Found, OtherParts, commented_toml, described_rows, job_rows, table_rows
+from autobalance.job.template import (
+    OtherParts,
+    RecognisedCrank,
+    commented_toml,
+    described_rows,
+    job_rows,
+    table_rows,
+)
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.toml.text import toml_text
 from autobalance.job.toml.typed_units import FILL_IN, leaves
@@ -114,7 +121,7 @@ def init(
     if method not in KINDS:
         raise UsageError(f"--method is {method!r}; must be one of {', '.join(KINDS)}")
     telling(progress)("reading the crank")
-    recognised = _found(source, target, unit, density_kg_m3, method, settings)
+    recognised = _recognised(source, target, unit, density_kg_m3, method, settings)
     rows = job_rows(recognised)
     data = write_workbook(rows) if _is_workbook(target) else commented_toml(rows).encode()
     left = [
@@ -151,20 +158,20 @@ def _converted(source: Path, target: Path, settings: Sequence[str]) -> InitResul
     return InitResult(InitReport(crank=str(crank), job=str(target), fill_in=left), target, data)
 
 
-def _found(
+def _recognised(
     source: Path,
     target: Path,
     unit: str | None,
     density_kg_m3: float | None,
     method: str,
     settings: Sequence[str],
-) -> Found:
-    changed = _asked(settings)
+) -> RecognisedCrank:
+    changed = _changed_settings(settings)
     unit = changed.get("unit", unit)
     keywords = {key: value for key, value in changed.items() if key not in ("file", "unit", "density_kg_m3")}
     density = changed.get("density_kg_m3", density_kg_m3)
     crank, body, parts = _read(source, target, unit, {"density_kg_m3": density or STEEL_KG_M3, **keywords})
-    return Found(
+    return RecognisedCrank(
         file=seen_from(target.parent, source),
         unit=unit if needs_unit(source) else None,
         density_kg_m3=density,
@@ -236,7 +243,7 @@ def _crank_among(parts: Sequence[AssemblyPart], several: BodiesError) -> Assembl
     ) from None
 
 
-def _asked(settings: Sequence[str]) -> dict[str, Any]:
+def _changed_settings(settings: Sequence[str]) -> dict[str, Any]:
     values = with_settings({}, settings)
     if set(values) - {"crankshaft"}:
         other = ", ".join(sorted(set(values) - {"crankshaft"}))

@@ -207,7 +207,7 @@ def orders(
     engine = None if job is None else _job(job, settings)
     sources = _sources(question, engine, _drive(drive, engine), analysis, progress)
     inputs = Asked(
-        **_asked(question, first, second, sample_rate, calibration, bearing),
+        **_question_fields(question, first, second, sample_rate, calibration, bearing),
         job=_named(job),
         quantity=quantity,
         drive=_named(drive),
@@ -358,7 +358,7 @@ def _job(source: str | Path | Job, settings: Sequence[str]) -> Job:
     return load(Path(source), settings) if isinstance(source, str | Path) else source
 
 
-def _asked(
+def _question_fields(
     question: Question, first: Record, second: Record | None, sample_rate: float | None,
     calibration: Mapping[str, float | str] | None, bearing: Mapping[str, float] | None,
 ) -> Values:  # fmt: skip

@@ -61,7 +61,7 @@ def parts(job: JobSource, crank: Crank | None = None, *, progress: Progress | No
     >>> round(rolled.report["throws"][0]["bob_weight_g"], 2)
     321.91
     """
-    job = jobs.given(job)
+    job = jobs.as_job(job)
     stated = job.balance.factor
     if stated is None:
         case = request(job, crank, progress=progress)

@@ -171,7 +171,7 @@ class RecutStage:
 
         before = self._reading_before(model)
         if before is None:
-            self._look_at_bob_weights(judged)
+            self._warn_of_bob_weights(judged)
             return []
         cuts = self.earlier.unbalance("residual") - self.earlier.unbalance("initial")
         compared = Comparison(judged, before, cuts, self._per_gram(), self.tolerance.places_mm)
@@ -208,7 +208,7 @@ class RecutStage:
             return None
         return earlier_reading(self.earlier)
 
-    def _look_at_bob_weights(self, judged: JudgedReading) -> None:
+    def _warn_of_bob_weights(self, judged: JudgedReading) -> None:
         """Warn where bob-weights that are all off alike would explain a first reading."""
         places = self.tolerance.places_mm
         left = Unbalance.of(rotor_from_job.overbalance_moments(self.earlier.job, self.tolerance))

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _StrengthCase:
     """A job with its crank, that before its cuts where a report has it, and the speed."""
 
     job: Job
@@ -98,7 +98,7 @@ def strength(
     from autobalance.machine_models.fillets_from_job import fillets
     from autobalance.report.records.strength import FilletState, StrengthReport
 
-    request = _asked(source, speed_rpm, crank, settings, progress)
+    request = _strength_case(source, speed_rpm, crank, settings, progress)
     analysis, before, elements = _cycle(request, request.crank), None, None
     warnings = request.warnings
     after = fillets(request.job, request.crank, analysis)
@@ -125,13 +125,13 @@ def strength(
     return StrengthResult(content, analysis, tuple(after))
 
 
-def _asked(
+def _strength_case(
     source: JobSource,
     speed_rpm: float | None,
     crank: Crank | None,
     settings: Sequence[str],
     progress: Progress | None,
-) -> _Asked:
+) -> _StrengthCase:
     from autobalance.machine_models.fillets_from_job import checked_strength
     from autobalance.machine_models.firing_from_job import check_cycle
 
@@ -139,14 +139,14 @@ def _asked(
         if settings or crank is not None:
             raise UsageError("a report has its own job and crank; expected neither --set nor another crank")
         return _of_report(Path(source), speed_rpm, progress)
-    job = jobs.given(source, settings)
+    job = jobs.as_job(source, settings)
     check_cycle(job)
     checked_strength(job)
     case = request(job, crank, speed_rpm, progress)
-    return _Asked(case.job, case.crank, None, None, case.speed_rpm, case.warnings)
+    return _StrengthCase(case.job, case.crank, None, None, case.speed_rpm, case.warnings)
 
 
-def _of_report(path: Path, speed_rpm: float | None, progress: Progress | None) -> _Asked:
+def _of_report(path: Path, speed_rpm: float | None, progress: Progress | None) -> _StrengthCase:
     """Return the job of a report with its crank before and after the cuts."""
     from autobalance.machine_models.fillets_from_job import checked_strength
     from autobalance.machine_models.firing_from_job import check_cycle
@@ -167,11 +167,11 @@ def _of_report(path: Path, speed_rpm: float | None, progress: Progress | None) -
     moments = left.source.moments(density, frame) + left.pressed_in
     after = MeasuredCrank(left.source, left.anatomy, density, moments, None)
     rpm = float(left.values["job"]["balance"]["speed_rpm"]) if speed_rpm is None else speed_rpm
-    return _Asked(left.job, after, before, path.name, rpm, ())
+    return _StrengthCase(left.job, after, before, path.name, rpm, ())
 
 
 def _by_elements(
-    asked: _Asked, cycle: CycleAnalysis, fillets: Sequence[Fillet], progress: Progress | None
+    asked: _StrengthCase, cycle: CycleAnalysis, fillets: Sequence[Fillet], progress: Progress | None
 ) -> tuple[ThrowElements, Costs | None]:
     """Return the least safe throw by finite elements, of a report that was cut; and what its cuts cost."""
     from autobalance.machine_models.fillets_from_job import checked_strength, sides
@@ -191,7 +191,7 @@ def _by_elements(
     return ThrowElements.of(number, throw_stress, own, costs), costs
 
 
-def _looked_at(request: _Asked, fillets: Sequence[Fillet]) -> int:
+def _looked_at(request: _StrengthCase, fillets: Sequence[Fillet]) -> int:
     """Return the number of the least safe throw, among those that were cut where some were."""
     from autobalance.machine_models.throw_stress import cut_boxes
     from autobalance.report.records.strength import LeastSafety
@@ -202,7 +202,7 @@ def _looked_at(request: _Asked, fillets: Sequence[Fillet]) -> int:
     return min(cut, default=1) if least is None else least.throw
 
 
-def _cycle(request: _Asked, crank: MeasuredCrank) -> CycleAnalysis:
+def _cycle(request: _StrengthCase, crank: MeasuredCrank) -> CycleAnalysis:
     from autobalance.engine.cycle.analysis import CycleAnalysis
     from autobalance.machine_models.engine_from_job import as_measured
     from autobalance.machine_models.firing_from_job import firing_engine

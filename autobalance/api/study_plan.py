@@ -51,7 +51,7 @@ def studied_plan(
         if crank is not None:
             raise FormatError(f"{job} is a report, which has its crank; a crank goes with a job")
         return _of_report(Path(job), notify, settings)
-    return StudiedPlan(_of_job(jobs.given(job, settings), crank, notify))
+    return StudiedPlan(_of_job(jobs.as_job(job, settings), crank, notify))
 
 
 def _of_job(job: Job, crank: Crank | None, notify: Notify) -> Plan:

@@ -47,7 +47,7 @@ def cut_and_measure(
     SolidError
         If the cut cannot be made, or the cut solid is not a crank any more.
     """
-    cut_depths = made(cuts, depths_mm)
+    cut_depths = made_cuts(cuts, depths_mm)
     tools = tuple(cut.tool(depth) for cut, depth in cut_depths)
     solid, pressed_in, metal = rotor.solid, Moments.zero(), None
     for adds in (True, False):
@@ -69,6 +69,6 @@ def cut_and_measure(
     return Pass(depths_mm, tools, solid, measured, moments, residual, tolerance.used_share(residual), metal)
 
 
-def made(cuts: Sequence[Cut], depths_mm: Array) -> tuple[tuple[Cut, float], ...]:
+def made_cuts(cuts: Sequence[Cut], depths_mm: Array) -> tuple[tuple[Cut, float], ...]:
     """Return the cuts that are made, each with its depth."""
     return tuple((cut, float(depth)) for cut, depth in zip(cuts, depths_mm, strict=True) if depth > 0.0)

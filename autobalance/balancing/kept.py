@@ -74,7 +74,7 @@ class KeptPlan:
             return Candidates(())
         if KINDS[name].offers_all:
             return self._among_all(mine, work, limits)
-        cuts = [self._found(item, work, limits) for item in mine]
+        cuts = [self._kept_cut(item, work, limits) for item in mine]
         spacing = getattr(limits, "min_spacing_mm", 0.0)
         walls = np.array([max(spacing, cut.clearance_mm) for cut in cuts])
         most = np.array([cut.max_depth_mm for cut in cuts])
@@ -123,7 +123,7 @@ class KeptPlan:
             "job's limits: its metal is gone, or it is another crank; balance without keep"
         )
 
-    def _found(self, item: Item, work: Workpiece, limits: Limits) -> Cut:
+    def _kept_cut(self, item: Item, work: Workpiece, limits: Limits) -> Cut:
         number = int(item["number"])
         if number not in self.cuts:
             cut = kept_cut(item, work, limits)
@@ -135,7 +135,7 @@ class KeptPlan:
 
     def with_tools(self, result: Result) -> Result:
         """Return a result in the order of the kept numbers, with an empty body where nothing is cut."""
-        cuts = self._made(result)
+        cuts = self._made_by_number(result)
         places = [cuts.get(number) for number in self.numbers]
         order = [k for k in places if k is not None]
         tools = [Solid.nothing() if k is None else result.tools[k] for k in places]
@@ -149,7 +149,7 @@ class KeptPlan:
             notes=result.notes + notes,
         )
 
-    def _made(self, result: Result) -> dict[int, int]:
+    def _made_by_number(self, result: Result) -> dict[int, int]:
         """Return the index among a result's cuts by kept number, of those that are made."""
         numbers = {id(cut): number for cut, number in self.offered}
         return {numbers[id(cut)]: k for k, (cut, _) in enumerate(result.made)}
@@ -160,7 +160,7 @@ class KeptPlan:
 
     def places(self, result: Result) -> list[tuple[Item, int | None]]:
         """Return each kept cut with its index among the cuts that are made; None where it is not made."""
-        cuts = self._made(result)
+        cuts = self._made_by_number(result)
         return [(item, cuts.get(int(item["number"]))) for item in self.items]
 
     @property

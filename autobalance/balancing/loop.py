@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from autobalance import correction
-from autobalance.balancing.cut_pass import Pass, cut_and_measure, made
+from autobalance.balancing.cut_pass import Pass, cut_and_measure, made_cuts
 from autobalance.balancing.measuring import Measure, Measured, in_memory, refuse_sum
 from autobalance.balancing.offers import BestOffer, Offers, best_offer, why_not_used
 from autobalance.balancing.remedies import Above, why_above
@@ -217,7 +217,7 @@ class _Run:
         """Return the end of a run that cut the crank, its cuts in the order in which they are made."""
         rotor, candidates = self.rotor, self.chosen.candidates
         listed, overlaps = _in_turn(rotor, candidates, best)
-        cuts = made(candidates.cuts, best.depths_mm)
+        cuts = made_cuts(candidates.cuts, best.depths_mm)
         order = setup_order(listed, [cut for cut, _ in cuts], overlaps)
         corrections = tuple(listed[k] for k in order)
         places = np.flatnonzero(best.depths_mm > 0.0)[order]
@@ -298,7 +298,7 @@ def _corrections(
 
     ``as_measured`` has those that were measured by themselves, None for the others; empty where none was.
     """
-    chosen = made(cuts, depths_mm)
+    chosen = made_cuts(cuts, depths_mm)
     corrections = []
     for (cut, depth), own in zip(chosen, as_measured or [None] * len(chosen), strict=True):
         each = cut.correction(depth) if own is None else own
@@ -342,5 +342,5 @@ def planned(
     best = best_offer(rotor, tolerance, methods, Unbalance.of(now), prefer)
     cuts, depths = best.candidates.cuts, best.plan.depths_mm
     holes = _corrections(cuts, depths)
-    order = setup_order(holes, [cut for cut, _ in made(cuts, depths)])
+    order = setup_order(holes, [cut for cut, _ in made_cuts(cuts, depths)])
     return tuple(holes[k] for k in order), best.plan.predicted

@@ -20,8 +20,8 @@ def wizard() -> int:
         f"{UMAR_G_MM:g}.\n"
         "One plane is read; the rotor comes off the machine and goes on again between readings."
     )
-    repeated = [_asked(f"reading {n} of {REPEATED}, {UNTIL}") for n in range(1, REPEATED + 1)]
-    index = [_asked(f"crank turned by {turn:g}° on its tooling, {UNTIL}") for turn in INDEX_DEG]
+    repeated = [_typed_reading(f"reading {n} of {REPEATED}, {UNTIL}") for n in range(1, REPEATED + 1)]
+    index = [_typed_reading(f"crank turned by {turn:g}° on its tooling, {UNTIL}") for turn in INDEX_DEG]
     (sizes, angles), (index_sizes, index_angles) = (zip(*each, strict=True) for each in (repeated, index))
     try:
         accuracy = machine_accuracy(sizes, angles, INDEX_DEG, index_sizes, index_angles)
@@ -35,7 +35,7 @@ def wizard() -> int:
     return 0
 
 
-def _asked(question: str) -> tuple[float, float]:
+def _typed_reading(question: str) -> tuple[float, float]:
     try:
         words = input(question).replace(",", ".").split()
         amount, angle = map(float, words)

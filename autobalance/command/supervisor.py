@@ -18,7 +18,7 @@ from contextlib import suppress
 from types import FrameType
 from typing import Any
 
-from autobalance.runtime import SIGNALS, begun_paths, note_what_is_begun
+from autobalance.runtime import SIGNALS, begun_paths, start_record_of_begun
 
 PATIENCE_S = 1.4
 """How long the child may take to end by itself; from `runtime.LATEST_S` on a separate thread tries to."""
@@ -42,7 +42,7 @@ def supervised(work: Callable[[], int], last_words: Callable[[], int]) -> int:
         stream.flush()  # else both processes would write what waits
     named = [getattr(signal, name) for name in SIGNALS]
     stopping = [number for number in named if signal.getsignal(number) is not signal.SIG_IGN]
-    notes, parent = note_what_is_begun(), os.getpid()
+    notes, parent = start_record_of_begun(), os.getpid()
     ears, mouth = os.pipe()
     os.set_blocking(mouth, False)
     handled = {number: signal.signal(number, _heard) for number in (*stopping, signal.SIGCHLD)}

@@ -178,7 +178,7 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
             above = float(blocked.bounds[0, 2]) - height - clearance
             if above < room:
                 room, limit = above, f"the clearance of {clearance:g} mm over the face"
-        for free_mm, why in _beside_what_stands(patch.face, grown, to_face, anatomy, limits, clearance):
+        for free_mm, why in _contact_heights(patch.face, grown, to_face, anatomy, limits, clearance):
             if free_mm < room:
                 room, limit = free_mm, why
         if room <= 4.0 * sink + 2.0 * patch.face.spread_mm or free.is_empty:
@@ -209,7 +209,7 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
     return add_cuts
 
 
-def _beside_what_stands(
+def _contact_heights(
     face: Face, region: Region, to_face: Array, anatomy: Anatomy, limits: AddLimits, clearance_mm: float
 ) -> list[tuple[float, str]]:
     """Return heights at which metal on a face meets rods or the crankcase, each with the limit's name.

@@ -58,14 +58,14 @@ class Flange:
     face_z_pm_mm: float | None = None
 
     @property
-    def told_hole(self) -> FlangeHole | None:
+    def marker_hole(self) -> FlangeHole | None:
         """Marker of the flange's angle: the hole unlike all others, else the nearest to crankpin 1."""
-        unlike = [hole for hole in self.holes if sum(_alike(hole, other) for other in self.holes) == 1]
+        unlike = [hole for hole in self.holes if sum(_same_size(hole, other) for other in self.holes) == 1]
         among = unlike if len(unlike) == 1 else self.holes
         return min(among, key=lambda hole: (round(_from_zero(hole), 3), hole.angle_deg), default=None)
 
 
-def _alike(one: FlangeHole, other: FlangeHole) -> bool:
+def _same_size(one: FlangeHole, other: FlangeHole) -> bool:
     return abs(one.diameter_mm - other.diameter_mm) <= SAME_HOLE * one.diameter_mm
 
 
@@ -98,5 +98,5 @@ class Datums:
         if self.keyways:
             longest = max(self.keyways, key=lambda key: round(key.z_max_mm - key.z_min_mm, 3))
             return "keyway", longest.angle_deg
-        holes = [flange.told_hole for flange in self.flanges]
+        holes = [flange.marker_hole for flange in self.flanges]
         return next((("flange_hole", hole.angle_deg) for hole in holes if hole is not None), None)

@@ -66,7 +66,7 @@ def find_faces(mesh: Mesh, anatomy: Anatomy, surfaces: Surfaces | None = None) -
     flat = FLAT_SHARE * (mesh.diagonal_mm + float(np.abs([low, high]).max()))
     size = mesh.doubled_areas
     surface = 0.5 * float(size.sum())
-    look = _Look(mesh, anatomy, size, surface, flat)
+    look = _SearchInput(mesh, anatomy, size, surface, flat)
     if surfaces is not None:
         return tuple(_named(_exact_faces(look, surfaces), anatomy, mesh.diagonal_mm))
     faces: list[Face] = []
@@ -106,7 +106,7 @@ def _scanned_faces(mesh: Mesh, anatomy: Anatomy, fit: ScanFit) -> list[Face]:
     return faces
 
 
-def _exact_faces(look: _Look, surfaces: Surfaces) -> list[Face]:
+def _exact_faces(look: _SearchInput, surfaces: Surfaces) -> list[Face]:
     """Return the plane faces of an exact solid; parts of one plane that touch are one."""
     levels: dict[tuple[int, ...], list[PlaneFace]] = {}
     for plane in surfaces.planes:
@@ -124,7 +124,7 @@ def _exact_faces(look: _Look, surfaces: Surfaces) -> list[Face]:
     return faces
 
 
-def _exact_face(look: _Look, rows: Indices, planes: Sequence[PlaneFace]) -> Face | None:
+def _exact_face(look: _SearchInput, rows: Indices, planes: Sequence[PlaneFace]) -> Face | None:
     """Return the face that touching plane faces form; None if it is of no use."""
     frame = look.anatomy.file_to_rotor
     areas = np.array([plane.area_mm2 for plane in planes])
@@ -149,7 +149,7 @@ def lowering_worth_g_mm_per_mm(face: Face, density_g_mm3: float) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class _Look:
+class _SearchInput:
     """Input of every search for faces: ``size`` is twice each triangle's area, ``flat_mm`` rounding."""
 
     mesh: Mesh
@@ -176,7 +176,7 @@ def _cosine(small_rad: float) -> float:
     return 1.0 - 0.5 * small_rad**2
 
 
-def _side_directions(look: _Look) -> list[Array]:
+def _side_directions(look: _SearchInput) -> list[Array]:
     """Return directions, not along the axis, in which a plane of enough area lies.
 
     A sample of the triangles is counted in cells of direction and height; the grid is shifted so that the
@@ -228,7 +228,7 @@ def _apart(direction: Array, others: Sequence[Array]) -> bool:
     return bool((squared_sines > ONE_DIRECTION[-1] ** 2).all())
 
 
-def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
+def _faces_along(look: _SearchInput, normal: Array, least_mm2: float) -> list[Face]:
     mesh, slack = look.mesh, 2.0 * look.flat_mm
     height = mesh.vertices @ normal
     lean = mesh.area_vectors @ normal
@@ -242,7 +242,7 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
     return [face for sign in (1.0, -1.0) for face in _faces_on_side(look, members, sign * lean, least_mm2)]
 
 
-def _faces_on_side(look: _Look, members: Indices, lean: Array, least_mm2: float) -> list[Face]:
+def _faces_on_side(look: _SearchInput, members: Indices, lean: Array, least_mm2: float) -> list[Face]:
     """Return the faces among triangles on planes, whose area ``lean`` along the normal is not negative."""
     side = np.flatnonzero(lean >= 0.0)
     rows = members.take(side)
@@ -269,7 +269,7 @@ def _connected(triangles: Indices, doubled_areas: Array, least_mm2: float) -> li
     return [np.flatnonzero(label == group) for group in np.flatnonzero(enough)]
 
 
-def _face(look: _Look, rows: Indices, least_mm2: float) -> Face | None:
+def _face(look: _SearchInput, rows: Indices, least_mm2: float) -> Face | None:
     """Return a measured face; None if too small, or a facet of a cylinder about the axis or a crankpin."""
     mesh, frame = look.mesh, look.anatomy.file_to_rotor
     vectors = mesh.area_vectors.take(rows, axis=0)

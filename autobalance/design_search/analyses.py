@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.design_search.build import with_profiles
-from autobalance.design_search.candidates import Candidate, Found, completed, front, least_violated
+from autobalance.design_search.candidates import Candidate, SearchResult, completed, front, least_violated
 from autobalance.design_search.strength_model import Analysed
 from autobalance.design_search.tasks import each_done, problem_of
 from autobalance.errors import SolidError
@@ -24,7 +24,7 @@ SAME_PLACE = 1e-3
 
 
 def analysed_next(
-    findings: Found, rows: Sequence[Candidate], number: int, workers: Workers
+    findings: SearchResult, rows: Sequence[Candidate], number: int, workers: Workers
 ) -> tuple[Analysed, ...]:
     """Return finite-element results of the designs of a generation of which the model knows least.
 
@@ -61,7 +61,7 @@ def _far_apart(rows: Sequence[Array], count: int, bounds: Array) -> list[Array]:
     return [rows[number] for number in chosen]
 
 
-def _least_known(findings: Found, rows: Sequence[Candidate], count: int) -> list[Array]:
+def _least_known(findings: SearchResult, rows: Sequence[Candidate], count: int) -> list[Array]:
     """Return at most ``count`` designs far from all analysed ones: those of the front first, then others."""
     model = findings.problem.model
     rows_known = [completed(findings.problem, each) for each in rows]

@@ -28,7 +28,7 @@ class Candidate:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class SearchResult:
     """Result of a search: every design judged, with the knowledge of its end.
 
     Attributes
@@ -44,11 +44,11 @@ class Found:
     candidates: tuple[Candidate, ...]
     analysed: tuple[Analysed, ...] = ()
 
-    def with_known(self, analysed: Sequence[Analysed]) -> Found:
+    def with_known(self, analysed: Sequence[Analysed]) -> SearchResult:
         """Return the result with more designs analysed, and all candidates judged again by the new model."""
         every = (*self.analysed, *analysed)
         problem = replace(self.problem, model=StrengthModel.of(self.problem.bounds, every))
-        return Found(problem, tuple(completed(problem, each) for each in self.candidates), every)
+        return SearchResult(problem, tuple(completed(problem, each) for each in self.candidates), every)
 
 
 def objective_values(problem: Problem, moments: Moments, variables: Array) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from autobalance.design_search.candidates import Candidate, Found, front, least_violated, spread_over
+from autobalance.design_search.candidates import Candidate, SearchResult, front, least_violated, spread_over
 from autobalance.design_search.envelope import violation
 from autobalance.design_search.refine import refined
 from autobalance.design_search.strength_model import Analysed
@@ -25,7 +25,7 @@ class Chosen:
     designs : sequence of WrittenDesign
     kept : bool
         Whether they keep every constraint when measured; else there is one design, the least violated.
-    found : Found
+    found : SearchResult
         Including the analyses of the written designs.
     told_errors : mapping
         Greatest error of the model at the written designs, before it knew these; by name, as shares.
@@ -33,11 +33,11 @@ class Chosen:
 
     designs: tuple[WrittenDesign, ...]
     kept: bool
-    found: Found
+    found: SearchResult
     told_errors: dict[str, float]
 
 
-def with_refined(findings: Found) -> Found:
+def with_refined(findings: SearchResult) -> SearchResult:
     """Return the findings, with the best candidate of each objective refined by gradients and added."""
     problem, every = findings.problem, list(findings.candidates)
     for objective in range(len(problem.design.search.objectives)):
@@ -46,7 +46,7 @@ def with_refined(findings: Found) -> Found:
     return replace(findings, candidates=tuple(every))
 
 
-def chosen(findings: Found) -> Chosen:
+def chosen(findings: SearchResult) -> Chosen:
     """Return the designs to be written, and whether they keep every constraint when measured.
 
     The front comes first. Where finite elements are wanted, its results improve the model, and the front by
@@ -73,7 +73,7 @@ def chosen(findings: Found) -> Chosen:
 class _Tried:
     """Written designs by their index among the candidates."""
 
-    def __init__(self, findings: Found) -> None:
+    def __init__(self, findings: SearchResult) -> None:
         self.found = findings
         self.made: dict[int, WrittenDesign] = {}
         self.told_errors: dict[str, float] = {}

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.design_search.analyses import analysed_next
-from autobalance.design_search.candidates import Candidate, Found, completed, judged
+from autobalance.design_search.candidates import Candidate, SearchResult, completed, judged
 from autobalance.design_search.level_sets import CLOSE, Closeness, LevelSet, begun, level_sets
 from autobalance.design_search.problem import Problem
 from autobalance.design_search.refine import refined_sum
@@ -71,7 +71,7 @@ def searched(
     keep: Callable[[Generation], None],
     workers: Workers | None = None,
     progress: Progress = no_progress,
-) -> Found:
+) -> SearchResult:
     """Return every design that the search judges.
 
     Parameters
@@ -98,7 +98,7 @@ def searched(
     span = high - low
     options = problem.design.search
     algorithm = _algorithm(problem, begin)
-    findings = Found(problem, ())
+    findings = SearchResult(problem, ())
     by_number = {generation.number: generation for generation in known}
     number, looked_at = 0, 0
     while algorithm.has_next():
@@ -121,7 +121,7 @@ def searched(
         progress(f"generation {number}", looked_at / options.evaluations)
         if looked_at >= options.evaluations:
             break
-        _tell(algorithm, population, own, options.method)
+        _tell_algorithm(algorithm, population, own, options.method)
     return findings
 
 
@@ -219,7 +219,7 @@ def _first(begin: Sequence[Array], count: int, seed: int) -> Array:
     return first
 
 
-def _tell(algorithm: Any, population: Any, candidates: Sequence[Candidate], method: str) -> None:
+def _tell_algorithm(algorithm: Any, population: Any, candidates: Sequence[Candidate], method: str) -> None:
     broken = np.array([[each.violation] for each in candidates])
     values = np.stack([each.objectives for each in candidates])
     if method == "cmaes":

@@ -71,7 +71,7 @@ def written(problem: Problem, variables: Array) -> WrittenDesign:
     best: WrittenDesign | None = None
     for _ in range(PASSES):
         solved = problem.solved(variables, off)
-        design = _made(problem, solved)
+        design = _written_design(problem, solved)
         if best is None or design.used_share < best.used_share:
             best = design
         if best.used_share <= AIM_SHARE * MAX_SHARE or abs(design.used_share - before) <= STALLED * before:
@@ -86,7 +86,7 @@ def written(problem: Problem, variables: Array) -> WrittenDesign:
     return replace(best, constraints=every, strengths=strengths)
 
 
-def _made(problem: Problem, variables: Array) -> WrittenDesign:
+def _written_design(problem: Problem, variables: Array) -> WrittenDesign:
     amounts, crank = problem.amounts(variables), problem.crank
     rotor_solid, held_error = with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)
     solid = rotor_solid.moved(crank.anatomy.rotor_to_file)

@@ -108,7 +108,7 @@ def analysed(question: Question, progress: Progress = no_progress) -> Answer:
     """
     need_libraries()
     progress("meshing", 0.0)
-    levels, last = [], _Found()
+    levels, last = [], _MeshResults()
     share = SHARE_OF_RADIUS if question.kind == "modes" else SHARE_OF_RADIUS_FOR_STRESS
     meshes = meshes_of(question.solid, question.size_mm, COARSENING, share)
     for number, mesh in enumerate(meshes):
@@ -124,7 +124,7 @@ def analysed(question: Question, progress: Progress = no_progress) -> Answer:
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
+class _MeshResults:
     """Results of one mesh."""
 
     values: tuple[float, ...] = ()
@@ -132,14 +132,14 @@ class _Found:
     static: StaticResult | None = None
 
 
-def _solved(question: Question, body: ElasticBody) -> _Found:
+def _solved(question: Question, body: ElasticBody) -> _MeshResults:
     if question.kind == "static":
         static = static_analysis(body, question.material, question.holds, question.loads)
         worst = float(static.von_mises_MPa.max())
-        return _Found((static.greatest_principal_MPa, worst), static=static)
+        return _MeshResults((static.greatest_principal_MPa, worst), static=static)
     held = held_dofs(body, question.holds) if question.holds else None
     modes = modes_of(body, question.material, question.modes, held)
-    return _Found(tuple(mode.frequency_hz for mode in modes), tuple(mode.kind for mode in modes))
+    return _MeshResults(tuple(mode.frequency_hz for mode in modes), tuple(mode.kind for mode in modes))
 
 
 def _level(mesh: TetrahedronMesh, body: ElasticBody, values: tuple[float, ...]) -> Level:

@@ -14,7 +14,7 @@ from autobalance.job.model import (
     ThrowParts,
     Weight,
 )
-from autobalance.job.read import Job, JobSource, given, load, parse
+from autobalance.job.read import Job, JobSource, as_job, load, parse
 
 __all__ = [
     "Attached",
@@ -30,8 +30,8 @@ __all__ = [
     "RodOnScales",
     "ThrowParts",
     "Weight",
+    "as_job",
     "describe",
-    "given",
     "load",
     "parse",
 ]

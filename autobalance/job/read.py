@@ -165,7 +165,7 @@ def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
         raise JobError(*lines) from None
 
 
-def given(job: JobSource, settings: Sequence[str] = ()) -> Job:
+def as_job(job: JobSource, settings: Sequence[str] = ()) -> Job:
     """Return a verb's job: itself, of a file, or of a dict as the TOML has it.
 
     ``settings`` are for a file or a dict; a job that was read has had its own.

@@ -50,7 +50,7 @@ class OtherParts:
 
 
 @dataclass(frozen=True)
-class Found:
+class RecognisedCrank:
     """Results of recognition, as keys and values of a job.
 
     ``hints`` are keys that say what was recognised but need not be said.
@@ -70,7 +70,7 @@ class Found:
     parts: OtherParts = OtherParts()
 
 
-def job_rows(crank: Found) -> list[Row]:
+def job_rows(crank: RecognisedCrank) -> list[Row]:
     """Return the rows of a job, headings with an empty key."""
     return [
         *table_rows(JOB),
@@ -99,7 +99,7 @@ def declared_row(path: str, key: Key, value: Any, note: str = "", *, active: boo
     return Row(path, value, "" if key.unit in WORDS else key.unit, meaning, active)
 
 
-def _crankshaft(crank: Found) -> list[Row]:
+def _crankshaft(crank: RecognisedCrank) -> list[Row]:
     density = FILL_IN if crank.density_kg_m3 is None else crank.density_kg_m3
     rows = [_heading(_title(CRANKSHAFT)), _row("crankshaft.file", crank.file)]
     if crank.unit is not None:
@@ -140,7 +140,7 @@ USUAL_PARTS: Mapping[str, Mapping[str, str]] = {
 """Parts that an engine has, by their table: name → what it is."""
 
 
-def _engine(crank: Found) -> list[Row]:
+def _engine(crank: RecognisedCrank) -> list[Row]:
     rotating, reciprocating = dict(USUAL_PARTS["rotating_g"]), dict(USUAL_PARTS["reciprocating_g"])
     note = "; weights of one connecting rod: a number, { g = 158.0, pm = 0.5 }, { oz = 5.6 }"
     parts = crank.parts
@@ -195,7 +195,7 @@ def _unknown(name: str, part: Mapping[str, Any]) -> Row:
     return Row(key, {**part, "density_kg_m3": FILL_IN}, "g", meaning, active=False)
 
 
-def _balance(crank: Found) -> list[Row]:
+def _balance(crank: RecognisedCrank) -> list[Row]:
     usual = "0.5 to 0.65 for singles, 0.5 for vee twins" if crank.throws < 3 else "0 where throws cancel"
     rows = {
         "factor": _row("balance.factor", FILL_IN, usual),
@@ -209,7 +209,7 @@ def _balance(crank: Found) -> list[Row]:
     return [_heading(_title(BALANCE)), *rows.values(), *_hints(BALANCE, "balance", rows)]
 
 
-def _correction(crank: Found) -> list[Row]:
+def _correction(crank: RecognisedCrank) -> list[Row]:
     key = correction_key()
     of_kind = next(each for each in key.keys if each.name == crank.method)
     return [

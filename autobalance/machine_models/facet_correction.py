@@ -38,7 +38,7 @@ class FacetCorrection:
             return cls(applies, False, False, None)
         mass = facets.is_sure
         unbalance = mass and facets.is_sure_of_unbalance
-        return cls(True, mass, unbalance, _why_not(facets, mass, unbalance))
+        return cls(True, mass, unbalance, _why_none(facets, mass, unbalance))
 
     def part(self, missing: Moments) -> Moments:
         """Return the part of an estimate that is added."""
@@ -72,7 +72,7 @@ class FacetCorrection:
 NOT_ASKED = FacetCorrection(False, False, False, None)
 
 
-def _why_not(facets: ChordalError, mass: bool, unbalance: bool) -> str | None:
+def _why_none(facets: ChordalError, mass: bool, unbalance: bool) -> str | None:
     if unbalance:
         return None
     if not mass:

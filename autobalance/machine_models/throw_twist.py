@@ -48,7 +48,7 @@ class ThrowTwist:
 
 
 @dataclass(frozen=True, eq=False)
-class _Looks:
+class _BayKey:
     """What bays alike have in common: sizes and angles; volume, reach to the first crankpin, inertia.
 
     ``softer_per_mm``: share of the twist of a bay that a millimetre of its journals takes.
@@ -60,7 +60,7 @@ class _Looks:
     softer_per_mm: float
 
     @classmethod
-    def of(cls, piece: Solid, throws: Sequence[Throw], shapes: Sequence[ThrowShape]) -> _Looks:
+    def of(cls, piece: Solid, throws: Sequence[Throw], shapes: Sequence[ThrowShape]) -> _BayKey:
         moments, throw = piece.moments(1.0), throws[0]
         second = moments.second_g_mm2[:2, :2]
         angles = [math.remainder(each.angle_rad - throw.angle_rad, math.tau) for each in throws[1:]]
@@ -75,7 +75,7 @@ class _Looks:
             / sum(shape.ker_wilson_per_mm3() for shape in shapes),
         )
 
-    def lost(self, other: _Looks) -> float:
+    def lost(self, other: _BayKey) -> float:
         """Return by how much stiffness may differ from that of another bay, a share.
 
         As much as the volumes, or as longer journals twist more.
@@ -83,7 +83,7 @@ class _Looks:
         longer_mm = abs(self.length_mm - other.length_mm)
         return max(abs(float(self.moments[0] / other.moments[0]) - 1.0), longer_mm * self.softer_per_mm)
 
-    def is_like(self, other: _Looks) -> bool:
+    def is_like(self, other: _BayKey) -> bool:
         return (
             len(self.sizes_mm) == len(other.sizes_mm)
             and np.allclose(self.sizes_mm, other.sizes_mm, rtol=EQUAL_SIZES_SHARE)
@@ -119,7 +119,7 @@ def throw_twists(
     material = Material(youngs_mpa, youngs_mpa / (2.0 * shear_mpa) - 1.0, 7.85e-9)
     solid = with_crankpins(crank.source.solid.moved(crank.anatomy.file_to_rotor), crank)
     twists: list[ThrowTwist] = []
-    known: list[tuple[_Looks, TwistStiffness]] = []
+    known: list[tuple[_BayKey, TwistStiffness]] = []
     shapes = throw_shapes(crank)
     deadline = Deadline.after(LONGEST_S)
     for ends, group in groupby(crank.anatomy.throws, partial(bay_ends_mm, crank.anatomy)):
@@ -130,7 +130,7 @@ def throw_twists(
             twists += [ThrowTwist(None, ends)] * len(throws)
             continue
         piece, sizes = solid.above(ends[0]).below(ends[1]), [shapes[throw.number - 1] for throw in throws]
-        looks = _Looks.of(piece, throws, sizes)
+        looks = _BayKey.of(piece, throws, sizes)
         alike = [each.with_error(looks.lost(other)) for other, each in known if looks.is_like(other)]
         try:
             error = known[0][1].error_share if known else None

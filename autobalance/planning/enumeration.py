@@ -164,15 +164,15 @@ def _price(field: CutCurves, count: int | None) -> _Price:
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
+class _CutSets:
     """Sets of cuts with the target on their chords: members, depths from 0 to 1 (m, k), and weights."""
 
     sets: Indices
     deep: Array
     weight: Array
 
-    def part(self, of: Indices | slice) -> _Found:
-        return _Found(self.sets[of], self.deep[of], self.weight[of])
+    def part(self, of: Indices | slice) -> _CutSets:
+        return _CutSets(self.sets[of], self.deep[of], self.weight[of])
 
 
 class _Sets:
@@ -207,7 +207,7 @@ class _Sets:
         )
         new = _screened(field, sets[(weight < top) & (weight >= self.seen)])
         old, self.seen = self.found, top
-        self.found = _Found(
+        self.found = _CutSets(
             np.concatenate([old.sets, new.sets]),
             np.concatenate([old.deep, new.deep]),
             np.concatenate([old.weight, new.weight]),
@@ -278,7 +278,7 @@ class _Sets:
 # --- how deep -----------------------------------------------------------------------------------------------
 
 
-def _screened(field: CutCurves, sets: Indices) -> _Found:
+def _screened(field: CutCurves, sets: Indices) -> _CutSets:
     """Return the sets (m, k) that can meet the target on their chords, with good depths.
 
     Depths follow the shortest way along the chords; those past an end stay there and the rest is spread anew.
@@ -304,7 +304,7 @@ def _screened(field: CutCurves, sets: Indices) -> _Found:
     for _ in range(chord.shape[1] - chord.shape[2]):
         along = _lightened(field, sets, along, high)
     deep = _depth_share(bow, along)
-    return _Found(sets, deep, parabola(field.weight[sets], deep).sum(axis=1))
+    return _CutSets(sets, deep, parabola(field.weight[sets], deep).sum(axis=1))
 
 
 def _slack(field: CutCurves, sets: Indices) -> Array:

@@ -45,7 +45,7 @@ _Set = tuple[Indices, float]
 
 
 @dataclass(frozen=True, eq=False)
-class _Alike:
+class _CutSeries:
     """Cuts of one setting at some depths: ``effects`` (levels, n, d) and their ``slopes`` per millimetre."""
 
     members: Indices
@@ -56,7 +56,7 @@ class _Alike:
     most_mm: Array
 
     @classmethod
-    def of(cls, task: Task, members: Sequence[int], rows: Array) -> _Alike | None:
+    def of(cls, task: Task, members: Sequence[int], rows: Array) -> _CutSeries | None:
         """Return cuts at common depths; None where each has one depth only."""
         least = np.array([task.cuts[k].least_depth_mm for k in members])
         most = np.array([task.cuts[k].max_depth_mm for k in members])
@@ -197,12 +197,12 @@ def _by_setting(task: Task, among: Sequence[int]) -> dict[str, list[int]]:
     return by_setting
 
 
-def alike_everywhere(task: Task, enough: float, most_cuts: int = MOST_ALIKE) -> Iterator[Plan]:
+def equal_cuts_everywhere(task: Task, enough: float, most_cuts: int = MOST_ALIKE) -> Iterator[Plan]:
     """Yield plans of the fewest cuts of one setting and one depth, for each setting."""
     rows = judged_rows(task.tolerance) / enough
     target = -rows @ task.residual.components
     for members in _by_setting(task, range(len(task.cuts))).values():
-        alike = _Alike.of(task, members, rows)
+        alike = _CutSeries.of(task, members, rows)
         if alike is None:
             continue
         for count in range(1, min(most_cuts, len(members)) + 1):
@@ -224,7 +224,7 @@ def _settled(task: Task, sets: Iterable[_Set], enough: float) -> list[Plan]:
     return plans
 
 
-def alike_on_each_web(task: Task, enough: float) -> Iterator[Plan]:
+def equal_cuts_on_each_web(task: Task, enough: float) -> Iterator[Plan]:
     """Yield plans in which each of two webs has cuts of one setting and one depth."""
     webs: dict[int, list[int]] = {}
     for k, cut in enumerate(task.cuts):
@@ -250,7 +250,7 @@ def _on_two_webs(task: Task, webs: tuple[list[int], list[int]], enough: float) -
         rows = np.hstack([np.eye(2), np.zeros((2, 2))]) / share
         of_web = []
         for group in _by_setting(task, members).values():
-            alike = _Alike.of(task, group, rows)
+            alike = _CutSeries.of(task, group, rows)
             for count in range(1, MOST_ALIKE + 1):
                 sets = [] if alike is None else [*islice(alike.sets(-vector / share, count), PAIRED)]
                 if sets:

@@ -18,7 +18,7 @@ from autobalance.correction.contract import setting_of
 from autobalance.correction.kind import Candidates
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depths import Plan, plan_depths
-from autobalance.planning.equal_cut_search import alike_everywhere, alike_on_each_web
+from autobalance.planning.equal_cut_search import equal_cuts_everywhere, equal_cuts_on_each_web
 from autobalance.planning.task import Task, is_discrete
 from autobalance.planning.ties import key
 
@@ -62,7 +62,7 @@ def simplest(task: Task, plans: Iterable[Plan], search: bool = True) -> Plan:
     enough = enough_share(task)
     good = [plan for plan in candidates if plan.share <= enough]
     if search and is_discrete(task.candidates):
-        good += [*alike_everywhere(task, enough), *alike_on_each_web(task, enough)]
+        good += [*equal_cuts_everywhere(task, enough), *equal_cuts_on_each_web(task, enough)]
     elif search and least.share <= NEARLY * enough:  # else a few of its cuts leave more yet
         good += _fewest_of_any_depth(task, least, enough)
     good = [_merged(task, plan, enough) for plan in good if plan.share <= enough and _keeps_rules(task, plan)]

@@ -18,7 +18,7 @@ from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depth_steps import finished, rounding_share, settled
 from autobalance.planning.depths import AIM, Plan, judged_plan, plan_depths
 from autobalance.planning.enumeration import lightest_set
-from autobalance.planning.equal_cut_search import alike_everywhere
+from autobalance.planning.equal_cut_search import equal_cuts_everywhere
 from autobalance.planning.fewest_setups import WHOLE_CUTS_SHARE, enough_share, has_steps, rank, simplest
 from autobalance.planning.milp import CUT_COUNTS, NODES, solve
 from autobalance.planning.milp_model import EXCESS_WEIGHT, add_points, breakpoints
@@ -134,7 +134,7 @@ def _equal(task: Task, start_mm: Array | None) -> Plan | None:
         kept = common_depths(task, groups, EQUAL_CUTS_SHARE) if len(groups.members) == 1 else None
         if kept is not None:
             return kept
-    plans = [*alike_everywhere(task, EQUAL_CUTS_SHARE, MOST_EQUAL)]
+    plans = [*equal_cuts_everywhere(task, EQUAL_CUTS_SHARE, MOST_EQUAL)]
     return min(plans, key=lambda plan: (rank(task, plan)[1], key(plan.share)), default=None)
 
 

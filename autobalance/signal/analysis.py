@@ -226,7 +226,7 @@ def _clip_notes(clipped: dict[str, float], used: set[str]) -> list[str]:
 
 def _speed(record: Record, question: Question, channel: Channel, warnings: list[str]) -> Speed:
     if question.speed_rpm is not None:
-        return Speed("given", _given(record, question.speed_rpm, channel.duration_s))
+        return Speed("given", _constant_speed(record, question.speed_rpm, channel.duration_s))
     if question.tacho is not None:
         [tacho] = _whole(warnings, record.channel(question.tacho))
         train = pulses(tacho, question.pulses_per_rev, question.threshold)
@@ -247,7 +247,7 @@ def _speed(record: Record, question: Question, channel: Channel, warnings: list[
     return Speed("record", by_itself.turning, by_itself.uncertainty_rpm)
 
 
-def _given(record: Record, speed_rpm: float, duration_s: float) -> Turning:
+def _constant_speed(record: Record, speed_rpm: float, duration_s: float) -> Turning:
     """Return a constant speed; a record taken by angle begins at its own angle, at or below 0."""
     if record.samples_per_turn is None or record.start_angle_deg % 360.0 == 0.0:
         return Turning.steady(speed_rpm, duration_s)
@@ -300,7 +300,7 @@ def _modes(
     """Return modes from the transfer function, else the orders of a run-up, else the response alone."""
     if question.excitation is not None:
         force = others[question.excitation]
-        _check_alike(channel, force)
+        _refuse_other_rate(channel, force)
         length = min(len(channel), len(force))
         response, thin = thinned(channel, length)
         return modes_of_transfer(response, thinned(force, length)[0], thin)
@@ -326,7 +326,7 @@ def _is_order(mode: Mode, turning: Turning, step_hz: float) -> bool:
     return order > 0.0 and off < order * float(speeds.max() - speeds.min()) + 2.0 * step_hz
 
 
-def _check_alike(one: Channel, other: Channel) -> None:
+def _refuse_other_rate(one: Channel, other: Channel) -> None:
     if abs(one.sample_rate_hz - other.sample_rate_hz) > 1e-9 * one.sample_rate_hz:
         raise FormatError(
             f"channels {one.name!r} and {other.name!r} have different sample rates, "
@@ -366,7 +366,7 @@ def _circles(question: Question, channels: dict[str, Channel], speed: Speed) -> 
     if question.axes is None or speed.turning is None:
         return None
     first, second = (channels[name] for name in question.axes)
-    _check_alike(first, second)
+    _refuse_other_rate(first, second)
     lines = [
         order_lines(each, speed.turning, min(question.max_order, _top(each, speed)))
         for each in (first, second)

@@ -75,18 +75,18 @@ def _cut(plan: Plan, deviations: Deviations) -> Moments:
 def _tools(plan: Plan, deviations: Deviations) -> list[tuple[Solid, bool]]:
     return [
         (cut.tool(_depth(plan, number, depth, deviations)).moved(motion), cut.adds_metal)
-        for number, (cut, depth), motion in _made(plan, deviations)
+        for number, (cut, depth), motion in _cuts_with_motion(plan, deviations)
     ]
 
 
 def _pressed_in(plan: Plan, deviations: Deviations) -> Moments:
     total = Moments.zero()
-    for number, (cut, depth), motion in _made(plan, deviations):
+    for number, (cut, depth), motion in _cuts_with_motion(plan, deviations):
         total = total + cut.pressed_in(_depth(plan, number, depth, deviations)).moved(motion)
     return total
 
 
-def _made(plan: Plan, deviations: Deviations) -> Iterator[tuple[int, tuple[Cut, float], Array]]:
+def _cuts_with_motion(plan: Plan, deviations: Deviations) -> Iterator[tuple[int, tuple[Cut, float], Array]]:
     """Yield each cut's number, itself with its depth, and how it lies beside its place."""
     result = plan.result
     holes = [number for number, cut in enumerate(result.corrections, 1) if KINDS[cut.kind].has_axis]

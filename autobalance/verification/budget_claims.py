@@ -17,11 +17,11 @@ from autobalance.rigid_rotor.uncertainty import Budget, Share
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.verification.claims import BUDGET, Claims
 from autobalance.verification.rotor_claims import MOMENT_ROUNDING
-from autobalance.verification.solids import Given, Left
+from autobalance.verification.solids import Left, OriginalCrank
 
 
 def causes_of(
-    claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, tolerance: Tolerance, given_in: Given
+    claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, tolerance: Tolerance, given_in: OriginalCrank
 ) -> UncertaintyBudget:
     factor = claims.get("balance_factor.target", float)
     facets, spacing = given_in.facets, spacing_mm(given_in.source)

@@ -45,7 +45,7 @@ from autobalance.verification.correction_claims import Change, check_corrections
 from autobalance.verification.coverage import not_checked
 from autobalance.verification.limit_claims import check_limits_of_job
 from autobalance.verification.report_file import read_report, refuse_version
-from autobalance.verification.solids import Files, Given, Left
+from autobalance.verification.solids import Files, Left, OriginalCrank
 
 
 def check_report(
@@ -174,7 +174,7 @@ def _checked(held: Held) -> Checked:
     return Checked((), within, residual, tolerance, (), again, budget)
 
 
-def _crank_before(held: Held, job: Job, anatomy: Anatomy) -> Given:
+def _crank_before(held: Held, job: Job, anatomy: Anatomy) -> OriginalCrank:
     """Check the claims of the crank's and the scan's files; return the crank before correction."""
     here = with_scan_file(held.claims, held.folder, job, held.files)
     return solids.check_input(held.claims, held.folder, here, anatomy, held.files)
@@ -184,7 +184,7 @@ def _crank_before(held: Held, job: Job, anatomy: Anatomy) -> Given:
 
 
 def _check_as_recorded(
-    held: Held, job: Job, crank_before: Given, left: Left, tolerance: Tolerance, ends: Ends
+    held: Held, job: Job, crank_before: OriginalCrank, left: Left, tolerance: Tolerance, ends: Ends
 ) -> None:
     """Make a run's record from the values measured anew, and check the report against it."""
     if held.as_report is None:
@@ -204,7 +204,7 @@ def _check_as_recorded(
     check_like(held, record)
 
 
-def _with_gas_loads(record: Record, job: Job, crank_before: Given, left: Left, ends: Ends) -> Record:
+def _with_gas_loads(record: Record, job: Job, crank_before: OriginalCrank, left: Left, ends: Ends) -> Record:
     """Return a record with loads with gas; unchanged without a cycle or where they cannot be computed."""
     if job.cycle is None or record.balanced is None:
         return record

@@ -32,7 +32,7 @@ from autobalance.verification.cut_values import (
     compare,
 )
 from autobalance.verification.limit_claims import check_within_limits
-from autobalance.verification.shared_out import GRAINS, SHARE, Found, shared_out
+from autobalance.verification.shared_out import GRAINS, SHARE, SeparatedMetal, shared_out
 from autobalance.verification.solids import Files
 
 OTHER_KIND = "the metal of this kind of correction cannot be distinguished"
@@ -254,7 +254,7 @@ def _is_skin(part: Claims, skin: Solid, near_mm: float) -> bool:
 def _check_one(
     part: Claims,
     trace: Trace | None,
-    seen: Found,
+    seen: SeparatedMetal,
     change: Change,
     crank: Before,
 ) -> None:

@@ -28,7 +28,7 @@ RIGID = 1e-9
 
 def claimed_job(claims: Claims, folder: Path) -> Job:
     """Return the job as the report echoes it, with the oil, external parts and density that it claims."""
-    raw = given(claims.get("job", dict))
+    raw = without_nulls(claims.get("job", dict))
     file = raw.pop("file", "job")
     try:
         job = jobs.parse(raw, folder / str(file), crank_given=True)
@@ -87,12 +87,12 @@ def _with_claimed_oil(claims: Claims, job: Job) -> Job:
     return replace(job, engine=replace(job.engine, oil=by_throw))
 
 
-def given(value: Any) -> Any:
+def without_nulls(value: Any) -> Any:
     """Return a described job without keys that are None, at any depth."""
     if isinstance(value, dict):
-        return {key: given(item) for key, item in value.items() if item is not None}
+        return {key: without_nulls(item) for key, item in value.items() if item is not None}
     if isinstance(value, list):
-        return [given(item) for item in value]
+        return [without_nulls(item) for item in value]
     return value
 
 

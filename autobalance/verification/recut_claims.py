@@ -33,7 +33,7 @@ from autobalance.verification.claims import BOTH, BUDGET, CORRECTED, FILES, INPU
 from autobalance.verification.correction_claims import Change, check_corrections, check_nothing_cut
 from autobalance.verification.earlier_stage import claimed_tolerance
 from autobalance.verification.report_file import read_report
-from autobalance.verification.solids import Given
+from autobalance.verification.solids import OriginalCrank
 
 
 def check_recut(held: Held) -> Checked:
@@ -142,7 +142,7 @@ def _tolerance(claims: Claims, job: Job, before: Mapping[str, Any]) -> Tolerance
     return tolerance
 
 
-def _old_solid(held: Held, job: Job, anatomy: Anatomy) -> Given:
+def _old_solid(held: Held, job: Job, anatomy: Anatomy) -> OriginalCrank:
     """Check the claims of the crank that the stage started from; return it."""
     claims, crankshaft = held.claims, job.crankshaft
     path = solids.input_path(claims, held.folder)

@@ -25,7 +25,7 @@ def _pieces(metal: Solid, near_mm: float) -> list[Solid]:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class SeparatedMetal:
     """A correction's metal, piece by piece; None where it cannot be separated from another's.
 
     ``is_torn`` where it hangs together with so wide flaps of the file's rounding that all of it is as thin as
@@ -43,7 +43,7 @@ def shared_out(
     traces: Sequence[Trace | None],
     crank: Before,
     near_mm: float,
-) -> list[Found]:
+) -> list[SeparatedMetal]:
     """Return the metal of each correction.
 
     Parameters
@@ -87,9 +87,9 @@ def shared_out(
                 skins[k] = Solid.nothing() if mine[k] else left
     touched: set[int] = set()
     for i, j in itertools.combinations(range(len(mine)), 2):
-        touched |= _told_apart(parts, mine, i, j, near_mm)
+        touched |= _separated(parts, mine, i, j, near_mm)
     pieces_of = [None if trace is None or k in touched else tuple(mine[k]) for k, trace in enumerate(traces)]
-    return [Found(pieces, k in torn, skins[k]) for k, pieces in enumerate(pieces_of)]
+    return [SeparatedMetal(pieces, k in torn, skins[k]) for k, pieces in enumerate(pieces_of)]
 
 
 def _misses_share(part: Claims, pieces: Sequence[Solid]) -> bool:
@@ -134,7 +134,7 @@ def _shared_mm3(room: Solid, piece: Solid) -> float:
     return (room & piece).volume_mm3
 
 
-def _told_apart(parts: Sequence[Claims], mine: list[list[Solid]], i: int, j: int, near_mm: float) -> set[int]:
+def _separated(parts: Sequence[Claims], mine: list[list[Solid]], i: int, j: int, near_mm: float) -> set[int]:
     """Assign pieces claimed by two corrections to the nearer one; return both if pieces overlap in part."""
     for one in list(mine[i]):
         for other in list(mine[j]):

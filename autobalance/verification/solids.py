@@ -65,7 +65,7 @@ class Files:
 
 
 @dataclass(frozen=True, eq=False)
-class Given:
+class OriginalCrank:
     """The crank before correction, recognised and measured; ``bare`` are its moments without hidden metal."""
 
     crank: Crank
@@ -261,7 +261,7 @@ def read_input(files: Files, path: Path, crankshaft: Crankshaft) -> Source:
     return files.read(path, crankshaft.unit, crankshaft.body, pressed_up=pressed_up, holes=crankshaft.holes)
 
 
-def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files: Files) -> Given:
+def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files: Files) -> OriginalCrank:
     """Check the claims of the crank before correction; return it.
 
     Raises
@@ -291,7 +291,7 @@ def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files:
 
 def check_crank(
     claims: Claims, job: Job, source: Source, anatomy_found: Anatomy, frame: Array, files: Files
-) -> Given:
+) -> OriginalCrank:
     """Check the mass properties of a crank before correction, as it was recognised; return it.
 
     They are taken in the report's own frame, which was found again where it could be.
@@ -326,7 +326,7 @@ def check_crank(
     if crank.facets is not None:
         added = added + crank.correction.part(crank.facets.missing)
     check_properties(claims, "crank", bare + added, source.volume_mm3 + added.mass_g / density)
-    return Given(crank, bare)
+    return OriginalCrank(crank, bare)
 
 
 def check_source(claims: Claims, of: str, source: Source) -> None:
@@ -339,7 +339,9 @@ def check_source(claims: Claims, of: str, source: Source) -> None:
         claims.same(f"{of}.repairs", list(source.repairs))
 
 
-def hidden_part(claims: Claims, job: Job, anatomy: Anatomy, given_in: Given, soup: Floats | None) -> Moments:
+def hidden_part(
+    claims: Claims, job: Job, anatomy: Anatomy, given_in: OriginalCrank, soup: Floats | None
+) -> Moments:
     """Check and return the moments added for the facets of the corrected solid, loose triangles ``soup``."""
     even = given_in.crank.calibrated
     if claims.get("crank", dict).get("facet_error") is None or not job.balance.facet_correction:

@@ -164,7 +164,7 @@ def open_report(path: Path, project: Project, anywhere: bool = True) -> str:
     AutobalanceError
         If it is not a report of ``balance`` or ``recut``, or its solid is gone.
     """
-    from autobalance.verification.premises import given
+    from autobalance.verification.premises import without_nulls
     from autobalance.verification.report_file import read_report
 
     report = read_report(path)
@@ -180,7 +180,7 @@ def open_report(path: Path, project: Project, anywhere: bool = True) -> str:
             project.forget(run)
             raise FileError(f"{path.name}: {name}, which it names, is not beside it")
         (folder / name).write_bytes(source.read_bytes())
-    tables = given(report["job"])
+    tables = without_nulls(report["job"])
     tables.pop("file", None)
     named = str(report["input"]["file"]).replace("\\", "/")
     crank = path.parent / (named if anywhere else named.rpartition("/")[2])

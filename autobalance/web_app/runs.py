@@ -80,12 +80,12 @@ class Runs:
         """Return every run, the latest last."""
         with self._lock:
             runs = sorted(self._runs.values(), key=lambda run: run.started)
-        return [self._told(run) for run in runs]
+        return [self._state(run) for run in runs]
 
     def state_of(self, run_id: str) -> dict[str, Any] | None:
         """Return one run; None where there is none."""
         run = self._runs.get(run_id)
-        return None if run is None else self._told(run)
+        return None if run is None else self._state(run)
 
     def asked(self, run_id: str) -> dict[str, Any] | None:
         """Return what a run was asked; None where there is none."""
@@ -149,13 +149,13 @@ class Runs:
         for folder in sorted((self._project.folder / RUNS).iterdir()):
             if not RUN_ID.fullmatch(folder.name) or folder.is_symlink() or folder.name in self._runs:
                 continue
-            run = _known(self._project, folder.name)
+            run = _kept_run(self._project, folder.name)
             if run is None:
                 self._project.forget(folder.name)
             else:
                 self._runs[run.id] = run
 
-    def _told(self, run: Run) -> dict[str, Any]:
+    def _state(self, run: Run) -> dict[str, Any]:
         folder = self._project.run_folder(run.id)
         whole = run.state == "done" and folder.is_dir()
         return {
@@ -232,7 +232,7 @@ class Runs:
             self._project.forget(run.id)
 
 
-def _known(project: Project, run_id: str) -> Run | None:
+def _kept_run(project: Project, run_id: str) -> Run | None:
     """Return a run by what is kept of it, or by its report alone; None where it was cut off."""
     report = project.result(run_id, REPORT)
     if report is None:

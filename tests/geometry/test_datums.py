@@ -57,9 +57,9 @@ def test_without_a_keyway_the_odd_hole_of_the_flange_is_told() -> None:
     assert design.flange is not None
     crank = generated_crank(design, segments=48)
     (flange,) = datums_of(crank.solid).flanges
-    assert flange.told_hole is not None
-    assert flange.told_hole.angle_deg % 360.0 == pytest.approx(0.0, abs=1e-3) or (
-        flange.told_hole.angle_deg == pytest.approx(360.0, abs=1e-3)
+    assert flange.marker_hole is not None
+    assert flange.marker_hole.angle_deg % 360.0 == pytest.approx(0.0, abs=1e-3) or (
+        flange.marker_hole.angle_deg == pytest.approx(360.0, abs=1e-3)
     )
     wider = Solid.prism(Region.circle(6.0, 48, (-29.0, 0.0)), -500.0, 500.0)
     back = crank.mesh.bounds[1, 2] - 6.0

@@ -14,7 +14,7 @@ from autobalance.correction.trace import Before, Metal, Reading
 from autobalance.crank.anatomy import Face
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
-from autobalance.verification.shared_out import _told_apart, shared_out
+from autobalance.verification.shared_out import _separated, shared_out
 
 NEAR_MM = 6e-5
 
@@ -116,13 +116,13 @@ def test_equal_halves_that_meet_in_a_sectors_edge_are_both_found() -> None:
     halves = [half_disc(0.0), half_disc(180.0)]
     parts = cast(Any, [SimpleNamespace(array=lambda *_, y=y: np.array([0.0, y, 1.5])) for y in (30.0, -30.0)])
     mine = [[half] for half in halves]
-    assert _told_apart(parts, mine, 0, 1, 1e-6) == set()
+    assert _separated(parts, mine, 0, 1, 1e-6) == set()
     assert [len(pieces) for pieces in mine] == [1, 1]
     both = [[halves[0]], [halves[0]]]  # one piece, that lies in the rooms of both
-    assert _told_apart(parts, both, 0, 1, 1e-6) == set()
+    assert _separated(parts, both, 0, 1, 1e-6) == set()
     assert [len(pieces) for pieces in both] == [1, 0]
     shared = [[halves[0]], [block(60.0, 0.0, 3.0)]]
-    assert _told_apart(parts, shared, 0, 1, 1e-6) == {0, 1}
+    assert _separated(parts, shared, 0, 1, 1e-6) == {0, 1}
 
 
 def test_a_thin_cut_is_found_that_hangs_on_a_thick_one() -> None:

@@ -504,10 +504,10 @@ def test_a_byte_order_mark_is_no_error(tmp_path: Path) -> None:
     assert job.load(path).balance.factor == 0.28
 
 
-def _given(value: Any) -> Any:
+def _without_nulls(value: Any) -> Any:
     """Leave out what was not given."""
     if isinstance(value, dict):
-        return {key: _given(item) for key, item in value.items() if item is not None}
+        return {key: _without_nulls(item) for key, item in value.items() if item is not None}
     return value
 
 
@@ -517,7 +517,7 @@ def test_a_described_job_reads_back_as_itself(folder: str, name: str) -> None:
     found = job.load(Path(__file__).parents[2] / "fixtures" / "crf250r" / folder / f"{name}.toml")
     described = job.describe(found)
     json.dumps(described, allow_nan=False)
-    raw = _given(copy.deepcopy(described))
+    raw = _without_nulls(copy.deepcopy(described))
     assert raw.pop("file") == str(found.path.resolve())
     again = job.parse(raw, found.path)
     assert job.describe(again) == described

@@ -14,7 +14,7 @@ from autobalance.errors import RecognitionError
 from autobalance.types import Array
 
 
-def without_what_is_given(text: str, overrides: Overrides) -> str:
+def without_given_keys(text: str, overrides: Overrides) -> str:
     """Return a refusal that asks for what is missing beside ``main_journals`` or ``crankpins``.
 
     Recognition is skipped only where both are there; the key that is there is not asked for again.

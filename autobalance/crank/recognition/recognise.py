@@ -20,7 +20,7 @@ from autobalance.crank.recognition.cylinder_runs import (
 from autobalance.crank.recognition.datums import find_datums
 from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.exact_cylinders import own_direction, own_layout
-from autobalance.crank.recognition.given import given_axis, hinted, upright, without_what_is_given
+from autobalance.crank.recognition.given import given_axis, hinted, upright, without_given_keys
 from autobalance.crank.recognition.layout import (
     GapError,
     JournalLayout,
@@ -81,7 +81,7 @@ def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFa
             lambda: _recognised(solid, overrides, cylinders),
         )
     except RecognitionError as error:
-        raise RecognitionError(without_what_is_given(str(error), overrides)) from None
+        raise RecognitionError(without_given_keys(str(error), overrides)) from None
 
 
 def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace]) -> Anatomy:

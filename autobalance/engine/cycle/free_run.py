@@ -74,7 +74,7 @@ def free_run(
         energy = first + gas_work - lost
         if passed.size:
             speeds.append(speed[last : last + 1])
-            return _found(np.concatenate(speeds), angle, gas_work, lost, energy - first)
+            return _summary(np.concatenate(speeds), angle, gas_work, lost, energy - first)
         if not float(gas[-1]) > moment * grid.span_rad:
             return None
         mean = float(speed[-1])
@@ -106,7 +106,7 @@ def _cycle(
     return (np.sqrt(2.0 * left / inertia) if left.min() > 0.0 else None), moment
 
 
-def _found(speed: Array, angle: Array, gas: float, lost: float, kinetic: float) -> FreeRun:
+def _summary(speed: Array, angle: Array, gas: float, lost: float, kinetic: float) -> FreeRun:
     step = float(angle[1])
     time: Array = np.concatenate([[0.0], np.cumsum(0.5 * step * (1.0 / speed[1:] + 1.0 / speed[:-1]))])
     angle_rad: Array = step * np.arange(speed.size, dtype=np.float64)

@@ -41,7 +41,7 @@ from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
 Kind = Literal["dry", "hydrodynamic", "rolling", "squeeze_film"]
 Model = Literal["palmgren", "skf"]
-Given = str | Path | Mapping[str, Any] | None
+HistorySource = str | Path | Mapping[str, Any] | None
 """A history in place of the one that a file names."""
 SERIES_COLUMNS = {"x": "main_1_x_N", "y": "main_1_y_N"}
 """Columns of a history whose file names none, as `cycle --series` writes them."""
@@ -62,7 +62,7 @@ class BearingFile:
         return tuple(RAD_S_PER_RPM * speed for speed in self.speeds_rpm)
 
 
-def load_bearing(path: str | Path, history: Given = None) -> BearingFile:
+def load_bearing(path: str | Path, history: HistorySource = None) -> BearingFile:
     """Read a bearing's file.
 
     Parameters
@@ -87,7 +87,9 @@ def load_bearing(path: str | Path, history: Given = None) -> BearingFile:
         raise JobError(f"{path.name}: {error}") from None
 
 
-def parse_bearing(raw: Mapping[str, Any], folder: Path = Path(), history: Given = None) -> BearingFile:
+def parse_bearing(
+    raw: Mapping[str, Any], folder: Path = Path(), history: HistorySource = None
+) -> BearingFile:
     """Return the bearing of a TOML document; its history's file is relative to ``folder``."""
     table = Table(dict(raw), "", None)
     kind: Kind = table.value("kind", Kind)
@@ -226,7 +228,7 @@ def _flows(oil: Oil, celsius: float, where: str) -> None:
         raise JobError(f"{where} is {celsius:g}; the oil of viscosity_mm2_s has no viscosity there")
 
 
-def _with_history(case: PlainCase, values: Values, folder: Path, source: Given) -> PlainCase:
+def _with_history(case: PlainCase, values: Values, folder: Path, source: HistorySource) -> PlainCase:
     """Return a case with its history; refuse one without any load."""
     if values["history"] is not None or source is not None:
         return replace(case, history=_history(values, folder, source))
@@ -235,7 +237,7 @@ def _with_history(case: PlainCase, values: Values, folder: Path, source: Given) 
     return case
 
 
-def _history(values: Values, folder: Path, source: Given) -> History:
+def _history(values: Values, folder: Path, source: HistorySource) -> History:
     """Return the loads by angle; columns that the table does not name are noted in it."""
     table = values["history"] or read({}, HISTORY_KEYS)
     usual = {"x": "x_N", "y": "y_N"} if source is not None else SERIES_COLUMNS

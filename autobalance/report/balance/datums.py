@@ -10,13 +10,13 @@ MOVED_MM = 0.05
 """Distance from a cut face within which a face counts as the same one."""
 
 
-def told_angle(report: Values) -> Values | None:
+def angle_datum(report: Values) -> Values | None:
     """Return the datum of a report's angles besides crankpin 1; None without one."""
     angle: Values | None = _datums(report).get("angle")
     return angle
 
 
-def told_face(report: Values) -> Values | None:
+def z_datum_face(report: Values) -> Values | None:
     """Return the best datum face for a report's z that no cut moves; None without one."""
     cuts = [*report["corrections"], *report.get("earlier_corrections", ())]
     moved = [height for cut in cuts if (height := cut.get("face_height_mm")) is not None]

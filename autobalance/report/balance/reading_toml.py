@@ -38,7 +38,7 @@ def reading_toml(report: Values) -> str:
     return "\n".join(lines) + "\n"
 
 
-def found_unbalance_toml(report: Values) -> str:
+def unbalance_toml(report: Values) -> str:
     """Return the unbalance from ``influence`` as a reading, heavy where its weights come off."""
     reading = report["input"]["reading"]
     lines = ["# The unbalance that trial weights and influence coefficients found."]

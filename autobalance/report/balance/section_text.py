@@ -29,7 +29,9 @@ def section_table_text(values: Mapping[str, Any], u: DisplayUnits = ON_SCREEN["m
         name = "sum" if is_sum else _name(row)
         rows.append((f"  {name}", *_digits([row["mass_g"]], *of_mass), *place, *products))
     head = f"Datum: z = {datum:.3f} mm from the middle of crankpin 1"
-    return "\n".join([in_units(head, u), table(rows), *_verdict(values, u), *_wanted(values, u)])
+    return "\n".join(
+        [in_units(head, u), table(rows), *_verdict(values, u), *_balancing_counterweights(values, u)]
+    )
 
 
 def section_heads(u: DisplayUnits) -> tuple[str, ...]:
@@ -64,7 +66,7 @@ def _verdict(values: Mapping[str, Any], u: DisplayUnits) -> list[str]:
     ]
 
 
-def _wanted(values: Mapping[str, Any], u: DisplayUnits) -> list[str]:
+def _balancing_counterweights(values: Mapping[str, Any], u: DisplayUnits) -> list[str]:
     per = (u.g_mm_per_unbalance, 0 if u.is_metric else 3)
     return [
         f"  no force and no couple with the counterweight of web {each['web']} at"

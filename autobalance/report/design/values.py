@@ -41,7 +41,7 @@ def infeasible_reason(design: WrittenDesign, tried: Callable[[], Sequence[Remedy
     if worst.name == "residual":
         return (
             f"no design meets the balance: the nearest leaves {worst.value:.3g} of the permissible value; "
-            f"{_what_helps(tried())}"
+            f"{_remedy_sentence(tried())}"
         )
     return (
         f"no design keeps everything: the least violated breaks {worst.name} ({worst.limit:g} {worst.unit}) "
@@ -49,7 +49,7 @@ def infeasible_reason(design: WrittenDesign, tried: Callable[[], Sequence[Remedy
     )
 
 
-def _what_helps(tried: Sequence[Remedy]) -> str:
+def _remedy_sentence(tried: Sequence[Remedy]) -> str:
     serving = [each.words for each in tried if each.serves]
     if serving:
         return f"would meet it, tried: {'; or '.join(serving[:MOST_REMEDIES])}"

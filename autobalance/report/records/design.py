@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
-from autobalance.design_search.candidates import Found
+from autobalance.design_search.candidates import SearchResult
 from autobalance.design_search.chosen import Chosen
 from autobalance.design_search.envelope import Constraint
 from autobalance.design_search.problem import Problem
@@ -94,7 +94,7 @@ class SearchFigures:
     finite_elements: FiniteElements | None
 
     @classmethod
-    def of(cls, findings: Found, answer: Chosen) -> Self:
+    def of(cls, findings: SearchResult, answer: Chosen) -> Self:
         """Return that of a search; ``findings`` are its designs before any was refined."""
         options, designs = findings.problem.design.search, findings.candidates
         return cls(
@@ -107,7 +107,7 @@ class SearchFigures:
         )
 
 
-def _finite_elements(findings: Found, answer: Chosen) -> FiniteElements | None:
+def _finite_elements(findings: SearchResult, answer: Chosen) -> FiniteElements | None:
     if not findings.problem.strengths_wanted:
         return None
     model = answer.found.problem.model

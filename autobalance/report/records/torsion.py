@@ -211,9 +211,9 @@ class OrderFigures:
             points=[
                 ResponsePoint(
                     speed_rad_s=speed,
-                    angle_rad=_known(angles),
-                    torque_N_m=_known(torques),
-                    twist_rad=_known(twists),
+                    angle_rad=_finite_or_none(angles),
+                    torque_N_m=_finite_or_none(torques),
+                    twist_rad=_finite_or_none(twists),
                     stress_pa=stresses,
                 )
                 for speed, angles, torques, twists, stresses in rows
@@ -376,5 +376,5 @@ def _finite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-def _known(values: Array) -> list[float | None]:
+def _finite_or_none(values: Array) -> list[float | None]:
     return [float(each) if np.isfinite(each) else None for each in values]

@@ -39,7 +39,7 @@ def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", 
         prose("Bob-weights", 15.0, bold=True, after=1.6),
         prose(text, 8.0, SOFT),
     ]
-    for throws, bob in _alike(report):
+    for throws, bob in _equal_bobs(report):
         story += [Spacer(1.0, 3.0 * POINTS_PER_MM), _throws(report, throws, bob, u, wide - 2.0 * MARGIN_MM)]
     if report.get("external"):
         parts = external_table(report, u, wide - 2.0 * MARGIN_MM, Zero.of(report, "crankpin"))
@@ -49,7 +49,7 @@ def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", 
     return written(sheet, paper, [template("card", sheet, 0.0)], story)[1]
 
 
-def _alike(report: Report) -> list[tuple[list[int], Report]]:
+def _equal_bobs(report: Report) -> list[tuple[list[int], Report]]:
     """Return the throws with the same bob-weight, each group with one of its bob-weights."""
     groups: dict[Any, tuple[list[int], Report]] = {}
     for bob in report["engine"]["bob_weights"]:

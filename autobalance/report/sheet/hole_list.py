@@ -6,7 +6,7 @@ import csv
 import io
 
 from autobalance.report.balance import kinds
-from autobalance.report.balance.datums import told_angle
+from autobalance.report.balance.datums import angle_datum
 from autobalance.report.display_units import ON_PAPER, UnitSystem
 from autobalance.report.sheet.cuts import side_of
 from autobalance.report.sheet.setup import set_up_letter
@@ -23,7 +23,7 @@ def hole_list(report: Report, units: UnitSystem = "metric") -> bytes:
     """
     u = ON_PAPER[units]
     mm, g = ("mm", "g") if u.is_metric else ("in", "oz")
-    datum = told_angle(report)
+    datum = angle_datum(report)
     key = datum["angle_deg"] if datum is not None and datum["of"] == "keyway" else None
     of_key = [] if key is None else ["keyway_ccw_deg", "keyway_cw_deg"]
     heads = ["number", "setup", "kind", "web", "side", "angle_ccw_deg", "angle_cw_deg", *of_key]

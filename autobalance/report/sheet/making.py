@@ -53,14 +53,14 @@ def _runs(items: Sequence[Item], zero: Zero, u: DisplayUnits) -> list[list[Item]
     """Return cuts one by one, and holes that differ only in their angle, at even steps, together."""
     groups: dict[Any, list[Item]] = {}
     for place, item in enumerate(items):
-        groups.setdefault(_alike(item, u) or place, []).append(item)
+        groups.setdefault(_group_key(item, u) or place, []).append(item)
     runs: list[list[Item]] = []
     for group in groups.values():
         runs += _even(sorted(group, key=lambda item: zero.ccw(float(item["angle_deg"]))))
     return sorted(runs, key=lambda run: next(place for place, item in enumerate(items) if item in run))
 
 
-def _alike(item: Item, u: DisplayUnits) -> tuple[Any, ...] | None:
+def _group_key(item: Item, u: DisplayUnits) -> tuple[Any, ...] | None:
     if item["kind"] != "drill" or item.get("deepened_from_mm"):
         return None
     sizes = (u.mm(item[key]) for key in ("diameter_mm", "depth_mm", "entry_radius_mm"))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.report.balance.datums import told_angle
+from autobalance.report.balance.datums import angle_datum
 from autobalance.report.sheet.drawing import Drawings
 from autobalance.types import Array, Item
 
@@ -163,7 +163,7 @@ def _lines(report: Mapping[str, Any], web: int) -> list[tuple[str, float]]:
             half = 0.5 * float(outline["fan_angle_deg"])
             marks += [("edge of the arc", pin + 180.0 - half), ("edge of the arc", pin + 180.0 + half)]
         marks += [(name, pin), (name, pin + 180.0)]
-    datum = told_angle(report)
+    datum = angle_datum(report)
     if datum is not None and datum["of"] == "keyway":
         marks.append(("keyway K", float(datum["angle_deg"])))
     return marks

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.report.balance import kinds
-from autobalance.report.balance.datums import told_face
+from autobalance.report.balance.datums import z_datum_face
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.cheeks import Cheek
 from autobalance.report.sheet.cuts import side_of
@@ -90,7 +90,7 @@ def _the_one(datums: Sequence[Report], angle_deg: float, name: str) -> Report:
 
 
 def _datums(report: Report, cheeks: Iterable[Cheek], u: DisplayUnits) -> str:
-    face = told_face(report)
+    face = z_datum_face(report)
     face_f = "" if face is None else f", face F is the {face['name']} (z {u.mm(face['z_mm'])})"
     listed = ", ".join(f"{each.letter} {each.name} (z {u.mm(each.z_mm)})" for each in cheeks)
     from_cheeks = f"beside the webs from a cheek: {listed}" if listed else ""

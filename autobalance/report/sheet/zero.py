@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from autobalance.report.balance import kinds
-from autobalance.report.balance.datums import told_angle
+from autobalance.report.balance.datums import angle_datum
 from autobalance.types import Item, Report
 from autobalance.wording import degrees
 
@@ -30,7 +30,7 @@ class Zero:
     @classmethod
     def of(cls, report: Report, choice: ZeroChoice = "keyway") -> Zero:
         """Return the chosen zero; crankpin 1 where there is no keyway."""
-        datum = told_angle(report)
+        datum = angle_datum(report)
         if datum is None:
             return cls(CRANKPIN, 0.0)
         if datum["of"] == "keyway" and choice == "keyway":

@@ -46,7 +46,7 @@ def read_foreign_file(kind: str, data: bytes) -> CadFile:
         require_kernel(kind.upper())  # meanwhile: loading it takes as long here as there
         answer = child.receive()
         if answer is None:
-            raise FormatError(_what_ended(kind, child.end(), longest_s))
+            raise FormatError(_end_message(kind, child.end(), longest_s))
     bodies = tuple(NamedBody(name, _shape(body), place) for name, place, body in answer["bodies"])
     return CadFile(bodies, answer["unit"], answer["repairs"])
 
@@ -55,7 +55,7 @@ readers: Final = Children(__name__)
 """Kept for the next file: the kernel takes a second to load."""
 
 
-def _what_ended(kind: str, code: int, longest_s: float) -> str:
+def _end_message(kind: str, code: int, longest_s: float) -> str:
     if code == -signal.SIGPROF:
         why = f"keeps the CAD kernel busy for more than {longest_s:.3g} s"
     elif code < 0:

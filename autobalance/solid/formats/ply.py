@@ -216,7 +216,7 @@ def _rows(data: bytes, at: int, order: str, element: _Element) -> tuple[np.ndarr
 def _lists(data: bytes, at: int, order: str, element: _Element) -> tuple[Indices, Indices, int]:
     """Return the lengths of an element's lists of corners, their numbers, and the next element's start."""
     place = element.corners or 0
-    alike = _alike(data, at, order, element)
+    alike = _uniform_rows(data, at, order, element)
     if alike is not None:
         begin, counts, end = alike
     else:
@@ -238,7 +238,7 @@ def _lists(data: bytes, at: int, order: str, element: _Element) -> tuple[Indices
     return counts, numbers.reshape(-1).view(kind).astype(np.int64), end
 
 
-def _alike(data: bytes, at: int, order: str, element: _Element) -> tuple[Indices, Indices, int] | None:
+def _uniform_rows(data: bytes, at: int, order: str, element: _Element) -> tuple[Indices, Indices, int] | None:
     """Return the starts of the lists of corners, their lengths, and the start of the next element.
 
     That is quick where all rows of an element are as long as its first; None where they are not.
