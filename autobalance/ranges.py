@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-SMALLEST = 1e-9
+MIN_POSITIVE = 1e-9
 """Least positive number where one is needed: dividing by less overflows."""
 
 

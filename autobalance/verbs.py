@@ -42,11 +42,11 @@ VERBS: dict[str, str] = {
     "completion": "print a script for bash, zsh or fish that completes commands and options",
 }
 """Name → description, in the order of the help text."""
-ELSEWHERE: dict[str, str | None] = {"app": "web_app.serving", "demo": None, "completion": None}
+OTHER_PLACES: dict[str, str | None] = {"app": "web_app.serving", "demo": None, "completion": None}
 """Verbs that are no function (None), or a function of another module."""
 
 
 def public() -> dict[str, str]:
     """Return the module of each verb that is a public function."""
-    modules = {name: ELSEWHERE.get(name, f"api.{name}") for name in VERBS}
+    modules = {name: OTHER_PLACES.get(name, f"api.{name}") for name in VERBS}
     return {name: module for name, module in modules.items() if module is not None}

@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from autobalance.job.files.crank_keys import DESIGN, PRESET  # noqa: E402
-from autobalance.job.files.declared import DECLARED, forms_of  # noqa: E402
+from autobalance.job.files.declared import DECLARATIONS, forms_of  # noqa: E402
 from autobalance.job.files.design_keys import DESIGN_KEYS  # noqa: E402
 from autobalance.job.read_engine import WEIGHTS  # noqa: E402
 from autobalance.job.tables import OF_TORSION, job_tables  # noqa: E402
@@ -47,7 +47,7 @@ def blocks() -> dict[str, str]:
         if named.named is not None
         for form in named.named.forms
     )
-    files = {name: {"": DESIGN_KEYS} if name == "design-file" else forms_of(name) for name in DECLARED}
+    files = {name: {"": DESIGN_KEYS} if name == "design-file" else forms_of(name) for name in DECLARATIONS}
     files["crank-file"] = {"": (replace(PRESET, default=None), *DESIGN)}
     return found | {name: of_forms(forms) for name, forms in files.items()}
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from autobalance.correction.kind import Candidates
-from autobalance.planning.depths import AIM, plan_depths
+from autobalance.planning.depths import AIM_SHARE, plan_depths
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from tests.holes import at_planes, holes, tolerance
@@ -81,7 +81,7 @@ def slow_optimum_g(residual: Unbalance, judge: Tolerance, candidates: Candidates
             plan = plan_depths(
                 residual, judge, cuts, bounds_mm=bounds, start_mm=0.5 * (bounds[0] + bounds[1])
             )
-            if plan.share <= AIM * (1.0 + 1e-6):
+            if plan.share <= AIM_SHARE * (1.0 + 1e-6):
                 best = min(
                     best, sum(-c.effect(float(d)).mass_g for c, d in zip(cuts, plan.depths_mm, strict=True))
                 )

@@ -23,7 +23,7 @@ from autobalance.design_search.candidates import Candidate, SearchResult, front,
 from autobalance.design_search.chosen import chosen, with_refined
 from autobalance.design_search.exact import design_step
 from autobalance.design_search.free_metal import free_metal
-from autobalance.design_search.level_sets import CLOSE, begun, level_set_for_balance, level_sets
+from autobalance.design_search.level_sets import CLOSENESS_STEPS, begun, level_set_for_balance, level_sets
 from autobalance.design_search.problem import MAX_SHARE, Problem
 from autobalance.design_search.remedies import remedies
 from autobalance.design_search.search import Generation, searched
@@ -502,7 +502,7 @@ def test_points_that_gather_too_near_are_left_where_they_are(tmp_path: Path, cra
 def test_gathered_control_points_keep_the_outline_off_the_hold_radius(tmp_path: Path, crank: bytes) -> None:
     plain = problem_of(tmp_path, LIGHT + SEARCH.format('["mass_g"]'), crank)
     level = level_sets(plain)
-    for close in CLOSE:
+    for close in CLOSENESS_STEPS:
         problem, _ = begun(plain, level, close)
         profile, low = problem.free.profiles[0], problem.bounds[:, 0]
         outline = profile.outline_mm(problem.amounts(low).radii_mm[0])
@@ -543,7 +543,7 @@ def test_webs_of_one_profile_that_cannot_take_a_couple_are_told_what_helps(
     helped = problem_of(tmp_path, text.replace(one, two), crank)
     level = level_set_for_balance(helped)
     assert level is not None
-    plain, (variables,) = begun(helped, [level], CLOSE[-1])
+    plain, (variables,) = begun(helped, [level], CLOSENESS_STEPS[-1])
     assert solids.written(plain, variables).used_share <= MAX_SHARE < least_violated.used_share
 
 

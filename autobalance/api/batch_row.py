@@ -14,7 +14,7 @@ from autobalance.report.files import Staging
 if TYPE_CHECKING:
     from autobalance.job import Job
 
-FAILED = 3
+FAILED_EXIT_CODE = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +61,9 @@ def balance_row(task: RowTask) -> RowOutcome:
     try:
         files, code, message = _balanced(task)
     except AutobalanceError as error:
-        return RowOutcome(FAILED, {}, str(error), started, now())
+        return RowOutcome(FAILED_EXIT_CODE, {}, str(error), started, now())
     except MemoryError:
-        return RowOutcome(FAILED, {}, "not enough memory for this crank", started, now())
+        return RowOutcome(FAILED_EXIT_CODE, {}, "not enough memory for this crank", started, now())
     return RowOutcome(code, files, message, started, now())
 
 

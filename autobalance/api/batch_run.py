@@ -10,7 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-from autobalance.api.batch_row import FAILED, RowOutcome, RowTask, now
+from autobalance.api.batch_row import FAILED_EXIT_CODE, RowOutcome, RowTask, now
 from autobalance.api.result import Values
 from autobalance.errors import AutobalanceError, system_reason
 from autobalance.report.encoding import encoded
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 ROWS = "rows"
 LOST, NOT_ALL_WITHIN = 1, 4
-OUTCOMES: Mapping[int, Literal["lost", "error"]] = {LOST: "lost", FAILED: "error"}
+OUTCOMES: Mapping[int, Literal["lost", "error"]] = {LOST: "lost", FAILED_EXIT_CODE: "error"}
 TABLES = ("results.csv", "results.xlsx", "summary.html")
 
 
@@ -103,7 +103,7 @@ class BatchRun:
         self._clean()
         for row, fingerprint, message in wrong:
             self._forget_files(row)
-            self._write_line(_undone(row, FAILED, fingerprint, 1, message))
+            self._write_line(_undone(row, FAILED_EXIT_CODE, fingerprint, 1, message))
         self._report_progress()
 
     def tasks(self) -> _Tasks:
@@ -186,7 +186,7 @@ class BatchRun:
             rows=len(results),
             within=codes.count(0),
             above=codes.count(NOT_ALL_WITHIN),
-            failed=codes.count(FAILED),
+            failed=codes.count(FAILED_EXIT_CODE),
             lost=codes.count(LOST),
             taken_over=self.taken_over,
             results=results,

@@ -20,7 +20,7 @@ from autobalance.runtime import Progress
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
 
-GOOD = ("within_tolerance", "already_within_tolerance")
+GOOD_OUTCOMES = ("within_tolerance", "already_within_tolerance")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,7 +35,7 @@ class CompareResult(VerbResult):
     @property
     def exit_code(self) -> int:
         """0 if some kind comes within tolerance (or nothing is to be cut), 4 if none does."""
-        return 0 if any(row["outcome"] in GOOD for row in self.report["rows"]) else 4
+        return 0 if any(row["outcome"] in GOOD_OUTCOMES for row in self.report["rows"]) else 4
 
     def text(self, units: str = "metric") -> str:
         """Return the table that the command prints."""

@@ -30,7 +30,7 @@ LARGEST_CONDITION = 1e4
 WARNED_CONDITION = 30.0
 NAMED_SHARE = 0.3
 """Of the weakest combination of weights: planes with at least this are named."""
-BELOW = 1e-9
+TARGET_TOLERANCE = 1e-9
 """Relative, by which a residual may pass its target: rounding."""
 
 
@@ -198,7 +198,7 @@ def _verdict(
         return None, None
     sizes = np.abs(residual)
     worst = int(np.argmax(sizes))
-    if sizes[worst] <= task.target * (1.0 + BELOW):
+    if sizes[worst] <= task.target * (1.0 + TARGET_TOLERANCE):
         return "within_tolerance", None
     limited = any(not each.free or math.isfinite(each.limit_g_mm) for each in task.fittings)
     fix = "wider limits, more places or finer weights" if limited else "more planes, or a higher target"

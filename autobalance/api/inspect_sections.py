@@ -20,7 +20,7 @@ from autobalance.machine_models.rotor_from_job import check_engine, default_plan
 from autobalance.machine_models.section_rows import SectionTable, loaded_table, section_table
 
 DATUMS = ("A", "B", "front", "rear", "centre")
-NEEDED = ("engine", "balance", "correction")
+NEEDED_TABLES = ("engine", "balance", "correction")
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def _whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> tup
         return None, []
     values = with_settings(tables_of(Path(source)), settings)
     left = [key for key, value in leaves(values) if value == FILL_IN]
-    left += [f"[{name}]" for name in NEEDED if name not in values]
+    left += [f"[{name}]" for name in NEEDED_TABLES if name not in values]
     if left:
         refusal = (
             f"{source}: {left[0]} is not filled in: the section table is of the bare crank, without verdict"

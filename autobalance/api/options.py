@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from autobalance.errors import UsageError
-from autobalance.job.toml.convert import LARGEST
-from autobalance.ranges import SMALLEST
+from autobalance.job.toml.convert import MAX_NUMBER
+from autobalance.ranges import MIN_POSITIVE
 
 
 def positive(option: str, value: float) -> float:
@@ -19,8 +19,8 @@ def positive(option: str, value: float) -> float:
     """
     if not 0.0 < value < math.inf:
         raise UsageError(f"{option} is {value:g}; must be > 0")
-    if not SMALLEST <= value <= LARGEST:
-        raise UsageError(f"{option} is {value:g}; must be {SMALLEST:g} to {LARGEST:g}")
+    if not MIN_POSITIVE <= value <= MAX_NUMBER:
+        raise UsageError(f"{option} is {value:g}; must be {MIN_POSITIVE:g} to {MAX_NUMBER:g}")
     return value
 
 
@@ -34,6 +34,6 @@ def place_mm(option: str, value: float) -> float:
     """
     if not math.isfinite(value):
         raise UsageError(f"{option} is {value:g}; must be a finite number [mm]")
-    if abs(value) > LARGEST:
-        raise UsageError(f"{option} is {value:g}; must be at most {LARGEST:g} mm in size")
+    if abs(value) > MAX_NUMBER:
+        raise UsageError(f"{option} is {value:g}; must be at most {MAX_NUMBER:g} mm in size")
     return value

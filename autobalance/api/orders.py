@@ -268,10 +268,10 @@ def _record(
     record = record.calibrated(factors)
     if quantity is None:
         return record
-    from autobalance.signal.quantities import DERIVED, as_quantity
+    from autobalance.signal.quantities import DERIVED_QUANTITIES, as_quantity
 
-    if quantity not in DERIVED:
-        raise FormatError(f"quantity is {quantity!r}; known: {', '.join(DERIVED)}")
+    if quantity not in DERIVED_QUANTITIES:
+        raise FormatError(f"quantity is {quantity!r}; known: {', '.join(DERIVED_QUANTITIES)}")
     return as_quantity(record, quantity, tacho)
 
 

@@ -22,7 +22,7 @@ from autobalance.balancing.machine_reading import (
 )
 from autobalance.balancing.measured_crank import input_file, measured_source, work_on_faces
 from autobalance.balancing.reading_mistakes import (
-    DOUBTS,
+    MAX_DIFFERENCE_SIGMAS,
     MAX_LEFT,
     Comparison,
     Suspect,
@@ -220,7 +220,7 @@ class RecutStage:
             return unbalance.in_planes(*places)
 
         doubts = judged.share.planes_g_mm if places and not judged.static else (judged.share.resultant_g_mm,)
-        if (np.linalg.norm(seen(off), axis=1) <= DOUBTS * np.array(doubts)).all():
+        if (np.linalg.norm(seen(off), axis=1) <= MAX_DIFFERENCE_SIGMAS * np.array(doubts)).all():
             return
         fitted = bob_weight_fit(seen(off), seen(self._per_gram()))
         difference = float(np.linalg.norm(seen(off)))

@@ -150,13 +150,15 @@ def _lists(place: str, values: Mapping[str, Any]) -> Iterator[str]:
             yield f"{place}{key}"
 
 
-SKIPPED = {"schema_version", "autobalance", "command", "input", "job"}
+SKIPPED_KEYS = {"schema_version", "autobalance", "command", "input", "job"}
 
 
 def scalars(values: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return the plain numbers and words of a report as they are shown: the first level, else the second."""
-    first = _scalars({key: value for key, value in values.items() if key not in SKIPPED})
-    tables = [(key, value) for key, value in values.items() if isinstance(value, dict) and key not in SKIPPED]
+    first = _scalars({key: value for key, value in values.items() if key not in SKIPPED_KEYS})
+    tables = [
+        (key, value) for key, value in values.items() if isinstance(value, dict) and key not in SKIPPED_KEYS
+    ]
     return first or [(f"{key}.{name}", text) for key, table in tables for name, text in _scalars(table)]
 
 

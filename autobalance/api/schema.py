@@ -10,7 +10,7 @@ from autobalance.errors import UsageError
 
 Values = dict[str, Any]
 
-WRITTEN: Mapping[str, str] = {
+REPORT_RECORDS: Mapping[str, str] = {
     "batch": "batch.BatchReport",
     "bearing": "bearing.BearingReport",
     "bench": "bench.BenchReport",
@@ -39,15 +39,15 @@ WRITTEN: Mapping[str, str] = {
     "verify": "answers.VerifyReport",
 }
 """Name → module of ``report.records`` and record of what a verb writes with ``--json``."""
-READ = (
+READ_FILES = (
     *("job", "reading", "trials", "machine", "machine-tool-file", "crank-file", "bearing-file"),
     *("rotor-file", "chain-file", "drive-file", "bench-file", "engine-bench-file", "fem-file", "design-file"),
 )
 """TOML files that are read."""
 NAMES = (
-    *READ,
+    *READ_FILES,
     *("report", "inspect", "recut", "generate"),
-    *WRITTEN,
+    *REPORT_RECORDS,
 )
 """Files that have a schema: what is read first, then what is written."""
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
@@ -75,10 +75,10 @@ def schema(name: str) -> Values:
         raise UsageError(f"schema {name!r} is not there; there are {', '.join(NAMES)}")
     if name == "job":
         return _job()
-    if name in READ:
+    if name in READ_FILES:
         return _read(name)
-    if name in WRITTEN:
-        return _of_record(*WRITTEN[name].split("."))
+    if name in REPORT_RECORDS:
+        return _of_record(*REPORT_RECORDS[name].split("."))
     return _report(name)
 
 

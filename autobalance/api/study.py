@@ -107,7 +107,7 @@ def study(
         If nothing has a ±, or the job is wrong.
     """
     from autobalance.api.study_plan import studied_plan
-    from autobalance.report.study.values import ABOVE, study_report, study_series
+    from autobalance.report.study.values import ABOVE_OUTCOME, study_report, study_series
     from autobalance.studies.monte_carlo import Sampler, study_of
     from autobalance.studies.workers import workers_of
 
@@ -118,7 +118,7 @@ def study(
         plan = studied.plan
         sampler = Sampler(samples, seed, plan.job.study.sampling, exact)
         answer = study_of(plan, sampler, target, pool, progress or no_progress)
-    missed = plan.result.outcome == ABOVE or (target is not None and answer.probability < target)
+    missed = plan.result.outcome == ABOVE_OUTCOME or (target is not None and answer.probability < target)
     report = study_report(answer, seed, studied.report_sha256, time.perf_counter() - started)
     return StudyResult(report, study_series(answer), answer.shares, missed)
 

@@ -19,7 +19,7 @@ from autobalance.correction.contract import Correction, Cut, Prefer
 from autobalance.correction.kind import Candidates
 from autobalance.correction.overlap import Overlap, taken_in_turn
 from autobalance.correction.setup_order import setup_order
-from autobalance.planning.depths import AIM, Plan
+from autobalance.planning.depths import AIM_SHARE, Plan
 from autobalance.planning.drop_negligible_cuts import worthwhile
 from autobalance.planning.least_steps import settable
 from autobalance.planning.reject_worse import harmless, is_harmless
@@ -164,7 +164,7 @@ def balance(
         passes.append((plan, done))
         better = best is None or done.share < best.share
         best = done if best is None or better else best
-        if done.share <= max(AIM, plan.share * (1.0 + AIM)) or not better:
+        if done.share <= max(AIM_SHARE, plan.share * (1.0 + AIM_SHARE)) or not better:
             break
         drift = drift + (done.residual - plan.predicted)
         again = choose(initial + drift, tolerance, chosen.candidates, prefer=prefer, start_mm=plan.depths_mm)

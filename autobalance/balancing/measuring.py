@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 SAME_VOLUME = 1e-9
 """Share by which the volume read back may differ from that of the loose triangles written."""
-DISAGREE = 0.02
+MAX_SURFACE_DIFFERENCE_SHARE = 0.02
 """Share of the metal moved by which true surfaces and triangles may differ, beyond the facets' error."""
-CONTRADICTION = 5e-3
+MAX_SUM_DIFFERENCE_SHARE = 5e-3
 """Share of the metal moved by which cuts one by one may differ from all of them together."""
 ADD_UP = 1e-3
 """The same share for all cuts as they are listed, beyond the rounding of files."""
@@ -177,7 +177,9 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, cut_depths: Made) -> Measur
     drawn = rotor.moments - rotor.added
     hidden_before = drawn - rotor.solid.moments(density, frame)
     cut_g = abs(drawn.mass_g - moments.mass_g)
-    if abs(hidden.mass_g - hidden_before.mass_g) > DISAGREE * cut_g + abs(hidden_before.mass_g):
+    if abs(hidden.mass_g - hidden_before.mass_g) > MAX_SURFACE_DIFFERENCE_SHARE * cut_g + abs(
+        hidden_before.mass_g
+    ):
         raise SolidError(
             f"the CAD kernel leaves {moments.mass_g:.6g} g where {faceted.mass_g:.6g} g were planned; "
             "expected the same cut in both; a mesh of the part can be balanced instead"
@@ -240,7 +242,7 @@ def _refuse_contradiction(
         for (cut, depth), mine in zip(cut_depths, own, strict=True)
     ]
     total, removed_mm3 = sum(volumes), -whole.mass_g / density_g_mm3
-    if abs(total - removed_mm3) > CONTRADICTION * sum(map(abs, volumes)):
+    if abs(total - removed_mm3) > MAX_SUM_DIFFERENCE_SHARE * sum(map(abs, volumes)):
         raise SolidError(
             f"the cuts take {total:.6g} mm³ one by one, but {removed_mm3:.6g} mm³ are gone: the file's edges "
             "lie off its faces there; expected a file whose edges lie on their faces, or a mesh of the part"

@@ -13,7 +13,7 @@ from autobalance.correction.contract import Prefer, setting_of
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
-from autobalance.planning.depths import AIM, Plan
+from autobalance.planning.depths import AIM_SHARE, Plan
 from autobalance.planning.drop_negligible_cuts import worthwhile
 from autobalance.planning.fewest_setups import rank
 from autobalance.planning.least_steps import least_step_mm, settable
@@ -27,9 +27,9 @@ from autobalance.types import Array
 
 Offers = Callable[[Workpiece, Limits, int], Candidates]
 
-LOOKS = 8
+MAX_SEARCHES = 8
 """Most looks for metal, each four times deeper than the last."""
-EXPLAINED = 6
+MAX_EXPLAINED_DRILLS = 6
 """Most unused drills for which a plan of their own is computed."""
 
 
@@ -66,7 +66,7 @@ def best_offer(
     doubt = rotor.doubt(rotor.moments) if prefer == "same_setup" else None
     for search_level in range(max(correction.search_levels(limits) for limits in methods)):
         look = 1.0
-        for _ in range(LOOKS):
+        for _ in range(MAX_SEARCHES):
             work = workpiece(rotor, tolerance, initial, look)
             errors, parts, placed = {}, [], []
             for number, limits in enumerate(methods):
@@ -83,13 +83,13 @@ def best_offer(
             nothing = [m for m, part in zip(placed, parts, strict=True) if not part.cuts and len(methods) > 1]
             notes = (*_left_out(methods, errors, nothing), *candidates.notes)
             for again in same_setups(candidates.cuts, rotor.earlier) if prefer == "same_setup" else ():
-                task = Task(initial, tolerance, candidates, prefer, AIM, *usual(candidates))
+                task = Task(initial, tolerance, candidates, prefer, AIM_SHARE, *usual(candidates))
                 part = part_of(task, again).candidates
                 plan = settable(initial, tolerance, part, choose(initial, tolerance, part, prefer=prefer))
                 if tolerance.is_met_by(plan.predicted, doubt):
                     return BestOffer(part, plan, tuple(placed), notes)
             plan = choose(initial, tolerance, candidates, prefer=prefer)
-            if best is None or plan.share < best.plan.share * (1.0 - AIM):
+            if best is None or plan.share < best.plan.share * (1.0 - AIM_SHARE):
                 best = BestOffer(candidates, plan, tuple(placed), notes)
             at_end = [
                 cut.limit_is_reach and depth >= cut.max_depth_mm - 1e-9
@@ -152,7 +152,7 @@ def why_not_used(
     """Return a note for each drill that was offered, fits and is not used: the plan with it alone."""
     if not plan.depths_mm.any():
         return ()
-    task = Task(initial, tolerance, candidates, prefer, AIM, *usual(candidates))
+    task = Task(initial, tolerance, candidates, prefer, AIM_SHARE, *usual(candidates))
     plan_rank = rank(task, plan)
     unused = [
         group
@@ -160,7 +160,7 @@ def why_not_used(
         for group in rule.groups
         if group and not plan.depths_mm[list(group)].any()
     ]
-    return tuple(_why(task, group, plan_rank) for group in unused[:EXPLAINED])
+    return tuple(_why(task, group, plan_rank) for group in unused[:MAX_EXPLAINED_DRILLS])
 
 
 def _why(task: Task, group: Sequence[int], plan_rank: tuple[int, int, float]) -> str:

@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 BOB_SHARE = (1e-3, 20.0)
 """Bob-weights over the crank's own mass: no running engine lies outside."""
 USUAL_BOB_SHARE = (1e-2, 5.0)
-UNLIKE = 50.0
+MAX_WEIGHT_RATIO = 50.0
 """Greatest ratio of two tables of weights: rotating to reciprocating, or a throw's, or the original ones', to
 the job's."""
 LEAST_G = 1.0
 """Least mass that moves with one rod: a model aircraft's engine has more."""
 PIN_SHARE = 20.0
 """Greatest ratio of a crankpin's weight to that of its bare cylinder, or the reverse."""
-FACTOR = (-1.0, 3.0)
+USUAL_FACTOR_RANGE = (-1.0, 3.0)
 """Balance factor that a crank may have before, with parts that are meant for it."""
 LEAST_ALIKE = 0.01
 """Throws that cancel each other out but for this share of their sum have no meaningful factor."""
@@ -136,7 +136,7 @@ def _unlike_weights(job: Job) -> Iterator[str]:
         named = [(f"{where}.{role}", total) for role, total in own.items()]
         default = [(f"engine.{role}", total) for role, total in totals["engine"].items()]
         for (name, one), (other, two) in [(named[0], named[1]), *zip(default, named, strict=True)]:
-            if (one, two) not in seen and 0.0 < min(one, two) < max(one, two) / UNLIKE:
+            if (one, two) not in seen and 0.0 < min(one, two) < max(one, two) / MAX_WEIGHT_RATIO:
                 yield (
                     f"{job.path.name}: {name} adds up to {one:.4g} g, {other} to {two:.4g} g;"
                     " is one of them in another unit?"
@@ -168,10 +168,11 @@ def _factor(job: Job, crank: Crank) -> Iterator[str]:
     along = sum(load.parts.reciprocating_on_throw_g * load.crank_radius_mm for load in loads)
     if math.hypot(*factor_direction_g_mm(loads)) < LEAST_ALIKE * along:
         return
-    if before is not None and not FACTOR[0] <= before <= FACTOR[1]:
+    if before is not None and not USUAL_FACTOR_RANGE[0] <= before <= USUAL_FACTOR_RANGE[1]:
         yield (
             f"{job.path.name}: the crank's balance factor before is {before:.4g} with these weights; odd"
-            f" outside {FACTOR[0]:g} to {FACTOR[1]:g}: check weights, density and the file's unit"
+            f" outside {USUAL_FACTOR_RANGE[0]:g} to {USUAL_FACTOR_RANGE[1]:g}: check weights, density"
+            " and the file's unit"
         )
 
 

@@ -30,14 +30,14 @@ KEYS: dict[Cause, str] = {
     "scaled": "g_mm",
     "bob_weights": "bob_weights_g",
 }
-FITTED = ("turned", "scaled", "bob_weights")
+FITTED_CAUSES = ("turned", "scaled", "bob_weights")
 """Causes with a number that is fitted: the difference that they leave counts twice."""
 MAX_LEFT = 0.25
 """Share of the difference that a suspect leaves at most."""
 LEAST_FACTOR = 1.5
 SHARE_OF_CUTS = 0.1
 """Share by which the effect of the cuts may differ from the model."""
-DOUBTS = 2.0
+MAX_DIFFERENCE_SIGMAS = 2.0
 """Uncertainties by which change and cuts may differ."""
 
 
@@ -58,7 +58,7 @@ class Suspect:
     @property
     def rank(self) -> float:
         """Difference left, doubled where a number was fitted."""
-        return self.left_g_mm * (2.0 if self.cause in FITTED else 1.0)
+        return self.left_g_mm * (2.0 if self.cause in FITTED_CAUSES else 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,7 @@ class Comparison:
         """Whether change and cuts differ by no more than twice their uncertainty."""
         cuts = SHARE_OF_CUTS * np.linalg.norm(self.seen(self.expected), axis=1)
         doubts = [self._doubts(reading) for reading in (self.now, self.before)]
-        allowed = DOUBTS * np.sqrt(doubts[0] ** 2 + doubts[1] ** 2 + cuts**2)
+        allowed = MAX_DIFFERENCE_SIGMAS * np.sqrt(doubts[0] ** 2 + doubts[1] ** 2 + cuts**2)
         return bool((np.linalg.norm(self.difference, axis=1) <= allowed).all())
 
     def _doubts(self, reading: JudgedReading) -> Array:

@@ -32,7 +32,7 @@ THINNED_SHARE = 0.9
 NEAR_DIAMETERS = 0.25
 """Wall, or distance to a fillet, in diameters of the hole, below which it is reported."""
 MOST_PAIRS = 2_000_000
-TINY = 1e-300
+ZERO_AREA = 1e-300
 """Area that stands for 0 where a point lies on a side, positive or negative."""
 
 
@@ -200,7 +200,7 @@ def _left_of(corners: Array, points: Array, corner: int) -> Array:
     one, two = (corners[:, (corner + k) % 3, :2] - points for k in (1, 2))
     left: Array = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
     upward = (one[:, 1] < two[:, 1]) | ((one[:, 1] == two[:, 1]) & (one[:, 0] < two[:, 0]))
-    return np.where(left == 0.0, np.where(upward, TINY, -TINY), left)
+    return np.where(left == 0.0, np.where(upward, ZERO_AREA, -ZERO_AREA), left)
 
 
 def _pairs(vertices: Array, triangles: Indices, columns: Array) -> Iterator[tuple[Array, Indices]]:

@@ -22,7 +22,7 @@ from autobalance.bearings.heat_balance import outlet_rise_K, running_temperature
 from autobalance.bearings.orbit import Orbits, film_orbits
 from autobalance.bearings.reynolds import reynolds
 from autobalance.bearings.short_bearing import ocvirk
-from autobalance.bearings.unit_film import CONTACT, FilmModel
+from autobalance.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO, FilmModel
 
 
 @dataclass(frozen=True)
@@ -191,7 +191,7 @@ def _plates(case: PlatesCase, speed_rad_s: float) -> State:
 def _petroff(case: PlainCase, speed_rad_s: float) -> State:
     ratio, load = case.eccentricity_ratio or 0.0, case.load_N
     viscosity = case.lubricant.needed_Pa_s
-    if ratio > CONTACT:
+    if ratio > CONTACT_ECCENTRICITY_RATIO:
         return State(speed_rad_s, Friction(), case.lubricant, contact=True)
     bearing = case.bearing
     moment = friction_moment_N_m(bearing, viscosity, speed_rad_s, ratio, load or 0.0, case.attitude_rad)

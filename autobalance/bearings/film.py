@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from autobalance.bearings.stability import WhirlThreshold, whirl_threshold
-from autobalance.bearings.unit_film import CONTACT, FilmModel, UnitFilm, film_for_load
+from autobalance.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO, FilmModel, UnitFilm, film_for_load
 from autobalance.types import Array
 
 LEAST_RATIO = 1e-6
@@ -134,7 +134,7 @@ def film_at_eccentricity(
     speed_rad_s: float,
     eccentricity_ratio: float,
 ) -> Film | None:
-    """Return the film at an eccentricity ratio; None above ``CONTACT``.
+    """Return the film at an eccentricity ratio; None above ``CONTACT_ECCENTRICITY_RATIO``.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def film_at_eccentricity(
     eccentricity_ratio : float
         At least 0.
     """
-    if eccentricity_ratio > CONTACT:
+    if eccentricity_ratio > CONTACT_ECCENTRICITY_RATIO:
         return None
     unit = model(max(eccentricity_ratio, LEAST_RATIO))
     return _film(bearing, unit, viscosity_Pa_s, speed_rad_s, eccentricity_ratio)
@@ -160,7 +160,7 @@ def film_at_load(
     load_N: float,
     guess: Film | None = None,
 ) -> Film | None:
-    """Return the film that carries a load; None if it is nearer contact than ``CONTACT``.
+    """Return the film that carries a load; None if it is nearer contact than ``CONTACT_ECCENTRICITY_RATIO``.
 
     ``guess`` is the film of a neighbouring load or speed, from which the search begins.
     """

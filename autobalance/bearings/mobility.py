@@ -20,7 +20,7 @@ from autobalance.types import Array
 NEWTON_STEPS = 10
 CONVERGED_CHANGE = 1e-3
 """Relative change after which the next step, its square, does not count."""
-NEAREST = 1.0 - 1e-6
+MAX_ECCENTRICITY_RATIO = 1.0 - 1e-6
 """Eccentricity ratio that stands for all beyond it: the film's force grows without bound there."""
 
 Polar = tuple[Array, Array]
@@ -86,7 +86,7 @@ def squeeze_velocity(ratio: Array, force: Polar, guess: Polar | None = None) -> 
     .. [1] J. F. Booker, Dynamically loaded journal bearings: mobility method of solution, J. Basic Eng. 87
        (1965) 537-546. His chart of the short bearing holds this function.
     """
-    ratio = np.minimum(ratio, NEAREST)
+    ratio = np.minimum(ratio, MAX_ECCENTRICITY_RATIO)
     radial, tangential = force
     velocity = _start(ratio, force) if guess is None else guess
     for _ in range(NEWTON_STEPS):

@@ -13,19 +13,19 @@ import numpy as np
 import numpy.typing as npt
 from scipy.integrate import solve_ivp
 
-from autobalance.bearings.mobility import NEAREST, Polar, squeeze_velocity
-from autobalance.bearings.unit_film import CONTACT
+from autobalance.bearings.mobility import MAX_ECCENTRICITY_RATIO, Polar, squeeze_velocity
+from autobalance.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO
 from autobalance.types import Array
 
-SETTLED = 2e-5
+CYCLE_CHANGE_TOLERANCE = 2e-5
 """Change of the eccentricity ratio from one cycle to the next that counts as none."""
 MOST_TURNS = 120
 """Turns after which an orbit that still changes is reported as not periodic."""
-HOPELESS = 1e6
+MAX_FILM_FORCE = 1e6
 """Force in units of η Ω R L³/c² that breaks any film within half a degree: its orbit is not computed."""
-ACCURACY = 5e-7
+STEP_TOLERANCE = 5e-7
 """Of the eccentricity ratio in one step of the integration."""
-FINER = 0.1
+NEWTON_TOLERANCE_RATIO = 0.1
 """Of that, where a path is closed by Newton's method."""
 CLOSING_STEPS = 12
 RATIO_STEP = 1e-4
@@ -37,7 +37,7 @@ class Orbits:
     """Paths of journals in their films over one cycle.
 
     Angles (n,), places (n, k, 2) in the clearance, in the axes of the force; ``turns_to_settle`` (k,) is 0
-    where the path does not repeat, ``contact`` (k,) whether it comes nearer than ``CONTACT``.
+    where the path does not repeat, ``contact`` (k,) whether it passes ``CONTACT_ECCENTRICITY_RATIO``.
     """
 
     angle_rad: Array
@@ -88,7 +88,7 @@ class Orbits:
     @property
     def contact(self) -> npt.NDArray[np.bool_]:
         """Whether the film breaks (k,)."""
-        return np.asarray(self.ratio.max(axis=0) > CONTACT)
+        return np.asarray(self.ratio.max(axis=0) > CONTACT_ECCENTRICITY_RATIO)
 
 
 def film_orbits(
@@ -138,7 +138,7 @@ def film_orbits(
     path, turns, off = _periodic(motion)
     petroff = 2.0 * np.pi * viscosity * (speed - bush) * radius**3 * length / clearance
     pull = path[..., 1] * force[..., 0] - path[..., 0] * force[..., 1]
-    ratio = np.minimum(np.hypot(path[..., 0], path[..., 1]), NEAREST)
+    ratio = np.minimum(np.hypot(path[..., 0], path[..., 1]), MAX_ECCENTRICITY_RATIO)
     moment = petroff / np.sqrt(1.0 - ratio**2) + 0.5 * clearance * pull
     return Orbits(angle, path, clearance, moment, turns, off)
 
@@ -206,7 +206,7 @@ def _periodic(motion: _Motion) -> tuple[Array, npt.NDArray[np.int64], Array]:
     """Return periodic paths (n, k, 2), turns that each took, last changes (k,)."""
     count, cases = motion.force.shape[:2]
     size = np.hypot(motion.force[..., 0], motion.force[..., 1])
-    hopeless = size.max(axis=0) > HOPELESS
+    hopeless = size.max(axis=0) > MAX_FILM_FORCE
     touching = motion.force / np.where(size > 0.0, size, 1.0)[..., None]
     path = np.where(hopeless[:, None], touching, 0.0)
     turns, off = np.zeros(cases, dtype=np.int64), np.zeros(cases)
@@ -221,8 +221,8 @@ def _periodic(motion: _Motion) -> tuple[Array, npt.NDArray[np.int64], Array]:
         change = np.hypot(*(end - start[:, left]))
         start[:, left] = end
         off[left] = change
-        turns[left[change < SETTLED]] = done
-        left = left[change >= SETTLED]
+        turns[left[change < CYCLE_CHANGE_TOLERANCE]] = done
+        left = left[change >= CYCLE_CHANGE_TOLERANCE]
     if len(left):
         closed, turns_done, change = _closed(motion.of(left), start[:, left], each)
         done_now = turns_done > 0
@@ -238,7 +238,7 @@ def _closed(motion: _Motion, start: Array, each: int) -> tuple[Array, npt.NDArra
     """
     cases = start.shape[1]
     turns = np.zeros(cases, dtype=np.int64)
-    most = 0.999 * CONTACT
+    most = 0.999 * CONTACT_ECCENTRICITY_RATIO
     for step in range(1, CLOSING_STEPS + 1):
         tried = np.concatenate(
             [
@@ -248,7 +248,9 @@ def _closed(motion: _Motion, start: Array, each: int) -> tuple[Array, npt.NDArra
             ],
             axis=1,
         )
-        paths, ends = _cycle(motion.of(np.tile(np.arange(cases), 3)), tried, FINER * ACCURACY)
+        paths, ends = _cycle(
+            motion.of(np.tile(np.arange(cases), 3)), tried, NEWTON_TOLERANCE_RATIO * STEP_TOLERANCE
+        )
         middle = ends[:, :cases]
         slopes = (
             np.stack([ends[:, cases : 2 * cases] - middle, ends[:, 2 * cases :] - middle], axis=1)
@@ -258,8 +260,8 @@ def _closed(motion: _Motion, start: Array, each: int) -> tuple[Array, npt.NDArra
         change = middle - start
         off = np.hypot(*change)
         attracts = np.abs(np.linalg.eigvals(slopes)).max(axis=1) < 1.0
-        turns[:] = np.where((off < SETTLED) & attracts, MOST_TURNS + 3 * each * step, 0)
-        if (off < SETTLED).all() or step == CLOSING_STEPS:
+        turns[:] = np.where((off < CYCLE_CHANGE_TOLERANCE) & attracts, MOST_TURNS + 3 * each * step, 0)
+        if (off < CYCLE_CHANGE_TOLERANCE).all() or step == CLOSING_STEPS:
             break
         moved = np.linalg.solve(np.eye(2) - slopes, change.T[..., None])[..., 0].T
         start = start + moved
@@ -268,7 +270,7 @@ def _closed(motion: _Motion, start: Array, each: int) -> tuple[Array, npt.NDArra
     return paths[:, :cases], turns, off
 
 
-def _cycle(motion: _Motion, start: Array, accuracy: float = ACCURACY) -> tuple[Array, Array]:
+def _cycle(motion: _Motion, start: Array, accuracy: float = STEP_TOLERANCE) -> tuple[Array, Array]:
     """Return one cycle's path (n, k, 2) and its end (2, k)."""
     count, cases = motion.force.shape[:2]
     end = count * motion.step

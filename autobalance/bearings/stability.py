@@ -21,7 +21,7 @@ class WhirlThreshold:
     critical_mass_kg: float | None
 
 
-STABLE = WhirlThreshold(None, None)
+NO_THRESHOLD = WhirlThreshold(None, None)
 
 
 def whirl_threshold(stiffness_N_m: Array, damping_N_s_m: Array, speed_rad_s: float) -> WhirlThreshold:
@@ -48,5 +48,5 @@ def whirl_threshold(stiffness_N_m: Array, damping_N_s_m: Array, speed_rad_s: flo
     k = (kxx * cyy + kyy * cxx - kxy * cyx - kyx * cxy) / (cxx + cyy)
     square = ((kxx - k) * (kyy - k) - kxy * kyx) / (cxx * cyy - cxy * cyx)
     if not (square > 0.0 and k > 0.0):
-        return STABLE
+        return NO_THRESHOLD
     return WhirlThreshold(math.sqrt(square) / speed_rad_s, k / square)

@@ -15,7 +15,7 @@ import numpy as np
 
 from autobalance.types import Array
 
-CONTACT = 0.99
+CONTACT_ECCENTRICITY_RATIO = 0.99
 """Eccentricity ratio above which smooth surfaces and a stiff bush are a fiction: the film is broken."""
 
 
@@ -98,7 +98,7 @@ TOLERANCE = 1e-11
 
 
 def film_for_load(model: FilmModel, load: float, guess: UnitFilm | None = None) -> UnitFilm | None:
-    """Return the film that carries a load, None where it would be nearer contact than ``CONTACT``.
+    """Return the film that carries a load; None beyond ``CONTACT_ECCENTRICITY_RATIO``.
 
     Newton's method on log load over x = log ε/(1 − ε)², in which the load of a short bearing is nearly
     straight; where a step leaves the bracket it is halved.
@@ -111,7 +111,7 @@ def film_for_load(model: FilmModel, load: float, guess: UnitFilm | None = None) 
     guess : UnitFilm, optional
         A film of the same model near the answer.
     """
-    low, high = -30.0, _stretched(CONTACT)
+    low, high = -30.0, _stretched(CONTACT_ECCENTRICITY_RATIO)
     film = model(0.5) if guess is None else guess
     x = _stretched(film.eccentricity_ratio)
     for _ in range(100):
@@ -119,7 +119,7 @@ def film_for_load(model: FilmModel, load: float, guess: UnitFilm | None = None) 
         if abs(miss) < TOLERANCE:
             return film
         if miss < 0.0:
-            if film.eccentricity_ratio >= CONTACT:
+            if film.eccentricity_ratio >= CONTACT_ECCENTRICITY_RATIO:
                 return None
             low = x
         else:
@@ -127,14 +127,14 @@ def film_for_load(model: FilmModel, load: float, guess: UnitFilm | None = None) 
         ratio = film.eccentricity_ratio
         slope = film.load_slope / film.load / (1.0 / ratio + 2.0 / (1.0 - ratio))
         step = x - miss / slope
-        if step >= high and high == _stretched(CONTACT):
+        if step >= high and high == _stretched(CONTACT_ECCENTRICITY_RATIO):
             step = high
         elif not low < step < high:
             step = 0.5 * (low + high)
         if abs(step - x) < 1e-14:
             return film
         x = step
-        film = model(CONTACT if x == _stretched(CONTACT) else _ratio(x))
+        film = model(CONTACT_ECCENTRICITY_RATIO if x == _stretched(CONTACT_ECCENTRICITY_RATIO) else _ratio(x))
     return film
 
 

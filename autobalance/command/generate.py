@@ -7,7 +7,7 @@ from pathlib import Path
 
 from autobalance.command.options import add_json, add_units
 from autobalance.command.readers import dimensions
-from autobalance.command.verb import SUGGEST, Option, Verb
+from autobalance.command.verb import SUGGEST_OPTION, Option, Verb
 from autobalance.errors import UsageError
 from autobalance.solid.formats.table import written_endings
 
@@ -30,7 +30,7 @@ VERB = Verb(
         "file": Option(("-o", "--output"), metavar="FILE", endings=written_endings),
         "segments": Option(metavar="N"),
         "settings": Option(("--set",), metavar="KEY=VALUE", read=dimensions, repeated=True),
-        "suggest": SUGGEST,
+        "suggest": SUGGEST_OPTION,
     },
     writes=(add_json, add_units),
 )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from autobalance.command.options import add_json, add_units
 from autobalance.command.progress import add_progress, mode_of, shown
 from autobalance.command.readers import bodies_named, body_of, unit_or_mm
-from autobalance.command.verb import NOT_TYPED, SUGGEST, UNIT, Keywords, Option, Verb
+from autobalance.command.verb import NOT_TYPED, SUGGEST_OPTION, UNIT, Keywords, Option, Verb
 from autobalance.errors import JobError, UsageError
 from autobalance.solid.formats.table import endings
 from autobalance.units import STEEL_KG_M3
@@ -80,7 +80,7 @@ VERB = Verb(
         "density_pm_kg_m3": NOT_TYPED,
         "fill_holes_mm": Option(usual="0", unset=True),
         "keep_open": NOT_TYPED,
-        "suggest": SUGGEST,
+        "suggest": SUGGEST_OPTION,
         "against": Option(metavar="FILE", endings=endings),
     },
     writes=(_add_no_crankpin, _add_sections, add_json, add_units, add_progress),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from autobalance.errors import UsageError
 
-REPEATED = 3
+REPEATED_READINGS = 3
 INDEX_DEG = (0.0, 180.0)
-UNTIL = 'amount [g·mm] and angle [deg], as "35.2 191": '
+READING_FORMAT = 'amount [g·mm] and angle [deg], as "35.2 191": '
 
 
 def wizard() -> int:
@@ -20,8 +20,13 @@ def wizard() -> int:
         f"{UMAR_G_MM:g}.\n"
         "One plane is read; the rotor comes off the machine and goes on again between readings."
     )
-    repeated = [_typed_reading(f"reading {n} of {REPEATED}, {UNTIL}") for n in range(1, REPEATED + 1)]
-    index = [_typed_reading(f"crank turned by {turn:g}° on its tooling, {UNTIL}") for turn in INDEX_DEG]
+    repeated = [
+        _typed_reading(f"reading {n} of {REPEATED_READINGS}, {READING_FORMAT}")
+        for n in range(1, REPEATED_READINGS + 1)
+    ]
+    index = [
+        _typed_reading(f"crank turned by {turn:g}° on its tooling, {READING_FORMAT}") for turn in INDEX_DEG
+    ]
     (sizes, angles), (index_sizes, index_angles) = (zip(*each, strict=True) for each in (repeated, index))
     try:
         accuracy = machine_accuracy(sizes, angles, INDEX_DEG, index_sizes, index_angles)

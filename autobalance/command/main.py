@@ -33,11 +33,11 @@ autobalance: error: no command was given; expected one of these, or another of `
   autobalance generate single -o crank.stl           no crank at hand: one is built
   autobalance demo                                   the bundled crank beside the published result
   autobalance app                                    all of it in a browser"""
-INTERRUPTED = 130
-STOPPED = "interrupted; nothing half-written was left"
-DONE = (0, 4)
+INTERRUPTED_EXIT_CODE = 130
+INTERRUPTED_MESSAGE = "interrupted; nothing half-written was left"
+DONE_EXIT_CODES = (0, 4)
 """Exit codes of a command that did what it was asked: within tolerance, or above."""
-QUICK = ("app", "schema", "completion", "calc", "grade")
+QUICK_VERBS = ("app", "schema", "completion", "calc", "grade")
 NO_MEMORY = ("failed to map segment", "can't start new thread", "pthread_create has failed")
 """What the loader of libraries and threads say when there is no memory for them."""
 
@@ -62,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _may_take_long(arguments: Sequence[str]) -> bool:
     """Whether a command reads or computes what may take long; the app is ended by its own ways."""
     called = next((word for word in arguments if not word.startswith("-")), None)
-    return called in VERBS and called not in QUICK and not {"-h", "--help"} & set(arguments)
+    return called in VERBS and called not in QUICK_VERBS and not {"-h", "--help"} & set(arguments)
 
 
 def _stopped(arguments: Sequence[str]) -> int:
@@ -78,7 +78,7 @@ def _answered(arguments: list[str], is_alone: bool) -> int:
         return _guarded(arguments, is_alone)
     with objects.written_as_objects() as objects_out:
         code = _guarded(arguments, is_alone)
-        objects_out.end(is_done=code in DONE)
+        objects_out.end(is_done=code in DONE_EXIT_CODES)
         return code
 
 
@@ -107,10 +107,10 @@ def _last_words() -> int:
     """Say that the command was stopped; return its exit code."""
     as_objects = objects.current()
     if as_objects is None:
-        complain(f"autobalance: {STOPPED}")
+        complain(f"autobalance: {INTERRUPTED_MESSAGE}")
     else:
-        as_objects.fail([STOPPED], INTERRUPTED)
-    return INTERRUPTED
+        as_objects.fail([INTERRUPTED_MESSAGE], INTERRUPTED_EXIT_CODE)
+    return INTERRUPTED_EXIT_CODE
 
 
 def _run(arguments: list[str], is_alone: bool) -> int:

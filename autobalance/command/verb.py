@@ -83,8 +83,8 @@ COMMON: Mapping[str, Option] = {
     "unit": UNIT,
 }
 """Parameters that are typed alike wherever they are."""
-SUGGEST = Option(metavar="KEY=VALUE", read=readers.wanted, repeated=True, alone="")
-EXCLUSIVE = (("workers", "cluster"),)
+SUGGEST_OPTION = Option(metavar="KEY=VALUE", read=readers.wanted, repeated=True, alone="")
+EXCLUSIVE_OPTIONS = (("workers", "cluster"),)
 READERS: Mapping[str, Callable[[str, Any], Any]] = {
     "Sequence[float]": readers.numbers,
     "tuple[float, float]": readers.number_pair,
@@ -144,7 +144,7 @@ class Verb(NamedTuple):
         parser.epilog = "\n".join(lines + ([] if self.notes is None else [self.notes()]))
         declared = self._typed()
         groups = {}
-        for together in EXCLUSIVE:
+        for together in EXCLUSIVE_OPTIONS:
             if all(name in declared for name in together):
                 groups.update(dict.fromkeys(together, parser.add_mutually_exclusive_group()))
         for parameter, option in declared.values():

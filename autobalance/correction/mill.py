@@ -37,7 +37,7 @@ from autobalance.types import Array
 from autobalance.units import wrapped_deg
 from autobalance.wording import bare, degrees, number
 
-UPRIGHT = 1.0 - 1e-6
+MIN_AXIAL_COMPONENT = 1.0 - 1e-6
 """Least component along the axis of a cheek's normal."""
 DEPTH_SHARES = (1.0, 0.5)
 """Shares of the greatest depth that pockets are placed for, if none fits for the first."""
@@ -175,7 +175,11 @@ def upright_cheeks(placed: Solid, work: Workpiece) -> Iterator[tuple[Face, Below
     """Yield the plane cheeks of webs across the axis, each with the metal below it."""
     webs = {web.number: web for web in work.anatomy.webs}
     for face in work.faces:
-        if face.kind == "plane" and face.web is not None and abs(float(face.normal[2])) >= UPRIGHT:
+        if (
+            face.kind == "plane"
+            and face.web is not None
+            and abs(float(face.normal[2])) >= MIN_AXIAL_COMPONENT
+        ):
             yield face, Below.cheek(placed, face, webs[face.web])
 
 

@@ -24,7 +24,7 @@ from autobalance.solid.csg.shape import (
 )
 from autobalance.types import Array
 
-UPRIGHT = 1.0 - 1e-9
+MIN_AXIAL_COMPONENT = 1.0 - 1e-9
 """A face whose normal has this component along the crank axis is drawn in x and y of the rotor frame."""
 STRAIGHT_MM = 1e-4
 """Distance from a straight line within which corners of a mesh's outline are left out."""
@@ -32,7 +32,7 @@ STRAIGHT_MM = 1e-4
 
 def side_of(normal: Array) -> int | None:
     """Return the side from which a cutter reaches a face: 1 for +z, −1 for −z, None across the axis."""
-    return (1 if normal[2] > 0.0 else -1) if abs(float(normal[2])) >= UPRIGHT else None
+    return (1 if normal[2] > 0.0 else -1) if abs(float(normal[2])) >= MIN_AXIAL_COMPONENT else None
 
 
 def region_outline(region: Region, to_rotor: Array) -> dict[str, Any]:

@@ -20,14 +20,14 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid, union
 
-MUCH = 0.3
+MAX_OVERLAP_SHARE = 0.3
 """Share of the lesser of two cuts up to which both may want the same metal. Plans count that twice at first;
 each pass of cutting and planning again leaves about that share of the error."""
 ROUNDING_SHARE = 1e-6
 """Share of it that is not metal, but the rounding of two outlines that touch."""
 STEPS = 5
 """Halvings of the interval for the depth that two cuts may both have: to 3 % of the deeper one."""
-SHALLOWER = 1e-3
+RATE_STEP_SHARE = 1e-3
 """Share of the depth by which a cut is made shallower to measure its rate."""
 
 
@@ -70,11 +70,13 @@ def overlaps(
         if share <= ROUNDING_SHARE:
             continue
         both.append(Overlap(first, second))
-        if share > MUCH:
+        if share > MAX_OVERLAP_SHARE:
             low, high = 0.0, deepest
             for _ in range(STEPS):
                 middle = 0.5 * (low + high)
-                low, high = (middle, high) if _shared(one, other, middle) <= MUCH else (low, middle)
+                low, high = (
+                    (middle, high) if _shared(one, other, middle) <= MAX_OVERLAP_SHARE else (low, middle)
+                )
             apart.append(Apart(first, second, low if low > 0.0 else -1.0))
     return tuple(apart), tuple(both)
 
@@ -123,7 +125,7 @@ def taken_in_turn(
         both = (cut.tool(depth) & earlier).moved(anatomy.rotor_to_file) & solid
         if both.is_empty:
             continue
-        step = SHALLOWER * depth
+        step = RATE_STEP_SHARE * depth
         over = both & cut.tool(depth - step).moved(anatomy.rotor_to_file)
         metal, sooner = (part.moments(density_g_mm3, anatomy.file_to_rotor) for part in (both, over))
         per_mm = (metal - sooner).scaled(1.0 / step)

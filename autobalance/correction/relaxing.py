@@ -71,9 +71,9 @@ class Otherwise:
 
 Relaxing = MoreCuts | WiderLimits | Otherwise
 
-DEEPER = 3.0
+MAX_DEPTH_RATIO = 3.0
 """Greatest multiple of a depth that is tried."""
-THINNER = 0.5
+MAX_WALL_REDUCTION = 0.5
 """Greatest share of a wall that is given up."""
 
 
@@ -82,11 +82,13 @@ def deeper(max_depth_mm: float | None) -> tuple[WiderLimits, ...]:
     if max_depth_mm is None:
         return ()
     text = "deeper by {by:.2g} mm (max_depth_mm = {to:.3g})"
-    return (WiderLimits("max_depth_mm", max_depth_mm, DEEPER - 1.0, text),)
+    return (WiderLimits("max_depth_mm", max_depth_mm, MAX_DEPTH_RATIO - 1.0, text),)
 
 
 def thinner(min_wall_mm: float | None) -> tuple[WiderLimits, ...]:
     """Return the way to a smaller ``min_wall_mm``; empty where there is none."""
     if not min_wall_mm:
         return ()
-    return (WiderLimits("min_wall_mm", min_wall_mm, -THINNER, "a wall of {to:.3g} mm (min_wall_mm)"),)
+    return (
+        WiderLimits("min_wall_mm", min_wall_mm, -MAX_WALL_REDUCTION, "a wall of {to:.3g} mm (min_wall_mm)"),
+    )

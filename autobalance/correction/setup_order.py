@@ -10,7 +10,7 @@ from autobalance.correction.overlap import Overlap
 from autobalance.correction.registry import KINDS
 from autobalance.units import wrapped_deg
 
-AXIAL = 0.9
+MIN_AXIAL_COMPONENT = 0.9
 """Component along the crank axis from which a tool comes from an end and not from the side."""
 ANGLE_DIGITS = 6
 """Angles that differ by less than rounding are one."""
@@ -25,7 +25,7 @@ def side_rank(correction: Correction) -> int:
     along = 0.0 if correction.axis is None else float(correction.axis[2])
     if kind.adds_metal:
         along = -along
-    if abs(along) < AXIAL:
+    if abs(along) < MIN_AXIAL_COMPONENT:
         return FROM_THE_SIDE
     return FROM_ABOVE if along < 0.0 else FROM_BELOW
 

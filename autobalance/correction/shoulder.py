@@ -22,7 +22,7 @@ from autobalance.correction.faces.curve import DepthCurve
 from autobalance.correction.faces.cut import FaceCut, part_name, patches_of
 from autobalance.correction.faces.depth_limit import DepthLimit, depth_limit
 from autobalance.correction.faces.kind import FaceKind
-from autobalance.correction.faces.layer import BACKWARD, FaceLayer
+from autobalance.correction.faces.layer import MAX_NORMAL_COMPONENT, FaceLayer
 from autobalance.correction.faces.lowering import lowering
 from autobalance.correction.faces.patches import (
     ROUNDING_SHARE,
@@ -262,7 +262,7 @@ def shared_depths(cuts: Sequence[ShoulderCut], anatomy: Anatomy, limits: Shoulde
         for j in range(i + 1, len(cuts)):
             other = cuts[j]
             facing = float(one.face.normal @ other.face.normal)
-            if one.face.web is None or one.face.web != other.face.web or facing > BACKWARD:
+            if one.face.web is None or one.face.web != other.face.web or facing > MAX_NORMAL_COMPONENT:
                 continue
             metal = one.height_mm + other.height_mm - _wall_mm(one.face, anatomy, limits)
             shared.append(SharedDepth(i, j, max(metal, 0.0)))
@@ -277,7 +277,7 @@ def _beside_each_other(cuts: Sequence[ShoulderCut]) -> list[tuple[int, int]]:
         if one.face.web is not None
         and one.face.web == other.face.web
         and one.face.id != other.face.id
-        and float(one.face.normal @ other.face.normal) > BACKWARD
+        and float(one.face.normal @ other.face.normal) > MAX_NORMAL_COMPONENT
     ]
 
 

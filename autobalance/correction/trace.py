@@ -34,7 +34,7 @@ GREATEST_VALUE = 1e6
 """Bound of every length [mm] and density [kg/m³] of a correction."""
 ON_PLANE = 0.999
 """Least cosine between normals of facets of one plane."""
-FLAP = 0.5
+FLAP_AREA_SHARE = 0.5
 """Share of a level's forward area below which its net area counts as a flap."""
 
 
@@ -151,7 +151,7 @@ def _of_flaps(heights: Array, along: Array, thin_mm: float) -> NDArray[np.bool_]
     level[order] = np.cumsum(np.diff(heights[order], prepend=heights[order][:1]) > thin_mm)
     net = np.bincount(level, along)
     forth = np.bincount(level, np.maximum(along, 0.0))
-    flaps: NDArray[np.bool_] = (net < FLAP * forth)[level]
+    flaps: NDArray[np.bool_] = (net < FLAP_AREA_SHARE * forth)[level]
     return flaps
 
 

@@ -248,7 +248,7 @@ class Turn(Kind[TurnLimits]):
         if limits.min_radius_mm is None:
             return ()
         text = "turned down further (min_radius_mm = {to:.4g})"
-        return (WiderLimits("min_radius_mm", limits.min_radius_mm, -SMALLER, text),)
+        return (WiderLimits("min_radius_mm", limits.min_radius_mm, -MAX_RADIUS_REDUCTION, text),)
 
     def label(self, item: Item) -> str:
         return "turn rim of web " + ", ".join(str(web) for web in item.get("webs", ()))
@@ -312,6 +312,6 @@ def _reaches_mm(solid: Solid, anatomy: Anatomy) -> dict[int, float]:
     return reaches
 
 
-SMALLER = 0.4
+MAX_RADIUS_REDUCTION = 0.4
 """Greatest share of the least radius that is given up."""
 KIND = Turn()

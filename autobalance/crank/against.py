@@ -19,14 +19,14 @@ from autobalance.types import Array, Indices
 
 POINTS = 400_000
 """Points on the drawing's surface."""
-TRIED = 2_000
+COMPARED_POINTS = 2_000
 """Points of the scan by which alignments are compared ..."""
-FITTED = 20_000
+REFINED_POINTS = 20_000
 """... and by which the best one is refined, in so many rounds."""
 ROUNDS = 12
 OUTLIER = 4.0
 """Points farther off than so many times the typical distance do not count in the alignment: dents, cuts."""
-BESIDE = 3.0
+MAX_ASIDE_SPACINGS = 3.0
 """Nearest points that lie aside by more spacings than this are not below: at an edge, or beyond a hole."""
 
 
@@ -71,10 +71,10 @@ def aligned(mesh: Mesh, anatomy: Anatomy, other: Mesh, other_anatomy: Anatomy) -
     here, there = mesh.moved(anatomy.file_to_rotor), other.moved(other_anatomy.file_to_rotor)
     surface = _Surface.of(there)
     areas = vertex_areas(here)
-    tried = _some(here.vertices, TRIED)
+    tried = _some(here.vertices, COMPARED_POINTS)
     turns = list(_turns(anatomy, other_anatomy))
     turn = min(turns, key=lambda each: float(np.median(np.abs(surface.distances(_back(tried, each))))))
-    motion = _refined(_some(here.vertices, FITTED), surface, turn)
+    motion = _refined(_some(here.vertices, REFINED_POINTS), surface, turn)
     return Aligned(motion, turn, surface.distances(_back(here.vertices, motion)), areas)
 
 
@@ -159,7 +159,7 @@ class _Surface:
         arm = points - self.points.take(nearest, axis=0)
         along = np.einsum("ij,ij->i", arm, self.normals.take(nearest, axis=0))
         whole = np.linalg.norm(arm, axis=1)
-        aside = np.sqrt(np.maximum(whole**2 - along**2, 0.0)) > BESIDE * self.spacing_mm
+        aside = np.sqrt(np.maximum(whole**2 - along**2, 0.0)) > MAX_ASIDE_SPACINGS * self.spacing_mm
         return np.asarray(np.where(aside, np.copysign(whole, along), along))
 
 

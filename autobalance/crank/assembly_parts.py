@@ -26,7 +26,7 @@ Role = Literal[
 
 BORE_RADII = 1.02
 """A pin or bearing lies within this many radii of the eye's bore: drawn with no play, or pressed in."""
-BUSH = 0.7
+MIN_BORE_SHARE = 0.7
 """A bearing in an eye leaves at least this share of the bore's radius free."""
 WRIST_PIN_WIDTHS = 1.25
 """A wrist pin is longer than this many widths of the small end; bushes are not."""
@@ -36,7 +36,7 @@ CANDIDATES = 24
 """And is one of so many largest bodies: of a bin of equal parts none is looked at for long."""
 ON_PIN = 0.05
 """The big end's axis is the crankpin's when they are apart by less than this share of the bore's radius."""
-ROOM = 0.02
+MAX_PROTRUSION_SHARE = 0.02
 """Rings and clips stand out of the piston's box by at most this share of its size."""
 EQUAL_VOLUME_SHARE = 1e-3
 """Bodies whose volumes differ by less are the same part again."""
@@ -133,7 +133,7 @@ def _beside_a_rod(body: BodySource, rods: Sequence[RodEyes]) -> AssemblyPart:
                 continue
             if eye is eyes.small and float(np.ptp(placed[:, 2])) > WRIST_PIN_WIDTHS * eye.width_mm:
                 return AssemblyPart(body, "wrist_pin", number)
-            if float(away.min()) > BUSH * radius:
+            if float(away.min()) > MIN_BORE_SHARE * radius:
                 role: Role = "small_end_bearing" if eye is eyes.small else "big_end_bearing"
                 return AssemblyPart(body, role, number)
     return AssemblyPart(body, "other")
@@ -158,7 +158,7 @@ def _with_pistons(parts: Sequence[AssemblyPart], rods: Sequence[RodEyes]) -> lis
             continue
         piston = max(around, key=lambda place: assembly[place].body.source.volume_mm3)
         assembly[piston] = AssemblyPart(assembly[piston].body, "piston", number)
-        room = ROOM * float(np.ptp(boxes[piston], axis=0).max())
+        room = MAX_PROTRUSION_SHARE * float(np.ptp(boxes[piston], axis=0).max())
         for place, box in boxes.items():
             inside = (box[0] > boxes[piston][0] - room).all() and (box[1] < boxes[piston][1] + room).all()
             if place != piston and inside:

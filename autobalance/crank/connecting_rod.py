@@ -20,7 +20,7 @@ from autobalance.units import N_M_PER_G_MM2_S2
 
 TURN_RAD = np.radians(np.arange(0.0, 360.0, 0.25))
 
-ALONG = np.array([[0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+X_TO_Z = np.array([[0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 """Takes a rod's x, which runs along it, to z."""
 ROUNDING = 1e-7
 """Corners this near to a cut, as a share of the rod's diagonal, lie on it."""
@@ -110,7 +110,7 @@ class MeasuredRod:
     @cached_property
     def cut_halves_g(self) -> tuple[float, float]:
         """Big and small piece of the rod cut at its centre of mass; the lever rule is better [g]."""
-        placed = self.source.solid.mesh.moved(ALONG @ self.eyes.file_to_rod)
+        placed = self.source.solid.mesh.moved(X_TO_Z @ self.eyes.file_to_rod)
         slab = Slab(placed.vertices, placed.triangles, ROUNDING * placed.diagonal_mm)
         low, high = float(placed.bounds[0, 2]), float(placed.bounds[1, 2])
         cut = self.rod.centre_from_big_end_mm

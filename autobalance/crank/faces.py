@@ -26,7 +26,7 @@ LEAST_SIDE_AREA_SHARE = 5e-3
 """The same for faces not square to the axis."""
 HEIGHT_CELLS = 50.0
 """Triangles of one plane are first sought at heights this many roundings apart."""
-STRADDLING = 0.2
+STRADDLING_AREA_SHARE = 0.2
 """A plane may straddle that grid; a cell with this share of a face's least area is looked at ..."""
 MOST_OF = 0.7
 """... and followed up if the cells around it hold this share of that area."""
@@ -37,7 +37,7 @@ FLAT_SHARE = 2e-6
 file's origin: a few roundings of float32."""
 SQUARE_RAD = 0.02
 """Faces whose normal is this close to the crank axis are square to it."""
-NEARLY = 0.99
+FACE_AREA_SHARE = 0.99
 """Triangles of a face lean from its mean by rounding: their areas add up to nearly its own."""
 SAME_RADIUS = 1e-3
 """Corners whose distances from an axis differ by less than this share may be facets of one cylinder."""
@@ -199,7 +199,7 @@ def _side_directions(look: _SearchInput) -> list[Array]:
     vectors = size[:, None] * unit
     chosen: list[Array] = []
     for place in np.argsort(-area, kind="stable"):
-        if area[place] < STRADDLING * least:
+        if area[place] < STRADDLING_AREA_SHARE * least:
             break
         inside = by_cell[end_of[place - 1] if place else 0 : end_of[place]]
         total = vectors.take(inside, axis=0).sum(axis=0)
@@ -265,7 +265,7 @@ def _connected(triangles: Indices, doubled_areas: Array, least_mm2: float) -> li
     used, corners = compacted(triangles, int(triangles.max()) + 1)
     number, count = numbered_components(corners, int(used.sum()))
     label = number.take(corners[:, 0])
-    enough = np.bincount(label, doubled_areas, count) > NEARLY * 2.0 * least_mm2
+    enough = np.bincount(label, doubled_areas, count) > FACE_AREA_SHARE * 2.0 * least_mm2
     return [np.flatnonzero(label == group) for group in np.flatnonzero(enough)]
 
 

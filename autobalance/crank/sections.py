@@ -15,12 +15,12 @@ from autobalance.crank.recognition.section_stack import rotated
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.slicing.slab import EVERYTHING, Part, Slab
+from autobalance.solid.slicing.slab import WHOLE_SLAB, Part, Slab
 from autobalance.types import Array
 
 Kind = Literal["main journal", "crankpin", "web", "counterweight", "shaft"]
 
-ROOM = 0.05
+SHOULDER_MARGIN_RATIO = 0.05
 """A journal's metal beside a shoulder that stands around it reaches to its radius and this share more."""
 ASIDE_SHARE = 1e-5
 """Distance from a face, as a share of the part's diagonal, beyond the face's rounding."""
@@ -206,7 +206,7 @@ class _Cutter:
                 with_webs.append(replace(span, pin_number=rest))
         return with_webs
 
-    def moments(self, span: _Span, part: Part = EVERYTHING) -> Moments:
+    def moments(self, span: _Span, part: Part = WHOLE_SLAB) -> Moments:
         """Return the moments of a stretch's metal, or of part of it."""
         return self._layers.moments((span.low, span.high), self.density_g_mm3, part)
 
@@ -222,7 +222,7 @@ class _Cutter:
         """Return the moments of the web's metal in a stretch, or of its part beyond the axis."""
         assert span.web is not None
         side = away_from_crankpin(span.web, self.anatomy) if beyond else None
-        moments = self.moments(span, EVERYTHING if side is None else Part(side=side))
+        moments = self.moments(span, WHOLE_SLAB if side is None else Part(side=side))
         return moments if span.pin is None else moments - self._beside_shoulder(span, side)
 
     def moments_of_web(self, spans: Sequence[_Span]) -> Moments:
@@ -240,7 +240,7 @@ class _Cutter:
         the shoulder is apart from it, and scaled to the whole stretch.
         """
         assert span.pin is not None
-        part = Part(span.pin.centre_mm[:2], 0.5 * (1.0 + ROOM) * span.pin.diameter_mm, side)
+        part = Part(span.pin.centre_mm[:2], 0.5 * (1.0 + SHOULDER_MARGIN_RATIO) * span.pin.diameter_mm, side)
         aside = min(ASIDE_SHARE * self.mesh.diagonal_mm, 0.1 * (span.high - span.low))
         inner = self.moments(replace(span, low=span.low + aside, high=span.high - aside), part)
         return inner.scaled((span.high - span.low) / (span.high - span.low - 2.0 * aside))
@@ -255,11 +255,11 @@ def away_from_crankpin(web: Web, anatomy: Anatomy) -> Array:
     beside = beside or list(anatomy.throws[:1])
     towards = sum((throw.direction for throw in beside), np.zeros(2))
     length = float(np.linalg.norm(towards))
-    unit: Array = -(towards / length if length > OPPOSED else beside[0].direction)
+    unit: Array = -(towards / length if length > OPPOSITE_TOLERANCE else beside[0].direction)
     return unit
 
 
-OPPOSED = 1e-3
+OPPOSITE_TOLERANCE = 1e-3
 """Crankpins on both sides of a web are opposite each other if their directions add up to less than this."""
 
 

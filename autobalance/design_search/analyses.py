@@ -17,7 +17,7 @@ from autobalance.job.files.design_keys import DEFAULT_ANALYSES
 from autobalance.studies.workers import Workers
 from autobalance.types import Array
 
-FEWEST = 6
+MIN_FIRST_ANALYSES = 6
 """Least number of designs analysed in the first generation."""
 SAME_PLACE = 1e-3
 """Distance, as a share of the bounds, within which a design adds nothing new."""
@@ -38,7 +38,7 @@ def analysed_next(
     left = most - len(findings.analysed)
     generations = math.ceil(options.evaluations / options.population)
     if number == 1:
-        count = left if generations == 1 else min(left, max(math.ceil(left / 2), FEWEST))
+        count = left if generations == 1 else min(left, max(math.ceil(left / 2), MIN_FIRST_ANALYSES))
         chosen = _far_apart([each.variables for each in rows], count, problem.bounds)
     else:
         count = math.ceil(max(left, 0) / max(generations - number + 1, 1))

@@ -27,7 +27,7 @@ from autobalance.units import wrapped_deg
 ROUGH_ANGLES = 72
 ROUGH_MM = 0.1
 """Extra clearance of a design that is judged only at every fifth degree."""
-FACING = -0.7
+MAX_NORMAL_COMPONENT = -0.7
 NO_LIMIT_MM = 1e6
 
 
@@ -185,7 +185,7 @@ def _least_wall(outline: Array) -> tuple[float, int]:
     normal = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     x, y = (points[None, :, axis] - points[:, None, axis] for axis in (0, 1))
     through = x * normal[:, :1] + y * normal[:, 1:] < 0.0
-    facing = (normal @ normal.T < FACING) & through & through.T
+    facing = (normal @ normal.T < MAX_NORMAL_COMPONENT) & through & through.T
     distance = np.where(facing, np.sqrt(x * x + y * y), np.inf)
     place = int(distance.argmin()) // len(points)
     return min(float(distance.min()), 1e6), 2 * place

@@ -14,8 +14,8 @@ from autobalance.design_search.search import Generation
 from autobalance.errors import FileError, file_errors
 from autobalance.studies.journal import made_folder
 
-SEARCH = "search.jsonl"
-WRITTEN = ("design.json", "front.svg", "front.png", SEARCH)
+SEARCH_FILE = "search.jsonl"
+WRITTEN_FILES = ("design.json", "front.svg", "front.png", SEARCH_FILE)
 DESIGNS = "designs"
 
 
@@ -41,7 +41,7 @@ class KeptSearch:
         self._folder, self._fingerprint = folder, fingerprint
         if folder is None:
             return
-        lines = [] if fresh else _lines(folder / SEARCH)
+        lines = [] if fresh else _lines(folder / SEARCH_FILE)
         if any(line.get("design") != fingerprint for line in lines):
             raise FileError(f"{folder} holds another design's search; choose another folder, or --fresh")
         self.generations = [Generation.of_line(line) for line in takewhile(_is_as_written, lines)]
@@ -50,11 +50,11 @@ class KeptSearch:
             if fresh:
                 _forget(folder)
             text = "".join(self._text(generation) for generation in self.generations)
-            (folder / SEARCH).write_text(text, encoding="utf-8")
+            (folder / SEARCH_FILE).write_text(text, encoding="utf-8")
 
     def keep(self, generation: Generation) -> None:
         if self._folder is not None:
-            with (self._folder / SEARCH).open("a", encoding="utf-8") as stream:
+            with (self._folder / SEARCH_FILE).open("a", encoding="utf-8") as stream:
                 stream.write(self._text(generation))
 
     def _text(self, generation: Generation) -> str:
@@ -88,7 +88,7 @@ def _lines(path: Path) -> list[dict[str, Any]]:
 
 def _forget(folder: Path) -> None:
     """Delete everything that searches have written to the folder."""
-    for name in WRITTEN:
+    for name in WRITTEN_FILES:
         (folder / name).unlink(missing_ok=True)
     if (folder / DESIGNS).is_dir():
         shutil.rmtree(folder / DESIGNS)

@@ -27,15 +27,15 @@ from autobalance.types import Array
 
 RAYS, LEVELS = 60, 24
 """Number of a part's rays, and of radii on each."""
-BETWEEN = (0.75, 0.5, 0.25)
+OBJECTIVE_SHARES = (0.75, 0.5, 0.25)
 """Shares of the first of two objectives in the weighted sums that linear programmes minimize."""
-NEGLIGIBLE = 1e-6
+MIN_FRONT_WIDTH_SHARE = 1e-6
 """Least difference of the two ends of a front, as a share."""
-CORNER = 0.5
+CORNER_STEP_SHARE = 0.5
 """Step of the outline at a corner, as a share of the range of a part's radii."""
 CLOSE_DEG = 0.7
 """Half the angle between the control points on the two sides of a corner."""
-INDEPENDENT = 1e-5
+NEGLIGIBLE_EFFECT_SHARE = 1e-5
 """Share of the greatest effect below which an effect on a balance component is only rounding of the file."""
 
 
@@ -60,7 +60,7 @@ class LevelSet:
 
 Closeness = tuple[int, int]
 """Control points at a corner, on the side of the lesser radius and on that of the greater; (0, 0): none."""
-CLOSE: tuple[Closeness, ...] = ((2, 2), (1, 2), (1, 1), (0, 0))
+CLOSENESS_STEPS: tuple[Closeness, ...] = ((2, 2), (1, 2), (1, 1), (0, 0))
 
 
 def begun(problem: Problem, level: Sequence[LevelSet], close: Closeness) -> tuple[Problem, list[Array]]:
@@ -150,8 +150,8 @@ def level_sets(problem: Problem) -> list[LevelSet]:
     if len(sets) == 2:
         columns = [COLUMNS[names[place]] for place in known[:2]]
         apart = np.abs(sets[0][2] - sets[1][2])[columns]
-        if (apart > NEGLIGIBLE * np.abs(sets[0][2])[columns]).all():
-            for share in BETWEEN:
+        if (apart > MIN_FRONT_WIDTH_SHARE * np.abs(sets[0][2])[columns]).all():
+            for share in OBJECTIVE_SHARES:
                 weights = np.zeros(len(names))
                 weights[known[:2]] = np.array([share, 1.0 - share]) * apart[0] / apart
                 weights[known[1]] *= PER_UNIT[names[known[0]]] / PER_UNIT[names[known[1]]]
@@ -265,7 +265,7 @@ def _best(problem: Problem, tables: Sequence[_Table], pull: Array) -> tuple[list
     size = np.maximum(np.abs(every).max(axis=0), 1e-300)
     reach_mm = max(abs(z) for web in problem.free.webs for z in web.z_mm)
     scale = size[:2].max() * np.array([1.0, 1.0, reach_mm, reach_mm])
-    moved = [k for k in range(rows) if size[k] > INDEPENDENT * scale[k]]
+    moved = [k for k in range(rows) if size[k] > NEGLIGIBLE_EFFECT_SHARE * scale[k]]
     count = sum(len(table.radii_mm) for table in tables)
     one = csr_array(
         (np.ones(len(every)), (np.repeat(np.arange(count), LEVELS), np.arange(len(every)))),
@@ -326,7 +326,7 @@ def corners_rad(free: FreeMetal, part: int, radii_mm: Array) -> list[float]:
         while end + 1 < RAYS and abs(radii_mm[end + 1] - radii_mm[end]) > 0.02 * tall:
             end += 1
         first, last = radii_mm[ray], radii_mm[end]
-        if end > ray and abs(last - first) > CORNER * tall and end - ray <= 3:
+        if end > ray and abs(last - first) > CORNER_STEP_SHARE * tall and end - ray <= 3:
             between = radii_mm[ray + 1 : end] ** 2
             filled = float(((between - last**2) / (first**2 - last**2)).sum())
             corners.append(float(rays[ray]) + wide * (0.5 + filled))

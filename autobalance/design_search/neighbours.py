@@ -24,7 +24,7 @@ MOST_PAIRS = 100_000
 """Pairs of an angle range and an outline side examined in all. Two outlines of many corners that pass each
 other at one distance all the time need more: the bound is then as far as this goes, some tenths [mm]."""
 MOST_TURNS = 20
-BETWEEN = 64
+POINTS_BETWEEN = 64
 """Points examined between two neighbouring points of an outline, where a neighbour comes nearest."""
 AT_ONCE = 20_000
 """Pairs of a point and an angle that are evaluated together."""
@@ -303,7 +303,7 @@ def _finer(points_mm: Array, place: int) -> Array:
     low, high = max(place - 1, 0), min(place + 1, len(points_mm) - 1)
     if high == low:
         return points_mm
-    share = np.linspace(0.0, 1.0, BETWEEN * (high - low) + 1)
+    share = np.linspace(0.0, 1.0, POINTS_BETWEEN * (high - low) + 1)
     here = np.arange(low, high + 1, dtype=float)
     at = low + share * (high - low)
     dense = np.stack([np.interp(at, here, points_mm[low : high + 1, axis]) for axis in (0, 1)], axis=1)

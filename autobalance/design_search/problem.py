@@ -40,7 +40,7 @@ G_MM2_PER_KG_MM2 = 1000.0
 LOAD, STRESS, FREQUENCY = "greatest_main_load_N", "greatest_stress_MPa", "first_frequency_hz"
 COLUMNS = {"mass_g": 4, "polar_inertia_kg_mm2": 5}
 """Columns of the moments' gradient."""
-AIM = 1e-9
+BALANCE_TOLERANCE = 1e-9
 """Share of the permissible value to which the balance is solved, by the profiles' own moments."""
 MAX_SHARE = 0.01
 """Share of every permissible value that the residual of a written design may reach."""
@@ -207,7 +207,7 @@ class Problem:
             )
             scale = np.array([1.0, 1.0, 1.0 / lever, 1.0 / lever])[:rows]
             left = scale * state[:rows]
-            if np.abs(left).max() <= AIM * tolerance.permissible_g_mm:
+            if np.abs(left).max() <= BALANCE_TOLERANCE * tolerance.permissible_g_mm:
                 break
             slopes = gradient[:, :rows] * scale
             free = np.ones(len(point), dtype=bool)

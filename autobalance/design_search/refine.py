@@ -14,14 +14,14 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.types import Array
 
 REFINEMENTS = 60
-TIMES = 3
+RESTARTS = 3
 """Restarts of the descent from its last end, the only place at which the balance is met exactly."""
 PER_UNIT = {"mass_g": 1.0, "polar_inertia_kg_mm2": 1.0 / G_MM2_PER_KG_MM2}
 """Units of the objectives per unit of their columns."""
 CLEAR_MM = 1e-3
 """Margin that the constraints of a refined design keep: met exactly, rounding would break them."""
-INDEPENDENT = 1e-6
-EACH = 2
+NEGLIGIBLE_EFFECT_SHARE = 1e-6
+LIMITED_PLACE_SPACING = 2
 """Spacing of the outline's places that the descent keeps within limits one by one."""
 
 
@@ -38,7 +38,7 @@ def refined(problem: Problem, candidate: Candidate, objective: int) -> Candidate
 def refined_sum(problem: Problem, candidate: Candidate, weights: Array) -> Candidate:
     """Return a design improved in a weighted sum of objectives, with weights (k,) of masses and inertias."""
     pull = pull_of(problem, weights)
-    for _ in range(TIMES):
+    for _ in range(RESTARTS):
         better = judged(problem, _descended(problem, candidate.variables, pull))
         gain = float(weights @ (candidate.objectives - better.objectives))
         mended = better.violation < candidate.violation
@@ -129,11 +129,11 @@ def outline_margins(problem: Problem, variables: Array) -> list[Array]:
         profile, radii = problem.free.profiles[k], amounts.radii_mm[k]
         if problem.design.envelope.radius_mm is not None:
             far = np.linalg.norm(profile.outline_mm(radii), axis=1)
-            margins.append(problem.design.envelope.radius_mm - far[::EACH])
+            margins.append(problem.design.envelope.radius_mm - far[::LIMITED_PLACE_SPACING])
         if part.min_curvature_radius_mm > 0.0:
             thickness = amounts.thickness_mm[k] or problem.free.thickness_mm(k)
             least = profile.curvature_radii_mm(problem.free.bodies[k].radii_at(radii, thickness))[1:-1]
-            margins.append(1.0 - part.min_curvature_radius_mm / least[::EACH])
+            margins.append(1.0 - part.min_curvature_radius_mm / least[::LIMITED_PLACE_SPACING])
     return margins
 
 
@@ -148,7 +148,7 @@ def _independent_rows(problem: Problem, slopes: Array) -> Array:
     reach_mm = max(abs(z) for web in problem.free.webs for z in web.z_mm)
     scales = 1.0 / (length * np.array([1.0, 1.0, reach_mm, reach_mm]))
     left, sizes, _ = np.linalg.svd((slopes[:, :4] * scales).T[:rows], full_matrices=False)
-    strong = sizes > INDEPENDENT * max(float(sizes.max()), 1e-300)
+    strong = sizes > NEGLIGIBLE_EFFECT_SHARE * max(float(sizes.max()), 1e-300)
     rows_out = np.zeros((int(strong.sum()), 4))
     rows_out[:, :rows] = (left[:, strong] / sizes[strong]).T * scales[:rows]
     return rows_out

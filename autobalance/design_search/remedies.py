@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from autobalance.design_search.level_sets import CLOSE, begun, level_set_for_balance
+from autobalance.design_search.level_sets import CLOSENESS_STEPS, begun, level_set_for_balance
 from autobalance.design_search.problem import MAX_SHARE, Problem
 from autobalance.job.files.design import FreePart
 
@@ -30,7 +30,7 @@ def _is_met(problem: Problem) -> bool:
     level = level_set_for_balance(problem)
     if level is None:
         return False
-    gathered, [variables] = begun(problem, [level], CLOSE[-1])
+    gathered, [variables] = begun(problem, [level], CLOSENESS_STEPS[-1])
     moments = gathered.moments(gathered.solved(variables))[0]
     return gathered.tolerance(moments).used_share(gathered.residual(moments)) <= MAX_SHARE
 

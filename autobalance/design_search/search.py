@@ -14,7 +14,7 @@ import numpy as np
 
 from autobalance.design_search.analyses import analysed_next
 from autobalance.design_search.candidates import Candidate, SearchResult, completed, judged
-from autobalance.design_search.level_sets import CLOSE, Closeness, LevelSet, begun, level_sets
+from autobalance.design_search.level_sets import CLOSENESS_STEPS, Closeness, LevelSet, begun, level_sets
 from autobalance.design_search.problem import Problem
 from autobalance.design_search.refine import refined_sum
 from autobalance.design_search.strength_model import Analysed
@@ -151,7 +151,7 @@ def _ways_to_begin(
     problem: Problem, level: Sequence[LevelSet]
 ) -> Iterator[tuple[Closeness, Problem, list[Array]]]:
     """Yield each closeness of control points at corners, its problem, and the variables to begin from."""
-    for close in CLOSE:
+    for close in CLOSENESS_STEPS:
         gathered, variables = begun(problem, level, close)
         if (np.diff(gathered.bounds) >= 0.0).all():  # points far apart may find no room for their corners
             yield close, gathered, variables

@@ -16,9 +16,9 @@ from autobalance.types import Array
 
 LENGTHS = (0.5, 1.0, 2.0, 4.0)
 """Lengths tried, times the root of the number of variables: designs anywhere are about half of that apart."""
-NOISES = (1e-6, 1e-3, 1e-1)
+NOISE_VARIANCES = (1e-6, 1e-3, 1e-1)
 """Variances of a mesh's own noise that are tried, relative to the variance of the values."""
-LINE = 10.0
+LINE_VARIANCE = 10.0
 """Variance of the straight line, relative to that of the values."""
 LEAST_ERROR = 1e-3
 """Least error of any prediction, as a share: no mesh is better."""
@@ -99,7 +99,7 @@ class StrengthModel:
     def errors_at(self, variables: Array) -> dict[str, float]:
         """Return the standard deviation of the predictions for a design, by name, as shares."""
         own = _shares(self.bounds, variables)
-        whole = LINE * (1.0 + float((own * own).sum())) + 1.0
+        whole = LINE_VARIANCE * (1.0 + float((own * own).sum())) + 1.0
         errors = {}
         for name, each in self.processes.items():
             row = self._row(variables, each.length)
@@ -112,7 +112,7 @@ class StrengthModel:
         place = _shares(self.bounds, variables)
         products = (self.places * place).sum(axis=1)
         square = ((self.places - place) ** 2).sum(axis=1)
-        covariance: Array = LINE * (1.0 + products) + np.exp(-0.5 * square / length**2)
+        covariance: Array = LINE_VARIANCE * (1.0 + products) + np.exp(-0.5 * square / length**2)
         return covariance
 
     @property
@@ -142,8 +142,8 @@ def _process(places: Array, logs: Array) -> _Process:
     best: _Process | None = None
     for share in LENGTHS:
         length = share * float(np.sqrt(places.shape[1]))
-        smooth = LINE * (1.0 + products) + np.exp(-0.5 * square / length**2)
-        for noise in NOISES:
+        smooth = LINE_VARIANCE * (1.0 + products) + np.exp(-0.5 * square / length**2)
+        for noise in NOISE_VARIANCES:
             inverse = np.linalg.inv(smooth + noise * np.eye(len(places)))
             weights = inverse @ (centred / scale)
             left_out = weights / np.diag(inverse)  # each one's error, predicted from the others alone

@@ -19,7 +19,7 @@ from autobalance.solid.mesh.measure import soup_moments
 from autobalance.types import Array
 
 PASSES = 6
-STALLED = 1e-3
+MIN_IMPROVEMENT_SHARE = 1e-3
 """Least change of the residual in a pass, as a share: with less, bounds stand in the way."""
 AIM_SHARE = 0.1
 """Share of the limit that is aimed at: the frame found again on the file moves by its rounding."""
@@ -74,7 +74,10 @@ def written(problem: Problem, variables: Array) -> WrittenDesign:
         design = _written_design(problem, solved)
         if best is None or design.used_share < best.used_share:
             best = design
-        if best.used_share <= AIM_SHARE * MAX_SHARE or abs(design.used_share - before) <= STALLED * before:
+        if (
+            best.used_share <= AIM_SHARE * MAX_SHARE
+            or abs(design.used_share - before) <= MIN_IMPROVEMENT_SHARE * before
+        ):
             break
         before = design.used_share
         off = design.residual.components - problem.residual(problem.moments(solved)[0]).components

@@ -15,7 +15,7 @@ from autobalance.bearings import rolling
 from autobalance.bearings.film import JournalBearing, friction_moment_N_m
 from autobalance.units import M_PER_MM, N_PER_G_MM_S2, RAD_S_PER_RPM
 
-CONTACT = 0.99
+CONTACT_ECCENTRICITY_RATIO = 0.99
 """Eccentricity ratio above which a plain bearing touches."""
 TABLE_STEP_RAD_S = 2.0
 """Step of speeds between which the friction of films is interpolated linearly."""
@@ -180,7 +180,11 @@ class PlainBearings:
             rest = 1.0 - ratio**2
             return ratio * math.sqrt((ratio / rest**2) ** 2 + (0.25 * math.pi) ** 2 / rest**3) - load_number
 
-        return None if carried(CONTACT) < 0.0 else float(brentq(carried, 0.0, CONTACT, xtol=1e-14))
+        return (
+            None
+            if carried(CONTACT_ECCENTRICITY_RATIO) < 0.0
+            else float(brentq(carried, 0.0, CONTACT_ECCENTRICITY_RATIO, xtol=1e-14))
+        )
 
 
 BenchBearings = DryBearings | RollingBearings | PlainBearings

@@ -15,12 +15,12 @@ from scipy.integrate import solve_ivp
 from autobalance.bearings.mobility import squeeze_velocity
 from autobalance.types import Array, Complex
 
-SETTLED = 2e-4
+CYCLE_CHANGE_TOLERANCE = 2e-4
 """Greatest change of an eccentricity ratio between cycles of a settled path."""
 MOST_CYCLES = 12
-ACCURACY = 2e-5
+ABSOLUTE_TOLERANCE = 2e-5
 """Absolute accuracy of the eccentricity ratio in an integration step."""
-RELATIVE = 1e-4
+RELATIVE_TOLERANCE = 1e-4
 HALF_SPEED = 0.5
 """Mean speed of both surfaces over the journal's, with the bush at rest."""
 
@@ -62,7 +62,7 @@ class JournalPaths:
     @property
     def is_periodic(self) -> bool:
         """Whether the paths repeat."""
-        return self.off < SETTLED
+        return self.off < CYCLE_CHANGE_TOLERANCE
 
 
 def journal_paths(
@@ -113,14 +113,14 @@ def journal_paths(
             method="BDF",
             t_eval=ends,
             vectorized=True,
-            rtol=RELATIVE,
-            atol=ACCURACY,
+            rtol=RELATIVE_TOLERANCE,
+            atol=ABSOLUTE_TOLERANCE,
             first_step=1e-3 * step,
         )
         path = solved.y[:mains] + 1j * solved.y[mains:]
         off = float(np.abs(path[:, -1] - path[:, 0]).max())
         start = solved.y[:, -1]
-        if off < SETTLED:
+        if off < CYCLE_CHANGE_TOLERANCE:
             break
     passed = path[:, :count]
     angle = step * np.arange(count)

@@ -15,7 +15,7 @@ import numpy as np
 
 from autobalance.types import Array
 
-SHORTEST = 1e-12
+MIN_EQUIVALENT_LENGTH = 1e-12
 """Least Le [1/mm³]: that of a solid shaft of 1 m diameter and 1 mm length."""
 
 
@@ -93,7 +93,7 @@ def throw_stiffness_n_m_rad(length_per_mm3: float, shear_modulus_mpa: float) -> 
     ValueError
         If the length is not positive: the webs are so broad that the formula does not hold.
     """
-    if not length_per_mm3 > SHORTEST:
+    if not length_per_mm3 > MIN_EQUIVALENT_LENGTH:
         raise ValueError("the formula gives a throw without torsional flexibility")
     return math.pi * shear_modulus_mpa / (32.0 * length_per_mm3) * 1e-3
 

@@ -13,7 +13,7 @@ from autobalance.dynamics.rotor_matrices import Sparse
 from autobalance.dynamics.rotor_preparation import KEPT_FREQUENCIES, SPARE_MODES, PreparedRotor
 from autobalance.dynamics.rotor_reduction import ReducedRotor, reduced_rotor
 from autobalance.dynamics.whirl_modes import (
-    OVERDAMPED,
+    MAX_DAMPING_RATIO,
     Whirl,
     WhirlMode,
     frequencies_with_zeros,
@@ -23,7 +23,7 @@ from autobalance.dynamics.whirl_modes import (
 )
 from autobalance.types import Array, Complex
 
-SCANNED = 120
+SCANNED_SPEEDS = 120
 """Number of speeds at which frequencies are compared with the speed, without a direct solution."""
 EQUAL_SPEED_SHARE = 1e-8
 """Greatest relative difference of two critical speeds reported as one."""
@@ -154,7 +154,7 @@ def _definite(stiffness: Array, inertia: Complex, rigid: int | None) -> tuple[Ar
 
 
 def _searched(reduced: ReducedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
-    speeds = upper_rad_s * np.linspace(1e-4, 1.0, SCANNED + 1)
+    speeds = upper_rad_s * np.linspace(1e-4, 1.0, SCANNED_SPEEDS + 1)
     above = np.array([frequencies_with_zeros(reduced, float(speed))[0] - speed for speed in speeds])
     criticals = []
     for step, branch in zip(*np.nonzero((above[:-1] > 0.0) != (above[1:] > 0.0)), strict=True):
@@ -163,7 +163,7 @@ def _searched(reduced: ReducedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
             return float(frequencies_with_zeros(reduced, speed)[0][branch]) - speed
 
         speed = float(brentq(beyond, speeds[step], speeds[step + 1], xtol=1e-8 * upper_rad_s, rtol=1e-9))
-        if frequencies_with_zeros(reduced, speed)[1][int(branch)] <= OVERDAMPED:
+        if frequencies_with_zeros(reduced, speed)[1][int(branch)] <= MAX_DAMPING_RATIO:
             critical = _on_the_line(reduced, speed)
             if critical is not None:
                 criticals.append(critical)

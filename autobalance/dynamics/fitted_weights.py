@@ -17,10 +17,10 @@ from autobalance.dynamics.weights_with_sum import Fitted, places_with_sum, weigh
 from autobalance.integer_program import IntegerProgram, solution
 from autobalance.types import Array, Complex
 
-ACCURACY = 0.007
+MAX_BOUND_EXCESS_SHARE = 0.007
 """Greatest share by which the worst residual may exceed the bound."""
 SOLVER_GAP = 0.003
-NEGLIGIBLE = 1e-6
+NEGLIGIBLE_RESIDUAL_SHARE = 1e-6
 """Share of the greatest initial reading below which a residual is negligible."""
 TANGENTS = 24
 """Sides of each circle's first polygon."""
@@ -31,7 +31,7 @@ SECONDS = 40.0
 """Longest time of the solver; ``bound`` shows what is not proven by then."""
 ROUNDING_SHARE = 1e-7
 """Relative tolerance on the limit of a sum, for rounding."""
-TIE = 1e-7
+TIE_BREAKING_COST = 1e-7
 """Cost of a weight relative to the residual: of equal sets, the smaller is taken."""
 
 
@@ -167,7 +167,7 @@ class _Search:
             weights = self._judged(*self._fitted(program, x), bound) if x is not None else None
             if weights is not None and self._allowed(weights) and weights.worst < best.worst:
                 best = weights
-            proven = best.worst <= (1.0 + ACCURACY) * bound + NEGLIGIBLE
+            proven = best.worst <= (1.0 + MAX_BOUND_EXCESS_SHARE) * bound + NEGLIGIBLE_RESIDUAL_SHARE
             best = replace(best, bound=bound, proven=proven)
             if x is None or proven or time.monotonic() > end:
                 break
@@ -281,7 +281,7 @@ class _Search:
         for number, (row, _, _) in enumerate(program.rows):
             matrix[number, list(row)] = list(row.values())
         whole = np.array([False, *program.whole])
-        cost = np.where(whole, TIE, 0.0)
+        cost = np.where(whole, TIE_BREAKING_COST, 0.0)
         cost[0] = 1.0
         low, high = zip(*((low, high) for _, low, high in program.rows), strict=True)
         answer = solution(

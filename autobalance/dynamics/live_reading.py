@@ -8,9 +8,9 @@ import re
 from collections import deque
 from dataclasses import dataclass, field
 
-ONE = ("amount", "angle")
+ONE_PLANE_GROUPS = ("amount", "angle")
 """Groups of a line with one plane; ``plane`` is its name."""
-BOTH = ("amount_a", "angle_a", "amount_b", "angle_b")
+TWO_PLANE_GROUPS = ("amount_a", "angle_a", "amount_b", "angle_b")
 """Groups of a line with both planes."""
 
 
@@ -42,7 +42,7 @@ class LineFormat:
             return {}
         groups = match.groupdict()
         pairs: dict[str | None, tuple[str | None, str | None]]
-        if BOTH[0] in groups:
+        if TWO_PLANE_GROUPS[0] in groups:
             pairs = {name: (groups[f"amount_{end}"], groups[f"angle_{end}"]) for name, end in ("Aa", "Bb")}
         else:
             pairs = {self._name(groups.get("plane")): (groups["amount"], groups["angle"])}

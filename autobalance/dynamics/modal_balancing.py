@@ -22,7 +22,7 @@ from autobalance.dynamics.critical_speeds import EQUAL_SPEED_SHARE
 from autobalance.dynamics.rotor_reduction import ReducedRotor
 from autobalance.types import Array, Complex
 
-SINGULAR = 1e-9
+MIN_SINGULAR_VALUE_RATIO = 1e-9
 """Least over greatest singular value below which the planes cannot balance the modes."""
 
 
@@ -104,7 +104,7 @@ def modal_correction(
     if not (scale > 0.0).all():
         raise ValueError("the planes lie in nodes of a mode and cannot reach it")
     strength = np.linalg.svd(at_planes / scale, compute_uv=False)
-    if strength[-1] < SINGULAR * strength[0]:
+    if strength[-1] < MIN_SINGULAR_VALUE_RATIO * strength[0]:
         raise ValueError("the planes cannot reach the modes one by one: two lie together, or all in nodes")
     correction, *_ = np.linalg.lstsq(at_planes / scale, -(at_unbalances @ amount) / scale[:, 0], rcond=None)
     return np.asarray(correction)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     Sparse = sparse.csc_matrix[np.float64]
 else:
     Sparse = sparse.csc_matrix
-TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
+PLANE_COUPLING = np.array([[0.0, 1.0], [-1.0, 0.0]])
 """Coupling of the planes by a spinning polar inertia: Ω Ip ψ̇y in the row of x, −Ω Ip ψ̇x in that of y."""
 LEAST_SHAPE_POINTS = 40
 
@@ -76,7 +76,7 @@ class RotorMatrices:
     @cached_property
     def gyroscopic(self) -> Sparse:
         """Gyroscopic matrix of both planes; times the speed it is part of the damping matrix."""
-        return sparse.kron(self.gyroscopic_1, TURN, format="csc")
+        return sparse.kron(self.gyroscopic_1, PLANE_COUPLING, format="csc")
 
     @cached_property
     def springs(self) -> tuple[tuple[int, Bearing], ...]:

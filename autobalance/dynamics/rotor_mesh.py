@@ -10,13 +10,13 @@ from autobalance.dynamics.beam_element import Elements, elements_of, stretch_of
 from autobalance.dynamics.beam_rotor import BeamRotor, BeamTheory, ShaftSection, cowper_shear_factor
 from autobalance.types import Array
 
-CLASSICAL = 0
+CLASSICAL_DEGREE = 0
 """Degree of elements in a number set by the user."""
-REFINED = 3
+REFINED_DEGREE = 3
 """Degree of elements in a number set by the accuracy."""
 PHASE_PER_ELEMENT = 2.0
 """Greatest wave number × length [rad] of a refined element with about 1e-6 of error in frequency."""
-MERGED = 1e-6
+MERGED_SECTION_SHARE = 1e-6
 """Share of a section within which a division moves to the bearing, disc or probe beside it."""
 
 
@@ -35,7 +35,11 @@ class RotorMesh:
 
 
 def mesh_of(
-    rotor: BeamRotor, stations_m: Array, top_frequency_rad_s: float, degree: int = REFINED, finer: float = 1.0
+    rotor: BeamRotor,
+    stations_m: Array,
+    top_frequency_rad_s: float,
+    degree: int = REFINED_DEGREE,
+    finer: float = 1.0,
 ) -> RotorMesh:
     """Divide a rotor's shaft, with a node at each station.
 
@@ -58,7 +62,7 @@ def mesh_of(
             section, (stations_m - start) / section.length_m, top_frequency_rad_s, finer, rotor.beam
         )
         stretch = stretch_of(section, shares, rotor.beam)
-        groups.append(elements_of(stretch, CLASSICAL if section.elements else degree))
+        groups.append(elements_of(stretch, CLASSICAL_DEGREE if section.elements else degree))
         lengths.append(stretch.length_m)
         firsts.append(count)
         count += len(shares) - 1
@@ -70,11 +74,11 @@ def _shares(
     section: ShaftSection, stations: Array, top_rad_s: float, finer: float, beam: BeamTheory
 ) -> Array:
     """Return the ends of the elements as shares 0 to 1 of a section."""
-    inner = np.unique(stations[(stations > MERGED) & (stations < 1.0 - MERGED)])
-    inner = inner[np.concatenate([[True], np.diff(inner) > MERGED])] if len(inner) else inner
+    inner = np.unique(stations[(stations > MERGED_SECTION_SHARE) & (stations < 1.0 - MERGED_SECTION_SHARE)])
+    inner = inner[np.concatenate([[True], np.diff(inner) > MERGED_SECTION_SHARE])] if len(inner) else inner
     if section.elements:
         even = np.linspace(0.0, 1.0, section.elements + 1)
-        near = np.abs(even[:, None] - inner[None, :]).min(axis=1, initial=np.inf) <= MERGED
+        near = np.abs(even[:, None] - inner[None, :]).min(axis=1, initial=np.inf) <= MERGED_SECTION_SHARE
         near[[0, -1]] = False
         return np.sort(np.concatenate([even[~near], inner]))
     ends = np.concatenate([[0.0], inner, [1.0]])

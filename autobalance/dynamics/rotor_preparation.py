@@ -9,7 +9,7 @@ import numpy as np
 
 from autobalance.dynamics.beam_rotor import BeamRotor
 from autobalance.dynamics.rotor_matrices import RotorMatrices, rotor_matrices
-from autobalance.dynamics.rotor_mesh import REFINED, mesh_of, wave_number_per_m
+from autobalance.dynamics.rotor_mesh import REFINED_DEGREE, mesh_of, wave_number_per_m
 from autobalance.dynamics.rotor_reduction import ReducedRotor, planar_modes, reduced_rotor
 from autobalance.dynamics.whirl_modes import modes_at, refined
 from autobalance.errors import JobError
@@ -113,7 +113,7 @@ def _divided(
     top = max(top_speed_rad_s, _first_guess_rad_s(rotor, planar))
     finer = 1.0
     for _ in range(TRIES):
-        matrices = rotor_matrices(rotor, mesh_of(rotor, stations, top, REFINED, finer))
+        matrices = rotor_matrices(rotor, mesh_of(rotor, stations, top, REFINED_DEGREE, finer))
         frequency, _, _ = planar_modes(matrices)
         top_needed = max(top_speed_rad_s, float(frequency[:planar][-1]))
         if all(section.elements for section in rotor.sections):
@@ -121,7 +121,9 @@ def _divided(
         if not 0.5 * top <= top_needed <= 1.02 * top:
             top = 1.01 * top_needed
             continue
-        closer, _, _ = planar_modes(rotor_matrices(rotor, mesh_of(rotor, stations, top, REFINED + 1, finer)))
+        closer, _, _ = planar_modes(
+            rotor_matrices(rotor, mesh_of(rotor, stations, top, REFINED_DEGREE + 1, finer))
+        )
         count = min(planar, len(frequency), len(closer))
         known = closer[:count] > 1e-3 * top
         off = np.abs(frequency[:count][known] / closer[:count][known] - 1.0)

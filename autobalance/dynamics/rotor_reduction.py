@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh, null_space
 
-from autobalance.dynamics.rotor_matrices import TURN, RotorMatrices
+from autobalance.dynamics.rotor_matrices import PLANE_COUPLING, RotorMatrices
 from autobalance.types import Array
 
 ROUNDING = 1e-12
@@ -45,7 +45,7 @@ class ReducedRotor:
 
     @cached_property
     def _gyroscopic(self) -> Array:
-        return np.asarray(np.kron(self.gyroscopic_1, TURN))
+        return np.asarray(np.kron(self.gyroscopic_1, PLANE_COUPLING))
 
     @cached_property
     def _shaft(self) -> Array:

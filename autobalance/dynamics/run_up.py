@@ -14,7 +14,7 @@ from autobalance.types import Array, Complex
 KEPT_SPEEDS = 3.0
 """Highest frequency of the kept planar modes, as a multiple of the highest speed."""
 PRECISION = 1e-7
-STIFF = 10.0
+STIFF_FREQUENCY_RATIO = 10.0
 """Ratio of the highest frequency to the highest speed above which implicit steps are cheaper."""
 
 
@@ -84,7 +84,7 @@ def run_up(
     scale = float(np.abs(load).max()) or 1.0
     tolerance = PRECISION * scale * np.repeat([1.0, max(abs(start_rad_s), abs(end_rad_s))], size)
     start = _steady(kept, start_rad_s, load)
-    stiff = np.linalg.norm(springs, 2) > (STIFF * max(start_rad_s, end_rad_s)) ** 2
+    stiff = np.linalg.norm(springs, 2) > (STIFF_FREQUENCY_RATIO * max(start_rad_s, end_rad_s)) ** 2
     solution = solve_ivp(
         rate,
         (0.0, duration_s),

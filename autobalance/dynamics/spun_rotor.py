@@ -16,7 +16,7 @@ from autobalance.types import Array
 
 UnbalanceKind = Literal["balanced", "static", "couple", "quasi_static", "dynamic"]
 
-NEGLIGIBLE = 1e-9
+ROUNDING_SHARE = 1e-9
 """Share of the sum of the parts' sizes below which the remainder of parts that cancel is rounding."""
 
 
@@ -97,14 +97,14 @@ class SpunRotor:
     def kind(self) -> UnbalanceKind:
         """Return the kind of unbalance by ISO 21940-1."""
         resultant, couple = self.unbalance_g_mm, self.couple_g_mm2
-        no_resultant = abs(resultant) <= NEGLIGIBLE * self.size_g_mm
-        no_couple = abs(couple) <= NEGLIGIBLE * self.size_g_mm * self.lever_mm
+        no_resultant = abs(resultant) <= ROUNDING_SHARE * self.size_g_mm
+        no_couple = abs(couple) <= ROUNDING_SHARE * self.size_g_mm * self.lever_mm
         if no_couple:
             return "balanced" if no_resultant else "static"
         if no_resultant:
             return "couple"
         across = abs((couple * resultant.conjugate()).imag) / abs(resultant)
-        in_line = across <= NEGLIGIBLE * self.size_g_mm * self.lever_mm
+        in_line = across <= ROUNDING_SHARE * self.size_g_mm * self.lever_mm
         return "quasi_static" if in_line else "dynamic"
 
     @property

@@ -17,7 +17,7 @@ from autobalance.dynamics.torsion_chain import NODE, TorsionChain, TorsionMode, 
 from autobalance.types import Array, Complex
 
 Integers = NDArray[np.int64]
-RIGID = 1e-12
+RIGID_MODE_SHARE = 1e-12
 """Share of the greatest ω² below which a mode is a rigid rotation, but for rounding."""
 SAME_RATIO = 1e-9
 """Greatest relative difference of equal speeds along the two ways of a closed train."""
@@ -219,7 +219,7 @@ def modal_damping(stiffness: Array, mass: Array, ratio: float) -> Array:
         ζ.
     """
     square, vectors = _unit_modes(stiffness, mass)
-    square[square < RIGID * square.max(initial=0.0)] = 0.0
+    square[square < RIGID_MODE_SHARE * square.max(initial=0.0)] = 0.0
     weighted = mass[:, None] * vectors
     return np.asarray((2.0 * ratio * np.sqrt(square)) * weighted @ weighted.T)
 

@@ -17,11 +17,11 @@ from autobalance.types import Array, Complex
 
 Whirl = Literal["forward", "backward", "mixed"] | None
 
-OVERDAMPED = 0.99
+MAX_DAMPING_RATIO = 0.99
 """Damping ratio above which a mode is no vibration."""
-PLANAR = 1e-6
+PLANAR_AREA_RATIO = 1e-6
 """Ratio of swept area to the square of the greatest amplitude below which motion is in a plane."""
-UNSTRAINED = 1e-3
+RIGID_MOTION_SHARE = 1e-3
 """Greatest share of its kinetic energy by which a mode may differ from a rigid-body motion."""
 ONE_VALUE = 1e-8
 """Relative distance of two eigenvalues below which rounding decides the whirl of their modes."""
@@ -126,7 +126,7 @@ def frequencies_with_zeros(reduced: ReducedRotor, speed_rad_s: float) -> tuple[A
 def _vibrates(values: Complex) -> NDArray[np.bool_]:
     size = np.maximum(np.abs(values), np.finfo(float).tiny)
     still = 1e-9 * float(np.median(size)) if len(size) else 0.0
-    return (values.imag > still) & (-values.real / size <= OVERDAMPED)
+    return (values.imag > still) & (-values.real / size <= MAX_DAMPING_RATIO)
 
 
 def _everything(reduced: ReducedRotor, speed_rad_s: float) -> Complex:
@@ -173,7 +173,7 @@ def _state(damping: Array, stiffness: Array) -> tuple[Array, float]:
 def _rigid(reduced: ReducedRotor, vectors: Complex) -> NDArray[np.bool_]:
     """Return a mask of the modes that strain neither shaft nor bearings, as those of free rotors."""
     share = np.sum(np.abs(reduced.rigid.T @ vectors) ** 2, axis=0)
-    rigid: NDArray[np.bool_] = share >= (1.0 - UNSTRAINED) * np.sum(np.abs(vectors) ** 2, axis=0)
+    rigid: NDArray[np.bool_] = share >= (1.0 - RIGID_MOTION_SHARE) * np.sum(np.abs(vectors) ** 2, axis=0)
     return rigid
 
 
@@ -188,7 +188,10 @@ def whirl_of_orbits(x: Complex, y: Complex) -> Whirl:
     """Return the common sense of orbits Re(x exp iωt), Re(y exp iωt): x to y is forward; None in a plane."""
     area = -(np.conj(x) * y).imag
     largest = float(np.max(np.abs(x) ** 2 + np.abs(y) ** 2, initial=0.0))
-    forward, backward = (area > PLANAR * largest).any(), (area < -PLANAR * largest).any()
+    forward, backward = (
+        (area > PLANAR_AREA_RATIO * largest).any(),
+        (area < -PLANAR_AREA_RATIO * largest).any(),
+    )
     if forward and backward:
         return "mixed"
     return "forward" if forward else "backward" if backward else None

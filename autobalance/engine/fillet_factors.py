@@ -35,7 +35,7 @@ MEANING = {
     "d_journal": "journal bore over the crankpin",
     "d_pin": "crankpin bore over the crankpin",
 }
-FORGED = 1.0
+FORGED_FACTOR = 1.0
 """K of a crank forged without continuous grain flow: 1.05 with it, 0.93 of cast steel with rolled fillets."""
 LEAST_FILLET_MM = 2.0
 """Smaller fillets than this have the fatigue strength of this one."""
@@ -203,7 +203,7 @@ def polar_modulus_mm3(diameter_mm: float, bore_mm: float) -> float:
 
 
 def fatigue_strength_MPa(
-    tensile_MPa: float, diameter_mm: float, fillet_mm: float, k: float = FORGED
+    tensile_MPa: float, diameter_mm: float, fillet_mm: float, k: float = FORGED_FACTOR
 ) -> float:
     """Return the alternating stress that a crank without surface treatment bears in its fillets for ever.
 

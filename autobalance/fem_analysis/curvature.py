@@ -11,7 +11,7 @@ from autobalance.types import Array, Indices
 SHARPEST_RAD = math.radians(30.0)
 """A steeper edge is a true edge, not a facet of a curved surface; netgen draws the line there too."""
 FLATTEST_RAD = 1e-3
-FINEST = 12.0
+MAX_REFINEMENT = 12.0
 """A local size is never less than the mesh's own over this: a fillet of 0.01 mm is not resolved."""
 MOST_POINTS = 200_000
 
@@ -47,7 +47,7 @@ def curvature_sizes(
     curved = (angle > FLATTEST_RAD) & (angle < SHARPEST_RAD) & (length > 0.0)
     edge_mm = share_of_radius * altitudes[curved] / (2.0 * angle[curved])
     finer = edge_mm < size_mm
-    sizes = np.maximum(edge_mm[finer], size_mm / FINEST)
+    sizes = np.maximum(edge_mm[finer], size_mm / MAX_REFINEMENT)
     return _along(ends[curved][finer], length[curved][finer], sizes)
 
 

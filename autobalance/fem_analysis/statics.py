@@ -21,8 +21,15 @@ from autobalance.fem_analysis.two_level import TwoLevelSolver
 from autobalance.types import Array
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
-WAYS = ("move along x", "move along y", "move along z", "turn about x", "turn about y", "turn about z")
-EDGE = 1e-7
+RIGID_MOTIONS = (
+    "move along x",
+    "move along y",
+    "move along z",
+    "turn about x",
+    "turn about y",
+    "turn about z",
+)
+BOX_MARGIN_SHARE = 1e-7
 """A corner counts as inside a box that it misses by this share of the body's size: files round."""
 
 
@@ -110,11 +117,11 @@ def held_dofs(body: ElasticBody, holds: Sequence[Hold]) -> NDArray[np.bool_]:
     motions = rigid_motions(body.places_mm)
     at_holds = motions[flat]
     if len(at_holds) == 0:
-        raise JobError(f"fix holds nothing; the body can still {', '.join(WAYS)}")
+        raise JobError(f"fix holds nothing; the body can still {', '.join(RIGID_MOTIONS)}")
     _, sizes, rows = np.linalg.svd(at_holds, full_matrices=False)
     loose = rows[sizes < 1e-6 * np.sqrt(len(at_holds))]
     if len(loose):
-        ways = [WAYS[k] for k in np.flatnonzero(np.linalg.norm(loose, axis=0) > 0.1)]
+        ways = [RIGID_MOTIONS[k] for k in np.flatnonzero(np.linalg.norm(loose, axis=0) > 0.1)]
         raise JobError(f"the body can still {' and '.join(ways)}; add fix boxes that hold it")
     return flat
 
@@ -149,7 +156,7 @@ def _facets_in(body: ElasticBody, box_mm: Box, name: str) -> NDArray[np.int64]:
     """Return the boundary facets of which every corner lies in a box."""
     facets = body.mesh.boundary_facets()
     corners = body.mesh.p[:, body.mesh.facets[:, facets]]  # (3, 3, f)
-    edge = EDGE * float(np.ptp(body.places_mm, axis=0).max())
+    edge = BOX_MARGIN_SHARE * float(np.ptp(body.places_mm, axis=0).max())
     low, high = (np.asarray(corner)[:, None, None] for corner in box_mm)
     inside = ((corners >= low - edge) & (corners <= high + edge)).all(axis=(0, 1))
     if not inside.any():

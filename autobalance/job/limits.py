@@ -31,7 +31,7 @@ OF_FACES = {
     "same_depth": "one depth for all faces",
     "min_wall_mm": "metal to leave behind the new face",
 }
-USUAL = {
+USUAL_LIMITS = {
     "sector_deg": "all around",
     "max_depth_mm": "strength of the metal",
     "min_wall_mm": "a quarter of the web",
@@ -102,7 +102,7 @@ def _shared_keys() -> tuple[Key, ...]:
     """Return the keys of the top level that kinds share."""
     hints = get_type_hints(FaceLimits, include_extras=True)
     return tuple(
-        _key(each, hints, OF_FACES[each.name], USUAL.get(each.name, ""))
+        _key(each, hints, OF_FACES[each.name], USUAL_LIMITS.get(each.name, ""))
         for each in fields(FaceLimits)
         if each.name in FACE_KEYS
     )

@@ -10,7 +10,7 @@ from autobalance.correction import KINDS
 from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.job.read import Job, parse
 
-USUAL = "simple"
+USUAL_PREFERENCE = "simple"
 """What `balance` spares where a job does not say."""
 
 
@@ -21,7 +21,9 @@ def for_recut(job: Job, correction: Mapping[str, Any] | None) -> Job:
     deepened, unless the table says otherwise. A report says ``"simple"`` where its job said nothing.
     """
     table = dict(job.raw["correction"] if correction is None else correction)
-    if table.get("prefer", USUAL) == USUAL and (correction is None or "prefer" not in correction):
+    if table.get("prefer", USUAL_PREFERENCE) == USUAL_PREFERENCE and (
+        correction is None or "prefer" not in correction
+    ):
         table["prefer"] = "same_setup"
     method = table.get("method", [])
     for name in [method] if isinstance(method, str) else method:

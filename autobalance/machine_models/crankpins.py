@@ -12,7 +12,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 PIN_SEGMENTS = 96
-SLIGHTLY = 1e-4
+PIN_OVERLAP_SHARE = 1e-4
 """Share by which the flats of a crankpin that is put in lie outside its bore, and its ends outside its webs:
 no sliver is left between, nor where two planes are one but for rounding."""
 BEYOND, BEHIND = 1.15, 0.1
@@ -42,12 +42,12 @@ def with_crankpins(solid: Solid, crank: Crank) -> Solid:
         pin = throw.crankpin
         z = float(pin.centre_mm[2])
         webs = _beside(crank.anatomy, z)
-        radius = 0.5 * pin.diameter_mm * (1.0 + SLIGHTLY) / math.cos(math.pi / PIN_SEGMENTS)
+        radius = 0.5 * pin.diameter_mm * (1.0 + PIN_OVERLAP_SHARE) / math.cos(math.pi / PIN_SEGMENTS)
         place = (float(pin.centre_mm[0]), float(pin.centre_mm[1]))
         outside = throw.direction * (throw.crank_radius_mm + BEYOND * radius)
         low = _metal_mm(solid, webs[0], outside, BEHIND * radius)[0]
         high = _metal_mm(solid, webs[1], outside, BEHIND * radius)[1]
-        proud = SLIGHTLY * pin.diameter_mm
+        proud = PIN_OVERLAP_SHARE * pin.diameter_mm
         solid = solid + Solid.prism(Region.circle(radius, PIN_SEGMENTS, place), low - proud, high + proud)
     return solid
 

@@ -16,11 +16,11 @@ from autobalance.crank.anatomy import Pin
 from autobalance.fem_analysis.mesher import CORNERS, TetrahedronMesh
 from autobalance.types import Array, Indices
 
-FLATTENED = 0.2
+MIN_VOLUME_SHARE = 0.2
 """Elements of which less than this share of their volume is left stay where the mesher put them."""
 TRIES = 5
 FACES = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
-WITHIN = (0.05, 0.95)
+EXAMINED_RADIUS_SHARES = (0.05, 0.95)
 """Shares of the radius between which corners of the solid show whether it has the arc."""
 OFF_ARC = 0.1
 DRAWN_ONTO = (0.6, 1.03)
@@ -53,7 +53,7 @@ class FilletRing:
     def is_drawn(self, corners_mm: Array) -> bool:
         """Return whether a solid of these corners (n, 3) has this arc."""
         out, along = (each / self.radius_mm for each in self.coordinates(corners_mm))
-        low, high = WITHIN
+        low, high = EXAMINED_RADIUS_SHARES
         inside = (out > low) & (out < high) & (along > low) & (along < high)
         if not inside.any():
             return False
@@ -101,7 +101,7 @@ def on_arcs(mesh: TetrahedronMesh, rings: Sequence[FilletRing]) -> TetrahedronMe
         places = ring.drawn_onto(places, surface)
     before = _volumes(mesh.nodes_mm, mesh.tetrahedra)
     for _ in range(TRIES):
-        flat = _volumes(places, mesh.tetrahedra) / before < FLATTENED
+        flat = _volumes(places, mesh.tetrahedra) / before < MIN_VOLUME_SHARE
         if not flat.any():
             return replace(mesh, nodes_mm=places)
         back = np.unique(mesh.tetrahedra[flat])

@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance.bearings.orbit import short_film_unit_n
 from autobalance.crank.anatomy import Anatomy, Pin
-from autobalance.crank.sections import ROOM, away_from_crankpin
+from autobalance.crank.sections import SHOULDER_MARGIN_RATIO, away_from_crankpin
 from autobalance.dynamics.crank_bending import throw_bending
 from autobalance.dynamics.crank_in_films import JournalFilms, journal_paths, taken_n
 from autobalance.dynamics.crank_on_springs import CrankOnSprings, Stretch
@@ -178,7 +178,7 @@ def _without(solid: Solid, anatomy: Anatomy) -> Solid:
 
 
 def _around(journal: Pin) -> Solid:
-    radius, (x, y) = 0.5 * (1.0 + ROOM) * journal.diameter_mm, journal.centre_mm[:2]
+    radius, (x, y) = 0.5 * (1.0 + SHOULDER_MARGIN_RATIO) * journal.diameter_mm, journal.centre_mm[:2]
     return Solid.prism(Region.circle(radius, JOURNAL_SIDES, (float(x), float(y))), *journal.z_range_mm)
 
 

@@ -28,7 +28,7 @@ from autobalance.types import Floats
 if TYPE_CHECKING:
     from autobalance.crank.against import AgainstDrawing
 
-FILLED = 0.05
+MIN_FILLED_SHARE = 0.05
 """Share of the box around a crankpin that even a hollow one fills."""
 
 
@@ -173,4 +173,4 @@ def holds_crankpins(anatomy: Anatomy, solid: Solid) -> bool:
     pin = anatomy.throws[0].crankpin
     half = 0.5 * np.array([pin.diameter_mm, pin.diameter_mm, 0.1 * pin.width_mm])
     place = Solid.box(pin.centre_mm - half, pin.centre_mm + half).moved(anatomy.rotor_to_file)
-    return (place & solid).volume_mm3 > FILLED * place.volume_mm3
+    return (place & solid).volume_mm3 > MIN_FILLED_SHARE * place.volume_mm3

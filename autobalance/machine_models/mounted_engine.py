@@ -14,9 +14,9 @@ from autobalance.job.model.mounts import Mounts
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
-HIGHEST = 8
+HIGHEST_ORDER = 8
 ANGLES = 720
-WIDEST = (-0.5, 1.5)
+FACTOR_SEARCH_RANGE = (-0.5, 1.5)
 """Factors between which the best is looked for: beyond 0 and 1 the crank is under- or overbalanced."""
 STEPS = 201
 Torque = Callable[[float], Mapping[float, complex]]
@@ -57,7 +57,7 @@ def inertia_torque(engine: Engine) -> Torque:
     spectrum = -np.fft.rfft(torque) * (2.0 / ANGLES)
 
     def at(speed: float) -> Mapping[float, complex]:
-        return {float(n): complex(spectrum[n]) * speed**2 for n in range(1, HIGHEST + 1)}
+        return {float(n): complex(spectrum[n]) * speed**2 for n in range(1, HIGHEST_ORDER + 1)}
 
     return at
 
@@ -74,7 +74,7 @@ def analysed(
     def motions(factor: float) -> dict[float, Complex]:
         return {order: ends[0][order] + factor * (ends[1][order] - ends[0][order]) for order in ends[0]}
 
-    tried = np.linspace(*WIDEST, STEPS)
+    tried = np.linspace(*FACTOR_SEARCH_RANGE, STEPS)
     best = {}
     for name, place in mounts.points:
         worst = [float(_velocity(mounts, motions(float(f)), place).max()) for f in tried]
@@ -87,7 +87,7 @@ def analysed(
 def _motions(mounts: Mounts, engine: Engine, torque: Torque) -> dict[float, Complex]:
     """Return the centre's motion (k, 6) by order over the speeds."""
     speeds = mounts.speeds_rad_s
-    by_order = {order.order: order for order in engine.orders(1.0, HIGHEST)}
+    by_order = {order.order: order for order in engine.orders(1.0, HIGHEST_ORDER)}
     torques = [torque(float(speed)) for speed in speeds]
     side = -1.0 if engine.clockwise else 1.0
     mirror = np.array([1.0, side])

@@ -21,7 +21,7 @@ MPA_PER_GPA = 1e3
 E_GPA, NU = 210.0, 0.3
 """Of steel."""
 N_M2_PER_N_MM2 = 1e-6
-WEIGHTLESS = 8.0
+MASSLESS_DENSITY_KG_M3 = 8.0
 """Density of the shaft [kg/m³], a thousandth of steel's: the discs have the crank's mass."""
 LEAST_SHARE = 1e-9
 MEANING = (
@@ -60,7 +60,13 @@ def straight_rotor(crank: Crank, speed_rpm: float, bearing_n_m: float | None) ->
     throws = tuple(throw_bending(shape, youngs, shear) for shape in throw_shapes(crank))
     low, _ = _reach_mm(crank)
     shaft = [
-        {"length_mm": b - a, "outer_mm": diameter, "density_kg_m3": WEIGHTLESS, "e_gpa": E_GPA, "nu": NU}
+        {
+            "length_mm": b - a,
+            "outer_mm": diameter,
+            "density_kg_m3": MASSLESS_DENSITY_KG_M3,
+            "e_gpa": E_GPA,
+            "nu": NU,
+        }
         for a, b, diameter in _lengths(crank, youngs, shear)
     ]
     bearings = []

@@ -17,7 +17,7 @@ import numpy as np
 from autobalance.crank.anatomy import Anatomy, Pin
 from autobalance.errors import JobError
 from autobalance.job.model.crank_readings import Calibrate, CrankReadings
-from autobalance.machine_models.scan_uncertainty import ONE, Patches, mass_noise_g, systematic
+from autobalance.machine_models.scan_uncertainty import ONE_AXIS_SIGMAS_95, Patches, mass_noise_g, systematic
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.mesh.mesh import Mesh
@@ -27,7 +27,7 @@ OPEN_SKIN_MM, OPEN_SCALE = 0.5, 2e-3
 """What a scanner of unknown accuracy leaves open, 95 %: sprayed powder, no calibration."""
 SAME_DIAMETER = 0.02
 """A micrometer reading is of the journals whose diameters differ from it by less than this share."""
-CONTRADICTS = 3.0
+CONTRADICTION_SIGMAS = 3.0
 """Readings that differ by more than so many standard deviations contradict each other."""
 LEAST_SIGMA = 1e-6
 """Of readings that claim to be exact, in mm or g."""
@@ -114,11 +114,13 @@ class Scanned:
     @property
     def open(self) -> Array:
         """Covariance (3, 3) of skin, scale and the facets' share before anything is measured."""
-        covariance = np.diag([(OPEN_SKIN_MM / ONE) ** 2, (OPEN_SCALE / ONE) ** 2, 1.0])
+        covariance = np.diag(
+            [(OPEN_SKIN_MM / ONE_AXIS_SIGMAS_95) ** 2, (OPEN_SCALE / ONE_AXIS_SIGMAS_95) ** 2, 1.0]
+        )
         if self.accuracy_mm is not None:
             covariance[:2, :2] = systematic(self.accuracy_mm, self.mesh.diagonal_mm)
         if self.facets is not None and self.facets.missing.mass_g != 0.0:
-            covariance[2, 2] = (self.facets.mass_bar_g / self.facets.missing.mass_g / ONE) ** 2
+            covariance[2, 2] = (self.facets.mass_bar_g / self.facets.missing.mass_g / ONE_AXIS_SIGMAS_95) ** 2
         return covariance
 
 
@@ -147,7 +149,7 @@ def calibration_of(crank: Scanned, readings: CrankReadings) -> Calibration | Non
     weighed = readings.weighed_g
     whole, missing = crank.whole, crank.missing
     if weighed is not None and readings.calibrate != "density":
-        sigma = max(math.hypot(readings.weighed_pm_g, crank.noise_pm_g) / ONE, LEAST_SIGMA)
+        sigma = max(math.hypot(readings.weighed_pm_g, crank.noise_pm_g) / ONE_AXIS_SIGMAS_95, LEAST_SIGMA)
         row = (skin.mass_g, 3.0 * whole.mass_g, -missing.mass_g)
         seen.append(_Observation("mass", row, whole.mass_g - weighed, sigma))
     values, covariance = _solved(crank, seen)
@@ -159,7 +161,7 @@ def calibration_of(crank: Scanned, readings: CrankReadings) -> Calibration | Non
         share = weighed / (crank.moments.mass_g + added.mass_g)
         density, added = share * density, added.scaled(share)
     covariance = covariance[:2, :2]
-    pm = ONE * np.sqrt(np.diag(covariance))
+    pm = ONE_AXIS_SIGMAS_95 * np.sqrt(np.diag(covariance))
     difference = None if weighed is None else whole.mass_g - weighed
     odd = [*_odd_diameters(seen, values), *_odd_mass(crank, readings, values, skin)]
     return Calibration(
@@ -186,13 +188,13 @@ def _mass_pm_g(crank: Scanned, readings: CrankReadings, skin: Moments) -> float:
         return readings.weighed_pm_g
     row = np.array([skin.mass_g, 3.0 * crank.whole.mass_g, -crank.missing.mass_g])
     _, covariance = _solved(crank, _diameters(crank, readings))
-    of_scan, noise = float(row @ covariance @ row), (crank.noise_pm_g / ONE) ** 2
+    of_scan, noise = float(row @ covariance @ row), (crank.noise_pm_g / ONE_AXIS_SIGMAS_95) ** 2
     if readings.weighed_g is None:
-        return ONE * math.sqrt(of_scan + noise)
-    weighed = (readings.weighed_pm_g / ONE) ** 2
-    denser = (crank.density_pm * crank.moments.mass_g / ONE) ** 2
+        return ONE_AXIS_SIGMAS_95 * math.sqrt(of_scan + noise)
+    weighed = (readings.weighed_pm_g / ONE_AXIS_SIGMAS_95) ** 2
+    denser = (crank.density_pm * crank.moments.mass_g / ONE_AXIS_SIGMAS_95) ** 2
     k = of_scan / max(of_scan + noise + weighed, LEAST_SIGMA**2)
-    return ONE * math.sqrt((1.0 - k) ** 2 * (of_scan + noise + denser) + k**2 * weighed)
+    return ONE_AXIS_SIGMAS_95 * math.sqrt((1.0 - k) ** 2 * (of_scan + noise + denser) + k**2 * weighed)
 
 
 def _skin(crank: Scanned) -> Moments:
@@ -228,7 +230,7 @@ def _diameters(crank: Scanned, readings: CrankReadings) -> list[_Observation]:
             )
         mean = float(np.mean([pins[name][number].diameter_mm for number in alike]))
         of_fit = math.hypot(*(sure[name][number].diameter_pm_mm for number in alike)) if sure else 0.0
-        sigma = math.hypot(readings.micrometer_pm_mm / ONE, of_fit / len(alike))
+        sigma = math.hypot(readings.micrometer_pm_mm / ONE_AXIS_SIGMAS_95, of_fit / len(alike))
         observations.append(_Observation(name, (2.0, mean, 0.0), mean - size, max(sigma, LEAST_SIGMA)))
     return observations
 
@@ -242,7 +244,7 @@ def _solved(crank: Scanned, seen: Sequence[_Observation]) -> tuple[Array, Array]
     values = gain @ np.array([each.off for each in seen])
     for number, each in enumerate(seen):
         if each.name == "mass":
-            heavier = crank.density_pm * crank.moments.mass_g / ONE
+            heavier = crank.density_pm * crank.moments.mass_g / ONE_AXIS_SIGMAS_95
             covariance = covariance + heavier**2 * np.outer(gain[:, number], gain[:, number])
     return np.asarray(values), np.asarray(covariance)
 
@@ -258,7 +260,7 @@ def _odd_diameters(seen: Sequence[_Observation], values: Array) -> list[str]:
     lines = []
     for each in seen:
         left = each.off - float(np.dot(each.row, values))
-        if each.name != "mass" and abs(left) > CONTRADICTS * each.sigma + 1e-3:
+        if each.name != "mass" and abs(left) > CONTRADICTION_SIGMAS * each.sigma + 1e-3:
             larger = "larger" if left > 0.0 else "smaller"
             lines.append(
                 f"the scan's {each.name.replace('_', ' ')} is {abs(left):.3f} mm {larger} than the micrometer"
@@ -281,7 +283,7 @@ def _odd_mass(crank: Scanned, readings: CrankReadings, values: Array, skin: Mome
     else:
         open_yet = crank.open
     limit = math.hypot(
-        ONE * math.sqrt(float(even @ open_yet @ even)),
+        ONE_AXIS_SIGMAS_95 * math.sqrt(float(even @ open_yet @ even)),
         readings.weighed_pm_g,
         crank.mass_pm_g,
         crank.density_pm * whole,

@@ -18,9 +18,9 @@ from autobalance.types import Array
 
 PATCHES = 900
 """The surface is looked at in about so many patches."""
-BOTH = 2.45
+TWO_AXES_SIGMAS_95 = 2.45
 """Of two errors at right angles, each of one standard deviation, 95 % together are within so many."""
-ONE = 1.96
+ONE_AXIS_SIGMAS_95 = 1.96
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ class ScanUncertainty:
 
     def _evenly(self, acting: Array) -> Share:
         sizes = [
-            ONE * math.sqrt(max(float(np.trace(rows @ self.skin_and_scale @ rows.T)), 0.0))
+            ONE_AXIS_SIGMAS_95 * math.sqrt(max(float(np.trace(rows @ self.skin_and_scale @ rows.T)), 0.0))
             for rows in (acting[number : number + 2] for number in range(0, len(acting), 2))
         ]
         return Share(sizes[0], tuple(sizes[1:]))
@@ -144,7 +144,7 @@ def scan_uncertainty(
     shares = [
         Share(vectors[0], tuple(vectors[1:])),
         _of_axis(crank, fit, places),
-        Share.of(crank.scaled(ONE * math.radians(fit.angle_pm_deg[0])), places),
+        Share.of(crank.scaled(ONE_AXIS_SIGMAS_95 * math.radians(fit.angle_pm_deg[0])), places),
     ]
     return ScanUncertainty(root_sum(shares, places), acting, skin_and_scale, places)
 
@@ -155,13 +155,13 @@ def mass_pm_g(
     """Return within what 95 % of the masses lie that noise, skin and scale make of one crank [g]."""
     acting = np.array([density_g_mm3 * float(surface.area.sum()), 3.0 * mass_g])
     even = float(acting @ _open(surface, fit, accuracy_mm) @ acting)
-    return math.hypot(ONE * math.sqrt(even), mass_noise_g(surface, fit, density_g_mm3))
+    return math.hypot(ONE_AXIS_SIGMAS_95 * math.sqrt(even), mass_noise_g(surface, fit, density_g_mm3))
 
 
 def mass_noise_g(surface: Patches, fit: ScanFit, density_g_mm3: float) -> float:
     """Return within what 95 % of the masses are that noise alone makes of one crank [g]."""
     noise = _noise_covariance(surface, fit, np.full((1, len(surface.area)), density_g_mm3))
-    return ONE * math.sqrt(max(float(noise[0, 0]), 0.0))
+    return ONE_AXIS_SIGMAS_95 * math.sqrt(max(float(noise[0, 0]), 0.0))
 
 
 def _open(surface: Patches, fit: ScanFit, accuracy_mm: float | None) -> Array:
@@ -171,7 +171,9 @@ def _open(surface: Patches, fit: ScanFit, accuracy_mm: float | None) -> Array:
 
 def systematic(accuracy_mm: float, diagonal_mm: float) -> Array:
     """Return the covariance (2, 2) of skin [mm] and scale that a scanner's accuracy (95 %) leaves open."""
-    return np.diag([(accuracy_mm / ONE) ** 2, (accuracy_mm / diagonal_mm / ONE) ** 2])
+    return np.diag(
+        [(accuracy_mm / ONE_AXIS_SIGMAS_95) ** 2, (accuracy_mm / diagonal_mm / ONE_AXIS_SIGMAS_95) ** 2]
+    )
 
 
 def _levers(surface: Patches, places: Places) -> Array:
@@ -212,12 +214,15 @@ def _noise_covariance(surface: Patches, fit: ScanFit, levers: Array) -> Array:
 def _lengths(covariance: Array, first: int) -> float:
     """Return within what 95 % of a vector are whose components have two of the rows."""
     block = covariance[first : first + 2, first : first + 2]
-    return BOTH * math.sqrt(max(float(np.linalg.eigvalsh(block)[-1]), 0.0))
+    return TWO_AXES_SIGMAS_95 * math.sqrt(max(float(np.linalg.eigvalsh(block)[-1]), 0.0))
 
 
 def _of_axis(crank: Moments, fit: ScanFit, places: Places) -> Share:
     """Return what the standard errors of the axis do: everything lies off it by as much."""
-    offset, slope = BOTH * fit.axis_offset_mm, BOTH * math.radians(fit.axis_angle_deg)
+    offset, slope = (
+        TWO_AXES_SIGMAS_95 * fit.axis_offset_mm,
+        TWO_AXES_SIGMAS_95 * math.radians(fit.axis_angle_deg),
+    )
     z0, first, second = fit.axis_middle_mm, float(crank.first_g_mm[2]), float(crank.second_g_mm2[2, 2])
     lever = first - z0 * crank.mass_g
     resultant = math.hypot(offset * crank.mass_g, slope * lever)

@@ -37,7 +37,7 @@ NEEDLE_MM = 1e-3
 """Shorter edges, as cutting leaves them, go before meshing: elements beside them were as fine."""
 LONGEST_S = 90.0
 """Processor time for the meshes of one throw [s]."""
-SHAPE = (0.15, 0.85)
+EXAMINED_RADIUS_SHARES = (0.15, 0.85)
 """Between these shares of a fillet's radius, out from its pin, its surface stands off both pin and web."""
 OFF_WEB = 0.02
 """By this share of the radius at least; less is a sharp corner."""
@@ -177,7 +177,7 @@ def _fillet(
         near = (out > -0.05 * radius) & (out < 1.1 * radius) & (np.abs(along - 0.5 * radius) < 0.75 * radius)
         on_levels.append((level, near, along, out))
     level, near, along, out = on_levels[-1]
-    middle = near & (out > SHAPE[0] * radius) & (out < SHAPE[1] * radius)
+    middle = near & (out > EXAMINED_RADIUS_SHARES[0] * radius) & (out < EXAMINED_RADIUS_SHARES[1] * radius)
     face = float(along[near].max()) if near.any() else 0.0
     is_there = bool((middle & (along < face - OFF_WEB * radius)).sum() > 0.5 * max(middle.sum(), 1))
     values = [

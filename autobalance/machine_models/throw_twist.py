@@ -25,7 +25,7 @@ from autobalance.runtime import Progress, no_progress
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
-COARSER = 3.0
+ELEMENT_SIZE_RATIO = 3.0
 """Over the usual size of elements: formulas beside are worth 10 to 20 %, this some 1 %."""
 SHARES_OF_RADIUS = (0.8, 0.6)
 """Size of elements on a curved surface, over its radius, the second where the mesher fails at the first."""
@@ -155,7 +155,7 @@ def _twisted(
     if size_mm is None:
         mesh = piece.mesh
         area = 0.5 * float(mesh.doubled_areas.sum())
-        size_mm = COARSER * default_size_mm(piece.volume_mm3, area)
+        size_mm = ELEMENT_SIZE_RATIO * default_size_mm(piece.volume_mm3, area)
     for share in SHARES_OF_RADIUS:
         try:
             bodies = (

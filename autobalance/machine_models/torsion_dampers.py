@@ -17,7 +17,7 @@ from autobalance.types import Array
 SPEEDS = 400
 """In the range at which a damper is tuned."""
 STEPS = 400
-LOUDEST = 8
+TUNED_ORDERS = 8
 """Orders that a damper is tuned by, those of the greatest twist without it."""
 
 
@@ -158,7 +158,7 @@ def _loudest(model: ExcitedTrain) -> tuple[float, ...]:
         for order in model.orders
         if model.torque_at(order, speeds).any()
     }
-    return tuple(sorted(sorted(sizes, key=lambda order: -sizes[order])[:LOUDEST]))
+    return tuple(sorted(sorted(sizes, key=lambda order: -sizes[order])[:TUNED_ORDERS]))
 
 
 def _greatest(model: ExcitedTrain, damper_link: int | None) -> float:

@@ -35,7 +35,7 @@ INSIDE_EDGE = 0.01
 """Over the crank radius: a web's edge is drafted or broken."""
 LEAST_BESIDE = 0.01
 """Share of a web's arm beside its pins' fillets, at least, for its thickness to be taken there."""
-SHOULDERED = 1.1
+MIN_SHOULDER_RATIO = 1.1
 """Where metal beside the pins is thicker than that between them by this much, a counterweight's shoulder
 stands on it: webs of the drafted bundled crank came out at 17.7 mm for 11."""
 
@@ -310,7 +310,7 @@ def _web_mm(solid: Solid, web: Web, throw: Throw, journal: Pin | None) -> tuple[
     if beside.area_mm2 > LEAST_BESIDE * arm.area_mm2:
         column = Solid.prism(beside, web.z_min_mm, web.z_max_mm)
         of_arm = (solid.moved(turn.T) & column).volume_mm3 / beside.area_mm2
-        thickness = of_arm if of_arm < SHOULDERED * thickness else thickness
+        thickness = of_arm if of_arm < MIN_SHOULDER_RATIO * thickness else thickness
     return thickness, arm.area_mm2 / radius
 
 

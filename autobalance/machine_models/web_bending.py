@@ -20,9 +20,9 @@ from autobalance.units import N_PER_G_MM_S2
 
 SECTIONS = 15
 """Sections of a web between crank axis and crankpin."""
-ENDS = (0.1, 0.9)
+EXAMINED_RADIUS_SHARES = (0.1, 0.9)
 """Between these shares of the crank radius, off the planes that both pins' middles lie in."""
-COARSER = 3.0
+ELEMENT_SIZE_RATIO = 3.0
 """Over the usual size of elements: to be done in seconds."""
 SHARE_OF_RADIUS = 1.6
 """Size of elements on a curved surface, over its radius."""
@@ -33,7 +33,7 @@ LONGEST_S = 40.0
 SHARE_OF_SURFACE = 0.01
 """Share of the throw's surface, as it came, that bears more than what is taken: the greatest of a coarse mesh
 is at a sharp inner edge, and chance."""
-SAME = 1e-6
+TIE_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,10 @@ def bending(
             webs.append(WebBending(web.number, throw.number, *stress))
     if not webs:
         return Bending(tuple(force_N), (), None)
-    worst = max(webs, key=lambda each: (round(each.after_MPa / each.before_MPa / SAME) * SAME, -each.web))
+    worst = max(
+        webs,
+        key=lambda each: (round(each.after_MPa / each.before_MPa / TIE_TOLERANCE) * TIE_TOLERANCE, -each.web),
+    )
     throw = anatomy.throws[worst.throw - 1]
     elements = _by_elements(before, was, now, throw, force_N[worst.throw - 1], progress)
     return Bending(tuple(force_N), tuple(webs), elements)
@@ -155,7 +158,7 @@ def weakest_section_MPa(solid: Solid, throw: Throw, web: Web, moment_n_mm: float
     lay = np.eye(4)  # along the throw becomes z, along the axis x
     lay[:3, :3] = [[0.0, 0.0, 1.0], [-y, x, 0.0], [x, y, 0.0]]
     arm = solid.above(web.z_min_mm).below(web.z_max_mm).moved(lay)
-    heights = throw.crank_radius_mm * np.linspace(*ENDS, SECTIONS)
+    heights = throw.crank_radius_mm * np.linspace(*EXAMINED_RADIUS_SHARES, SECTIONS)
     return max(_stress_MPa(arm, float(height), moment_n_mm, force_N) for height in heights)
 
 
@@ -193,7 +196,7 @@ def _by_elements(
         piece = with_crankpins(solid, crank).above(ends[0]).below(ends[1])
         surface = 0.5 * float(piece.mesh.doubled_areas.sum())
         area = area or SHARE_OF_SURFACE * surface
-        size = COARSER * default_size_mm(piece.volume_mm3, surface)
+        size = ELEMENT_SIZE_RATIO * default_size_mm(piece.volume_mm3, surface)
         try:
             body = bodies_of_solid(
                 piece, size, (1.0,), SHARE_OF_RADIUS, deadline, rough=True, merged_mm=MERGED_MM

@@ -19,9 +19,9 @@ CHORD_MM = 0.002
 LEAST_LOOP_MM2 = 1e-3
 WALL_MM = 0.2
 """Metal that is left on a pocket's wall for the last pass."""
-RAMP = math.tan(math.radians(3.0))
+RAMP_SLOPE = math.tan(math.radians(3.0))
 """Slope at which a mill enters metal from above."""
-OUTSIDE = 0.3
+FIRST_PASS_OFFSET_RADII = 0.3
 """How far outside the metal the first pass runs, in radii."""
 BESIDE_MM = 0.5
 """Air beside the metal where a mill comes down."""
@@ -44,7 +44,9 @@ class Area:
         """Return where the mill's axis may be without touching what stands, ``left_mm`` kept on walls."""
         if self.is_walled:
             return self.floor.spread(-(tool.radius_mm + left_mm))
-        return self.floor.spread(OUTSIDE * tool.radius_mm) - self.standing.spread(tool.radius_mm + left_mm)
+        return self.floor.spread(FIRST_PASS_OFFSET_RADII * tool.radius_mm) - self.standing.spread(
+            tool.radius_mm + left_mm
+        )
 
     def reached(self, tool: CuttingTool) -> Region:
         """Return what of the floor the mill gets at."""
@@ -180,7 +182,7 @@ def _ramp(closed: Array, above: float, height: float, feed: float) -> Iterator[B
     yield Go(z=begin, feed=feed)
     sides = np.hypot(*np.diff(closed, axis=0).T)
     round_mm = float(sides.sum())
-    turns = max(1, math.ceil((begin - height) / (RAMP * round_mm)))
+    turns = max(1, math.ceil((begin - height) / (RAMP_SLOPE * round_mm)))
     walked, total = 0.0, turns * round_mm
     for _ in range(turns):
         for (x, y), side in zip(closed[1:], sides, strict=True):

@@ -22,11 +22,11 @@ from autobalance.machining.stock import disc
 from autobalance.machining.workspace import SLIVER_MM, Workspace
 
 OFF_AXIS_MM = 0.01
-ASKEW = 1e-4
+AXIS_TOLERANCE = 1e-4
 SAME_MM = 0.01
 SAME_DEG = 0.5
 NOTHING_MM3 = 1e-3
-COVERED = 0.02
+MAX_COVERED_SHARE = 0.02
 """Share of an area that metal may lie over; more, and no cutter comes along the axis."""
 OVER_ENTRY_MM = 1.0
 LEFT_SHARE = 2e-4
@@ -58,7 +58,7 @@ def _setup_of_hole(space: Workspace, operation: HoleOperation) -> str:
             return f"{space.part_at(metal, name)} lies over it along the axis; no set-up reaches it"
         return name
     off, lean = radial_error(operation)
-    if off > OFF_AXIS_MM or lean > ASKEW:
+    if off > OFF_AXIS_MM or lean > AXIS_TOLERANCE:
         return "it is oblique: its axis does not meet the crank axis square; no set-up reaches it"
     return "R" if space.machine.rotary is not None else "the machine file has no [rotary] axis"
 
@@ -67,7 +67,7 @@ def _covered(space: Workspace, name: SetupName, operation: AreaOperation) -> str
     region = space.flat(name, operation.region)
     top = space.height(name, operation.top_z_mm)
     metal = space.over(name, region.grown(-SLIVER_MM), top + OVER_ENTRY_MM)
-    if metal.is_empty or metal.shadow().area_mm2 <= COVERED * region.area_mm2:
+    if metal.is_empty or metal.shadow().area_mm2 <= MAX_COVERED_SHARE * region.area_mm2:
         return None
     return f"{space.part_at(metal, name)} lies over it along the axis; no set-up reaches it"
 

@@ -14,7 +14,7 @@ CUT = re.compile(r"\bcut (\d+)\b", re.IGNORECASE)
 AXES = "XYZABC"
 BACK_MM = 0.5
 """How far over the last peck a drill goes back in rapid."""
-IGNORED = {7.0, 17.0, 21.0, 40.0, 49.0, 54.0, 90.0, 94.0, 98.0}
+IGNORED_G_CODES = {7.0, 17.0, 21.0, 40.0, 49.0, 54.0, 90.0, 94.0, 98.0}
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def _general(state: _State, value: float, number: int) -> bool:
         state.return_high = False
     elif value == 98.0:
         state.return_high = True
-    elif value not in IGNORED and value != 43.0:
+    elif value not in IGNORED_G_CODES and value != 43.0:
         raise FormatError(f"line {number} has G{value:g}, which is not understood")
     return False
 

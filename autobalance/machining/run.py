@@ -16,7 +16,7 @@ from autobalance.machining.operation_body import operation_body
 from autobalance.machining.part import Listed, Part
 from autobalance.machining.planner import NcPlan, Planner, Setup, tool_words
 from autobalance.machining.posts import post_named
-from autobalance.machining.setups import HELD, SetupName, Zero
+from autobalance.machining.setups import CLAMPING_TEXTS, SetupName, Zero
 from autobalance.machining.simulator import Simulation, Simulator
 from autobalance.machining.stock import Stock
 from autobalance.machining.tool_body import length_mm
@@ -121,7 +121,7 @@ def head(part: Part, machine: MachineTool, plan: NcPlan, setup: Setup) -> list[s
     """Return the comments that a program begins with."""
     zero = plan.zero
     return [
-        f"autobalance: {part.name}, set-up {setup.name}: {HELD[setup.name]}",
+        f"autobalance: {part.name}, set-up {setup.name}: {CLAMPING_TEXTS[setup.name]}",
         f"report {part.report.name}, sha256",
         part.sha256,
         f"rotor mass {part.tolerance.rotor_mass_g:.1f} g",

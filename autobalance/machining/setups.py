@@ -14,7 +14,7 @@ from autobalance.job.files.machine_tool import MachineTool
 from autobalance.types import Array
 
 SetupName = Literal["R", "T", "B", "L"]
-HELD = {
+CLAMPING_TEXTS = {
     "R": "along the machine's X between centres, on the rotary axis, rotor +z = machine +X; spindle along Z",
     "T": "upright, rotor +z up along machine Z, machine X towards the angle zero",
     "B": "turned over about machine X, rotor -z up along machine Z, machine X towards the angle zero",

@@ -16,7 +16,7 @@ from autobalance.errors import FormatError
 from autobalance.job.files.machine_tool import CuttingTool, MachineTool
 from autobalance.machining.interpreter import Move, Place
 from autobalance.machining.setups import SetupName, Zero, placement
-from autobalance.machining.stock import ROUND, SIDES, Stock
+from autobalance.machining.stock import CIRCUMSCRIBED_RATIO, SIDES, Stock
 from autobalance.machining.tool_body import Step, steps_of, widest_mm
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.region import Region
@@ -309,7 +309,10 @@ class Simulator:
         )
 
     def _near(self, pose: Array, path: Array, low: float, wide: float) -> Solid:
-        first, last = path.min(axis=0) - wide * ROUND - 1.0, path.max(axis=0) + wide * ROUND + 1.0
+        first, last = (
+            path.min(axis=0) - wide * CIRCUMSCRIBED_RATIO - 1.0,
+            path.max(axis=0) + wide * CIRCUMSCRIBED_RATIO + 1.0,
+        )
         top = self._farthest + 1.0
         return self.found.stock.near(pose, np.array([*first, low]), np.array([*last, max(top, low + 1.0)]))
 
@@ -366,7 +369,7 @@ def _levels(segments: Iterable[tuple[float, Array]], top: float) -> list[tuple[f
 
 def swept(path: Array, radius_mm: float) -> Region:
     """Return what a circle that the tool lies in sweeps along straight moves between points (k, 2)."""
-    return _around([np.stack(pair) for pair in pairwise(path)] or [path], radius_mm * ROUND)
+    return _around([np.stack(pair) for pair in pairwise(path)] or [path], radius_mm * CIRCUMSCRIBED_RATIO)
 
 
 def _around(parts: Sequence[Array], radius_mm: float) -> Region:

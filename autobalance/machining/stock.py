@@ -16,7 +16,7 @@ SIDES = 96
 """Sides of the circles that stand for round tools where it is looked what they come near; around them."""
 DEEPER_MM = 30.0
 """How far below a first look a second one reaches at most without the whole crank."""
-ROUND = 1.0 / np.cos(np.pi / SIDES)
+CIRCUMSCRIBED_RATIO = 1.0 / np.cos(np.pi / SIDES)
 
 
 class Stock:
@@ -93,7 +93,7 @@ class Stock:
 
 def disc(radius_mm: float, x: float, y: float) -> Region:
     """Return a circle that a round tool lies in."""
-    return Region.circle(radius_mm * ROUND, SIDES, (x, y))
+    return Region.circle(radius_mm * CIRCUMSCRIBED_RATIO, SIDES, (x, y))
 
 
 def strip(begin: Array, end: Array, radius_mm: float) -> Region:

@@ -23,7 +23,7 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
 
-AIM = 0.01
+AIM_SHARE = 0.01
 """Share of the permissible value that a plan aims to stay within; well inside, not just passing."""
 SIDES = 32
 """Sides of the polygon that stands for a circle in the linear programme; inscribed, so it never flatters."""
@@ -33,7 +33,7 @@ FEW_DEPTHS = 16
 SETTLED_MM = 1e-7
 SAME_MM = 1e-9
 """Distance within which depths are equal to each other, or to a limit or step."""
-EVENNESS = 1e-4
+EVENNESS_WEIGHT = 1e-4
 """Weight of the greatest depth beside the removed mass: between equals, even depths win."""
 
 
@@ -71,7 +71,7 @@ def plan_depths(
     start_mm: Array | None = None,
     same_depth: bool = False,
     shared: Sequence[SharedDepth] = (),
-    aim: float = AIM,
+    aim: float = AIM_SHARE,
     bounds_mm: tuple[Array, Array] | None = None,
     cost: Callable[[Moments], float] = metal_g,
     worth: float = 0.0,
@@ -229,7 +229,7 @@ def _tangent_step(
         b_ub.append(inner * 0.5 - directions @ at_zero[k : k + 2] / aim)
     costs = np.array([cost_of(rate) for rate in rates])
     worst = float(np.abs(costs) @ most) or 1.0
-    evenness = EVENNESS / max(float(most.max()), 1e-9)
+    evenness = EVENNESS_WEIGHT / max(float(most.max()), 1e-9)
     a_ub.append(np.hstack([np.eye(count), np.zeros((count, 1)), -np.ones((count, 1))]))
     b_ub.append(np.zeros(count))
     for pair in shared:
@@ -237,7 +237,7 @@ def _tangent_step(
         row[[pair.first, pair.second]] = 1.0
         a_ub.append(row[None])
         b_ub.append(np.array([pair.most_mm]))
-    cost = np.concatenate([costs / worst, [EXCESS], [evenness]])
+    cost = np.concatenate([costs / worst, [EXCESS_COST], [evenness]])
     box = np.append(least, [0.0, 0.0]), np.append(most, [math.inf, math.inf])
     answer = _least_cost(cost, np.vstack(a_ub), np.concatenate(b_ub), box, same_depth)
     if answer is None:  # the depths at hand are always feasible: the excess is free
@@ -285,7 +285,7 @@ def _least_cost(
     return solution
 
 
-EXCESS = 10.0
+EXCESS_COST = 10.0
 """Cost of an excess residual, in units of the aim, over the cost of all the metal there is."""
 ONLY_MM = 1e-3
 """Depths that the aim leaves free by less than this are settled: no machine sets them nearer."""

@@ -14,7 +14,7 @@ from autobalance.types import Array
 
 ZERO_ENTRY = 1e-11
 """Entries of a tableau of numbers near 1 below which nothing is left but rounding."""
-FIRM = 1e-6
+MIN_PIVOT_SHARE = 1e-6
 """Entries of a row by which it is not divided while it has a greater one: columns that differ in their last
 digits, as those of mirrored cuts do, leave such entries behind, and dividing by one spoils all others."""
 PIVOTS = 20
@@ -91,7 +91,7 @@ def _solved(tableau: Array, basic: NDArray[np.intp], free: NDArray[np.intp]) -> 
         row = int(np.argmin(rounded(tableau[:-1, 0])))
         if tableau[row, 0] >= -nothing:
             return True
-        columns = 1 + np.flatnonzero(tableau[row, 1:] < -FIRM)
+        columns = 1 + np.flatnonzero(tableau[row, 1:] < -MIN_PIVOT_SHARE)
         if not len(columns):
             columns = 1 + np.flatnonzero(tableau[row, 1:] < -ZERO_ENTRY)
         if not len(columns):

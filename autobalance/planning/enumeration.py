@@ -42,7 +42,7 @@ TRIED_SETS = 8
 """Sets of each size and level that are tried on the exact curves, at most: the lightest."""
 LEVEL_RISE = 1.25
 """Factor to which levels rise over the least weight of sets that are too many to try."""
-CLIPS = 3
+MAX_CLIPS = 3
 """Times that the rest is spread anew along the chords that have not come to an end."""
 
 
@@ -293,7 +293,7 @@ def _screened(field: CutCurves, sets: Indices) -> _CutSets:
     high += bow * high * (1.0 - high)
     need = field.wanted - field.at_least(sets)
     along, free = np.zeros(sets.shape), np.ones(sets.shape, dtype=bool)
-    for _ in range(CLIPS):
+    for _ in range(MAX_CLIPS):
         left = need - _added(chord, np.where(free, 0.0, along))
         answer = _shortest(chord * free[:, :, None], left)
         along = np.where(free, np.clip(answer, 0.0, high), along)

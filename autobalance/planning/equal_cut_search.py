@@ -34,9 +34,9 @@ MISS_RATIO = 1.3
 """Factor on the distance by which halves may miss each other, since slopes differ a little from effects."""
 TRIED_SETS = 6
 """Sets kept of each depth, at most: those of least residual."""
-SETTLED = 3
+MAX_SETTLED_SETS = 3
 """Sets settled on the exact curves, at most: the shallowest."""
-PAIRED = 3
+MAX_PAIRED_SETS = 3
 """Sets of one web that are paired with another's, at most: the shallowest."""
 PAIRS_OF_WEBS = 6
 
@@ -219,7 +219,7 @@ def _settled(task: Task, sets: Iterable[_Set], enough: float) -> list[Plan]:
         setting = setting_of(task.cuts[int(members[0])])
         plan = common_depths(task, Groups((tuple(members.tolist()),), (depth,), (setting,)), enough)
         plans += [] if plan is None else [plan]
-        if len(plans) == SETTLED:
+        if len(plans) == MAX_SETTLED_SETS:
             break
     return plans
 
@@ -252,7 +252,7 @@ def _on_two_webs(task: Task, webs: tuple[list[int], list[int]], enough: float) -
         for group in _by_setting(task, members).values():
             alike = _CutSeries.of(task, group, rows)
             for count in range(1, MOST_ALIKE + 1):
-                sets = [] if alike is None else [*islice(alike.sets(-vector / share, count), PAIRED)]
+                sets = [] if alike is None else [*islice(alike.sets(-vector / share, count), MAX_PAIRED_SETS)]
                 if sets:
                     of_web.append(sets)
                     break

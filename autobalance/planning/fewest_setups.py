@@ -28,7 +28,7 @@ MERGES = 40
 """Groups drawn together in a plan, tried at most."""
 MOST_FACES = 6
 """Greatest number of cuts of the lightest plan, of any depth, of which every choice of some is tried."""
-NEARLY = 2.0
+NEAR_ENOUGH_RATIO = 2.0
 """Multiple of the enough share that the lightest plan may leave, for a few of its cuts to be tried."""
 
 Rank = tuple[int, int, float]
@@ -63,7 +63,7 @@ def simplest(task: Task, plans: Iterable[Plan], search: bool = True) -> Plan:
     good = [plan for plan in candidates if plan.share <= enough]
     if search and is_discrete(task.candidates):
         good += [*equal_cuts_everywhere(task, enough), *equal_cuts_on_each_web(task, enough)]
-    elif search and least.share <= NEARLY * enough:  # else a few of its cuts leave more yet
+    elif search and least.share <= NEAR_ENOUGH_RATIO * enough:  # else a few of its cuts leave more yet
         good += _fewest_of_any_depth(task, least, enough)
     good = [_merged(task, plan, enough) for plan in good if plan.share <= enough and _keeps_rules(task, plan)]
     if not good:

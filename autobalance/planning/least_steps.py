@@ -8,7 +8,7 @@ import numpy as np
 
 from autobalance.correction.contract import Cut
 from autobalance.correction.kind import Candidates
-from autobalance.planning.depths import AIM, Plan, judged_plan
+from autobalance.planning.depths import AIM_SHARE, Plan, judged_plan
 from autobalance.planning.task import Task, part_of, usual
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -37,7 +37,7 @@ def settable(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, 
         keep = [] if candidates.same_depth else np.flatnonzero((depths > 0.0) & ~fine).tolist()
         without = np.zeros(len(candidates.cuts))
         if keep:
-            task = Task(residual, tolerance, candidates, "least_metal", AIM, *usual(candidates))
+            task = Task(residual, tolerance, candidates, "least_metal", AIM_SHARE, *usual(candidates))
             part = part_of(task, keep).candidates
             without[keep] = choose(residual, tolerance, part, start_mm=depths[keep]).depths_mm
         plan = replace(judged_plan(residual, tolerance, candidates.cuts, without), binding=plan.binding)

@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance.correction.kind import Candidates
 from autobalance.integer_program import IntegerProgram, solution
-from autobalance.planning.depths import AIM
+from autobalance.planning.depths import AIM_SHARE
 from autobalance.planning.dual_simplex import least_cost
 from autobalance.planning.milp_model import POINTS, SIDES, MilpModel, breakpoints, effects_at
 from autobalance.planning.task import Task, part_of, usual
@@ -104,16 +104,16 @@ def least_share(residual: Unbalance, tolerance: Tolerance, candidates: Candidate
     rules = _unpriced(residual, tolerance, candidates)
     rules.cost[rules.excess] = 1.0
     excess = _least_cost(rules)
-    return 0.0 if excess <= 1e-6 else math.cos(math.pi / SIDES) * AIM * (0.5 + excess)
+    return 0.0 if excess <= 1e-6 else math.cos(math.pi / SIDES) * AIM_SHARE * (0.5 + excess)
 
 
-SMALL = 10_000
+MAX_OWN_ENTRIES = 10_000
 """Number of entries up to which a programme is solved here, without loading scipy."""
 
 
 def _least_cost(rules: MilpModel) -> float:
     """Return the least cost of the programme with switches anywhere between off and on."""
-    if math.prod(rules.shape) <= SMALL:
+    if math.prod(rules.shape) <= MAX_OWN_ENTRIES:
         rows, most = rules.without_residual()
         size = np.maximum(np.abs(rows).max(axis=1, initial=0.0), 1e-300)[:, None]
         box, cost = (rules.lower[: rules.left], rules.upper[: rules.left]), rules.cost[: rules.left]
@@ -140,7 +140,7 @@ def greatest_multiple(
     matrix[judged, rules.excess] = 0.0
     matrix[equal, rules.excess] = -rules.upper_rows[equal][:, None]
     rules.matrix = matrix.tocsr()
-    rules.upper_rows[judged] = 1.0 / AIM
+    rules.upper_rows[judged] = 1.0 / AIM_SHARE
     rules.upper_rows[equal] = rules.lower_rows[equal] = 0.0
     rules.upper[rules.excess] = most
     rules.cost[rules.excess] = -1.0
@@ -149,7 +149,7 @@ def greatest_multiple(
 
 def _unpriced(residual: Unbalance, tolerance: Tolerance, candidates: Candidates) -> MilpModel:
     """Return the programme over all cuts at no cost yet, with more breakpoints than for choosing."""
-    task = Task(residual, tolerance, candidates, "least_metal", AIM, *usual(candidates))
+    task = Task(residual, tolerance, candidates, "least_metal", AIM_SHARE, *usual(candidates))
     tables = breakpoints(task, 2 * POINTS - 1)
     rules = MilpModel(task, tables, effects_at(task, tables), 0)
     rules.cost[:] = 0.0

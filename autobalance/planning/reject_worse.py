@@ -14,12 +14,14 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
 
 HALVINGS = 6
-WORSE = 1e-3
+MAX_GROWTH_SHARE = 1e-3
 """Share by which a judged value may grow, from rounding; of its permissible value, where it was nothing."""
-AIM = 0.98
+AIM_SHARE = 0.98
 
 
-def is_harmless(before: Unbalance, after: Unbalance, tolerance: Tolerance, slack: float = WORSE) -> bool:
+def is_harmless(
+    before: Unbalance, after: Unbalance, tolerance: Tolerance, slack: float = MAX_GROWTH_SHARE
+) -> bool:
     """Return whether no judged value of an unbalance is worse than it was."""
     return all(
         now.residual_g_mm <= was.residual_g_mm + slack * max(was.residual_g_mm, was.permissible_g_mm)
@@ -42,7 +44,7 @@ def harmless(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, 
     for _ in range(HALVINGS):
         share = (low * high) ** 0.5
         lenient = _at_most(tolerance, residual, share)
-        here = choose(residual, lenient, candidates, prefer="least_metal", aim=AIM)
+        here = choose(residual, lenient, candidates, prefer="least_metal", aim=AIM_SHARE)
         if here.share <= 1.0:
             used = tolerance.used_share(here.predicted)
             best, high = replace(here, share=used, binding=plan.binding), share
@@ -55,7 +57,7 @@ def _at_most(tolerance: Tolerance, before: Unbalance, share: float) -> Tolerance
     """Return a tolerance at a share of each permissible value, but at most the residual before."""
     was: Array = np.array([row.residual_g_mm for row in tolerance.judged(before)])
     most = np.array([row.permissible_g_mm for row in tolerance.judged(before)])
-    permitted = np.minimum(np.maximum(was, WORSE * most), share * most).tolist()
+    permitted = np.minimum(np.maximum(was, MAX_GROWTH_SHARE * most), share * most).tolist()
     planes = tuple(
         replace(plane, permissible_g_mm=value)
         for plane, value in zip(tolerance.planes, permitted[1:], strict=False)

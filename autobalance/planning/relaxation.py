@@ -23,7 +23,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 EXTRA_CUTS = 6
 """Greatest number of further cuts tried."""
 HALVINGS = 4
-LOOKS = 4
+MAX_SEARCHES = 4
 """Searches for metal at most, each four times deeper."""
 MOST_OFFERS = 24
 """Searches for cuts with other limits, at most: of a large crank each takes a second or two."""
@@ -95,7 +95,7 @@ class Attempt:
         last = [0 if coarse else correction.search_levels(limits) - 1 for limits in methods]
         work = self.work
         try:
-            for _ in range(LOOKS):
+            for _ in range(MAX_SEARCHES):
                 if len(self.looks) >= MOST_OFFERS:
                     return None
                 self.looks.append(methods)

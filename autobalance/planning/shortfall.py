@@ -14,9 +14,9 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
 from autobalance.wording import angle_deg
 
-ROUNDED = 0.05
+ROUNDING_SHARE = 0.05
 """Share of the permissible value that rounding a printed angle may be worth."""
-LOWER = (0.0, 0.02, 0.05)
+FACTOR_STEPS = (0.0, 0.02, 0.05)
 """Steps of factors tried below the factor of least residual: there is metal to take off then."""
 ONE_PLACE_SHARE = 0.5
 """Share of the permissible value that metal added in one place may leave; else it is named in two."""
@@ -104,7 +104,7 @@ def _vector(unbalance: Array, permissible_g_mm: float) -> str:
     """Return a vector in words, its angle with digits enough that rounding leaves next to nothing."""
     size = math.hypot(*unbalance)
     angle = angle_deg(unbalance)
-    off = math.radians(0.5) * size / (ROUNDED * permissible_g_mm)
+    off = math.radians(0.5) * size / (ROUNDING_SHARE * permissible_g_mm)
     digits = min(max(math.ceil(math.log10(off)), 1), 6) if off > 0.0 else 1
     return f"{size:.1f} g·mm of metal at {round(angle, digits) % 360.0}°"
 
@@ -118,7 +118,7 @@ def factor_relaxations(short: Shortfall) -> tuple[Relaxation, ...]:
     if factor is None:
         return ()
     if _share_at(short, factor) > 1.0:
-        lower = [factor - step for step in LOWER if factor >= step] if short.too_light else []
+        lower = [factor - step for step in FACTOR_STEPS if factor >= step] if short.too_light else []
         return tuple(_relaxation(short, each, "with the cuts at hand") for each in lower)
     return (_relaxation(short, factor, "with the cuts at hand" if short.depths_mm.any() else "as it is"),)
 

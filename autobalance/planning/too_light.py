@@ -15,7 +15,7 @@ from autobalance.crank.faces import find_faces
 from autobalance.planning.relaxation import Attempt, Change, Relaxation
 from autobalance.planning.whole_cuts import choose
 
-TOWARDS = 0.5
+MIN_ALIGNED_SHARE = 0.5
 """Share of the unbalance, along the crankpins, above which counterweights are too light."""
 G_MM_PER_G_M = 1000.0
 
@@ -29,7 +29,7 @@ def too_light_g_mm(work: Workpiece) -> float | None:
         size = float(np.linalg.norm(towards))
         total += float(np.linalg.norm(heavy))
         along += float(heavy @ towards) / size if size > 0.0 else 0.0
-    return total if total > 0.0 and along > TOWARDS * total else None
+    return total if total > 0.0 and along > MIN_ALIGNED_SHARE * total else None
 
 
 def too_light_text(total_g_mm: float) -> str:

@@ -16,7 +16,7 @@ from autobalance.correction.contract import Prefer
 from autobalance.correction.kind import Candidates
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depth_steps import finished, rounding_share, settled
-from autobalance.planning.depths import AIM, Plan, judged_plan, plan_depths
+from autobalance.planning.depths import AIM_SHARE, Plan, judged_plan, plan_depths
 from autobalance.planning.enumeration import lightest_set
 from autobalance.planning.equal_cut_search import equal_cuts_everywhere
 from autobalance.planning.fewest_setups import WHOLE_CUTS_SHARE, enough_share, has_steps, rank, simplest
@@ -34,18 +34,18 @@ EQUAL_CUTS_SHARE = 0.75
 MOST_EQUAL = 16
 """Cuts of one tool and one depth, at most."""
 ROUNDS = 4
-REFINED = 0.9
+MIN_REFINEMENT_GAIN = 0.9
 """Share of the former residual below which another look at the exact curves is worth its time, unless the
 programme's bound shows that no choice comes near the aim."""
-HOPELESS = 3.0
+HOPELESS_RESIDUAL_SHARE = 3.0
 """Share of the permissible value that no better look at the exact curves, or at other sets, makes up."""
-ROUNDED = 0.5
+ROUNDING_SHARE = 0.5
 """Share of the permissible value that rounding to machine steps may leave before more cuts are tried."""
 FEW_DIFFERENT = 2
 """Different cuts of a simple plan beyond which a plan of the fewest cuts, simplified, may be simpler."""
 FEW_AIM, FEW_NODES = 0.1, 10
 """Share of the permissible value, and branches, for that plan: it takes longest of all."""
-UNSEEN = 0.03
+UNTRIED_WEIGHT_SHARE = 0.03
 """Excess over the least weight of untried sets up to which the lightest few cuts are final, as a share."""
 
 
@@ -56,7 +56,7 @@ def choose(
     *,
     prefer: Prefer = "least_metal",
     start_mm: Array | None = None,
-    aim: float = AIM,
+    aim: float = AIM_SHARE,
 ) -> Plan:
     """Return the cuts to make and their depths.
 
@@ -120,7 +120,7 @@ def _chosen_plan(
     first = _first(task)
     plan = finished(task, first)
     for extra in (1, 2):
-        if first.share > ROUNDED or plan.share <= ROUNDED:
+        if first.share > ROUNDING_SHARE or plan.share <= ROUNDING_SHARE:
             break
         again = finished(task, _chosen(task, int(np.count_nonzero(plan.depths_mm)) + extra, CUT_COUNTS))
         plan = again if again.share < plan.share * (1.0 - aim) else plan
@@ -146,9 +146,9 @@ def _simplest(task: Task, start_mm: Array | None) -> Plan:
         if kept is not None:
             return kept
     light = choose(task.residual, task.tolerance, task.candidates, aim=task.aim)
-    plan = simplest(task, [light], search=light.share <= HOPELESS)
+    plan = simplest(task, [light], search=light.share <= HOPELESS_RESIDUAL_SHARE)
     is_simple = plan.share <= enough_share(task) and rank(task, plan)[0] <= FEW_DIFFERENT
-    if not is_discrete(task.candidates) or plan.share > HOPELESS or is_simple:
+    if not is_discrete(task.candidates) or plan.share > HOPELESS_RESIDUAL_SHARE or is_simple:
         return plan
     sparing = replace(task, prefer="fewest_holes", aim=FEW_AIM)
     few = finished(sparing, _chosen(sparing, 0, CUT_COUNTS[:1], rounds=1, nodes=FEW_NODES))
@@ -159,13 +159,13 @@ def is_enough(plan: Plan, candidates: Candidates) -> bool:
     """Return whether a plan leaves so little that a search for other cuts is not worth it."""
     if candidates.equal and plan.share <= EQUAL_CUTS_SHARE:
         return True
-    return plan.share <= (WHOLE_CUTS_SHARE if has_steps(candidates) else AIM * (1.0 + 1e-6))
+    return plan.share <= (WHOLE_CUTS_SHARE if has_steps(candidates) else AIM_SHARE * (1.0 + 1e-6))
 
 
 def _first(task: Task) -> Plan:
     """Return the plan of the lightest few cuts or, where others may be lighter, of the integer programme."""
     few, unseen_g = _few(task)
-    if few is not None and _weight(task, few) <= (1.0 + UNSEEN) * unseen_g:
+    if few is not None and _weight(task, few) <= (1.0 + UNTRIED_WEIGHT_SHARE) * unseen_g:
         return few
     plan = _chosen(task, 0, CUT_COUNTS) if few is None else _chosen(task, 0, CUT_COUNTS[:1], rounds=1)
     if few is None or max(plan.share, few.share) > task.aim * (1.0 + 1e-6):
@@ -205,10 +205,10 @@ def _chosen(
     for _ in range(rounds):
         depths, bound = solve(task, tables, least_count, sizes, nodes)
         here = settled(task, depths)
-        is_new = here.share < REFINED * best.share and bound < EXCESS_WEIGHT
+        is_new = here.share < MIN_REFINEMENT_GAIN * best.share and bound < EXCESS_WEIGHT
         if here.share < best.share:
             best = here
-        if not is_new or not task.aim * (1.0 + 1e-6) < here.share <= HOPELESS:
+        if not is_new or not task.aim * (1.0 + 1e-6) < here.share <= HOPELESS_RESIDUAL_SHARE:
             break
         if not add_points(tables, depths, here.depths_mm):
             break

@@ -5,7 +5,7 @@ from __future__ import annotations
 from autobalance.types import Report
 from autobalance.wording import at
 
-EXTERNAL = {
+EXTERNAL_TEXTS = {
     "solve": "They carry the unbalance that is missing: weld or bolt it on at the angle, or drill opposite.",
     "detroit": "They carry this now, and the crank is cut to suit them.",
     "neutral": "They carry nothing: balance each alone.",
@@ -20,5 +20,5 @@ def turning_words(report: Report) -> str:
 
 def external_words(report: Report) -> str:
     """Return the words on the parts of an external balance."""
-    words = EXTERNAL[str(at(report, "job.balance.external"))]
+    words = EXTERNAL_TEXTS[str(at(report, "job.balance.external"))]
     return f"{words} Spin the crank with them on, or say attached_fitted = false in the reading."

@@ -37,7 +37,7 @@ SIZE_INCH = (6.4, 4.8)
 PIXELS_PER_INCH = 120
 LAYOUT: Literal["constrained"] | None = "constrained"
 """Layout engine that finds room for titles and labels."""
-UNDATED: Mapping[str, dict[str, None]] = {"svg": {"Date": None}, "png": {"Software": None}}
+CONSTANT_METADATA: Mapping[str, dict[str, None]] = {"svg": {"Date": None}, "png": {"Software": None}}
 """Metadata without date and program, by the ending of the file."""
 
 
@@ -195,7 +195,7 @@ def drawn(title: str, y_label: str, draw: Callable[[Axes], None]) -> Plot:
             if not figures:
                 figures.append(_figure(title, y_label, draw, layout))
             (figure,) = figures
-            figure.savefig(buffer, format=ending, dpi=PIXELS_PER_INCH, metadata=UNDATED[ending])
+            figure.savefig(buffer, format=ending, dpi=PIXELS_PER_INCH, metadata=CONSTANT_METADATA[ending])
         figure.set_layout_engine("none")  # the layout is kept: to find it again takes a third of the time
         return buffer.getvalue()
 

@@ -31,7 +31,7 @@ REMEDIES: Mapping[str, str] = {
     "depth": "hold the depth of the cuts more closely, or take a method that depends on it less, like drill",
 }
 """Remedy that makes the share of a cause smaller, by cause."""
-SMALL = 0.02
+NAMED_CAUSE_SHARE = 0.02
 """Share of the total uncertainty below which a cause is not named."""
 
 
@@ -67,7 +67,9 @@ def explain_margin(worst: Judged, causes: Mapping[str, float], ends: tuple[str, 
     ends : tuple of str
         Limits that keep the cuts from a smaller residual.
     """
-    counts = [(cause, share) for cause, share in causes.items() if share >= SMALL * worst.doubt_g_mm]
+    counts = [
+        (cause, share) for cause, share in causes.items() if share >= NAMED_CAUSE_SHARE * worst.doubt_g_mm
+    ]
     listed = sorted(counts, key=lambda pair: -pair[1])
     named = ", ".join(f"{cause} {share:.2f}" for cause, share in listed)
     text = (

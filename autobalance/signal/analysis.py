@@ -24,10 +24,10 @@ from autobalance.signal.tacho import Pulses, pulses
 from autobalance.signal.turning import TURN, Turning
 from autobalance.signal.windows import COSINES
 
-STEADY = 0.02
+STEADY_SPEED_VARIATION = 0.02
 """Greatest variation of a steady speed, as a share of its mean; with more it is a run-up."""
-SHORTEST = 16
-LARGEST = 1e60
+MIN_SAMPLES = 16
+MAX_SAMPLE_SIZE = 1e60
 """Greatest size of a sample: beyond it squares of squares overflow."""
 STRONGEST_ORDERS = 6
 
@@ -80,11 +80,11 @@ class Speed:
 
     @property
     def is_steady(self) -> bool:
-        """Return whether the speed varies by less than ``STEADY`` of its mean; also if it is unknown."""
+        """Return whether the speed varies by less than ``STEADY_SPEED_VARIATION``, or is unknown."""
         if self.turning is None:
             return True
         speeds = self.turning.speeds_rpm()
-        return bool(speeds.max() - speeds.min() < STEADY * self.turning.mean_rpm)
+        return bool(speeds.max() - speeds.min() < STEADY_SPEED_VARIATION * self.turning.mean_rpm)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,9 +184,9 @@ def _main_channel(record: Record, question: Question) -> Channel:
                 "name one with --channel"
             )
         channel = left[0]
-    if len(channel) < SHORTEST:
+    if len(channel) < MIN_SAMPLES:
         raise FormatError(
-            f"channel {channel.name!r} has {len(channel)} samples; expected at least {SHORTEST}"
+            f"channel {channel.name!r} has {len(channel)} samples; expected at least {MIN_SAMPLES}"
         )
     return channel
 
@@ -206,8 +206,10 @@ def _whole(warnings: list[str], *channels: Channel) -> list[Channel]:
 def _check_size(channel: Channel) -> None:
     for _, piece in channel.blocks():
         finite = np.abs(piece[np.isfinite(piece)])
-        if (greatest := float(finite.max(initial=0.0))) > LARGEST:
-            raise FormatError(f"channel {channel.name!r} holds {greatest:.3g}; a signal is below {LARGEST:g}")
+        if (greatest := float(finite.max(initial=0.0))) > MAX_SAMPLE_SIZE:
+            raise FormatError(
+                f"channel {channel.name!r} holds {greatest:.3g}; a signal is below {MAX_SAMPLE_SIZE:g}"
+            )
 
 
 def _clipped(record: Record, question: Question, channel: Channel) -> float:

@@ -9,7 +9,7 @@ from scipy import fft
 
 from autobalance.errors import FormatError
 from autobalance.signal.record import Channel
-from autobalance.signal.rolling_bearing import SLIP, RollingBearing
+from autobalance.signal.rolling_bearing import MAX_SLIP, RollingBearing
 from autobalance.signal.sines import Sine, find_sines
 from autobalance.signal.turning import TURN, Turning
 from autobalance.types import Array
@@ -117,7 +117,9 @@ def _defect(
     name: str, order: float, sines: list[Sine], values: Array, per_turn: float, mean_hz: float
 ) -> Defect:
     near = [
-        sine for sine in sines if abs(sine.frequency_hz - order) <= max(SLIP * order, per_turn / len(values))
+        sine
+        for sine in sines
+        if abs(sine.frequency_hz - order) <= max(MAX_SLIP * order, per_turn / len(values))
     ]
     if near:
         best = max(near, key=lambda sine: sine.amplitude)

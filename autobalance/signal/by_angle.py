@@ -23,7 +23,7 @@ LENGTH = (STOP_DB - 8.0) / (2.285 * TURN)
 """Kaiser's estimate: number of such a filter's taps, times the width of its flank over the sample rate."""
 TABLE = 1 << 13
 """Steps of the filter's table from its middle to its end, read by straight lines."""
-GUARD = 8
+MIN_SAMPLES_PER_PERIOD = 8
 """Least samples per turn over the highest order: room for the flank, even while the speed varies."""
 BLOCK_TURNS = 32
 POINTS = 1 << 14
@@ -31,7 +31,7 @@ POINTS = 1 << 14
 
 def samples_per_turn(max_order: float) -> int:
     """Return a power of two that leaves the filter a wide flank above the highest order."""
-    return 1 << int(np.ceil(np.log2(GUARD * max(max_order, 1.0))))
+    return 1 << int(np.ceil(np.log2(MIN_SAMPLES_PER_PERIOD * max(max_order, 1.0))))
 
 
 def by_angle(

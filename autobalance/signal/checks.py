@@ -12,9 +12,9 @@ from autobalance.signal.record import BLOCK, Channel
 from autobalance.signal.sines import find_sines
 from autobalance.types import Array
 
-RUN = 3
+MIN_CLIPPED_RUN = 3
 """Least run of samples at the extreme in a clipped record."""
-CROWDED = 5.0
+MIN_CROWDING_RATIO = 5.0
 """Least ratio of the samples at the extreme to those at the next level: at most three for a rounded sine."""
 GUARD_FROM = 0.8
 """Share of half the sample rate above which an anti-aliasing filter should leave nothing."""
@@ -27,7 +27,7 @@ MODEL_ROUNDS = 8
 def clipped_share(channel: Channel) -> float:
     """Return the share of samples at an extreme where the signal was clipped; 0 without clipping."""
     values = channel.stored
-    if len(values) < 2 * RUN:
+    if len(values) < 2 * MIN_CLIPPED_RUN:
         return 0.0
     count = 0
     for sign in (1.0, -1.0):
@@ -53,7 +53,7 @@ def _crowd(stored: Array, sign: float) -> int:
             if best > second:
                 second, beside = best, 0
             beside += int((others == second).sum())
-    return total if run_found and np.isfinite(second) and total > CROWDED * beside else 0
+    return total if run_found and np.isfinite(second) and total > MIN_CROWDING_RATIO * beside else 0
 
 
 def _extreme(stored: Array, sign: float) -> float:

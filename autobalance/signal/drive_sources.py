@@ -10,7 +10,7 @@ from autobalance.units import N_PER_G_MM_S2
 
 HARMONICS = 3
 """Number of multiples of a mesh and of a belt's turn that are listed."""
-CREEP = 0.01
+MAX_BELT_SLIP = 0.01
 """Greatest slip of a belt without teeth on its pulley's rim, as a share."""
 
 
@@ -114,7 +114,10 @@ class Belt:
         [0.6283, 1.2566, 1.885, 2.0]
         """
         what = f"belt {self.name!r}"
-        turn, slip = math.pi * self.pulley_mm * self.speed / self.length_mm, 0.0 if self.teeth else CREEP
+        turn, slip = (
+            math.pi * self.pulley_mm * self.speed / self.length_mm,
+            0.0 if self.teeth else MAX_BELT_SLIP,
+        )
         sources = [
             Source(k * turn, f"{what}: a place on the belt" + (f" × {k}" if k > 1 else ""), slip)
             for k in range(1, HARMONICS + 1)

@@ -17,9 +17,9 @@ from autobalance.types import Complex
 
 SAME_ORDER = 1e-9
 """Greatest difference of two equal orders."""
-ABSENT = 3.0
+NOISE_SIGMAS = 3.0
 """Multiple of its standard error below which an order's amplitude is noise."""
-ROUNDED = 1e-10
+ROUNDING_SHARE = 1e-10
 """Share of a record's greatest order below which an amplitude is rounding: pieces of a record without noise
 scatter by no more than that."""
 
@@ -126,7 +126,7 @@ def _compared(first: Analysis, second: Analysis) -> list[ComparedOrder]:
     if first.lines is None or second.lines is None:
         return []
     every = first.lines.amplitudes, second.lines.amplitudes
-    floor_a, floor_b = (ROUNDED * float(np.abs(each).max(initial=0.0)) for each in every)
+    floor_a, floor_b = (ROUNDING_SHARE * float(np.abs(each).max(initial=0.0)) for each in every)
     rows = []
     pairs = zip(
         first.lines.orders, first.lines.amplitudes, second.lines.amplitudes, first.lines.standard_errors(),
@@ -156,4 +156,4 @@ def degrees(radians: float) -> float:
 
 
 def _is_noise(amplitude: float, standard_error: float, floor: float) -> bool:
-    return amplitude <= floor or (math.isfinite(standard_error) and amplitude < ABSENT * standard_error)
+    return amplitude <= floor or (math.isfinite(standard_error) and amplitude < NOISE_SIGMAS * standard_error)

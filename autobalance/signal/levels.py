@@ -13,7 +13,7 @@ from autobalance.signal.spectra import BANDS_HZ, band_rms, quantity, welch
 Quantity = Literal["displacement", "velocity", "acceleration"]
 QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "acceleration")
 UNITS = {"displacement": ("µm", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s²", 1.0)}
-PERIODS = 4.0
+MIN_PERIODS = 4.0
 """Periods of a band's lowest frequency that a record must hold."""
 
 
@@ -36,7 +36,7 @@ def band_levels(channel: Channel) -> list[Band]:
     times, size = known
     levels = []
     for low, high in BANDS_HZ:
-        if high > 0.5 * channel.sample_rate_hz or low * channel.duration_s < PERIODS:
+        if high > 0.5 * channel.sample_rate_hz or low * channel.duration_s < MIN_PERIODS:
             continue
         spectrum = welch(channel, least_hz=low)
         for wanted, name in enumerate(QUANTITIES):

@@ -24,20 +24,20 @@ from scipy import fft, optimize, signal
 from autobalance.signal.turning import TURN, Turning
 from autobalance.types import Array, Complex
 
-SHORTEST = 256
+MIN_SAMPLES = 256
 """Least number of samples in which resonances are sought."""
 PER_DECADE = 300
 """Steps per decade of the logarithmic frequency scale on which resonances are sought: 0.8 % each."""
-PROMINENCE = np.log(2.0)
+MIN_PROMINENCE = np.log(2.0)
 """Least height of a resonance over its flanks, in ln of amplitude."""
 MOST_DAMPING = 0.3
 LEAST_BINS = 3.0
 """Least half-power width of a mode [bins]: a narrower line is a steady tone or its record is too short."""
 SMOOTH_DEGREE = 2
 ROUNDS = 30
-WIDTHS = (8.0, 5.0, 5.0)
+BAND_HALF_WIDTHS = (8.0, 5.0, 5.0)
 """Half widths of the band in each round, in half widths of the resonance."""
-EXPLAINED = 0.5
+EXPLAINED_SHARE = 0.5
 BELL_POINTS = 30
 RIDGE_SHARE = 0.7
 """Least share of a piece's power on the ridge where one sine alone sweeps."""
@@ -72,7 +72,7 @@ def modes_of_transfer(response: Array, excitation: Array, sample_rate_hz: float)
     sample_rate_hz : float
         Samples a second [Hz].
     """
-    if len(response) < SHORTEST:
+    if len(response) < MIN_SAMPLES:
         return []
     y, u = fft.rfft(response - response.mean()), fft.rfft(excitation - excitation.mean())
     f, (cross, power, _) = _log_sums(
@@ -100,7 +100,7 @@ def modes_of_run_up(
     """
     first = int(np.ceil(max(turning.start_s, 0.0) * sample_rate_hz))
     last = min(int(turning.end_s * sample_rate_hz), len(response))
-    if last - first < SHORTEST:
+    if last - first < MIN_SAMPLES:
         return []
     piece = response[first:last] - response[first:last].mean()
     times = np.arange(first, last) / sample_rate_hz
@@ -115,7 +115,7 @@ def modes_of_run_up(
 def modes_of_response(response: Array, sample_rate_hz: float) -> list[Mode]:
     """Return the modes in a response alone, to an unmeasured excitation of even level, ascending."""
     length = len(response)
-    if length < SHORTEST:
+    if length < MIN_SAMPLES:
         return []
     y = fft.rfft(response - response.mean())
     power = np.abs(y) ** 2
@@ -153,7 +153,7 @@ def _peaks(f: Array, size: Array, excited: NDArray[np.bool_]) -> list[_Candidate
     level = np.log(np.maximum(size, 1e-300))
     kernel = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0
     smooth = np.convolve(np.pad(level, 2, "edge"), kernel, "valid")
-    places, properties = signal.find_peaks(smooth, prominence=PROMINENCE)
+    places, properties = signal.find_peaks(smooth, prominence=MIN_PROMINENCE)
     heights = np.asarray(properties["prominences"])  # type: ignore[typeddict-item]
     return [
         _Candidate(float(f[place]), float(height))
@@ -198,7 +198,7 @@ def _by_inputs(y: Complex, inputs: Sequence[Complex], step: float, guess: float,
     """Return the mode of one pole fitted to a band around a guess, or None; the band follows its width."""
     centre, half = guess, min(room, max(0.05 * guess, 12.0 * step))
     mode: Mode | None = None
-    for width in WIDTHS:
+    for width in BAND_HALF_WIDTHS:
         low, high = max(1, int((centre - half) / step)), min(len(y) - 1, int((centre + half) / step) + 1)
         if high - low < 6 * (SMOOTH_DEGREE + 2):
             break
@@ -215,7 +215,7 @@ def _by_inputs(y: Complex, inputs: Sequence[Complex], step: float, guess: float,
             return None
         centre = centre + half * pole.imag
         half = min(room, max(width * mode.damping_ratio * mode.frequency_hz, 40.0 * step))
-    return mode if mode is not None and mode.explained > EXPLAINED else None
+    return mode if mode is not None and mode.explained > EXPLAINED_SHARE else None
 
 
 def _pole(s: Complex, seen: Complex, inputs: Sequence[Complex]) -> tuple[complex, float]:
@@ -242,7 +242,7 @@ def _by_size(power: Array, step: float, guess: float, room: float) -> Mode | Non
     """Return the mode of a bell on a floor fitted to the power around a guess, or None, in a moving band."""
     centre, half = guess, min(room, max(0.05 * guess, 12.0 * step))
     mode: Mode | None = None
-    for width in WIDTHS:
+    for width in BAND_HALF_WIDTHS:
         low, high = max(1, int((centre - half) / step)), min(len(power) - 1, int((centre + half) / step) + 1)
         if high - low < 12:
             break
@@ -255,7 +255,7 @@ def _by_size(power: Array, step: float, guess: float, room: float) -> Mode | Non
             return None
         centre += half * place
         half = min(room, max(width * mode.damping_ratio * mode.frequency_hz, 12.0 * step))
-    return mode if mode is not None and mode.explained > EXPLAINED else None
+    return mode if mode is not None and mode.explained > EXPLAINED_SHARE else None
 
 
 def _bell(x: Array, seen: Array) -> tuple[float, float, float]:

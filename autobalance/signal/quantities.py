@@ -12,7 +12,7 @@ from autobalance.signal.record import Channel, Record
 from autobalance.signal.spectra import integrated, quantity
 
 Quantity = Literal["acceleration", "velocity", "displacement"]
-DERIVED: dict[str, tuple[int, str, float]] = {
+DERIVED_QUANTITIES: dict[str, tuple[int, str, float]] = {
     "acceleration": (2, "m/s²", 1.0),
     "velocity": (1, "mm/s", 1e3),
     "displacement": (0, "µm", 1e6),
@@ -46,7 +46,7 @@ def _as(channel: Channel, target: Quantity) -> Channel:
     spelled_as = quantity(spelled(channel.unit))
     assert spelled_as is not None  # asked before
     times, size = spelled_as
-    order, unit, scale = DERIVED[target]
+    order, unit, scale = DERIVED_QUANTITIES[target]
     values = channel.values() * (size * scale)
     if times != order:
         values = integrated(values, channel.sample_rate_hz, LOWEST_HZ, times - order)

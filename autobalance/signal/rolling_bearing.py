@@ -8,7 +8,7 @@ import numpy as np
 
 from autobalance.errors import FormatError
 
-SLIP = 0.02
+MAX_SLIP = 0.02
 """Greatest share by which a defect may be off its kinematic order, since balls slide a little."""
 
 

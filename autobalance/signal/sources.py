@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from autobalance.engine.whole_engine import Engine, Order
-from autobalance.signal.rolling_bearing import SLIP, RollingBearing
+from autobalance.signal.rolling_bearing import MAX_SLIP, RollingBearing
 
 UNEXPLAINED = "unexplained"
 BEARING_NAMES = {
@@ -23,7 +23,7 @@ BEARING_NAMES = {
     "ball_defect": "ball striking (2 BSF)",
 }
 BEARING_HARMONICS = 3
-CANCELLED = 1e-6
+CANCELLED_ORDER_SHARE = 1e-6
 """Share of the engine's greatest order below which an order cancels."""
 
 
@@ -39,7 +39,9 @@ class Source:
 def bearing_sources(bearing: RollingBearing) -> list[Source]:
     """Return the orders of a bearing's defects, with their harmonics."""
     return [
-        Source(times * order, f"bearing, {BEARING_NAMES[name]}" + (f" × {times}" if times > 1 else ""), SLIP)
+        Source(
+            times * order, f"bearing, {BEARING_NAMES[name]}" + (f" × {times}" if times > 1 else ""), MAX_SLIP
+        )
         for name, order in bearing.orders().items()
         for times in range(1, BEARING_HARMONICS + 1)
     ]
@@ -80,9 +82,15 @@ def mass_sources(
     sources = []
     for order in orders:
         kept = with_shafts.get(order.order, order)
-        if alone[order.order] <= CANCELLED * force and kept.greatest_moment_n_m <= CANCELLED * moment:
+        if (
+            alone[order.order] <= CANCELLED_ORDER_SHARE * force
+            and kept.greatest_moment_n_m <= CANCELLED_ORDER_SHARE * moment
+        ):
             continue
-        if kept.greatest_force_n <= CANCELLED * force and kept.greatest_moment_n_m <= CANCELLED * moment:
+        if (
+            kept.greatest_force_n <= CANCELLED_ORDER_SHARE * force
+            and kept.greatest_moment_n_m <= CANCELLED_ORDER_SHARE * moment
+        ):
             continue
         sources.append(
             Source(
@@ -144,7 +152,7 @@ def torque_sources(orders: Sequence[tuple[float, float, float]]) -> list[Source]
     return [
         Source(order, f"torque of the cycle: gas {gas:.4g} N·m, inertia {inertia:.4g} N·m")
         for order, gas, inertia in orders
-        if max(gas, inertia) > CANCELLED * greatest
+        if max(gas, inertia) > CANCELLED_ORDER_SHARE * greatest
     ]
 
 

@@ -103,7 +103,7 @@ def integrated(values: Array, sample_rate_hz: float, low_hz: float, times: int =
     """
     centred = np.asarray(values - values.mean(), dtype=float)
     room = int(LED_ON * sample_rate_hz / low_hz)
-    stride = max(1, round(sample_rate_hz / (THINNED * low_hz)))
+    stride = max(1, round(sample_rate_hz / (MAX_SAMPLES_PER_PERIOD * low_hz)))
     before, after = _led_on(centred[::-1], room, stride)[::-1], _led_on(centred, room, stride)
     padded = np.concatenate([before, centred, after])
     f = fft.rfftfreq(len(padded), 1.0 / sample_rate_hz)
@@ -116,7 +116,7 @@ def integrated(values: Array, sample_rate_hz: float, low_hz: float, times: int =
 
 LED_ON = 4.0
 """Periods of the lowest frequency by which a record is continued beyond each end."""
-THINNED = 1000.0
+MAX_SAMPLES_PER_PERIOD = 1000.0
 """Most samples per period of the lowest frequency used in the prediction: with more, only every so many are
 predicted from each other, since neighbours are too much alike to show slow waves."""
 PREDICTED_BY = 60

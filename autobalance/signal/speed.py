@@ -19,7 +19,7 @@ from autobalance.types import Array
 
 PIECE_S = 1.0
 LEAST_HZ, MOST_HZ = 3.0, 400.0
-TEETH = {
+ORDER_WEIGHTS = {
     0.5: 0.25,
     1.0: 1.0,
     1.5: 0.25,
@@ -117,7 +117,10 @@ def _comb(size: Array, bins: Array) -> Array:
     level = np.sqrt(size / size.max()) if size.max() > 0.0 else size
     places = np.arange(len(level))
     return sum(
-        (weight * np.interp(order * bins, places, level, right=0.0) for order, weight in TEETH.items()),
+        (
+            weight * np.interp(order * bins, places, level, right=0.0)
+            for order, weight in ORDER_WEIGHTS.items()
+        ),
         np.zeros(len(bins)),
     )
 

@@ -23,7 +23,7 @@ from autobalance.units import G_PER_MM3_PER_KG_M3
 TABLES = ("rotating", "reciprocating", "crankpin")
 DENSITY, DEPTH = "crankshaft.density_kg_m3", "correction.depth"
 POSITION, WANDER, JOURNAL = "study.position", "study.wander", "study.journal"
-WHERE = (
+WHERE_TO_STATE = (
     "a weight's pm ({ g = 158.0, pm = 0.5 }), crankshaft.density_pm_kg_m3, engine.attached pm_g_mm, "
     "correction.depth_tolerance_mm, study.position_pm_mm, study.wander_pm_deg, study.journal_pm_mm, "
     "study.measurement"
@@ -61,7 +61,8 @@ def causes_of(plan: Plan) -> Causes:
     collected.measurement()
     if not collected.draws:
         raise JobError(
-            f"{plan.job.path.name}: nothing is uncertain, every ± is 0; these keys may say one: {WHERE}"
+            f"{plan.job.path.name}: nothing is uncertain, every ± is 0;"
+            f" these keys may say one: {WHERE_TO_STATE}"
         )
     return Causes(tuple(collected.draws), collected.factor_rates, collected.direction_rates)
 

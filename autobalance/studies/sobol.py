@@ -22,7 +22,7 @@ from autobalance.types import Array
 
 CRANKS = 1 << 13
 """Cranks of each of the two samples; the shares are known to about 1 % then."""
-AGAIN = "again "
+SECOND_SAMPLE_PREFIX = "again "
 LINEAR = 0.02
 """Where the first-order shares sum to 1 within this, what is judged is as good as a sum."""
 
@@ -58,7 +58,7 @@ def sobol_shares(model: LinearModel, seed: int, count: int = CRANKS) -> SobolSha
     """
     one, other = (
         {draw.label: draw.changes(_sampled(model, draw.label, prefix, seed, count)) for draw in model.draws}
-        for prefix in ("", AGAIN)
+        for prefix in ("", SECOND_SAMPLE_PREFIX)
     )
     state_one, state_other = model.nominal + _sum(one, count), model.nominal + _sum(other, count)
     judged_one, judged_other = model.used_shares(state_one), model.used_shares(state_other)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from autobalance.units import wrapped_deg
 
-SCATTERS = 2.0
+MIN_RESIDUAL_SIGMAS = 2.0
 """Standard deviations of a reading that count as the least residual that the machine can show."""
 
 
@@ -177,7 +177,7 @@ def repeated_readings(readings_g_mm: Sequence[float], readings_deg: Sequence[flo
         raise ValueError(f"{len(read)} reading; expected two or more")
     mean = complex(read.mean())
     scatter = math.sqrt(float((np.abs(read - mean) ** 2).sum()) / (2 * (len(read) - 1)))
-    return Repeated(abs(mean), _degrees(mean), scatter, SCATTERS * scatter)
+    return Repeated(abs(mean), _degrees(mean), scatter, MIN_RESIDUAL_SIGMAS * scatter)
 
 
 def _vectors(sizes_g_mm: Sequence[float], angles_deg: Sequence[float]) -> NDArray[np.complex128]:

@@ -15,7 +15,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.uncertainty import Budget, Share
 from autobalance.solid.chordal_error.estimate import ChordalError
-from autobalance.verification.claims import BUDGET, Claims
+from autobalance.verification.claims import UNCERTAINTY_BUDGET, Claims
 from autobalance.verification.rotor_claims import MOMENT_ROUNDING
 from autobalance.verification.solids import Left, OriginalCrank
 
@@ -55,7 +55,7 @@ def check_budgets(
     claims: Claims, causes: UncertaintyBudget, doubts: tuple[Budget, Budget], size_g_mm: float
 ) -> Budget:
     """Check the budgets before and after correction; return the claimed one of the residual."""
-    claims.against(BUDGET)
+    claims.against(UNCERTAINTY_BUDGET)
     check_budget(claims, "initial", causes, doubts[0], size_g_mm)
     return check_budget(claims, "residual", causes, doubts[1], size_g_mm)
 

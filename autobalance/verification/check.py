@@ -32,10 +32,10 @@ from autobalance.verification.checked import (
 )
 from autobalance.verification.claimed_scan import with_scan_file
 from autobalance.verification.claims import (
-    BOTH,
-    CORRECTED,
+    BOTH_SOLIDS,
+    CORRECTED_SOLID,
     FILES,
-    INPUT,
+    INPUT_SOLID,
     JOB,
     RECORD,
     ROUNDING,
@@ -119,13 +119,13 @@ def _checked(held: Held) -> Checked:
     claims.same("command", "balance")
     job, anatomy = premises.claimed_job(claims, held.folder), premises.claimed_anatomy(claims)
     crank = premises.claimed_crank(claims)
-    claims.against(CORRECTED)
+    claims.against(CORRECTED_SOLID)
     left = solids.measured_files(claims, held.folder, job, anatomy.file_to_rotor, held.files)
     again = (
         solids.measured_again(claims, left.source, job, anatomy.file_to_rotor) if held.independent else None
     )
     check_limits_of_job(claims, held.folder, held.files)
-    claims.against(INPUT)
+    claims.against(INPUT_SOLID)
     crank_before = _crank_before(held, job, anatomy)
     hidden = solids.hidden_part(claims, job, anatomy, crank_before, left.soup)
     claims.against(JOB)
@@ -134,9 +134,9 @@ def _checked(held: Held) -> Checked:
     loads = loads - rotor_from_job.overbalance_moments(job, tolerance)
     size = solids.size_of(left.source, crank)
     initial = Unbalance.of(crank + loads)
-    claims.against(INPUT)
+    claims.against(INPUT_SOLID)
     rotor_claims.check_unbalance(claims, "initial", initial, tolerance, size)
-    claims.against(BOTH)
+    claims.against(BOTH_SOLIDS)
     if left.is_cut:
         change = Change(
             crank_before.source,
@@ -152,7 +152,7 @@ def _checked(held: Held) -> Checked:
     after = left.moments + hidden + solids.pressed_in(claims)
     solids.check_with_slugs(claims, after)
     residual = Unbalance.of(after + loads)
-    claims.against(CORRECTED)
+    claims.against(CORRECTED_SOLID)
     rotor_claims.check_unbalance(claims, "residual", residual, tolerance, size)
     rotor_claims.check_after(claims, job, anatomy, crank, after)
     rotor_claims.check_inertia(claims, crank, after)
@@ -163,12 +163,12 @@ def _checked(held: Held) -> Checked:
     ends = Ends(initial, residual, crank, after, doubts, hidden)
     claims.against(RECORD)
     _check_as_recorded(held, job, crank_before, left, tolerance, ends)
-    claims.against(BOTH)
+    claims.against(BOTH_SOLIDS)
     check_course(claims, ends, left.is_cut)
     _check_overbalance(claims, job, tolerance)
     claims.against(FILES)
     solids.check_pages(claims, held.folder)
-    claims.against(CORRECTED)
+    claims.against(CORRECTED_SOLID)
     proven = tolerance.is_proven_by(residual, budget)
     within = check_verdict(claims, tolerance.is_met_by(residual, budget), proven, left.is_cut)
     return Checked((), within, residual, tolerance, (), again, budget)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.balancing.loop import Result
-from autobalance.balancing.measuring import DEVIATION_MM, DISAGREE, Measured
+from autobalance.balancing.measuring import DEVIATION_MM, MAX_SURFACE_DIFFERENCE_SHARE, Measured
 from autobalance.balancing.record import Record
 from autobalance.errors import ClaimError, FormatError
 from autobalance.rigid_rotor.moments import Moments
@@ -149,10 +149,10 @@ def check_course(claims: Claims, ends: Ends, is_cut: bool) -> None:
                 change = sum((part.array("unbalance_change_g_mm", (2,)) for part in parts), np.zeros(2))
                 predicted = float(np.linalg.norm(ends.initial.resultant_g_mm + change))
                 if "true_surfaces" in claims.values:  # listed as cut, but predicted on facets
-                    within = DISAGREE * moved + sum(map(_of_facets_g_mm, parts))
+                    within = MAX_SURFACE_DIFFERENCE_SHARE * moved + sum(map(_of_facets_g_mm, parts))
                     step.near("predicted_g_mm", predicted, within, 1.0)
                 elif "roughness_mm" in claims.get("crank", dict):  # listed as a rough surface was cut
-                    step.near("predicted_g_mm", predicted, DISAGREE * moved, 1.0)
+                    step.near("predicted_g_mm", predicted, MAX_SURFACE_DIFFERENCE_SHARE * moved, 1.0)
                 else:
                     step.near("predicted_g_mm", predicted, moved + ends.initial.magnitude_g_mm)
             return

@@ -15,11 +15,11 @@ from autobalance.types import Array
 ROUNDING = 1e-9
 """Share by which a number may differ from its claim: sums in another order, no more."""
 
-CORRECTED = "the corrected solid, read from its file again"
-INPUT = "the solid that was corrected, read and recognised again"
-BOTH = "both solids: the metal removed from one to the other"
+CORRECTED_SOLID = "the corrected solid, read from its file again"
+INPUT_SOLID = "the solid that was corrected, read and recognised again"
+BOTH_SOLIDS = "both solids: the metal removed from one to the other"
 JOB = "values that follow from the job and the crank"
-BUDGET = "the causes of uncertainty, summed again"
+UNCERTAINTY_BUDGET = "the causes of uncertainty, summed again"
 RECORD = "a record made anew from the job and the files"
 FILES = "the files beside the report"
 

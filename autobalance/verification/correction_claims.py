@@ -32,13 +32,20 @@ from autobalance.verification.cut_values import (
     compare,
 )
 from autobalance.verification.limit_claims import check_within_limits
-from autobalance.verification.shared_out import GRAINS, SHARE, SeparatedMetal, shared_out
+from autobalance.verification.shared_out import (
+    THICKNESS_IN_ROUNDINGS,
+    VALUE_TOLERANCE_SHARE,
+    SeparatedMetal,
+    shared_out,
+)
 from autobalance.verification.solids import Files
 
 OTHER_KIND = "the metal of this kind of correction cannot be distinguished"
-TORN = "its metal is thin and hangs together with the file's rounding: its amount and effect were checked"
-THIN = "its metal is thinner than the files resolve places: only the sum of all was checked"
-TOUCHING = "its metal touches that of another correction: only their sum was checked"
+TORN_METAL = (
+    "its metal is thin and hangs together with the file's rounding: its amount and effect were checked"
+)
+THIN_METAL = "its metal is thinner than the files resolve places: only the sum of all was checked"
+TOUCHING_METAL = "its metal touches that of another correction: only their sum was checked"
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,17 +213,20 @@ def _check_sum(claims: Claims, parts: Sequence[Claims], change: Change) -> None:
     rounding = change.density_g_mm3 * 0.5 * float(mesh.doubled_areas.sum()) * change.near_mm
     off_g = abs(total.mass_g - change.whole.mass_g)
     off_g_mm = float(np.linalg.norm(total.first_g_mm[:2] - change.whole.first_g_mm[:2]))
-    if not off_g <= SHARE * moved_g + rounding:
+    if not off_g <= VALUE_TOLERANCE_SHARE * moved_g + rounding:
         raise ClaimError(
             f"{claims.name}: corrections take {-total.mass_g:.6g} g together, "
             f"but {-change.whole.mass_g:.6g} g are gone"
         )
-    if not off_g_mm <= SHARE * moved_g_mm + rounding * mesh.diagonal_mm:
+    if not off_g_mm <= VALUE_TOLERANCE_SHARE * moved_g_mm + rounding * mesh.diagonal_mm:
         raise ClaimError(
             f"{claims.name}: corrections change the unbalance by {_vector(total)} g·mm together, "
             f"but it changed by {_vector(change.whole)}"
         )
-    near_g, near_g_mm = SHARE * moved_g + rounding, SHARE * moved_g_mm + rounding * mesh.diagonal_mm
+    near_g, near_g_mm = (
+        VALUE_TOLERANCE_SHARE * moved_g + rounding,
+        VALUE_TOLERANCE_SHARE * moved_g_mm + rounding * mesh.diagonal_mm,
+    )
     claims.note("corrections: mass that goes", -total.mass_g, -change.whole.mass_g, near_g)
     sums = total.first_g_mm[:2].tolist(), change.whole.first_g_mm[:2].tolist()
     claims.note("corrections: unbalance that changes", *sums, near_g_mm)
@@ -244,11 +254,11 @@ def _is_skin(part: Claims, skin: Solid, near_mm: float) -> bool:
 
     A rim that is turned by little more than its facets stand back loses a film between two polygons.
     """
-    if abs(part.get("depth_mm", float)) <= 2.0 * GRAINS * near_mm:  # a layer has two sides
+    if abs(part.get("depth_mm", float)) <= 2.0 * THICKNESS_IN_ROUNDINGS * near_mm:  # a layer has two sides
         return True
     listed = abs(part.get("removed_volume_mm3", float))
     off = abs(listed - skin.volume_mm3)
-    return skin.volume_mm3 > 0.0 and off <= SHARE * listed + near_mm * skin.area_mm2
+    return skin.volume_mm3 > 0.0 and off <= VALUE_TOLERANCE_SHARE * listed + near_mm * skin.area_mm2
 
 
 def _check_one(
@@ -265,10 +275,10 @@ def _check_one(
         check_implied(part, trace.implied(crank, limits))
     mine, is_torn = seen.metal, seen.is_torn
     if trace is None or mine is None:
-        part.ledger.why_not[part.place] = OTHER_KIND if trace is None else TOUCHING
+        part.ledger.why_not[part.place] = OTHER_KIND if trace is None else TOUCHING_METAL
         return
     if trace.takes_metal and not mine and _is_skin(part, seen.skin, change.near_mm):
-        part.ledger.why_not[part.place] = THIN
+        part.ledger.why_not[part.place] = THIN_METAL
         return
     if bool(mine) != trace.takes_metal:
         word = "no metal went or came there" if not mine else "metal went or came there"
@@ -285,7 +295,7 @@ def _check_one(
         change.near_mm,
     )
     if is_torn:
-        part.ledger.why_not[part.place] = TORN
+        part.ledger.why_not[part.place] = TORN_METAL
         measured: dict[str, Any] = {}
     else:
         measured = dict(trace.read(metal))

@@ -9,7 +9,7 @@ from typing import Any
 
 from autobalance.verification.claims import Ledger
 
-PLANNED = "found by the planner on the surfaces around each place; the files do not keep it"
+PLANNED_ONLY = "found by the planner on the surfaces around each place; the files do not keep it"
 NOT_CHECKED: Mapping[str, str] = {
     "job": "what was asked is taken as it stands; what follows from it was checked",
     "job_set": "what was asked is taken as it stands",
@@ -24,9 +24,9 @@ NOT_CHECKED: Mapping[str, str] = {
     "plan_kept": "the report whose cuts were kept is not read",
     "steps": "the solids of earlier passes and what was predicted of them are not kept",
     "overbalance": "the last holes are planned, not cut yet",
-    "corrections[].wall_left_mm": PLANNED,
-    "corrections[].depth_left_mm": PLANNED,
-    "corrections[].cutter_mm": PLANNED,
+    "corrections[].wall_left_mm": PLANNED_ONLY,
+    "corrections[].depth_left_mm": PLANNED_ONLY,
+    "corrections[].cutter_mm": PLANNED_ONLY,
     "corrections[].drill": "what the shop calls the drill; its diameter was checked",
     "corrections[].sector_deg": "the metal does not show where the sector ends",
     "serial": "it is on the part, not in the files",
@@ -35,7 +35,7 @@ NOT_CHECKED: Mapping[str, str] = {
     "true_surfaces": "counted by the CAD kernel while the run had both solids",
 }
 """Reasons by place for values that do not follow from the files."""
-UNKNOWN = "there is no independent source to check it against"
+NO_SOURCE = "there is no independent source to check it against"
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def _reason(place: str, ledger: Ledger) -> tuple[str, str]:
         if keys:
             key = max(keys, key=len)
             return key, known[key]
-    return general, UNKNOWN
+    return general, NO_SOURCE
 
 
 def _leaves(place: str, value: Any) -> Iterator[str]:

@@ -13,7 +13,7 @@ from autobalance.correction.trace import Metal, Reading
 from autobalance.errors import ClaimError, FormatError
 from autobalance.types import Array
 from autobalance.verification.claims import ROUNDING, Claims
-from autobalance.verification.shared_out import SHARE
+from autobalance.verification.shared_out import VALUE_TOLERANCE_SHARE
 
 STATED = ("face", "web", "radius_mm", "angle_deg", "z_mm")
 """Keys for the machinist that every correction must have beside its measured values."""
@@ -88,7 +88,7 @@ def compare(part: Claims, measured: Mapping[str, Any], metal: Metal, rough_mm: f
     The start of metal at a scanned face is known to its roughness.
     """
     skin_mm3 = metal.area_mm2 * metal.near_mm
-    share = SHARE if rough_mm == 0.0 else ROUGH_SHARE
+    share = VALUE_TOLERANCE_SHARE if rough_mm == 0.0 else ROUGH_SHARE
     reach = float(np.abs(metal.corners).max(initial=0.0))
     crumbs_mm = 0.0 if rough_mm == 0.0 else rough_mm + ROUGH_SHARE * reach  # of a centre
     volume_mm3 = sum(piece.volume_mm3 for piece in metal.pieces)
@@ -107,7 +107,7 @@ def compare(part: Claims, measured: Mapping[str, Any], metal: Metal, rough_mm: f
                 key, float(value), ANGLE_DEG + math.degrees(4.0 * metal.near_mm / max(reach, 1.0))
             )
         elif key in ("normal", "inward"):
-            part.near(key, value, SHARE, 1.0)
+            part.near(key, value, VALUE_TOLERANCE_SHARE, 1.0)
         elif key.endswith("_per_mm_g_mm") or key.endswith("_mm2"):
             part.near(key, value, (2.0 * share + thin) * size + 1e-3, 1.0)
         elif key.endswith("_mm") and not key.endswith("_g_mm"):

@@ -22,7 +22,7 @@ from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
 from autobalance.verification.claims import ROUNDING, Claims
 
-RIGID = 1e-9
+MAX_ROTATION_ERROR = 1e-9
 """Greatest absolute entry of RᵀR − 1 in a rotation."""
 
 
@@ -100,7 +100,7 @@ def claimed_frame(claims: Claims) -> Array:
     """Return the motion from file to rotor (4, 4); refuse one that is not rigid."""
     frame = claims.array("frame.file_to_rotor", (4, 4))
     turn = frame[:3, :3]
-    rigid = np.abs(turn.T @ turn - np.eye(3)).max() <= RIGID and np.linalg.det(turn) > 0.0
+    rigid = np.abs(turn.T @ turn - np.eye(3)).max() <= MAX_ROTATION_ERROR and np.linalg.det(turn) > 0.0
     if not (rigid and frame[3].tolist() == [0.0, 0.0, 0.0, 1.0]):
         raise ClaimError(f"{claims.name}: frame.file_to_rotor is not a rigid motion")
     claims.note("frame.file_to_rotor is a rigid motion", True, True)

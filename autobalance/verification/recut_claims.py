@@ -29,7 +29,15 @@ from autobalance.verification.checked import (
     ended,
 )
 from autobalance.verification.claimed_scan import with_scan
-from autobalance.verification.claims import BOTH, BUDGET, CORRECTED, FILES, INPUT, RECORD, Claims
+from autobalance.verification.claims import (
+    BOTH_SOLIDS,
+    CORRECTED_SOLID,
+    FILES,
+    INPUT_SOLID,
+    RECORD,
+    UNCERTAINTY_BUDGET,
+    Claims,
+)
 from autobalance.verification.correction_claims import Change, check_corrections, check_nothing_cut
 from autobalance.verification.earlier_stage import claimed_tolerance
 from autobalance.verification.report_file import read_report
@@ -50,20 +58,20 @@ def check_recut(held: Held) -> Checked:
     claims.against("the report of the stage before")
     before = _report_before(claims, folder)
     tolerance = _tolerance(claims, job, before)
-    claims.against(INPUT)
+    claims.against(INPUT_SOLID)
     crank_before = _old_solid(held, job, anatomy)
     old = crank_before.crank.moments
     size = solids.size_of(crank_before.source, old)
     new, hidden, left, again = old, Moments.zero(), None, None
     is_cut = claims.get("outputs.solid", object) is not None
-    claims.against(CORRECTED)
+    claims.against(CORRECTED_SOLID)
     if is_cut:
         left = solids.measured_files(claims, folder, job, anatomy.file_to_rotor, held.files)
         if held.independent:
             again = solids.measured_again(claims, left.source, job, anatomy.file_to_rotor)
         hidden = solids.hidden_part(claims, job, anatomy, crank_before, left.soup)
         new = left.moments + hidden
-        claims.against(BOTH)
+        claims.against(BOTH_SOLIDS)
         change = Change(
             crank_before.source,
             left.source,
@@ -81,24 +89,24 @@ def check_recut(held: Held) -> Checked:
     claims.against("the reading, resolved into its planes again")
     reading = _read(claims)
     rotor_claims.check_unbalance(claims, "initial", reading, tolerance, size)
-    claims.against(BOTH)
+    claims.against(BOTH_SOLIDS)
     residual = reading + Unbalance.of(new - old)
     rotor_claims.check_unbalance(claims, "residual", residual, tolerance, size)
     _factors(claims, job, anatomy, reading, residual)
     _stage(claims, residual, size, before)
     rotor_claims.check_assembly(claims, job, tolerance, residual, size)
     rotor_claims.check_inertia(claims, old, new)
-    claims.against(BUDGET)
+    claims.against(UNCERTAINTY_BUDGET)
     budget = _budget(claims, tolerance)
     ends = Ends(reading, residual, old, new, (None, budget), hidden)
     factor = float(claims.get("balance_factor.target", float))
     claims.against(RECORD)
     check_like(held, run.record_of(job, crank_before.crank, factor, tolerance, ended(claims, ends, left)))
-    claims.against(BOTH)
+    claims.against(BOTH_SOLIDS)
     check_course(claims, ends, is_cut)
     claims.against(FILES)
     solids.check_pages(claims, folder)
-    claims.against(BOTH)
+    claims.against(BOTH_SOLIDS)
     within = _verdict(claims, tolerance, residual, budget, is_cut)
     return Checked((), within, residual, tolerance, (), again, budget)
 

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from autobalance.errors import FormatError, file_errors
 from autobalance.runtime import note_read
 
-LARGEST = 1e30
+MAX_NUMBER = 1e30
 """Greatest size of a number: no report holds a larger one, and products stay finite."""
 VERSIONS = (1,)
 """Readable versions of reports."""
@@ -63,8 +63,8 @@ def refuse_version(name: str, values: Mapping[str, Any]) -> None:
 
 
 def _limited(number: Number) -> Number:
-    if abs(number) > LARGEST:
-        raise ValueError(f"it holds a number beyond {LARGEST:g}")
+    if abs(number) > MAX_NUMBER:
+        raise ValueError(f"it holds a number beyond {MAX_NUMBER:g}")
     return number
 
 

@@ -13,15 +13,15 @@ from autobalance.correction.trace import Before, Trace
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.verification.claims import Claims
 
-SHARE = 1e-3
+VALUE_TOLERANCE_SHARE = 1e-3
 """Share by which values measured of the metal may differ from a report's: facets, rounding."""
-GRAINS = 16.0
+THICKNESS_IN_ROUNDINGS = 16.0
 """Thickness up to which metal counts as rounding, in roundings of the file."""
 
 
 def _pieces(metal: Solid, near_mm: float) -> list[Solid]:
     """Return the pieces of metal that are thicker than rounding."""
-    return [] if metal.is_empty else metal.thicker_pieces(GRAINS * near_mm)
+    return [] if metal.is_empty else metal.thicker_pieces(THICKNESS_IN_ROUNDINGS * near_mm)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +93,10 @@ def shared_out(
 
 
 def _misses_share(part: Claims, pieces: Sequence[Solid]) -> bool:
-    """Return whether a correction has no pieces, or misses more than ``SHARE`` of its listed volume."""
-    return not pieces or _missing_mm3(part, pieces) > SHARE * abs(part.get("removed_volume_mm3", float))
+    """Return whether a correction has no pieces or lacks too much of its listed volume."""
+    return not pieces or _missing_mm3(part, pieces) > VALUE_TOLERANCE_SHARE * abs(
+        part.get("removed_volume_mm3", float)
+    )
 
 
 def _misses_strip(part: Claims, pieces: Sequence[Solid], near_mm: float) -> bool:
@@ -123,9 +125,9 @@ def _holds(room: Solid, piece: Solid) -> bool:
 
 
 def _hides(piece: Solid, room: Solid, part: Claims) -> bool:
-    """Return whether a piece holds more than ``SHARE`` of the volume listed for a correction beside it."""
+    """Return whether a piece holds a notable share of the volume listed for a correction beside it."""
     listed: float = abs(part.get("removed_volume_mm3", float))
-    return _shared_mm3(room, piece) > SHARE * listed
+    return _shared_mm3(room, piece) > VALUE_TOLERANCE_SHARE * listed
 
 
 def _shared_mm3(room: Solid, piece: Solid) -> float:
@@ -142,9 +144,11 @@ def _separated(parts: Sequence[Claims], mine: list[list[Solid]], i: int, j: int,
             if apart:
                 continue
             both, size = one & other, max(one.volume_mm3, other.volume_mm3)
-            if both.volume_mm3 <= SHARE * min(one.volume_mm3, other.volume_mm3) or not _pieces(both, near_mm):
+            if both.volume_mm3 <= VALUE_TOLERANCE_SHARE * min(
+                one.volume_mm3, other.volume_mm3
+            ) or not _pieces(both, near_mm):
                 continue  # halves of one face that meet in a sector's edge
-            if both.volume_mm3 < (1.0 - SHARE) * size:
+            if both.volume_mm3 < (1.0 - VALUE_TOLERANCE_SHARE) * size:
                 return {i, j}
             centre = both.moments(1.0).centre_mm
             away = [float(np.linalg.norm(parts[k].array("position_mm", (3,)) - centre)) for k in (i, j)]

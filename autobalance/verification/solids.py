@@ -20,7 +20,7 @@ from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import note_read
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
-from autobalance.solid.formats.read import REFUSED, Source, read
+from autobalance.solid.formats.read import REFUSED_HOLES, Source, read
 from autobalance.solid.formats.write import decode
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.solid.slicing.independent import agreement, slice_moments
@@ -58,7 +58,7 @@ class Files:
         body: int | str | None,
         pressed_up: bool = False,
         unite: bool | None = None,
-        holes: OpenHoles = REFUSED,
+        holes: OpenHoles = REFUSED_HOLES,
     ) -> Source:
         key = ("read", str(path), unit, body, pressed_up, unite, holes)
         return self.once(key, lambda: read(path, unit, body, pressed_up=pressed_up, unite=unite, holes=holes))

@@ -22,7 +22,7 @@ HEADERS = {
         "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     ),
 }
-OPEN = ("/api/health", "/static/")
+OPEN_PATHS = ("/api/health", "/static/")
 """What needs no token: nothing of the project is in it."""
 
 
@@ -72,7 +72,7 @@ class Guard:
         if host not in self._hosts or origin not in (None, f"http://{host}"):
             return JSONResponse({"error": "this host or origin may not ask here"}, FORBIDDEN)
         path = scope["path"]
-        if path == OPEN[0] or path.startswith(OPEN[1]):
+        if path == OPEN_PATHS[0] or path.startswith(OPEN_PATHS[1]):
             return None
         if self._keys.is_token(headers.get(TOKEN_HEADER)):
             return None

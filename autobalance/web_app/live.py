@@ -15,7 +15,7 @@ from autobalance.web_app.analyses import analyses
 from autobalance.web_app.answers import body_of, file_of, refused
 from autobalance.web_app.forms import limits, tables
 from autobalance.web_app.named_files import named_files
-from autobalance.web_app.prediction import DRAGGED, predicted
+from autobalance.web_app.prediction import DRAGGED_KEYS, predicted
 from autobalance.web_app.preview import preview
 from autobalance.web_app.work import CARDS, MESH, MODEL, VIEW
 
@@ -113,11 +113,11 @@ class Live:
         model, values = self._json(request, MODEL), await body_of(request)
         if model is None or "cuts" not in model:
             return file_of(None)
-        if not isinstance(values, dict) or set(values) - set(DRAGGED):
-            body = ", ".join(f'"{name}": [...]' for name in DRAGGED)
+        if not isinstance(values, dict) or set(values) - set(DRAGGED_KEYS):
+            body = ", ".join(f'"{name}": [...]' for name in DRAGGED_KEYS)
             return refused(f"the body must be {{{body}}}", 400)
         try:
-            return JSONResponse(predicted(model, *(values.get(name, []) for name in DRAGGED)))
+            return JSONResponse(predicted(model, *(values.get(name, []) for name in DRAGGED_KEYS)))
         except AutobalanceError as error:
             return refused(str(error), 400)
 

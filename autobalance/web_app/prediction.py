@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from autobalance.api.balance import BalanceResult
     from autobalance.rigid_rotor.moments import Moments
 
-DRAGGED = ("depths_mm", "turns_deg", "diameters_mm")
+DRAGGED_KEYS = ("depths_mm", "turns_deg", "diameters_mm")
 """What a hand may change of the cuts, one entry a cut each."""
-WIDEST = 1.6
+MAX_DIAMETER_RATIO = 1.6
 """How many times as wide, or as narrow, as its own the drills are that the page offers for a hole."""
 TURNS_DEG = 60.0
 """How far a hole may be turned about the crank axis on the page, each way."""
@@ -76,7 +76,9 @@ def _cut(cut: Any, depth_mm: float, listed: Mapping[str, Any]) -> Values:
 def _drills(cut: Any, listed: Mapping[str, Any]) -> list[Values]:
     """Return the shop's drills about as wide as a hole's own; none for a hole that is deepened."""
     about = getattr(getattr(cut, "limits", None), "listed_about", None)  # other cuts know of no drills
-    return [] if about is None or listed.get("deepened_from_mm") else about(cut.diameter_mm, WIDEST)
+    return (
+        [] if about is None or listed.get("deepened_from_mm") else about(cut.diameter_mm, MAX_DIAMETER_RATIO)
+    )
 
 
 def _grip(listed: Mapping[str, Any], depth_mm: float) -> Values:

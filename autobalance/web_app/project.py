@@ -17,10 +17,10 @@ from autobalance.errors import FileError, file_errors
 LONGEST_NAME = 120
 JOB = "job.toml"
 RUNS = "runs"
-OWN = ".app"
+APP_FOLDER = ".app"
 """What the page needs besides the files that the commands write: meshes for its view, runs' states."""
 RUN_ID = re.compile(r"[0-9a-f]{12}")
-WAITING = ".upload-"
+UPLOAD_PREFIX = ".upload-"
 
 
 class TooLarge(Exception):  # noqa: N818 - what happened, not a fault of the program
@@ -43,11 +43,11 @@ class Project:
             If it cannot be made, or leads out of itself.
         """
         with file_errors(f"make the project {folder}"):
-            for room in (folder / RUNS, folder / OWN):
+            for room in (folder / RUNS, folder / APP_FOLDER):
                 room.mkdir(parents=True, exist_ok=True)
                 if room.is_symlink():
                     raise FileError(f"{room} is a link; a project's own folders must be in it")
-            for left in folder.glob(f"{WAITING}*"):
+            for left in folder.glob(f"{UPLOAD_PREFIX}*"):
                 left.unlink()
         return cls(folder.resolve())
 
@@ -68,12 +68,12 @@ class Project:
 
     def own_folder(self, run: str) -> Path:
         """Return where the page's own files of a run go."""
-        return self.folder / OWN / run
+        return self.folder / APP_FOLDER / run
 
     def as_named(self, message: str) -> str:
         """Return a message that names the project's files as people do: without where they lie here."""
         folder = re.escape(str(self.folder))
-        return re.sub(rf"{folder}/(?:{RUNS}|{re.escape(OWN)})/[0-9a-f]{{12}}/|{folder}/", "", message)
+        return re.sub(rf"{folder}/(?:{RUNS}|{re.escape(APP_FOLDER)})/[0-9a-f]{{12}}/|{folder}/", "", message)
 
     def forget(self, run: str) -> None:
         """Take all files of a run away."""
@@ -94,7 +94,7 @@ class Project:
 
     def write_text(self, name: str, text: str) -> None:
         """Keep the text of a file of the project; whole, and never through a link."""
-        waiting = self.folder / f"{WAITING}{secrets.token_hex(6)}.part"
+        waiting = self.folder / f"{UPLOAD_PREFIX}{secrets.token_hex(6)}.part"
         data = text.encode()  # before there is a file that an error would leave behind
         waiting.write_bytes(data)
         waiting.replace(self.folder / name)
@@ -111,7 +111,7 @@ class Project:
         """
         folder = self.folder if apart is None else self.own_folder(apart)
         folder.mkdir(parents=True, exist_ok=True)
-        waiting = self.folder / f"{WAITING}{secrets.token_hex(6)}.part"
+        waiting = self.folder / f"{UPLOAD_PREFIX}{secrets.token_hex(6)}.part"
         digest, size = hashlib.sha256(), 0
         try:
             with waiting.open("xb") as stream:

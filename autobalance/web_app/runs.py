@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from autobalance.runtime import held_signals
-from autobalance.web_app.project import OWN, RUN_ID, RUNS, Project
+from autobalance.web_app.project import APP_FOLDER, RUN_ID, RUNS, Project
 from autobalance.web_app.work import nothing, work
 
 if TYPE_CHECKING:
@@ -27,9 +27,15 @@ STATE = "run.json"
 REPORT = "report.json"
 GRACE_S = 1.0
 """How long a process may take to end before it is killed."""
-ENDED = ("done", "failed", "cancelled")
-ABOVE = 4
-PRELOADED = ("autobalance.web_app.preload", "PIL.ImageDraw", "ezdxf", "reportlab.platypus", "xlsxwriter")
+ENDED_STATES = ("done", "failed", "cancelled")
+ABOVE_EXIT_CODE = 4
+PRELOADED_MODULES = (
+    "autobalance.web_app.preload",
+    "PIL.ImageDraw",
+    "ezdxf",
+    "reportlab.platypus",
+    "xlsxwriter",
+)
 """What runs need; what is not installed is passed over."""
 
 
@@ -62,7 +68,7 @@ class Runs:
         self._loading, self._context = threading.Lock(), processes()
         self._closed = self._loaded = False
         self.take_up()
-        for folder in (project.folder / OWN).iterdir():
+        for folder in (project.folder / APP_FOLDER).iterdir():
             if RUN_ID.fullmatch(folder.name) and folder.name not in self._runs:
                 project.forget(folder.name)
 
@@ -98,7 +104,7 @@ class Runs:
         if run is None:
             return False
         with self._lock:
-            if run.state in ENDED:
+            if run.state in ENDED_STATES:
                 return True
             run.state, run.words = "cancelled", "cancelled"
             process = self._processes.get(run_id)
@@ -251,7 +257,7 @@ def _kept_run(project: Project, run_id: str) -> Run | None:
 
 def _by_its_report(run_id: str, path: Path) -> Run:
     values = json.loads(path.read_text(encoding="utf-8"))
-    code = ABOVE if values.get("outcome") == "above_tolerance" else 0
+    code = ABOVE_EXIT_CODE if values.get("outcome") == "above_tolerance" else 0
     run = Run(run_id, str(values["command"]), {}, "done", 1.0, "done", code)
     run.started = path.stat().st_mtime
     return run
@@ -267,7 +273,7 @@ def processes() -> SpawnContext | ForkServerContext:
     if sys.platform == "win32":
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([*PRELOADED])
+    context.set_forkserver_preload([*PRELOADED_MODULES])
     return context
 
 

@@ -32,7 +32,7 @@ from autobalance.web_app.opening import (
     open_own_job,
     open_report,
 )
-from autobalance.web_app.prediction import DRAGGED
+from autobalance.web_app.prediction import DRAGGED_KEYS
 from autobalance.web_app.project import JOB, RUN_ID, Project, TooLarge, is_plain
 from autobalance.web_app.runs import Runs
 from autobalance.web_app.work import MODEL, VERBS
@@ -52,7 +52,7 @@ def _static() -> dict[str, tuple[str, str, str]]:
 
 
 STATIC = _static()
-OTHERS = (".toml", ".xlsx", ".json")
+OTHER_ENDINGS = (".toml", ".xlsx", ".json")
 """Endings of files that may be opened besides cranks: jobs and reports."""
 
 
@@ -65,7 +65,7 @@ def _endings() -> dict[str, str]:
     known = [each[1:] for each in cranks]
     unitless = [each for each in cranks if needs_unit(Path(f"crank{each}"))]
     return {
-        "accept": ",".join((*cranks, *OTHERS)),
+        "accept": ",".join((*cranks, *OTHER_ENDINGS)),
         "cranks": " ".join(known),
         "unitless": " ".join(each[1:] for each in unitless),
         "formats": f"Cranks: {', '.join(known)}. Jobs: toml, xlsx. Results: their folder.",
@@ -289,8 +289,8 @@ class Pages:
     def _dragged(self, values: dict[str, Any]) -> tuple[dict[str, Any], str]:
         """Return cuts that were dragged with the job that made them, and what is wrong, if anything is."""
         run = self._runs.state_of(str(values.get("run")))
-        if set(values) - {"run", *DRAGGED}:
-            body = ", ".join(f'"{name}": [...]' for name in DRAGGED)
+        if set(values) - {"run", *DRAGGED_KEYS}:
+            body = ", ".join(f'"{name}": [...]' for name in DRAGGED_KEYS)
             return values, f'the body must be {{"verb": "cut", "run": ..., {body}}}'
         if run is None or run["state"] != "done" or run["verb"] != "balance":
             return values, "run must be a run of balance that is done"

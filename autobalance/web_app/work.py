@@ -214,12 +214,12 @@ def _papers(result: BalanceResult) -> dict[str, bytes]:
 def _cut(request: Asked, place: Place, notify: Progress) -> int:
     """Make the cuts of a result as they were dragged on the page, and measure them."""
     import autobalance as ab
-    from autobalance.web_app.prediction import DRAGGED
+    from autobalance.web_app.prediction import DRAGGED_KEYS
     from autobalance.web_app.trial import tried
 
     model = json.loads((place.own.parent / request["run"] / MODEL).read_text(encoding="utf-8"))
     job = ab.Job.from_dict(request["job"], folder=place.project)
-    dragged = {key: request.get(key, []) for key in DRAGGED}
+    dragged = {key: request.get(key, []) for key in DRAGGED_KEYS}
     depths_mm, turns_deg, diameters_mm = dragged.values()
     done = tried(job, model, depths_mm, turns_deg, lambda words: notify(words, 0.2), diameters_mm)
     place.results.mkdir(parents=True, exist_ok=True)

@@ -16,7 +16,7 @@ from autobalance.correction import Limits
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
-from autobalance.planning.depths import AIM
+from autobalance.planning.depths import AIM_SHARE
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -135,7 +135,7 @@ def test_the_depth_is_that_of_the_closed_form(seed: int | None, factor: float, j
     per_mm = 2.0 * RHO * -shoulder.area_moments()[1][1]
     exact = result.initial.magnitude_g_mm / per_mm
     assert result.outcome == "within_tolerance"
-    assert result.residual.magnitude_g_mm <= AIM * tolerance().permissible_g_mm
+    assert result.residual.magnitude_g_mm <= AIM_SHARE * tolerance().permissible_g_mm
     assert len(result.steps) <= 2
     assert [c.depth_mm for c in result.corrections] == pytest.approx([exact, exact], abs=1e-4)
     assert {c.face for c in result.corrections} == {"low", "high"}
@@ -211,7 +211,7 @@ def test_unequal_depths_correct_a_couple() -> None:
     assert depth["high"] - depth["low"] > 0.1
     a, b = tolerance().planes
     for plane, vector in zip((a, b), result.residual.in_planes(a.z_mm, b.z_mm), strict=True):
-        assert math.hypot(*vector) <= 1.1 * AIM * plane.permissible_g_mm
+        assert math.hypot(*vector) <= 1.1 * AIM_SHARE * plane.permissible_g_mm
 
 
 def test_a_second_pass_takes_out_what_the_first_left() -> None:
@@ -230,7 +230,7 @@ def test_a_second_pass_takes_out_what_the_first_left() -> None:
     assert result.outcome == "within_tolerance"
     assert result.steps[0].measured_g_mm > 10.0
     assert result.steps[1].measured_g_mm < 1.0
-    assert result.residual.magnitude_g_mm <= AIM * tolerance().permissible_g_mm
+    assert result.residual.magnitude_g_mm <= AIM_SHARE * tolerance().permissible_g_mm
 
 
 def test_the_end_is_never_worse_than_the_beginning() -> None:

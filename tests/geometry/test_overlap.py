@@ -12,7 +12,7 @@ import autobalance as ab
 from autobalance.command import main
 from autobalance.correction import shoulder
 from autobalance.correction.faces.patches import Patch, chosen_patches
-from autobalance.correction.overlap import MUCH, Overlap, overlaps, taken_in_turn
+from autobalance.correction.overlap import MAX_OVERLAP_SHARE, Overlap, overlaps, taken_in_turn
 from autobalance.correction.shoulder import ShoulderCut, ShoulderLimits, cuts
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw, Web
 from autobalance.crank.faces import find_faces
@@ -47,7 +47,7 @@ def test_the_first_takes_the_edge_between_two_faces() -> None:
     apart, both = overlaps([top, side], [(0, 1)])
     (pair,) = apart
     assert (pair.first, pair.second) == (0, 1)
-    assert pair.most_mm == pytest.approx(MUCH * HIGH)  # deeper, the side would lose more
+    assert pair.most_mm == pytest.approx(MAX_OVERLAP_SHARE * HIGH)  # deeper, the side would lose more
     assert both == (Overlap(0, 1),)
     made = [(top, 3.0), (side, 2.0)]
     alone = [cut.correction(depth) for cut, depth in made]

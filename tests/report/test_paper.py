@@ -26,7 +26,7 @@ from autobalance.report.sheet.plates import Plate, plates
 from autobalance.report.sheet.rim_strips import LAP_MM, Strip, strips, templates, tile_range, tiles_of
 from autobalance.report.sheet.scales import SCALES, scale_for
 from autobalance.report.sheet.sheet import pdf
-from autobalance.report.sheet.tolerances import SHARE, USUAL, press_fit, tolerances
+from autobalance.report.sheet.tolerances import ERROR_SHARE, USUAL_ACCURACY, press_fit, tolerances
 from autobalance.report.sheet.web_view import WebView
 from autobalance.report.sheet.zero import FROM_CRANKPIN, Zero
 from autobalance.wording import degrees
@@ -402,7 +402,7 @@ def test_tolerances_together_use_at_most_half_of_what_the_verdict_leaves() -> No
     found = tolerances(report)
     assert found is not None
     (values,) = found.by_kind.values()
-    assert set(values) == set(USUAL)
+    assert set(values) == set(USUAL_ACCURACY)
     each: list[float] = []
     for item in report["corrections"]:
         u, turn = cylinder_g_mm(item), math.radians(item["angle_deg"])
@@ -413,7 +413,7 @@ def test_tolerances_together_use_at_most_half_of_what_the_verdict_leaves() -> No
         each.append(u * (np.hypot(*(place + out)) / np.hypot(*place) - 1.0))
         each.append(cylinder_g_mm(item, depth=values["depth_mm"]) - u)
         each.append(cylinder_g_mm(item, diameter=values["diameter_mm"]) - u)
-    assert SHARE * 0.85 < sum(each) / left <= SHARE * 1.005  # cut to two digits
+    assert ERROR_SHARE * 0.85 < sum(each) / left <= ERROR_SHARE * 1.005  # cut to two digits
     assert found.worst == pytest.approx(sum(each) / left, rel=5e-3)
     assert found.independent == pytest.approx(math.hypot(*each) / left, rel=5e-3)
 
@@ -439,7 +439,9 @@ def test_cut_again_with_all_errors_at_their_limits_the_worst_way_round() -> None
         off = math.hypot(*worst_cuts.in_planes(worst_cuts.measured(crank, wrong) - nominal, heights)[k])
         used.append(off / (limits[k] - residuals[k]))
         assert residuals[k] + off <= limits[k]
-    assert 0.6 * SHARE < max(used) <= 1.01 * SHARE  # cut to two digits; errors of one hole add as vectors
+    assert (
+        0.6 * ERROR_SHARE < max(used) <= 1.01 * ERROR_SHARE
+    )  # cut to two digits; errors of one hole add as vectors
 
 
 def cylinder_g_mm(item: dict[str, Any], depth: float = 0.0, diameter: float = 0.0) -> float:

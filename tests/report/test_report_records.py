@@ -16,7 +16,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 import autobalance as ab
-from autobalance.api.schema import WRITTEN
+from autobalance.api.schema import REPORT_RECORDS
 from autobalance.records import (
     ABSENT,
     INLINE,
@@ -180,9 +180,9 @@ def edits(value: Any, schema: Mapping[str, Any], whole: Mapping[str, Any]) -> It
             yield f"[0].{what}", [edited, *value[1:]]
 
 
-@pytest.mark.parametrize("name", WRITTEN)
+@pytest.mark.parametrize("name", REPORT_RECORDS)
 def test_whatever_is_edited_in_a_report_is_refused(name: str) -> None:
-    module, of = WRITTEN[name].split(".")
+    module, of = REPORT_RECORDS[name].split(".")
     report = example(getattr(import_module(f"autobalance.report.records.{module}"), of))
     schema = ab.schema(name)
     validator = Draft202012Validator(schema)

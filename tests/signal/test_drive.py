@@ -11,7 +11,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.job.read import load
-from autobalance.signal.drive_sources import CREEP, Belt, Drive, DrivenShaft, Gear
+from autobalance.signal.drive_sources import MAX_BELT_SLIP, Belt, Drive, DrivenShaft, Gear
 from tests import jobs
 from tests.signals import TURN, instants, orders_of, write_csv
 
@@ -73,7 +73,7 @@ def test_a_belt_creeps_and_a_toothed_one_does_not() -> None:
         Belt("b", 1000.0, 100.0, 2.0, teeth=20).sources(),
     )
     assert plain[0].order == pytest.approx(math.pi * 0.2)
-    assert {source.slip for source in plain} == {CREEP, 0.0}
+    assert {source.slip for source in plain} == {MAX_BELT_SLIP, 0.0}
     assert {source.slip for source in toothed} == {0.0}
     assert toothed[-1].order == 40.0
 

@@ -18,7 +18,7 @@ from autobalance.bearings.heat_balance import Supply, outlet_rise_K, running_tem
 from autobalance.bearings.oil import Oil
 from autobalance.bearings.reynolds import Boundary, reynolds
 from autobalance.bearings.short_bearing import ocvirk
-from autobalance.bearings.unit_film import CONTACT, FilmModel, film_for_load
+from autobalance.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO, FilmModel, film_for_load
 
 SHORT_BEARING = {0.2: (0.46119, 75.43), 0.4: (0.17046, 60.94), 0.6: (0.06253, 46.32), 0.8: (0.013885, 30.50)}
 """Eccentricity ratio → S (L/D)², attitude [°], from Ocvirk's formulas."""
@@ -163,7 +163,7 @@ def test_a_load_finds_its_eccentricity(model: FilmModel, ratio: float) -> None:
 
 def test_contact_is_a_result() -> None:
     model = ocvirk(0.5)
-    at_the_limit = model(CONTACT).load
+    at_the_limit = model(CONTACT_ECCENTRICITY_RATIO).load
     assert film_for_load(model, 1.0001 * at_the_limit) is None
     assert film_for_load(model, 0.9999 * at_the_limit) is not None
     assert film_at_load(BEARING, model, VISCOSITY_PA_S, SPEED_RAD_S, 1e9) is None

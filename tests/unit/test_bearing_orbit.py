@@ -202,5 +202,5 @@ def test_a_path_that_settles_too_slowly_is_closed_by_newton() -> None:
     motion = orbit._Motion(angle, light[:, None] / unit, np.full((len(angle), 1), 0.5))
     start = path.eccentricity[0].T
     passed, end = orbit._cycle(motion, start, 1e-9)
-    np.testing.assert_allclose(end, start, atol=orbit.SETTLED)
+    np.testing.assert_allclose(end, start, atol=orbit.CYCLE_CHANGE_TOLERANCE)
     np.testing.assert_allclose(path.eccentricity, passed, atol=1e-4)

@@ -9,9 +9,9 @@ import pytest
 from jsonschema import Draft202012Validator
 
 import autobalance as ab
-from autobalance.api.schema import READ
+from autobalance.api.schema import READ_FILES
 from autobalance.errors import JobError
-from autobalance.job.files.declared import DECLARED, forms_of
+from autobalance.job.files.declared import DECLARATIONS, forms_of
 from autobalance.job.toml.keys import Key, read
 from autobalance.job.toml.typed_units import in_base_units
 from tests.unit import test_job_keys
@@ -34,10 +34,10 @@ def complaint(keys: tuple[Key, ...], raw: Raw) -> list[str]:
 
 
 def test_every_file_has_its_schema() -> None:
-    assert set(READ) == {"job", *DECLARED}
+    assert set(READ_FILES) == {"job", *DECLARATIONS}
 
 
-@pytest.mark.parametrize(("name", "form"), [(name, form) for name in DECLARED for form in forms_of(name)])
+@pytest.mark.parametrize(("name", "form"), [(name, form) for name in DECLARATIONS for form in forms_of(name)])
 def test_what_the_reader_refuses_the_schema_refuses(
     name: str, form: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,7 +16,7 @@ from autobalance.command.main import main
 from autobalance.correction import KINDS
 from autobalance.errors import JobError
 from autobalance.job.tables import job_schema, job_tables
-from autobalance.job.toml.convert import LARGEST, Large
+from autobalance.job.toml.convert import MAX_NUMBER, Large
 from autobalance.job.toml.keys import REQUIRED, Key, read
 from autobalance.job.toml.typed_units import in_base_units
 from autobalance.ranges import ANY, Rule
@@ -127,7 +127,7 @@ def wrong(key: Key) -> Iterator[Any]:
 
 def beyond(rule: Rule, kind: Any) -> Iterator[float]:
     """Yield numbers out of range."""
-    yield 10 * LARGEST if kind is not Large else 1e16
+    yield 10 * MAX_NUMBER if kind is not Large else 1e16
     step = 1 if kind is int else 1e-3
     if rule.one_of:
         yield max(rule.one_of) + 1

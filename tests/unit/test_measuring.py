@@ -6,14 +6,16 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from autobalance.balancing.measuring import CONTRADICTION, _refuse_contradiction
+from autobalance.balancing.measuring import MAX_SUM_DIFFERENCE_SHARE, _refuse_contradiction
 from autobalance.errors import SolidError
 from autobalance.rigid_rotor.moments import Moments
 
 STEEL = 7.85e-3
 
 
-@pytest.mark.parametrize(("share", "refused"), [(0.9 * CONTRADICTION, False), (1.1 * CONTRADICTION, True)])
+@pytest.mark.parametrize(
+    ("share", "refused"), [(0.9 * MAX_SUM_DIFFERENCE_SHARE, False), (1.1 * MAX_SUM_DIFFERENCE_SHARE, True)]
+)
 def test_cuts_that_do_not_add_up_to_what_is_gone_are_refused(share: float, refused: bool) -> None:
     def cut(volume_mm3: float) -> Any:
         return SimpleNamespace(correction=lambda _: SimpleNamespace(removed_volume_mm3=volume_mm3))

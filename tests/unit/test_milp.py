@@ -15,7 +15,7 @@ from autobalance.child_process import Child
 from autobalance.correction.contract import Prefer
 from autobalance.correction.kind import Candidates
 from autobalance.errors import AutobalanceError
-from autobalance.planning.depths import AIM
+from autobalance.planning.depths import AIM_SHARE
 from autobalance.planning.milp import _unpriced, greatest_multiple, least_share
 from autobalance.planning.whole_cuts import choose
 from tests.holes import EIGHT_WEBS_Z_MM, Array, assert_rules_are_kept, at_planes, holes, mass_g, tolerance
@@ -29,7 +29,7 @@ def test_random_unbalance_is_met_within_the_rules(seed: int, step_mm: float) -> 
     candidates = holes([8.0, 10.0], [-60.0, -20.0, 20.0, 60.0], step_mm=step_mm)
     a, b = (complex(*v) for v in rng.normal(size=(2, 2)) * 600.0)
     plan = choose(at_planes(a, b), tolerance(100.0), candidates)
-    assert plan.share <= (0.25 if step_mm else AIM * (1.0 + 1e-6))
+    assert plan.share <= (0.25 if step_mm else AIM_SHARE * (1.0 + 1e-6))
     assert_rules_are_kept(candidates, plan.depths_mm)
     again = choose(at_planes(a, b), tolerance(100.0), candidates)
     assert (again.depths_mm == plan.depths_mm).all()
@@ -41,7 +41,7 @@ def test_metal_is_within_a_hundredth_of_the_optimum_of_a_slow_search(seed: int) 
     plan = choose(residual, judge, candidates)
     optimum_g = stored_optimum_g("static", seed)
     assert_rules_are_kept(candidates, plan.depths_mm)
-    assert (plan.share <= AIM * (1.0 + 1e-6)) == math.isfinite(optimum_g)
+    assert (plan.share <= AIM_SHARE * (1.0 + 1e-6)) == math.isfinite(optimum_g)
     assert mass_g(candidates, plan.depths_mm) <= 1.01 * optimum_g
 
 
@@ -52,7 +52,7 @@ def test_metal_in_two_planes_is_within_a_hundredth_of_a_slow_search(seed: int) -
     optimum_g = stored_optimum_g("two planes", seed)
     assert_rules_are_kept(candidates, plan.depths_mm)
     assert math.isfinite(optimum_g)
-    assert plan.share <= AIM * (1.0 + 1e-6)
+    assert plan.share <= AIM_SHARE * (1.0 + 1e-6)
     assert mass_g(candidates, plan.depths_mm) <= 1.01 * optimum_g
 
 
@@ -128,7 +128,7 @@ def test_inertia_can_be_spared_or_spent() -> None:
     most = choose(residual, tolerance(100.0), candidates, prefer="most_inertia_removed")
     light = choose(residual, tolerance(100.0), candidates)
     for plan in (least, most, light):
-        assert plan.share <= AIM * (1.0 + 1e-6)
+        assert plan.share <= AIM_SHARE * (1.0 + 1e-6)
         assert_rules_are_kept(candidates, plan.depths_mm)
     assert inertia(candidates, least.depths_mm) <= 1.01 * inertia(candidates, light.depths_mm)
     assert inertia(candidates, most.depths_mm) > 2.0 * inertia(candidates, light.depths_mm)
@@ -202,7 +202,7 @@ def test_more_drills_are_no_handicap() -> None:
     residual = at_planes(complex(1954.0, -4706.0), complex(5117.0, 1210.0), 150.0)
     judge = tolerance(144.0, half_mm=170.0)
     one, three = choose(residual, judge, few), choose(residual, judge, many)
-    assert max(one.share, three.share) <= AIM * (1.0 + 1e-6)
+    assert max(one.share, three.share) <= AIM_SHARE * (1.0 + 1e-6)
     assert mass_g(many, three.depths_mm) <= 1.01 * mass_g(few, one.depths_mm)
 
 

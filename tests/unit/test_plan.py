@@ -12,7 +12,7 @@ from autobalance.correction.contract import Correction, SharedDepth
 from autobalance.correction.envelope import Envelope
 from autobalance.correction.kind import Candidates
 from autobalance.planning import depths as planner
-from autobalance.planning.depths import AIM, plan_depths
+from autobalance.planning.depths import AIM_SHARE, plan_depths
 from autobalance.planning.drop_negligible_cuts import worthwhile
 from autobalance.planning.reject_worse import harmless, is_harmless
 from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxations
@@ -84,7 +84,7 @@ def test_two_equal_columns_share_a_static_unbalance() -> None:
     cuts = [Column(-20.0, 0.0, -25.0), Column(-20.0, 0.0, 25.0)]
     for judge in ("dynamic", "static"):
         plan = plan_depths(unbalance(-200.0), tolerance(judge), cuts)
-        assert plan.share <= AIM
+        assert plan.share <= AIM_SHARE
         assert plan.depths_mm == pytest.approx([5.0, 5.0], abs=0.005)
 
 
@@ -98,7 +98,7 @@ def test_curved_effects_are_followed_exactly() -> None:
 def test_a_pure_couple_is_corrected() -> None:
     cuts = [Column(-20.0, 0.0, -25.0), Column(20.0, 0.0, 25.0)]
     plan = plan_depths(unbalance(0.0, 0.0, 2500.0), tolerance(), cuts)
-    assert plan.share <= AIM
+    assert plan.share <= AIM_SHARE
     assert plan.depths_mm == pytest.approx([2.5, 2.5], abs=0.01)
 
 
@@ -134,7 +134,7 @@ def test_shared_metal_is_not_taken_twice() -> None:
     cuts = [Column(-40.0, 0.0, 0.0), Column(-40.0, 0.0, 0.0), Column(-20.0, 0.0, 0.0)]
     plan = plan_depths(unbalance(-200.0), tolerance(), cuts, shared=[SharedDepth(0, 1, 3.0)])
     assert plan.depths_mm[:2].sum() <= 3.0 + 1e-6
-    assert plan.share <= AIM
+    assert plan.share <= AIM_SHARE
 
 
 def test_one_depth_for_all_keeps_to_the_metal_that_two_share() -> None:
@@ -234,7 +234,7 @@ def test_newtons_step_finds_what_the_linear_programme_finds(
     monkeypatch.setattr(planner, "ONLY_MM", 0.0)
     slow = plan_depths(wanted, tolerance(permissible=0.1), cuts, same_depth=same_depth)
     assert slow.depths_mm == pytest.approx(here.depths_mm, abs=1e-4)
-    assert slow.share <= AIM
+    assert slow.share <= AIM_SHARE
 
 
 def test_a_couple_that_is_left_is_not_told_as_a_resultant() -> None:

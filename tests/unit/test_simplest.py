@@ -8,7 +8,7 @@ import pytest
 
 from autobalance.correction.contract import Prefer, Variety, setting_of
 from autobalance.correction.kind import Candidates
-from autobalance.planning.depths import AIM, judged_plan
+from autobalance.planning.depths import AIM_SHARE, judged_plan
 from autobalance.planning.fewest_setups import WHOLE_CUTS_SHARE, rank
 from autobalance.planning.task import Task, usual
 from autobalance.planning.whole_cuts import choose
@@ -23,7 +23,7 @@ def ranked(
     plan = choose(residual, judge, candidates, prefer=prefer)
     assert plan.share <= WHOLE_CUTS_SHARE
     assert_rules_are_kept(candidates, plan.depths_mm)
-    return rank(Task(residual, judge, candidates, "simple", AIM, *usual(candidates)), plan)
+    return rank(Task(residual, judge, candidates, "simple", AIM_SHARE, *usual(candidates)), plan)
 
 
 def simplest_of_all(residual: Unbalance, judge: Tolerance, candidates: Candidates) -> tuple[int, int]:

@@ -9,7 +9,7 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh import mesh as mesh_module
 from autobalance.solid.mesh.measure import mesh_moments
 from autobalance.solid.mesh.mesh import (
-    LOCAL,
+    CACHED_VERTICES,
     Mesh,
     in_space_order,
     mesh_of_soup,
@@ -97,7 +97,7 @@ def test_scattered_triangles_are_put_together_and_stay_what_they_are() -> None:
     vertices = np.zeros_like(tidy.vertices)
     vertices[number] = tidy.vertices
     scattered = Mesh(vertices, rng.permutation(number[tidy.triangles]))
-    assert span(scattered) > LOCAL
+    assert span(scattered) > CACHED_VERTICES
     ordered = in_space_order(scattered)
     assert span(ordered) < 200
     assert corner_rows(ordered) == corner_rows(scattered)  # each with its corners in the same order

@@ -30,7 +30,7 @@ DIAMETERS_MM = (4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 22.0, 25
 HEAVY_G_MM3 = 17.0e-3
 """Sintered tungsten."""
 SEGMENTS = 64
-MIDDLE = 0.05
+MIDDLE_LINE_SHARE = 0.05
 """Distance from the middle line, as a share of its radius, within which a place is moved onto it."""
 LEAST_SIN = 0.05
 """Half of the fan angle's sine below which a rim is turned all round and nothing is gained."""
@@ -114,7 +114,7 @@ class _CounterweightWeb:
         best = corners[int(along.argmax())]
         onto = float(best @ self.towards) * self.towards
         mirrored = 2.0 * onto - best
-        if float(np.linalg.norm(best - onto)) <= max(half, MIDDLE * float(np.linalg.norm(best))):
+        if float(np.linalg.norm(best - onto)) <= max(half, MIDDLE_LINE_SHARE * float(np.linalg.norm(best))):
             return [onto] if free.grown(1e-3).contains(onto[None])[0] else []
         if not free.grown(1e-2).contains(mirrored[None])[0]:
             return []

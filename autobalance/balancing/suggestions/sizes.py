@@ -22,7 +22,7 @@ SEGMENTS = 32
 """Fineness of trials; the moments are extrapolated from it, and compared with the crank's at the same."""
 MOST_TRIALS = 5
 DIGITS = 3
-REACHED = 1e-6
+MAX_RESIDUAL_SHARE = 1e-6
 """Share of the missing product or inertia that a closed form may leave."""
 RADIUS, THICKNESS, FAN = (f"counterweight.{key}" for key in ("radius_mm", "thickness_mm", "fan_angle_deg"))
 BORE, FLANGE = "crankpin.bore_mm", "flange.diameter_mm"
@@ -145,7 +145,7 @@ class _Levers:
         solution = least_squares(
             left, inside, bounds=(low, high), x_scale=high - low, xtol=1e-15, ftol=1e-15, gtol=1e-15
         )
-        if float(np.abs(solution.fun).max()) > REACHED:
+        if float(np.abs(solution.fun).max()) > MAX_RESIDUAL_SHARE:
             raise JobError(self._short(solution.x, rows, base, change))
         return tuple(round(float(each), DIGITS) for each in solution.x)
 

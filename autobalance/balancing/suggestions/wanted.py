@@ -24,7 +24,7 @@ MIN_COSINE = 0.5
 """A web counts towards the factor where its crankpin's direction has this cosine with the factor's."""
 NEAR_FACTOR, NEAR_INERTIA = 1e-4, 1e-5
 """Precision of trials: of a factor, and as a share of an inertia."""
-REACHED = 10.0
+REACHED_PRECISION_RATIO = 10.0
 """Multiple of the trials' precision that still counts as reached: sizes are rounded to what can be made."""
 KEYS = ("balance_factor", "inertia_kg_mm2")
 
@@ -149,7 +149,7 @@ class Aim:
         target = self.wanted.inertia_g_mm2
         return Missing(product, None if target is None else target - moments.polar_inertia_g_mm2)
 
-    def reached(self, moments: Moments, slack: float = REACHED) -> bool:
+    def reached(self, moments: Moments, slack: float = REACHED_PRECISION_RATIO) -> bool:
         """Return whether moments are near the wanted ones; ``slack`` 1: within the trials' precision."""
         missing = self.missing(moments)
         scale = self.per_factor_g_mm or float(np.linalg.norm(self.start.first_g_mm[:2])) or 1.0

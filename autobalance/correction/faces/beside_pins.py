@@ -12,12 +12,12 @@ import numpy as np
 
 from autobalance.correction.faces.depth_limit import DepthLimit
 from autobalance.correction.faces.layer import FaceLayer
-from autobalance.correction.faces.patches import AXIAL
+from autobalance.correction.faces.patches import MIN_AXIAL_COMPONENT
 from autobalance.crank.anatomy import Anatomy, Pin
 from autobalance.solid.csg.region import Region
 from autobalance.types import Array
 
-BARE = 0.98
+BARE_PIN_SHARE = 0.98
 """Share of a pin's radius and length that is surely its own: no fillet, no web."""
 
 
@@ -37,7 +37,7 @@ def clear_of_pins(layer: FaceLayer, to_face: Array, anatomy: Anatomy, limit: Dep
         Limit of the cut otherwise.
     """
     along = abs(float(to_face[2, 2]))
-    if along >= AXIAL:
+    if along >= MIN_AXIAL_COMPONENT:
         return limit
     for name, pin in _pins(anatomy):
         axis = float(to_face[2, :3] @ pin.centre_mm)
@@ -58,8 +58,8 @@ def _pins(anatomy: Anatomy) -> Iterator[tuple[str, Pin]]:
 
 def _footprint(pin: Pin, to_face: Array) -> Region:
     """Return a pin's bare cylinder as seen from the face: a rectangle."""
-    ends = pin.centre_mm + 0.5 * BARE * pin.width_mm * np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
+    ends = pin.centre_mm + 0.5 * BARE_PIN_SHARE * pin.width_mm * np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
     low, high = ends @ to_face[:2, :3].T
     ahead = (high - low) / float(np.linalg.norm(high - low))
-    aside = 0.5 * BARE * pin.diameter_mm * np.array([-ahead[1], ahead[0]])
+    aside = 0.5 * BARE_PIN_SHARE * pin.diameter_mm * np.array([-ahead[1], ahead[0]])
     return Region.of([np.array([low - aside, high - aside, high + aside, low + aside])])

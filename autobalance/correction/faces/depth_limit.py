@@ -22,7 +22,7 @@ from autobalance.correction.faces.layer import FaceLayer, Layer
 from autobalance.solid.csg.region import Region
 from autobalance.types import Array, Indices
 
-JOINED = 1e-3
+JOINED_AREA_SHARE = 1e-3
 """A plane has joined the section when more than this share of it lies inside."""
 AT_A_TIME = 512
 """Triangles compared with a shadow at a time, the highest first, then four times as many."""
@@ -170,7 +170,7 @@ class _Search:
             corners = slab.corners(planes[np.abs(depth_of - depth) <= layer.grain_mm])[:, :, :2]
             floor_mm2 = 0.5 * float(doubled_areas(corners).sum())
             kept = layer.kept(float(depth) + 2.0 * layer.grain_mm)
-            if Cover(kept, corners).area_over(JOINED * floor_mm2) is not None:
+            if Cover(kept, corners).area_over(JOINED_AREA_SHARE * floor_mm2) is not None:
                 return float(depth) - layer.grain_mm
         return None
 

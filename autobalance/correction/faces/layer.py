@@ -26,7 +26,7 @@ from autobalance.types import Array, Indices
 
 SAME_FACE_AREA_SHARE = 0.01
 """Share of the metal just under a face and in a sector over which the face lies if it is there at all."""
-BACKWARD = -0.5
+MAX_NORMAL_COMPONENT = -0.5
 """A surface counts as the next one behind the face if its normal has at most this component along the face's:
 side walls that lean back a little are not a wall behind the face (ours)."""
 ABOVE_AND_BELOW = 3
@@ -95,7 +95,7 @@ class Layer:
     @cached_property
     def backward(self) -> Indices:
         """The rows of triangles that face backward."""
-        return np.flatnonzero(self.leans <= BACKWARD * self.areas)
+        return np.flatnonzero(self.leans <= MAX_NORMAL_COMPONENT * self.areas)
 
     def is_thick(self, rows: Indices) -> NDArray[np.bool_]:
         """Return whether triangles are not slivers lower than rounding, which face nowhere (j,)."""

@@ -13,7 +13,7 @@ BESIDE_MM = 0.5
 """Margin of the box around the metal that it takes, and its distance from spared metal, if possible."""
 SLIVER_MM = 0.01
 """Metal that is nowhere twice as thick is not metal, but the difference of two outlines."""
-NARROWER = (1.0, 0.5, 0.2, 0.1, 0.04)
+LAYER_SHARES = (1.0, 0.5, 0.2, 0.1, 0.04)
 """Shares of that distance tried between removed and spared metal."""
 
 
@@ -49,12 +49,13 @@ def clear_of(spared: Region, metal: Region, heights_mm: tuple[float, float]) -> 
     spared = spared.grown(-SLIVER_MM).grown(SLIVER_MM)
     if spared.is_empty:
         return ()
-    for share in NARROWER:
+    for share in LAYER_SHARES:
         grown = spared.grown(share * BESIDE_MM).simplified(0.25 * share * BESIDE_MM)
         if (grown & metal).is_empty:
             return tuple(_prism(piece, heights_mm) for piece in grown.pieces())
     raise CorrectionError(
-        f"other metal is nearer to the face than {NARROWER[-1] * BESIDE_MM:g} mm; no tool fits between them"
+        f"other metal is nearer to the face than {LAYER_SHARES[-1] * BESIDE_MM:g} mm;"
+        " no tool fits between them"
     )
 
 

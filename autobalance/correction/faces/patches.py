@@ -137,7 +137,7 @@ def auto_patches(
     reach = farthest_mm(mesh, anatomy)
     offers: list[tuple[Face, float, float, list[Patch]]] = []
     for face in faces:
-        if face.kind != "plane" or face.web is None or abs(face.normal[2]) < AXIAL:
+        if face.kind != "plane" or face.web is None or abs(face.normal[2]) < MIN_AXIAL_COMPONENT:
             continue
         heavy = heavy_direction(heavy_at, float(face.centroid_mm[2]))
         if heavy is None:
@@ -164,7 +164,7 @@ def auto_patches(
 
 WORTH_SHARE = 0.3
 SOME_WORTH = 0.05
-AXIAL = 0.7
+MIN_AXIAL_COMPONENT = 0.7
 """A web face looks along the axis when its normal has at least this component along it."""
 SNAP_DEG = 10.0
 """A heavy direction this close to a crankpin's direction, or its opposite, is taken as just that."""

@@ -39,7 +39,7 @@ WHOLE_FACE = 0.98
 """Share of a face that is cut where all of it is."""
 AXES = 1e-6
 """Tolerance of the axes of an outline against those of its face."""
-DRAWN = 1e-3
+OUTLINE_AREA_TOLERANCE = 1e-3
 """Share by which the area inside an outline may differ from that of the face: its corners are thinned."""
 EDGE_MM2 = 0.1
 """Area of metal cut off at an angle that shows where the angle is."""
@@ -124,7 +124,7 @@ class FaceTrace:
             drawn = loops_area_mm2(loops)
         except (LookupError, TypeError, ValueError):
             raise FormatError("outline of a correction is not a list of loops of lines and arcs") from None
-        if not abs(drawn - area) <= DRAWN * area + EDGE_MM2:
+        if not abs(drawn - area) <= OUTLINE_AREA_TOLERANCE * area + EDGE_MM2:
             raise FormatError(f"outline of a correction holds {drawn:.6g} mm²; its face has {area:.6g} mm²")
         depth = abs(stated_number(self.item, "depth_mm"))
         lift = stated_number({"entry_lift_mm": 0.0, **self.item}, "entry_lift_mm")

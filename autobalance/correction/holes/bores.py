@@ -19,7 +19,7 @@ SMOOTH_RAD = math.radians(40.0)
 """Neighbours that turn by less belong to one round surface: down to ten facets around."""
 ROUND_SHARE = 0.02
 """Share of the radius by which the corners of a round hole may lie off one circle."""
-STRAIGHT = 1e-3
+MAX_AXIAL_NORMAL_SQUARE = 1e-3
 """Greatest square component of a bore's normals along its axis."""
 ASKEW_RAD = math.radians(2.0)
 OFF_AXIS_MM = 0.5
@@ -74,7 +74,7 @@ def _smooth_patches(vertex: Indices, normal: Array) -> Iterator[Indices]:
 def _bore(corners: Array, normal: Array, size: Array, rows: Indices) -> Bore | None:
     """Return the hollow cylinder that triangles make up; None if they do not."""
     spread, axes = np.linalg.eigh((normal * size[:, None]).T @ normal / size.sum())
-    if spread[0] > STRAIGHT or spread[1] < 0.2:  # a cone or worse, or less than a full turn
+    if spread[0] > MAX_AXIAL_NORMAL_SQUARE or spread[1] < 0.2:  # a cone or worse, or less than a full turn
         return None
     axis, x, y = axes.T
     points = corners.reshape(-1, 3)

@@ -14,7 +14,7 @@ HOLES_A_WEB = (1.0, 2.0, 4.0)
 """Holes on each web for which a size is tried: the fewest cuts are the simplest plan."""
 MORE_HOLES = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 """The same where these do not suffice."""
-SLENDER = 1.5
+USUAL_DEPTH_RATIO = 1.5
 """Usual depth of such a hole over its diameter."""
 RIM_SHARE = 0.85
 """Radius of the middle of a hole, over the counterweight's radius."""
@@ -53,6 +53,6 @@ def likely_sizes_mm(work: Workpiece, limits: _Limits, search_level: int) -> tupl
     volume = need / (work.density_g_mm3 * radius)
     sizes = {fitting[-1]}
     for holes in MORE_HOLES if search_level else HOLES_A_WEB:
-        exact = (4.0 * volume / (math.pi * SLENDER * holes)) ** (1.0 / 3.0)
+        exact = (4.0 * volume / (math.pi * USUAL_DEPTH_RATIO * holes)) ** (1.0 / 3.0)
         sizes.add(min(fitting, key=lambda size: abs(size - exact)))
     return tuple(sorted(sizes))

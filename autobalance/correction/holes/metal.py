@@ -16,7 +16,7 @@ from autobalance.solid.mesh.components import components
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.types import Array, Indices
 
-MOUTHS = 2
+MOUTHS_OF_A_BORE = 2
 """A bore's wall has two ends: both are mouths of a through hole, one of a blind one."""
 
 
@@ -52,14 +52,14 @@ def holes_of(surface: Surface) -> Iterator[HoleMetal]:
     for direction in ("axial", "radial"):
         for bore in find_bores(surface, direction):
             rims = _rims(surface.vertex, bore.rows)
-            if len(rims) != MOUTHS:
+            if len(rims) != MOUTHS_OF_A_BORE:
                 continue
             bottom, mouths = _bottom(surface, pairs, bore, rims)
             soup = surface.corners[np.concatenate([bore.rows, bottom])][:, ::-1]
             caps = [_cap(surface, rim, bore) for rim in mouths]
             filling = soup_moments(np.concatenate([soup, *caps]), 1.0)
             if filling.mass_g > 0.0:
-                yield HoleMetal(2.0 * bore.radius_mm, direction, len(mouths) == MOUTHS, filling)
+                yield HoleMetal(2.0 * bore.radius_mm, direction, len(mouths) == MOUTHS_OF_A_BORE, filling)
 
 
 def _edges(vertex: Indices) -> Indices:

@@ -129,7 +129,7 @@ class HoleTrace:
         """Return all around the axis, down to the tip; its mouth may be higher than the entry."""
         radius, depth = 0.5 * stated_size(self.item, "diameter_mm"), stated_size(self.item, "depth_mm")
         deep = depth + radius / math.tan(self.half_point_rad)
-        around = Region.circle(WIDER * radius + SLACK_MM, SIDES)
+        around = Region.circle(READING_RADIUS_RATIO * radius + SLACK_MM, SIDES)
         return Solid.prism(around, -4.0 * radius - 5.0, deep + slack_mm(deep)).moved(self._axis.placement)
 
     def read(self, metal: Metal) -> Mapping[str, Any]:
@@ -200,7 +200,7 @@ LEAST_WALL = 0.25
 """Least share of a cylinder's wall in a hole."""
 WALL_MM = 5e-3
 """Uncertainty of walls and old depths: by halving, and on files that were rounded."""
-WIDER = 1.1
+READING_RADIUS_RATIO = 1.1
 """Radius, in the hole's own, within which its metal is read."""
 SIDES = 64
 OVER_SHOULDER = 0.97

@@ -41,7 +41,7 @@ GRAINS_OF_RING = 32.0
 EQUAL_AREA = equal_area(RING_SIDES)
 """A thin ring over a turned radius, its sides, the least thickness in roundings, and the factor
 on its corners for a circle's area."""
-CLEAN = 0.01
+MAX_FLAP_AREA_SHARE = 0.01
 """Share by which the area of a turned surface may differ from that of the rings without flaps on it."""
 FLAP_SHARE = 0.25
 """Least share of the surface towards the axis at a radius, where flaps on the old rim may be the rest."""
@@ -191,7 +191,7 @@ def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, An
     measured, off = (rates(each.scaled(-metal.density_g_mm3)) for each in (rate, rate - first_order))
     rounding = 4.0 * metal.near_mm / ring_mm * metal.density_g_mm3 * first_order.mass_g * radius_mm
     reach = {"unbalance_per_mm_g_mm": 1.0, "moment_per_mm_g_mm2": max(abs(low), abs(high))}
-    clean = abs(turned.mass_g - rate.mass_g) <= CLEAN * rate.mass_g
+    clean = abs(turned.mass_g - rate.mass_g) <= MAX_FLAP_AREA_SHARE * rate.mass_g
     readings: dict[str, Any] = {}
     for key, value in measured.items():
         within = float(np.linalg.norm(off[key])) + rounding * reach[key]
@@ -222,7 +222,7 @@ def _rate_by_rings(
     while step > GRAINS_OF_RING * metal.near_mm:
         finer_thin = within(0.5 * step)
         finer = second_order(finer_thin, thin, 0.5 * step)
-        if abs(finer.mass_g - rate.mass_g) <= CLEAN * abs(finer.mass_g):
+        if abs(finer.mass_g - rate.mass_g) <= MAX_FLAP_AREA_SHARE * abs(finer.mass_g):
             break
         thin, rate, step = finer_thin, finer, 0.5 * step
     return rate, thin.scaled(1.0 / step), step

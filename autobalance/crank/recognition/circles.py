@@ -29,10 +29,12 @@ circle."""
 LEAST_COVER = 0.6
 """Share of the full angle that must lie on the circle: keyways, flats and drillings take the rest."""
 
-LONGEST = 1.75
+MAX_LENGTH_RATIO = 1.75
 """Greatest length of an outline over its width: a circle of which ``LEAST_COVER`` is left, and all of that
 within its slack, is at most 1.6 times as long."""
-ACROSS = np.array([[1.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)], [0.0, 1.0, math.sqrt(0.5), -math.sqrt(0.5)]])
+MEASURED_DIRECTIONS = np.array(
+    [[1.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)], [0.0, 1.0, math.sqrt(0.5), -math.sqrt(0.5)]]
+)
 """Directions in which outlines are measured, as columns."""
 
 
@@ -125,9 +127,9 @@ def whole_circle(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> Circ
 
 def _is_long(outline: Array) -> bool:
     """Return quickly whether points are no circle, as most sections of a shaft not cut square."""
-    along = outline @ ACROSS
+    along = outline @ MEASURED_DIRECTIONS
     widths = along.max(axis=0) - along.min(axis=0)
-    return bool(widths.max() > LONGEST * widths.min())
+    return bool(widths.max() > MAX_LENGTH_RATIO * widths.min())
 
 
 def _on_circle(radius: Array | float, rough_mm: float) -> Array | float:

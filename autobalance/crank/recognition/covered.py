@@ -19,7 +19,7 @@ from autobalance.errors import RecognitionError
 from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
 from autobalance.types import Array, Indices
 
-COVERED = 0.6
+MIN_COVER = 0.6
 """Least share of a cylinder's surface that is there: of a journal with a port all through it, 0.87."""
 ONE_SIDED = 0.75
 """Greatest one-sidedness of the missing surface, where a half would be 1: a gap of 90° is 0.71, one of 40°
@@ -29,20 +29,20 @@ OUTWARD, UPRIGHT = 0.8, 0.25
 second."""
 BAND = 0.05
 """Their corners are off it by less than this share of its radius."""
-BEYOND = 0.15
+EXTENSION_RATIO = 0.15
 """A cylinder is sought for this share of its radius beyond its ends: fillets have left it there ..."""
-OPEN = 0.5
+MAX_COVER_BEYOND = 0.5
 """... and no more than this share of the surface there is its own,"""
-BESIDE = 0.5
+MAX_ONE_SIDED_GAP = 0.5
 """unless more than this of it is missing on one side (as for ``ONE_SIDED``): metal stands beside it there."""
-OFF = 1e-3
+MAX_OFFSET_RATIO = 1e-3
 """A cylinder lies where its surface does but for this share of its radius."""
-ROUGH = 1e-4
+WAVED_VERTEX_RATIO = 1e-4
 """Vertices that stand off by more than this share of the radius are waved. The pin of a V6 whose vertices had
 moved by 0.06 mm was 0.35 mm too small by its sections, and right to 0.01 mm by all its surface."""
-LEANS = 4e-3
+MAX_LEAN_RATIO = 4e-3
 """A bent crank's cylinder leans by up to this share of its radius from its middle to an end."""
-FACETS = 1.5
+FACET_DEPTH_RATIO = 1.5
 """... or for so many times the depth of facets inside it."""
 ON_IT = 5e-3
 """A cylinder's continuation beyond its end is off it by less than this share of the radius."""
@@ -105,7 +105,7 @@ def _skin(
     mesh: Mesh, long: SectionStack, heights: tuple[Array, Array], run: CylinderRun, rounding_mm: float
 ) -> _Skin:
     """Return the triangles that face away from a cylinder's axis, near its radius, to just past its ends."""
-    reach, band = BEYOND * run.radius, BAND * run.radius + rounding_mm
+    reach, band = EXTENSION_RATIO * run.radius, BAND * run.radius + rounding_mm
     least, greatest = heights
     rows = np.flatnonzero((greatest > run.z_low - reach) & (least < run.z_high + reach))
     x, y = long.vertices[:, 0] - run.centre[0], long.vertices[:, 1] - run.centre[1]
@@ -130,25 +130,30 @@ def _looked_at(
     """
     here = skin.between(run.z_low, run.z_high)
     share = float(skin.areas @ here) / (2.0 * math.pi * run.radius * max(run.width, 1e-9))
-    if share < COVERED:
-        return f"found {100.0 * share:.0f} % of it, expected at least {100.0 * COVERED:.0f} %", run
+    if share < MIN_COVER:
+        return f"found {100.0 * share:.0f} % of it, expected at least {100.0 * MIN_COVER:.0f} %", run
     missing = float(np.linalg.norm(here @ skin.vectors[:, :2])) / (2.0 * run.radius * run.width)
     if missing > ONE_SIDED:
         most = f"expected at most {100.0 * ONE_SIDED:.0f} %"
         return f"found {100.0 * missing:.0f} % of a half missing, {most}", run
     off, better = _fitted(skin, here, run)
-    is_off = off > OFF * run.radius + rounding_mm
-    is_rough = rounding_mm > ROUGH * run.radius and off > OFF * run.radius
+    is_off = off > MAX_OFFSET_RATIO * run.radius + rounding_mm
+    is_rough = rounding_mm > WAVED_VERTEX_RATIO * run.radius and off > MAX_OFFSET_RATIO * run.radius
     if not again and off < BAND * run.radius and (is_off or is_rough):
         return "", better
     if is_off:
-        return f"found it {off:.2g} mm off a cylinder, expected at most {OFF * run.radius:.2g} mm", run
-    reach = BEYOND * run.radius
+        return (
+            f"found it {off:.2g} mm off a cylinder, expected at most {MAX_OFFSET_RATIO * run.radius:.2g} mm",
+            run,
+        )
+    reach = EXTENSION_RATIO * run.radius
     for low, high in ((run.z_low - reach, run.z_low), (run.z_high, run.z_high + reach)):
         beyond = skin.between(low, high) * (_on(skin, run, rounding_mm) > 0.0)
         more = float(skin.areas @ beyond) / (2.0 * math.pi * run.radius)
         one_sided = float(np.linalg.norm(beyond @ skin.vectors[:, :2])) / (2.0 * run.radius * reach)
-        if more > OPEN * reach and one_sided <= BESIDE:  # more: metal was added at a side
+        if (
+            more > MAX_COVER_BEYOND * reach and one_sided <= MAX_ONE_SIDED_GAP
+        ):  # more: metal was added at a side
             return f"found that it goes on for {reach:.2g} mm beyond its end, expected none of it there", run
     return "", run
 
@@ -165,13 +170,13 @@ def _fitted(skin: _Skin, here: Array, run: CylinderRun) -> tuple[float, Cylinder
     along = (arms * skin.vectors[:, None, :2]).sum(axis=2)
     across = arms[..., 0] * skin.vectors[:, None, 1] - arms[..., 1] * skin.vectors[:, None, 0]
     inside = 0.5 * run.radius * float(weights @ np.arctan2(across, along).ravel() ** 2) / float(weights.sum())
-    smaller = max(abs(fit.values[2] - run.radius) - FACETS * inside, 0.0)
+    smaller = max(abs(fit.values[2] - run.radius) - FACET_DEPTH_RATIO * inside, 0.0)
     slopes = fit.values[3:5]
     centre = fit.values[:2] + (run.z_mid - fit.middle_mm) * slopes
     apart = [
         *(centre - run.centre),
         smaller,
-        *np.clip(0.5 * run.width * np.abs(slopes) - LEANS * run.radius, 0.0, None),
+        *np.clip(0.5 * run.width * np.abs(slopes) - MAX_LEAN_RATIO * run.radius, 0.0, None),
     ]
     return float(np.abs(apart).max()), replace(run, centre=centre, radius=float(fit.values[2]))
 

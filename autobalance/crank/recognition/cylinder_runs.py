@@ -19,21 +19,21 @@ ON_CYLINDER = 1e-5
 """A vertex lies on a cylinder when it is off by less than this share of the radius (and rounding)."""
 ROUNDING = 3e-7
 """Rounding of a file's coordinates (float32), as a share of the greatest coordinate, with some room."""
-INSIDE = 1e-3
+MAX_INNER_DEPTH_RATIO = 1e-3
 """Metal within a cylinder, up to this share of its radius, is part of it: drillings, keyways, grooves."""
 GAP_SHARE = 0.5
 """A groove all around may part a cylinder for this share of its radius."""
 SURFACE_LEFT = 0.035
 """Between parts of one cylinder, however long a window parts them, some surface is left: metal still reaches
 the radius but for this share (twelve facets)."""
-AROUND = 0.2
+MAX_VERTEX_DISTANCE_RATIO = 0.2
 """Vertices farther than this share of the radius from a cylinder are ignored."""
-NARROW = (2e-5, 2e-4)
-WIDE = 0.02
+NARROW_SEARCH_RATIOS = (2e-5, 2e-4)
+WIDE_SEARCH_RATIO = 0.02
 """Distances from the sections' circle within which vertices of the cylinder are sought, as shares of the
 radius: regular meshes give it exactly, irregular ones too small by as much as their facets are coarse, and
 sections through fillets too large. The radius of most vertices is tried then."""
-DENSEST = 3
+TRIED_RADII = 3
 """Number of most frequent vertex radii that are tried."""
 OUT_OF_ROUND = 1e-3
 """A cylinder's vertices stand off it by less than this share of its radius, half of them at least: coarse
@@ -108,8 +108,8 @@ def _joined(long: SectionStack, runs: Sequence[CylinderRun]) -> list[CylinderRun
     for run in runs:
         for place, other in enumerate(joined):
             if (
-                abs(run.radius - other.radius) < NARROW[-1] * run.radius
-                and float(np.linalg.norm(run.centre - other.centre)) < NARROW[-1] * run.radius
+                abs(run.radius - other.radius) < NARROW_SEARCH_RATIOS[-1] * run.radius
+                and float(np.linalg.norm(run.centre - other.centre)) < NARROW_SEARCH_RATIOS[-1] * run.radius
                 and _meet(long, other, run)
             ):
                 joined[place] = replace(other, z_high=run.z_high)
@@ -131,7 +131,8 @@ def _meet(long: SectionStack, before: CylinderRun, after: CylinderRun) -> bool:
         return False  # a groove, or a crankpin between two webs
     reaches = [max((p.reach_from(before.centre) for p in s.pieces), default=0.0) for s in between]
     return gap < GAP_SHARE * before.radius and all(
-        (1.0 - SURFACE_LEFT) * before.radius < reach < (1.0 + INSIDE) * before.radius for reach in reaches
+        (1.0 - SURFACE_LEFT) * before.radius < reach < (1.0 + MAX_INNER_DEPTH_RATIO) * before.radius
+        for reach in reaches
     )
 
 
@@ -160,7 +161,7 @@ def _unbroken(long: SectionStack, chain: Sequence[_Link], here: _Link) -> bool:
     circles = [p.circle for s in between for p in s.pieces if p.circle is not None]
     if any(float(np.linalg.norm(c.centre - centre)) > SAME_CENTRE * c.radius for c in circles):
         return False
-    least, most = (1.0 - SURFACE_LEFT) * radius, (1.0 + INSIDE) * radius
+    least, most = (1.0 - SURFACE_LEFT) * radius, (1.0 + MAX_INNER_DEPTH_RATIO) * radius
     if circles:
         groove = long.sections[here.place].z_mm - long.sections[last].z_mm <= GAP_SHARE * radius
         if not (groove and len(chain) > 1):  # two sections through fillets are not a cylinder with a groove
@@ -203,30 +204,30 @@ def bare_cylinder(
     """
     near = long.between(*z_range)
     away = distances(near, centre)
-    rows = np.flatnonzero(np.abs(away - radius) <= AROUND * radius + rounding_mm)
+    rows = np.flatnonzero(np.abs(away - radius) <= MAX_VERTEX_DISTANCE_RATIO * radius + rounding_mm)
     near = near.T.take(rows, axis=1).T
     circles = [(centre, radius)]
     for link in shown:
-        grain = NARROW[-1] * link.radius
+        grain = NARROW_SEARCH_RATIOS[-1] * link.radius
         if all(abs(link.radius - r) + float(np.abs(link.centre - c).max()) > grain for c, r in circles):
             circles.append((link.centre, link.radius))
     for middle, size in circles:
         away = distances(near, middle)
-        for share in NARROW:
+        for share in NARROW_SEARCH_RATIOS:
             run = _fitted(near, away, size, share, span, rounding_mm)
             if run is not None:
                 return run
     away = distances(near, centre)
-    rest = away[np.abs(away - radius) < 2.0 * WIDE * radius]
+    rest = away[np.abs(away - radius) < 2.0 * WIDE_SEARCH_RATIO * radius]
     fallback = None
-    for _ in range(DENSEST):
-        dense = _densest(rest, NARROW[-1] * radius, radius)
-        for share in (NARROW[-1], WIDE):
+    for _ in range(TRIED_RADII):
+        dense = _densest(rest, NARROW_SEARCH_RATIOS[-1] * radius, radius)
+        for share in (NARROW_SEARCH_RATIOS[-1], WIDE_SEARCH_RATIO):
             run = _fitted(near, away, dense, share, span, rounding_mm)
             if run is not None and _is_reached(long, run):
                 return run
             fallback = fallback or run
-        rest = rest[np.abs(rest - dense) > NARROW[-1] * radius]
+        rest = rest[np.abs(rest - dense) > NARROW_SEARCH_RATIOS[-1] * radius]
     return fallback
 
 
@@ -256,7 +257,8 @@ def _is_reached(long: SectionStack, run: CylinderRun) -> bool:
     """Return whether a section in a cylinder reaches its radius; those between two fillets' feet do not."""
     inside = [s for s in long.sections if run.z_low < s.z_mm < run.z_high]
     return any(
-        abs(max((p.reach_from(run.centre) for p in s.pieces), default=0.0) - run.radius) < INSIDE * run.radius
+        abs(max((p.reach_from(run.centre) for p in s.pieces), default=0.0) - run.radius)
+        < MAX_INNER_DEPTH_RATIO * run.radius
         for s in inside
     )
 

@@ -21,7 +21,7 @@ from autobalance.units import wrapped_deg
 
 ON_AXIS = 0.03
 """A section is the shaft's when its circle is off the axis by less than this share of its radius."""
-SUNK = 0.004
+MIN_SLOT_DEPTH_RATIO = 0.004
 """Corners this share of the radius inside the shaft's circle are in a slot ..."""
 SAGITTA = 0.3
 """... and deeper than this share of the square of their facets over the radius, as far as chords stand in."""
@@ -29,7 +29,7 @@ KEY_WIDTHS = (0.08, 0.5)
 """A keyway's width as a share of the shaft's diameter (DIN 6885: 0.22 to 0.33; Woodruff keys: 0.16 up)."""
 KEY_DEPTHS = (0.02, 0.35)
 """Its depth, likewise."""
-UPRIGHT = math.cos(math.radians(3.0))
+KEYWAY_WALL_COSINE = math.cos(math.radians(3.0))
 """Walls of a keyway are parallel to the radius in its middle to 3°."""
 WALL_SHARE = 0.4
 """A wall is straight over at least this share of the slot's depth; the rest may be a rounded corner."""
@@ -42,9 +42,9 @@ ONE_WAY = math.cos(math.radians(2.5))
 """Triangles of a plane wall face one way; those of a round hole's wall do not."""
 LONG_AS_WIDE = 0.8
 """A keyway's plane walls are at least this many widths long; so a round hole is none."""
-CENTRED = 0.05
+MAX_KEYWAY_OFFSET_SHARE = 0.05
 """The middle of a keyway passes the axis by less than this share of its width."""
-LARGER = 1.4
+MIN_FLANGE_RATIO = 1.4
 """A disc without holes is a flange when it is so many times as wide as the main journal before it ..."""
 AT_END = 0.5
 """... and nearer to the crank's end than this share of the journal's radius; else it is a collar."""
@@ -191,7 +191,7 @@ def _slot(piece: SectionPiece, circle: Circle, z_mm: float) -> _Slot | None:
     corners = corners_of(piece.outline, piece.grain_mm)
     step = np.linalg.norm(following(corners) - corners, axis=1)
     on_circle = np.median(step)
-    sunk = SUNK * circle.radius + SAGITTA * on_circle**2 / circle.radius
+    sunk = MIN_SLOT_DEPTH_RATIO * circle.radius + SAGITTA * on_circle**2 / circle.radius
     inside = distances(corners, circle.centre) < circle.radius - sunk
     begins = np.flatnonzero(inside & ~preceding(inside))
     if len(begins) != 1 or inside.sum() < 2:
@@ -211,7 +211,9 @@ def _as_key(notch: Array, radius: float, z_mm: float) -> _Slot | None:
     floor = notch[1:-1] @ out
     depth = radius - float(floor.min())
     shares = width / (2.0 * radius), depth / (2.0 * radius)
-    upright = all(-float(wall @ out) >= UPRIGHT * size > 0.0 for wall, size in zip(walls, long, strict=True))
+    upright = all(
+        -float(wall @ out) >= KEYWAY_WALL_COSINE * size > 0.0 for wall, size in zip(walls, long, strict=True)
+    )
     straight = min(long) >= WALL_SHARE * depth
     flat = float(np.ptp(floor)) <= FLAT_FLOOR * depth
     sized = KEY_WIDTHS[0] <= shares[0] <= KEY_WIDTHS[1] and KEY_DEPTHS[0] <= shares[1] <= KEY_DEPTHS[1]
@@ -228,7 +230,7 @@ def _walled(zone: _Zone, group: Sequence[_Slot], mesh: Mesh, to_rotor: Array) ->
     vertices = zone.long.vertices
     local = vertices[:, :2] - zone.axis
     radial = local @ out
-    tall = slot.depth + SUNK * slot.radius
+    tall = slot.depth + MIN_SLOT_DEPTH_RATIO * slot.radius
     near = (radial > slot.radius - 1.5 * tall) & (radial < 1.2 * slot.radius + tall)
     near &= (vertices[:, 2] > zone.low) & (vertices[:, 2] < zone.high)
     aside = local @ across
@@ -237,7 +239,7 @@ def _walled(zone: _Zone, group: Sequence[_Slot], mesh: Mesh, to_rotor: Array) ->
     used = np.zeros(len(vertices), dtype=bool)
     sides = []
     for sign in (-1.0, 1.0):
-        at_wall = near & (np.abs(aside - 0.5 * sign * slot.width) < CENTRED * slot.width)
+        at_wall = near & (np.abs(aside - 0.5 * sign * slot.width) < MAX_KEYWAY_OFFSET_SHARE * slot.width)
         wall = flat & (sign * vectors < 0.0) & at_wall[mesh.triangles].all(axis=1)
         corners = np.unique(mesh.triangles[wall])
         height = slot.depth - (slot.radius - math.sqrt(slot.radius**2 - 0.25 * slot.width**2))
@@ -285,7 +287,7 @@ def _flange(zone: _Zone, journals: Sequence[CylinderRun], to_rotor: Array) -> Fl
     else:
         z = zone.long.vertices[:, 2]
         tip, near = float(z.min() if zone.end == "-z" else z.max()), AT_END * journal.radius
-        wide = [(z, c.radius) for z, _, c in discs if c.radius >= LARGER * journal.radius]
+        wide = [(z, c.radius) for z, _, c in discs if c.radius >= MIN_FLANGE_RATIO * journal.radius]
         wide = wide if any(abs(z - tip) < near for z, _ in wide) else []
     if not wide:
         return None

@@ -10,7 +10,7 @@ from autobalance.types import Array
 
 BIN_RAD = 0.02
 """Directions closer than this count as one at first; the best are refined afterwards."""
-STRONGEST = 32
+CROSSED_DIRECTIONS = 32
 """Number of the surface's directions that are crossed with each other: a cylinder's axis is square to any two
 directions of its surface."""
 MOST_BINS = 600
@@ -34,7 +34,7 @@ def axis_candidates(area_vectors: Array, side_sine: float = SIDE_SINE) -> Iterat
     unit, weight = area_vectors[keep] / length[keep, None], length[keep] / length.sum()
     unit *= np.where(_upper(unit), 1.0, -1.0)[:, None]
     normals, areas = _binned(unit, weight)
-    strong = normals[:STRONGEST]
+    strong = normals[:CROSSED_DIRECTIONS]
     i, j = np.triu_indices(len(strong), 1)
     crossed = np.cross(strong[i], strong[j])
     size = np.linalg.norm(crossed, axis=1)

@@ -15,7 +15,7 @@ from autobalance.types import Array
 
 NEAR_RAD = 1e-2
 """An axis estimated from the surface's directions is that of cylinders which differ by less."""
-PARALLEL = 1e-7
+PARALLEL_RAD = 1e-7
 """Axes of cylinders that differ by less are one direction, but for rounding [rad]."""
 SAME_SHARE = 1e-3
 """A cylinder is the solid's own when centre and radius are this near, as shares of the radius."""
@@ -31,7 +31,7 @@ def own_direction(estimate: Array, cylinders: Sequence[CylinderFace]) -> Array |
     axes = np.array([face.axis for face in near])
     areas = np.array([face.area_mm2 for face in near])
     apart = np.linalg.norm(np.cross(axes[:, None], axes[None]), axis=2)
-    best: Array = axes[int(np.argmax((apart < PARALLEL) @ areas))]
+    best: Array = axes[int(np.argmax((apart < PARALLEL_RAD) @ areas))]
     return best if float(best @ estimate) > 0.0 else -best
 
 

@@ -14,7 +14,7 @@ from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.errors import RecognitionError
 from autobalance.types import Array
 
-LONGER = 1.3
+MIN_LENGTH_RATIO = 1.3
 """A line of cylinders wins over another when it has this much more shaft, or metal reaches this much farther
 beyond it, and neither is so the other way round."""
 OUT_OF_LINE = 0.2
@@ -22,9 +22,9 @@ OUT_OF_LINE = 0.2
 line: strokes of one crank do not differ as much."""
 WANDER = 0.15
 """Journals of a crank that is bent, or badly drawn, are apart by less than this share of their radius."""
-LISTED = 4
+MAX_LISTED_AXES = 4
 """Greatest number of possible axes that are listed."""
-COLLAR = 0.5
+COLLAR_WIDTH_SHARE = 0.5
 """A cylinder is a collar, not a journal, when the next one outward is thinner and its width less than this
 share of that one's."""
 ROUGH_COLLAR = 0.45
@@ -90,7 +90,7 @@ def crank_axis(
         return crank_axis(long, runs, hint, WANDER)
     raise RecognitionError(
         f"looked for the crank axis, found {len(lines)} lines of cylinders, none it for certain: "
-        f"{'; '.join(_described(long, line) for line in lines[:LISTED])}; "
+        f"{'; '.join(_described(long, line) for line in lines[:MAX_LISTED_AXES])}; "
         "axis_point_mm (--axis-point) with one of these points settles it"
     )
 
@@ -110,7 +110,7 @@ def _wins(long: SectionStack, centres: Array) -> NDArray[np.bool_]:
     """
     beyond, shaft = _beyond(long, centres), _shafts_mm(long, centres)
     ratios = np.stack([shaft[:, None] / np.maximum(shaft, 1e-9), beyond / np.maximum(beyond.T, 1e-9)])
-    wins = (ratios.min(axis=0) > 1.0 / LONGER) & (ratios.max(axis=0) > LONGER)
+    wins = (ratios.min(axis=0) > 1.0 / MIN_LENGTH_RATIO) & (ratios.max(axis=0) > MIN_LENGTH_RATIO)
     np.fill_diagonal(wins, True)
     dominates: NDArray[np.bool_] = wins
     return dominates
@@ -296,7 +296,7 @@ def choose_journals(
         group, before = [], run
     if group:
         groups.append((group, before, None))
-    collar = ROUGH_COLLAR if long.blur_mm else COLLAR
+    collar = ROUGH_COLLAR if long.blur_mm else COLLAR_WIDTH_SHARE
     runs = [_journal(members, left, right, axis, collar) for members, left, right in groups]
     journals = [run for run in runs if run is not None]
     return journals or [max(on_axis, key=lambda run: run.width)]

@@ -13,7 +13,7 @@ from autobalance.crank.recognition.section_stack import CrossSection, SectionSta
 from autobalance.errors import RecognitionError
 from autobalance.types import Array
 
-NEARER = 0.5
+BORE_DISTANCE_RATIO = 0.5
 """Of a half crank, the end with the web is that from which its bore is nearer by this factor."""
 
 
@@ -53,7 +53,7 @@ def _gaps(long: SectionStack, axis: Array) -> list[tuple[float, float]]:
     depths = [_bore_depth(long, end, side, axis) for end, side in zip(ends, (1, -1), strict=True)]
     order = np.argsort(depths)
     first, second = (depths[place] for place in order)
-    return [ends[order[0]]] if first < NEARER * second else []
+    return [ends[order[0]]] if first < BORE_DISTANCE_RATIO * second else []
 
 
 def _bore_depth(long: SectionStack, end: tuple[float, float], side: int, axis: Array) -> float:

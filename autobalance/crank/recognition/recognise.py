@@ -41,9 +41,9 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import DRAWN, SCANNED, flat_share
 from autobalance.types import Array
 
-SMOOTH = 1e-6
+SMOOTH_MESH_SHARE = 1e-6
 """A mesh without noise stands off smooth surfaces by less than this share of its diagonal."""
-WAVED = 3.0
+WAVED_ROUGHNESS_RATIO = 3.0
 """Vertices of a drawn mesh that was waved stand off its surfaces by up to so many times its roughness."""
 SLIGHTLY_WAVED = 0.6
 """Of a crank waved by 1 µm a third of the triangles lie in one plane with a neighbour, of drawn ones nearly
@@ -90,7 +90,7 @@ def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[Cylinder
     flat = 1.0 if cylinders else flat_share(mesh)
     if flat < SCANNED:
         rough = RoughMesh.of(mesh)
-        if rough.local_mm > SMOOTH * mesh.diagonal_mm:
+        if rough.local_mm > SMOOTH_MESH_SHARE * mesh.diagonal_mm:
             return _scanned_or_waved(rough, overrides)
     if axis is not None and overrides.crankpins is not None and overrides.main_journals is not None:
         return _from_job(mesh, overrides, axis)
@@ -122,9 +122,9 @@ def _scanned_or_waved(rough: RoughMesh, overrides: Overrides) -> Anatomy:
 
 def _waved(rough: RoughMesh, overrides: Overrides, refusal: RecognitionError) -> Anatomy:
     """Return a drawn crank whose vertices something moved a little; raise the refusal if there is none."""
-    if rough.local_mm <= SMOOTH * rough.mesh.diagonal_mm:
+    if rough.local_mm <= SMOOTH_MESH_SHARE * rough.mesh.diagonal_mm:
         raise refusal
-    views = Views(rough.mesh, WAVED * min(rough.local_mm, CREDIBLE_MM))
+    views = Views(rough.mesh, WAVED_ROUGHNESS_RATIO * min(rough.local_mm, CREDIBLE_MM))
     try:
         return _with_or_without_pins(overrides, lambda known: _in_any_direction(views, known, ()))
     except RecognitionError:

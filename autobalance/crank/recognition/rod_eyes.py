@@ -23,7 +23,7 @@ from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
-LIKELIEST = 3
+TRIED_DIRECTIONS = 3
 """Directions tried: most of a rod's surface stands along its eyes or square to them."""
 LEAST_SHARE = 0.2
 """A bore smaller than this share of the largest is an oil hole or one for lightness, not an eye."""
@@ -100,7 +100,7 @@ def find_eyes(mesh: Mesh, centre_mm: Array, cylinders: Sequence[CylinderFace] = 
     rows, weight = mesh.sample
     reasons: list[tuple[int, str]] = []
     axes = axis_candidates(weight[:, None] * mesh.area_vectors.take(rows, axis=0))
-    for axis in itertools.islice(axes, LIKELIEST):
+    for axis in itertools.islice(axes, TRIED_DIRECTIONS):
         own = own_direction(axis, cylinders)
         long = lengthwise(mesh, _upright(axis if own is None else own), rounding)
         bores = _bores(long, rounding)

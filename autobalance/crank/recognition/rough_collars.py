@@ -10,9 +10,9 @@ from autobalance.crank.recognition.rough_cylinders import RoughCylinder
 from autobalance.crank.recognition.rough_planes import RoughPlane
 from autobalance.solid.mesh.mesh import Mesh
 
-CENTRED = 0.2
+MAX_OFFSET_RATIO = 0.2
 """A collar's middle is off its cylinder's by less than this share of the radius ..."""
-AROUND = 0.9
+MIN_FACE_RADIUS_RATIO = 0.9
 """... and its face begins beyond this share of it."""
 
 Heights = tuple[float, ...]
@@ -69,5 +69,5 @@ def _is_collar(
     run = cylinder.run
     corners = np.unique(mesh.triangles.take(plane.rows, axis=0))
     away = np.hypot(*(fitted.long.vertices.take(corners, axis=0)[:, :2] - run.centre).T)
-    centred = float(np.linalg.norm(plane.centroid[:2] - run.centre)) < CENTRED * run.radius
-    return bool(centred and away.min() > AROUND * run.radius and away.max() < reach_mm)
+    centred = float(np.linalg.norm(plane.centroid[:2] - run.centre)) < MAX_OFFSET_RATIO * run.radius
+    return bool(centred and away.min() > MIN_FACE_RADIUS_RATIO * run.radius and away.max() < reach_mm)

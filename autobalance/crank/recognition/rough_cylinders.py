@@ -19,7 +19,7 @@ from autobalance.types import Array, Indices
 
 NEIGHBOURS = 40.0
 """Roughness is measured on neighbourhoods of about so many triangles."""
-UPRIGHT = 0.25
+MAX_AXIAL_COMPONENT = 0.25
 """Triangles of a cylinder along z face z by less than this."""
 HOPELESS_MM = 0.3
 """Rougher meshes are refused: neighbourhoods of a coarse mesh seem rougher than its faces are."""
@@ -129,7 +129,7 @@ def _triangles_on(
         long.vertices.take(rough.mesh.triangles.take(rows, axis=0), axis=0).mean(axis=1)[:, :2] - run.centre
     )
     outward = (normals.take(rows, axis=0)[:, :2] * middle).sum(axis=1) / run.radius
-    keep: Indices = rows[(np.abs(normals[:, 2].take(rows)) < UPRIGHT) & (side * outward > 0.9)]
+    keep: Indices = rows[(np.abs(normals[:, 2].take(rows)) < MAX_AXIAL_COMPONENT) & (side * outward > 0.9)]
     return keep
 
 

@@ -10,15 +10,15 @@ import numpy as np
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.datums import Flange, FlangeHole, Keyway
 from autobalance.crank.recognition.rough_certainty import FittedCrank
-from autobalance.crank.recognition.rough_cylinders import UPRIGHT, RoughMesh
+from autobalance.crank.recognition.rough_cylinders import MAX_AXIAL_COMPONENT, RoughMesh
 from autobalance.crank.recognition.rough_fits import Region, fit_circle_along_z
 from autobalance.types import Array
 
-FACING = 0.85
+MIN_RADIAL_COMPONENT = 0.85
 """Triangles of a round surface face away from its axis, or towards it, by as much."""
 BESIDE_MM = 0.3
 """They lie within this and four times the roughness of the surface that sections show."""
-FEWEST = 24
+MIN_TRIANGLES = 24
 WALL_PM, FLOOR_PM = 0.03, 0.06
 """Standard errors of a keyway's width and depth as shares of the triangles' edges, beside twice the
 roughness: scans of 1.2 to 2.2 mm edges and waves of 0.02 to 0.05 mm were within three of them."""
@@ -106,9 +106,11 @@ class _Certain:
         facing = self.facing.take(rows, axis=0)
         outward = side * (facing[:, :2] * middle).sum(axis=1) / np.maximum(np.hypot(*middle.T), 1e-9)
         corners = np.unique(
-            triangles.take(rows[(outward > FACING) & (np.abs(facing[:, 2]) < UPRIGHT)], axis=0)
+            triangles.take(
+                rows[(outward > MIN_RADIAL_COMPONENT) & (np.abs(facing[:, 2]) < MAX_AXIAL_COMPONENT)], axis=0
+            )
         )
-        if len(corners) < FEWEST:
+        if len(corners) < MIN_TRIANGLES:
             return None
         region = Region(self.points.take(corners, axis=0), self.rough.at_vertex.take(corners))
         fit = fit_circle_along_z(region, centre, radius)

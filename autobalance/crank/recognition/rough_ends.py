@@ -18,21 +18,21 @@ FILLET_SHARE, FACE_MM = 0.3, 1.0
 """A face is beside a cylinder up to this share of the radius, and this much, from its end [mm]."""
 ALIKE_MM = 0.6
 """The two fillets of a cylinder are alike when they differ by less."""
-STEPPED = 0.08
+STEP_POINT_SHARE = 0.08
 """No fillet leads from a cylinder to a face when more than this share of the points between stands off it: a
 collar does, or a chamfer. Of fillets none does, at holes 2 % do, at a public crank's collars 20 to 27 %."""
 OUTERMOST, SECTORS = 0.95, 12
-LEAVES = 0.02
+STEP_HEIGHT_RATIO = 0.02
 """The surface leaves the cylinder at a step where it is this share of the radius beyond it."""
-CAPPED = (0.15, 4.0)
+MAX_POINT_DISTANCE = (0.15, 4.0)
 """Points farther off than this [mm] and so many times the roughness belong to drillings and the like."""
 FILLET_STEP_MM = 0.02
-FEWEST = 30
+MIN_POINTS = 30
 FILLET_PM = 0.03
 """Standard error of a fitted fillet's radius as a share of the triangles' edges, found by simulation."""
 END_PM_MM = 0.4
 """Standard error of an end without a face beside it: points are checked in steps of this length."""
-UNIFORM = 1.0 / math.sqrt(12.0)
+UNIFORM_SIGMA = 1.0 / math.sqrt(12.0)
 """Standard deviation of a point anywhere between two places, as a share of their distance."""
 
 End = tuple[float, float]
@@ -148,14 +148,14 @@ def _fillet(
     _, plane, face_pm = min(beside, key=lambda item: abs(item[0]))
     face = float(plane.centroid[2])
     out, away, angle = _corner(each, long, face, side, reach)
-    cap = CAPPED[0] + CAPPED[1] * each.fit.rms_mm
+    cap = MAX_POINT_DISTANCE[0] + MAX_POINT_DISTANCE[1] * each.fit.rms_mm
     radii = np.arange(0.0, max(reach, FILLET_STEP_MM) + 1.0, FILLET_STEP_MM)
-    if len(out) < FEWEST:
+    if len(out) < MIN_POINTS:
         return None
     off = np.abs(np.stack([_off_corner(out, away, radius) for radius in radii]))
     best = int(np.argmin((np.minimum(off, cap) ** 2).mean(axis=1)))
-    if _all_around(off[best] > cap, angle) > STEPPED or best == len(radii) - 1:
-        beyond = out[away > LEAVES * run.radius + cap]
+    if _all_around(off[best] > cap, angle) > STEP_POINT_SHARE or best == len(radii) - 1:
+        beyond = out[away > STEP_HEIGHT_RATIO * run.radius + cap]
         if len(beyond) == 0:
             return None
         return _Step(face - side * float(np.quantile(beyond, OUTERMOST)), face, face_pm)
@@ -203,4 +203,4 @@ def _free_end(each: RoughCylinder, planes: Sequence[tuple[RoughPlane, float]], s
     if not beyond:
         return end, END_PM_MM
     far, pm = min(beyond, key=lambda item: abs(item[0]))
-    return end + 0.5 * side * far, max(math.hypot(UNIFORM * far, pm), 0.25 * END_PM_MM)
+    return end + 0.5 * side * far, max(math.hypot(UNIFORM_SIGMA * far, pm), 0.25 * END_PM_MM)

@@ -11,19 +11,19 @@ from autobalance.types import Array, Indices
 
 SUNK_RADII, SUNK_MM = 0.03, 0.3
 """Triangles below the shaft's surface by this share of its radius, or by so much, do not belong to it."""
-DEEPEST = 0.7
+MAX_DEPTH_RATIO = 0.7
 """Triangles nearer to the axis than the radius less this share of it belong to a bore along it."""
-FACING = math.cos(math.radians(35.0))
+FACING_COSINE = math.cos(math.radians(35.0))
 """Triangles of floor and walls face within 35° as they should: noise turns small ones by as much."""
-PARALLEL = math.cos(math.radians(5.0))
+PARALLEL_WALL_COSINE = math.cos(math.radians(5.0))
 """The fitted walls look at each other within 5°."""
-UPRIGHT = 0.35
+MAX_AXIAL_COMPONENT = 0.35
 """They are parallel to the axis: the axial part of their triangles' directions is at most this."""
-BEYOND = 0.3
+MAX_OVERRUN_RADII = 0.3
 """A shaft reaches so many radii past the last sections that show its circle, at most."""
-SPREAD = 3.0
+OUTLIER_RATIO = 3.0
 """Points that stand off a wall by more than so many times the usual are of its corners."""
-FEWEST = 8
+MIN_TRIANGLES = 8
 """Least number of triangles on a floor or a wall; fewer may be chance."""
 
 
@@ -55,16 +55,16 @@ def rough_keyway(
     """
     corners = vertices.take(triangles, axis=0)
     middle = corners.mean(axis=1)
-    past = BEYOND * float(shaft[:, 1].mean())
+    past = MAX_OVERRUN_RADII * float(shaft[:, 1].mean())
     inside = (middle[:, 2] > shaft[0, 0] - past) & (middle[:, 2] < shaft[-1, 0] + past)
     rows = np.flatnonzero(inside)
     below = np.interp(middle[rows, 2], *shaft.T)
     away = np.hypot(*middle[rows, :2].T)
-    sunk = (below - away > np.maximum(SUNK_RADII * below, SUNK_MM)) & (away > (1.0 - DEEPEST) * below)
-    sunk &= np.abs(normals[rows, 2]) < UPRIGHT
+    sunk = (below - away > np.maximum(SUNK_RADII * below, SUNK_MM)) & (away > (1.0 - MAX_DEPTH_RATIO) * below)
+    sunk &= np.abs(normals[rows, 2]) < MAX_AXIAL_COMPONENT
     rows = rows[sunk]
     number = _connected(triangles.take(rows, axis=0), len(vertices))
-    for each in np.flatnonzero(np.bincount(number) >= 3 * FEWEST):
+    for each in np.flatnonzero(np.bincount(number) >= 3 * MIN_TRIANGLES):
         own = rows[number == each]
         key = _as_key(corners[own], normals[own], shaft, keys)
         if key is not None:
@@ -89,19 +89,21 @@ def _as_key(
     for _ in range(3):
         across = np.array([-out[1], out[0]])
         aside, look = place[:, :2] @ across, facing[:, :2] @ across
-        walls = [np.flatnonzero((sign * look < -FACING) & (sign * aside > 0.0)) for sign in (-1.0, 1.0)]
-        walls = [_without_corners(wall, aside) for wall in walls if len(wall) >= FEWEST]
+        walls = [
+            np.flatnonzero((sign * look < -FACING_COSINE) & (sign * aside > 0.0)) for sign in (-1.0, 1.0)
+        ]
+        walls = [_without_corners(wall, aside) for wall in walls if len(wall) >= MIN_TRIANGLES]
         if len(walls) < 2:
             return None
         towards = [_unit(_line(place[wall, :2], out)) for wall in walls]
-        if float(towards[0] @ towards[1]) < PARALLEL:
+        if float(towards[0] @ towards[1]) < PARALLEL_WALL_COSINE:
             return None
         out = _unit(sum(place[wall, :2].mean(axis=0) for wall in walls))  # surer than such short walls
     across = np.array([-out[1], out[0]])
     left, right = (float(np.median(place[wall, :2] @ across)) for wall in walls)
-    floor = np.flatnonzero(facing[:, :2] @ out > FACING)
+    floor = np.flatnonzero(facing[:, :2] @ out > FACING_COSINE)
     floor = floor[np.abs(place[floor, :2] @ across - 0.5 * (left + right)) < 0.4 * (right - left)]
-    if len(floor) < FEWEST:
+    if len(floor) < MIN_TRIANGLES:
         return None
     z = corners[np.concatenate(walls), :, 2]
     radius = float(np.interp(np.median(z), *shaft.T))
@@ -121,7 +123,7 @@ def _as_key(
 def _without_corners(wall: Indices, aside: Array) -> Indices:
     """Return the rows of a wall near its median plane."""
     off = np.abs(aside[wall] - np.median(aside[wall]))
-    kept: Indices = wall[off <= SPREAD * max(float(np.median(off)), 1e-6)]
+    kept: Indices = wall[off <= OUTLIER_RATIO * max(float(np.median(off)), 1e-6)]
     return kept
 
 

@@ -12,14 +12,14 @@ from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.mesh import Mesh, compacted
 from autobalance.types import Array, Indices
 
-SQUARE = 0.97
+MIN_AXIAL_COMPONENT = 0.97
 """A triangle may belong to a plane square to the axis when its smoothed direction has this much along it."""
 BIN_MM = 0.05
 LEAST_AREA_SHARE = 1.5e-3
 """Planes smaller than this share of the surface are of no use."""
-THICK = (4.0, 0.05)
+MAX_PLANE_DISTANCE = (4.0, 0.05)
 """A plane's triangles lie within so many times the local roughness, and this much more [mm]."""
-GROWN = 4.0
+MAX_FIT_SIGMAS = 4.0
 """... and of the fitted plane within so many times what its own points spread."""
 
 
@@ -67,10 +67,10 @@ def rough_planes(
     """
     area = 0.5 * mesh.doubled_areas
     least = LEAST_AREA_SHARE * float(area.sum())
-    thick = THICK[0] * local_mm + THICK[1]
+    thick = MAX_PLANE_DISTANCE[0] * local_mm + MAX_PLANE_DISTANCE[1]
     planes: list[RoughPlane] = []
     for side in (1.0, -1.0):
-        rows = np.flatnonzero(side * directions[:, 2] > SQUARE)
+        rows = np.flatnonzero(side * directions[:, 2] > MIN_AXIAL_COMPONENT)
         if len(rows) == 0:
             continue
         height = vertices[:, 2].take(mesh.triangles.take(rows, axis=0)).mean(axis=1)
@@ -115,7 +115,7 @@ def _plane(
     middle = fit.weights @ fit.points / fit.weights.sum()
     off = vertices.take(corners, axis=0) - middle
     away = off[:, 2] - off[:, :2] @ fit.values[1:]
-    inside[corners] = np.abs(away) < GROWN * max(spread_of(fit.residuals), 1e-6)
+    inside[corners] = np.abs(away) < MAX_FIT_SIGMAS * max(spread_of(fit.residuals), 1e-6)
     members = rows[group][inside.take(mesh.triangles.take(rows[group], axis=0)).sum(axis=1) >= 2]
     if len(members) == 0:
         return None

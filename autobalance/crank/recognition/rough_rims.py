@@ -17,14 +17,14 @@ from autobalance.types import Array
 
 ON_RIM = (6.0, 0.1)
 """A rim's points lie within so many times the roughness, and this much [mm], below the farthest one."""
-FACING = 0.97
+MIN_RADIAL_COMPONENT = 0.97
 """They face away from the axis by as much ..."""
-ALONG = 0.25
+MAX_AXIAL_COMPONENT = 0.25
 """... and along it by less than this."""
-ROUGHER = 2.5
+MAX_ROUGHNESS_RATIO = 2.5
 """Rims that stand off a cylinder about the axis by more than so many times the roughness are left out."""
-FEWEST = 24
-HALF = 0.5
+MIN_TRIANGLES = 24
+END_HEIGHT_SIGMA_SHARE = 0.5
 """Where another face may be a web's end, its height is uncertain by this share of their distance."""
 
 
@@ -42,7 +42,7 @@ def with_rims(
         low_pm, high_pm = (
             math.hypot(
                 fitted.height_pm_mm(end + origin_mm),
-                HALF * max((abs(other - end) for other in there), default=0.0),
+                END_HEIGHT_SIGMA_SHARE * max((abs(other - end) for other in there), default=0.0),
             )
             for end, there in zip((web.z_min_mm, web.z_max_mm), others, strict=True)
         )
@@ -78,10 +78,10 @@ def _rim(
     rows = np.flatnonzero(here.take(triangles).all(axis=1))
     middle = arm.take(triangles.take(rows, axis=0), axis=0).mean(axis=1)
     outward = (normals.take(rows, axis=0)[:, :2] * middle).sum(axis=1) / np.hypot(*middle.T)
-    rows = rows[(outward > FACING) & (np.abs(normals[:, 2].take(rows)) < ALONG)]
+    rows = rows[(outward > MIN_RADIAL_COMPONENT) & (np.abs(normals[:, 2].take(rows)) < MAX_AXIAL_COMPONENT)]
     corners = np.unique(triangles.take(rows, axis=0))
     peak = OUTLIER * local
-    if len(corners) < FEWEST:
+    if len(corners) < MIN_TRIANGLES:
         return farthest, peak, peak
     off, weights = away.take(corners), rough.at_vertex.take(corners)
     keep = np.ones(len(off), dtype=bool)
@@ -96,6 +96,6 @@ def _rim(
         vertices.take(corners[keep], axis=0),
     )
     typical = float(np.median([each.fit.rms_mm for each in (*fitted.journals, *fitted.pins)]))
-    if fit.rms_mm > ROUGHER * typical:
+    if fit.rms_mm > MAX_ROUGHNESS_RATIO * typical:
         return farthest, peak, fit.rms_mm
     return radius, fitted.noise.height_pm_mm(fit), fit.rms_mm

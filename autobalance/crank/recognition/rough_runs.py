@@ -22,12 +22,12 @@ from autobalance.types import Array
 STEP_MM = 0.6
 STATIONS = (120, 600)
 """Sections are this far apart, but not fewer or more of them."""
-ROUGH = (4.0, 0.02)
+MAX_OUTLINE_DISTANCE = (4.0, 0.02)
 """A rough outline may stand off its circle by so many times the local roughness, and this much more [mm]:
 waves longer than a neighbourhood, journals out of round."""
 SAME_CENTRE, SAME_RADIUS = 0.03, 0.015
 """Circles follow each other along one shaft when centre and radius differ by less, as shares of the last."""
-BLUR = 3.0
+FACE_BLUR_STEPS = 3.0
 """A face lies within so many steps of the sections that show it."""
 GAP_SHARE = 0.5
 """Drillings and grooves part a cylinder for this share of its radius."""
@@ -35,13 +35,13 @@ LEAST_WIDTH = 0.15
 """Bare cylinders shorter than this share of their radius are chamfers, collars and fillets."""
 MOST_TAPER = 0.015
 """A cylinder's radius changes by less than this along its length: cones for pulleys begin at 1 : 40."""
-FILLED = 0.6
+MIN_SECTION_SHARE = 0.6
 """Of the sections of a cylinder at least this share show its circle."""
 
 
 def rough_slack_mm(local_mm: float) -> float:
     """Return the greatest distance of an outline from its circle, for a roughness [mm]."""
-    return ROUGH[0] * local_mm + ROUGH[1]
+    return MAX_OUTLINE_DISTANCE[0] * local_mm + MAX_OUTLINE_DISTANCE[1]
 
 
 def rough_stack(mesh: Mesh, direction: Array, slack_mm: float) -> SectionStack:
@@ -57,7 +57,7 @@ def rough_stack(mesh: Mesh, direction: Array, slack_mm: float) -> SectionStack:
         for z, outline in zip(heights, outlines, strict=True)
     )
     step = (high - low) / count
-    return SectionStack(turn, vertices, np.zeros(0), np.zeros(0), sections, blur_mm=BLUR * step)
+    return SectionStack(turn, vertices, np.zeros(0), np.zeros(0), sections, blur_mm=FACE_BLUR_STEPS * step)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class _Ring:
 def rough_runs(long: SectionStack) -> list[CylinderRun]:
     """Return the bare cylinders along a rough shaft, by increasing z."""
     chains: list[list[_Ring]] = []
-    step = long.blur_mm / BLUR
+    step = long.blur_mm / FACE_BLUR_STEPS
     for place, section in enumerate(long.sections):
         for piece in section.pieces:
             if piece.circle is None:
@@ -102,7 +102,7 @@ def _cylinders(chain: Sequence[_Ring], long: SectionStack) -> list[CylinderRun]:
     runs: list[CylinderRun] = []
     rest = list(chain)
     slack = long.sections[chain[0].place].pieces[0].rough_mm
-    step = long.blur_mm / BLUR
+    step = long.blur_mm / FACE_BLUR_STEPS
     while len(rest) >= 3:
         radii = np.sort([ring.radius for ring in rest])
         held = np.searchsorted(radii, radii + slack, side="right") - np.arange(len(radii))
@@ -132,7 +132,7 @@ def _run(stretch: Sequence[_Ring], step: float) -> CylinderRun | None:
     z = np.array([ring.z_mm for ring in stretch])
     radii = np.array([ring.radius for ring in stretch])
     radius, width = float(np.median(radii)), float(np.ptp(z)) + step
-    if width < max(LEAST_WIDTH * radius, 3.0 * step) or len(stretch) * step < FILLED * width:
+    if width < max(LEAST_WIDTH * radius, 3.0 * step) or len(stretch) * step < MIN_SECTION_SHARE * width:
         return None
     slope = float(np.polyfit(z - z.mean(), radii, 1)[0])
     if abs(slope) > MOST_TAPER and abs(slope) * width > 0.1:

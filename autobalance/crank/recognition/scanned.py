@@ -43,10 +43,10 @@ SIDE_SINE = 0.06
 """A triangle of a scan stands along an axis when the sine of its smoothed lean is below this."""
 DIRECTIONS = 4
 """Number of directions tried before giving up."""
-COVERED = 0.45
+MIN_COVER = 0.45
 """A journal or crankpin covers at least this share of its cylinder's surface: drillings, keyways and holes of
 the scan take the rest."""
-ROUGHER = 3.0
+MAX_RESIDUAL_RATIO = 3.0
 """A cylinder's residual is at most so many times that of the middle one."""
 STILL_MM = 0.02
 """The axis is refined until the ends of the crank move by less than this."""
@@ -176,12 +176,12 @@ def _refuse_uncovered(cylinders: Sequence[RoughCylinder], journals: int, covered
         name = f"main journal {number}" if number <= journals else f"crankpin {number - journals}"
         where = f"{name}, {2.0 * each.run.radius:.4g} mm in diameter and {each.run.width:.4g} mm long"
         settles = "; main_journals and crankpins settle it"
-        if share < COVERED:
+        if share < MIN_COVER:
             raise RecognitionError(
                 f"looked for the surface of {where}: found {100.0 * share:.0f} % of it,"
-                f" expected at least {100.0 * COVERED:.0f} %{settles}"
+                f" expected at least {100.0 * MIN_COVER:.0f} %{settles}"
             )
-        if each.fit.rms_mm > max(ROUGHER * typical, 0.03) or each.fit.rms_mm > ROUGHEST_MM:
+        if each.fit.rms_mm > max(MAX_RESIDUAL_RATIO * typical, 0.03) or each.fit.rms_mm > ROUGHEST_MM:
             raise RecognitionError(
                 f"looked for the surface of {where}: it stands {each.fit.rms_mm:.2g} mm off a cylinder,"
                 f" others {typical:.2g} mm{settles}"

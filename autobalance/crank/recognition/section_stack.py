@@ -14,14 +14,14 @@ from autobalance.solid.mesh.tetrahedra import CHUNK
 from autobalance.solid.slicing.slices import Spans, cross_sections
 from autobalance.types import Array, Indices
 
-SQUARE = 1.0 - 1e-4
+MIN_AXIAL_COMPONENT = 1.0 - 1e-4
 """A triangle is square to the axis when its normal has at least this component along it (0.8°)."""
 LEVEL_SHARE = 2e-3
 """A height counts as a level, where cross-sections jump, if planes of at least this share of the greatest
 level's area lie there."""
 ASIDE_SHARE = 2e-5
 """Distance of the sections next to a level from it, as a share of the part's length."""
-UNIFORM = 40
+MIN_STATIONS = 40
 """Stations are at most the part's length divided by this apart."""
 FLAKE_SHARE = 1e-3
 """Pieces of a rough section below this share of the greatest are flakes, cut off a face by a plane."""
@@ -188,7 +188,7 @@ def _stretches(
 def _levels(mesh: Mesh, vertices: Array, along: Array) -> tuple[Array, Array]:
     """Return the heights at which cross-sections jump, and the area of plane faces there."""
     apart = ASIDE_SHARE * float(np.ptp(vertices[:, 2]))
-    heights, areas = plane_levels(mesh, vertices[:, 2], along, SQUARE, apart)
+    heights, areas = plane_levels(mesh, vertices[:, 2], along, MIN_AXIAL_COMPONENT, apart)
     real = areas > LEVEL_SHARE * areas.max(initial=0.0)
     return heights[real], areas[real]
 
@@ -228,7 +228,7 @@ def _stations(vertices: Array, levels: Array) -> Array:
     walls = walls[np.concatenate([[True], np.diff(walls) > 4.0 * aside])]
     heights = [walls - 1.5 * aside, walls + 1.5 * aside]
     for a, b in pairwise(walls):
-        count = max(3, int(np.ceil((b - a) / (high - low) * UNIFORM)))
+        count = max(3, int(np.ceil((b - a) / (high - low) * MIN_STATIONS)))
         heights.append(a + (b - a) * (np.arange(count) + 0.5) / count)
     stations = np.unique(np.concatenate(heights))
     return stations[(stations > low) & (stations < high)]

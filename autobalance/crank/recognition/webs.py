@@ -10,28 +10,28 @@ import numpy as np
 
 from autobalance.crank.anatomy import CounterweightOutline, Web
 from autobalance.crank.recognition.circles import distances, following
-from autobalance.crank.recognition.cylinder_runs import INSIDE, CylinderRun
+from autobalance.crank.recognition.cylinder_runs import MAX_INNER_DEPTH_RATIO, CylinderRun
 from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
 from autobalance.errors import RecognitionError
 from autobalance.types import Array
 
-CENTRED = 0.02
+MAX_COLLAR_OFFSET_RATIO = 0.02
 """A section piece is a collar or fillet of a cylinder when it is a circle whose centre is off the cylinder's
 by less than this share of its radius."""
 COUNTERWEIGHT_SHARE = 0.4
 """A web carries a counterweight when its first moment beyond the axis, away from the crankpin, is at least
 this share of that on the crankpin's side: a plain web's hub has less than a quarter, a disc has all."""
-GIVEN = 0.25
+CYLINDER_MARGIN_RATIO = 0.25
 """Within the width that a job (or the recogniser) gives a cylinder, metal up to this share beyond its radius
 is still the cylinder: corners of coarse facets, a diameter given roundly."""
-NECK = (0.7, 1.15)
+NECK_SIZE_RANGE = (0.7, 1.15)
 """Sizes of journals and crankpins lie between these, as shares of the least and most."""
 NECK_WIDTH = 0.1
 """It is at least this long, as a share of the least crankpin's radius."""
 ROUGH_FILLET = 0.2
 """Fillets of a scanned crank are lower than this share of their cylinder's radius."""
-RAGGED = 3
+MAX_RAGGED_SECTIONS = 3
 """Number of a scan's sections in a row that may cut a step's face, whose waves are no circle."""
 ON_AXIS = 0.06
 """A shaft's middle is off the axis by less than this share of its radius: that of seven sides by 0.05."""
@@ -104,7 +104,7 @@ def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence
     RecognitionError
         With the place, and the key that settles it.
     """
-    most = NECK[1] * max(run.radius for run in (*layout.journals, *layout.pins))
+    most = NECK_SIZE_RANGE[1] * max(run.radius for run in (*layout.journals, *layout.pins))
     for web in webs:
         inside = [s for s in long.sections if web.z_min_mm < s.z_mm < web.z_max_mm]
         stretches = [(neck, list(some)) for neck, some in groupby(inside, lambda s: _is_neck(s, most))]
@@ -158,7 +158,7 @@ def _refuse_passed_over(long: SectionStack, layout: JournalLayout, webs: Sequenc
         low = layout.journals[0].z_low
     if layout.journals[-1].z_mid > webs[-1].z_max_mm:
         high = layout.journals[-1].z_high
-    most = NECK[1] * max(run.radius for run in (*layout.journals, *layout.pins))
+    most = NECK_SIZE_RANGE[1] * max(run.radius for run in (*layout.journals, *layout.pins))
     beside = webs[int(low == -math.inf) : len(webs) - int(high == math.inf)]
     known = [(web.z_min_mm, web.z_max_mm) for web in beside]
     known += [(run.z_low, run.z_high) for run in (*layout.chosen_from, *layout.journals, *layout.pins)]
@@ -203,8 +203,8 @@ def _is_neck(section: CrossSection, most_mm: float) -> bool:
 
 def _is_beside(section: CrossSection, layout: JournalLayout) -> bool:
     """Return whether all of a section has a crankpin's size and lies beside the axis; a gap counts too."""
-    least = NECK[0] * min(pin.radius for pin in layout.pins)
-    most = NECK[1] * max(pin.radius for pin in layout.pins)
+    least = NECK_SIZE_RANGE[0] * min(pin.radius for pin in layout.pins)
+    most = NECK_SIZE_RANGE[1] * max(pin.radius for pin in layout.pins)
     rounds = [_round(piece) for piece in section.pieces]
     away = [(float(np.linalg.norm(middle - layout.axis)), reach) for middle, reach in rounds]
     return all(least <= reach <= most and reach < distance for distance, reach in away)
@@ -244,7 +244,12 @@ def _without_ragged(inside: Sequence[int], rough: bool) -> Sequence[int]:
         return inside
     stretches = np.split(np.array(inside), np.flatnonzero(np.diff(inside) > 1) + 1)
     longest = max(map(len, stretches))
-    return [int(place) for some in stretches if len(some) > min(RAGGED, longest - 1) for place in some]
+    return [
+        int(place)
+        for some in stretches
+        if len(some) > min(MAX_RAGGED_SECTIONS, longest - 1)
+        for place in some
+    ]
 
 
 def _is_web(section: CrossSection, a: CylinderRun, b: CylinderRun, axis: Array) -> bool:
@@ -254,11 +259,14 @@ def _is_web(section: CrossSection, a: CylinderRun, b: CylinderRun, axis: Array) 
 
 
 def _belongs(piece: SectionPiece, z: float, run: CylinderRun, other: CylinderRun) -> bool:
-    room = GIVEN if run.z_low <= z <= run.z_high else INSIDE
+    room = CYLINDER_MARGIN_RATIO if run.z_low <= z <= run.z_high else MAX_INNER_DEPTH_RATIO
     if piece.reach_from(run.centre) <= (1.0 + room) * run.radius + piece.rough_mm:
         return True
     circle = piece.circle
-    if circle is None or float(np.linalg.norm(circle.centre - run.centre)) > CENTRED * circle.radius:
+    if (
+        circle is None
+        or float(np.linalg.norm(circle.centre - run.centre)) > MAX_COLLAR_OFFSET_RATIO * circle.radius
+    ):
         return False
     return circle.radius < float(np.linalg.norm(other.centre - run.centre))
 
@@ -276,7 +284,7 @@ def _edge(long: SectionStack, low: float, high: float, run: CylinderRun, upward:
             return float(near[0] if upward else near[-1])
     z = long.vertices[:, 2]
     near = long.vertices[(z >= low) & (z <= high)]
-    outside = near[distances(near, run.centre) > (1.0 + CENTRED) * run.radius]
+    outside = near[distances(near, run.centre) > (1.0 + MAX_COLLAR_OFFSET_RATIO) * run.radius]
     if len(outside) == 0:
         return high if upward else low
     return float(outside[:, 2].min() if upward else outside[:, 2].max())

@@ -23,7 +23,7 @@ class Circle:
     radius: float
 
 
-SEARCHED = 4.0
+MAX_COUNTERWEIGHT_RATIO = 4.0
 """Greatest counterweight that is looked at, over that which would take the greatest load away."""
 
 
@@ -132,7 +132,7 @@ def best_counterweight_at(
 
     seen = load_n * np.exp(-1j * angle_rad)
     along = complex(math.cos(place_rad), math.sin(place_rad)) * speed_rad_s**2 * N_PER_G_MM_S2
-    most = SEARCHED * float(np.abs(seen).max()) / abs(along)
+    most = MAX_COUNTERWEIGHT_RATIO * float(np.abs(seen).max()) / abs(along)
 
     def greatest(product: float) -> float:
         return float(np.abs(seen + product * along).max())

@@ -17,9 +17,9 @@ from autobalance.records import NewtonMetres, Rpm
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 
-FASTEST = 10.0
+MAX_SPEED_RATIO = 10.0
 """Multiple of the speed up to which friction is asked whether it takes all torque."""
-SLOWEST = 0.1
+MIN_SPEED_RATIO = 0.1
 """Share of the speed from which on the greatest torque is looked for."""
 
 
@@ -139,14 +139,14 @@ def key_figures(firing: FiringEngine, speed_rad_s: float, factor: float | None =
         return mains.surplus_n_m(factor, speed)
 
     inertia = float(np.mean(firing.inertia_g_mm2(firing.grid.even_rad))) * N_M_PER_G_MM2_S2
-    torques = [surplus(share * speed_rad_s) for share in np.linspace(SLOWEST, 1.0, 10)]
+    torques = [surplus(share * speed_rad_s) for share in np.linspace(MIN_SPEED_RATIO, 1.0, 10)]
     return KeyFigures(surplus(speed_rad_s) / inertia, _greatest_speed(surplus, speed_rad_s), max(torques))
 
 
 def _greatest_speed(surplus: Callable[[float], float], speed_rad_s: float) -> float | None:
     from scipy.optimize import brentq
 
-    low, high = 1e-3 * speed_rad_s, FASTEST * speed_rad_s
+    low, high = 1e-3 * speed_rad_s, MAX_SPEED_RATIO * speed_rad_s
     if surplus(low) <= 0.0:
         return 0.0
     if surplus(high) > 0.0:

@@ -15,7 +15,7 @@ from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2
 
 LEAST_SHARE = 1e-14
-NEVER = 1e9
+STALLED_SPEED_ERROR = 1e9
 LONGEST_SHARE = 0.05
 """Of the cycle's time that one of its angles may take: a crank that lingers longer is taken to stop there."""
 LARGEST_FLYWHEEL_G_MM2 = 1e15
@@ -98,7 +98,7 @@ def periodic_speed(
     def late(energy: float) -> float:
         """Time of a cycle over the wanted one, less 1."""
         speeds = speed(energy)
-        return NEVER if speeds.min() <= 0.0 else float(np.mean(mean_rad_s / speeds)) - 1.0
+        return STALLED_SPEED_ERROR if speeds.min() <= 0.0 else float(np.mean(mean_rad_s / speeds)) - 1.0
 
     high = most + LEAST_SHARE * abs(most)
     if not high > least or late(least) < 0.0:

@@ -14,7 +14,7 @@ from autobalance.engine.cycle.quadrature import edges_between, hermite
 from autobalance.types import Array
 
 WIDEST_RAD = np.radians(0.25)
-RELATIVE = 1e-10
+RELATIVE_TOLERANCE = 1e-10
 """Error of the solved pressure, relative."""
 
 
@@ -112,8 +112,8 @@ def _solved(gas: GasEquation, edges_rad: Array) -> Array:
             state[:, low],
             method="DOP853",
             t_eval=edges_rad[low : high + 1],
-            rtol=RELATIVE,
-            atol=RELATIVE * gas.first_state[0],
+            rtol=RELATIVE_TOLERANCE,
+            atol=RELATIVE_TOLERANCE * gas.first_state[0],
         )
         state[:, low : high + 1] = run.y
     return state

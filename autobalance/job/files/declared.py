@@ -9,7 +9,7 @@ from autobalance.job.files.design_keys import DESIGN_KEYS, START_TABLES
 from autobalance.job.tables import job_tables
 from autobalance.job.toml.keys import Key
 
-DECLARED: Mapping[str, str] = {
+DECLARATIONS: Mapping[str, str] = {
     "reading": "files.reading:READING_KEYS",
     "trials": "files.trials:TRIALS_KEYS",
     "machine": "files.machine:MACHINE_KEYS",
@@ -29,7 +29,7 @@ DECLARED: Mapping[str, str] = {
 
 def forms_of(name: str) -> Mapping[str, tuple[Key, ...]]:
     """Return the keys at the top level of a file, by its form; most have one, without a name."""
-    module, declaration = DECLARED[name].split(":")
+    module, declaration = DECLARATIONS[name].split(":")
     declared = getattr(import_module(f"autobalance.job.{module}"), declaration)
     if isinstance(declared, Mapping):
         return declared

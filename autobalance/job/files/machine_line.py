@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from autobalance.dynamics.live_reading import BOTH, ONE, LineFormat, Settling
+from autobalance.dynamics.live_reading import ONE_PLANE_GROUPS, TWO_PLANE_GROUPS, LineFormat, Settling
 from autobalance.errors import JobError
 from autobalance.job.files.machine import MACHINE_KEYS
 from autobalance.job.toml.keys import Values, read_document
@@ -52,10 +52,11 @@ def _watched(values: Values) -> Watched:
     except re.error as error:
         raise JobError(f"machine.line.pattern is not a pattern: {error}") from None
     groups = set(pattern.groupindex)
-    if not (set(ONE) <= groups or set(BOTH) <= groups):
+    if not (set(ONE_PLANE_GROUPS) <= groups or set(TWO_PLANE_GROUPS) <= groups):
         raise JobError(
             f"machine.line.pattern has the groups {', '.join(sorted(groups)) or 'none'}; expected "
-            f"(?P<amount>...) and (?P<angle>...), with (?P<plane>...) for two planes, or {', '.join(BOTH)}"
+            f"(?P<amount>...) and (?P<angle>...), with (?P<plane>...) for two planes, or"
+            f" {', '.join(TWO_PLANE_GROUPS)}"
         )
     unit = unbalance_unit(line["unit"])
     if unit is None:

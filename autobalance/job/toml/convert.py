@@ -10,7 +10,7 @@ from typing import Any, Literal, NewType, Union, get_args, get_origin
 
 from autobalance.errors import JobError
 
-LARGEST = 1e9
+MAX_NUMBER = 1e9
 """Size of a number at most: beyond is not a mass, length or speed of a crankshaft, and squares overflow."""
 
 Large = NewType("Large", float)
@@ -60,12 +60,12 @@ def convert(value: object, hint: Any, where: str) -> Any:
         raise JobError(f"{where} is {shown(value)}; must be {needed(hint)}")
     if isinstance(value, str) and "\0" in value:  # the system takes no such name of a file
         raise JobError(f"{where} is {shown(value)}; must have no NUL character")
-    if hint is int and abs(value) > LARGEST:
-        raise JobError(f"{where} is {shown(value)}; must be at most {LARGEST:g} in size")
+    if hint is int and abs(value) > MAX_NUMBER:
+        raise JobError(f"{where} is {shown(value)}; must be at most {MAX_NUMBER:g} in size")
     return value
 
 
-def _number(value: object, where: str, largest: float = LARGEST) -> float:
+def _number(value: object, where: str, largest: float = MAX_NUMBER) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise JobError(f"{where} is {shown(value)}; must be a number")
     try:
@@ -129,7 +129,13 @@ def _listed(value: object, hint: Any, where: str) -> tuple[Any, ...]:
     )
 
 
-NEEDED = {float: "a number", Large: "a number", int: "a whole number", bool: "true or false", str: "a text"}
+EXPECTED_TYPES = {
+    float: "a number",
+    Large: "a number",
+    int: "a whole number",
+    bool: "true or false",
+    str: "a text",
+}
 
 
 def needed(hint: Any) -> str:
@@ -143,7 +149,7 @@ def needed(hint: Any) -> str:
         return f"a list, each entry {needed(inner[0])}"
     if origin is tuple:
         return f"a list of {len(inner)} entries, each {needed(inner[0])}"
-    return NEEDED[hint]
+    return EXPECTED_TYPES[hint]
 
 
 def shown(value: object) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 from autobalance.errors import JobError, file_errors
 from autobalance.runtime import note_read
 
-DEEPEST = 32
+MAX_DEPTH = 32
 """Tables and lists inside each other at most: those that people write have four."""
 LARGEST_BYTES = 1 << 20
 """Bytes of a job at most; those that people write have a few thousand."""
@@ -48,8 +48,8 @@ def toml_of(text: str, name: str) -> dict[str, Any]:
     """
     try:
         table = tomllib.loads(text)
-        if depth_of(table) > DEEPEST:
-            raise RecursionError(f"it nests deeper than {DEEPEST} tables")
+        if depth_of(table) > MAX_DEPTH:
+            raise RecursionError(f"it nests deeper than {MAX_DEPTH} tables")
         return table
     except tomllib.TOMLDecodeError as error:
         raise JobError(f"{name} is not valid TOML: {_first_line(error)}") from None

@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from autobalance.errors import JobError
-from autobalance.job.toml.convert import LARGEST, LARGEST_OF_ALL, Large, shown
+from autobalance.job.toml.convert import LARGEST_OF_ALL, MAX_NUMBER, Large, shown
 from autobalance.job.toml.document import text_of, toml_of
 from autobalance.job.toml.faults import Faults
 from autobalance.job.toml.table import Table, unknown_keys
 from autobalance.job.toml.typed_units import in_base_units
-from autobalance.job.toml.typed_values import TYPED, TypedUnit, unit_of_name
-from autobalance.ranges import ANY, POSITIVE, SMALLEST, Rule
+from autobalance.job.toml.typed_values import TYPED_UNITS, TypedUnit, unit_of_name
+from autobalance.ranges import ANY, MIN_POSITIVE, POSITIVE, Rule
 
 Values = dict[str, Any]
 T = TypeVar("T")
@@ -220,7 +220,7 @@ def _table_value(raw: object, key: Key, where: str) -> Values:
 
 def _typed(table: Table, key: Key) -> Any:
     """Return a value whose numbers may be texts with their unit."""
-    unit, raw = TYPED.get(key.unit), table.raw[key.name]
+    unit, raw = TYPED_UNITS.get(key.unit), table.raw[key.name]
     if unit is None:
         return table.value(key.name, key.hint, key.rule)
     number = _as_number(raw, unit, table.place(key.name))
@@ -280,7 +280,7 @@ def plain(value: Any) -> Any:
 # --- JSON Schema --------------------------------------------------------------------------------------------
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
-SIMPLE = {
+JSON_TYPES = {
     float: "number",
     Large: "number",
     int: "integer",
@@ -361,7 +361,7 @@ def _hint_schema(hint: Any, rule: Rule, unit: str = "") -> Values:
     if origin is Literal:
         return {"enum": list(inner)}
     if origin is None:
-        return _number_schema(hint, rule, unit) if hint in (float, int, Large) else {"type": SIMPLE[hint]}
+        return _number_schema(hint, rule, unit) if hint in (float, int, Large) else {"type": JSON_TYPES[hint]}
     arms = [_hint_schema(each, rule, unit) for each in inner if each not in (type(None), Ellipsis)]
     if origin is tuple and inner[-1] is Ellipsis:
         return {"type": "array", "items": arms[0]}
@@ -372,8 +372,8 @@ def _hint_schema(hint: Any, rule: Rule, unit: str = "") -> Values:
 
 
 def _number_schema(hint: Any, rule: Rule, unit: str) -> Values:
-    number = {"type": SIMPLE[hint], **_range_schema(hint, rule)}
-    typed = TYPED.get(unit) if hint is float else None
+    number = {"type": JSON_TYPES[hint], **_range_schema(hint, rule)}
+    typed = TYPED_UNITS.get(unit) if hint is float else None
     if typed is None:
         return number
     sign = r"(?!\s*-)" if rule.least == 0.0 or rule.above == 0.0 else ""
@@ -384,8 +384,8 @@ def _range_schema(hint: Any, rule: Rule) -> Values:
     """Return the range of a number, with the size that no number of a file may exceed."""
     if rule.one_of:
         return rule.schema()
-    most = LARGEST_OF_ALL if hint is Large else LARGEST
-    limits = {"minimum": SMALLEST if rule is POSITIVE else -most, "maximum": most, **rule.schema()}
+    most = LARGEST_OF_ALL if hint is Large else MAX_NUMBER
+    limits = {"minimum": MIN_POSITIVE if rule is POSITIVE else -most, "maximum": most, **rule.schema()}
     if "exclusiveMinimum" in limits and rule is not POSITIVE:
         del limits["minimum"]
     if "exclusiveMaximum" in limits:

@@ -22,7 +22,7 @@ ROWS_MOST: Final = 20_000
 COLUMNS_MOST: Final = 200
 FAR_ROW: Final = re.compile(rb'<(?:\w+:)?row\b[^>]*?\br="(\d{5,7})"')
 VALUE: Final = re.compile(rb"<(?:\w+:)?(?:v|is)\b")
-DAMAGED: Final = (
+DAMAGE_ERRORS: Final = (
     zipfile.BadZipFile,
     zlib.error,
     struct.error,
@@ -71,7 +71,7 @@ def sheet_cells(path: Path, sheet: str | None, *, formulas: bool = False) -> lis
                 raise JobError(_too_large(path, f"{unpacked / 2**20:.0f} MB unpacked", UNPACKED_MOST))
             _refuse_far_rows(path, archive)
         return _rows(path, data, sheet, formulas)
-    except DAMAGED as error:
+    except DAMAGE_ERRORS as error:
         if isinstance(error, JobError):
             raise
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__

@@ -7,7 +7,7 @@ from typing import Any
 
 from autobalance.errors import JobError
 from autobalance.job.toml.convert import convert, did_you_mean, shown
-from autobalance.ranges import ANY, POSITIVE, SMALLEST, Rule
+from autobalance.ranges import ANY, MIN_POSITIVE, POSITIVE, Rule
 
 
 class Table:
@@ -48,8 +48,8 @@ class Table:
         for number in _numbers(value):
             if not rule.holds(number):
                 raise JobError(f"{self.place(key)} is {number:g}; {rule.text}")
-            if rule is POSITIVE and number < SMALLEST:
-                raise JobError(f"{self.place(key)} is {number:g}; must be at least {SMALLEST:g}")
+            if rule is POSITIVE and number < MIN_POSITIVE:
+                raise JobError(f"{self.place(key)} is {number:g}; must be at least {MIN_POSITIVE:g}")
         return value
 
     def table(self, key: str, known: Sequence[str] | None) -> Table:

@@ -95,7 +95,7 @@ _BETWEEN = r"[·.\-*\s]*"
 _UNBALANCES = "|".join(
     _BETWEEN.join(f"[{each.lower()}{each.upper()}]" for each in name.replace("·", "")) for name in G_MM_PER
 )
-TYPED = {
+TYPED_UNITS = {
     "mm": TypedUnit(_LENGTH, "3/8 in", length_mm),
     "g·mm": TypedUnit(rf"\s*{NUMBER}\s*({_UNBALANCES})\s*", "0.5 oz-in", unbalance_g_mm),
     "1/min": TypedUnit(rf"\s*{NUMBER}\s*(rpm|1/min|r/min)\s*", "9500 rpm", _first_number()),

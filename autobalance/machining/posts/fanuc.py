@@ -6,7 +6,7 @@ import textwrap
 
 from autobalance.machining.posts.post import Post, ascii_text
 
-LONGEST = 80
+MAX_LINE_CHARACTERS = 80
 """Characters of a line at most."""
 
 
@@ -19,7 +19,7 @@ class Fanuc(Post):
     def comment(self, text: str) -> list[str]:
         """Return the comment in capitals, on as many lines as it takes."""
         words = ascii_text(text).upper().replace("%", "PERCENT")
-        return [f"({line})" for line in textwrap.wrap(words, LONGEST - 2) or [""]]
+        return [f"({line})" for line in textwrap.wrap(words, MAX_LINE_CHARACTERS - 2) or [""]]
 
     def head(self, number: int) -> list[str]:
         """Return the start of the tape and the program's number."""

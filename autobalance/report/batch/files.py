@@ -11,7 +11,7 @@ from typing import Any
 
 from autobalance.types import Values
 
-NEWEST = 10
+NEWEST_ROWS = 10
 OWN_WORDS = re.compile(
     r"\S*/\S*|\S+\.(?:stl|obj|ply|off|3mf|glb|step|stp|toml|xlsx)\b|[-+±]?\d[\d.,]*(?:[eE][-+]?\d+)?"
 )
@@ -98,6 +98,6 @@ def batch_text(values: Values) -> str:
         f"{values['rows']} rows: {values['within']} within tolerance, {values['above']} above, "
         f"{values['failed']} failed, {values['lost']} lost; {values['taken_over']} taken over",
     ]
-    for text, count, example in grouped_reasons(values)[:NEWEST]:
+    for text, count, example in grouped_reasons(values)[:NEWEST_ROWS]:
         lines.append(f"{count:6d}  {example if count == 1 else text}")
     return "\n".join(lines)

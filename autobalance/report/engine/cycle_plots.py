@@ -145,7 +145,7 @@ def _factors(cycle: CycleAnalysis, factors: Sequence[float], at: str) -> Plots:
     }
 
 
-SWEPT = {
+SWEEP_PLOTS = {
     "greatest_main_N": ("greatest-load-over-speed", "Greatest load of a main", "load [N]"),
     "mean_main_N": ("mean-load-over-speed", "Mean load of the mains", "load [N]"),
     "friction_mean_N_m": ("friction-over-speed", "Mean friction", "torque [N·m]"),
@@ -159,7 +159,7 @@ def _sweep(rows: Sequence[Mapping[str, Any]]) -> Plots:
     from autobalance.report import plots
 
     drawn: Plots = {}
-    for key, (name, title, label) in SWEPT.items():
+    for key, (name, title, label) in SWEEP_PLOTS.items():
         curves = []
         for factor in dict.fromkeys(row["factor"] for row in rows):
             known = [row for row in rows if row["factor"] == factor and row[key] is not None]

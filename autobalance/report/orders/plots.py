@@ -28,7 +28,7 @@ SHOWN_SHARE = 0.02
 DECADES = 3.0
 """Decades of amplitude that a map shows, from its greatest down."""
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
-DOTTED: dict[str, Any] = {"color": "0.5", "linestyle": ":", "linewidth": 1.0}
+DOTTED_LINE: dict[str, Any] = {"color": "0.5", "linestyle": ":", "linewidth": 1.0}
 
 
 def orders_plots(
@@ -180,7 +180,7 @@ def _waterfall(
         _colours(axes, fall.columns, over[place], fall.amplitudes[place], label)
         axes.set_xlabel("frequency [Hz]")
         for mode in values["natural_modes"]:
-            axes.axvline(mode["frequency_hz"], **DOTTED, label=f"natural {mode['frequency_hz']:.4g} Hz")
+            axes.axvline(mode["frequency_hz"], **DOTTED_LINE, label=f"natural {mode['frequency_hz']:.4g} Hz")
         _predictions(axes, predicted, fall, rising=rising)
         if rising:
             strong = sorted(

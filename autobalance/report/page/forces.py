@@ -8,7 +8,7 @@ from typing import Any
 from autobalance.types import Report
 from autobalance.wording import at
 
-NOTHING = 0.05
+NEGLIGIBLE_ORDER = 0.05
 """Forces [N] and moments [N·m] of orders below it would show as 0.0, and are left out."""
 FORCES = {
     "greatest_n": "Greatest force, N",
@@ -35,7 +35,7 @@ def _is_shown(forces: Mapping[str, Any], path: str) -> bool:
     before, after = at(forces, f"before.{path}"), at(forces, f"after.{path}")
     if before is None or after is None:
         return False
-    return not path.startswith("orders.") or max(abs(before), abs(after)) >= NOTHING
+    return not path.startswith("orders.") or max(abs(before), abs(after)) >= NEGLIGIBLE_ORDER
 
 
 def _rows(forces: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

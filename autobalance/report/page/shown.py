@@ -15,7 +15,7 @@ VIEW_TRIANGLES = 100_000
 """Triangles above which a crank is shown decimated."""
 FINEST_VIEW = 4e-5
 """Share of a solid's size up to which edges are merged first: a twentieth of a pixel of a wide screen."""
-WAVES = 3.0
+MERGED_ROUGHNESS_RATIO = 3.0
 """Multiple of a scan's roughness up to which edges are merged first: finer steps merge hardly any."""
 PIECES_TRIANGLES = 50_000
 """The same for all removed metal; the two limits keep the page below 5 MB."""
@@ -47,7 +47,10 @@ class Shown:
         A crank of more than ``most`` triangles is decimated before it is cut for the view: cutting it once
         more as it is would take longer than balancing it.
         """
-        first = max(FINEST_VIEW * before.mesh.diagonal_mm, WAVES * report["crank"].get("roughness_mm", 0.0))
+        first = max(
+            FINEST_VIEW * before.mesh.diagonal_mm,
+            MERGED_ROUGHNESS_RATIO * report["crank"].get("roughness_mm", 0.0),
+        )
         crank = coarse_solid(before, most, first)
         pieces = pieces_of(report, crank, tools)
         left = before if after is None else after

@@ -23,7 +23,7 @@ COLOURS = np.array(
 )
 """Too little metal is blue, too much red."""
 NO_SURFACE = (0.60, 0.62, 0.64)
-SHOWN = 0.9
+SCALE_QUANTILE = 0.9
 """Share of the surface whose distances lie within the scale."""
 ROUND_UM = (5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 VIEW_PIXELS = 600, 800
@@ -49,7 +49,7 @@ def surface_image(crank: Crank, held: AgainstDrawing | None = None) -> Image | N
 def deviation_image(placed: Mesh, distances_mm: Array) -> Image:
     """Return a picture of a crank in the rotor frame; its vertices' distances (n,) are NaN where nothing is known."""
     known = np.abs(distances_mm[~np.isnan(distances_mm)])
-    reach = 1e3 * float(np.quantile(known, SHOWN)) if len(known) else 0.0
+    reach = 1e3 * float(np.quantile(known, SCALE_QUANTILE)) if len(known) else 0.0
     most_um = next((um for um in ROUND_UM if um >= reach), ROUND_UM[-1])
     at = distances_mm.take(placed.triangles).mean(axis=1) * 1e3 / most_um
     colours = np.where(np.isnan(at)[:, None], NO_SURFACE, coloured(np.nan_to_num(at)))

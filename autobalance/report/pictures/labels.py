@@ -9,7 +9,7 @@ from typing import NamedTuple
 Box = tuple[float, float, float, float]
 """Left, top, right, bottom [pixels]."""
 RINGS = 40
-AROUND = 16
+PLACES_PER_RING = 16
 """Places that are tried around a mark: ``RINGS`` rings of this many."""
 
 
@@ -43,7 +43,10 @@ def placed(
         best = mark
         for ring in range(RINGS):
             radius = away + 6.0 * ring
-            turns = [2.0 * math.pi * k / AROUND - 0.25 * math.pi for k in range(AROUND if radius else 1)]
+            turns = [
+                2.0 * math.pi * k / PLACES_PER_RING - 0.25 * math.pi
+                for k in range(PLACES_PER_RING if radius else 1)
+            ]
             places = [(mark[0] + radius * math.cos(t), mark[1] + radius * math.sin(t)) for t in turns]
             free = [each for each in places if _is_free(_box(each, wide, high), boxes, picture)]
             if free:

@@ -35,7 +35,7 @@ SAMPLES_AT_ONCE = 100_000
 """Samples of these rows processed together."""
 BAND = 64
 """Rows of the picture's samples processed together; whole pixels."""
-NOTHING = np.uint64(0xFFFFFFFFFFFFFFFF)
+EMPTY_SAMPLE = np.uint64(0xFFFFFFFFFFFFFFFF)
 Surface = tuple[Array, Indices, Array]
 """Vertices (n, 3), triangles (m, 3), and a colour for each triangle or one for all (3,)."""
 
@@ -129,7 +129,7 @@ def render_each(
     wide, high = ((each.stop - each.start) * SUPERSAMPLE for each in window)
     to_window = to_fine.copy()
     to_window[:2, 3] -= [each.start * SUPERSAMPLE for each in window]
-    bare = np.full(wide * high, NOTHING, dtype=np.uint64)
+    bare = np.full(wide * high, EMPTY_SAMPLE, dtype=np.uint64)
     _draw(part, to_window, bare, wide, 0)
     looks = _looks(part, axes)
     pictures = []

@@ -163,10 +163,10 @@ def _unused(item: Mapping[str, Any]) -> Correction:
         details[pressed_in[0]] = 0.0
     details |= {new: details[old] for new, old in AS_BEFORE.items() if new in details}
     listed = {key: item[key] for key in own if key in item}
-    return Correction(**{**listed, **NOTHING, "label": label, "details": details})
+    return Correction(**{**listed, **NO_METAL, "label": label, "details": details})
 
 
-NOTHING: Mapping[str, Any] = {
+NO_METAL: Mapping[str, Any] = {
     "depth_mm": 0.0,
     "removed_mass_g": 0.0,
     "removed_volume_mm3": 0.0,

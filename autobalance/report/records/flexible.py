@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 
-from autobalance.bearings.unit_film import CONTACT
+from autobalance.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.load_figures import LoadPeak
 from autobalance.records import ABSENT, INLINE, Absent, NotNegative, Ordinal, Pair, Positive, record
@@ -140,7 +140,7 @@ def _film(flexible: FlexibleCycle, number: int) -> dict[str, Any]:
     if flexible.clearance_mm is None:
         return {}
     clearance, reach = float(flexible.clearance_mm[number - 1]), _reach(flexible.orbit_mm[number - 1])
-    broken = reach > CONTACT * clearance
+    broken = reach > CONTACT_ECCENTRICITY_RATIO * clearance
     return {
         "least_film_mm": None if broken or not flexible.is_periodic else clearance - reach,
         "limit": "contact" if broken else None if flexible.is_periodic else "not periodic",

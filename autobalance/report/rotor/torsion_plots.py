@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DRAWN_MODES = 5
-CROWDED = 12
+MIN_UPRIGHT_STATIONS = 12
 """Fewest stations with upright names."""
-MARKED = 30
+MAX_MARKED_SPEEDS = 30
 """Most critical speeds drawn, the greatest torque first."""
 
 
@@ -48,7 +48,9 @@ def _modes(report: Values) -> Plot:
         axes.axhline(0.0, color="0.4", linewidth=0.8)
         for each in ends:
             axes.axvline(each + 0.5, color="0.6", linewidth=0.8, linestyle=":")
-        axes.set_xticks(range(1, len(names) + 1), names, rotation=30 if len(names) < CROWDED else 90)
+        axes.set_xticks(
+            range(1, len(names) + 1), names, rotation=30 if len(names) < MIN_UPRIGHT_STATIONS else 90
+        )
         axes.set_xlabel("station")
 
     return drawn("Torsional modes", "angle, greatest 1 [-]", draw)
@@ -69,7 +71,7 @@ def _critical_map(report: Values) -> Plot:
     input_speeds = report["input"]["speed_rpm"]
     low, high = (float(each) for each in input_speeds)
     most = max((each["torque_N_m"] or 0.0 for each in critical), default=0.0)
-    shown = sorted(critical, key=lambda each: -(each["torque_N_m"] or 0.0))[:MARKED]
+    shown = sorted(critical, key=lambda each: -(each["torque_N_m"] or 0.0))[:MAX_MARKED_SPEEDS]
     orders = sorted({each["order"] for each in shown})
     frequencies = sorted({each["frequency_hz"] for each in critical})
     top = 1.15 * max(frequencies)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from autobalance.report.sheet.drawing import webs_cut
 from autobalance.types import Item, Report
 
-LETTERS = "CDEGJMNPQSUVW"
+VIEW_LETTERS = "CDEGJMNPQSUVW"
 """Not A, B (tolerance planes), F, H, K, O (datums), B, L, R, T (set-ups), I and X, Y, Z."""
 MOVED_MM = 0.05
 
@@ -56,4 +56,4 @@ def _letter(place: int) -> str:
     >>> _letter(0), _letter(12), _letter(13)
     ('C', 'W', 'CC')
     """
-    return LETTERS[place % len(LETTERS)] * (1 + place // len(LETTERS))
+    return VIEW_LETTERS[place % len(VIEW_LETTERS)] * (1 + place // len(VIEW_LETTERS))

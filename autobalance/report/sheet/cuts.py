@@ -15,7 +15,7 @@ from autobalance.types import Item
 from autobalance.wording import degrees
 
 NONE = "–"
-AXIAL = 0.7
+MIN_AXIAL_COMPONENT = 0.7
 """Least z of a tool's direction that counts as axial."""
 
 
@@ -86,13 +86,13 @@ def side_of(item: Item) -> str:
     """Return the side from which the tool enters; empty where a face or a rim is cut all over."""
     inward = item.get("inward")
     if inward is not None:
-        if abs(inward[2]) < AXIAL:
+        if abs(inward[2]) < MIN_AXIAL_COMPONENT:
             return "from the rim"
         return "from -z" if inward[2] > 0.0 else "from +z"
     if item.get("face_z_mm") is not None:
         return "from -z" if item["position_mm"][2] > item["face_z_mm"] else "from +z"
     normal = item.get("normal")
-    if normal is not None and abs(normal[2]) > AXIAL:
+    if normal is not None and abs(normal[2]) > MIN_AXIAL_COMPONENT:
         return "from +z" if normal[2] > 0.0 else "from -z"
     return ""
 

@@ -21,7 +21,7 @@ NEAR_MM = 1.0
 """Distance from a section's plane up to which metal is drawn in it."""
 BESIDE_MM = 8.0
 """Length of a section through a web beyond the web."""
-BELOW = 0.05
+BELOW_AXIS_SHARE = 0.05
 """Height of half a section beyond the axis, as a share of its height."""
 
 
@@ -53,7 +53,7 @@ class Drawings:
     lengthwise_cuts: Mapping[int, Polygons] = field(default_factory=dict)
 
 
-ALONG = np.array([[0.0, 0, 1, 0], [1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
+ALONG_THE_AXIS = np.array([[0.0, 0, 1, 0], [1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
 """Turns z into x, x into y: the plane y = 0, which holds the axis and crankpin 1, becomes z = 0."""
 
 
@@ -113,7 +113,9 @@ def _section(angle_deg: float, crank: Mesh, gone: Mapping[int, Solid]) -> Sectio
     """Return the section of a crank, and of metal that comes within ``NEAR_MM`` of its plane."""
     turn = math.radians(angle_deg)
     c, s = math.cos(turn), math.sin(turn)
-    placement = ALONG @ np.array([[c, s, 0.0, 0.0], [-s, c, 0.0, 0.0], [0, 0, 1.0, 0], [0, 0, 0, 1.0]])
+    placement = ALONG_THE_AXIS @ np.array(
+        [[c, s, 0.0, 0.0], [-s, c, 0.0, 0.0], [0, 0, 1.0, 0], [0, 0, 0, 1.0]]
+    )
     cuts = {number: _near_plane(body.moved(placement)) for number, body in gone.items()}
     (outline,) = _sections(crank.moved(placement), [0.0])
     return SectionDrawing(angle_deg, outline, {number: cut for number, cut in cuts.items() if cut})
@@ -137,7 +139,7 @@ def _half(section: SectionDrawing) -> SectionDrawing:
         np.concatenate(section.outline).min(axis=0),
         np.concatenate(section.outline).max(axis=0),
     )
-    kept = Region.rectangle((left - 1.0, max(bottom, -BELOW * top)), (right + 1.0, top + 1.0))
+    kept = Region.rectangle((left - 1.0, max(bottom, -BELOW_AXIS_SHARE * top)), (right + 1.0, top + 1.0))
     return replace(section, outline=(Region.of(section.outline) & kept).polygons)
 
 

@@ -29,7 +29,7 @@ LAYERS = {"OUTLINE": 7, "CUTS": 1, "CENTRE": 5, "DIMENSIONS": 3, "TEXT": 7, "FRA
 TEXT_MM = 2.5
 GAP_MM = 30.0
 FRAME_GAP_MM = 10.0
-AXIAL = 0.7
+MIN_AXIAL_COMPONENT = 0.7
 CENTRE_TYPE = "CENTER"
 
 
@@ -106,7 +106,9 @@ def _document(report: Mapping[str, Any], drawings: Drawings, u: DisplayUnits) ->
 
 def _is_radial(item: Item) -> bool:
     inward = item.get("inward")
-    return inward is not None and item.get("diameter_mm") is not None and abs(inward[2]) <= AXIAL
+    return (
+        inward is not None and item.get("diameter_mm") is not None and abs(inward[2]) <= MIN_AXIAL_COMPONENT
+    )
 
 
 def _rim(
@@ -154,7 +156,7 @@ def _cut(block: BlockLayout, item: Item, shadow: Polygons) -> None:
     inward = item.get("inward")
     if inward is None:
         _outlines(block, shadow, "CUTS")
-    elif abs(inward[2]) > AXIAL:
+    elif abs(inward[2]) > MIN_AXIAL_COMPONENT:
         radius = 0.5 * float(item["diameter_mm"])
         block.add_circle(tuple(place), radius, dxfattribs={"layer": "CUTS"})
         for along in ((radius + 1.0, 0.0), (0.0, radius + 1.0)):

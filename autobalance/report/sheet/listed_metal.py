@@ -15,7 +15,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array, Item
 
-FLAT = 1e-4
+COSINE_TOLERANCE = 1e-4
 """Greatest difference from 1 of the cosine of a normal for a triangle of a corrected face."""
 ARC_RAD = math.radians(1.0)
 RING_SEGMENTS = 240
@@ -91,7 +91,7 @@ def _from_face(item: Item, webs: Sequence[Item], left: Solid) -> Solid | None:
     local = corners @ placement[:3, :3].T
     flat = np.abs(local[..., 2] - new).max(axis=1) < min(SKIN_MM, 0.25 * abs(new - old))
     cross = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
-    flat &= cross[:, 2] > (1.0 - FLAT) * np.linalg.norm(cross, axis=1)
+    flat &= cross[:, 2] > (1.0 - COSINE_TOLERANCE) * np.linalg.norm(cross, axis=1)
     z = corners[..., 2].mean(axis=1)
     here = np.zeros(len(z), dtype=bool)
     for web in webs:

@@ -22,13 +22,13 @@ FAR_DEG, FAR_MM = 60.0, 80.0
 """Gap between holes above which another strip begins: no length of a strip is without a hole."""
 REACH_MM = 60.0
 """Greatest extension of a strip to an edge or line that it is laid on."""
-AXIAL = 0.7
+MIN_AXIAL_COMPONENT = 0.7
 FLAT_MM = 0.05
 """Sag up to which a side represents an arc about the axis; above it, it is flat."""
 STRAIGHT_MM = 0.02
 LEAST_SIDE_MM, OFF_SIDE_MM = 0.5, 0.1
 """Least length of a side of an outline that counts, and greatest distance of its holes from it."""
-LONGER = 1.2
+MIN_SIDE_RATIO = 1.2
 """Least length of a flat side, as a multiple of the hole's diameter."""
 CHORD_DEG = 15.1
 """Sides up to so wide with both ends at one radius stand for a circle about the axis: files of 24 corners a
@@ -90,7 +90,11 @@ def templates(
 
 def _needs_template(item: Item) -> bool:
     """Return whether a hole enters from the rim and is new."""
-    return bool(item.get("inward")) and abs(item["inward"][2]) < AXIAL and not item.get("deepened_from_mm")
+    return (
+        bool(item.get("inward"))
+        and abs(item["inward"][2]) < MIN_AXIAL_COMPONENT
+        and not item.get("deepened_from_mm")
+    )
 
 
 def strips(report: Mapping[str, Any]) -> list[Strip]:
@@ -206,7 +210,7 @@ def _flat_side(item: Item, outline: Sequence[Array]) -> tuple[tuple[int, int], f
         # a side of a polygon that stands for a circle about the axis sags less than a flat of its length
         long, radius = high - low, float(np.hypot(*place))
         is_flat = long**2 / (8.0 * radius) > FLAT_MM and not _is_chord(place, along[longest], low, high)
-        if low <= 0.0 <= high and long > LONGER * diameter and is_flat:
+        if low <= 0.0 <= high and long > MIN_SIDE_RATIO * diameter and is_flat:
             return (number, first), -low, long
     return None
 

@@ -32,7 +32,7 @@ TICKS = 3
 """Fewest parts of a scale."""
 NUMBERS_MM, LEAST_NUMBERS_MM = 9.0, 4.6
 """Distance of the numbers of a scale, usual and least."""
-AXIAL = 0.7
+MIN_AXIAL_COMPONENT = 0.7
 SIZE = 6.5
 SHORT_MM = 5.0
 """Length on the page below which a dimension has its arrows outside."""
@@ -128,7 +128,7 @@ class SectionView:
         wide = 0.5 * float(item["diameter_mm"])
         right = self._place(self.high[0], 0.0)[0] + 4.0
         row = self.down + self.high_mm - self.foot + 3.4
-        if abs(item["inward"][2]) < AXIAL:
+        if abs(item["inward"][2]) < MIN_AXIAL_COMPONENT:
             self._upright(pen, right, (z + wide, radius), (z + wide, radius - depth), f"{u.mm(depth)}")
             if abs(z - self.cheek.z_mm) > 1e-6:
                 self._along(

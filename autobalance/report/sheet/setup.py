@@ -16,12 +16,12 @@ from autobalance.report.sheet.zero import CRANKPIN, KEYWAY, Zero
 from autobalance.types import Report
 from autobalance.wording import at, degrees
 
-TURNED = "round the rim"
+TURNED_TEXT = "round the rim"
 SET_UPS = {
     "from +z": ("T", "+z end up, tool along the axis"),
     "from -z": ("B", "-z end up, tool along the axis"),
     "from the rim": ("R", "crank in V-blocks or on centres, tool square to the axis"),
-    TURNED: ("L", "crank between centres in the lathe"),
+    TURNED_TEXT: ("L", "crank between centres in the lathe"),
 }
 """Side from which cuts are made → letter of the set-up, position of the crank."""
 ALIKE_MM = 0.05
@@ -113,7 +113,7 @@ def _sides(items: Sequence[Mapping[str, Any]]) -> list[str]:
 
 def _side(item: Mapping[str, Any]) -> str:
     """Return the side from which a cut is made, rims turned all round included; empty without one."""
-    return side_of(item) or (TURNED if "new_radius_mm" in item else "")
+    return side_of(item) or (TURNED_TEXT if "new_radius_mm" in item else "")
 
 
 def set_up_letter(item: Mapping[str, Any]) -> str:

@@ -36,16 +36,16 @@ from autobalance.report.sheet.zero import Zero, ZeroChoice
 from autobalance.types import Report
 from autobalance.wording import at, outcome_words
 
-BAD = "#a8231b"
+FAILURE_COLOUR = "#a8231b"
 GAP_MM = 2.5
 """Gap between parts below each other."""
 ROOMS, ALONE = (0.5, 0.33, 0.25, 0.2), 0.66
 """Shares of a page for a plate, the lesser ones where they save pages; and for the only plate."""
-FEW = 60
+MAX_CUTS_FOR_LESSER_SHARES = 60
 """Most cuts for which lesser shares are tried."""
 LEAST_PAGES = 2
 """Fewest pages of a sheet with plates: the first page has no room for them."""
-MANY = 60
+MANY_CUTS_ON_A_WEB = 60
 """Number of cuts above which a web has most of a page."""
 MOST_TOGETHER = 12
 """Most cuts in a table below a web's view that is kept on one page with it."""
@@ -81,7 +81,7 @@ def pdf(
     wide, high = PAPERS_MM[paper]
     sheet = Sheet(report, ON_PAPER[units], date, wide, high)
     pages, data = _built(sheet, paper, zero, drawings, ROOMS[0])
-    if drawings is None or len(drawings.webs) < 2 or len(report["corrections"]) > FEW:
+    if drawings is None or len(drawings.webs) < 2 or len(report["corrections"]) > MAX_CUTS_FOR_LESSER_SHARES:
         return data
     for room in ROOMS[1:]:
         if pages <= LEAST_PAGES:
@@ -145,10 +145,12 @@ class _Story:
         self.parts.append(prose(units + machine_page.judged_words(report, self.zero), 7.5, SOFT))
         self.parts += [prose(text, 8.0) for text in machine_page.reading_words(report, u, self.zero)]
         if report.get("reason"):
-            self.parts.append(prose(in_units(str(report["reason"]), u), 8.0, BAD))
+            self.parts.append(prose(in_units(str(report["reason"]), u), 8.0, FAILURE_COLOUR))
         if note := work(report).get("note"):
             self.parts.append(prose(f"Note of the job: {note}", 8.0))
-        self.parts += [prose(f"Note: {in_units(text, u)}", 7.0, BAD) for text in report.get("warnings") or []]
+        self.parts += [
+            prose(f"Note: {in_units(text, u)}", 7.0, FAILURE_COLOUR) for text in report.get("warnings") or []
+        ]
         self._gap(0.6)
         if not self.items:
             self.parts.append(prose("Nothing to cut.", 10.0))
@@ -198,7 +200,7 @@ class _Story:
         shown = plates(drawings, self.items, self.report["crank"]["webs"])
         room = (ALONE if len(shown) == 1 else self.room) * self.page_mm - GAP_MM
         for plate in shown:
-            many = len(plate.items) > MANY
+            many = len(plate.items) > MANY_CUTS_ON_A_WEB
             view = PlateView(
                 self.report, plate, self.zero, self.cheeks, self.u, self.wide_mm,
                 0.8 * self.page_mm if many else room, self.page_mm,

@@ -10,25 +10,25 @@ from reportlab.platypus import Flowable
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.tables import Column, table
-from autobalance.report.sheet.tolerances import CARE, SHARE, USUAL, Held, Tolerances
+from autobalance.report.sheet.tolerances import CARE_SHARE, ERROR_SHARE, USUAL_ACCURACY, Held, Tolerances
 from autobalance.types import Item
 from autobalance.wording import listed_numbers
 
 NONE = "–"
-ENOUGH = 0.5
+READING_ADVICE_SHARE = 0.5
 """Share of the remaining permissible value above which a reading is advised after machining."""
 
 
 def held_words(held: Held, u: DisplayUnits) -> str:
     """Return the usual workshop accuracies, and the error of the resultant that they allow."""
-    places, diameter = (_usual(USUAL[key], u) for key in ("position_mm", "diameter_mm"))
+    places, diameter = (_usual(USUAL_ACCURACY[key], u) for key in ("position_mm", "diameter_mm"))
     words = (
-        f"Hold ±{places} and ±{USUAL['angle_deg']:g}° (diameters ±{diameter}): then the crank may be off by "
-        f"{u.of_unbalance(held.off_g_mm)}"
+        f"Hold ±{places} and ±{USUAL_ACCURACY['angle_deg']:g}° (diameters ±{diameter}): then the crank"
+        f" may be off by {u.of_unbalance(held.off_g_mm)}"
     )
     if held.left_g_mm > 0.0:
         words += f", of {u.of_unbalance(held.left_g_mm)} that the verdict leaves"
-    return words + ("; finish by a reading (recut)." if held.share > ENOUGH else ".")
+    return words + ("; finish by a reading (recut)." if held.share > READING_ADVICE_SHARE else ".")
 
 
 def _usual(value_mm: float, u: DisplayUnits) -> str:
@@ -72,12 +72,12 @@ def tolerance_words(tolerances: Tolerances) -> list[str]:
     lines = [
         f"± of each cut of a kind: usual workshop accuracy times {tolerances.factor:.2g}, from what each "
         f"error does to the unbalance. All errors of all cuts at their limits at once, the worst way round, "
-        f"use {100.0 * tolerances.worst:.0f} % of what the verdict leaves (at most {100.0 * SHARE:.0f} % is "
-        "given away); independent errors, as the root of the sum of squares, "
+        f"use {100.0 * tolerances.worst:.0f} % of what the verdict leaves (at most "
+        f"{100.0 * ERROR_SHARE:.0f} % is given away); independent errors, as the root of the sum of squares, "
         f"{100.0 * tolerances.independent:.0f} %. "
         "Position: how far the axis may lie from its place, square to it; of a pocket, its outline."
     ]
-    if tolerances.factor < CARE:
+    if tolerances.factor < CARE_SHARE:
         lines.append(
             "These are closer than a workshop usually holds: read the machined crank on the balancing "
             "machine, and finish by that reading (recut)."

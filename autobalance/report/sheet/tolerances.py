@@ -19,13 +19,13 @@ from autobalance.report.balance import kinds
 from autobalance.types import Array, Item
 from autobalance.wording import judged_shares
 
-SHARE = 0.5
+ERROR_SHARE = 0.5
 """Share of the unused permissible value for the errors of all cuts together."""
-USUAL = {"angle_deg": 0.25, "position_mm": 0.1, "depth_mm": 0.1, "diameter_mm": 0.05}
+USUAL_ACCURACY = {"angle_deg": 0.25, "position_mm": 0.1, "depth_mm": 0.1, "diameter_mm": 0.05}
 """Usual workshop accuracies, without special care (ISO 2768-1, fine); angles by an indexing head."""
-MOST = 4.0
+MAX_ACCURACY_RATIO = 4.0
 """Greatest factor on the usual accuracy."""
-CARE = 0.4
+CARE_SHARE = 0.4
 """Share of the usual accuracy below which a workshop needs special care."""
 
 
@@ -54,11 +54,11 @@ def tolerances(report: Mapping[str, Any]) -> Tolerances | None:
     room = np.array([left["resultant"], *(left[plane["name"]] for plane in planes)])
     each = [(item["kind"], name, effect) for item in items for name, effect in _effects(item, planes).items()]
     usual = np.array([effect for _, _, effect in each]) / room
-    factor = min(MOST, SHARE / max(float(usual.sum(axis=0).max()), 1e-12))
+    factor = min(MAX_ACCURACY_RATIO, ERROR_SHARE / max(float(usual.sum(axis=0).max()), 1e-12))
     by_kind: dict[str, dict[str, float]] = {}
     for kind, name, _ in each:
-        by_kind.setdefault(kind, {})[name] = _rounded_down(factor * USUAL[name])
-    used = usual * np.array([[by_kind[kind][name] / USUAL[name]] for kind, name, _ in each])
+        by_kind.setdefault(kind, {})[name] = _rounded_down(factor * USUAL_ACCURACY[name])
+    used = usual * np.array([[by_kind[kind][name] / USUAL_ACCURACY[name]] for kind, name, _ in each])
     return Tolerances(
         by_kind, factor, float(used.sum(axis=0).max()), float(np.sqrt((used**2).sum(axis=0)).max())
     )
@@ -105,15 +105,17 @@ def _effects(item: Item, planes: Sequence[Mapping[str, Any]]) -> dict[str, Array
     moved, mass = float(np.hypot(*change)), abs(float(item["removed_mass_g"]))
     shares = {}
     if kinds.angle_deg(item) is not None and item.get("face") is None:
-        shares["angle_deg"] = math.radians(USUAL["angle_deg"]) * _shared(moved, centre_z, planes)
+        shares["angle_deg"] = math.radians(USUAL_ACCURACY["angle_deg"]) * _shared(moved, centre_z, planes)
     if item.get("inward") is not None or item.get("cutter_mm") is not None:
-        shares["position_mm"] = USUAL["position_mm"] * np.maximum(
+        shares["position_mm"] = USUAL_ACCURACY["position_mm"] * np.maximum(
             _shared(mass, centre_z, planes), _shifted(moved, planes)
         )
-    shares["depth_mm"] = USUAL["depth_mm"] * _per_depth(item, centre_z, planes)
+    shares["depth_mm"] = USUAL_ACCURACY["depth_mm"] * _per_depth(item, centre_z, planes)
     diameter = item.get("diameter_mm")
     if diameter is not None:
-        shares["diameter_mm"] = USUAL["diameter_mm"] * _shared(2.0 * moved / diameter, centre_z, planes)
+        shares["diameter_mm"] = USUAL_ACCURACY["diameter_mm"] * _shared(
+            2.0 * moved / diameter, centre_z, planes
+        )
     return shares
 
 

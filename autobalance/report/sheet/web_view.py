@@ -30,7 +30,7 @@ from autobalance.report.sheet.zero import Zero
 from autobalance.types import Array, Item
 from autobalance.wording import at
 
-AXIAL = 0.7
+MIN_AXIAL_COMPONENT = 0.7
 WHEEL_GAP_MM = 1.5
 RING_MM = 5.0
 """Width of the ring of numerals around the wheel, and of each ring of numbers."""
@@ -110,7 +110,7 @@ class WebView:
         inward = item.get("inward")
         if inward is None:
             return
-        if abs(inward[2]) > AXIAL:
+        if abs(inward[2]) > MIN_AXIAL_COMPONENT:
             ((x, down),) = self.to_page(place[None])
             r = self.scale * item["diameter_mm"] / 2.0
             pen.circle(x, down, r, GONE, 0.3)

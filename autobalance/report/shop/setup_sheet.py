@@ -10,7 +10,7 @@ from autobalance.correction.machining import HoleOperation
 from autobalance.machining.part import Listed
 from autobalance.machining.planner import tool_words
 from autobalance.machining.run import NcRun, Program
-from autobalance.machining.setups import HELD
+from autobalance.machining.setups import CLAMPING_TEXTS
 
 NONE = "–"
 
@@ -69,7 +69,7 @@ def _setup(run: NcRun, program: Program) -> list[Any]:
     }[program.name]
     safe = f"{setup.safe_mm:.4f} mm" + (" (diameter)" if program.name == "L" else "")
     lines = [
-        f"Hold: {HELD[program.name]}.",
+        f"Hold: {CLAMPING_TEXTS[program.name]}.",
         f"Zero: {axes}.",
         f"Angle zero is {zero.angle_of} ({zero.angle_deg:.4f}° in the rotor frame); "
         f"z zero is {zero.z_of} (z = {zero.z_mm:.4f} mm).",

@@ -14,7 +14,7 @@ from autobalance.report.records.balance import Tolerance
 from autobalance.report.records.study import Advice, KeyFigureCurves, Nominal, Spread, StudyReport
 from autobalance.studies.monte_carlo import StudyAnswer
 
-ABOVE = "above_tolerance"
+ABOVE_OUTCOME = "above_tolerance"
 
 
 def study_report(answer: StudyAnswer, seed: int, report_sha256: str | None, seconds: float) -> StudyReport:
@@ -46,7 +46,7 @@ def study_report(answer: StudyAnswer, seed: int, report_sha256: str | None, seco
 
 def _reason(answer: StudyAnswer) -> str | None:
     """Return the reason for a missed target, with a remedy; None where it is reached."""
-    if answer.plan.result.outcome == ABOVE:
+    if answer.plan.result.outcome == ABOVE_OUTCOME:
         return f"the plan itself is above tolerance: {answer.plan.result.reason}"
     if answer.probability >= answer.target:
         return None

@@ -20,7 +20,7 @@ from autobalance.signal.header import named
 from autobalance.signal.record import Channel, Record
 from autobalance.types import Array
 
-TIMES = {"time": 1.0, "t": 1.0, "zeit": 1.0}
+TIME_HEADINGS = {"time": 1.0, "t": 1.0, "zeit": 1.0}
 TIME_UNITS = {None: 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}
 ANGLE_UNITS = {"deg": 1.0, "°": 1.0, "rad": 180.0 / np.pi}
 LEAST_STEP_S, MOST_STEP_S = 1e-12, 1e9
@@ -60,7 +60,7 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
 def _time_scale(sheet: _Sheet, place: int) -> float | None:
     """Return a time column's unit in seconds, None for other columns."""
     name, unit = _called(sheet, place)
-    return TIME_UNITS.get(unit) if name.lower() in TIMES else None
+    return TIME_UNITS.get(unit) if name.lower() in TIME_HEADINGS else None
 
 
 def _angle_scale(sheet: _Sheet, place: int) -> float | None:
@@ -191,7 +191,7 @@ def _in_encoding(path: Path, encoding: str) -> _Sheet:
     if all(_number(cell) is not None for cell in headers):
         raise FormatError(f"{path.name} has no header: its first line is numbers")
     with _lines(path, encoding, skipped) as lines:
-        first = list(itertools.islice(lines, PEEKED))
+        first = list(itertools.islice(lines, EXAMINED_LINES))
     units = _units_row(first[0] if first else "", separator, len(headers))
     skipped += units is not None
     begun = "".join(first[units is not None :])
@@ -204,7 +204,7 @@ def _in_encoding(path: Path, encoding: str) -> _Sheet:
     return _Sheet(headers, units or [None] * len(headers), columns, text_columns)
 
 
-PEEKED = 100
+EXAMINED_LINES = 100
 """Lines examined for units and for decimal commas."""
 
 

@@ -12,7 +12,7 @@ from autobalance.signal.formats import agreed_rate
 from autobalance.signal.header import named
 from autobalance.signal.record import Channel, Record
 
-RATES = ("fs", "sample_rate")
+RATE_NAMES = ("fs", "sample_rate")
 
 
 def read(path: Path, sample_rate_hz: float | None) -> Record:
@@ -26,7 +26,9 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
         raise FormatError(f"{path.name} is a MATLAB file of version 7.3; save it with -v7") from None
     except (MatReadError, ValueError, TypeError, KeyError, IndexError, EOFError, zlib.error) as error:
         raise FormatError(f"{path.name} is not a MATLAB file of version 5: {error}") from None
-    rates = [float(variables[key].item()) for key in RATES if key in variables and _is_number(variables[key])]
+    rates = [
+        float(variables[key].item()) for key in RATE_NAMES if key in variables and _is_number(variables[key])
+    ]
     rate_hz = agreed_rate(path.name, rates[0] if rates else None, sample_rate_hz)
     arrays = {key: np.ravel(value) for key, value in variables.items() if _is_channel(key, value)}
     channels = tuple(Channel(*named(key), rate_hz, value, header=key) for key, value in arrays.items())

@@ -21,7 +21,7 @@ from autobalance.solid.cad.installed import (
 
 MOST_MM: Final = 1e7
 """Greatest distance from the origin, 10 km: on files beyond it the kernel computes without end."""
-PROPERTIES = 1e-10
+VOLUME_TOLERANCE = 1e-10
 """Relative error of each face's share of the volume; in its default order the kernel is off by 1e-5
 of a hole that enters a round rim."""
 
@@ -220,7 +220,7 @@ def properties(body: Any) -> Moments:
     props = GProp_GProps()
     if any(_is_drawn_out(face) for face in explored(body, "FACE")):
         body = BRepBuilderAPI_NurbsConvert(body).Shape()
-    BRepGProp.VolumeProperties_s(body, props, PROPERTIES, True, False)
+    BRepGProp.VolumeProperties_s(body, props, VOLUME_TOLERANCE, True, False)
     return _moments_of(props)
 
 

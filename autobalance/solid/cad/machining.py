@@ -37,7 +37,7 @@ SAME_VOLUME = 1e-9
 """Share of the volume by which merging faces may change it: rounding."""
 SAME_HOLE = 0.02
 """Difference of axis and radius, as a share of the radius, within which a drill continues a hole ..."""
-ASKEW = 5e-3
+DIRECTION_TOLERANCE_RAD = 5e-3
 """... and of the directions [rad]."""
 SAME_NORMAL = 1.0 - 1e-9
 SAME_HEIGHT_MM = 1e-5
@@ -154,7 +154,10 @@ def along_old_hole(tool: Drilling, body: Any) -> Drilling:
 
 def _in_hole(tool: Drilling, face: CylinderFace) -> Drilling | None:
     down, entry, slack = tool.placement[:3, 2], tool.placement[:3, 3], SAME_HOLE * tool.radius_mm
-    if abs(face.radius_mm - tool.radius_mm) > slack or np.linalg.norm(np.cross(face.axis, down)) > ASKEW:
+    if (
+        abs(face.radius_mm - tool.radius_mm) > slack
+        or np.linalg.norm(np.cross(face.axis, down)) > DIRECTION_TOLERANCE_RAD
+    ):
         return None
     axis = face.axis if float(face.axis @ down) > 0.0 else -face.axis
     start = face.point_mm + float((entry - face.point_mm) @ axis) * axis

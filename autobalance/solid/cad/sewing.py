@@ -12,9 +12,9 @@ from autobalance.solid.cad.cad_file import NamedBody
 from autobalance.solid.cad.kernel import cut, explored, refuse_odd_shape
 from autobalance.solid.cad.tessellation import bounds_mm
 
-REACHES: Final = (1e-6, 1e-5, 1e-4, 3e-4)
+SEWING_SHARES: Final = (1e-6, 1e-5, 1e-4, 3e-4)
 """Shares of the diagonal within which edges are one, tried one after the other."""
-SHOWN: Final = 4
+MAX_NAMED_EDGES: Final = 4
 """Open edges that an error names."""
 
 
@@ -48,7 +48,7 @@ def _sewn(shape: Any, faces: Sequence[Any]) -> tuple[list[Any], float]:
 
     low, high = bounds_mm(shape)
     diagonal = float(np.linalg.norm(high - low))
-    for share in REACHES:
+    for share in SEWING_SHARES:
         sewing = BRepBuilderAPI_Sewing(share * diagonal)
         for face in faces:
             sewing.Add(face)
@@ -57,12 +57,12 @@ def _sewn(shape: Any, faces: Sequence[Any]) -> tuple[list[Any], float]:
             break
     count = sewing.NbFreeEdges()
     if count:
-        middles = [bounds_mm(sewing.FreeEdge(k + 1)).mean(axis=0) for k in range(min(count, SHOWN))]
+        middles = [bounds_mm(sewing.FreeEdge(k + 1)).mean(axis=0) for k in range(min(count, MAX_NAMED_EDGES))]
         places = ", ".join(f"({x:.6g}, {y:.6g}, {z:.6g})" for x, y, z in middles)
         raise SolidError(
             f"the {len(faces)} faces do not close: {count} edges have one face only, sewn within "
             f"{share * diagonal:.2g} mm; middles of open edges in the file's coordinates [mm]: {places}"
-            f"{', ...' if count > SHOWN else ''}"
+            f"{', ...' if count > MAX_NAMED_EDGES else ''}"
         )
     return explored(sewing.SewedShape(), "SHELL"), share * diagonal
 

@@ -14,9 +14,9 @@ from autobalance.solid.cad.tessellation import area_mm2, bounds_mm, surface_kind
 from autobalance.solid.soundness.repair import volume_change
 from autobalance.types import Array
 
-CONTRADICTS: Final = 1e-3
+CONTRADICTION_SHARE: Final = 1e-3
 """Distance of an edge from its face, as a share of the diagonal, from which on a file contradicts itself."""
-TOUCHES: Final = 1e-5
+TOUCHING_SHARE: Final = 1e-5
 """Distance up to which an edge lies on its face, as a share of the diagonal: usual precision of files."""
 POINTS: Final = 23
 """Points of an edge that are compared with its face, as many as the kernel's own check takes."""
@@ -101,15 +101,17 @@ def edges_off_faces(body: Any) -> tuple[Gap, ...]:
     diagonal = float(np.linalg.norm(high - low))
     gaps = []
     for number, face in enumerate(explored(body, "FACE")):
-        off = [(distance, edge, place) for edge, distance, place in _distances(face, TOUCHES * diagonal)]
+        off = [
+            (distance, edge, place) for edge, distance, place in _distances(face, TOUCHING_SHARE * diagonal)
+        ]
         if not off:
             continue
         distance, edge, (x, y, z) = max(off, key=lambda one: one[0])
-        if distance > CONTRADICTS * diagonal:
+        if distance > CONTRADICTION_SHARE * diagonal:
             raise SolidError(
                 f"edge {edge + 1} of face {number + 1}, a {surface_kind(face)}, lies {distance:.4g} mm off "
                 f"it at ({x:.6g}, {y:.6g}, {z:.6g}) mm: the file's surfaces contradict its edges; "
-                f"expected at most {CONTRADICTS * diagonal:.2g} mm"
+                f"expected at most {CONTRADICTION_SHARE * diagonal:.2g} mm"
             )
         gaps.append(Gap(number, distance, area_mm2(face), bounds_mm(face)))
     return tuple(gaps)

@@ -28,7 +28,7 @@ from autobalance.types import Array
 
 ADD_UP = 1e-7
 """Share of the metal moved by which tools one by one may differ from all of them together."""
-CHORDS = 64
+CHORDS_PER_EDGE = 64
 """Straight parts of an edge that is neither line nor circle."""
 
 
@@ -207,7 +207,9 @@ def _edges(edge: Any) -> list[Edge]:
         circle = curve.Circle()
         axis = circle.Axis().Direction()
         return [Edge(start, end, _point(circle.Location()), _point(axis), last - first)]
-    points = [_point(curve.Value(first + (last - first) * k / CHORDS)) for k in range(CHORDS + 1)]
+    points = [
+        _point(curve.Value(first + (last - first) * k / CHORDS_PER_EDGE)) for k in range(CHORDS_PER_EDGE + 1)
+    ]
     return [Edge(*pair) for pair in pairwise(points)]
 
 

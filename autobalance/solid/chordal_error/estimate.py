@@ -25,7 +25,7 @@ from autobalance.solid.chordal_error.strips import find_cylinders
 from autobalance.solid.mesh.mesh import Mesh, ranked
 from autobalance.types import Array, Indices
 
-THICKEST = 0.5 * np.tan(SMOOTH_RAD / 4.0)
+MAX_SAG_WIDTH_RATIO = 0.5 * np.tan(SMOOTH_RAD / 4.0)
 """Sag of a chord at most, as a share of its width."""
 FITTED_SHARE = 0.04
 """Error bar of a fitted surface, as a share of its contribution: seams and second-order terms."""
@@ -219,7 +219,7 @@ def _drop_false(
     held = np.bincount(
         look.face.take(np.concatenate(parts)), np.concatenate([one.volumes for one in lenses]), look.count
     )
-    thick = held > THICKEST * look.area_mm2 * look.reach_mm + 1e-300
+    thick = held > MAX_SAG_WIDTH_RATIO * look.area_mm2 * look.reach_mm + 1e-300
     mine = surface_of >= 0
     stake = np.bincount(surface_of[mine], look.at_stake[mine], len(parts))
     false = np.array([one.gross_mass_g for one in lenses]) > MAX_SAG_RATIO * density_g_mm3 * stake

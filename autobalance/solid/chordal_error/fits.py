@@ -12,7 +12,7 @@ from autobalance.types import Array, Flags, Indices
 
 STEPS = 12
 """Improvements of a cylinder that is fitted."""
-CONVERGED = 0.01
+CONVERGED_STEP_SHARE = 0.01
 """Step of a cylinder below which it has converged, as a share of the distance its points may be off."""
 RIDGE = 1e-14
 """Share of its trace added to each set of normal equations, so that undetermined parameters stay."""
@@ -193,7 +193,7 @@ def cylinders(points: Array, sets: Sets, axis: Array, tight_mm: float, most_mm: 
         axis[kept] = turned[sound]
         radius[kept] += step[sound, 4]
         good[which[~sound]] = False
-        small = np.abs(step[:, :2]).max(axis=1) + np.abs(step[:, 4]) < CONVERGED * tight_mm
+        small = np.abs(step[:, :2]).max(axis=1) + np.abs(step[:, 4]) < CONVERGED_STEP_SHARE * tight_mm
         active[which[~sound | small]] = False
     r, out = _away(local, centre[sets.number], axis[sets.number])[1:]
     worst = sets.most(np.abs(r - radius[sets.number]))

@@ -19,7 +19,7 @@ ROUNDINGS, NEARLY = 6.0, 1e-6
 """Steps of single precision, and share of the diagonal, that corners may lie off a surface by."""
 ON_SURFACE = 2e-3
 """Distance by which corners may leave a fitted surface, as a share of its radius."""
-DEEPEST = 1.0 - np.cos(SMOOTH_RAD / 2.0)
+MAX_SAG_RADIUS_RATIO = 1.0 - np.cos(SMOOTH_RAD / 2.0)
 """Sag of a chord at most, as a share of the radius: half of ``SMOOTH_RAD`` on each side of its middle."""
 TIP = 1e-2
 """Radius near the tip of a cone that corners are measured against, as a share of its largest."""
@@ -210,5 +210,5 @@ def lies_on(look: Look, surface: Revolved, faces: Indices) -> Flags:
     np.maximum.at(highest, row, off / size)
     middle = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]]]].mean(axis=1)
     aligned = np.abs(np.einsum("ij,ij->i", surface.normal(middle), look.normal[faces]))
-    between: Flags = (deepest > -DEEPEST) & (highest < 2.0 * ON_SURFACE)
+    between: Flags = (deepest > -MAX_SAG_RADIUS_RATIO) & (highest < 2.0 * ON_SURFACE)
     return np.asarray(between & (aligned > np.cos(SMOOTH_RAD / 2.0)))

@@ -18,7 +18,7 @@ ON_TUBE, LONGEST = 3e-4, 2.0
 """Distance of corners from a torus's arc, as a share of its radius, which counts as so many times the patch's
 size at most: any few points lie roughly on some arc, and those of a tapered nose with a keyway on one of two
 metres."""
-ASIDE = 0.2
+MAX_ASIDE_RAD = 0.2
 """Greatest angle of a facet's direction to the half-plane through its middle and the axis [rad]."""
 MAX_AXIAL_SHARE = 0.01
 """Share of a facet's direction along the axis, at most, of a possible cylinder about it."""
@@ -98,7 +98,7 @@ class Around:
         normal = look.normal[faces]
         _, r, out = cylindrical(look.first_middles[faces], point, axis)
         aside = np.abs(np.einsum("ij,ij->i", normal, np.cross(axis, out)))
-        directed = (aside < ASIDE) & (r > 0.0)
+        directed = (aside < MAX_ASIDE_RAD) & (r > 0.0)
         faces, upright = faces[directed], np.abs(normal[directed] @ axis)
         place = np.full(look.count, -1)
         place[faces] = np.arange(len(faces))

@@ -29,7 +29,7 @@ PIECES_MOST = 400
 """Most pieces that are tried, those with most at stake."""
 POINTS_MOST = 200
 """Corners that a cylinder is fitted to at most."""
-LEANING = 0.2
+MAX_AXIAL_COMPONENT = 0.2
 """Part of a facet's direction along the axis of its cylinder, at most."""
 WORTH_SHARE = 0.999
 """Share of all smooth faces' estimate that is tried; the pieces that share the rest are not worth it."""
@@ -215,7 +215,7 @@ def _cylinders(look: Look, points: _Points, tries: _Tries, tight: float) -> dict
     lean = np.abs(np.einsum("ij,ij->i", normal, axis[tries.sets.number]))
     some, which = points.distinct(tries.faces, tries.sets)
     count = np.bincount(which, minlength=len(axis))
-    tried = np.flatnonzero((tries.sets.most(lean) <= LEANING) & (count >= LEAST_POINTS))
+    tried = np.flatnonzero((tries.sets.most(lean) <= MAX_AXIAL_COMPONENT) & (count >= LEAST_POINTS))
     rows = np.isin(which, tried)
     if not rows.any():
         return {}

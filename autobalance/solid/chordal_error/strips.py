@@ -14,7 +14,7 @@ from autobalance.solid.mesh.adjacency import unit
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.types import Array, Flags, Indices
 
-CROWD = 16
+MIN_SURE_FACES = 16
 """Faces of a strip from which on its circle is not an accident, even if a few ends lie off it."""
 EQUAL_CIRCLE_SHARE = 0.03
 """Greatest difference of radius and centre between two chords' circles, as a share of the radius."""
@@ -24,7 +24,7 @@ MAX_SAG_RATIO = 4.5
 """Sag of a chord compared with the median of its strip, at most: twice as wide, four times as deep."""
 FEW, UNEVEN_OF_FEW = 8, 1.3
 """Any trapezoid has a circle through its corners: strips of fewer chords must be even."""
-STRAIGHT = 1.0 - 1e-6
+MIN_RULING_COSINE = 1.0 - 1e-6
 """Cosine between the rulings of one cylinder, at least."""
 
 
@@ -108,7 +108,7 @@ def _strip_members(look: Look, chords: Chords) -> tuple[Indices, Sets]:
         return members, sets
     first = chords.axis[members[sets.starts]]
     aligned = np.abs(np.einsum("ij,ij->i", chords.axis[members], first[sets.number]))
-    members, sets = _chosen(members, strip, (sets.least(aligned) > STRAIGHT)[sets.number])
+    members, sets = _chosen(members, strip, (sets.least(aligned) > MIN_RULING_COSINE)[sets.number])
     if len(members) == 0:
         return members, sets
     return _chosen(members, strip, ~_turning(look, chords, members, sets)[sets.number])
@@ -155,7 +155,7 @@ def _fitted(
     )
     fitted = circles(flat.reshape(-1, 2), Sets(3 * sets.starts, 3 * sets.count))
     slack = ON_SURFACE * fitted.radius
-    few = faces_of.sizes < CROWD
+    few = faces_of.sizes < MIN_SURE_FACES
     slack[few] = np.minimum(slack[few], 4.0 * tight_mm(look))
     fits = (lean <= ON_SURFACE) & (fitted.worst_mm <= slack) & (faces_of.sizes > 2)
     fits &= np.isfinite(fitted.radius)

@@ -11,7 +11,7 @@ from autobalance.types import Indices
 
 SAMPLE: Final = 4_000
 """Vertices of a sample of a file's."""
-ENOUGH: Final = 0.05
+MIN_HABIT_SHARE: Final = 0.05
 """Share of numbers that show a writer's habit: fewer may be odd by chance, or by another hand."""
 
 
@@ -56,7 +56,7 @@ def step_of_text(words: Iterable[bytes]) -> float:
     ends = [
         _quantile(last[first == size])
         for size in np.unique(first)
-        if (first == size).sum() >= ENOUGH * len(first)
+        if (first == size).sum() >= MIN_HABIT_SHARE * len(first)
     ]
     if len(ends) > 1 and ends.count(min(ends)) > 1:  # the same place at several sizes
         return float(10.0 ** min(ends))
@@ -76,5 +76,5 @@ def _first_and_last(word: bytes) -> tuple[int, int] | None:
 
 
 def _quantile(numbers: Indices) -> int:
-    """Return the least number but for a share of ``ENOUGH``."""
-    return int(np.quantile(numbers, ENOUGH, method="inverted_cdf"))
+    """Return the least number but for a share of ``MIN_HABIT_SHARE``."""
+    return int(np.quantile(numbers, MIN_HABIT_SHARE, method="inverted_cdf"))

@@ -19,9 +19,9 @@ JSON_CHUNK: Final = 0x4E4F534A
 BINARY_CHUNK: Final = 0x004E4942
 TYPES: Final = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """numpy's names of the number types that positions and vertex numbers may have."""
-HARMLESS: Final = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_xmp")
+HARMLESS_EXTENSIONS: Final = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_xmp")
 """Beginnings of the names of extensions that leave the shape alone."""
-INSTANCING: Final = "EXT_mesh_gpu_instancing"
+INSTANCING_EXTENSION: Final = "EXT_mesh_gpu_instancing"
 DEPTH_MOST: Final = 64
 """Levels of nodes within nodes."""
 
@@ -74,7 +74,7 @@ def _chunks(data: bytes) -> tuple[dict[str, Any], bytes]:
 def _check_extensions(document: dict[str, Any]) -> None:
     """Refuse a document that requires an extension which is not read."""
     for name in document.get("extensionsRequired", []):
-        if not str(name).startswith(HARMLESS):
+        if not str(name).startswith(HARMLESS_EXTENSIONS):
             raise FormatError(
                 f"the GLB file requires the extension '{str(name)[:60]}', which is not read; "
                 "expected plain meshes"
@@ -87,8 +87,8 @@ def _check_node(node: dict[str, Any], mesh: dict[str, Any]) -> None:
         raise FormatError("the GLB file bends a mesh by a skin; expected a mesh as it is")
     if any(node.get("weights", mesh.get("weights", []))):
         raise FormatError("the GLB file deforms a mesh by weights of morph targets; expected a mesh as it is")
-    if INSTANCING in node.get("extensions", {}):
-        raise FormatError(f"the GLB file multiplies a mesh by {INSTANCING}, which is not read")
+    if INSTANCING_EXTENSION in node.get("extensions", {}):
+        raise FormatError(f"the GLB file multiplies a mesh by {INSTANCING_EXTENSION}, which is not read")
 
 
 def _scene(document: dict[str, Any], binary: bytes, budget: int) -> Floats:

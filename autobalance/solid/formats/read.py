@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 FARTHEST_MM = 1e7
 """Greatest coordinate: ten kilometres leave no digit for a crank, and products would overflow."""
 
-REFUSED = OpenHoles()
+REFUSED_HOLES = OpenHoles()
 """Default treatment of holes: a mesh that is open for more than small plane holes is not a solid."""
 
 
@@ -106,7 +106,7 @@ def read(
     body: int | str | None = None,
     pressed_up: bool = False,
     unite: bool | None = None,
-    holes: OpenHoles = REFUSED,
+    holes: OpenHoles = REFUSED_HOLES,
 ) -> Source:
     """Read a solid from a file, check it, and report its repairs.
 
@@ -155,7 +155,7 @@ def source_of_bytes(
     body: int | str | None = None,
     pressed_up: bool = False,
     unite: bool | None = None,
-    holes: OpenHoles = REFUSED,
+    holes: OpenHoles = REFUSED_HOLES,
 ) -> Source:
     """Return the checked solid of the bytes of a file of the format ``name``; the rest is as for ``read``."""
     kind = FORMATS[name]
@@ -213,7 +213,7 @@ def source_of(
     body: int | str | None = None,
     pressed_up: bool = False,
     unite: bool | None = None,
-    holes: OpenHoles = REFUSED,
+    holes: OpenHoles = REFUSED_HOLES,
 ) -> Source:
     """Return the checked solid of a mesh in memory, as ``read`` does of a file's.
 

@@ -21,10 +21,10 @@ def _loaded(name: str) -> Format:
     return format_
 
 
-WRITTEN: Mapping[str, Format] = MappingProxyType({name: _loaded(name) for name in ENTRIES})
+WRITTEN_FORMATS: Mapping[str, Format] = MappingProxyType({name: _loaded(name) for name in ENTRIES})
 """Formats that can be written, by their name in ``Source.format``: STL is of two kinds."""
 FORMATS: Mapping[str, Format] = MappingProxyType(
-    {name: kind for name, kind in WRITTEN.items() if ENTRIES[name].endings}
+    {name: kind for name, kind in WRITTEN_FORMATS.items() if ENTRIES[name].endings}
 )
 """Formats that can be read, by name."""
 _BY_ENDING = {ending: kind for name, kind in FORMATS.items() for ending in ENTRIES[name].endings}
@@ -38,9 +38,11 @@ def format_named(name: str) -> Format:
     FormatError
         If it cannot be read and written.
     """
-    if name not in WRITTEN:
-        raise FormatError(f"the format '{name}' cannot be written; expected one of {', '.join(WRITTEN)}")
-    return WRITTEN[name]
+    if name not in WRITTEN_FORMATS:
+        raise FormatError(
+            f"the format '{name}' cannot be written; expected one of {', '.join(WRITTEN_FORMATS)}"
+        )
+    return WRITTEN_FORMATS[name]
 
 
 def format_of(path: Path) -> Format | None:

@@ -24,7 +24,7 @@ RECORD: Final = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), (
 """One triangle of a binary STL, 50 bytes."""
 HEADER: Final = b"binary STL written by autobalance".ljust(80)
 """Does not begin with ``solid``, by which careless readers recognise ASCII."""
-SHOWN: Final = 40
+MAX_SHOWN_CHARACTERS: Final = 40
 """Characters of a wrong token that an error shows."""
 
 FACET: Final = (
@@ -106,7 +106,7 @@ def _ascii(data: bytes) -> Floats:
     for column, keyword in zip(columns, FACET, strict=True):
         if keyword != b"." and column.count(keyword) != len(column):
             facet = next(k for k, word in enumerate(column) if word != keyword)
-            start = column[facet][:SHOWN].decode("ascii", "replace")
+            start = column[facet][:MAX_SHOWN_CHARACTERS].decode("ascii", "replace")
             raise FormatError(
                 f"facet {facet + 1} of the ASCII STL file: found '{start}', expected '{keyword.decode()}'"
             )

@@ -44,7 +44,7 @@ PIECE: Final = 1 << 16
 """Bytes of the model that are unpacked at a time."""
 PACKINGS: Final = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """Methods of packing in 3MF; others let the file set the size of their memory."""
-UNREADABLE: Final = (
+ARCHIVE_ERRORS: Final = (
     zipfile.BadZipFile,
     zlib.error,
     EOFError,
@@ -169,7 +169,7 @@ def read_3mf(data: bytes) -> Raw:
             return _built(_Archive(archive, UNPACKED_FREE + UNPACKED_MOST * len(data)))
     except FormatError:
         raise
-    except UNREADABLE as error:
+    except ARCHIVE_ERRORS as error:
         raise FormatError(
             f"the 3MF file is not a readable zip archive: {' '.join(str(error).split())[:80]}"
         ) from None

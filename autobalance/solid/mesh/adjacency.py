@@ -12,7 +12,7 @@ from autobalance.types import Array, Flags, Indices
 
 FLAT_RAD = 1e-4
 """Triangles that meet at less are one plane face; a circle would need 60 000 segments."""
-ROUNDED = 2.0
+MAX_ROUNDING_STEPS = 2.0
 """... and those that are out of one plane by less than so many steps of single precision: the corners of a
 flat facet that was split into small triangles."""
 LEAST_HEIGHT = 1e-6
@@ -118,7 +118,7 @@ def _angles(mesh: Mesh, left: Indices, right: Indices) -> Array:
 
 def rounding_mm(mesh: Mesh) -> float:
     """Return the rough displacement of corners by rounding to single precision."""
-    return ROUNDED * float(np.spacing(np.float32(np.abs(mesh.bounds).max())))
+    return MAX_ROUNDING_STEPS * float(np.spacing(np.float32(np.abs(mesh.bounds).max())))
 
 
 def _out_of_plane_mm(mesh: Mesh, left: Indices, right: Indices, ends: Indices, angle: Array) -> Array:

@@ -13,7 +13,7 @@ from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.tetrahedra import CHUNK
 from autobalance.types import Array, Floats, Indices, Numbers
 
-LOCAL = 10_000
+CACHED_VERTICES = 10_000
 """Vertices that stay in the processor's cache: the numbers of a triangle's corners should span no more."""
 
 SAMPLE = 40_000
@@ -223,7 +223,7 @@ def in_space_order(mesh: Mesh) -> Mesh:
     Vertices are sorted along Morton's curve (G. M. Morton, 1966), triangles by the first of their vertices.
     """
     some = mesh.triangles[:: max(1, len(mesh.triangles) // CHUNK)]
-    if len(some) == 0 or np.median(np.ptp(some, axis=1)) <= LOCAL:
+    if len(some) == 0 or np.median(np.ptp(some, axis=1)) <= CACHED_VERTICES:
         return mesh
     low, high = mesh.bounds
     extent = float((high - low).max())

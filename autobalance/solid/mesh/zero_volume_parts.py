@@ -14,7 +14,7 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.mesh.non_manifold_edges import linked_triangles
 from autobalance.types import Indices
 
-CRUMB = 1e-12
+CRUMB_VOLUME_SHARE = 1e-12
 """Share of a file's volume that a body must bound: rounding to single precision leaves far less."""
 
 
@@ -32,7 +32,7 @@ def without_crumbs(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """Return a closed mesh without its crumbs, and a note on those, if any."""
     part_of, count = parts_at_edges(mesh)
     volumes = np.abs(part_volumes(mesh, part_of, count))
-    is_crumb = volumes <= CRUMB * volumes.sum()
+    is_crumb = volumes <= CRUMB_VOLUME_SHARE * volumes.sum()
     number = int(is_crumb.sum())
     if number in (0, count):
         _PARTS[mesh] = part_of, count

@@ -13,7 +13,7 @@ LOOKED_AT = 3000
 """Vertices that are sampled, wherever they are."""
 FLAT_RAD = 1e-4
 """Triangles that meet at less are one plane: neighbours of a scan differ by more, be it waved by 1 µm."""
-ROUNDED = 4.0
+MAX_ROUNDING_STEPS = 4.0
 """... or are out of one plane by less than so many steps of single precision over their height."""
 SCANNED, DRAWN = 0.06, 0.3
 """Where less than the first share of the triangles lie in one plane with a neighbour, it was scanned; of
@@ -21,13 +21,13 @@ a crank waved by 2 µm it is 2 %, of a V12 scanned at edges of 3 mm and waved by
 half a millimetre off as those of a drawn one. Where more than the second do it was drawn: webs' faces,
 halves of facets. Between are free-form cranks (v-hacd's crank.off: 7 %) and smooth ones that were
 decimated."""
-FEWEST = 4000
+MIN_TRIANGLES = 4000
 """A mesh of fewer triangles has none to spare for noise: a scan of a crank has 10 000 at least."""
 NEIGHBOURHOODS = 400
 """Neighbourhoods that are sampled."""
-TYPICAL = 0.35
+ROUGHNESS_QUANTILE = 0.35
 """Quantile of the neighbourhoods that counts as the roughness; edges have more."""
-SINGLE = 2.0**-24
+SINGLE_PRECISION = 2.0**-24
 """Rounding of a number of single precision, as a share of it."""
 
 
@@ -36,7 +36,7 @@ def flat_share(mesh: Mesh) -> float:
 
     It is estimated from some triangles, and does not depend on the order of triangles or vertices.
     """
-    if len(mesh.triangles) < FEWEST:
+    if len(mesh.triangles) < MIN_TRIANGLES:
         return 1.0
     one, two = _neighbours(mesh)
     sizes = mesh.doubled_areas
@@ -48,7 +48,7 @@ def flat_share(mesh: Mesh) -> float:
     sine = np.linalg.norm(np.cross(a, b), axis=1)
     height = np.minimum(sizes.take(one), sizes.take(two)) / _longest(mesh, one, two)
     reach = float(np.abs(mesh.bounds).max())
-    slack = FLAT_RAD + ROUNDED * SINGLE * reach / np.maximum(height, 1e-12)
+    slack = FLAT_RAD + MAX_ROUNDING_STEPS * SINGLE_PRECISION * reach / np.maximum(height, 1e-12)
     flat = (sine < slack) & ((a * b).sum(axis=1) > 0.0)
     number = np.unique(np.concatenate([one, two]), return_inverse=True)[1]
     beside = np.bincount(number, np.tile(flat, 2)) > 0
@@ -124,7 +124,7 @@ def local_roughness_mm(mesh: Mesh, within_mm: float) -> float:
         residuals.append(
             1.4826 * float(np.median(np.abs(residual))) * math.sqrt(len(facing) / (len(facing) - 6))
         )
-    return float(np.quantile(residuals, TYPICAL)) if residuals else 0.0
+    return float(np.quantile(residuals, ROUGHNESS_QUANTILE)) if residuals else 0.0
 
 
 def off_paraboloid(points: Array, normal: Array) -> Array:

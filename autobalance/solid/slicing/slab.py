@@ -32,7 +32,7 @@ class Part:
     side: Array | None = None
 
 
-EVERYTHING = Part()
+WHOLE_SLAB = Part()
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class Slab:
         return np.ascontiguousarray(self.vertices.T)
 
     def moments(
-        self, z_range_mm: tuple[float, float], density_g_mm3: float, part: Part = EVERYTHING
+        self, z_range_mm: tuple[float, float], density_g_mm3: float, part: Part = WHOLE_SLAB
     ) -> Moments:
         """Return the mass moments about the origin of the metal between two heights.
 
@@ -78,7 +78,7 @@ class Slab:
         grain = min(self.rounding_mm, 0.01 * height)
         rows = np.flatnonzero((high > z_low + grain) & (low < z_high - grain))
         low, high = low.take(rows), high.take(rows)
-        inside = (low >= z_low - grain) & (high <= z_high + grain) & (part is EVERYTHING)
+        inside = (low >= z_low - grain) & (high <= z_high + grain) & (part is WHOLE_SLAB)
         whole, touching, crossing = rows[inside], rows[inside & (high >= z_high - grain)], rows[~inside]
         if part.centre is not None:
             crossing = crossing[self._meets(crossing, part.centre, part.radius_mm)]

@@ -16,7 +16,7 @@ Numbers = NDArray[np.unsignedinteger[Any]]
 
 FEW_CORNERS = 16
 """Outlines of no more corners are left as they are."""
-MOSTLY = 0.9
+MIN_THINNING_GAIN = 0.9
 """Share of the corners left by a round of thinning below which another is worth its time."""
 
 
@@ -89,7 +89,7 @@ def thinned(outline: Array, within_mm: float) -> Array:
     """
     x, y = np.ascontiguousarray(outline.T)
     before = math.inf
-    while FEW_CORNERS < len(x) < MOSTLY * before:
+    while FEW_CORNERS < len(x) < MIN_THINNING_GAIN * before:
         before = len(x)
         for first in (0, 1):
             along, across = _steps(x), _steps(y)

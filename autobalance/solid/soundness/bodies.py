@@ -12,7 +12,7 @@ import numpy as np
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.measure import part_volumes
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.mesh.zero_volume_parts import CRUMB, crumbs_dropped, parts_at_edges
+from autobalance.solid.mesh.zero_volume_parts import CRUMB_VOLUME_SHARE, crumbs_dropped, parts_at_edges
 from autobalance.solid.soundness.repair import volume_change
 from autobalance.types import Array, Indices
 
@@ -91,7 +91,7 @@ def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
 
 def _without_crumbs(parts: list[Body]) -> tuple[list[Body], list[str]]:
     """Return the parts that bound more than a share of the whole, and a note on those dropped, if any."""
-    least = CRUMB * sum(part.volume_mm3 for part in parts)
+    least = CRUMB_VOLUME_SHARE * sum(part.volume_mm3 for part in parts)
     kept = [part for part in parts if part.volume_mm3 > least]
     dropped = sum(part.volume_mm3 for part in parts if part.volume_mm3 <= least)
     number = len(parts) - len(kept)

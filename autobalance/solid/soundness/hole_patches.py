@@ -17,28 +17,28 @@ from autobalance.errors import SolidError
 from autobalance.solid.csg.region import triangulated
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import unit_at_vertices
-from autobalance.solid.soundness.hole_surfaces import INTO, Hole, Surface, surface_around
+from autobalance.solid.soundness.hole_surfaces import MIN_FACING_COMPONENT, Hole, Surface, surface_around
 from autobalance.solid.soundness.open_edges import doubled_area_vector, open_edges, rims
 from autobalance.solid.soundness.open_holes import OpenHoles
 from autobalance.types import Array, Indices
 
-SHOWN = 6
+MAX_LISTED_HOLES = 6
 """Holes that a refusal lists."""
-TINY = 1e-300
+MIN_AREA = 1e-300
 """Least area, and addition to a length, of triangles so small that it is 0."""
-WIDEST = 0.4
+MAX_RIM_WIDTH_SHARE = 0.4
 """Width of a rim, as a share of the mesh's diagonal, beyond which a part of the crank is missing."""
-AROUND = 0.7
+FIT_DISTANCE_SHARE = 0.7
 """Surfaces are fitted to points within this share of a hole's width of its rim ..."""
-RINGS = 4.0
+FIT_DISTANCE_EDGES = 4.0
 """... and at least so many of the rim's edges."""
 SAME_SIDE = 0.2
 """Points are of the surface around a hole when their directions' part along the hole's is above this."""
-DOUBT = 2.0
+PATCH_SIGMAS_95 = 2.0
 """A patch may be off by so many times the spread of its surroundings about its surface (95 %)."""
 FINEST, LONGEST = 16.0, 1.5
 """A patch's edges are as long as its rim's, or its width over the first; at most the second times as long."""
-FOLLOWS = 0.35
+NEIGHBOUR_WEIGHT = 0.35
 """A point midway between two follows each of them off the surface by so much: together less than they do."""
 
 
@@ -100,8 +100,10 @@ def filled(mesh: Mesh, allowed: OpenHoles) -> tuple[Mesh, tuple[Patch, ...]]:
 def listed(holes: Sequence[Hole]) -> str:
     """Return the number of holes, with their widths and places, the widest first."""
     ordered = sorted(holes, key=lambda hole: -hole.width)
-    shown = ", ".join(f"{hole.width:.3g} mm around {_place(hole.centre)}" for hole in ordered[:SHOWN])
-    more = ", ..." if len(holes) > SHOWN else ""
+    shown = ", ".join(
+        f"{hole.width:.3g} mm around {_place(hole.centre)}" for hole in ordered[:MAX_LISTED_HOLES]
+    )
+    more = ", ..." if len(holes) > MAX_LISTED_HOLES else ""
     return f"{len(holes)} hole{'s' * (len(holes) > 1)}: {shown}{more}"
 
 
@@ -110,7 +112,7 @@ def open_holes_text(mesh: Mesh) -> str:
     holes = _holes(mesh)
     if not holes:
         return ""
-    if max(hole.width for hole in holes) > WIDEST * mesh.diagonal_mm:
+    if max(hole.width for hole in holes) > MAX_RIM_WIDTH_SHARE * mesh.diagonal_mm:
         return f"{listed(holes)}: a part of the crank only; scan it from all sides"
     return f"{listed(holes)}; fill_holes_mm (--fill-holes-mm) closes holes up to that width"
 
@@ -137,12 +139,12 @@ def _holes(mesh: Mesh) -> list[Hole]:
         normal = doubled_area_vector(corners)
         size = float(np.linalg.norm(normal))
         width = float(np.linalg.norm(corners[:, None] - corners[None], axis=2).max())
-        unit = normal / max(size, TINY)
+        unit = normal / max(size, MIN_AREA)
         opposite = np.roll(rim, -1) * count + rim
         beside = owner[order[np.searchsorted(key, opposite, sorter=order).clip(max=len(key) - 1)]]
-        areas = np.maximum(mesh.doubled_areas.take(beside), TINY)
+        areas = np.maximum(mesh.doubled_areas.take(beside), MIN_AREA)
         facing = mesh.area_vectors.take(beside, axis=0) / areas[:, None]
-        length = np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1) + TINY
+        length = np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1) + MIN_AREA
         along = float(np.average(np.abs(facing @ unit), weights=length))
         holes.append(Hole(rim, corners.mean(axis=0), unit, width, along))
     return holes
@@ -158,7 +160,7 @@ def _bores(holes: Sequence[Hole], allowed: OpenHoles) -> list[tuple[Hole, Hole]]
         If a rim may be a bore's and none was named, or a named one has no other end.
     """
     if allowed.keep_open is None:
-        doubtful = [hole for hole in holes if hole.along < INTO]
+        doubtful = [hole for hole in holes if hole.along < MIN_FACING_COMPONENT]
         if doubtful:
             raise SolidError(
                 f"the mesh is open, and may be at bores: {listed(doubtful)}; keep_open = [[x, y, z], ...]"
@@ -240,7 +242,9 @@ class _Surroundings:
         """Return a hole's new vertices, numbered from ``count``, its new triangles, and the patch."""
         rim = self.mesh.vertices.take(hole.rim, axis=0)
         edge = float(np.linalg.norm(rim - np.roll(rim, 1, axis=0), axis=1).mean())
-        points, normals = self._around(rim, hole.normal, max(AROUND * hole.width, RINGS * edge))
+        points, normals = self._around(
+            rim, hole.normal, max(FIT_DISTANCE_SHARE * hole.width, FIT_DISTANCE_EDGES * edge)
+        )
         surface, lift, off = surface_around(points, normals, hole)
         flat, shares, corners = _flat_patch(rim, hole, max(edge, hole.width / FINEST))
         inner = flat[len(rim) :]
@@ -251,7 +255,7 @@ class _Surroundings:
         area = 0.5 * float(np.linalg.norm(doubled, axis=1).sum())
         if surface == "smooth" and len(inner):
             off = max(off, 0.5 * float(np.abs((placed - inner) @ hole.normal).max()))
-        patch = Patch(hole.centre, hole.width, area, surface, DOUBT * area * off)
+        patch = Patch(hole.centre, hole.width, area, surface, PATCH_SIGMAS_95 * area * off)
         return placed, rows[corners], patch
 
     def _around(self, rim: Array, normal: Array, reach: float) -> tuple[Array, Array]:
@@ -288,7 +292,7 @@ def _flat_patch(rim: Array, hole: Hole, edge: float) -> tuple[Array, Array, Indi
         _, a, b = heapq.heappop(queue)
         middle = len(points)
         points.append(0.5 * (points[a] + points[b]))
-        shares.append(FOLLOWS * (shares[a] + shares[b]))
+        shares.append(NEIGHBOUR_WEIGHT * (shares[a] + shares[b]))
         for number in beside.pop(frozenset((a, b))):
             row = corners[number]
             corners[number] = tuple(middle if corner == b else corner for corner in row)

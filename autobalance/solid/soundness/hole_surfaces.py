@@ -16,17 +16,17 @@ Surface = Literal["plane", "cylinder", "smooth", "bore"]
 Lift = Callable[[Array], Array]
 """Moves points (n, 3) near a patch onto the surface."""
 
-ALIKE = (1.3, 2e-3)
+SIMPLER_SURFACE_LIMITS = (1.3, 2e-3)
 """A simpler surface is taken where its residual is no more than so many times, and mm above, another's."""
 OFF_MM = 0.15
 """... and small: rougher surfaces are not judged anyhow."""
-FLATTEST = 0.95
+MIN_RADIUS_RATIO = 0.95
 """A cylinder's radius is at least half a hole's width over this."""
 PLATE_POINTS = 400
 """Points that a thin plate goes by, at most."""
-BLIND = 0.25
+BLIND_ERROR_SHARE = 0.25
 """Error of a bore closed where the scanner saw no farther, as a share of its width, everywhere."""
-INTO = 0.45
+MIN_FACING_COMPONENT = 0.45
 """Triangles at a rim that face along the hole by less than this on average lead into something."""
 
 
@@ -43,15 +43,17 @@ class Hole:
 
 def surface_around(points: Array, normals: Array, hole: Hole) -> tuple[Surface, Lift, float]:
     """Return the kind of surface around a hole, the `Lift` onto it, and the spread of points about it."""
-    if hole.along < INTO:  # nothing around it goes on over it: the end of what the scanner saw of a bore
-        return "smooth", lambda at: at, BLIND * hole.width
+    if (
+        hole.along < MIN_FACING_COMPONENT
+    ):  # nothing around it goes on over it: the end of what the scanner saw of a bore
+        return "smooth", lambda at: at, BLIND_ERROR_SHARE * hole.width
     middle, up = points.mean(axis=0), hole.normal
     flat = np.linalg.svd(points - middle, full_matrices=False)[2][2]
     flat = flat if flat @ up > 0.0 else -flat
     off_plane = _spread((points - middle) @ flat)
     bent = _spread(off_paraboloid(points - hole.centre, up))
     cylinder = _cylinder(points, normals, hole)
-    factor, more = ALIKE
+    factor, more = SIMPLER_SURFACE_LIMITS
     best = min(bent, off_plane, math.inf if cylinder is None else cylinder[1])
     most = min(factor * best + more, OFF_MM)
     if off_plane <= most:
@@ -88,7 +90,7 @@ def _cylinder(points: Array, normals: Array, hole: Hole) -> tuple[Lift, float] |
 
     fit = least_squares(away, [0.5 * a, 0.5 * b, 0.0, 0.0, radius], loss="soft_l1", f_scale=0.05)
     cx, cy, sx, sy, radius = fit.x
-    if radius < 0.5 * hole.width / FLATTEST:
+    if radius < 0.5 * hole.width / MIN_RADIUS_RATIO:
         return None
     turned = axis + sx * side + sy * up
     turned /= np.linalg.norm(turned)

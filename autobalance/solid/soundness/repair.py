@@ -20,7 +20,7 @@ PLACES_SHOWN = 4
 """Open edges that an error names."""
 WELD_SHARE = 1e-7
 """Distance of vertices that are one point, as a share of the diagonal: single precision leaves as much."""
-PLANE = 1e-4
+MAX_RIM_DISTANCE_SHARE = 1e-4
 """Greatest distance of a rim from its plane, as a share of the diagonal."""
 HOLE_MOST = 0.01
 """Area of a hole that may be filled, as a share of the surface."""
@@ -176,7 +176,7 @@ def _fill_holes(mesh: Mesh) -> tuple[Mesh, list[str]]:
     area = float(mesh.doubled_areas.sum()) / 2.0
     caps: list[Indices] = []
     for loop in rims(open_edges(mesh.triangles)):
-        cap = _cap(mesh.vertices[loop], PLANE * mesh.diagonal_mm, HOLE_MOST * area)
+        cap = _cap(mesh.vertices[loop], MAX_RIM_DISTANCE_SHARE * mesh.diagonal_mm, HOLE_MOST * area)
         if cap is not None:
             caps.append(loop[cap])
     if not caps:
