@@ -70,7 +70,7 @@ class BalanceResult(VerbResult):
 
     @property
     def reason(self) -> str | None:
-        """Why above tolerance and what would fix it."""
+        """Reason why the crank is above tolerance, with remedies."""
         reason: str | None = self.report["reason"]
         return reason
 
@@ -86,7 +86,7 @@ class BalanceResult(VerbResult):
 
     @property
     def tolerance(self) -> Entry:
-        """What is permitted: keys as ``tolerance`` of the report."""
+        """Permissible residual unbalance: keys as ``tolerance`` of the report."""
         return Entry(self.report["tolerance"])
 
     @property
@@ -96,12 +96,12 @@ class BalanceResult(VerbResult):
 
     @property
     def steps(self) -> Entries:
-        """What each pass planned, predicted and measured."""
+        """Planned, predicted and measured values of each pass."""
         return entries(self.report["steps"])
 
     @property
     def measured_on(self) -> Literal["file", "mesh", "surfaces"]:
-        """What the verdict was measured on.
+        """Body whose measurement the verdict rests on.
 
         ``file``: the bytes that ``write`` writes in the input's format, read back; ``mesh``: the solid's own
         triangles in double precision, for a crank of no file; ``surfaces``: the true surfaces of the STEP
@@ -356,7 +356,7 @@ def _warnings(job: Job, crank: MeasuredCrank) -> tuple[str, ...]:
 
 
 def _logo_warnings(job: Job) -> tuple[str, ...]:
-    """Return what is said where the shop's picture cannot be printed."""
+    """Return a warning where the shop's picture cannot be printed."""
     from autobalance.report.job_header import picture_of
 
     path = (job.filled.get("shop") or {}).get("logo")

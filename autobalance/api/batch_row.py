@@ -19,7 +19,7 @@ FAILED_EXIT_CODE = 3
 
 @dataclass(frozen=True, eq=False)
 class RowTask:
-    """What a worker needs for a row: the job, the bytes of its crank's file, and the pages wanted.
+    """Input of a worker for a row: the job, the bytes of its crank's file, and the pages wanted.
 
     ``file`` is where the crank came from and ``folder`` where the results will be, both absolute on the
     machine that asks: a worker may have another working folder.
@@ -34,7 +34,7 @@ class RowTask:
 
 @dataclass(frozen=True, eq=False)
 class RowOutcome:
-    """What became of a row: files by name, or the line of what is wrong."""
+    """End of a row: files by name, or the line of its error."""
 
     exit_code: int
     files: Mapping[str, bytes]

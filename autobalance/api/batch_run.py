@@ -107,7 +107,6 @@ class BatchRun:
         self._report_progress()
 
     def tasks(self) -> _Tasks:
-        """Return what workers are to do."""
         return _Tasks(self._todo, self.only, self.folder)
 
     def finish(self, todo: _Todo, done: Done) -> None:
@@ -179,7 +178,6 @@ class BatchRun:
     # --- results --------------------------------------------------------------------------------------------
 
     def report(self, seconds: float) -> BatchReport:
-        """Return what ``--json`` writes."""
         results = [self._result(row) for row in self.listed.rows]
         codes = [result.exit_code for result in results]
         return BatchReport(

@@ -12,7 +12,7 @@ from autobalance.theory.calling import call, plain
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CalcResult(VerbResult):
-    """What a formula gives."""
+    """Result of a formula."""
 
     def text(self, units: str = "metric") -> str:
         """Return the result's fields, one a line; units end the names."""

@@ -1,4 +1,4 @@
-"""Parameters that many public functions have: what each means is written once, here.
+"""Parameters that many public functions share, each with its meaning written once.
 
 ``@documented`` puts them into the docstring of a function that has them; the command line reads them here.
 """

@@ -152,7 +152,7 @@ class Crank:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a user should know of the file and the crank in it."""
+        """Warnings of the file and the crank in it."""
         return self.measured.warnings(self.file)
 
     def to_trimesh(self) -> Any:

@@ -134,7 +134,7 @@ def _of_no_file(
     crankpin_in_file: bool | None,
     overrides: Mapping[str, Any],
 ) -> Crankshaft:
-    """Return what a job would say of a crank in memory; ``name`` is of its file, were there one."""
+    """Return the job's table of a crank in memory; ``name`` stands for its file's."""
     hints = {"unit": unit, "crankpin_in_file": crankpin_in_file, **overrides}
     values = {key: plain(value) for key, value in hints.items() if value is not None}
     crankshaft = read_crankshaft({"file": name, "density_kg_m3": density_kg_m3, **values}, Path())

@@ -64,7 +64,7 @@ class CycleResult(VerbResult):
         return dict(series_columns(self.analysis))
 
     def series_csv(self) -> bytes:
-        """Return what ``--series`` writes."""
+        """Return the bytes that ``--series`` writes."""
         from autobalance.engine.cycle.series import series_csv
 
         return series_csv(self.series())

@@ -1,4 +1,4 @@
-"""What a public function declares: the name, type, default and meaning of each of its parameters.
+"""The declaration of a public function: name, type, default and meaning of each parameter.
 
 Its signature and docstring are taken from the source without importing the module, whose numpy and scipy
 would make ``--help`` ten times as slow.

@@ -38,7 +38,7 @@ class DesignResult(VerbResult):
 
     @property
     def exit_code(self) -> int:
-        """4 where no design keeps everything."""
+        """4 where every design breaks a constraint, else 0."""
         return 0 if self.report["outcome"] == "found" else INFEASIBLE
 
     def text(self, units: str = "metric") -> str:

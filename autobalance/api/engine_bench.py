@@ -163,7 +163,7 @@ def _run_up(speeds_rpm: tuple[float, float], run: FreeRun | None) -> VariantRunU
 
 
 def _beside(rows: Sequence[BenchVariant]) -> list[BesideFirst]:
-    """Return what each further variant changes of the first one's figures, in percent."""
+    """Return the changes of each further variant's figures from the first one's, in percent."""
     return [
         BesideFirst(
             name=row.name,

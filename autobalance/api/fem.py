@@ -42,7 +42,7 @@ class FemResult(VerbResult):
         return fem_text(self.report)
 
     def plots(self) -> Plots:
-        """Return how the answer settles from mesh to mesh."""
+        """Return plots of the result from mesh to mesh."""
         from autobalance.report.fem.plots import fem_plots
 
         return Plots(fem_plots(self.report))
@@ -125,7 +125,7 @@ def fem(
 
 
 def _read(job: FemJob) -> tuple[SurfaceSolid | Path, FemFile]:
-    """Return what is to be meshed, and what was read."""
+    """Return the body to be meshed, and its file as read."""
     from hashlib import sha256
 
     from autobalance.fem_analysis.mesher import SurfaceSolid, need_libraries

@@ -70,7 +70,7 @@ def forces(
     mounts: bool = False,
     progress: Progress | None = None,
 ) -> ForcesResult:
-    """Return what inertia does to an engine: shaking forces by order, pin and bearing loads, each factor.
+    """Return the inertia forces of an engine: shaking forces by order, pin and bearing loads, each factor.
 
     Parameters
     ----------

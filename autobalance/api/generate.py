@@ -150,7 +150,7 @@ def generate(
 
 
 def _suggestions(design: Design, engine: EngineParts | None, target: Wanted) -> Suggestions:
-    """Return what would make a drawn crank what is wanted: its sizes, and bores and weights in its webs."""
+    """Return changes of a drawn crank for a wanted factor or inertia: sizes, bores and weights in webs."""
     from autobalance.balancing.suggestions.metal import suggested_metal
     from autobalance.balancing.suggestions.sizes import suggested_sizes
 

@@ -30,7 +30,7 @@ USUAL_SPEEDS_RPM = (100.0, 20000.0)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GradeResult(VerbResult):
-    """What a grade permits and a residual achieves."""
+    """Permissible unbalance of a grade, and the grade that a residual achieves."""
 
     def text(self, units: str = "metric") -> str:
         """Return the table of grades."""
@@ -69,7 +69,7 @@ def grade(
     planes: Sequence[float] | None = None,
     centre: float | None = None,
 ) -> GradeResult:
-    """Return what a balance quality grade permits on a rotor, and what grade a residual achieves.
+    """Return the permissible unbalance of a rotor by its grade, and the grade that a residual achieves.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def _planes(question: _GradeArguments, permissible_g_mm: float) -> tuple[Toleran
 
 
 def _check(question: _GradeArguments) -> None:
-    """Refuse what is impossible or only half given."""
+    """Refuse impossible numbers and questions that are only half given."""
     numbers = {"--grade": question.grade, "--speed-rpm": question.speed_rpm, "--mass": question.mass}
     for name, value in numbers.items():
         if value is not None:

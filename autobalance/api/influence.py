@@ -181,7 +181,7 @@ def _correction(
 
 
 def _add_to_left(task: Trials, sums: Complex, left: Complex) -> list[PlaneWeight] | None:
-    """Return what is still to add where the trials that were left on stay; None where none were."""
+    """Return weights to add where the trial weights stay on; None where none were left on."""
     if not any(trial.left_on for trial in task.trials):
         return None
     more = sums - left

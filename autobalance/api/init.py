@@ -53,7 +53,7 @@ class InitResult(VerbResult):
     data: bytes
 
     def text(self, units: str = "metric") -> str:
-        """Return where the job went and what is left to fill in."""
+        """Return the path of the written job, and its keys that are left to fill in."""
         if "shop" in self.report:
             places = f"beside a job as {NAME}, or as {user_folder() / NAME} for all jobs"
             return f"{self.file}: the shop's own file; uncomment what it has. It is read {places}"
@@ -253,7 +253,7 @@ def _changed_settings(settings: Sequence[str]) -> dict[str, Any]:
 
 
 def _hints(crank: Crank) -> dict[str, Any]:
-    """Return what was recognised, in the file's own axes, as keys of ``[crankshaft]``."""
+    """Return the recognised crank, in the file's own axes, as keys of ``[crankshaft]``."""
     back = crank.measured.anatomy.rotor_to_file
 
     def place(point: Any) -> list[float]:

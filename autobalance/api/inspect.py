@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InspectResult(VerbResult):
-    """What was measured and recognised, with the crank itself."""
+    """The measured and recognised crank, with its report."""
 
     crank: Crank
     faces: tuple[Face, ...]
@@ -201,7 +201,7 @@ def _job_of(source: Crank | Job | str | Path, settings: Sequence[str]) -> Job | 
 def _suggested(
     measured: MeasuredSolid, job: Job | None, suggest: Mapping[str, Any]
 ) -> tuple[Aim, Sequence[Suggestion], Sequence[Refused]]:
-    """Return what would make a crank what is wanted: bores, weights, turned rims."""
+    """Return changes of a crank for a wanted factor or inertia: bores, weights, turned rims."""
     from autobalance.balancing.suggestions.metal import suggested_metal
     from autobalance.balancing.suggestions.wanted import Aim, Wanted
     from autobalance.machine_models.oil_from_job import with_oil

@@ -25,7 +25,7 @@ NEEDED_TABLES = ("engine", "balance", "correction")
 
 @dataclass(frozen=True)
 class TableOptions:
-    """How the section table is made.
+    """Options of the section table.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ def _refuse_oil_twice(job: Job, throws: int) -> None:
 
 
 def _datum_mm(datum: float | str, crank: Crank, table: SectionTable) -> float:
-    """Return where the plane about which couples count stands."""
+    """Return z of the plane about which couples count [mm]."""
     if isinstance(datum, int | float):
         if not math.isfinite(datum):
             raise JobError(f"datum is {datum:g}; must be a number [mm] or one of {', '.join(DATUMS)}")

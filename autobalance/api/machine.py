@@ -219,7 +219,7 @@ def _displacements(case: Machine, rotor: SpunRotor, places: Pair) -> tuple[compl
 
 
 def _node_places(rotor: SpunRotor, planes_mm: Pair) -> Pair:
-    """Return where planes A and B alone are read: each at the node of the other."""
+    """Return places at which planes A and B are read alone: each at the node of the other."""
     from autobalance.dynamics.balancing_machine import node_mm
 
     try:
@@ -237,7 +237,7 @@ def _nodes(case: Machine, rotor: SpunRotor, planes_mm: Pair | None) -> list[Plan
 
 
 def _static(case: Machine, rotor: SpunRotor) -> tuple[StaticStand | None, list[str]]:
-    """Return what a static stand shows, and warnings."""
+    """Return the reading of a static stand, and warnings."""
     from autobalance.dynamics.static_stand import static_stand
 
     if case.kind != "static" or case.stand is None:
@@ -274,7 +274,7 @@ def _static(case: Machine, rotor: SpunRotor) -> tuple[StaticStand | None, list[s
 
 
 def _left(names: Sequence[str], true: Sequence[complex], read: Sequence[complex]) -> LeftUnbalance:
-    """Return what is left where the reading is followed to the letter."""
+    """Return the residual where the reading is followed to the letter."""
     left = [a - b for a, b in zip(true, read, strict=True)]
     return LeftUnbalance(
         planes=[
@@ -291,7 +291,7 @@ def _left(names: Sequence[str], true: Sequence[complex], read: Sequence[complex]
 
 
 def _corrections(case: Machine, planes: Sequence[PlaneReading]) -> tuple[list[MachineCorrection], list[str]]:
-    """Return what to take off for the first reading, at the heavy side, and warnings."""
+    """Return amounts to take off for the first reading, at the heavy side, and warnings."""
     corrections, warnings = [], []
     for plane in planes:
         depth = None if case.drill is None else case.drill.depth_mm(plane.g_mm)

@@ -53,7 +53,7 @@ class NcResult(VerbResult):
         return dict(self._files)
 
     def text(self, units: str = "metric") -> str:
-        """Return what is programmed, and what it leaves."""
+        """Return a summary of the programs, and of the residual after them."""
         from autobalance.report.shop.nc_text import nc_text
 
         return nc_text(self.run)
@@ -116,7 +116,7 @@ def nc(
 
 
 def verified_part(path: Path) -> Part:
-    """Return what a report says is to be machined, after all its claims were checked.
+    """Return the cuts of a report as a part to machine, after all its claims were checked.
 
     Raises
     ------

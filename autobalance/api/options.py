@@ -1,4 +1,4 @@
-"""Numbers that a verb is given beside its job: none that no length, mass or speed can be."""
+"""Numbers beside a verb's job, refused beyond any length, mass or speed of a crank."""
 
 from __future__ import annotations
 

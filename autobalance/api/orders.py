@@ -31,7 +31,7 @@ BEARING_KEYS = ("balls", "ball", "pitch", "contact", "speed")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OrdersResult(VerbResult):
-    """What a record holds; with the analysis itself, for plots and the page."""
+    """Orders, levels and sources of a record; with the analysis itself, for plots and the page."""
 
     analysis: Analysis | None = field(default=None)
     predicted: tuple[tuple[float | None, float], ...] = ()
@@ -112,7 +112,7 @@ def orders(
     campbell: str | Path | Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> OrdersResult:
-    """Find what a recorded signal holds, and what may cause it.
+    """Analyse a recorded signal: its orders, its levels, and their likely causes.
 
     Parameters
     ----------
@@ -314,7 +314,7 @@ def _bearing(geometry: Mapping[str, float]) -> RollingBearing:
 
 
 def _drive(file: str | Path | Mapping[str, Any] | None, job: Job | None) -> list[Drive]:
-    """Return what the crank drives, by a separate file and by the job."""
+    """Return the gears, belts and shafts that the crank drives, of a separate file and of the job."""
     from autobalance.job.drive import read_drive
 
     own = [] if file is None else [read_drive(file)]

@@ -1,4 +1,4 @@
-"""How far a long function is, in words and as a share."""
+"""Progress of a long function, in words and as a share."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ class RecutStage:
         return self.fit_g if weights is None else weights
 
     def _off(self) -> Unbalance:
-        """Return what the job hangs on the rotor less what was on it."""
+        """Return the job's weights on the rotor, less those that were on it while it was read."""
         off = Unbalance.of(rotor_from_job.oil_rest(self.job.engine))
         if not self.reading.attached_fitted:
             off = off + Unbalance.of(self.attached)
@@ -201,7 +201,7 @@ class RecutStage:
         return suspected
 
     def _reading_before(self, model: Unbalance) -> JudgedReading | None:
-        """Return what was read before the last cuts: by this file, or as the stage before says."""
+        """Return the reading before the last cuts: of this file, or of the stage before."""
         if self.reading.before:
             return self._judged(self.reading.before, "before", model)
         if self.earlier.values["command"] != "recut":
@@ -258,7 +258,7 @@ class RecutStage:
 
 
 def _bob_weight(throw: Any, grams: float) -> Unbalance:
-    """Return what grams at the centre of a crankpin add."""
+    """Return the unbalance of a mass in grams at the centre of a crankpin."""
     at = grams * throw.crankpin.centre_mm[:2]
     return Unbalance(at, at * float(throw.crankpin.centre_mm[2]))
 

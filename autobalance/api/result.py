@@ -1,4 +1,4 @@
-"""What every public function gives back: its report, and what can be drawn or written from it."""
+"""Result of every public function: its report, with texts, plots and files made of it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def report_head(command: str) -> Values:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class VerbResult:
-    """What a verb found; ``report`` is what the command of its name writes with ``--json``.
+    """Result of a verb; ``report`` is what the command of its name writes with ``--json``.
 
     ``content`` is the record of it. A verb's own result overrides ``text``, ``plots`` and ``files`` where it
     has any. Results pickle.
@@ -47,7 +47,7 @@ class VerbResult:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a user should know of the job and the crank, one line each; none of most verbs."""
+        """Warnings of the job and the crank, one line each; none of most verbs."""
         return tuple(self.report.get("warnings", ()))
 
     def text(self, units: str = "metric") -> str:

@@ -65,7 +65,7 @@ def solid_name(job: Job, held_as: str = IN_MEMORY_FORMAT) -> str:
 
 
 def measured_of(record: Record) -> Measured | None:
-    """Return what was measured of the corrected solid; None where nothing was cut."""
+    """Return the measurement of the corrected solid; None where nothing was cut."""
     assert record.balanced is not None
     return record.balanced.result.measured
 
@@ -80,7 +80,7 @@ def _without_slugs(record: Record) -> dict[str, bool]:
 
 
 def _solid_entry(job: Job, crank: MeasuredCrank, record: Record) -> Solid | None:
-    """Return what ``outputs.solid`` says of the file as it would be written; no hash without bytes."""
+    """Return ``outputs.solid`` for the file as it would be written; no hash without bytes."""
     from autobalance.report.records.crank import MassProperties
     from autobalance.report.records.outputs import Solid
 
@@ -102,7 +102,7 @@ def _solid_entry(job: Job, crank: MeasuredCrank, record: Record) -> Solid | None
 
 
 def staging_for(folder: Path, copy: Path | None = None) -> Staging:
-    """Return where files of a folder are staged, and those of the folder of a report's copy."""
+    """Return the staging of a folder's files, and of the folder of a report's copy."""
     return Staging([folder] + ([copy.parent] if copy else []))
 
 

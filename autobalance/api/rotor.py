@@ -54,7 +54,7 @@ SPEED_MULTIPLE = 10.0
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RotorResult(VerbResult):
-    """What ``rotor`` found."""
+    """Result of ``rotor``."""
 
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people."""
@@ -150,7 +150,7 @@ def _of_crank(crank: Crank, speed_rpm: float | None, bearing_n_m: float | None) 
 
 
 def analysed(request: RotorRequest) -> RotorResult:
-    """Compute what a request asks."""
+    """Return the analysis of a request."""
     speeds = request.speeds_rad_s
     upper = float(speeds[-1]) if len(speeds) > 1 else SPEED_MULTIPLE * float(speeds[0])
     planes = request.balancing.planes_m if request.balancing else ()

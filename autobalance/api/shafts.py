@@ -73,7 +73,7 @@ def shafts(
     reference_z_mm: float | None = None,
     progress: Progress | None = None,
 ) -> ShaftsResult:
-    """Return what would cancel the first and second order, and what the job's shafts leave.
+    """Return balance shafts that would cancel the first and second order, and the residual of the job's.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ NOT_REACHED = 4
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StudyResult(VerbResult):
-    """How many of many cranks are within tolerance, why not the others, and what would help.
+    """Share of drawn cranks within tolerance, causes of the others, and remedies.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class StudyResult(VerbResult):
 
     @property
     def exit_code(self) -> int:
-        """4 where the target asked for is not reached, or the plan itself is above tolerance."""
+        """4 where the target is not reached or the plan itself is above tolerance, else 0."""
         return NOT_REACHED if self.missed else 0
 
     def text(self, units: str = "metric") -> str:

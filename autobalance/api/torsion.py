@@ -54,7 +54,7 @@ USUAL_ORDERS = tuple(0.5 * n for n in range(1, 25))
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TorsionResult(VerbResult):
-    """What ``torsion`` found."""
+    """Result of ``torsion``."""
 
     def __repr__(self) -> str:
         modes = [f"{hz:.5g}" for hz in self.report["natural_frequencies_hz"]]

@@ -36,7 +36,7 @@ class VerifyResult(VerbResult):
 
     @property
     def claims(self) -> tuple[Claim, ...]:
-        """What was checked, each with its place, its value, what was measured, and how."""
+        """Checked claims, each with its place, its value, the measured value, and the check."""
         return self.checked.claims
 
     @property
@@ -46,7 +46,7 @@ class VerifyResult(VerbResult):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What was seen beside the claims."""
+        """Oddities seen beside the claims."""
         return self.checked.warnings
 
     @property
@@ -114,7 +114,7 @@ def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
 
 
 def _doubt(checked: Checked, units: DisplayUnits) -> str:
-    """Return how far the residual may be off, where that counts in the verdict."""
+    """Return the uncertainty of the residual in words, where it counts in the verdict."""
     if checked.tolerance.margin == "none" or checked.budget is None:
         return ""
     return f", and its uncertainty of {units.of_unbalance(checked.budget.total_g_mm)} counts"

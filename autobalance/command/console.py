@@ -1,4 +1,4 @@
-"""What goes to the terminal: results to standard output, progress and warnings to standard error."""
+"""The terminal: results to standard output, progress and warnings to standard error."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def warn(text: str) -> None:
 
 
 def fail(lines: Sequence[str], exit_code: int) -> int:
-    """Print what went wrong, each on one line; return the exit code."""
+    """Print errors, each on one line; return the exit code."""
     as_objects = objects.current()
     if as_objects is not None:
         as_objects.fail(lines, exit_code)
@@ -96,7 +96,7 @@ def fail(lines: Sequence[str], exit_code: int) -> int:
 
 
 def called_as() -> str:
-    """Return what to type to call this program again from the folder that it was called from.
+    """Return the command that calls this program again from the folder that it was called from.
 
     The bare name works where the environment is activated; ``make demo`` runs it by its path.
     """

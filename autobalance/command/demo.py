@@ -12,7 +12,7 @@ from autobalance.command.progress import add_objects
 
 
 class Published(NamedTuple):
-    """What Hoem & Røsholm 2016, Table 6.2, report of a case done by hand in CAD."""
+    """Results of Hoem & Røsholm 2016, Table 6.2, of a case done by hand in CAD."""
 
     job: str
     title: str

@@ -27,7 +27,7 @@ def finish(
     sources: tuple[str | Path, ...] = (),
     files: Mapping[Path, bytes] | None = None,
 ) -> int:
-    """Write what ``--json``, ``--plots`` and ``-o`` ask for, print the rest, return the exit code.
+    """Write the files of ``--json``, ``--plots`` and ``-o``, print the rest, return the exit code.
 
     Parameters
     ----------

@@ -115,7 +115,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _target(arguments: argparse.Namespace, option: str, text: str | None) -> Path | None:
-    """Return where an option's file goes, which must not be the crank's own."""
+    """Return the path of an option's file, which must not be the crank's own."""
     if text is None or text == "-":
         return None
     target = Path(text)
@@ -152,7 +152,7 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
 
 
 def _table(arguments: argparse.Namespace) -> TableOptions | None:
-    """Return how the section table is to be; None where none is asked for."""
+    """Return the options of the section table; None where none is asked for."""
     from autobalance.api.inspect_sections import DATUMS, TableOptions
     from autobalance.job.toml.typed_units import length_mm
 

@@ -11,7 +11,7 @@ WATCHED_S = 600.0
 
 
 def add_live(parser: argparse.ArgumentParser) -> None:
-    """Offer what reads a real machine instead of simulating one."""
+    """Add the options for reading a real machine instead of simulating one."""
     parser.add_argument(
         "--watch",
         metavar="SOURCE",

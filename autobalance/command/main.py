@@ -66,7 +66,7 @@ def _may_take_long(arguments: Sequence[str]) -> bool:
 
 
 def _stopped(arguments: Sequence[str]) -> int:
-    """Say that a command was stopped which could not say so itself; return its exit code."""
+    """Print that a command was stopped, in its place; return its exit code."""
     if not objects.are_asked_for(arguments):
         return _last_words()
     with objects.written_as_objects():
@@ -104,7 +104,7 @@ def _guarded(arguments: list[str], is_alone: bool) -> int:
 
 
 def _last_words() -> int:
-    """Say that the command was stopped; return its exit code."""
+    """Print that the command was stopped; return its exit code."""
     as_objects = objects.current()
     if as_objects is None:
         complain(f"autobalance: {INTERRUPTED_MESSAGE}")
@@ -187,7 +187,7 @@ def _parser(listed: Iterable[str], is_loaded: Callable[[str], bool]) -> argparse
 
 
 def _command(name: str) -> tuple[Callable[[argparse.ArgumentParser], None], Callable[[Any], int]]:
-    """Return how a command describes its options, and how it runs."""
+    """Return the functions that add a command's options, and that run it."""
     from importlib.util import find_spec
 
     from autobalance.command.verb import Verb

@@ -24,7 +24,7 @@ class Objects:
         self._lock, self._ended = threading.Lock(), threading.Event()
 
     def __call__(self, text: str, share: float | None = None) -> None:
-        """Report what runs now; the share done is looked up where none is passed."""
+        """Report the stage that runs now; the share done is looked up where none is passed."""
         from autobalance.api.progress import BALANCED_BEFORE, share_before
 
         done = share_before(text, BALANCED_BEFORE) if share is None else share
@@ -54,7 +54,7 @@ class Objects:
             self("done", 1.0)
 
     def _print_stage(self) -> None:
-        """Print what runs, how far it is, and since when; who calls holds the lock."""
+        """Print the stage, its share and the elapsed time; the caller holds the lock."""
         elapsed = round(self._clock() - self._start, 3)
         self._print({"stage": self._stage, "share": self._share, "elapsed_s": elapsed})
 
@@ -70,7 +70,7 @@ _current: Objects | None = None
 
 
 def current() -> Objects | None:
-    """Return where objects go while a command writes them; None where people read."""
+    """Return the writer of objects while a command writes them; None where people read."""
     return _current
 
 

@@ -1,4 +1,4 @@
-"""Options that name files and units of results: what a public function does not know of."""
+"""Options for files and units of results, which public functions do not have."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def add_strict(parser: argparse.ArgumentParser) -> None:
 
 
 def add_output(what: str, usual: str = "not written") -> Adder:
-    """Return what offers ``-o DIR``; ``what`` says which files are written there."""
+    """Return an adder of ``-o DIR``; ``what`` names the files that are written there."""
 
     def add(parser: argparse.ArgumentParser) -> None:
         parser.add_argument("-o", "--output", metavar="DIR", help=f"folder for {what} (default: {usual})")
@@ -66,7 +66,7 @@ def add_output(what: str, usual: str = "not written") -> Adder:
 
 
 def add_series(what: str) -> Adder:
-    """Return what offers ``--series FILE.csv``; ``what`` says what its rows are."""
+    """Return an adder of ``--series FILE.csv``; ``what`` names its rows."""
 
     def add(parser: argparse.ArgumentParser) -> None:
         parser.add_argument("--series", metavar="FILE.csv", help=f"file for {what} (default: not written)")
@@ -123,7 +123,7 @@ def kinds_of(text: str) -> tuple[str, ...]:
 
 
 def chosen_pages(arguments: argparse.Namespace) -> Choice:
-    """Return which files the arguments ask for."""
+    """Return the kinds of files that the arguments ask for."""
     from autobalance.report.bundle import choice_of
 
     only = () if arguments.no_report else arguments.only

@@ -1,4 +1,4 @@
-"""What runs, how far it is and about how long it still takes: on a terminal's standard error, in one line."""
+"""Stage, progress and remaining time of a command: on a terminal's standard error, in one line."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def add_objects(parser: argparse.ArgumentParser) -> None:
 
 
 def mode_of(arguments: argparse.Namespace) -> Mode:
-    """Return how much the arguments want to see."""
+    """Return the detail of progress that the arguments ask for."""
     return "quiet" if arguments.quiet else "verbose" if arguments.verbose else "usual"
 
 
@@ -63,7 +63,7 @@ class ProgressLine:
         self._share = 0.0
 
     def __call__(self, text: str, share: float | None = None) -> None:
-        """Show what runs now; the share done is looked up where it is not passed."""
+        """Show the stage that runs now; the share done is looked up where it is not passed."""
         spent = self._clock() - self._start
         self._share = max(self._share, share_before(text, BALANCED_BEFORE) if share is None else share)
         if self._mode == "verbose":

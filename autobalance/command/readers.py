@@ -102,7 +102,7 @@ def wanted(option: str, texts: Sequence[str]) -> dict[str, float]:
 
 
 def body_of(text: str | None, named: bool) -> Any:
-    """Return which body ``--body`` asks for: a number, a name where the format has names, or all."""
+    """Return the body that ``--body`` asks for: a number, a name where the format has names, or all."""
     if text in (None, "all"):
         return text
     if str(text).isdecimal() and int(str(text)) >= 1:

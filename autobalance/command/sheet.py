@@ -33,7 +33,7 @@ VERB = Verb(
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Draw what a report lists; nothing is measured."""
+    """Draw the cuts of a report; nothing is measured."""
     from importlib.util import find_spec
 
     from autobalance.api.sheet import sheet

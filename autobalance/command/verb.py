@@ -25,7 +25,7 @@ NEGATIVE = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
 
 
 class Option(NamedTuple):
-    """How a parameter is typed, where that does not follow from its declaration.
+    """Spelling and reading of a parameter, where they do not follow from its declaration.
 
     Attributes
     ----------
@@ -190,7 +190,7 @@ class Verb(NamedTuple):
         return keywords
 
     def flag(self, name: str) -> str:
-        """Return how a parameter is typed."""
+        """Return the spelling of a parameter's option."""
         return flag_of(*self._typed()[name])
 
     def sources(self, arguments: argparse.Namespace) -> tuple[str, ...]:

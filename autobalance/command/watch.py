@@ -98,7 +98,7 @@ def _lines(source: str, until: float) -> Iterator[str]:
 
 
 def _serial(device: str, stack: ExitStack) -> Callable[[], bytes]:
-    """Return what reads a line of a serial device, ``/dev/ttyUSB0`` or ``COM3:19200``."""
+    """Return a function that reads a line of a serial device, ``/dev/ttyUSB0`` or ``COM3:19200``."""
     try:
         import serial
     except ModuleNotFoundError:

@@ -53,7 +53,7 @@ class BoltedPair:
 def bolted_pair(
     order: int, needed_g_mm: float, mass_g: Sequence[float], eccentricity_mm: Sequence[float]
 ) -> BoltedPair:
-    """Return what two shafts with bolt-on weights cancel, and what they leave.
+    """Return the force that two shafts with bolt-on weights cancel, and the residual.
 
     Parameters
     ----------

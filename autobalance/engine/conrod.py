@@ -99,12 +99,12 @@ class ConnectingRod:
 
     @property
     def small_end_g(self) -> float:
-        """What the small end weighs on a scale, and what moves with the piston: m a/l [g]."""
+        """Weight of the small end on a scale, and the part that moves with the piston: m a/l [g]."""
         return self.mass_g * self.centre_from_big_end_mm / self.length_mm
 
     @property
     def big_end_g(self) -> float:
-        """What the big end weighs on a scale, and what turns with the crankpin [g]."""
+        """Weight of the big end on a scale, and the part that turns with the crankpin [g]."""
         return self.mass_g - self.small_end_g
 
     @property

@@ -21,7 +21,7 @@ class DeadCentres:
 
 @record
 class FirstOrderCounterweight:
-    """Unbalance that the crank needs against the forward first order, and what stays backward.
+    """Unbalance of the crank against the forward first order, and the backward part that stays.
 
     Of rods and pistons alone; the angle is that of the counterweight on the crank.
     """
@@ -49,7 +49,7 @@ def dead_centres(engine: Engine) -> list[DeadCentres]:
 
 
 def first_order_counterweight(engine: Engine) -> FirstOrderCounterweight:
-    """Return what would cancel the forward first order of an engine's rods and pistons."""
+    """Return the counterweight for the forward first order of an engine's rods and pistons."""
     order = Engine(engine.cylinders).orders(1.0, 1)[-1].force_n / N_PER_G_MM_S2
     forward, backward = 0.5 * (order[0] + 1j * order[1]), 0.5 * (order[0] - 1j * order[1])
     angle = math.degrees(math.atan2(forward.imag, forward.real))

@@ -1,4 +1,4 @@
-"""What each balance factor does to an engine, and which is best for what.
+"""Shaking forces of an engine by balance factor, and the best factor for each aim.
 
 Counterweights turn with the crank, so they change the forward-rotating part of the first order and nothing
 else: the backward part, and with it the greatest first-order force |forward| + |backward|, is least where the
@@ -49,7 +49,7 @@ class FactorRow:
 
 @dataclass(frozen=True)
 class FactorAdvice:
-    """Which balance factor is best for what.
+    """Best balance factor for each aim.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ def advise(
     planes_z_mm: tuple[float, float] | None = None,
     reference_z_mm: float | None = None,
 ) -> FactorAdvice:
-    """Return what balance factors do to an engine whose throws each carry their own counterweight.
+    """Return effects of balance factors on an engine whose throws each carry their own counterweight.
 
     Parameters
     ----------

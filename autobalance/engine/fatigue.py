@@ -24,7 +24,7 @@ class FatigueMetal:
 
 @dataclass(frozen=True)
 class Fatigue:
-    """What a cycle of stress comes to.
+    """Fatigue of a cycle of stress.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Fatigue:
 
     @classmethod
     def of(cls, bending_MPa: Array, torsion_MPa: Array, metal: FatigueMetal) -> Fatigue:
-        """Return what local stresses (n,), (n,) [MPa] over a cycle come to."""
+        """Return the fatigue of local stresses (n,), (n,) [MPa] over a cycle."""
         mean_s, half_s = _range(bending_MPa)
         mean_t, half_t = _range(torsion_MPa)
         apart = np.hypot(bending_MPa - mean_s, (torsion_MPa - mean_t) / SHEAR_SHARE)

@@ -1,4 +1,4 @@
-"""How much a fillet of a crank concentrates stress: the factors of IACS UR M53, and where they hold.
+"""Stress concentration in a crank's fillets: the factors of IACS UR M53, and their ranges.
 
 Each is local stress over the nominal one of the web's section (bending, shear) or of the pin's (torsion):
 products of polynomials fitted to strain gauges on many cranks. ``s`` is the overlap, ``w`` the web's
@@ -52,7 +52,7 @@ class FilletFactors:
 
 @dataclass(frozen=True)
 class FilletShape:
-    """What the factors of one web's fillets follow from, all mm; recesses are undercuts into the web."""
+    """Dimensions behind the factors of one web's fillets, all mm; recesses are undercuts into the web."""
 
     pin_mm: float
     pin_bore_mm: float
@@ -68,7 +68,7 @@ class FilletShape:
 
     @property
     def overlap_mm(self) -> float:
-        """By how much journal and crankpin overlap, seen along the axis; negative where they do not [mm]."""
+        """Overlap of journal and crankpin, seen along the axis; negative where they do not meet [mm]."""
         return 0.5 * (self.pin_mm + self.journal_mm) - self.crank_radius_mm
 
     @property
@@ -99,7 +99,7 @@ class FilletShape:
         }
 
     def outside(self, fillet_mm: float) -> tuple[str, ...]:
-        """Return which ratios of a fillet are outside of the range of the formulas, in words."""
+        """Return, in words, the ratios of a fillet that are outside of the range of the formulas."""
         beyond = []
         for name, value in self.ratios(fillet_mm).items():
             low, high = RANGES[name]
@@ -198,7 +198,7 @@ def _polynomial(x: float, coefficients: Sequence[float]) -> float:
 
 
 def polar_modulus_mm3(diameter_mm: float, bore_mm: float) -> float:
-    """Return what a torque is over the shear stress it makes on a round bar's surface, π/16 (D⁴ − d⁴)/D."""
+    """Return the polar section modulus of a round bar, torque over shear stress, π/16 (D⁴ − d⁴)/D."""
     return math.pi / 16.0 * (diameter_mm**4 - bore_mm**4) / diameter_mm
 
 

@@ -1,4 +1,4 @@
-"""What shakes an engine at one speed, in numbers for a table: forces, orders, pins, bearings, torque."""
+"""Forces of an engine at one speed, in numbers for a table: orders, pins, bearings, torque."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def load_row(load_n: Array) -> LoadRow:
 
 
 def turn_support(engine: Engine, z_mm: float, speed_rad_s: float) -> tuple[Support, Loads]:
-    """Return what holds a crank at one place over a turn at constant speed, and the other inertia loads."""
+    """Return the support of a crank at one place over a turn at constant speed, and the other inertia loads."""
     return support_of(engine, z_mm, speed_rad_s, whole_turn(ANGLES))
 
 

@@ -1,4 +1,4 @@
-"""What inertia and gas do to the pins and bearings of an engine over the crank angle, and the torque.
+"""Loads of an engine's pins and bearings from inertia and gas over the crank angle, and the torque.
 
 Each rod is two masses at its eyes and the couple that they miss, which together are the rigid rod exactly.
 Per cylinder, with X along it and Y across, u = (cos β, sin β) from crankpin to wrist pin::
@@ -65,7 +65,7 @@ class Loads:
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """What a crank of fewer than two mains puts on the place that holds it, over the crank angle.
+    """Load of a crank of fewer than two mains on the place that holds it, over the crank angle.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the moving parts weigh: roll-up by role, and the bob-weight that stands for them on a crankpin."""
+"""Weights of the moving parts: roll-up by role, and the bob-weight in their place on a crankpin."""
 
 from __future__ import annotations
 

@@ -203,7 +203,7 @@ def _against(force: Order, speed_rad_s: float, *, forward: bool) -> BalanceShaft
 
 
 def _turning(vector: Complex, forward: bool, per_unit: float) -> tuple[float, float]:
-    """Return how much of a shaft, and at what phase [rad], cancels the circle that a vector turns one way."""
+    """Return size and phase [rad] of the shaft that cancels the circle of a vector that turns one way."""
     x, y = vector
     circle = (x + 1j * y) / 2.0 if forward else (x.conjugate() + 1j * y.conjugate()) / 2.0
     return abs(circle) / per_unit, cmath.phase(-circle)

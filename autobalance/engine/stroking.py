@@ -12,7 +12,7 @@ from autobalance.units import STEEL_KG_M3
 
 
 def crankpin_overlap_mm(main_journal_mm: float, crankpin_mm: float, stroke_mm: float) -> float:
-    """Return how far main journal and crankpin overlap seen along the axis, (d_main + d_pin − s)/2 [mm].
+    """Return the overlap of main journal and crankpin seen along the axis, (d_main + d_pin − s)/2 [mm].
 
     More overlap makes a stiffer crank.
 

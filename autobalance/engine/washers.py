@@ -13,7 +13,7 @@ MOST_STEPS = 200_000
 
 
 def stack(wanted_g: float, washers_g: Sequence[float]) -> tuple[dict[float, int], float]:
-    """Return how many of each washer come nearest to a weight, fewest washers first, and what is left [g].
+    """Return the number of each washer nearest to a weight, fewest washers first, and the rest [g].
 
     The heaviest washers make up most of it; the rest is the exact optimum, any number of each, to
     ``STEP_G``. What is left is below 0 where the stack is too heavy.

@@ -29,7 +29,7 @@ COARSENING = (2.0, 1.4, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What to find of a solid.
+    """Analysis wanted of a solid.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class Stress:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What an analysis found: the meshes, and modes or stress of the last."""
+    """Result of an analysis: the meshes, and modes or stress of the last."""
 
     levels: tuple[Level, ...]
     modes: tuple[FoundMode, ...] = ()
@@ -148,7 +148,7 @@ def _level(mesh: TetrahedronMesh, body: ElasticBody, values: tuple[float, ...]) 
 
 
 def _errors(levels: Sequence[Level]) -> list[float]:
-    """Return how far each value of the last mesh may be off.
+    """Return the uncertainty of each value of the last mesh.
 
     The greater of the last change and of what Richardson's extrapolation of the last three leaves, and the
     share of the value that the mesh's volume is off. Quadratic elements are better than that.

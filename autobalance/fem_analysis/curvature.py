@@ -1,4 +1,4 @@
-"""How fine a mesh must be where a triangulated surface is curved."""
+"""Size of a mesh where a triangulated surface is curved."""
 
 from __future__ import annotations
 

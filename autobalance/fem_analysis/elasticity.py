@@ -144,7 +144,7 @@ def _element_stiffness(gradients: Array, rule: Array, material: Material) -> Arr
 
 @dataclass(frozen=True, eq=False)
 class _Pattern:
-    """Which nodes share an element: rows and columns of the blocks, and where each element's block goes."""
+    """Nodes that share an element: rows and columns of the blocks, and the place of each element's block."""
 
     nodes: int
     columns: Indices
@@ -281,7 +281,7 @@ def _with_middles(mesh: Any, middles: Array) -> Any:
 
 
 def _distorted(mesh: Any) -> NDArray[np.bool_]:
-    """Return which elements (m,) are far from straight: their Jacobian nearly vanishes somewhere."""
+    """Return flags of elements (m,) far from straight: their Jacobian nearly vanishes somewhere."""
     reference = np.concatenate([np.eye(3, 4, 1), np.full((3, 1), 0.25)], axis=1)  # corners and middle
     mapping = mesh.mapping()  # whose own determinant raises where it is 0
     slopes = np.array([[mapping.J(i, j, reference) for j in range(3)] for i in range(3)])

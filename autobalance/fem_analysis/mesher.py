@@ -145,7 +145,7 @@ def need_libraries() -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Order:
-    """What the mesher's process is to do; ``shift_mm`` (3,) was taken from the coordinates it sees."""
+    """Task of the mesher's process; ``shift_mm`` (3,) was taken from the coordinates it sees."""
 
     values: dict[str, Any]
     shift_mm: Array

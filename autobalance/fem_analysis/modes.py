@@ -164,7 +164,7 @@ class SliceMotions:
     weight: Array
 
     def kind(self, shape: Array) -> Kind:
-        """Return what a mode is: the motion of the slices that has most of the kinetic energy."""
+        """Return the kind of a mode: the motion of the slices that has most of the kinetic energy."""
         moved = shape @ self.axes.T
         total = float(np.einsum("n,ni,ni->", self.weight, moved, moved))
         mean = self._mean(moved)
@@ -198,7 +198,7 @@ class SliceMotions:
 
 
 def _over(moment: Array, arm: Array) -> Array:
-    """Return how fast slices turn; one with nothing off its axis does not."""
+    """Return the rotation of slices; 0 for one with nothing off its axis."""
     quotient: Array = np.divide(moment, arm, out=np.zeros_like(arm), where=arm > THIN_SHARE * arm.max())
     return quotient
 

@@ -54,7 +54,7 @@ class Load:
 
 @dataclass(frozen=True, eq=False)
 class StaticResult:
-    """What a static analysis found at the nodes.
+    """Result of a static analysis at the nodes.
 
     ``displacement_mm`` (n, 3); ``stress_MPa`` (n, 3, 3); ``apart_MPa`` (n,): how far the elements that
     meet at a node disagree; ``reactions_N`` (3,): what the holds exert.
@@ -95,7 +95,7 @@ def static_analysis(
 
 
 def solved(body: ElasticBody, material: Material, held: NDArray[np.bool_], force: Array) -> StaticResult:
-    """Return what forces (3 n,) [N] at the nodes do to a body with held degrees of freedom (3 n,)."""
+    """Return the result of forces (3 n,) [N] at the nodes of a body with held degrees of freedom (3 n,)."""
     stiffness = stiffness_and_mass(body, material)[0]
     free = np.flatnonzero(~held)
     moved = np.zeros(len(force))
@@ -107,7 +107,7 @@ def solved(body: ElasticBody, material: Material, held: NDArray[np.bool_], force
 
 
 def held_dofs(body: ElasticBody, holds: Sequence[Hold]) -> NDArray[np.bool_]:
-    """Return which degrees of freedom (3 n,) are held, and refuse a body that can still move."""
+    """Return flags of the held degrees of freedom (3 n,); refuse a body that can still move."""
     held = np.zeros((body.nodes, 3), dtype=bool)
     for hold in holds:
         nodes = np.unique(facet_nodes(body, _facets_in(body, hold.box_mm, hold.name)))

@@ -49,7 +49,7 @@ class ThrowLoads:
 
 
 def throw_loads(body: ElasticBody, material: Material, towards: Array) -> ThrowLoads:
-    """Return what a throw's surface bears under the same moment all along it, and the same torque.
+    """Return the surface stress of a throw under the same moment all along it, and the same torque.
 
     Bent, its ends stay plane and tilt against each other; twisted, they keep their shape across z and may
     warp along it.

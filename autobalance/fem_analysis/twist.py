@@ -23,7 +23,7 @@ NEWTON_M = 1e-3
 
 @dataclass(frozen=True)
 class TwistStiffness:
-    """What a torque is over the twist it makes, from several meshes, the last one the finest.
+    """Torque over twist, from several meshes, the last one the finest.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class TwistStiffness:
         return self.error_n_m_rad / self.n_m_rad
 
     def with_error(self, share: float) -> TwistStiffness:
-        """Return it with so much more of an error, a share of the stiffness."""
+        """Return the stiffness with an error greater by a share of it."""
         return replace(self, error_n_m_rad=self.error_n_m_rad + share * self.n_m_rad)
 
     def scaled(self, by: float) -> TwistStiffness:

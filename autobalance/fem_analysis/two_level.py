@@ -70,7 +70,7 @@ class TwoLevelSolver:
 
 
 def _lifted(body: ElasticBody) -> sparse.csr_matrix:
-    """Return what the corners (c) make of all nodes: (3 n, 3 c), middles halfway between their ends."""
+    """Return the interpolation from corners (c) to all nodes: (3 n, 3 c), middles halfway between ends."""
     dofs = body.element_dofs
     corners = np.unique(dofs[:, :4])
     place = np.full(body.nodes, -1)

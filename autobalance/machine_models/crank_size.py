@@ -55,7 +55,7 @@ def refuse_size(source: Source, file: object) -> None:
 
 
 def odd_size(source: Source) -> str | None:
-    """Return what is odd about a crank's size, if anything is."""
+    """Return a warning of a crank's odd size; None where it is usual."""
     low, high = ODD_MM
     longest, meant = longest_mm(source), _meant(source)
     if low <= longest <= high or not meant:
@@ -64,7 +64,7 @@ def odd_size(source: Source) -> str | None:
 
 
 def longest_mm(source: Source) -> float:
-    """Return how long a solid is along the file's axes, or along its own where that may count.
+    """Return the length of a solid along the file's axes, or along its own where that may count.
 
     Seen along the file's axes, a slanting one may look 1.7 times shorter than it is.
     """

@@ -53,7 +53,7 @@ def with_crankpins(solid: Solid, crank: Crank) -> Solid:
 
 
 def _metal_mm(solid: Solid, web: Web, place: Array, radius: float) -> tuple[float, float]:
-    """Return where a web's metal behind its crankpin begins and ends; its counterweight may be thicker."""
+    """Return begin and end of a web's metal behind its crankpin; its counterweight may be thicker."""
     circle = Region.circle(radius, 16, (float(place[0]), float(place[1])))
     metal = Solid.prism(circle, web.z_min_mm, web.z_max_mm) & solid
     if metal.is_empty:

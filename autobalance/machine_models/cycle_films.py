@@ -170,7 +170,6 @@ class FilmTable:
 
 
 def film_table(films: CycleFilms) -> FilmTable:
-    """Return what films come to."""
     ends = films.big_ends
     return FilmTable(main_journals=_rows(films.mains), big_ends=None if ends is None else _rows(ends))
 

@@ -169,7 +169,7 @@ def balanced_to(engine: Engine, job: Job, anatomy: Anatomy, factor: float) -> En
 
 
 def shaking(job: Job, anatomy: Anatomy, crank: Moments) -> ShakingForce | None:
-    """Return what shakes the job's engine at its top speed with a crank of those moments.
+    """Return the shaking force of the job's engine at its top speed with a crank of those moments.
 
     None where several rods share a throw and the job does not say where their cylinders stand. Without a
     rod length only the first order is right.
@@ -203,7 +203,7 @@ def moment_reference_mm(anatomy: Anatomy, chosen_mm: float | None = None) -> flo
 
 
 def shaft_ends_mm(anatomy: Anatomy) -> tuple[float, float]:
-    """Return where the outermost main journals stand, or with fewer than two, the ends of the crankpins."""
+    """Return z of the outermost main journals, or with fewer than two, of the ends of the crankpins."""
     mains = mains_z_mm(anatomy)
     if len(mains) > 1:
         return mains[0], mains[-1]

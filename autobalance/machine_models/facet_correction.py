@@ -1,4 +1,4 @@
-"""Whether what facets hide is added to what was measured."""
+"""Correction of measured moments by the metal that facets hide."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from autobalance.types import Floats
 
 @dataclass(frozen=True, eq=False)
 class FacetCorrection:
-    """What of the estimate is added to measured moments.
+    """Part of the estimate that is added to measured moments.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class FacetCorrection:
 
     @classmethod
     def of(cls, facets: ChordalError, applies: bool) -> FacetCorrection:
-        """Return what may be corrected: what is nearer to the truth wherever in its bar the truth lies."""
+        """Return the correction that is nearer to the truth wherever in its bar the truth lies."""
         if not applies or facets.gross_mass_g + facets.mass_bar_g == 0.0:  # nothing is curved, or it is exact
             return cls(applies, False, False, None)
         mass = facets.is_sure
@@ -51,7 +51,7 @@ class FacetCorrection:
         return Moments(missing.mass_g, first, second)
 
     def left(self, facets: ChordalError, anatomy: Anatomy) -> Callable[[Floats], Moments] | None:
-        """Return how to find what loose triangles in file coordinates hide after a cut; None: nothing."""
+        """Return an estimator of metal hidden by loose triangles in file coordinates after a cut; None: none."""
         fitted = facets.fitted
         if not self.mass:
             return None
@@ -61,7 +61,7 @@ class FacetCorrection:
 
     @property
     def verdict(self) -> Literal["applied", "mass_only", "declined", "not_needed"] | None:
-        """What came of the wish to correct, in one word; None where there was none."""
+        """Result of the wish to correct, in one word; None where there was none."""
         if not self.asked:
             return None
         if self.mass:

@@ -46,7 +46,7 @@ class FilletRing:
         return cls(centre, 0.5 * pin.diameter_mm, high if above else low, 1.0 if above else -1.0, radius_mm)
 
     def coordinates(self, places_mm: Array) -> tuple[Array, Array]:
-        """Return how far places (n, 3) are out from the pin's surface, and along from its end."""
+        """Return distances of places (n, 3) out from the pin's surface, and along from its end."""
         out = np.linalg.norm(places_mm[:, :2] - self.centre_mm, axis=1) - self.pin_radius_mm
         return np.asarray(out), self.sense * (places_mm[:, 2] - self.end_mm)
 

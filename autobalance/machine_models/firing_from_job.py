@@ -118,7 +118,7 @@ def _firing_rad(
 
 
 def _other_sense(cycle: Cycle, cylinders: tuple[Cylinder, ...], clockwise: bool) -> str:
-    """Return what would make an order fit that fits an engine which turns the other way; else nothing.
+    """Return a remedy for an order that fits an engine which turns the other way; else nothing.
 
     Backwards, the same order fits an engine that turns backwards.
     """
@@ -140,7 +140,7 @@ def _other_sense(cycle: Cycle, cylinders: tuple[Cylinder, ...], clockwise: bool)
 
 
 def _other_banks(cycle: Cycle, tops_rad: list[float], throws: tuple[ThrowPlace, ...]) -> str:
-    """Return what would make an order fit that fits with each throw's cylinders exchanged; else nothing."""
+    """Return a remedy for an order that fits with each throw's cylinders exchanged; else nothing."""
     assert cycle.firing_order is not None
     exchanged = {
         number + 1: other + 1

@@ -45,7 +45,7 @@ class WebMoment:
 
 @dataclass(frozen=True, eq=False)
 class FlexibleCycle:
-    """What bending does over the cycle.
+    """Bending of the crank over the cycle.
 
     Attributes
     ----------

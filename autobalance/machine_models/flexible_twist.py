@@ -1,4 +1,4 @@
-"""How far a crank twists over its cycle: the chain of `torsion` under the torques of the cycle's throws."""
+"""Twist of a crank over its cycle: the chain of `torsion` under the torques of the cycle's throws."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @record
 class MainLoads:
-    """What a crank's balance changes: loads of the mains, friction."""
+    """Loads of the mains and friction, which the crank's balance changes."""
 
     main_journals: Sequence[NumberedLoad]
     friction_mean_n_m: NewtonMetres
@@ -39,7 +39,6 @@ class LoadsWithGas:
 
     @classmethod
     def of(cls, before: CycleAnalysis, after: CycleAnalysis) -> Self:
-        """Return those of the cycles of two cranks."""
         return cls(
             speed_rad_s=before.speed_rad_s,
             before=MainLoads.of(before),

@@ -78,7 +78,7 @@ class Crank:
 
     @property
     def calibrated(self) -> Moments:
-        """What a calibration or a scan added to the moments; nothing without."""
+        """Moments added by a calibration or a scan; zero without."""
         if self.beside is not None:
             return self.beside.added
         return Moments.zero() if self.calibration is None else self.calibration.added
@@ -90,7 +90,7 @@ class Crank:
 
     @property
     def hidden(self) -> Callable[[Floats], Moments] | None:
-        """How to find what a cut crank has beside its loose triangles; None: nothing is added to them."""
+        """Estimator of a cut crank's metal beside its loose triangles; None: nothing is added to them."""
         if self.beside is not None:  # the scan's facets, which the drawing's cuts leave alone
             part = Moments.zero() if self.facets is None else self.correction.part(self.facets.missing)
             whole = self.calibrated + part
@@ -103,7 +103,7 @@ class Crank:
 
     @property
     def patch_moments(self) -> tuple[Moments, ...]:
-        """How much metal may be off at each hole that was closed, rotor frame."""
+        """Metal in doubt at each hole that was closed, rotor frame."""
         frame, density = self.anatomy.file_to_rotor, self.density_g_mm3
         return tuple(
             Moments.point(density * patch.volume_pm_mm3, patch.centre_mm).moved(frame)
@@ -117,7 +117,7 @@ class Crank:
 
     @property
     def mass_pm_g(self) -> float | None:
-        """Within what 95 % of the masses lie that a scan may have been made of; None where it was drawn.
+        """Uncertainty of a scan's mass (95 %) [g]; None where the crank was drawn.
 
         A thin skin lacks metal as facets do: both add up where nothing was measured of it. Density is not in
         it; nor is what a cut crank's scan, whose noise is not known any more, leaves open.
@@ -140,7 +140,7 @@ class Crank:
 
     @property
     def repairs(self) -> tuple[str, ...]:
-        """What had to be done to the mesh, one line each, with what it may cost."""
+        """Repairs of the mesh, one line each, with the unbalance that each may cost."""
         patched = (
             f"{patch.text}; the unbalance may be off by {np.hypot(*off.first_g_mm[:2]):.2g} g·mm for it"
             for patch, off in zip(self.source.patches, self.patch_moments, strict=True)
@@ -153,7 +153,7 @@ class Crank:
         return holds_crankpins(self.anatomy, self.source.solid)
 
     def warnings(self, file: Path | None) -> tuple[str, ...]:
-        """Return what a user should know of the file and the crank in it, one line each."""
+        """Return warnings of the file and the crank in it, one line each."""
         misaligned = misalignment_warning(self.anatomy)
         oval = ovality_warning(self.anatomy, self.source.solid.mesh)
         odd = (odd_size(self.source), misaligned, oval)

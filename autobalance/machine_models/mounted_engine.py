@@ -34,7 +34,7 @@ class PlaceResponse:
 
 @dataclass(frozen=True, eq=False)
 class MountedResponse:
-    """What one balance factor does: places, and the RMS force (k,) of each mount on the frame [N]."""
+    """Response with one balance factor: places, and the RMS force (k,) of each mount on the frame [N]."""
 
     factor: float
     places: tuple[PlaceResponse, ...]

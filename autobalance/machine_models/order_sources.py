@@ -12,7 +12,7 @@ from autobalance.units import RAD_S_PER_RPM
 
 
 def engine_sources(job: Job, crank: Crank, speed_rpm: float | None, max_order: float) -> list[Source]:
-    """Return what a job's moving masses, shafts and firing would give; at its own speed where none is given.
+    """Return the sources of a job's moving masses, shafts and firing; at the job's speed without another.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ STROKE_SLACK_SHARE = 0.005
 def throw_loads(
     anatomy: Anatomy, engine: EngineParts, weights: PartWeights | None = None
 ) -> tuple[ThrowLoad, ...]:
-    """Return what hangs on each throw, its oil too; ``weights`` take the place of the job's parts on all."""
+    """Return the loads on each throw, its oil too; ``weights`` take the place of the job's parts on all."""
     return tuple(
         ThrowLoad(
             _parts(
@@ -44,12 +44,12 @@ def throw_loads(
 
 
 def hung_on(job: Job, anatomy: Anatomy) -> tuple[tuple[ThrowLoad, ...], Moments]:
-    """Return what hangs on each throw of a job's crank, and what else turns with it."""
+    """Return the loads on each throw of a job's crank, and the moments of all else that turns with it."""
     return throw_loads(anatomy, job.engine), beside_throws(job.engine)
 
 
 def fitted_bob_weights_g(job: Job, anatomy: Anatomy, factor: float) -> tuple[float, ...]:
-    """Return what to clamp on each throw where the crank is spun.
+    """Return the bob-weight of each throw that is clamped on where the crank is spun [g].
 
     The bob-weight less a crankpin that is not in the file: on the machine it is in.
     """
@@ -62,7 +62,7 @@ def fitted_bob_weights_g(job: Job, anatomy: Anatomy, factor: float) -> tuple[flo
 
 
 def _parts(weights: PartWeights, throw: ThrowParts, oil_g: float) -> Parts:
-    """Return what hangs on a throw; rods of different weights count with their mean."""
+    """Return the parts on a throw; rods of different weights count with their mean."""
     rotating, reciprocating = total_g(weights.rotating), total_g(weights.reciprocating)
     if throw.links:
         master = throw.rods - len(throw.links)
@@ -74,7 +74,7 @@ def _parts(weights: PartWeights, throw: ThrowParts, oil_g: float) -> Parts:
 
 
 def rod_weights_g(link: LinkRod, rotating_g: float, reciprocating_g: float) -> tuple[float, float]:
-    """Return what turns and what reciprocates of a link rod; the throw's where the job does not say."""
+    """Return rotating and reciprocating weight of a link rod; the throw's where the job has none."""
     return (
         rotating_g if link.rotating_g is None else link.rotating_g,
         reciprocating_g if link.reciprocating_g is None else link.reciprocating_g,
@@ -87,7 +87,7 @@ def total_g(weights: Mapping[str, Weight]) -> float:
 
 
 def beside_throws(engine: EngineParts) -> Moments:
-    """Return what turns with the crank besides its bob-weights: attached rotors, oil that none stands for."""
+    """Return moments beside the bob-weights: attached rotors, and oil that no bob-weight stands for."""
     return attached_moments(engine.attached) + oil_rest(engine)
 
 
@@ -97,7 +97,7 @@ def oil_rest(engine: EngineParts) -> Moments:
 
 
 def attached_moments(attached: tuple[Attached, ...]) -> Moments:
-    """Return what attached rotors add: their mass on the axis, their unbalance at their place."""
+    """Return moments of attached rotors: their mass on the axis, their unbalance at their place."""
     total = Moments.zero()
     for part in attached:
         on_axis = Moments.point(part.mass_g, np.array([0.0, 0.0, part.z_mm]))
@@ -192,7 +192,7 @@ def default_planes_mm(anatomy: Anatomy) -> tuple[float, float] | None:
 
 
 def tolerance_of(job: Job, anatomy: Anatomy, crank: Moments) -> Tolerance:
-    """Return what the residual is judged against.
+    """Return the permissible residual unbalance.
 
     Raises
     ------

@@ -37,7 +37,7 @@ ODD_MASS = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """What readings say of a scan.
+    """Skin, scale and their uncertainty by the readings of a scanned crank.
 
     Attributes
     ----------
@@ -97,18 +97,18 @@ class Scanned:
 
     @property
     def missing(self) -> Moments:
-        """What the facets hide."""
+        """Moments of the metal that the facets hide."""
         return Moments.zero() if self.facets is None else self.facets.missing
 
     @cached_property
     def noise_pm_g(self) -> float:
-        """What noise leaves open of the mass (95 %) [g]."""
+        """Uncertainty of the mass by noise (95 %) [g]."""
         scan = self.anatomy.scan
         return 0.0 if scan is None else mass_noise_g(Patches.of(self.mesh), scan, self.density_g_mm3)
 
     @property
     def mass_pm_g(self) -> float:
-        """What noise and facets leave open of the mass (95 %) [g]."""
+        """Uncertainty of the mass by noise and facets (95 %) [g]."""
         return math.hypot(self.noise_pm_g, 0.0 if self.facets is None else self.facets.mass_bar_g)
 
     @property
@@ -135,7 +135,7 @@ class _Observation:
 
 
 def calibration_of(crank: Scanned, readings: CrankReadings) -> Calibration | None:
-    """Return what the readings of a crank say of its scan; None where nothing was measured.
+    """Return the calibration of a scan by readings of the crank; None where nothing was measured.
 
     Raises
     ------
@@ -250,7 +250,7 @@ def _solved(crank: Scanned, seen: Sequence[_Observation]) -> tuple[Array, Array]
 
 
 def _moved(body: Moments, skin: Moments, values: Array) -> Moments:
-    """Return what skin and scale have put on the moments of a body."""
+    """Return the change of a body's moments by skin and scale."""
     by = float(values[1])
     stretched = Moments(3.0 * by * body.mass_g, 4.0 * by * body.first_g_mm, 5.0 * by * body.second_g_mm2)
     return skin.scaled(float(values[0])) + stretched

@@ -1,4 +1,4 @@
-"""What a scan leaves uncertain: noise that neighbours share, skin, scale, the fitted axis."""
+"""Uncertainty of a scan: noise that neighbours share, skin, scale, the fitted axis."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ONE_AXIS_SIGMAS_95 = 1.96
 
 @dataclass(frozen=True, eq=False)
 class ScanUncertainty:
-    """How far a scan may put the unbalance (95 %).
+    """Uncertainty of the unbalance by the scan (95 %).
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class ScanUncertainty:
 
 
 def _vectors(change: Moments, places: Places) -> Array:
-    """Return what a change does to the resultant and the planes (2 [+ 4])."""
+    """Return the effect of a change on the resultant and the planes (2 [+ 4])."""
     unbalance = Unbalance.of(change)
     planes = () if places is None else unbalance.in_planes(*places)
     return np.concatenate([unbalance.resultant_g_mm, *planes])
@@ -93,7 +93,7 @@ class Patches:
 
     @classmethod
     def of(cls, mesh: Mesh) -> Patches:
-        """Return those of a mesh, in its coordinates."""
+        """Return the patches of a mesh, in its coordinates."""
         area = 0.5 * mesh.doubled_areas
         middle = mesh.vertices.take(mesh.triangles, axis=0).mean(axis=1)
         size = math.sqrt(float(area.sum()) / PATCHES)
@@ -115,7 +115,7 @@ def scan_uncertainty(
     places: Places = None,
     skin_and_scale: Array | None = None,
 ) -> ScanUncertainty:
-    """Return what a scan leaves uncertain of the crank's unbalance.
+    """Return the uncertainty of the crank's unbalance by the scan.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def systematic(accuracy_mm: float, diagonal_mm: float) -> Array:
 
 
 def _levers(surface: Patches, places: Places) -> Array:
-    """Return what a unit of metal at each patch does to resultant and planes (2 [+ 4], p)."""
+    """Return the effect of a unit of metal at each patch on resultant and planes (2 [+ 4], p)."""
     x, y, z = surface.middle.T
     rows = [x, y]
     if places is not None:
@@ -218,7 +218,7 @@ def _lengths(covariance: Array, first: int) -> float:
 
 
 def _of_axis(crank: Moments, fit: ScanFit, places: Places) -> Share:
-    """Return what the standard errors of the axis do: everything lies off it by as much."""
+    """Return the effect of the axis' standard errors: everything lies off it by as much."""
     offset, slope = (
         TWO_AXES_SIGMAS_95 * fit.axis_offset_mm,
         TWO_AXES_SIGMAS_95 * math.radians(fit.axis_angle_deg),

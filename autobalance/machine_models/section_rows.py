@@ -67,7 +67,7 @@ class SectionTable:
         return None if self.tolerance is None else self.tolerance.is_met_by(self.unbalance)
 
     def products_wanted_g_mm(self) -> tuple[tuple[int, Array, Array], ...]:
-        """Return which products the outermost counterweights must have for no force and no couple.
+        """Return products of the outermost counterweights for no force and no couple.
 
         Returns
         -------
@@ -95,7 +95,7 @@ class SectionTable:
 
 
 def _dynamic_place_mm(moments: Moments) -> float:
-    """Return where on the axis an unbalance acts: its moment over it, along it."""
+    """Return the place on the axis at which an unbalance acts: its moment over it, along it."""
     own = Unbalance.of(moments)
     square = float(own.resultant_g_mm @ own.resultant_g_mm)
     return float(own.moment_g_mm2 @ own.resultant_g_mm) / square if square > 0.0 else 0.0

@@ -49,7 +49,7 @@ class ThrowTwist:
 
 @dataclass(frozen=True, eq=False)
 class _BayKey:
-    """What bays alike have in common: sizes and angles; volume, reach to the first crankpin, inertia.
+    """Values that bays of one kind share: sizes and angles; volume, reach to the first crankpin, inertia.
 
     ``softer_per_mm``: share of the twist of a bay that a millimetre of its journals takes.
     """
@@ -76,7 +76,7 @@ class _BayKey:
         )
 
     def lost(self, other: _BayKey) -> float:
-        """Return by how much stiffness may differ from that of another bay, a share.
+        """Return the possible difference of stiffness from another bay's, a share.
 
         As much as the volumes, or as longer journals twist more.
         """

@@ -333,7 +333,7 @@ def _thickness_mm(core: Solid, cell: tuple[Array, Array], web: Web) -> float:
 
 
 def _inertias(job: Job, crank: Crank, stations: _Stations) -> Array:
-    """Return what turns at each station: the crank's metal, crankpin parts, the rods' share [kg m²]."""
+    """Return the inertia of each station: the crank's metal, crankpin parts, the rods' share [kg m²]."""
     anatomy = crank.anatomy
     total = np.zeros(len(stations.names))
     for part in sections(crank.source.solid, anatomy, crank.density_g_mm3):

@@ -1,4 +1,4 @@
-"""What a train suffers: its response to every order, and torque and stress where an order meets a mode."""
+"""Strain of a train: its response to every order, and torque and stress where an order meets a mode."""
 
 from __future__ import annotations
 

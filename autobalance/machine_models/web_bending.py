@@ -1,4 +1,4 @@
-"""How the rods bend a crank's webs before and after its cuts: sections, and finite elements of a throw."""
+"""Bending of a crank's webs by its rods before and after its cuts: sections, and finite elements of a throw."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class ThrowElements:
 
 @dataclass(frozen=True)
 class Bending:
-    """What a force on each crankpin, across the axis, does to the webs."""
+    """Stress in the webs by a force on each crankpin, across the axis."""
 
     force_N: tuple[float, ...]
     webs: tuple[WebBending, ...]

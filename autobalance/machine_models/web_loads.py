@@ -1,4 +1,4 @@
-"""What bends, presses and twists each web and pin of a crank over the cycle, by statics."""
+"""Bending, pressing and twisting of each web and pin of a crank over the cycle, by statics."""
 
 from __future__ import annotations
 

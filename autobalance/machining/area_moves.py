@@ -41,7 +41,7 @@ class Area:
     is_walled: bool
 
     def centres(self, tool: CuttingTool, left_mm: float = 0.0) -> Region:
-        """Return where the mill's axis may be without touching what stands, ``left_mm`` kept on walls."""
+        """Return places of the mill's axis that keep clear of standing metal, ``left_mm`` kept on walls."""
         if self.is_walled:
             return self.floor.spread(-(tool.radius_mm + left_mm))
         return self.floor.spread(FIRST_PASS_OFFSET_RADII * tool.radius_mm) - self.standing.spread(
@@ -49,7 +49,7 @@ class Area:
         )
 
     def reached(self, tool: CuttingTool) -> Region:
-        """Return what of the floor the mill gets at."""
+        """Return the part of the floor that the mill reaches."""
         return self.centres(tool).spread(tool.radius_mm) & self.floor
 
 

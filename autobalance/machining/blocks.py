@@ -1,4 +1,4 @@
-"""What a program makes a machine do, before a post writes it in the machine's dialect."""
+"""Moves and commands of a program, before a post writes them in the machine's dialect."""
 
 from __future__ import annotations
 

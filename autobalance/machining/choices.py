@@ -1,4 +1,4 @@
-"""Which set-up reaches a cut, and which tool of the machine fits it."""
+"""Choice of the set-up that reaches a cut, and of the tool that fits it."""
 
 from __future__ import annotations
 

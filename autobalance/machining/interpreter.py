@@ -19,7 +19,7 @@ IGNORED_G_CODES = {7.0, 17.0, 21.0, 40.0, 49.0, 54.0, 90.0, 94.0, 98.0}
 
 @dataclass(frozen=True)
 class Place:
-    """Where a tool's tip is; None: not known yet. x is as in the word: in a lathe a diameter."""
+    """Place of a tool's tip; None: not known yet. x is as in the word: in a lathe a diameter."""
 
     x: float | None = None
     y: float | None = None

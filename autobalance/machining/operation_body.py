@@ -1,4 +1,4 @@
-"""What an operation takes, as a body in the rotor frame: the report's own, however a tool makes it."""
+"""Metal of an operation, as a body in the rotor frame: the report's own, however a tool makes it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ BEYOND_MM = 1.0
 
 
 def operation_body(operation: Operation) -> Solid:
-    """Return what an operation takes, rotor frame."""
+    """Return the metal of an operation, rotor frame."""
     if isinstance(operation, HoleOperation):
         placement = Axis(operation.entry_mm, operation.inward).placement
         radius = 0.5 * operation.diameter_mm

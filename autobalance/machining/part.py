@@ -1,4 +1,4 @@
-"""What is machined: the crank before and after its cuts, as a verified report has them."""
+"""The crank before and after its cuts, as a verified report has them."""
 
 from __future__ import annotations
 

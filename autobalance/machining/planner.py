@@ -163,7 +163,7 @@ class Planner:
     def _retract_mm(
         self, tool: CuttingTool, pose: Array, entry: tuple[float, float, float], bottom: float
     ) -> float:
-        """Return how low the tip may come in rapid over a hole: tool and holder clear of all metal."""
+        """Return the lowest height of the tip in rapid over a hole: tool and holder clear of all metal."""
         x, y, z = entry
         clear = self.machine.clearance_mm
         reach = widest_mm(tool) + clear + 1.0
@@ -253,7 +253,7 @@ class Planner:
 
 
 def tool_words(tool: CuttingTool) -> str:
-    """Return what a tool is, in a line."""
+    """Return the description of a tool, in a line."""
     if tool.kind == "turning":
         return f"turning tool, nose radius {tool.nose_radius_mm:g}"
     point = f", point {tool.point_deg:g} deg" if tool.is_drill else ""
@@ -261,7 +261,7 @@ def tool_words(tool: CuttingTool) -> str:
 
 
 def cut_words(cut: Listed) -> str:
-    """Return what a cut is, in a line: number, web, angle, depth."""
+    """Return the description of a cut, in a line: number, web, angle, depth."""
     item = cut.item
     web = f", web {item['web']}" if item.get("web") is not None else ""
     angle = "" if isinstance(cut.operation, RimOperation) else f", at {float(item['angle_deg']):.4f} deg"

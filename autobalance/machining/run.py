@@ -72,12 +72,11 @@ class NcRun:
 
     @property
     def zero(self) -> Zero:
-        """Where the machine's zero lies."""
         return self.plan.zero
 
     @property
     def used_share(self) -> float:
-        """Of what is permitted: the residual as simulated."""
+        """Residual as simulated, as a share of the permissible value."""
         return float(self.part.tolerance.used_share(self.residual))
 
     @property
@@ -136,7 +135,7 @@ def head(part: Part, machine: MachineTool, plan: NcPlan, setup: Setup) -> list[s
 
 
 def simulated(part: Part, machine: MachineTool, plan: NcPlan, programs: Sequence[Program]) -> NcRun:
-    """Return what programs do to a part, from their text alone.
+    """Return the effect of programs on a part, from their text alone.
 
     Raises
     ------
@@ -246,7 +245,7 @@ def differences(part: Part, plan: NcPlan, simulation: Simulation) -> tuple[float
 
 
 def time_s(moves: Sequence[Move], machine: MachineTool) -> float:
-    """Return how long a program runs."""
+    """Return the running time of a program."""
     total, tool = 0.0, 0
     for move in moves:
         if move.tool != tool:

@@ -1,4 +1,4 @@
-"""How a crank is held: set-ups, their axes on the rotor, and where the machine's zero lies."""
+"""Clamping of a crank: set-ups, their axes on the rotor, and the machine's zero."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CLAMPING_TEXTS = {
 
 @dataclass(frozen=True)
 class Zero:
-    """Where the machine's zero lies in the rotor frame, and in words what is touched for it."""
+    """The machine's zero in the rotor frame, and in words the datum that is touched for it."""
 
     angle_deg: float
     z_mm: float

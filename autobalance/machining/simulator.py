@@ -59,7 +59,7 @@ class Collision:
 
 @dataclass
 class Simulation:
-    """What programs do: moments taken (density 1) by each cut's number, collisions, what is left."""
+    """Effect of programs: moments taken (density 1) by each cut's number, collisions, metal left."""
 
     stock: Stock
     taken: dict[int | None, Moments] = field(default_factory=dict)
@@ -172,7 +172,7 @@ class Simulator:
     # --- feeds ------------------------------------------------------------------------------------------
 
     def _flush(self, group: _Group | None) -> None:
-        """Cut what a group of feeds cuts; look at shank and holder."""
+        """Cut the metal of a group of feeds; check shank and holder."""
         if group is None or not group.moves:
             return
         feeds = [move for move in group.moves if not move.rapid]
@@ -213,7 +213,7 @@ class Simulator:
         self._cut(group.cut, metal.moved(pose), cutter.moved(pose))
 
     def _drilled(self, segments: Sequence[tuple[float, Array]], tool: CuttingTool) -> Solid:
-        """Return what a drill takes: down to its deepest at each place; moved aside, all that it sweeps."""
+        """Return the metal of a drill: down to its deepest at each place; moved aside, all that it sweeps."""
         deepest: dict[tuple[float, float], float] = {}
         for height, ends in segments:
             for x, y in ends:
@@ -368,7 +368,7 @@ def _levels(segments: Iterable[tuple[float, Array]], top: float) -> list[tuple[f
 
 
 def swept(path: Array, radius_mm: float) -> Region:
-    """Return what a circle that the tool lies in sweeps along straight moves between points (k, 2)."""
+    """Return the area swept by the tool's circle along straight moves between points (k, 2)."""
     return _around([np.stack(pair) for pair in pairwise(path)] or [path], radius_mm * CIRCUMSCRIBED_RATIO)
 
 

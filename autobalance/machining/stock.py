@@ -68,13 +68,13 @@ class Stock:
         return corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1), radius
 
     def reach_mm(self, low_mm: float, high_mm: float) -> float:
-        """Return how far from the axis metal reaches between two z, at most; nothing was cut of it."""
+        """Return the greatest radius of metal between two z; nothing was cut of it."""
         low, high, radius = self._profile
         return float(radius[(high >= low_mm) & (low <= high_mm)].max(initial=0.0))
 
     @property
     def greatest_radius_mm(self) -> float:
-        """How far from the axis metal reaches anywhere."""
+        """Greatest radius of metal anywhere."""
         return float(self._profile[2].max())
 
     @property
@@ -83,7 +83,7 @@ class Stock:
         return float(self._profile[0].min()), float(self._profile[1].max())
 
     def part_at(self, place: Array) -> str:
-        """Return what of the crank is at a place (3,) in the rotor frame, for messages."""
+        """Return the name of the crank's part at a place (3,) in the rotor frame, for messages."""
         z = float(place[2])
         for web in self.anatomy.webs:
             if web.z_min_mm - 0.1 <= z <= web.z_max_mm + 0.1:
@@ -97,7 +97,7 @@ def disc(radius_mm: float, x: float, y: float) -> Region:
 
 
 def strip(begin: Array, end: Array, radius_mm: float) -> Region:
-    """Return what a round tool passes over on a straight way between two places (2,)."""
+    """Return the area under a round tool on a straight way between two places (2,)."""
     ends = disc(radius_mm, *begin.tolist()) + disc(radius_mm, *end.tolist())
     along = end - begin
     if not along.any():

@@ -37,5 +37,5 @@ def widest_mm(tool: CuttingTool) -> float:
 
 
 def length_mm(tool: CuttingTool) -> float:
-    """Return how far tool and holder reach from the tip."""
+    """Return the length of tool and holder from the tip."""
     return tool.stick_out_mm + sum(length for _, length in tool.holder)

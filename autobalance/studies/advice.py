@@ -1,4 +1,4 @@
-"""Which ± to make smaller, and how much, so that enough cranks are within tolerance."""
+"""Reduction of each ± by which enough cranks would be within tolerance."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class AdviceStep:
 
 
 def advise(model: LinearModel, deviations: Mapping[str, Array], target: float) -> list[AdviceStep]:
-    """Return what each cause would have to be for the share of cranks within to reach ``target``.
+    """Return the uncertainty of each cause at which the share of cranks within reaches ``target``.
 
     The same drawn cranks are judged again with one cause's deviations made smaller. Best first: what has to
     change least, then what would help most without being enough.

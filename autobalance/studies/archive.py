@@ -146,7 +146,7 @@ def _last_stages(entries: Mapping[str, dict[str, Any]]) -> Iterator[JobRow]:
 
 
 def _index_of(folder: Path) -> dict[str, tuple[int, int, dict[str, Any] | None]]:
-    """Return what the index knows; nothing where there is none, or none of ours."""
+    """Return the entries of the index; none where there is no index, or none of ours."""
     path = folder / INDEX
     if not path.is_file():
         return {}

@@ -43,7 +43,7 @@ class Causes:
 
 
 def causes_of(plan: Plan) -> Causes:
-    """Return what is uncertain about cranks made to a plan.
+    """Return the causes of uncertainty of cranks made to a plan.
 
     Raises
     ------
@@ -197,7 +197,7 @@ class _Collected:
             self._add(Draw(DEPTH, label, "mm", pm, self.job.study.distribution, effect, cut.depth_mm))
 
     def holes(self) -> None:
-        """Add where each hole or slug lies, and how each drill wanders."""
+        """Add the place of each hole or slug, and the wander of each drill."""
         options = self.job.study
         holes = [cut for cut in self.plan.result.corrections if KINDS[cut.kind].has_axis]
         for number, hole in enumerate(holes, 1):
@@ -230,7 +230,7 @@ class _Collected:
                 )
 
     def journals(self) -> None:
-        """Add how far each of the outermost main journals lies off the axis."""
+        """Add the run-out of each of the outermost main journals."""
         options, journals = self.job.study, self.anatomy.main_journals
         if not options.journal_pm_mm > 0.0:
             return

@@ -1,4 +1,4 @@
-"""What a batch has done, on disk: a line a row, and a folder that one batch at a time holds."""
+"""Journal of a batch on disk: a line a row, and a folder that one batch at a time holds."""
 
 from __future__ import annotations
 

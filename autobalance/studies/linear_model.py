@@ -1,4 +1,4 @@
-"""What each uncertain thing changes of a crank's unbalance, to first order: effects that add.
+"""Effect of each uncertain number on a crank's unbalance, to first order: effects that add.
 
 The state of a crank is (Uₓ, U_y, Pₓ, P_y), the resultant [g·mm] and the moment about z = 0 [g·mm²].
 """
@@ -204,7 +204,7 @@ def linear_spread_g_mm(covariance: Array) -> float:
 
 @dataclass(frozen=True)
 class Contribution:
-    """What one cause makes of the spread."""
+    """Part of one cause in the spread."""
 
     name: str
     pm: float

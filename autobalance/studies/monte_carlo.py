@@ -36,7 +36,7 @@ DEFAULT_TARGET = 0.95
 
 @dataclass(frozen=True)
 class Sampler:
-    """How many cranks are drawn, and how."""
+    """Number of cranks drawn, and the method."""
 
     samples: int = 10_000
     seed: int = 1
@@ -46,7 +46,7 @@ class Sampler:
 
 @dataclass(frozen=True)
 class ModelCheck:
-    """How far the linear model is off cranks that were cut and measured."""
+    """Difference of the linear model from cranks that were cut and measured."""
 
     checked: int
     greatest_error_g_mm: float | None
@@ -73,7 +73,7 @@ class StudyPercentiles:
 
 @dataclass(frozen=True, eq=False)
 class StudyAnswer:
-    """What a study found.
+    """Result of a study.
 
     ``states`` (n, 4) and ``deviations`` (label → (n, 1) or (n, 2)) are of the drawn cranks; ``factors`` (n,)
     are their balance factors, None where the crank has none.
@@ -94,7 +94,7 @@ class StudyAnswer:
 
     @property
     def within(self) -> int:
-        """How many cranks are within tolerance."""
+        """Number of cranks within tolerance."""
         return int((self.shares <= 1.0).sum())
 
     @property

@@ -31,7 +31,7 @@ class Plan:
 
     @property
     def beside(self) -> Unbalance:
-        """What a balancing machine read besides all that is known of the crank; nothing where none did."""
+        """Unbalance read by a balancing machine beside all that is known of the crank; none without one."""
         loads = rotor_from_job.throw_loads(self.crank.anatomy, self.job.engine)
         known = bob_weight_moments(loads, self.rotor.factor)
         known = known + rotor_from_job.beside_throws(self.job.engine)

@@ -1,4 +1,4 @@
-"""How the key figures of a crank follow each uncertain number: from −pm to +pm, all others as planned."""
+"""Key figures of a crank over each uncertain number: from −pm to +pm, all others as planned."""
 
 from __future__ import annotations
 

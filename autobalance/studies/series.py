@@ -111,7 +111,7 @@ def _scatter(vectors: Array) -> float:
 
 
 def _drift(vectors: Array) -> tuple[float, float | None] | None:
-    """Return how far the mean of the second half lies from that of the first, and over its standard error."""
+    """Return the shift of the mean from the first half to the second, and that over its standard error."""
     if len(vectors) < 4:
         return None
     first, second = np.array_split(vectors, 2)

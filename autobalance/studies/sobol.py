@@ -29,7 +29,7 @@ LINEAR = 0.02
 
 @dataclass(frozen=True)
 class SobolShare:
-    """What one cause makes of the variance alone, and together with others."""
+    """Part of one cause in the variance, alone and together with others."""
 
     name: str
     first: float

@@ -48,5 +48,5 @@ class Percentiles:
 
     @classmethod
     def of(cls, values: Array) -> Self:
-        """Return those of a sample (n,)."""
+        """Return the percentiles of a sample (n,)."""
         return cls(*(float(each) for each in np.percentile(values, PERCENTILES)))

@@ -56,7 +56,7 @@ Work = Callable[[Any], Any]
 
 
 class Workers(Protocol):
-    """What runs tasks."""
+    """Pool or cluster that runs tasks."""
 
     def run(self, work: Work, tasks: Sequence[Any]) -> Iterator[Done]:
         """Yield the end of each task, in the order in which they end.
@@ -67,7 +67,7 @@ class Workers(Protocol):
 
 
 def available_cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     with suppress(AttributeError):  # not on every system
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -257,7 +257,7 @@ def _check_versions(client: Any, address: str) -> None:
 
 
 def version_asker() -> Callable[[], str | None]:
-    """Return what asks a worker for its version of this package (None: it has none).
+    """Return a function that asks a worker for its version of this package (None: it has none).
 
     A function within a function is sent by value, so that a worker without this package can run it.
     """

@@ -1,4 +1,4 @@
-"""Verbs that cut nothing, as the page offers them: what each reads, its keys and options as forms."""
+"""Verbs that cut nothing, as the page offers them: input, keys and options of each as forms."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from autobalance.web_app.project import Project
 
 @dataclass(frozen=True)
 class Analysis:
-    """What a verb reads: the page's job, a separate file (the name of its schema), or records."""
+    """Input of a verb: the page's job, a separate file (the name of its schema), or records."""
 
     job: bool = False
     schema: str = ""
@@ -173,7 +173,7 @@ def _value(parameter: Parameter, value: Any, project: Project) -> Any:
 
 
 def outside(name: Any, where: str, project: Project, seen: tuple[str, ...] = ()) -> str:
-    """Return what is wrong with the name of a file: it, or one that it names, is none of the project's."""
+    """Return an error where a file, or one that it names, is none of the project's; else ""."""
     path = project.file(name) if isinstance(name, str) else None
     if path is None:
         return f"{where} must be the name of a file in the project"
@@ -189,7 +189,7 @@ def outside(name: Any, where: str, project: Project, seen: tuple[str, ...] = ())
 
 
 def wrong_request(verb: str, values: Mapping[str, Any], project: Project) -> str:
-    """Return what is wrong with what an analysis is asked, if anything is; the job is not looked into."""
+    """Return the error in an analysis' request, "" where there is none; the job is not looked into."""
     analysis, options = ANALYSES[verb], values.get("options", {})
     parts = {"job": analysis.job, "file": bool(analysis.schema)}
     reads = [name for name, is_read in parts.items() if is_read]

@@ -1,4 +1,4 @@
-"""What every endpoint needs: bodies read within limits, errors of one line."""
+"""Helpers of every endpoint: bodies read within limits, errors of one line."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def _fields(keys: tuple[Key, ...], path: str) -> Iterator[Form]:
 
 
 def _field(key: Key) -> Form:
-    """Return what one key is: a plain value, rows of a table, or values by free names."""
+    """Return the form of one key: a plain value, rows of a table, or values by free names."""
     plain = key.default is not REQUIRED and key.default is not FILLED and key.default is not None
     says, verbs = _plain(key.says), list(key.read_by)
     form = {"unit": key.unit, "choices": [], "default": "", "says": says, "verbs": verbs}
@@ -98,7 +98,7 @@ def _field(key: Key) -> Form:
 
 
 def _plain(says: str) -> str:
-    """Return what a key means without the links that lead on in the documentation."""
+    """Return the meaning of a key without links into the documentation."""
     return in_plain_text(re.sub(r"[:;,]? see \[[^\]]*\]\([^)]*\)", "", says))
 
 

@@ -1,4 +1,4 @@
-"""What stands before every request: host, origin, token; and the headers of every answer."""
+"""Checks before every request: host, origin, token; and the headers of every answer."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class Live:
         ]
 
     async def kinds(self, _: Request) -> Response:
-        """Return what forms are made of: kinds and tables with their keys, usual parts, presets."""
+        """Return the source of the page's forms: kinds and tables with their keys, usual parts, presets."""
         from autobalance.crank.parametric.design import PRESETS
         from autobalance.engine.grade import GRADES
         from autobalance.job.template import USUAL_PARTS
@@ -59,7 +59,7 @@ class Live:
         return JSONResponse({**made_of, "presets": list(PRESETS), "analyses": offered})
 
     async def index_test(self, request: Request) -> Response:
-        """Return what of two readings is the crank's, and what its tooling's."""
+        """Return the parts of two readings that are the crank's, and its tooling's."""
         from dataclasses import asdict
 
         from autobalance.theory.machines import index_test
@@ -77,7 +77,7 @@ class Live:
             return refused(str(error), 400)
 
     async def asked(self, request: Request) -> Response:
-        """Return what a run was asked for."""
+        """Return the request of a run."""
         result = self._runs.asked(request.path_params["run"])
         return refused("there is no such run", 404) if result is None else JSONResponse(result)
 
@@ -90,7 +90,7 @@ class Live:
         return self._own(request.path_params["run"], VIEW)
 
     async def model(self, request: Request) -> Response:
-        """Give what a run left for the page: what was found out, or the linear model of its cuts."""
+        """Return a run's data for the page: the recognised crank, or the linear model of its cuts."""
         return self._own(request.path_params["run"], MODEL)
 
     async def paper(self, request: Request) -> Response:
@@ -100,7 +100,7 @@ class Live:
         return file_of(self._project.own(run, name) if name in papers else None, name)
 
     async def cards(self, request: Request) -> Response:
-        """Return what is compared so far: rows as in the report, and of which a picture is there."""
+        """Return the kinds compared so far: rows as in the report, and the names of those with a picture."""
         return JSONResponse(self._json(request, CARDS) or {"rows": [], "pictures": []})
 
     async def card(self, request: Request) -> Response:
@@ -109,7 +109,7 @@ class Live:
         return file_of(self._project.own(request.path_params["run"], name) if name.endswith(".png") else None)
 
     async def predict(self, request: Request) -> Response:
-        """Predict what other depths and turns of a result's cuts would leave."""
+        """Predict the residual of other depths and turns of a result's cuts."""
         model, values = self._json(request, MODEL), await body_of(request)
         if model is None or "cuts" not in model:
             return file_of(None)
@@ -122,7 +122,7 @@ class Live:
             return refused(str(error), 400)
 
     async def preview(self, request: Request) -> Response:
-        """Return what a job's weights do to the crank of an inspection, or why that is not known yet."""
+        """Return the effect of a job's weights on an inspected crank, or the reason why it is not known yet."""
         path, values = self._project.result(request.path_params["run"], REPORT), await body_of(request)
         if path is None:
             return file_of(None)

@@ -77,7 +77,7 @@ def _same(one: Pin, other: Pin) -> bool:
 
 
 class _Marks:
-    """Collects which triangle belongs to which part; the first that claims one has it."""
+    """Collects the part of each triangle; the first part that claims one has it."""
 
     def __init__(self, corners: Array, triangles: Indices) -> None:
         self.corners, self.triangles = corners, triangles

@@ -44,7 +44,7 @@ def view_of(source: Crank | BalanceResult) -> Any:
 
 
 def buffer_of(source: Crank | BalanceResult) -> tuple[str, bytes]:
-    """Return what the page would be sent: its kind, ``crank`` or ``result``, and the buffer."""
+    """Return the kind, ``crank`` or ``result``, and the buffer that the page would be sent."""
     from autobalance.api.balance import BalanceResult
     from autobalance.web_app.meshes import recognised_mesh, result_view
 

@@ -1,4 +1,4 @@
-"""What is named on the command line, or dropped on the page, becomes part of the project."""
+"""Files named on the command line, or dropped on the page, as part of the project."""
 
 from __future__ import annotations
 

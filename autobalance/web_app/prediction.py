@@ -1,4 +1,4 @@
-"""What other depths and places of the cuts would leave: a linear model about a result that was measured."""
+"""Residual of other depths and places of the cuts: a linear model about a result that was measured."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TURNS_DEG = 60.0
 
 
 def linear_model(result: BalanceResult) -> Values:
-    """Return what `predicted` needs of a result: every cut's effect and its slope with the depth.
+    """Return the input of `predicted` from a result: every cut's effect and its slope with the depth.
 
     Effects are those of the kinds of correction themselves; ``may_turn`` is which cuts have a place of
     their own on the rim, so that they may stand at another angle.
@@ -82,7 +82,7 @@ def _drills(cut: Any, listed: Mapping[str, Any]) -> list[Values]:
 
 
 def _grip(listed: Mapping[str, Any], depth_mm: float) -> Values:
-    """Return where a cut begins and which way it goes deeper, rotor frame: what a hand takes hold of.
+    """Return the start of a cut and its direction, rotor frame: the handle that is dragged.
 
     ``rim_mm`` is the radius of a rim that shrinks with the depth, None for cuts that go one way.
     """
@@ -127,7 +127,7 @@ def predicted(
     turns_deg: Sequence[Any] = (),
     diameters_mm: Sequence[Any] = (),
 ) -> Values:
-    """Return what other depths, drills, and cuts turned about the axis would leave: predicted, not measured.
+    """Return the residual of other depths, drills, and cuts turned about the axis: predicted, not measured.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What every run needs, loaded once: runs are copies of a process that imported this."""
+"""Modules of every run, loaded once: runs are copies of a process that imported this."""
 
 from __future__ import annotations
 

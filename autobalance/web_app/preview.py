@@ -1,4 +1,4 @@
-"""What a job's weights do to a crank that was opened: shown as one types, before anything is planned."""
+"""Effect of a job's weights on a crank that was opened: shown as one types, before anything is planned."""
 
 from __future__ import annotations
 

@@ -63,11 +63,11 @@ class Project:
         return sorted(path.name for path in self.folder.iterdir() if self.file(path.name) is not None)
 
     def run_folder(self, run: str) -> Path:
-        """Return where the results of a run go: what its command writes and nothing else."""
+        """Return the folder of a run's results: the files of its command and nothing else."""
         return self.folder / RUNS / run
 
     def own_folder(self, run: str) -> Path:
-        """Return where the page's own files of a run go."""
+        """Return the folder of the page's own files of a run."""
         return self.folder / APP_FOLDER / run
 
     def as_named(self, message: str) -> str:

@@ -94,7 +94,7 @@ class Runs:
         return None if run is None else self._state(run)
 
     def asked(self, run_id: str) -> dict[str, Any] | None:
-        """Return what a run was asked; None where there is none."""
+        """Return the request of a run; None where there is no such run."""
         run = self._runs.get(run_id)
         return None if run is None else run.asked
 
@@ -132,7 +132,7 @@ class Runs:
             thread.join(timeout=3.0)
 
     def prepare(self) -> None:
-        """Load what runs need before the first is asked for."""
+        """Load the modules of runs before the first is asked for."""
         if not self._loaded:
             thread = threading.Thread(target=self._load, daemon=True)
             self._threads.append(thread)
@@ -269,7 +269,7 @@ def _deaf_to_ctrl_c() -> None:
 
 
 def processes() -> SpawnContext | ForkServerContext:
-    """Return how processes are started: as copies of one that has loaded what runs need, if possible."""
+    """Return the start method of processes: copies of one that has loaded the modules, if possible."""
     if sys.platform == "win32":
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")

@@ -129,13 +129,13 @@ class Pages:
         return Response(asset(room, path), media_type=kind)
 
     async def health(self, _: Request) -> Response:
-        """Say that the server is there."""
+        """Answer that the server is there."""
         return JSONResponse({"ok": True, "version": __version__})
 
     # --- the project ----------------------------------------------------------------------------------------
 
     async def project(self, _: Request) -> Response:
-        """Return what the project holds: files, the job as text and as tables."""
+        """Return the project: its files, the job as text and as tables."""
         path = self._project.file(JOB)
         text = "" if path is None else path.read_text(encoding="utf-8", errors="replace")
         return JSONResponse(
@@ -255,7 +255,7 @@ class Pages:
         return refused(wrong, 400) if wrong else JSONResponse({"id": self._runs.start(verb, values)}, 202)
 
     def _wrong_job(self, values: dict[str, Any]) -> str:
-        """Return what is wrong with a job, if anything is: its files are the project's own."""
+        """Return the error in a job, "" where there is none: its files are the project's own."""
         job = values.get("job")
         if set(values) - {"job"}:
             return 'the body must be {"verb": ..., "job": {...}}'
@@ -269,13 +269,13 @@ class Pages:
         return ""
 
     def _wrong_reading(self, values: dict[str, Any]) -> str:
-        """Return what is wrong with a reading on the result of a run, if anything is."""
+        """Return the error in a reading on the result of a run, "" where there is none."""
         if set(values) - {"run", "reading", "trust_reading"} or not isinstance(values.get("reading"), dict):
             return 'the body must be {"verb": "recut", "run": ..., "reading": {...}}'
         return self._wrong_result(values)
 
     def _wrong_machine(self, values: dict[str, Any]) -> str:
-        """Return what is wrong with a machine file for the result of a run, if anything is."""
+        """Return the error in a machine file for the result of a run, "" where there is none."""
         if set(values) - {"run", "machine"} or not isinstance(values.get("machine"), str):
             return 'the body must be {"verb": "nc", "run": ..., "machine": "text of a machine file"}'
         return self._wrong_result(values)

@@ -1,4 +1,4 @@
-"""What runs in a separate process: one verb on one job, its progress sent through a pipe."""
+"""The work of a separate process: one verb on one job, its progress sent through a pipe."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ Asked = dict[str, Any]
 
 @dataclass(frozen=True)
 class Place:
-    """Where a run finds its files and leaves its results; ``own`` is for the page alone."""
+    """Folders of a run's files and results; ``own`` is for the page alone."""
 
     project: Path
     results: Path
@@ -172,7 +172,7 @@ def _nc(request: Asked, place: Place, notify: Progress) -> int:
 
 
 def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
-    """Write what the command writes, and what the page shows of it."""
+    """Write the command's files, and the page's view of them."""
     from autobalance.web_app.meshes import result_view
     from autobalance.web_app.prediction import linear_model
 
@@ -284,7 +284,7 @@ def _picture(result: BalanceResult) -> bytes:
 
 
 def _analysed(verb: str) -> Callable[[Asked, Place, Progress], int]:
-    """Return what runs an analysis: of the page's job, of a separate file, or of records."""
+    """Return a function that runs an analysis: of the page's job, of a separate file, or of records."""
 
     def run(request: Asked, place: Place, notify: Progress) -> int:
         import autobalance as ab
@@ -306,7 +306,7 @@ def _analysed(verb: str) -> Callable[[Asked, Place, Progress], int]:
 
 
 def _subject(verb: str, request: Asked, folder: Path) -> tuple[Any, ...]:
-    """Return what an analysis is of: a job, a file, a file beside a job; nothing where an option names it."""
+    """Return the subject of an analysis: a job, a file, a file beside a job; none where an option names it."""
     from autobalance.job import Job
 
     match ANALYSES[verb].reads:

@@ -55,7 +55,7 @@ class HoleTrace:
 
     @property
     def takes_metal(self) -> bool:
-        """Whether it is bored."""
+        """True where metal is bored away, False where a hole is filled."""
         return not self.item.get("fills_a_hole")
 
     @property

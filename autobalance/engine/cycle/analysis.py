@@ -1,4 +1,4 @@
-"""What a cycle does at one speed: torque and its orders, uneven speed, loads of every pin and bearing."""
+"""A cycle at one speed: torque and its orders, uneven speed, loads of every pin and bearing."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class CycleAnalysis:
 
     @property
     def inertia_n_m(self) -> Array:
-        """What rods and pistons do to the crank, −½ J′ Ω² (n,) [N·m]."""
+        """Torque of rods and pistons on the crank, −½ J′ Ω² (n,) [N·m]."""
         return -self.loads.torque_n_m
 
     @cached_property

@@ -53,15 +53,15 @@ class ClosedPart(Protocol):
 
     @property
     def from_rad(self) -> float:
-        """Where the intake closes [rad]."""
+        """Angle at which the intake closes [rad]."""
 
     @property
     def to_rad(self) -> float:
-        """Where the exhaust opens [rad]."""
+        """Angle at which the exhaust opens [rad]."""
 
     @property
     def corners_rad(self) -> tuple[float, ...]:
-        """Angles where the pressure bends sharply [rad]."""
+        """Corners of the pressure's curve [rad]."""
 
     @property
     def work_n_mm(self) -> float:
@@ -69,7 +69,7 @@ class ClosedPart(Protocol):
 
     @property
     def wall_heat_n_mm(self) -> float:
-        """Heat that the walls took [N·mm]."""
+        """Heat lost to the walls [N·mm]."""
 
     def pressure_mpa(self, after_top_rad: Array, volume_mm3: Array) -> Array:
         """Return the pressure at angles inside, whose volumes are known [MPa]."""
@@ -124,7 +124,7 @@ class AdiabaticPart:
 
     @property
     def corners_rad(self) -> tuple[float, ...]:
-        """Angles where the pressure bends sharply [rad]."""
+        """Corners of the pressure's curve [rad]."""
         return burn_corners_rad(self.heat, self.from_rad, self.to_rad)
 
     def pressure_mpa(self, after_top_rad: Array, volume_mm3: Array) -> Array:
@@ -146,7 +146,7 @@ class AdiabaticPart:
 
     @property
     def work_n_mm(self) -> float:
-        """Heat that came out, less the rise of p V/(γ − 1), the inner energy [N·mm]."""
+        """Heat released, less the rise of p V/(γ − 1), the inner energy [N·mm]."""
         ends = np.array([self.from_rad, self.to_rad])
         volume = self.chamber.volume_mm3(ends)
         inner = self.pressure_mpa(ends, volume) * volume / (self.charge.gamma - 1.0)

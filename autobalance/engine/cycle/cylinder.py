@@ -33,7 +33,7 @@ def span_rad(strokes: Strokes) -> float:
 
 @dataclass(frozen=True)
 class GasExchange:
-    """What surrounds the closed part.
+    """Pressures and angles of gas exchange, outside of the closed part.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class GasExchange:
     crankcase_mm3: float | None = None
 
     def closed_ends_rad(self, chamber: Chamber) -> tuple[float, float]:
-        """Return where the closed part begins and ends.
+        """Return beginning and end of the closed part.
 
         Raises
         ------
@@ -190,7 +190,7 @@ class CylinderCycle:
 
     @cached_property
     def jumps_rad(self) -> tuple[float, ...]:
-        """Angles where the pressure jumps or bends sharply, one cycle's [rad]."""
+        """Jumps and corners of the pressure's curve over a cycle [rad]."""
         low, high = self.known_rad
         corners = [low, high, *(self.part.corners_rad if self.part is not None else ())]
         if self.exchange.strokes == 4:
@@ -323,7 +323,7 @@ class CylinderCycle:
         return float(np.std(self.trace.pressure_mpa @ shares) / self.chamber.swept_mm3)
 
     def _work_shares_mm3(self, trace: Trace) -> Array:
-        """Return what each row's pressure adds to ∮ p dV, linear between rows (n,) [mm³]."""
+        """Return the weight of each row's pressure in ∮ p dV, linear between rows (n,) [mm³]."""
         edges = np.append(trace.angle_rad, trace.angle_rad[0] + trace.span_rad)
         panels = Panels.between(edges, 5)
         _, slope = self.chamber.volume_and_slope(panels.nodes_rad)

@@ -1,4 +1,4 @@
-"""What the balance factor costs: loads and friction of ideal cranks, and the engine's key figures.
+"""Loads and friction of ideal cranks by balance factor, and the engine's key figures.
 
 An ideal crank has, in the plane of each throw and opposite to it, just the product n (m_rot + f m_rec) r of
 its n rods, and no other unbalance.
@@ -72,7 +72,7 @@ class MainLoads:
         return cls(firing, firing.parts)
 
     def crank_n(self, factor: float | None) -> Complex:
-        """Return what a crank of a factor (None: the crank as it is) does to each main at 1 rad/s [N]."""
+        """Return the force of a crank of a factor (None: the crank as it is) on each main at 1 rad/s [N]."""
         if factor is None:
             return self.parts.crank_n
         return pulls_at_mains_n(ideal_counterweights(self.firing, factor), self.firing.mains_z_mm)
@@ -108,7 +108,7 @@ def factor_rows(firing: FiringEngine, factors: Sequence[float], speed_rad_s: flo
 
 @dataclass(frozen=True)
 class KeyFigures:
-    """How an engine answers.
+    """Key figures of an engine's response.
 
     Attributes
     ----------

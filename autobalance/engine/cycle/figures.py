@@ -1,4 +1,4 @@
-"""What a cycle comes to, as records: cylinders, torque, speed, loads, factors, key figures."""
+"""Results of a cycle as records: cylinders, torque, speed, loads, factors, key figures."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class CycleTorque:
 
 @record
 class RunUpPoint:
-    """When the unloaded engine passes a speed."""
+    """Time at which the unloaded engine passes a speed."""
 
     speed_rad_s: Rpm
     time_s: float
@@ -112,7 +112,7 @@ class RunUpPoint:
 
 @record
 class CycleSpeed:
-    """How unevenly the engine turns, and how it speeds up; None where friction holds it."""
+    """Fluctuation of the speed, and the run-up; None where friction holds the engine."""
 
     mean_rad_s: Rpm | None
     fluctuation: float | None
@@ -191,7 +191,7 @@ class ShareFigures:
 
 @record
 class KeyFigureTable:
-    """What factor, inertia and reciprocating mass do to the key figures."""
+    """Key figures by balance factor, inertia and reciprocating mass."""
 
     factor: Sequence[FactorFigures]
     inertia: Sequence[ShareFigures]
@@ -200,7 +200,7 @@ class KeyFigureTable:
 
 @record
 class CycleSummary:
-    """What a cycle comes to at its speed."""
+    """Summary of a cycle at its speed."""
 
     strokes: int
     firing_rad: Sequence[Degrees]

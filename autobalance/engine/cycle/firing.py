@@ -1,4 +1,4 @@
-"""When each cylinder fires: from a firing order, or checked against given angles."""
+"""Firing angle of each cylinder: from a firing order, or checked against given angles."""
 
 from __future__ import annotations
 

@@ -202,7 +202,7 @@ def as_complex(vectors: Array) -> Complex:
 
 
 def pulls_at_mains_n(pieces: Sequence[CrankUnbalance], mains_z_mm: Sequence[float]) -> Complex:
-    """Return what unbalances do to each main at 1 rad/s, x + iy in the rotor frame (m,) [N]."""
+    """Return the forces of unbalances on each main at 1 rad/s, x + iy in the rotor frame (m,) [N]."""
     total = np.zeros(len(mains_z_mm), dtype=np.complex128)
     for piece in pieces:
         total += lever_shares(piece.z_mm, mains_z_mm) * complex(*piece.unbalance_g_mm)

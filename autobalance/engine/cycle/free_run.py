@@ -41,7 +41,7 @@ class FreeRun:
 def free_run(
     firing: FiringEngine, factor: float | None, start_rad_s: float, end_rad_s: float
 ) -> FreeRun | None:
-    """Return how an engine speeds up by itself; None where friction keeps it from the last speed.
+    """Return the unloaded run-up of an engine; None where friction keeps it from the last speed.
 
     d(½ J θ̇²)/dθ = T_gas(θ) − T_f: energy is kept from angle to angle, time is ∫ dθ/θ̇. Friction is its mean
     over the cycle at the speed there.

@@ -13,7 +13,7 @@ from autobalance.types import Array
 
 @dataclass(frozen=True)
 class Friction:
-    """What turning costs.
+    """Friction of pistons, bearings and windage.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Friction:
     chen_flynn: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
     def main_lever_mm(self, diameters_mm: Sequence[float]) -> Array:
-        """Return what turns each main's load into its friction torque, d/2 μ/√(1 + μ²) (m,) [mm].
+        """Return the lever of each main's friction torque over its load, d/2 μ/√(1 + μ²) (m,) [mm].
 
         References
         ----------

@@ -55,7 +55,7 @@ class Pendulum:
 
     @property
     def widest_swing_rad(self) -> float:
-        """Swing that the path allows: to its cusp, s = ρ/(n √(n² + 1)), or a quarter turn [rad]."""
+        """Greatest swing on the path: to its cusp, s = ρ/(n √(n² + 1)), or a quarter turn [rad]."""
         if self.path == "circular":
             return 0.5 * math.pi
         reach = (self.distance_mm + self.length_mm) / (self.order * math.sqrt(self.order**2 + 1.0))
@@ -87,5 +87,5 @@ class Pendulum:
         return torque_n_m / self.torque_n_m(1.0, swing_rad, speed_rad_s)
 
     def inertia_g_mm2(self, mass_g: float) -> float:
-        """Return what the mass adds to the crank's inertia, m (R + L)² [g·mm²]."""
+        """Return the mass's part of the crank's inertia, m (R + L)² [g·mm²]."""
         return mass_g * (self.distance_mm + self.length_mm) ** 2

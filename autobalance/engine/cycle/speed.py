@@ -144,7 +144,7 @@ def flywheel_needed_g_mm2(fluctuation: Callable[[float], float | None], target: 
 def run_up_s(
     surplus_n_m: Callable[[float], float], mean_inertia_g_mm2: float, speeds_rad_s: Array
 ) -> Array | None:
-    """Return when the unloaded engine passes each speed of a rising list, ∫ J̄/T dΩ (n,) [s].
+    """Return the times at which the unloaded engine passes rising speeds, ∫ J̄/T dΩ (n,) [s].
 
     Parameters
     ----------

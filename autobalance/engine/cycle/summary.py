@@ -53,7 +53,7 @@ def cycle_summary(
     fluctuation: float | None,
     least_film_mm: Sequence[float | None] | None = None,
 ) -> CycleSummary:
-    """Return what a cycle comes to.
+    """Return the summary of a cycle.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def _speed(cycle: CycleAnalysis, fluctuation: float | None) -> CycleSpeed:
 
 
 def _run_up(cycle: CycleAnalysis) -> list[RunUpPoint] | None:
-    """Return when the unloaded engine passes each fifth of its speed; None where friction holds it."""
+    """Return times of the unloaded engine at each fifth of its speed; None where friction holds it."""
     speeds = np.linspace(RUN_UP_FROM, 1.0, 5) * cycle.speed_rad_s
     mains = MainLoads.of(cycle.firing)
     times = run_up_s(lambda speed: mains.surplus_n_m(None, speed), cycle.mean_inertia_g_mm2, speeds)

@@ -89,7 +89,7 @@ class SolvedPart:
 
     @property
     def corners_rad(self) -> tuple[float, ...]:
-        """Angles where the pressure bends sharply [rad]."""
+        """Corners of the pressure's curve [rad]."""
         return burn_corners_rad(self.heat, self.from_rad, self.to_rad)
 
     def pressure_mpa(self, after_top_rad: Array, volume_mm3: Array) -> Array:

@@ -1,4 +1,4 @@
-"""What every dialect shares: metric and absolute words, one comment a cut, cycles for holes."""
+"""Common part of the dialects: metric and absolute words, one comment a cut, cycles for holes."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ class Post(ABC):
 
     @abstractmethod
     def head(self, number: int) -> list[str]:
-        """Return what stands before the first comment; ``number`` is that of the program."""
+        """Return the lines before the first comment; ``number`` is that of the program."""
 
     @abstractmethod
     def tail(self) -> list[str]:
-        """Return what stands after ``M30``."""
+        """Return the lines after ``M30``."""
 
     def refuse_codes(self) -> None:
         """Refuse codes of the machine's file that the dialect does not know.
@@ -72,7 +72,7 @@ class Post(ABC):
         return "\n".join([*lines, "M30", *self.tail()]) + "\n"
 
     def diameters(self) -> list[str]:
-        """Return what makes the machine take X words as diameters."""
+        """Return the lines that make the machine take X words as diameters."""
         return []
 
     def lines(self, block: Block) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""What `inspect --against` says: how a crank differs from its drawing."""
+"""Deviation of a crank from its drawing, of `inspect --against`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,6 @@ class Against:
 
     @classmethod
     def of(cls, against: AgainstDrawing) -> Self:
-        """Return that of a crank held against another."""
         return cls(
             file=against.file,
             mean_mm=against.mean_mm,

@@ -65,7 +65,7 @@ class InitReport(Head):
 
 @record
 class CalcReport(Head):
-    """What a formula gives."""
+    """Result of a formula."""
 
     command: Literal["calc"] = "calc"
     name: str

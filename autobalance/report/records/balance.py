@@ -1,4 +1,4 @@
-"""What a report says of unbalance, tolerance, cuts and written solids."""
+"""Unbalance, tolerance, counterweights and engine of a report."""
 
 from __future__ import annotations
 
@@ -48,7 +48,6 @@ class Counterweight:
 
     @classmethod
     def of(cls, counterweight: balancing.Counterweight) -> Self:
-        """Return those of a crank."""
         return cls(
             mass_g=counterweight.mass_g,
             radius_mm=counterweight.initial_g_mm / counterweight.mass_g,
@@ -62,7 +61,7 @@ class Counterweight:
 
 @record
 class BobWeight:
-    """What stands in for a throw's rods and pistons."""
+    """Bob-weight in place of a throw's rods and pistons."""
 
     throw: Ordinal
     mass_g: NotNegative
@@ -85,7 +84,6 @@ class Engine:
 
     @classmethod
     def of(cls, loads: balancing.BobWeights) -> Self:
-        """Return those of the parts that a crank carries."""
         return cls(
             rotating_g=loads.rotating_g,
             reciprocating_g=loads.reciprocating_g,
@@ -117,7 +115,7 @@ class TolerancePlane:
 
 @record
 class Tolerance:
-    """What ISO 21940-11 permits."""
+    """Permissible residual unbalance after ISO 21940-11."""
 
     grade_mm_s: Positive
     speed_rpm: Positive
@@ -129,7 +127,7 @@ class Tolerance:
 
     @classmethod
     def of(cls, tolerance: rigid_rotor.Tolerance, job: Mapping[str, Any]) -> Self:
-        """Return what a residual is judged against; ``job`` as the report describes it."""
+        """Return the tolerance of a run; ``job`` as the report describes it."""
         return cls(
             grade_mm_s=tolerance.grade_mm_s,
             speed_rpm=job["balance"]["speed_rpm"],  # as given, without the rounding of conversion

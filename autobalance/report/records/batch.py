@@ -12,7 +12,7 @@ from autobalance.rigid_rotor.tolerance import Outcome
 
 @record
 class RowNumbers:
-    """What the table has of a row's report; None of a row that has none."""
+    """Numbers of a row's report in the table; None of a row that has no report."""
 
     mass_g: Positive | None = None
     initial_g_mm: NotNegative | None = None
@@ -41,7 +41,7 @@ class RowFigures:
 
 @record
 class JournalLine:
-    """What the journal says of a row that is done."""
+    """Journal entry of a finished row."""
 
     row: Ordinal
     name: str

@@ -120,7 +120,7 @@ class FilmOrbit:
 
     @classmethod
     def of(cls, analysis: Analysis) -> Self | None:
-        """Return that of an analysis; None where no load history is given."""
+        """Return the orbit of an analysis; None where no load history is given."""
         orbit = analysis.orbit
         if orbit is None:
             return None

@@ -70,7 +70,7 @@ class BenchRun:
 
 @record
 class BenchReading:
-    """What was measured at a speed."""
+    """Measured values at a speed."""
 
     case: int | str
     speed_rpm: NotNegative
@@ -114,7 +114,7 @@ class BenchReport(Head):
 
 @record
 class VariantFigures:
-    """What a variant of the crank makes of the engine at a speed."""
+    """The engine at a speed with a variant of the crank."""
 
     speed_rpm: Positive
     acceleration_rad_s2: float
@@ -131,7 +131,7 @@ class VariantFigures:
 
 @record
 class VariantRunUp:
-    """How a variant runs up without load; None where friction holds it."""
+    """Run-up of a variant without load; None where friction holds it."""
 
     from_rpm: Positive
     to_rpm: Positive
@@ -157,7 +157,7 @@ class BenchVariant:
 
 @record
 class BesideFirst:
-    """What a variant changes of the first one's figures at a speed, in percent."""
+    """Difference of a variant from the first one at a speed, in percent."""
 
     name: str
     speed_rpm: Positive

@@ -35,7 +35,7 @@ class ThrowElements:
 
 @record
 class Bending:
-    """How the inertia of its rods at top dead centre bends each throw between its main journals."""
+    """Bending of each throw between its main journals by its rods' inertia at top dead centre."""
 
     force_N: Annotated[Sequence[NotNegative], "m r Ω² on each crankpin at service speed"]
     webs: Annotated[Sequence[WebBending], "beside throws that have a bay of their own"]

@@ -13,7 +13,7 @@ from autobalance.rigid_rotor.tolerance import Outcome
 
 @record
 class ComparedRow:
-    """What one kind or mix makes of the crank."""
+    """Result of one kind or mix of corrections."""
 
     method: Sequence[str]
     outcome: Outcome | None

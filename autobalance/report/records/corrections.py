@@ -1,4 +1,4 @@
-"""What a report says of cuts, of added metal, and of what would reach the tolerance."""
+"""Cuts, added metal, and changes of the job that would reach the tolerance."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ UNITS = {"_kg_m3": "kg/m³", "_mm": "mm", "_deg": "°"}
 @open_keys
 @record
 class CorrectionDetails:
-    """What a kind of correction adds: what it takes to make it."""
+    """Further values of a kind of correction, enough to make it."""
 
     entry_radius_mm: Annotated[NotNegative, "of position_mm: drill and slug"] | Absent = ABSENT
     inward: Annotated[Triple, "unit vector of the feed: drill and slug"] | Absent = ABSENT
@@ -117,7 +117,7 @@ class Correction:
 
     @classmethod
     def of(cls, number: int, cut: CutMade, anatomy: Anatomy) -> Self:
-        """Return what the report lists of a correction: what all have, the kind's own details, its place."""
+        """Return a correction as listed: the values of all kinds, the kind's own details, its place."""
         rate, back = cut.rate, anatomy.rotor_to_file
         item = {"face": cut.face, **cut.details}
         return cls(
@@ -188,7 +188,6 @@ class PlanKept:
 
     @classmethod
     def of(cls, kept: KeptPlan) -> Self:
-        """Return that of a run."""
         return cls(report=kept.report, sha256=kept.sha256, cuts=len(kept.items))
 
 
@@ -215,7 +214,6 @@ class Overbalance:
 
     @classmethod
     def of(cls, left: balancing.Overbalance, anatomy: Anatomy) -> Self:
-        """Return that of a run."""
         return cls(
             unbalance_g_mm=left.unbalance.resultant_g_mm,
             magnitude_g_mm=left.unbalance.magnitude_g_mm,
@@ -237,7 +235,6 @@ class JobChange:
 
     @classmethod
     def of(cls, change: relaxation.Change) -> Self:
-        """Return that of a relaxation."""
         unit = next((unit for ending, unit in UNITS.items() if change.key.endswith(ending)), None)
         return cls(key=change.key, present=change.present, proposed=change.proposed, unit=unit)
 

@@ -1,4 +1,4 @@
-"""What a report says of the crank as measured and recognised."""
+"""The crank as measured and recognised."""
 
 from __future__ import annotations
 
@@ -56,7 +56,6 @@ class Journal:
 
     @classmethod
     def of(cls, pin: crank_anatomy.MainJournal, anatomy: crank_anatomy.Anatomy) -> Self:
-        """Return that of a journal."""
         number, run_outs = pin.number - 1, run_outs_mm(anatomy)
         return cls(
             number=pin.number,
@@ -79,7 +78,6 @@ class Pin:
 
     @classmethod
     def of(cls, pin: crank_anatomy.Pin, each: ScannedCylinder | None) -> Self:
-        """Return that of a crankpin."""
         return cls(
             centre_mm=pin.centre_mm,
             diameter_mm=pin.diameter_mm,
@@ -100,7 +98,6 @@ class Throw:
 
     @classmethod
     def of(cls, throw: crank_anatomy.Throw, scan: ScanFit | None) -> Self:
-        """Return that of a throw."""
         place = throw.number - 1
         return cls(
             number=throw.number,
@@ -117,7 +114,7 @@ class Throw:
 
 @record
 class WebOutline:
-    """What a counterweight looks like along the axis."""
+    """Outline of a counterweight along the axis."""
 
     rim_radius_mm: Positive
     fan_angle_deg: Annotated[float, Bound("minimum", 0), Bound("maximum", 360)]
@@ -139,7 +136,6 @@ class Web:
 
     @classmethod
     def of(cls, web: crank_anatomy.Web, scan: ScanFit | None = None) -> Self:
-        """Return that of a web."""
         shape = web.outline
         each = None if scan is None else scan.webs[web.number - 1]
         return cls(
@@ -173,7 +169,7 @@ class HiddenMetal:
 
     @classmethod
     def of(cls, moments: Moments) -> Self:
-        """Return that of moments in the rotor frame."""
+        """Return hidden metal of moments in the rotor frame."""
         return cls(
             mass_g=moments.mass_g,
             unbalance_g_mm=moments.first_g_mm[:2],
@@ -184,7 +180,7 @@ class HiddenMetal:
 
 @record
 class HiddenMetalAdded:
-    """What was added for it before and after the cut."""
+    """Hidden metal added to the moments before and after the cut."""
 
     before: HiddenMetal
     after: HiddenMetal
@@ -192,7 +188,7 @@ class HiddenMetalAdded:
 
 @record
 class TooCoarse:
-    """How much finer the mesh would have to be."""
+    """Factor by which the mesh would have to be finer."""
 
     finer: NotNegative
     needed_sag_mm: NotNegative
@@ -201,7 +197,7 @@ class TooCoarse:
 
 @record
 class FacetError:
-    """What facets miss of the true surfaces, and how well that is known."""
+    """Metal between facets and true surfaces, with its error bar."""
 
     mass_g: float
     unbalance_g_mm: float
@@ -215,7 +211,6 @@ class FacetError:
 
     @classmethod
     def of(cls, error: ChordalErrorEntry) -> Self:
-        """Return that of an estimate."""
         expected, added = error.needed, error.added
         return cls(
             mass_g=error.mass_g,
@@ -246,7 +241,6 @@ class MassProperties:
 
     @classmethod
     def of(cls, moments: Moments, volume_mm3: float) -> Self:
-        """Return those of a body."""
         return cls(
             mass_g=moments.mass_g,
             volume_mm3=volume_mm3,
@@ -273,7 +267,6 @@ class Crank:
 
     @classmethod
     def of(cls, crank: MeasuredCrank) -> Self:
-        """Return what was measured and recognised."""
         anatomy, error = crank.anatomy, crank.facet_error
         scan = anatomy.scan
         return cls(

@@ -1,4 +1,4 @@
-"""What a report says of keyways, flanges and faces that can be touched."""
+"""Keyways, flanges and faces that can be touched."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Flange:
 
 @record
 class DatumAngle:
-    """What angles are measured from besides crankpin 1, and where it stands."""
+    """Datum of the angles besides crankpin 1, and its own angle."""
 
     of: Literal["keyway", "flange_hole"]
     angle_deg: Angle
@@ -83,7 +83,7 @@ class DatumFace:
 
 @record
 class Datums:
-    """What can be touched to set the crank up, faces the best first; null or empty where there is none."""
+    """Datums for setting up the crank, faces the best first; null or empty where there is none."""
 
     keyways: Sequence[Keyway]
     flanges: Sequence[Flange]
@@ -92,7 +92,6 @@ class Datums:
 
     @classmethod
     def of(cls, datums: crank_datums.Datums) -> Self:
-        """Return those of a crank."""
         angle = datums.angle
         return cls(
             keyways=[Keyway(**_fields(each)) for each in datums.keyways],

@@ -51,7 +51,7 @@ class Violation:
 
 @record
 class StartFigures:
-    """What the start is worth, and what its free metal breaks."""
+    """Objectives of the start, and limits that its free metal breaks."""
 
     objectives: Objectives
     residual_g_mm: NotNegative
@@ -72,7 +72,7 @@ class StartFigures:
 
 @record
 class FiniteElements:
-    """How many designs were analysed, and how well that predicted the others."""
+    """Number of designs analysed, and quality of the prediction for the others."""
 
     analysed_in_search: Count
     analysed_when_written: Count
@@ -84,7 +84,7 @@ class FiniteElements:
 
 @record
 class SearchFigures:
-    """What was looked at."""
+    """Method and extent of the search."""
 
     method: str
     seed: Count
@@ -95,7 +95,7 @@ class SearchFigures:
 
     @classmethod
     def of(cls, findings: SearchResult, answer: Chosen) -> Self:
-        """Return that of a search; ``findings`` are its designs before any was refined."""
+        """Return the figures of a search; ``findings`` are its designs before any was refined."""
         options, designs = findings.problem.design.search, findings.candidates
         return cls(
             method=options.method,
@@ -123,7 +123,7 @@ def _finite_elements(findings: SearchResult, answer: Chosen) -> FiniteElements |
 
 @record
 class DesignConstraint:
-    """Something that a design keeps or breaks; ``margin`` is below 0 by how much."""
+    """A constraint of a design; ``margin`` is negative where it is broken."""
 
     name: str
     value: float
@@ -138,7 +138,7 @@ class DesignConstraint:
 
 @record
 class DesignResidual:
-    """What a design leaves, and its share of what is permitted."""
+    """Residual unbalance of a design, and its share of the permissible value."""
 
     magnitude_g_mm: NotNegative
     worst_share: NotNegative
@@ -176,7 +176,7 @@ class DesignFigures:
 
     @classmethod
     def of(cls, problem: Problem, name: str, design: WrittenDesign, digests: Mapping[str, str]) -> Self:
-        """Return those of a design; ``digests`` are the sha256 of its files by name."""
+        """Return the figures of a design; ``digests`` are the sha256 of its files by name."""
         free, amounts = problem.free, design.amounts
         solved: dict[str, float] = {}
         for k, part in enumerate(free.parts):

@@ -42,7 +42,7 @@ class FemMode:
 
 @record
 class FemLevel:
-    """What was found on one mesh of the series."""
+    """Results on one mesh of the series."""
 
     size_mm: Positive
     nodes: Ordinal

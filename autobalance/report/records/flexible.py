@@ -72,7 +72,6 @@ class WithoutCounterweights:
 
     @classmethod
     def of(cls, flexible: FlexibleCycle, cycle: CycleAnalysis) -> Self:
-        """Return it of what was found."""
         mains = [
             BareMain(number=number, load=_peak(cycle, load), greatest_orbit_um=UM_PER_MM * _reach(path))
             for number, (load, path) in enumerate(zip(flexible.main_n, flexible.orbit_mm, strict=True), 1)
@@ -98,7 +97,7 @@ class Flexible:
         twists: Sequence[ShaftTwist] | None,
         cycle: CycleAnalysis,
     ) -> Self:
-        """Return it of what was found; orbits of clockwise engines as they are, not mirrored."""
+        """Return the results; orbits of clockwise engines as they are, not mirrored."""
         mains = []
         sense = -1.0 if cycle.firing.engine.clockwise else 1.0
         rigid = cycle.peaks(cycle.loads.main_n)

@@ -47,7 +47,7 @@ class DesignWeb:
 
 @record
 class DesignBay:
-    """What lies between two main journals."""
+    """Throws and webs between two main journals."""
 
     crankpins_deg: Annotated[Sequence[float], Bound("minItems", 1)]
     counterweights: Annotated[Sequence[bool], Bound("minItems", 2), Bound("maxItems", 2)]
@@ -126,7 +126,7 @@ class DrawnBobWeight:
 
 @record
 class DrawnEngine:
-    """What the given parts make of the drawn crank."""
+    """Balance of the drawn crank with the given parts."""
 
     balance_factor: float | None
     bob_weights: Sequence[DrawnBobWeight]
@@ -150,7 +150,7 @@ class DrawnOutputs:
 
 @record
 class GenerateReport:
-    """What `generate --json` writes: dimensions in, mass properties out."""
+    """Report of `generate --json`: dimensions in, mass properties out."""
 
     schema_version: Literal[1] = SCHEMA_VERSION
     autobalance: Versions

@@ -13,7 +13,7 @@ from autobalance.rigid_rotor.tolerance import TolerancePlane
 
 @record
 class GradeReport(Head):
-    """What a balance quality grade permits on a rotor, and what grade a residual achieves."""
+    """Permissible unbalance of a rotor by its grade, and the grade that a residual achieves."""
 
     command: Literal["grade"] = "grade"
     grade_mm_s: Positive | None

@@ -1,4 +1,4 @@
-"""What every report begins with."""
+"""Head of every report."""
 
 from __future__ import annotations
 

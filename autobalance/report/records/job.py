@@ -1,4 +1,4 @@
-"""What a report says of the job, a record each table."""
+"""The job in a report, a record for each table."""
 
 from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
@@ -41,7 +41,7 @@ class JobThrow(TypedDict):
 
 
 class JobAttached(TypedDict):
-    """What turns with the crank and is out of balance."""
+    """An attached part that turns with the crank and is out of balance."""
 
     name: str
     mass_g: NotNegative
@@ -93,7 +93,7 @@ class WeightTables(TypedDict):
 
 @open_keys
 class JobBalance(TypedDict):
-    """How much to balance, how fast it turns, how well."""
+    """Balance factor, top speed and quality grade."""
 
     factor: Share | Literal["original"]
     grade: Positive
@@ -107,7 +107,7 @@ class JobBalance(TypedDict):
 
 @open_keys
 class JobCorrection(TypedDict):
-    """How to correct; each kind's own table stands beside these."""
+    """Kinds of correction and their preference; each kind's own table stands beside these."""
 
     method: Annotated[list[str], Bound("minItems", 1)]
     depth_tolerance_mm: NotRequired[NotNegative | None]

@@ -33,7 +33,6 @@ class ArchivedJob:
 
     @classmethod
     def of(cls, row: JobRow) -> Self:
-        """Return that of an archive."""
         values = {key: value for key, value in vars(row).items() if key not in _OTHERWISE}
         return cls(**values, planes_before_g_mm=row.planes_before, planes_after_g_mm=row.planes_after)
 
@@ -58,7 +57,6 @@ class SeriesPlane:
 
     @classmethod
     def of(cls, plane: PlaneSeries) -> Self:
-        """Return that of a series."""
         return cls(**vars(plane), drifts=plane.drifts)
 
 
@@ -73,7 +71,6 @@ class JobSeries:
 
     @classmethod
     def of(cls, series: Series) -> Self:
-        """Return that of an archive."""
         planes = [SeriesPlane.of(each) for each in series.planes]
         return cls(engine=series.engine, jobs=series.jobs, within=series.within, planes=planes)
 

@@ -21,7 +21,7 @@ class PlaneVector:
 
 @record
 class PlaneReading:
-    """What is read in a plane, or is there; no place: on a static stand."""
+    """Reading, or true unbalance, in a plane; without a place on a static stand."""
 
     name: str
     z_mm: float | None
@@ -46,7 +46,7 @@ class SpunRotorFigures:
 
 @record
 class SensorReading:
-    """What a sensor of the machine feels."""
+    """Reading of a sensor of the machine."""
 
     name: str
     z_mm: float
@@ -58,7 +58,7 @@ class SensorReading:
 
 @record
 class PlaneNode:
-    """Where a plane's unbalance moves the axis least."""
+    """Place at which a plane's unbalance moves the axis least."""
 
     plane: str
     z_mm: float
@@ -66,7 +66,7 @@ class PlaneNode:
 
 @record
 class StaticStand:
-    """What a static stand shows."""
+    """Reading of a static stand."""
 
     rolls: bool
     least_g_mm: NotNegative
@@ -76,7 +76,7 @@ class StaticStand:
 
 @record
 class LeftUnbalance:
-    """What is left where a reading is followed to the letter."""
+    """Residual unbalance where a reading is followed to the letter."""
 
     planes: Sequence[PlaneVector]
     magnitude_g_mm: NotNegative
@@ -92,7 +92,7 @@ class MachineRun:
 
 @record
 class MachineCorrection:
-    """What to take off for the first reading, at the heavy side."""
+    """Correction of the first reading: the amount to take off at the heavy side."""
 
     plane: str
     g_mm: NotNegative
@@ -111,14 +111,14 @@ class PlaneSpread:
 
 @record
 class MachineNoise:
-    """How far the readings of the runs scatter."""
+    """Scatter of the readings over the runs."""
 
     g_mm: Sequence[PlaneSpread]
 
 
 @record
 class MachineReport(Head):
-    """What a balancing machine reads on a rotor of known unbalance, and what that leaves."""
+    """Readings of a balancing machine on a rotor of known unbalance, and the residual after them."""
 
     command: Literal["machine"] = "machine"
     input: Mapping[str, Any]

@@ -11,7 +11,7 @@ from autobalance.report.records.head import Head
 
 @record
 class NcZero:
-    """Where the machine's zero lies in the rotor frame, and what is touched for it."""
+    """The machine's zero in the rotor frame, and the datums touched for it."""
 
     angle_deg: float
     z_mm: float
@@ -44,7 +44,7 @@ class NotProgrammed:
 
 @record
 class NcResidual:
-    """What the programs leave, as judged."""
+    """Residual unbalance after the programs, as judged."""
 
     resultant_g_mm: Floats
     magnitude_g_mm: NotNegative
@@ -53,7 +53,7 @@ class NcResidual:
 
 @record
 class Simulated:
-    """What the programs do to the solid, from their own text."""
+    """Metal that the programs remove, simulated from their text."""
 
     removed_mass_g: NotNegative
     mass_difference_g: Annotated[float, "to the mass that the report lists of these cuts"]

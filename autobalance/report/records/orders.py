@@ -27,7 +27,7 @@ class ChannelFigures:
 
 @record
 class RecordFigures:
-    """What a record holds."""
+    """Contents of a record."""
 
     file: str | None
     format: str
@@ -37,7 +37,7 @@ class RecordFigures:
 
 @record
 class TachoPulses:
-    """What is odd about the pulses of a tacho."""
+    """Oddities of a tacho's pulses."""
 
     found: Count
     missing: Count
@@ -94,7 +94,7 @@ class CircleFigures:
 
 @record
 class RecordAnalysis:
-    """What was found in a record."""
+    """Results of the analysis of a record."""
 
     record: RecordFigures
     channel: str

@@ -1,4 +1,4 @@
-"""What a report says of the files that were written."""
+"""The files that were written."""
 
 from __future__ import annotations
 

@@ -76,13 +76,12 @@ class Seconds:
 
     @classmethod
     def of(cls, seconds: Mapping[str, float]) -> Self:
-        """Return those of a run, by stage."""
         return cls(**{stage.key: seconds.get(stage.key) for stage in fields_of(Seconds)})
 
 
 @record
 class ExternalPart:
-    """What an external part carries, by how much that changes, and by how much it may be off."""
+    """Unbalance that an external part carries, its change, and its uncertainty."""
 
     name: str
     z_mm: float
@@ -94,7 +93,6 @@ class ExternalPart:
 
     @classmethod
     def of(cls, carried: CarriedUnbalance) -> Self:
-        """Return what an external part is to carry."""
         x, y = carried.unbalance_g_mm
         return cls(
             name=carried.part.name,
@@ -122,7 +120,6 @@ class ThrowOil:
 
     @classmethod
     def of(cls, throw: int, oil: model.ThrowOil) -> Self:
-        """Return that of a throw."""
         return cls(
             throw=throw,
             mass_g=oil.moments.mass_g,
@@ -143,7 +140,6 @@ class WebWeight:
 
     @classmethod
     def of(cls, weight: sections.WebWeight) -> Self:
-        """Return that of a web, or of all of them."""
         return cls(
             web=weight.web,
             mass_g=weight.mass_g,
@@ -187,7 +183,7 @@ class Forces:
 
     @classmethod
     def of(cls, forces: run.Forces, job: Mapping[str, Any]) -> Self:
-        """Return those of a run; ``job`` as the report describes it."""
+        """Return the forces of a run; ``job`` as the report describes it."""
         return cls(
             speed_rpm=job["balance"]["speed_rpm"],
             before=ShakingForce.of(forces.before, all_orders=forces.all_orders),

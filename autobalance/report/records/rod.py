@@ -66,7 +66,7 @@ class RodEye:
 
 @record
 class RodMeasures:
-    """What was measured of a rod, in its own axes."""
+    """Measures of a rod, in its own axes."""
 
     length_mm: Positive
     offset_mm: float
@@ -127,7 +127,7 @@ class RodCut:
 
 @record
 class RodFacets:
-    """Metal that the facets miss, and how well that is known."""
+    """Metal that the facets miss, with its error bar."""
 
     added_mass_g: float
     mass_g: NotNegative

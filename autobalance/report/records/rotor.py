@@ -223,7 +223,7 @@ def responses(probes_m: Sequence[float], orbits: Orbits) -> list[Response]:
 
 @record
 class Deflection:
-    """How far gravity bends the rotor at a place."""
+    """Deflection of the rotor by gravity at a place."""
 
     z_mm: float
     x_um: float

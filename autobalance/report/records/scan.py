@@ -1,4 +1,4 @@
-"""What a report says of a scanned crank: how rough it is, how sure what was fitted, what was calibrated."""
+"""A scanned crank: its roughness, the uncertainty of its fits, its calibration."""
 
 from __future__ import annotations
 
@@ -30,7 +30,6 @@ class ScannedShaft:
 
     @classmethod
     def of(cls, each: scan.ScannedCylinder) -> Self:
-        """Return that of a fit."""
         return cls(
             centre_pm_mm=each.centre_pm_mm,
             diameter_pm_mm=each.diameter_pm_mm,
@@ -60,7 +59,6 @@ class ScannedOutline:
 
     @classmethod
     def of(cls, each: scan.ScannedWeb) -> Self:
-        """Return that of a web."""
         return cls(
             rim_radius_pm_mm=each.rim_radius_pm_mm,
             rms_mm=each.rim_rms_mm,
@@ -88,7 +86,7 @@ class AxisUncertainty:
 
 @record
 class ScannedSurface:
-    """How rough a scanned crank is, and how sure its axis."""
+    """Roughness of a scanned crank, and uncertainty of its axis."""
 
     roughness_mm: Annotated[NotNegative, "root mean square"]
     axis_uncertainty: AxisUncertainty
@@ -96,7 +94,7 @@ class ScannedSurface:
 
 @record
 class Calibration:
-    """What a scale and a micrometer say of the scan; of "none" nothing was calibrated by it."""
+    """Calibration of a scan by scale and micrometer; "none" where neither was used."""
 
     by: Literal["skin", "density", "none"]
     skin_mm: Annotated[float, "how far the scanned surface lies outside the crank's"]
@@ -109,7 +107,6 @@ class Calibration:
 
     @classmethod
     def of(cls, calibration: scan_calibration.Calibration) -> Self:
-        """Return that of a scan."""
         return cls(
             by=calibration.by,
             skin_mm=calibration.skin_mm,

@@ -191,7 +191,7 @@ def _extras(extras: tuple[Any, ...]) -> Values:
 
 
 def _one_of(schemas: list[Values]) -> Values:
-    """Return what allows any of these; a value or null keeps its bounds beside a list of types."""
+    """Return a schema that allows any of these; a value or null keeps its bounds beside a list of types."""
     if len(schemas) == 1:
         return schemas[0]
     null = {"type": "null"}

@@ -1,4 +1,4 @@
-"""What a report says of the crank section by section."""
+"""The crank section by section."""
 
 from __future__ import annotations
 

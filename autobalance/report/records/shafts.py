@@ -119,7 +119,7 @@ class CoupleOfShaft:
 
 @record
 class Proposal:
-    """Shafts that would cancel something."""
+    """Proposed balance shafts and the orders that they cancel."""
 
     what: str
     shafts: Sequence[Shaft]

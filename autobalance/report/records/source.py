@@ -1,4 +1,4 @@
-"""What a report says of the program, of the crank's file and of its place."""
+"""The program, the crank's file and its place."""
 
 from __future__ import annotations
 
@@ -36,7 +36,6 @@ class Versions:
 
     @classmethod
     def here(cls) -> Self:
-        """Return those that are installed."""
         return cls(version=__version__, **library_versions())
 
 
@@ -67,7 +66,6 @@ class CrankFile:
 
     @classmethod
     def of(cls, file: InputFile) -> Self:
-        """Return that of a file as it was read."""
         return cls(**{key: value for key, value in vars(file).items() if key != "scan"})
 
 
@@ -80,7 +78,6 @@ class Input:
 
     @classmethod
     def of(cls, file: InputFile) -> Self:
-        """Return that of a file as it was read."""
         scan = ABSENT if file.scan is None else CrankFile.of(file.scan)
         return cls(own=CrankFile.of(file), scan=scan)
 

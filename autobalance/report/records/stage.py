@@ -1,4 +1,4 @@
-"""What a report says of stages, assemblies and suggestions."""
+"""Stages, assemblies and suggestions."""
 
 from __future__ import annotations
 
@@ -87,7 +87,6 @@ class StageSuspect:
 
     @classmethod
     def of(cls, suspect: Suspect) -> Self:
-        """Return that of a likely mistake."""
         return cls(
             cause=suspect.cause,
             key=suspect.key,
@@ -118,7 +117,7 @@ class Stage:
 
 @record
 class ReadPlane:
-    """What a machine read in a plane, rotor frame; without a place where it read the resultant alone."""
+    """Reading of a machine in a plane, rotor frame; without a place where it read the resultant alone."""
 
     z_mm: float | None
     unbalance_g_mm: Pair
@@ -137,7 +136,7 @@ class ReadUnbalance:
 
 @record
 class Staged:
-    """What only a stage after the first says."""
+    """Values of a stage after the first."""
 
     serial: Annotated[str | None, "recut only: serial number of the crank"]
     previous: Annotated[Previous, "recut only: the report it went on from"]
@@ -158,7 +157,7 @@ class Staged:
 
 @record
 class AssemblyCorrection:
-    """What was taken out after a part was put on."""
+    """Correction of an assembly after a part was put on."""
 
     z_mm: float
     g_mm: NotNegative
@@ -186,7 +185,7 @@ class AssemblyStage:
     def of(
         cls, number: int, stage: staged_assembly.AssemblyStage, places_mm: tuple[float, float] | None
     ) -> Self:
-        """Return that of a stage, numbered from 1; the crank's sum is seen in two planes too."""
+        """Return a stage, numbered from 1; the crank's sum stands in two planes too."""
         part = stage.part
         total = rigid_rotor.Unbalance(_xy(stage.sum_g_mm), _xy(stage.sum_moment_g_mm2))
         return cls(
@@ -218,7 +217,7 @@ def _xy(value: complex) -> Array:
 
 @record
 class SuggestionWanted:
-    """What was asked for."""
+    """Wanted balance factor and inertia."""
 
     balance_factor: float | None
     inertia_g_mm2: KgMm2 | None
@@ -235,7 +234,6 @@ class SuggestionState:
 
     @classmethod
     def of(cls, aim: suggested.Aim, moments: Moments) -> Self:
-        """Return those of a crank's moments."""
         return cls(
             balance_factor=aim.factor(moments),
             inertia_g_mm2=moments.polar_inertia_g_mm2,
@@ -271,7 +269,6 @@ class SuggestedBore:
 
     @classmethod
     def of(cls, bore: suggested.Bore) -> Self:
-        """Return that of a suggestion."""
         return cls(
             web=bore.web,
             diameter_mm=bore.diameter_mm,
@@ -287,7 +284,7 @@ class SuggestedBore:
 @open_keys
 @record
 class SuggestionLeaves:
-    """What the tried suggestion leaves, and by how much it falls short."""
+    """Result of the tried suggestion, and its shortfall."""
 
     state: Annotated[SuggestionState, INLINE]
     short_balance_factor: float | None
@@ -308,7 +305,6 @@ class Suggestion:
 
     @classmethod
     def of(cls, aim: suggested.Aim, each: suggested.Suggestion) -> Self:
-        """Return that of a suggestion for an aim."""
         goal, factor = aim.wanted.balance_factor, aim.factor(each.tried)
         return cls(
             kind=each.kind,
@@ -339,7 +335,7 @@ class RefusedSuggestion:
 
 @record
 class Suggestions:
-    """What would give a wanted factor or inertia."""
+    """Changes of the crank for a wanted factor or inertia."""
 
     wanted: SuggestionWanted
     now: SuggestionState
@@ -353,7 +349,6 @@ class Suggestions:
         suggestions: Sequence[suggested.Suggestion],
         refused: Sequence[suggested.Refused],
     ) -> Self:
-        """Return what is wanted, what is there, what would do it and what would not."""
         return cls(
             wanted=SuggestionWanted(
                 balance_factor=aim.wanted.balance_factor, inertia_g_mm2=aim.wanted.inertia_g_mm2

@@ -177,7 +177,6 @@ class FilletElements:
 
     @classmethod
     def of(cls, fillet: FilletByElements, shape: FilletShape, costs: Costs | None) -> Self:
-        """Return that of a fillet."""
         diameter, bore, factors = shape.pin_mm, shape.pin_bore_mm, shape.crankpin
         if fillet.place == "journal":
             diameter, bore, factors = shape.journal_mm, shape.journal_bore_mm, shape.journal
@@ -207,7 +206,6 @@ class ThrowElements:
 
     @classmethod
     def of(cls, throw: int, elements: ThrowByElements, sides: Sequence[Side], costs: Costs | None) -> Self:
-        """Return that of a throw."""
         greatest = max(each.bending_MPa for each in elements.fillets)
         inside = [each for each in elements.in_boxes_MPa if each is not None]
         shapes = {side.loads.web: side.shape for side in sides}

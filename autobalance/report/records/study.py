@@ -19,7 +19,7 @@ from autobalance.studies.sobol import SobolShares
 
 @record
 class NominalPlane:
-    """What is left as planned in a tolerance plane."""
+    """Residual unbalance in a tolerance plane as planned."""
 
     name: Literal["A", "B"]
     magnitude_g_mm: NotNegative
@@ -27,7 +27,7 @@ class NominalPlane:
 
 @record
 class Nominal:
-    """What is left as planned."""
+    """Residual unbalance as planned."""
 
     unbalance_g_mm: Pair
     magnitude_g_mm: NotNegative
@@ -88,14 +88,13 @@ class KeyFigureCurves:
 
     @classmethod
     def of(cls, figure: KeyFigure) -> Self:
-        """Return those of a key figure."""
         curves = [KeyFigureCurve.of(each) for each in figure.curves]
         return cls(figure=figure.name, unit=figure.unit, nominal=figure.nominal, causes=curves)
 
 
 @record
 class Advice:
-    """What each cause alone would have to be for the target."""
+    """Uncertainty to which each cause alone would have to be reduced for the target."""
 
     target: Share
     reached: bool

@@ -1,4 +1,4 @@
-"""What a report says of faces, and of the true surfaces of a solid."""
+"""Faces, and the true surfaces of a solid."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Face:
 
 @record
 class FacesByKind:
-    """How many true surfaces of each kind."""
+    """Number of true surfaces of each kind."""
 
     plane: Count
     cylinder: Count
@@ -93,7 +93,7 @@ class FacesByKind:
 
 @record
 class FacetsHide:
-    """What triangles laid over the surfaces would miss."""
+    """Metal missed by triangles laid over the surfaces."""
 
     mass_g: float
     unbalance_g_mm: Pair
@@ -125,7 +125,6 @@ class TrueSurfaces:
 
     @classmethod
     def of(cls, before: run.TrueSurfaces, balanced: run.Balanced | None) -> Self:
-        """Return those of a crank before and after it was cut."""
         written = None if balanced is None else balanced.result.measured
         after = None
         if written is not None and written.surfaces is not None and written.hidden is not None:

@@ -79,7 +79,7 @@ class TrainFigures:
 
     @classmethod
     def of(cls, named: NamedTrain, chain: CrankChain | None, metal_n_m_rad: Array | None) -> Self:
-        """Return those of a train; ``chain`` is the crank in it, whose own metal has these springs."""
+        """Return the figures of a train; ``chain`` is the crank in it, whose own metal has these springs."""
         train = named.train
         return cls(
             stations=named.names,
@@ -170,7 +170,6 @@ class CriticalFigures:
 
     @classmethod
     def of(cls, critical: CriticalOrder) -> Self:
-        """Return those of a critical order."""
         return cls(
             order=critical.order,
             frequency_rad_s=critical.frequency_rad_s,
@@ -237,7 +236,7 @@ class PendulumFigures:
 
 @record
 class DamperRuleFigures:
-    """What the rule for one inertia on one spring says of a damper's mass ratio."""
+    """A damper's mass ratio by the rule for one inertia on one spring."""
 
     mass_ratio: Positive
     mode_rad_s: Hertz
@@ -273,7 +272,7 @@ class DamperFigures:
 
     @classmethod
     def of(cls, fitted: FittedDamper, speeds_rad_s: Array, heats_w: Array) -> Self:
-        """Return those of a damper, with its heat at speeds (k,)."""
+        """Return the figures of a damper, with its heat at speeds (k,)."""
         damper, rule = fitted.damper, fitted.rule
         inertia, frequency = damper.inertia_kg_m2, fitted.frequency_rad_s
         without = fitted.without_rad
@@ -327,7 +326,7 @@ class ThrowFigures:
 
     @classmethod
     def of(cls, number: int, chain: CrankChain, formula: Formula, twist: ThrowTwist | None) -> Self:
-        """Return those of a throw, numbered from 1."""
+        """Return the figures of a throw, numbered from 1."""
         shape = chain.shapes[number - 1]
         metal = None if twist is None else twist.stiffness
         return cls(

@@ -1,4 +1,4 @@
-"""What a report of ``inspect`` says of a job's crank with its bob-weights on: how far off it is."""
+"""Unbalance of a job's crank with its bob-weights on, of ``inspect``."""
 
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
@@ -11,7 +11,7 @@ from autobalance.wording import angle_deg
 
 @record
 class HungOn:
-    """What hangs on the crank: a bob-weight, what sits on a crankpin, an attached part."""
+    """A part on the crank: a bob-weight, a mass on a crankpin, an attached part."""
 
     kind: Literal["bob-weight", "on crankpin", "attached", "oil"]
     number: Ordinal | None
@@ -21,7 +21,7 @@ class HungOn:
 
 @record
 class OffOrOn:
-    """What to take off in a plane, or to add opposite; ``angle_deg`` is the heavy side."""
+    """Mass to take off in a plane, or to add opposite; ``angle_deg`` is the heavy side."""
 
     name: Literal["resultant", "A", "B"]
     z_mm: float | None
@@ -44,7 +44,7 @@ class WithBobWeights:
 
     @classmethod
     def of(cls, sections: section_rows.SectionTable) -> Self | None:
-        """Return what is left of a crank with all that hangs on it; None where nothing judges it."""
+        """Return the unbalance of a crank with all parts on it; None where no tolerance judges it."""
         tolerance, total = sections.tolerance, sections.unbalance
         if tolerance is None:
             return None
