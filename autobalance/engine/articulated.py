@@ -112,7 +112,7 @@ class LinkCrank(SliderCrank):
 
     @cached_property
     def _dead_centres(self) -> tuple[float, float]:
-        """Return the angles of the piston's farthest and nearest place: top in (−π, π], then bottom after it."""
+        """Return angles of the piston's farthest and nearest place: top in (−π, π], then bottom after it."""
         from scipy.optimize import brentq
 
         step = 2.0 * math.pi / LOOKED_AT

@@ -100,7 +100,7 @@ def load_row(load_n: Array) -> LoadRow:
 
 
 def turn_support(engine: Engine, z_mm: float, speed_rad_s: float) -> tuple[Support, Loads]:
-    """Return the support of a crank at one place over a turn at constant speed, and the other inertia loads."""
+    """Return the support of a crank at one place over a turn at constant speed, and other inertia loads."""
     return support_of(engine, z_mm, speed_rad_s, whole_turn(ANGLES))
 
 

@@ -51,7 +51,7 @@ class FacetCorrection:
         return Moments(missing.mass_g, first, second)
 
     def left(self, facets: ChordalError, anatomy: Anatomy) -> Callable[[Floats], Moments] | None:
-        """Return an estimator of metal hidden by loose triangles in file coordinates after a cut; None: none."""
+        """Return an estimator of metal that loose triangles in file coordinates hide after a cut, or None."""
         fitted = facets.fitted
         if not self.mass:
             return None

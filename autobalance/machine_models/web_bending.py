@@ -1,4 +1,4 @@
-"""Bending of a crank's webs by its rods before and after its cuts: sections, and finite elements of a throw."""
+"""Bending of a crank's webs by its rods before and after its cuts: sections, and finite elements."""
 
 from __future__ import annotations
 

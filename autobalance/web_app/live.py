@@ -122,7 +122,7 @@ class Live:
             return refused(str(error), 400)
 
     async def preview(self, request: Request) -> Response:
-        """Return the effect of a job's weights on an inspected crank, or the reason why it is not known yet."""
+        """Return the effect of a job's weights on an inspected crank, or the reason why it is not known."""
         path, values = self._project.result(request.path_params["run"], REPORT), await body_of(request)
         if path is None:
             return file_of(None)

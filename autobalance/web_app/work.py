@@ -306,7 +306,7 @@ def _analysed(verb: str) -> Callable[[Asked, Place, Progress], int]:
 
 
 def _subject(verb: str, request: Asked, folder: Path) -> tuple[Any, ...]:
-    """Return the subject of an analysis: a job, a file, a file beside a job; none where an option names it."""
+    """Return the subject of an analysis: a job, a file, a file beside a job; none where an option has it."""
     from autobalance.job import Job
 
     match ANALYSES[verb].reads:

@@ -33,7 +33,7 @@ def span_rad(strokes: Strokes) -> float:
 
 @dataclass(frozen=True)
 class GasExchange:
-    """Pressures and angles of gas exchange, outside of the closed part.
+    """Pressures, angles and volumes of gas exchange, outside of the closed part.
 
     Attributes
     ----------

@@ -13,7 +13,7 @@ from autobalance.types import Array
 
 @dataclass(frozen=True)
 class Friction:
-    """Friction of pistons, bearings and windage.
+    """Friction of main journals, pistons and auxiliaries.
 
     Attributes
     ----------

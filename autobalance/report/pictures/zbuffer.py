@@ -158,7 +158,9 @@ def _shade(
     directions = _directions(columns)
     for first in range(0, len(seen), BAND):
         above = min(first, 1)  # lines depend on the rows beside them
-        which = seen[first - above : first + BAND + 1].astype(np.uint32).view(np.int32)  # NOTHING becomes −1
+        which = (
+            seen[first - above : first + BAND + 1].astype(np.uint32).view(np.int32)
+        )  # EMPTY_SAMPLE becomes −1
         lines = _creases(which, columns, directions)
         colour = bright[which]
         colour[lines] = dark[which[lines]]

@@ -51,7 +51,7 @@ class Violation:
 
 @record
 class StartFigures:
-    """Objectives of the start, and limits that its free metal breaks."""
+    """Objectives and residual of the start, and limits that its free metal breaks."""
 
     objectives: Objectives
     residual_g_mm: NotNegative

@@ -126,7 +126,7 @@ class DrawnBobWeight:
 
 @record
 class DrawnEngine:
-    """Balance of the drawn crank with the given parts."""
+    """Balance factor and bob-weights of the drawn crank with the given parts."""
 
     balance_factor: float | None
     bob_weights: Sequence[DrawnBobWeight]

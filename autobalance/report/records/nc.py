@@ -53,7 +53,7 @@ class NcResidual:
 
 @record
 class Simulated:
-    """Metal that the programs remove, simulated from their text."""
+    """Effect of the programs on the solid, simulated from their text."""
 
     removed_mass_g: NotNegative
     mass_difference_g: Annotated[float, "to the mass that the report lists of these cuts"]

@@ -119,7 +119,7 @@ class CoupleOfShaft:
 
 @record
 class Proposal:
-    """Proposed balance shafts and the orders that they cancel."""
+    """Proposed balance shafts; ``what`` names the order and kind of load that they cancel."""
 
     what: str
     shafts: Sequence[Shaft]

@@ -21,7 +21,7 @@ class HungOn:
 
 @record
 class OffOrOn:
-    """Mass to take off in a plane, or to add opposite; ``angle_deg`` is the heavy side."""
+    """Unbalance to take off in a plane, or to add opposite; ``angle_deg`` is the heavy side."""
 
     name: Literal["resultant", "A", "B"]
     z_mm: float | None
