@@ -14,9 +14,8 @@ OUTCOMES = {
     "already_within_tolerance": "Already within tolerance",
     "above_tolerance": "Above tolerance",
 }
-
-
 NOT_PROVEN = ", not proven"
+NO_VALUE = "–"
 
 
 def outcome_words(report: Mapping[str, Any]) -> str:

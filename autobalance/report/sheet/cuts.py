@@ -8,15 +8,12 @@ from reportlab.platypus import Flowable
 
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits, plain
+from autobalance.report.sheet.drawing import MIN_AXIAL_COMPONENT
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.tolerances import press_fit, retention
 from autobalance.report.sheet.zero import FROM_CRANKPIN, Zero
 from autobalance.types import Item
-from autobalance.wording import degrees
-
-NONE = "–"
-MIN_AXIAL_COMPONENT = 0.7
-"""Least z of a tool's direction that counts as axial."""
+from autobalance.wording import NO_VALUE, degrees
 
 
 def cut_table(items: Sequence[Item], u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
@@ -55,8 +52,10 @@ def cut_row(item: Item, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str
     depth, mass = float(item["depth_mm"]), item["removed_mass_g"]
     if kinds.adds_metal(item):
         depth, mass = abs(depth), abs(mass)
-    own = [NONE, NONE] if ccw is None else [degrees(ccw - zero.angle_deg), degrees(zero.angle_deg - ccw)]
-    from_crankpin = [NONE, NONE] if ccw is None else [f"({degrees(ccw)}", f"{degrees(-ccw)})"]
+    own = from_crankpin = [NO_VALUE, NO_VALUE]
+    if ccw is not None:
+        own = [degrees(ccw - zero.angle_deg), degrees(zero.angle_deg - ccw)]
+        from_crankpin = [f"({degrees(ccw)}", f"{degrees(-ccw)})"]
     return [
         str(item["number"]),
         kinds.noun(item),
@@ -68,7 +67,7 @@ def cut_row(item: Item, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str
         u.mm(item["position_mm"][2]),
         u.mm(item.get("diameter_mm"), u.diameter_digits),
         u.mm(depth),
-        u.mm(depth + float(point)) if point else NONE,
+        u.mm(depth + float(point)) if point else NO_VALUE,
         u.g(mass),
         *([] if u.is_metric else [plain(mass, 2)]),
     ]
@@ -102,7 +101,7 @@ def webs_of(item: Item) -> str:
     webs = [web for web in item.get("webs") or [item.get("web")] if web is not None]
     if len(webs) > 3 and webs == list(range(webs[0], webs[-1] + 1)):
         return f"web {webs[0]}-{webs[-1]}"
-    return f"web {', '.join(map(str, webs))}" if webs else NONE
+    return f"web {', '.join(map(str, webs))}" if webs else NO_VALUE
 
 
 def slug_table(items: Sequence[Item], u: DisplayUnits, wide_mm: float) -> Flowable:

@@ -21,6 +21,8 @@ NEAR_MM = 1.0
 """Distance from a section's plane up to which metal is drawn in it."""
 BESIDE_MM = 8.0
 """Length of a section through a web beyond the web."""
+MIN_AXIAL_COMPONENT = 0.7
+"""Least z of a tool's direction that counts as axial."""
 BELOW_AXIS_SHARE = 0.05
 """Height of half a section beyond the axis, as a share of its height."""
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from autobalance.errors import FormatError
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem
-from autobalance.report.sheet.drawing import Drawings, WebDrawing, webs_cut
+from autobalance.report.sheet.drawing import MIN_AXIAL_COMPONENT, Drawings, WebDrawing, webs_cut
 from autobalance.solid.csg.region import Polygons
 from autobalance.types import Item
 from autobalance.wording import file_name
@@ -29,7 +29,6 @@ LAYERS = {"OUTLINE": 7, "CUTS": 1, "CENTRE": 5, "DIMENSIONS": 3, "TEXT": 7, "FRA
 TEXT_MM = 2.5
 GAP_MM = 30.0
 FRAME_GAP_MM = 10.0
-MIN_AXIAL_COMPONENT = 0.7
 CENTRE_TYPE = "CENTER"
 
 

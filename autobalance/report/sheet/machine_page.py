@@ -13,9 +13,7 @@ from autobalance.report.sheet.cuts import cut_row
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.zero import Zero
 from autobalance.types import Report
-from autobalance.wording import at, degrees, weights
-
-NONE = "–"
+from autobalance.wording import NO_VALUE, at, degrees, weights
 
 
 def unbalance_table(report: Report, u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
@@ -48,7 +46,7 @@ def _unbalance_row(
         _heavy(before, u, zero),
         both_g_mm(after["magnitude_g_mm"], u),
         _heavy(after, u, zero),
-        NONE if doubt is None else f"± {u.g_mm(doubt)}",
+        NO_VALUE if doubt is None else f"± {u.g_mm(doubt)}",
         both_g_mm(limit["permissible_g_mm"], u),
     ]
 
@@ -130,8 +128,8 @@ def bob_table(report: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
             [
                 f"throw {bob['throw']}",
                 both_g(fit_g(report, bob), u),
-                NONE if tolerance is None else f"±{_fine(tolerance / u.g_per_mass, u.mass_digits)}",
-                both_g(bob["mass_g"], u) if bare else NONE,
+                NO_VALUE if tolerance is None else f"±{_fine(tolerance / u.g_per_mass, u.mass_digits)}",
+                both_g(bob["mass_g"], u) if bare else NO_VALUE,
                 "",
                 "",
             ]
@@ -245,6 +243,6 @@ def _stage_row(stage: Report, u: DisplayUnits, zero: Zero) -> list[str]:
         u.heavy_at(stage["sum"]["magnitude_g_mm"], stage["sum"]["angle_deg"] - from_deg),
         u.g_mm(stage["permissible_g_mm"]),
         "within" if stage["within"] else "ABOVE",
-        words or NONE,
+        words or NO_VALUE,
         pair(stage["left"]),
     ]

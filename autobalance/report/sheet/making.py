@@ -18,9 +18,8 @@ from autobalance.report.sheet.pen import INK, RULE, SOFT, Pen
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.zero import Zero
 from autobalance.types import Item
-from autobalance.wording import degrees
+from autobalance.wording import NO_VALUE, degrees
 
-NONE = "–"
 SAME_STEP_DEG = 0.05
 FEWEST_ALIKE = 3
 """Fewest holes alike on a circle that share one instruction."""
@@ -90,13 +89,13 @@ def _step(group: Sequence[Item], place: int) -> float:
 def _making(run: Sequence[Item], zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits) -> Making:
     item = run[0]
     cheek = next((cheeks[web] for web in webs_cut(item) if web in cheeks), None)
-    z = NONE if cheek is None else f"{u.mm(abs(item['position_mm'][2] - cheek.z_mm))} {cheek.letter}"
+    z = NO_VALUE if cheek is None else f"{u.mm(abs(item['position_mm'][2] - cheek.z_mm))} {cheek.letter}"
     walls = [each["wall_left_mm"] for each in run if each.get("wall_left_mm") is not None]
     left = [each["depth_left_mm"] for each in run if each.get("depth_left_mm") is not None]
     angles = [kinds.angle_deg(each) for each in run]
     known = [zero.ccw(angle) for angle in angles if angle is not None]
     what = _instruction(zero.counted(item), u)
-    label, ccw, cw = f"cut {item['number']}", NONE, NONE
+    label, ccw, cw = f"cut {item['number']}", NO_VALUE, NO_VALUE
     if known:
         ccw, cw = degrees(known[0]), degrees(-known[0])
     alone = len(run) == 1
@@ -112,11 +111,11 @@ def _making(run: Sequence[Item], zero: Zero, cheeks: Mapping[int, Cheek], u: Dis
     return Making(
         label, what, ccw, cw,
         u.mm(item.get("entry_radius_mm", item["radius_mm"])),
-        u.mm(item["position_mm"][0]) if alone else NONE,
-        u.mm(item["position_mm"][1]) if alone else NONE,
+        u.mm(item["position_mm"][0]) if alone else NO_VALUE,
+        u.mm(item["position_mm"][1]) if alone else NO_VALUE,
         z,
-        u.mm(min(walls)) if walls else NONE,
-        u.mm(min(left)) if left else NONE,
+        u.mm(min(walls)) if walls else NO_VALUE,
+        u.mm(min(left)) if left else NO_VALUE,
     )  # fmt: skip
 
 

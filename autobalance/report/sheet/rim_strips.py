@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.report.balance.datums import angle_datum
-from autobalance.report.sheet.drawing import Drawings
+from autobalance.report.sheet.drawing import MIN_AXIAL_COMPONENT, Drawings
 from autobalance.types import Array, Item
 
 SAME_RADIUS_MM = 0.2
@@ -22,7 +22,6 @@ FAR_DEG, FAR_MM = 60.0, 80.0
 """Gap between holes above which another strip begins: no length of a strip is without a hole."""
 REACH_MM = 60.0
 """Greatest extension of a strip to an edge or line that it is laid on."""
-MIN_AXIAL_COMPONENT = 0.7
 FLAT_MM = 0.05
 """Sag up to which a side represents an arc about the axis; above it, it is flat."""
 STRAIGHT_MM = 0.02

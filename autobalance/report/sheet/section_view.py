@@ -11,7 +11,7 @@ import numpy as np
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.cheeks import Cheek
-from autobalance.report.sheet.drawing import SectionDrawing
+from autobalance.report.sheet.drawing import MIN_AXIAL_COMPONENT, SectionDrawing
 from autobalance.report.sheet.labels import spread_between
 from autobalance.report.sheet.lettering import width_mm
 from autobalance.report.sheet.pen import ACCENT, CENTRE_LINE, INK, METAL, SOFT, Pen, badge_width_mm
@@ -32,7 +32,6 @@ TICKS = 3
 """Fewest parts of a scale."""
 NUMBERS_MM, LEAST_NUMBERS_MM = 9.0, 4.6
 """Distance of the numbers of a scale, usual and least."""
-MIN_AXIAL_COMPONENT = 0.7
 SIZE = 6.5
 SHORT_MM = 5.0
 """Length on the page below which a dimension has its arrows outside."""

@@ -12,9 +12,8 @@ from autobalance.report.display_units import DisplayUnits
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.tolerances import CARE_SHARE, ERROR_SHARE, USUAL_ACCURACY, Held, Tolerances
 from autobalance.types import Item
-from autobalance.wording import listed_numbers
+from autobalance.wording import NO_VALUE, listed_numbers
 
-NONE = "–"
 READING_ADVICE_SHARE = 0.5
 """Share of the remaining permissible value above which a reading is advised after machining."""
 
@@ -88,7 +87,7 @@ def tolerance_words(tolerances: Tolerances) -> list[str]:
 def _plus_minus(value: float | None, digits: int, unit: str = "") -> str:
     """Return a tolerance cut to the decimals that it needs, at least ``digits``; never above its value."""
     if value is None:
-        return NONE
+        return NO_VALUE
     while digits < 7 and _cut(value, digits) < 0.95 * value:
         digits += 1
     return f"±{_cut(value, digits):.{digits}f}{unit}"

@@ -10,6 +10,7 @@ import numpy as np
 
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
+from autobalance.report.sheet.drawing import MIN_AXIAL_COMPONENT
 from autobalance.report.sheet.labels import Occupied, rings_for, spread_on_circle
 from autobalance.report.sheet.lettering import width_mm
 from autobalance.report.sheet.pen import (
@@ -30,7 +31,6 @@ from autobalance.report.sheet.zero import Zero
 from autobalance.types import Array, Item
 from autobalance.wording import at
 
-MIN_AXIAL_COMPONENT = 0.7
 WHEEL_GAP_MM = 1.5
 RING_MM = 5.0
 """Width of the ring of numerals around the wheel, and of each ring of numbers."""

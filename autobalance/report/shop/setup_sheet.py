@@ -11,8 +11,7 @@ from autobalance.machining.part import Listed
 from autobalance.machining.planner import tool_words
 from autobalance.machining.run import NcRun, Program
 from autobalance.machining.setups import CLAMPING_TEXTS
-
-NONE = "–"
+from autobalance.wording import NO_VALUE
 
 
 def setup_sheet(run: NcRun) -> bytes:
@@ -115,9 +114,9 @@ def _cut_row(run: NcRun, cut: Listed, tool: int) -> list[str]:
     """Return the cells of a cut, the last three effects of small errors of depth, angle and point [g·mm]."""
     item = cut.item
     rate = item.get("unbalance_per_mm_g_mm")
-    depth = NONE if rate is None else f"{0.05 * math.hypot(*rate):.2f}"
+    depth = NO_VALUE if rate is None else f"{0.05 * math.hypot(*rate):.2f}"
     turn = math.radians(0.05) * math.hypot(*item["unbalance_change_g_mm"])
-    point = NONE
+    point = NO_VALUE
     operation = cut.operation
     if isinstance(operation, HoleOperation) and operation.point_deg < 180.0:
         radius = 0.5 * operation.diameter_mm

@@ -207,7 +207,7 @@ def _is_chord(look: Look, cylinder: Revolved, faces: Indices) -> Flags:
     np.maximum.at(most, row, reach)
     half = 0.5 * (most - least)
     expected = cylinder.r0 - np.sqrt(np.maximum(0.0, cylinder.r0**2 - half**2))
-    depth = _depth_of(look, cylinder, faces)
+    depth = _Table([cylinder]).depth(look, faces, np.zeros(len(faces), dtype=np.int64))
     ratio = float(np.median(depth / np.maximum(expected, 1e-12)))
     if not CHORD_RATIO[0] < ratio < CHORD_RATIO[1]:
         return np.zeros(len(faces), dtype=bool)
@@ -224,13 +224,6 @@ def _turns_twice(look: Look, cylinder: Revolved, faces: Indices) -> bool:
     angle = np.sort(np.unwrap(np.arctan2(y, x)))
     steps = np.diff(angle)
     return bool((steps > 0.1 * steps.max(initial=0.0)).sum() >= 2)
-
-
-def _depth_of(look: Look, cylinder: Revolved, faces: Indices) -> Array:
-    """Return the greatest depth of each face's plane below a cylinder [mm] (k,)."""
-    point = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]], 0]]
-    depth: Array = cylinder.r0 - np.abs(np.einsum("ij,ij->i", point - cylinder.point, look.normal[faces]))
-    return depth
 
 
 def _spread(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
