@@ -108,7 +108,7 @@ def _request(method: str, url: str, body: Any = None) -> Any:
 
 
 @contextlib.contextmanager
-def browser(folder: Path, pixels: float = 0.5) -> Iterator[Browser]:
+def browser(folder: Path, pixels: float = 0.5, *flags: str) -> Iterator[Browser]:
     """Start chromedriver and Chromium, and end them.
 
     ``pixels`` are those of the screen to each of a page: the processor draws them, and tests that look at
@@ -122,7 +122,7 @@ def browser(folder: Path, pixels: float = 0.5) -> Iterator[Browser]:
     with kept(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
         _wait_for(base)
         own = [f"--user-data-dir={folder}", f"--force-device-scale-factor={pixels:g}"]
-        options = {"args": [*FLAGS, *own]}
+        options = {"args": [*FLAGS, *own, *flags]}
         wanted = {
             "goog:chromeOptions": options,
             "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"},

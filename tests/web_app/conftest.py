@@ -11,10 +11,13 @@ from tests.web_app import small
 from tests.web_app.page import load, nothing_wrong
 from tests.web_app.serving import Served, served
 
+SOFTWARE_PAGES = "--disable-gpu-compositing"
+"""The emulated graphics card draws the 3D views alone and not the pages: a third less work."""
+
 
 @pytest.fixture(scope="session")
 def window(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browser(tmp_path_factory.mktemp("profile")) as opened:
+    with browser(tmp_path_factory.mktemp("profile"), 0.5, SOFTWARE_PAGES) as opened:
         opened.resize(1400, 900)
         yield opened
 
