@@ -42,7 +42,7 @@ class BoltedPair:
     force_over_w2_g_mm : float
         Amplitude of the pair's force over ω², with ω the crank's speed: order² times its unbalance [g·mm].
     residual_g_mm : float
-        Amplitude over ω² that is left [g·mm].
+        Needed amplitude over ω² less that of the pair; negative where the pair gives more [g·mm].
     """
 
     product_g_mm: float

@@ -230,7 +230,7 @@ class _Collected:
                 )
 
     def journals(self) -> None:
-        """Add the run-out of each of the outermost main journals."""
+        """Add the offset from the axis of each of the outermost main journals."""
         options, journals = self.job.study, self.anatomy.main_journals
         if not options.journal_pm_mm > 0.0:
             return

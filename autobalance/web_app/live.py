@@ -48,7 +48,7 @@ class Live:
         ]
 
     async def kinds(self, _: Request) -> Response:
-        """Return the source of the page's forms: kinds and tables with their keys, usual parts, presets."""
+        """Return the source of the page's forms: kinds, tables and analyses, usual parts, grades, presets."""
         from autobalance.crank.parametric.design import PRESETS
         from autobalance.engine.grade import GRADES
         from autobalance.job.template import USUAL_PARTS
@@ -90,7 +90,7 @@ class Live:
         return self._own(request.path_params["run"], VIEW)
 
     async def model(self, request: Request) -> Response:
-        """Return a run's data for the page: the recognised crank, or the linear model of its cuts."""
+        """Return a run's data for the page: whether a crank has its pins, or the linear model of its cuts."""
         return self._own(request.path_params["run"], MODEL)
 
     async def paper(self, request: Request) -> Response:

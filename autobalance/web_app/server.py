@@ -129,7 +129,7 @@ class Pages:
         return Response(asset(room, path), media_type=kind)
 
     async def health(self, _: Request) -> Response:
-        """Answer that the server is there."""
+        """Return that the server is there, and its version."""
         return JSONResponse({"ok": True, "version": __version__})
 
     # --- the project ----------------------------------------------------------------------------------------

@@ -61,7 +61,7 @@ class ClosedPart(Protocol):
 
     @property
     def corners_rad(self) -> tuple[float, ...]:
-        """Corners of the pressure's curve [rad]."""
+        """Edges of panels where the pressure changes quickly [rad]."""
 
     @property
     def work_n_mm(self) -> float:
@@ -76,7 +76,7 @@ class ClosedPart(Protocol):
 
 
 def burn_corners_rad(heat: Wiebe | None, low_rad: float, high_rad: float) -> tuple[float, ...]:
-    """Return the angles about which heat comes out quickly, for panels: start, and parts of the duration."""
+    """Return edges of panels over the burn, about which heat comes out quickly: parts of its duration."""
     if heat is None:
         return ()
     at = [heat.start_rad + share * heat.duration_rad for share in (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0)]
@@ -124,7 +124,7 @@ class AdiabaticPart:
 
     @property
     def corners_rad(self) -> tuple[float, ...]:
-        """Corners of the pressure's curve [rad]."""
+        """Edges of panels where the pressure changes quickly [rad]."""
         return burn_corners_rad(self.heat, self.from_rad, self.to_rad)
 
     def pressure_mpa(self, after_top_rad: Array, volume_mm3: Array) -> Array:

@@ -115,8 +115,8 @@ class KeyFigures:
     acceleration_rad_s2 : float
         Throttle response at the speed: (gas − friction)/J without load [rad/s²].
     greatest_speed_rad_s : float or None
-        At which friction takes all the torque of the gas; None where that is beyond ten times the speed
-        [rad/s].
+        Where friction takes all torque of the gas; 0 where it does from the start, None beyond ten times the
+        speed [rad/s].
     greatest_torque_n_m : float
         Mean torque at the shaft, greatest from a tenth of the speed to the speed [N·m].
     """

@@ -89,7 +89,7 @@ class SolvedPart:
 
     @property
     def corners_rad(self) -> tuple[float, ...]:
-        """Corners of the pressure's curve [rad]."""
+        """Edges of panels where the pressure changes quickly [rad]."""
         return burn_corners_rad(self.heat, self.from_rad, self.to_rad)
 
     def pressure_mpa(self, after_top_rad: Array, volume_mm3: Array) -> Array:
