@@ -44,7 +44,7 @@ STRENGTH = Key(
 
 
 def strength_of(values: Values) -> Strength:
-    """Return what the values of the table say.
+    """Return the strength values of the job's table.
 
     Raises
     ------

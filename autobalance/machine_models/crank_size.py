@@ -55,7 +55,7 @@ def refuse_size(source: Source, file: object) -> None:
 
 
 def odd_size(source: Source) -> str | None:
-    """Return a warning of a crank's odd size; None where it is usual."""
+    """Return a warning of a crank's odd size; None where it is usual, or in no unit is."""
     low, high = ODD_MM
     longest, meant = longest_mm(source), _meant(source)
     if low <= longest <= high or not meant:

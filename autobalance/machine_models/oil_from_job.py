@@ -49,7 +49,7 @@ def throw_oil(oil: Moments, throw: Throw) -> ThrowOil:
 
 
 def _between_throws_mm(anatomy: Anatomy) -> tuple[float, ...]:
-    """Return the ends of each throw's oil: in the middle of the main journal between, else halfway."""
+    """Return z between neighbouring throws' oil: in the middle of the main journal, else halfway [mm]."""
     mains = [float(journal.centre_mm[2]) for journal in anatomy.main_journals]
     pins = [float(throw.crankpin.centre_mm[2]) for throw in anatomy.throws]
     return tuple(

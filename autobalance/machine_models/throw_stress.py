@@ -214,7 +214,7 @@ def cut_boxes(before: Crank, after: Crank, throw: Throw) -> list[tuple[Array, Ar
 
 
 def costs_of(before: ThrowByElements, after: ThrowByElements) -> dict[tuple[int, Place], float]:
-    """Return the rise of stress in each fillet by cuts, the more of bending and torsion; 1 at least.
+    """Return the ratio of stress after to before in each fillet, the more of bending and torsion; 1 at least.
 
     A change that is less than what two meshes of one solid differ by counts as none.
     """

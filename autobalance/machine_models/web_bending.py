@@ -63,7 +63,7 @@ class ThrowElements:
 
 @dataclass(frozen=True)
 class Bending:
-    """Stress in the webs by a force on each crankpin, across the axis."""
+    """A force on each crankpin, across the axis, and the stress it makes in the webs."""
 
     force_N: tuple[float, ...]
     webs: tuple[WebBending, ...]
