@@ -96,8 +96,6 @@ class _Marker:
 
 INLINE: Final = _Marker("inline")
 """Mark of a record or mapping in a record: its keys stand among the others, none where it is None."""
-INSIDE: Final = _Marker("inside")
-"""Mark of a field that is not written, such as arrays for plots."""
 
 NotNegative = Annotated[float, Bound("minimum", 0)]
 Positive = Annotated[float, Bound("exclusiveMinimum", 0)]
@@ -149,14 +147,11 @@ class Field(NamedTuple):
 def fields_of(of: type) -> tuple[Field, ...]:
     """Return the fields of a record that are written, in their order."""
     hints = get_type_hints(of, include_extras=True)
-    known = [_field(each, hints[each.name]) for each in dataclasses.fields(of)]
-    return tuple(each for each in known if each is not None)
+    return tuple(_field(each, hints[each.name]) for each in dataclasses.fields(of))
 
 
-def _field(field: dataclasses.Field[Any], hint: Any) -> Field | None:
+def _field(field: dataclasses.Field[Any], hint: Any) -> Field:
     marks = list(_marks(hint))
-    if INSIDE in marks:
-        return None
     units = [each for each in marks if isinstance(each, Written)]
     keys = [each.name for each in marks if isinstance(each, Key)]
     key = units[0].key(field.name) if units else field.name

@@ -31,8 +31,9 @@ COARSENING = (2.0, 1.6)
 """Over the usual size of elements."""
 LEAST_CUT_MM3 = 1.0
 BESIDE_MM = 0.01
-NEAR_END_MM = 0.5
 """Around a cut, whose surface is looked for in the mesh."""
+NEAR_END_MM = 0.5
+"""From a main journal's end into its metal: the section there shows its size."""
 NEEDLE_MM = 1e-3
 """Shorter edges, as cutting leaves them, go before meshing: elements beside them were as fine."""
 LONGEST_S = 90.0
