@@ -134,12 +134,45 @@ class Face:
 
 
 @dataclass(frozen=True, eq=False)
+class Cylinder(Pin):
+    """A bare cylinder or bore along the crank axis, whatever it was taken for.
+
+    ``number`` is that of the journal or crankpin that it was taken for, else None.
+    """
+
+    kind: Literal["outside", "bore"]
+    role: Literal["main_journal", "crankpin", "collar", "shaft", "web", "none"]
+    number: int | None = None
+
+    @property
+    def offset_mm(self) -> float:
+        """Distance from the crank axis."""
+        return math.hypot(float(self.centre_mm[0]), float(self.centre_mm[1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Doubt:
+    """A choice that the rules of recognition leave open: what was taken, and what could be meant instead.
+
+    ``number`` counts the journals or crankpins that ``about`` names; ``setting`` is the line of a job that
+    takes the other reading.
+    """
+
+    about: Literal["main_journal", "crankpin", "axis"]
+    number: int
+    chosen: Pin
+    other: Pin
+    setting: str
+
+
+@dataclass(frozen=True, eq=False)
 class Anatomy:
     """A recognised crankshaft.
 
     ``file_to_rotor`` (4, 4) takes file coordinates (in mm) to the rotor frame;
     ``journal_misalignment_mm`` is the greatest distance of a main journal's centre from the common axis;
     ``datums`` None: not looked for; ``scan`` None: the surface is drawn, not scanned.
+    ``cylinders`` are all along the axis, by increasing z; ``doubts`` what could be meant otherwise.
     """
 
     file_to_rotor: Array
@@ -149,6 +182,8 @@ class Anatomy:
     journal_misalignment_mm: float
     datums: Datums | None = None
     scan: ScanFit | None = None
+    cylinders: tuple[Cylinder, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
 
     @property
     def rotor_to_file(self) -> Array:
