@@ -13,6 +13,9 @@ from autobalance.crank.scan import ScanFit
 from autobalance.types import Array, Indices
 from autobalance.units import wrapped_deg
 
+ON_AXIS_MM = 1e-3
+"""The middle of a cylinder nearer to the axis than this has no angle: files are rounded to as much."""
+
 
 @dataclass(frozen=True, eq=False)
 class Pin:
@@ -148,6 +151,13 @@ class Cylinder(Pin):
     def offset_mm(self) -> float:
         """Distance from the crank axis."""
         return math.hypot(float(self.centre_mm[0]), float(self.centre_mm[1]))
+
+    @property
+    def angle_deg(self) -> float:
+        """Angle of its middle from throw 1, in [0, 360); 0 for one on the axis."""
+        if self.offset_mm < ON_AXIS_MM:
+            return 0.0
+        return wrapped_deg(math.degrees(math.atan2(float(self.centre_mm[1]), float(self.centre_mm[0]))))
 
 
 @dataclass(frozen=True, eq=False)

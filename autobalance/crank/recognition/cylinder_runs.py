@@ -70,14 +70,15 @@ class CylinderRun:
 
 
 @dataclass(frozen=True, eq=False)
-class _Link:
-    """A circle that is a whole piece of the section with number ``place``."""
+class Link:
+    """A circle in the section with number ``place``: a whole piece of it, or a hole."""
 
     place: int
     centre: Array
     radius: float
 
-    def continues(self, first: _Link) -> bool:
+    def continues(self, first: Link) -> bool:
+        """Return whether this circle is that of a chain's first one."""
         return (
             abs(self.radius - first.radius) < SAME_RADIUS * first.radius
             and float(np.linalg.norm(self.centre - first.centre)) < SAME_CENTRE * first.radius
@@ -86,20 +87,35 @@ class _Link:
 
 def find_runs(long: SectionStack, rounding_mm: float) -> list[CylinderRun]:
     """Return the bare cylinders whose whole section piece is their circle, by increasing z."""
-    chains: list[list[_Link]] = []
+    runs = [run_of_chain(long, chain, rounding_mm) for chain in _chains(long)]
+    return _joined(long, _distinct([run for run in runs if run is not None]))
+
+
+def find_thin_runs(
+    long: SectionStack, rounding_mm: float, least_width_mm: float, known: Sequence[CylinderRun]
+) -> list[CylinderRun]:
+    """Return discs too thin for ``find_runs``, but at least ``least_width_mm`` wide; none of those known."""
+    chains = _chains(long, least_width_mm / LEAST_WIDTH)
+    runs = [run_of_chain(long, chain, rounding_mm, least_width_mm) for chain in chains]
+    thin = [run for run in runs if run is not None and run.width < LEAST_WIDTH * run.radius]
+    return [run for run in _distinct([*known, *thin]) if any(run is other for other in thin)]
+
+
+def _chains(long: SectionStack, least_radius_mm: float = 0.0) -> list[list[Link]]:
+    """Return the circles of each supposed cylinder of a radius or more, by increasing z."""
+    chains: list[list[Link]] = []
     for place, section in enumerate(long.sections):
         for piece in section.pieces:
-            if piece.circle is None:
+            if piece.circle is None or piece.circle.radius < least_radius_mm:
                 continue
-            here = _Link(place, piece.circle.centre, piece.circle.radius)
+            here = Link(place, piece.circle.centre, piece.circle.radius)
             for chain in reversed(chains):
                 if here.continues(chain[0]) and _unbroken(long, chain, here):
                     chain.append(here)
                     break
             else:
                 chains.append([here])
-    runs = [_run(long, chain, rounding_mm) for chain in chains]
-    return _joined(long, _distinct([run for run in runs if run is not None]))
+    return chains
 
 
 def _joined(long: SectionStack, runs: Sequence[CylinderRun]) -> list[CylinderRun]:
@@ -125,9 +141,9 @@ def _meet(long: SectionStack, before: CylinderRun, after: CylinderRun) -> bool:
     if gap < LEAST_WIDTH * before.radius:
         return gap > -LEAST_WIDTH * before.radius
     between = [s for s in long.sections if before.z_high < s.z_mm < after.z_low]
-    own = _Link(0, before.centre, before.radius)
+    own = Link(0, before.centre, before.radius)
     circles = [piece.circle for section in between for piece in section.pieces if piece.circle is not None]
-    if not all(_Link(0, circle.centre, circle.radius).continues(own) for circle in circles):
+    if not all(Link(0, circle.centre, circle.radius).continues(own) for circle in circles):
         return False  # a groove, or a crankpin between two webs
     reaches = [max((p.reach_from(before.centre) for p in s.pieces), default=0.0) for s in between]
     return gap < GAP_SHARE * before.radius and all(
@@ -150,7 +166,7 @@ def _distinct(runs: Sequence[CylinderRun]) -> list[CylinderRun]:
     return sorted(kept, key=lambda run: run.z_mid)
 
 
-def _unbroken(long: SectionStack, chain: Sequence[_Link], here: _Link) -> bool:
+def _unbroken(long: SectionStack, chain: Sequence[Link], here: Link) -> bool:
     """Return whether a circle follows its chain, with nothing but drillings and grooves between."""
     last = chain[-1].place
     if last >= here.place - 1:
@@ -174,8 +190,13 @@ def _unbroken(long: SectionStack, chain: Sequence[_Link], here: _Link) -> bool:
     )
 
 
-def _run(long: SectionStack, chain: Sequence[_Link], rounding_mm: float) -> CylinderRun | None:
-    """Return the cylinder of a chain of circles, its ends at its last vertices; None if they show none."""
+def run_of_chain(
+    long: SectionStack, chain: Sequence[Link], rounding_mm: float, least_width_mm: float | None = None
+) -> CylinderRun | None:
+    """Return the cylinder of a chain of circles, its ends at its last vertices; None if they show none.
+
+    It is at least ``least_width_mm`` wide (default: a share of its radius).
+    """
     centre = np.median([link.centre for link in chain], axis=0)
     radius = float(np.median([link.radius for link in chain]))
     shown = sorted(chain, key=lambda link: abs(link.radius - radius))
@@ -183,7 +204,7 @@ def _run(long: SectionStack, chain: Sequence[_Link], rounding_mm: float) -> Cyli
     z_from = long.sections[before].z_mm if before >= 0 else -np.inf
     z_to = long.sections[after].z_mm if after < len(long.sections) else np.inf
     span = long.sections[chain[-1].place].z_mm - long.sections[chain[0].place].z_mm
-    return bare_cylinder(long, centre, radius, (z_from, z_to), span, rounding_mm, shown)
+    return bare_cylinder(long, centre, radius, (z_from, z_to), span, rounding_mm, shown, least_width_mm)
 
 
 def bare_cylinder(
@@ -193,7 +214,8 @@ def bare_cylinder(
     z_range: tuple[float, float],
     span: float,
     rounding_mm: float,
-    shown: Sequence[_Link] = (),
+    shown: Sequence[Link] = (),
+    least_width_mm: float | None = None,
 ) -> CylinderRun | None:
     """Return the cylinder along z on which vertices in a range of z lie; None if they show none.
 
@@ -214,7 +236,7 @@ def bare_cylinder(
     for middle, size in circles:
         away = distances(near, middle)
         for share in NARROW_SEARCH_RATIOS:
-            run = _fitted(near, away, size, share, span, rounding_mm)
+            run = _fitted(near, away, size, share, span, rounding_mm, least_width_mm)
             if run is not None:
                 return run
     away = distances(near, centre)
@@ -223,7 +245,7 @@ def bare_cylinder(
     for _ in range(TRIED_RADII):
         dense = _densest(rest, NARROW_SEARCH_RATIOS[-1] * radius, radius)
         for share in (NARROW_SEARCH_RATIOS[-1], WIDE_SEARCH_RATIO):
-            run = _fitted(near, away, dense, share, span, rounding_mm)
+            run = _fitted(near, away, dense, share, span, rounding_mm, least_width_mm)
             if run is not None and _is_reached(long, run):
                 return run
             fallback = fallback or run
@@ -232,7 +254,13 @@ def bare_cylinder(
 
 
 def _fitted(
-    near: Array, away: Array, radius: float, share: float, span: float, rounding_mm: float
+    near: Array,
+    away: Array,
+    radius: float,
+    share: float,
+    span: float,
+    rounding_mm: float,
+    least_width_mm: float | None,
 ) -> CylinderRun | None:
     """Return the cylinder through vertices whose distances ``away`` are a radius but for a share of it."""
     ring = np.flatnonzero(np.abs(away - radius) <= share * radius + rounding_mm)
@@ -249,7 +277,8 @@ def _fitted(
     if len(heights) < LEAST_VERTICES:
         return None
     low, high = float(heights.min()), float(heights.max())
-    wide = high - low >= max(LEAST_WIDTH * size, MOST_OF_SPAN * span)
+    least = LEAST_WIDTH * size if least_width_mm is None else least_width_mm
+    wide = high - low >= max(least, MOST_OF_SPAN * span)
     return CylinderRun(fitted, size, low, high) if wide else None
 
 

@@ -29,6 +29,9 @@ COLLAR_WIDTH_SHARE = 0.5
 share of that one's."""
 ROUGH_COLLAR = 0.45
 """The same share in a scan, whose rounded edges take more of what is short (gmsh 4a: 0.49 for 0.545)."""
+RING, RING_DOUBT = 0.15, 0.3
+"""A cylinder narrower than the first share of its own diameter is a ring, a thrust collar's; one between both
+may be a ring: a public crank has shoulders of 54 mm by 12 mm at its webs, and its seats behind them."""
 
 
 class GapError(RecognitionError):

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, Throw
+from autobalance.crank.recognition.all_cylinders import all_cylinders
 from autobalance.crank.recognition.covered import on_surface
 from autobalance.crank.recognition.cylinder_runs import (
     CylinderRun,
@@ -231,7 +232,8 @@ def _along(
         )
     if own is not None and overrides.main_journals is None and overrides.crankpins is None:
         layout = own_layout(long, layout, cylinders)
-    return _anatomy(mesh, long, _on_surface(mesh, long, layout, overrides, rounding), overrides, rounding)
+    layout = _on_surface(mesh, long, layout, overrides, rounding)
+    return _anatomy(mesh, long, layout, overrides, rounding, cylinders)
 
 
 def _on_surface(
@@ -303,10 +305,12 @@ def _with_pins(
     if overrides.main_journals is not None:
         journals = [hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
         axis = journals[0].centre if known_axis is None else known_axis
-        return JournalLayout(axis, tuple(sorted(journals, key=lambda run: run.z_mid)), tuple(pins))
-    on_axis = crank_axis(long, near, known_axis)
-    axis = on_axis[0].centre
-    return JournalLayout(axis, tuple(choose_journals(long, on_axis, pins, axis)), tuple(pins))
+        journals = sorted(journals, key=lambda run: run.z_mid)
+    else:
+        on_axis = crank_axis(long, near, known_axis)
+        axis = on_axis[0].centre
+        journals = choose_journals(long, on_axis, pins, axis)
+    return JournalLayout(axis, tuple(journals), tuple(pins), chosen_from=tuple(runs))
 
 
 def _apart(run: CylinderRun, pin: CylinderRun) -> bool:
@@ -317,11 +321,7 @@ def _from_job(mesh: Mesh, overrides: Overrides, stated_axis: tuple[Array | None,
     """Return the anatomy from a job's own statements; only webs are recognised."""
     rounding = Views(mesh).rounding_mm
     long = lengthwise(mesh, stated_axis[1], rounding)
-    incomplete = any(
-        hint.diameter_mm is None or hint.width_mm is None
-        for hint in (*(overrides.crankpins or ()), *(overrides.main_journals or ()))
-    )
-    runs = find_runs(long, rounding) if incomplete else []
+    runs = find_runs(long, rounding)
     pins = [hinted(long, hint, runs, "crankpins") for hint in overrides.crankpins or ()]
     journals = [hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals or ()]
     if not pins:
@@ -334,12 +334,18 @@ def _from_job(mesh: Mesh, overrides: Overrides, stated_axis: tuple[Array | None,
         axis,
         tuple(sorted(journals, key=lambda run: run.z_mid)),
         tuple(sorted(pins, key=lambda run: run.z_mid)),
+        chosen_from=tuple(runs),
     )
     return _anatomy(mesh, long, layout, overrides, rounding)
 
 
 def _anatomy(
-    mesh: Mesh, long: SectionStack, layout: JournalLayout, overrides: Overrides, rounding: float
+    mesh: Mesh,
+    long: SectionStack,
+    layout: JournalLayout,
+    overrides: Overrides,
+    rounding: float,
+    cylinders: Sequence[CylinderFace] = (),
 ) -> Anatomy:
     """Return the numbered anatomy of a layout, measured in its rotor frame."""
     axis = layout.axis
@@ -369,7 +375,9 @@ def _anatomy(
         for number, run in enumerate(layout.journals, 1)
     )
     throws = tuple(_throw(local, run, number) for number, run in enumerate(layout.pins, 1))
-    return Anatomy(local @ long.turn, journals, throws, webs, _misalignment(layout), datums)
+    told = all_cylinders(long, layout, here, overrides, cylinders, rounding, local)
+    off = _misalignment(layout)
+    return Anatomy(local @ long.turn, journals, throws, webs, off, datums, cylinders=told)
 
 
 def _tight(long: SectionStack, runs: Sequence[CylinderRun], rounding: float) -> tuple[CylinderRun, ...]:

@@ -146,8 +146,12 @@ def _fitted(
         levels_mm=np.array([z for z, _ in heights]),
         level_areas_mm2=np.array([area for _, area in heights]),
     )
-    fitted = JournalLayout(
-        line.values[:2], tuple(each.run for each in journals), tuple(each.run for each in pins), settled=True
+    fitted = replace(
+        layout,
+        axis=line.values[:2],
+        journals=tuple(each.run for each in journals),
+        pins=tuple(each.run for each in pins),
+        settled=True,
     )
     anatomy = finish(long, fitted)
     measured = FittedCrank(

@@ -245,7 +245,7 @@ def pieces_of(outlines: list[Array], grain_mm: float, rough_mm: float = 0.0) -> 
     for outline, area in real:
         if area < 0.0:
             for place, (around, size) in enumerate(solids):
-                if len(solids) == 1 or (size > -area and _inside(around, outline[0])):
+                if len(solids) == 1 or (size > -area and encloses(around, outline[0])):
                     holes[place].append(outline)
                     break
     return tuple(
@@ -259,7 +259,8 @@ def _area(outline: Array) -> float:
     return 0.5 * float((x * following(y) - y * following(x)).sum())
 
 
-def _inside(outline: Array, point: Array) -> bool:
+def encloses(outline: Array, point: Array) -> bool:
+    """Return whether a point (2,) lies within a closed outline (k, 2)."""
     a = outline - point
     b = following(a)
     crosses = (a[:, 1] > 0.0) != (b[:, 1] > 0.0)

@@ -13,6 +13,9 @@ from autobalance.types import Values
 from autobalance.wording import degrees
 
 MOST_FACES = 12
+ON_AXIS_SHARE = 0.015
+"""A cylinder whose middle is off the axis by less than this share of its diameter is on it."""
+ROLES = {"collar": "collar", "shaft": "shaft", "web": "web", "none": "cylinder"}
 METRIC = ON_SCREEN["metric"]
 
 
@@ -155,8 +158,25 @@ def _anatomy(report: Values, units: DisplayUnits) -> str:
         rows.append((f"  web {web['number']}", units.of_length(middle), "", width, note))
     off = units.of_length(crank["journal_misalignment_mm"])
     return "\n".join(
-        [table(rows), f"  main journals within {off} of the common axis", *scan_lines(crank, units)]
+        [
+            table(rows),
+            f"  main journals within {off} of the common axis",
+            *scan_lines(crank, units),
+            *_also_on_axis(crank, units),
+        ]
     )
+
+
+def _also_on_axis(crank: Values, units: DisplayUnits) -> list[str]:
+    """Return the table of cylinders on the axis that are no main journals; none without any."""
+    rows: list[tuple[str, ...]] = [("Also on the axis", "z", "diameter", "width")]
+    for each in crank["cylinders"]:
+        on_axis = each["offset_mm"] < ON_AXIS_SHARE * each["diameter_mm"]
+        if on_axis and each["role"] not in ("main_journal", "crankpin"):
+            name = ROLES[each["role"]] if each["kind"] == "outside" else "bore"
+            cells = (units.of_length(each[key]) for key in ("z_mm", "diameter_mm", "width_mm"))
+            rows.append((f"  {name}", *cells))
+    return ["", table(rows)] if len(rows) > 1 else []
 
 
 def _counterweight_note(web: Values, units: DisplayUnits) -> str:

@@ -159,6 +159,33 @@ class Web:
 
 
 @record
+class Cylinder:
+    """A bare cylinder or a bore along the crank axis, and what it was taken for."""
+
+    z_mm: Annotated[float, "its middle"]
+    width_mm: NotNegative
+    diameter_mm: Positive
+    offset_mm: Annotated[NotNegative, "distance of its middle from the crank axis"]
+    angle_deg: Annotated[Angle, "of its middle, from crankpin 1; 0 on the axis"]
+    kind: Literal["outside", "bore"]
+    role: Literal["main_journal", "crankpin", "collar", "shaft", "web", "none"]
+    number: Annotated[Ordinal | None, "of the main journal or crankpin, else null"]
+
+    @classmethod
+    def of(cls, each: crank_anatomy.Cylinder) -> Self:
+        return cls(
+            z_mm=each.centre_mm[2],
+            width_mm=each.width_mm,
+            diameter_mm=each.diameter_mm,
+            offset_mm=each.offset_mm,
+            angle_deg=each.angle_deg,
+            kind=each.kind,
+            role=each.role,
+            number=each.number,
+        )
+
+
+@record
 class HiddenMetal:
     """Metal between facets and true surfaces."""
 
@@ -258,6 +285,9 @@ class Crank:
     main_journals: Sequence[Journal]
     throws: Annotated[Sequence[Throw], Bound("minItems", 1)]
     webs: Sequence[Web]
+    cylinders: Annotated[
+        Sequence[Cylinder], "all bare cylinders and bores along the axis, whatever they were taken for, by z"
+    ]
     journal_misalignment_mm: NotNegative
     facet_error: FacetError | None
     datums: Datums | None
@@ -274,6 +304,7 @@ class Crank:
             main_journals=[Journal.of(pin, anatomy) for pin in anatomy.main_journals],
             throws=[Throw.of(throw, scan) for throw in anatomy.throws],
             webs=[Web.of(web, scan) for web in anatomy.webs],
+            cylinders=[Cylinder.of(each) for each in anatomy.cylinders],
             journal_misalignment_mm=anatomy.journal_misalignment_mm,
             facet_error=None if error is None else FacetError.of(error),
             datums=None if anatomy.datums is None else Datums.of(anatomy.datums),

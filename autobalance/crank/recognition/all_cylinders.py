@@ -1,0 +1,258 @@
+"""All bare cylinders and bores along a recognised crank, with what each was taken for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from autobalance.crank.anatomy import Cylinder, Overrides, Web
+from autobalance.crank.recognition.circles import distances, whole_circle
+from autobalance.crank.recognition.cylinder_runs import (
+    SAME_CENTRE,
+    SAME_RADIUS,
+    CylinderRun,
+    Link,
+    bare_cylinder,
+    find_thin_runs,
+    run_of_chain,
+)
+from autobalance.crank.recognition.exact_cylinders import own_cylinder
+from autobalance.crank.recognition.layout import RING_DOUBT, JournalLayout
+from autobalance.crank.recognition.section_stack import CrossSection, SectionStack, encloses
+from autobalance.solid.cad.surface import CylinderFace
+from autobalance.types import Array
+
+LEAST_WIDTH_MM, LEAST_WIDTH_SHARE = 2.0, 0.05
+"""Cylinders are listed from this width on, or from this share of the thickest main journal's diameter."""
+SAME_STRETCH = 0.5
+"""A cylinder is a journal's, or a web's, when it shares so much of its own width or the journal's."""
+BESIDE = 0.1
+"""... and its middle is off the journal's by less than this share of the radius: typed ones are off, too."""
+SAME_BORE = 0.05
+"""A pressed-in crankpin's bore has its radius but for this share."""
+
+MAX_CROSSING = 2.0
+"""Drillings that meet a bore hide its circle over at most so many of its radii, slanting ones too ..."""
+LEAST_OPEN = 0.9
+"""... and leave it open to at least this share of its radius."""
+
+Kind: TypeAlias = Literal["outside", "bore"]
+Role: TypeAlias = Literal["main_journal", "crankpin", "collar", "shaft", "web", "none"]
+
+
+@dataclass(frozen=True, eq=False)
+class _Told:
+    """A cylinder with its role."""
+
+    run: CylinderRun
+    kind: Kind
+    role: Role
+    number: int | None = None
+
+
+def all_cylinders(
+    long: SectionStack,
+    layout: JournalLayout,
+    webs: Sequence[Web],
+    overrides: Overrides,
+    own: Sequence[CylinderFace],
+    rounding_mm: float,
+    to_rotor: Array,
+) -> tuple[Cylinder, ...]:
+    """Return the bare cylinders and bores of a crank, by increasing z.
+
+    Parameters
+    ----------
+    long : SectionStack
+    layout : JournalLayout
+        With the bare cylinders from which it was chosen.
+    webs : sequence of Web
+        In the turned axes' z.
+    overrides : Overrides
+        Journals and crankpins that it states are listed as they are in the file.
+    own : sequence of CylinderFace
+        The solid's own, where its file keeps them: they are more exact.
+    rounding_mm : float
+    to_rotor : (4, 4) float
+        From the turned axes to the rotor frame.
+    """
+    thickest = max((run.radius for run in layout.journals), default=0.0)
+    least_mm = min(LEAST_WIDTH_MM, LEAST_WIDTH_SHARE * 2.0 * thickest)
+    outside = list(layout.chosen_from)
+    if long.blur_mm == 0.0:
+        outside += find_thin_runs(long, rounding_mm, least_mm, outside)
+    told = [
+        *_held(layout.journals, outside, "main_journal", overrides.main_journals is not None),
+        *_held(layout.pins, outside, "crankpin", overrides.crankpins is not None, overrides.crankpin_in_file),
+    ]
+    taken = [each.run for each in told]
+    for run in outside:
+        if not any(_is_part(run, other) for other in taken):
+            told.append(_Told(_tight(long, run, own, rounding_mm), "outside", _role(run, layout, webs)))
+    told += _bores(long, layout, told, least_mm, own, rounding_mm)
+    wide = [each for each in told if each.number is not None or each.run.width >= least_mm]
+    wide.sort(key=lambda each: (each.run.z_mid, each.run.radius))
+    return tuple(_placed(each, to_rotor) for each in wide)
+
+
+def _placed(each: _Told, to_rotor: Array) -> Cylinder:
+    run = each.run
+    centre = to_rotor[:3, :3] @ np.array([*run.centre, run.z_mid]) + to_rotor[:3, 3]
+    return Cylinder(centre, 2.0 * run.radius, run.width, each.kind, each.role, each.number)
+
+
+def _held(
+    taken: Sequence[CylinderRun],
+    outside: Sequence[CylinderRun],
+    role: Literal["main_journal", "crankpin"],
+    stated: bool,
+    in_file: bool | None = True,
+) -> list[_Told]:
+    """Return the file's cylinder of each journal or crankpin: its own, or the nearest to a stated one."""
+    told = []
+    for number, run in enumerate(taken, 1):
+        there = [other for other in outside if _shares(other, run) > SAME_STRETCH and _is_beside(other, run)]
+        if stated and there:
+            nearest = max(there, key=lambda other: _shares(other, run))
+            told.append(_Told(nearest, "outside", role, number))
+        elif not stated and (there or in_file):
+            told.append(_Told(run, "outside", role, number))
+    return told
+
+
+def _shares(run: CylinderRun, other: CylinderRun) -> float:
+    """Return the length that two cylinders share, over the lesser one's."""
+    shared = min(run.z_high, other.z_high) - max(run.z_low, other.z_low)
+    return shared / max(min(run.width, other.width), 1e-9)
+
+
+def _is_beside(run: CylinderRun, other: CylinderRun) -> bool:
+    return float(np.linalg.norm(run.centre - other.centre)) < BESIDE * max(run.radius, other.radius)
+
+
+def _is_part(run: CylinderRun, other: CylinderRun) -> bool:
+    """Return whether two cylinders are one."""
+    return (
+        _shares(run, other) > SAME_STRETCH
+        and float(np.linalg.norm(run.centre - other.centre)) < SAME_CENTRE * run.radius
+        and abs(run.radius - other.radius) < SAME_RADIUS * run.radius
+    )
+
+
+def _tight(
+    long: SectionStack, run: CylinderRun, own: Sequence[CylinderFace], rounding_mm: float
+) -> CylinderRun:
+    """Return a cylinder fitted again in the final axes, or the solid's own."""
+    if long.blur_mm > 0.0:
+        return run
+    pad = 1e-3 * run.radius
+    reach = run.z_low - pad, run.z_high + pad
+    again = bare_cylinder(long, run.centre, run.radius, reach, 0.9 * run.width, rounding_mm, (), 0.0)
+    return own_cylinder(long, run if again is None else again, own)
+
+
+def _role(run: CylinderRun, layout: JournalLayout, webs: Sequence[Web]) -> Role:
+    """Return what a bare cylinder is that is neither journal nor crankpin."""
+    for web in webs:
+        shared = min(run.z_high, web.z_max_mm) - max(run.z_low, web.z_min_mm)
+        if shared > SAME_STRETCH * run.width:
+            return "web"
+    is_ring = run.width < RING_DOUBT * 2.0 * run.radius
+    if float(np.linalg.norm(run.centre - layout.axis)) < SAME_CENTRE * run.radius:
+        return "collar" if is_ring else "shaft"
+    about_pin = any(
+        float(np.linalg.norm(run.centre - pin.centre)) < SAME_CENTRE * run.radius for pin in layout.pins
+    )
+    return "collar" if about_pin and is_ring else "none"
+
+
+# --- bores --------------------------------------------------------------------------------------------------
+
+
+def _bores(
+    long: SectionStack,
+    layout: JournalLayout,
+    told: Sequence[_Told],
+    least_mm: float,
+    own: Sequence[CylinderFace],
+    rounding_mm: float,
+) -> list[_Told]:
+    """Return the bores; those of journals and crankpins that no cylinder outside is have their numbers."""
+    numbered = {(each.role, each.number) for each in told}
+    kinds: tuple[tuple[Role, Sequence[CylinderRun]], ...] = (
+        ("main_journal", layout.journals),
+        ("crankpin", layout.pins),
+    )
+    open_ends = [
+        (role, number, run)
+        for role, taken in kinds
+        for number, run in enumerate(taken, 1)
+        if (role, number) not in numbered
+    ]
+    bores = []
+    for bore in bore_runs(long, rounding_mm):
+        fitted = own_cylinder(long, bore, own)
+        near = [each for each in open_ends if _is_beside(bore, each[2]) and _alike(bore, each[2].radius)]
+        if near:
+            role, number, _ = min(near, key=lambda each: _apart_mm(bore, each[2]))
+            bores.append(_Told(fitted, "bore", role, number))
+        elif bore.width >= least_mm:
+            bores.append(_Told(fitted, "bore", "none"))
+    return bores
+
+
+def _alike(bore: CylinderRun, radius: float) -> bool:
+    return abs(bore.radius - radius) < SAME_BORE * radius
+
+
+def _apart_mm(run: CylinderRun, other: CylinderRun) -> float:
+    """Return the distance of two cylinders along the axis, below 0 where they overlap."""
+    return max(run.z_low, other.z_low) - min(run.z_high, other.z_high)
+
+
+def bore_runs(long: SectionStack, rounding_mm: float) -> list[CylinderRun]:
+    """Return the round holes along the axis, by increasing z."""
+    chains: list[list[Link]] = []
+    for place, section in enumerate(long.sections):
+        for piece in section.pieces:
+            for bore in piece.bores:
+                here = Link(place, bore.centre, bore.radius)
+                for chain in reversed(chains):
+                    if here.continues(chain[0]) and _follows(long, chain[-1], here):
+                        chain.append(here)
+                        break
+                else:
+                    chains.append([here])
+    runs = [_bore(long, chain, rounding_mm) for chain in chains]
+    return sorted((run for run in runs if run is not None), key=lambda run: run.z_mid)
+
+
+def _follows(long: SectionStack, last: Link, here: Link) -> bool:
+    """Return whether a hole goes on from one section to another: drillings that meet it may lie between."""
+    between = long.sections[last.place + 1 : here.place]
+    gap = long.sections[here.place].z_mm - long.sections[last.place].z_mm
+    if here.place == last.place or (between and gap > MAX_CROSSING * here.radius):
+        return False
+    return all(_is_open(section, here) for section in between)
+
+
+def _is_open(section: CrossSection, bore: Link) -> bool:
+    """Return whether a section has a hole about a bore's middle that is at least as wide, but not round."""
+    return any(
+        whole_circle(hole[::-1], piece.grain_mm, piece.rough_mm) is None
+        and encloses(hole, bore.centre)
+        and float(distances(hole, bore.centre).min()) > LEAST_OPEN * bore.radius
+        for piece in section.pieces
+        for hole in piece.holes
+    )
+
+
+def _bore(long: SectionStack, chain: Sequence[Link], rounding_mm: float) -> CylinderRun | None:
+    if long.blur_mm == 0.0:
+        return run_of_chain(long, chain, rounding_mm, 0.0)
+    low, high = (long.sections[link.place].z_mm for link in (chain[0], chain[-1]))
+    centre = np.median([link.centre for link in chain], axis=0)
+    return CylinderRun(centre, float(np.median([link.radius for link in chain])), low, high)
