@@ -14,7 +14,16 @@ from autobalance.api.options import place_mm
 from autobalance.api.result import VerbResult
 from autobalance.engine.dead_centres import dead_centres, first_order_counterweight
 from autobalance.engine.factor_advice import advise
-from autobalance.engine.force_summary import shaking_force, turn_loads, turn_support
+from autobalance.engine.force_summary import (
+    ANGLES,
+    highest_order,
+    shaking_force,
+    turn_loads,
+    turn_support,
+)
+from autobalance.engine.loads import whole_turn
+from autobalance.engine.roll import momentum_roll_n_m
+from autobalance.engine.shafts import orders_with_shafts, roll_moment_n_m
 from autobalance.engine.whole_engine import Engine, about
 from autobalance.errors import JobError, UsageError
 from autobalance.job import JobSource
@@ -24,9 +33,12 @@ from autobalance.report.plot_files import Drawn, Plot, Plots
 from autobalance.report.records.forces import (
     EngineState,
     Factors,
+    ForceOrder,
     ForcesReport,
     InertiaLoads,
+    Roll,
     ShakingForce,
+    WithShafts,
 )
 from autobalance.runtime import Progress
 
@@ -139,16 +151,17 @@ def forces(
         moments_about_z_mm=reference,
         cylinders=dead_centres(as_file),
         first_order_counterweight=first_order_counterweight(as_file),
+        roll=Roll.of(as_file, case.speed_rad_s),
         states=states,
         factors=Factors.of(advice, transverse_weight),
-        mounts=_mounted(case, as_file, compared) if mounts else ABSENT,
+        mounts=_mounted(case, as_file, compared, reference) if mounts else ABSENT,
         warnings=case.warnings,
     )
     return ForcesResult(report, case, engines, tuple(compared))
 
 
-def _mounted(case: Request, as_file: Engine, factors: Sequence[float]) -> dict[str, Any]:
-    """Return the engine on its mounts, by factor; with gas where the job has a cycle."""
+def _mounted(case: Request, as_file: Engine, factors: Sequence[float], reference_mm: float) -> dict[str, Any]:
+    """Return the engine on its mounts, by factor; with its balance shafts, and gas where it has a cycle."""
     from autobalance.machine_models.mounted_engine import Torque, analysed, inertia_torque
     from autobalance.report.records.mounts import mounts_values
 
@@ -174,6 +187,7 @@ def _mounted(case: Request, as_file: Engine, factors: Sequence[float]) -> dict[s
             lambda factor: engine_from_job.balanced_to(as_file, case.job, case.crank.anatomy, factor),
             torque,
             factors,
+            engine_from_job.shafts_beside(as_file, case.job, reference_mm),
         )
     )
 
@@ -186,7 +200,21 @@ def _state(
         name=name,
         balance_factor=factor,
         force=ShakingForce.of(replace(force, orders=tuple(about(force.orders, reference_mm)))),
+        with_shafts=_with_shafts(engine, case, reference_mm) if case.job.shafts else ABSENT,
         loads=_loads(engine, engine_from_job.mains_z_mm(case.crank.anatomy), case, reference_mm),
+    )
+
+
+def _with_shafts(engine: Engine, case: Request, reference_mm: float) -> WithShafts:
+    """Return the orders and the roll with the job's balance shafts."""
+    speed, angle = case.speed_rad_s, whole_turn(ANGLES)
+    shafts = engine_from_job.shafts_beside(engine, case.job, reference_mm)
+    highest = max([highest_order(engine), *(each.order for each in shafts)])
+    orders = orders_with_shafts(engine.orders(speed, highest), shafts, speed)
+    roll = momentum_roll_n_m(engine, angle, speed) + roll_moment_n_m(shafts, angle, speed)
+    return WithShafts(
+        orders=[ForceOrder.of(each) for each in about(orders, reference_mm)],
+        greatest_roll_besides_torque_n_m=float(abs(roll).max()),
     )
 
 

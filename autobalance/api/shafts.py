@@ -14,6 +14,7 @@ from autobalance.engine.complete_balance import BoltOnWeight
 from autobalance.engine.force_summary import HIGHEST_ORDER
 from autobalance.engine.forces import centrifugal_force_n
 from autobalance.engine.loads import whole_turn
+from autobalance.engine.roll import momentum_roll_n_m, momentum_roll_orders
 from autobalance.engine.shafts import (
     BalanceShaft,
     cancelling_shafts,
@@ -22,12 +23,18 @@ from autobalance.engine.shafts import (
     orders_with_shafts,
     place_of_least_moment_mm,
     roll_moment_n_m,
+    under_the_pistons,
 )
 from autobalance.engine.whole_engine import Engine, Order, about
 from autobalance.job import JobSource
 from autobalance.job.model import BalanceShaftEntry
 from autobalance.machine_models import engine_from_job
-from autobalance.machine_models.engine_from_job import moment_reference_mm, shaft_ends_mm
+from autobalance.machine_models.engine_from_job import (
+    balance_shafts,
+    moment_reference_mm,
+    shaft_ends_mm,
+    shafts_beside,
+)
 from autobalance.report.plot_files import Drawn, Plots
 from autobalance.report.records.forces import ForceOrder
 from autobalance.report.records.shafts import (
@@ -42,6 +49,9 @@ from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
+
+
+ROLL_ANGLES = 360
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -114,31 +124,32 @@ def shafts(
     engine = engine_from_job.balanced_to(engine, case.job, anatomy, case.factor)
     reference = moment_reference_mm(anatomy, reference_z_mm)
     bare = engine.orders(speed, HIGHEST_ORDER)
-    own = [_shaft(shaft, reference) for shaft in case.job.shafts]
+    own = balance_shafts(case.job, reference)
     orders = about(bare, reference)
-    turned = [each.mirrored() for each in own] if engine.clockwise else own
+    turned = shafts_beside(engine, case.job, reference)
     left = about(orders_with_shafts(bare, turned, speed), reference)
-    roll = roll_moment_n_m(turned, whole_turn(360), speed)
+    angle = whole_turn(ROLL_ANGLES)
+    shafts_roll = roll_moment_n_m(turned, angle, speed)
+    pistons_roll = momentum_roll_n_m(engine, angle, speed)
     report = ShaftsReport(
         **job_keys(case.job),
         speed_rpm=case.speed_rpm,
         balance_factor=case.factor,
         moments_about_z_mm=reference,
-        without=OrdersWithout(orders=[ForceOrder.of(order) for order in orders]),
+        without=OrdersWithout(
+            orders=[ForceOrder.of(order) for order in orders],
+            greatest_roll_n_m=float(abs(pistons_roll).max()),
+        ),
         proposals=_proposals(bare, engine, speed, shaft_ends_mm(anatomy)),
         shafts=[Shaft.of(shaft, _weights(entry)) for shaft, entry in zip(own, case.job.shafts, strict=True)],
         with_=OrdersWith(
-            orders=[ForceOrder.of(order) for order in left], greatest_roll_n_m=float(abs(roll).max())
+            orders=[ForceOrder.of(order) for order in left],
+            greatest_roll_n_m=float(abs(pistons_roll + shafts_roll).max()),
+            greatest_shaft_roll_n_m=float(abs(shafts_roll).max()),
         ),
         warnings=case.warnings,
     )
     return ShaftsResult(report, tuple(orders), tuple(left))
-
-
-def _shaft(shaft: BalanceShaftEntry, reference_mm: float) -> BalanceShaft:
-    x, y = shaft.place_mm
-    z = reference_mm if shaft.z_mm is None else shaft.z_mm
-    return BalanceShaft(shaft.order, shaft.forward, shaft.product_g_mm, shaft.phase_rad, x, y, z)
 
 
 def _weights(shaft: BalanceShaftEntry) -> list[BoltOnWeight]:
@@ -157,30 +168,50 @@ def _proposals(
     products = [each.reciprocating_g * each.slider_crank.crank_radius_mm for each in engine.cylinders]
     least = LEAST_DIRECTION * centrifugal_force_n(sum(products), speed)
     lever = max(ends_mm[1] - ends_mm[0], *(abs(each.z_mm) for each in engine.cylinders), 1.0)
+    reach = max(
+        each.slider_crank.crank_radius_mm + each.slider_crank.rod_length_mm for each in engine.cylinders
+    )
+    rolls = momentum_roll_orders(engine, 2)
     by_order = {order.order: order for order in orders}
     proposals: list[Proposal] = []
     for number, name in ((1.0, "first order"), (2.0, "second order")):
         order = by_order[number]
         if order.greatest_force_n > least:
             z = place_of_least_moment_mm(order)
+            roll = complex(rolls[int(number)])
             shafts = [replace(shaft, z_mm=z) for shaft in cancelling_shafts(order, speed)]
-            proposals.append(_proposal(f"all of the {name}", shafts, clockwise=engine.clockwise))
+            shafts = list(under_the_pistons(shafts, roll, reach))
+            proposals.append(_proposal(f"all of the {name}", shafts, engine, speed))
             if number == 1.0 and order.circles_n[1] > least:
-                one = replace(counter_rotating_shaft(order, speed), z_mm=z)
-                proposals.append(_proposal("its backward part alone", [one], clockwise=engine.clockwise))
+                one = [replace(counter_rotating_shaft(order, speed), z_mm=z)]
+                one = list(under_the_pistons(one, roll, reach))
+                proposals.append(_proposal("its backward part alone", one, engine, speed))
             (order,) = orders_with_shafts([order], shafts, speed)
         if order.greatest_moment_n_m > least * lever * 1e-3:
             pair = couple_shafts(order, speed)
             pair = tuple(each.mirrored() for each in pair) if engine.clockwise else pair
             couples = [CoupleOfShaft.of(shaft, ends_mm) for shaft in pair]
-            proposals.append(Proposal(what=f"couple of the {name}", shafts=(), couple_shafts=couples))
+            left = _roll_left(engine, [], speed)
+            proposals.append(
+                Proposal(
+                    what=f"couple of the {name}", shafts=(), couple_shafts=couples, greatest_roll_n_m=left
+                )
+            )
     return proposals
 
 
-def _proposal(what: str, shafts: list[BalanceShaft], *, clockwise: bool = False) -> Proposal:
+def _proposal(what: str, shafts: list[BalanceShaft], engine: Engine, speed: float) -> Proposal:
     """Return a proposal; shafts of a clockwise engine are its mirror image's."""
-    shafts = [each.mirrored() for each in shafts] if clockwise else shafts
-    return Proposal(what=what, shafts=[Shaft.of(each) for each in shafts])
+    left = _roll_left(engine, shafts, speed)
+    shown = [each.mirrored() for each in shafts] if engine.clockwise else shafts
+    return Proposal(what=what, shafts=[Shaft.of(each) for each in shown], greatest_roll_n_m=left)
+
+
+def _roll_left(engine: Engine, shafts: list[BalanceShaft], speed: float) -> float:
+    """Return the greatest roll of pistons, rods and shafts together, the torque's reaction left out [N·m]."""
+    angle = whole_turn(ROLL_ANGLES)
+    roll = momentum_roll_n_m(engine, angle, speed) + roll_moment_n_m(shafts, angle, speed)
+    return float(abs(roll).max())
 
 
 def _plots(orders: list[Order], left: list[Order], rpm: float, *, has_shafts: bool) -> Drawn:

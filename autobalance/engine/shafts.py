@@ -82,6 +82,53 @@ def roll_moment_n_m(shafts: Sequence[BalanceShaft], angle_rad: Array, speed_rad_
     return total * 1e-3
 
 
+def roll_of_order(shafts: Sequence[BalanceShaft], order: float) -> complex:
+    """Return the shafts' moment about the crank axis in one order at 1 rad/s, complex as the forces [N·m]."""
+    total = 0j
+    for shaft in shafts:
+        if float(shaft.order) == order:
+            force = shaft.amplitude_g_mm * N_PER_G_MM_S2
+            total += complex(shaft.x_mm * force[1] - shaft.y_mm * force[0])
+    return total * 1e-3
+
+
+def under_the_pistons(
+    shafts: Sequence[BalanceShaft], roll_n_m: complex, reach_mm: float
+) -> tuple[BalanceShaft, ...]:
+    """Return shafts of one order at the places where their forces cancel the pistons' roll of that order.
+
+    Of all such places the nearest to the crank axis; like shafts of a pair both stand on the line of the
+    piston. Shafts stay where they are if the places are out of reach.
+
+    Parameters
+    ----------
+    shafts : sequence of BalanceShaft
+        Against a force of the order.
+    roll_n_m : complex
+        Amplitude at 1 rad/s of −dH/dt of rods and pistons in the order [N·m].
+    reach_mm : float
+        Greatest distance from the crank axis [mm].
+
+    References
+    ----------
+    Ruckle 2014, Sec. 3.1.2, Fig. 14 and conclusion 7: shafts belong under an offset cylinder.
+    """
+    columns = []
+    for shaft in shafts:
+        x, y = shaft.amplitude_g_mm * N_PER_G_MM_S2
+        columns += [y, -x]
+    matrix = np.array([[each.real for each in columns], [each.imag for each in columns]])
+    wanted = -1e3 * np.array([roll_n_m.real, roll_n_m.imag])
+    if not shafts or not wanted.any():
+        return tuple(shafts)
+    places = np.linalg.lstsq(matrix, wanted, rcond=LEAST_CIRCLE)[0].reshape(-1, 2)
+    if float(np.hypot(*places.T).max()) > reach_mm:
+        return tuple(shafts)
+    return tuple(
+        replace(shaft, x_mm=float(x), y_mm=float(y)) for shaft, (x, y) in zip(shafts, places, strict=True)
+    )
+
+
 @dataclass(frozen=True)
 class ShaftPair:
     """Two like shafts, one each way, at ``order`` times crank speed."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Throw
 from autobalance.engine.force_summary import ShakingForce, shaking_force
+from autobalance.engine.shafts import BalanceShaft
 from autobalance.engine.slider_crank import SliderCrank
 from autobalance.engine.whole_engine import CrankUnbalance, Cylinder, Engine
 from autobalance.errors import JobError
@@ -166,6 +167,27 @@ def balanced_to(engine: Engine, job: Job, anatomy: Anatomy, factor: float) -> En
         for load in throw_loads(anatomy, job.engine)
     ]
     return replace(engine, crank=tuple(by_throw))
+
+
+def balance_shafts(job: Job, reference_mm: float) -> tuple[BalanceShaft, ...]:
+    """Return the job's balance shafts; one that does not say its z stands where moments are taken about."""
+    return tuple(
+        BalanceShaft(
+            each.order,
+            each.forward,
+            each.product_g_mm,
+            each.phase_rad,
+            *each.place_mm,
+            reference_mm if each.z_mm is None else each.z_mm,
+        )
+        for each in job.shafts
+    )
+
+
+def shafts_beside(engine: Engine, job: Job, reference_mm: float) -> tuple[BalanceShaft, ...]:
+    """Return the job's balance shafts beside an engine as it is computed: mirrored where that is."""
+    shafts = balance_shafts(job, reference_mm)
+    return tuple(each.mirrored() for each in shafts) if engine.clockwise else shafts
 
 
 def shaking(job: Job, anatomy: Anatomy, crank: Moments) -> ShakingForce | None:

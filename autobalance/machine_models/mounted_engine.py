@@ -1,4 +1,4 @@
-"""A job's engine on its mounts: what inertia and gas do to it by balance factor, order by order."""
+"""A job's engine on its mounts: what inertia, gas and balance shafts do to it by factor, order by order."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalance.engine.force_summary import highest_order
 from autobalance.engine.loads import loads, whole_turn
 from autobalance.engine.mounts import moment_of_orders, rms
+from autobalance.engine.roll import momentum_roll_orders
+from autobalance.engine.shafts import BalanceShaft, orders_with_shafts, roll_of_order
 from autobalance.engine.whole_engine import Engine
 from autobalance.job.model.mounts import Mounts
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
-HIGHEST_ORDER = 8
 ANGLES = 720
 FACTOR_SEARCH_RANGE = (-0.5, 1.5)
 """Factors between which the best is looked for: beyond 0 and 1 the crank is under- or overbalanced."""
@@ -55,21 +57,27 @@ def inertia_torque(engine: Engine) -> Torque:
     angle = whole_turn(ANGLES)
     torque = loads(Engine(engine.cylinders), (0.0, 1.0), 1.0, angle).torque_n_m
     spectrum = -np.fft.rfft(torque) * (2.0 / ANGLES)
+    highest = highest_order(engine)
 
     def at(speed: float) -> Mapping[float, complex]:
-        return {float(n): complex(spectrum[n]) * speed**2 for n in range(1, HIGHEST_ORDER + 1)}
+        return {float(n): complex(spectrum[n]) * speed**2 for n in range(1, highest + 1)}
 
     return at
 
 
 def analysed(
-    mounts: Mounts, at_factor: Callable[[float], Engine], torque: Torque, factors: Sequence[float]
+    mounts: Mounts,
+    at_factor: Callable[[float], Engine],
+    torque: Torque,
+    factors: Sequence[float],
+    shafts: Sequence[BalanceShaft] = (),
 ) -> MountedAnalysis:
     """Return the response of an engine on its mounts for balance factors.
 
-    Forces are linear in the factor, so any factor follows from those of 0 and 1.
+    Forces are linear in the factor, so any factor follows from those of 0 and 1. ``shafts`` turn as the
+    engine of ``at_factor`` does: mirrored where it is.
     """
-    ends = [_motions(mounts, at_factor(factor), torque) for factor in (0.0, 1.0)]
+    ends = [_motions(mounts, at_factor(factor), torque, shafts) for factor in (0.0, 1.0)]
 
     def motions(factor: float) -> dict[float, Complex]:
         return {order: ends[0][order] + factor * (ends[1][order] - ends[0][order]) for order in ends[0]}
@@ -84,10 +92,14 @@ def analysed(
     )
 
 
-def _motions(mounts: Mounts, engine: Engine, torque: Torque) -> dict[float, Complex]:
+def _motions(
+    mounts: Mounts, engine: Engine, torque: Torque, shafts: Sequence[BalanceShaft]
+) -> dict[float, Complex]:
     """Return the centre's motion (k, 6) by order over the speeds."""
     speeds = mounts.speeds_rad_s
-    by_order = {order.order: order for order in engine.orders(1.0, HIGHEST_ORDER)}
+    highest = max([highest_order(engine), *(each.order for each in shafts)])
+    by_order = {each.order: each for each in orders_with_shafts(engine.orders(1.0, highest), shafts, 1.0)}
+    momentum = momentum_roll_orders(engine, highest)
     torques = [torque(float(speed)) for speed in speeds]
     side = -1.0 if engine.clockwise else 1.0
     mirror = np.array([1.0, side])
@@ -96,12 +108,14 @@ def _motions(mounts: Mounts, engine: Engine, torque: Torque) -> dict[float, Comp
         square = speeds[:, None] ** 2
         force = np.zeros((len(speeds), 3), dtype=np.complex128)
         moment = np.zeros((len(speeds), 2), dtype=np.complex128)
+        # what drives the crank turns the engine the other way
+        roll = np.array([-row.get(number, 0.0) for row in torques], dtype=np.complex128)
         if number in by_order:
             force[:, :2] = square * by_order[number].force_n * mirror / N_PER_G_MM_S2
             moment[:] = square * by_order[number].moment_n_m * mirror / N_M_PER_G_MM2_S2
-        # what drives the crank turns the engine the other way
-        turned = np.zeros(len(speeds), dtype=np.complex128)
-        turned -= [side * row.get(number, 0.0) / N_M_PER_G_MM2_S2 for row in torques]
+            own = momentum[int(number)] if number.is_integer() else 0.0
+            roll += speeds**2 * (own + roll_of_order(shafts, number))
+        turned = side * roll / N_M_PER_G_MM2_S2
         wrench = mounts.engine.wrench(force, moment_of_orders(moment, turned))
         motions[number] = mounts.engine.response(number * speeds, wrench)
     return motions

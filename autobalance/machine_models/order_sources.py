@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from autobalance.engine.shafts import BalanceShaft, orders_with_shafts
+from autobalance.engine.shafts import orders_with_shafts
 from autobalance.job import Job
 from autobalance.machine_models import engine_from_job, rotor_from_job
 from autobalance.machine_models.measured import Crank
@@ -29,11 +29,7 @@ def engine_sources(job: Job, crank: Crank, speed_rpm: float | None, max_order: f
     job = with_oil(job, crank)
     engine = engine_from_job.with_moments(job, crank.anatomy, crank.moments, rod_needed=False)
     first_only = job.engine.rod_length_mm is None
-    shafts = [
-        BalanceShaft(each.order, each.forward, each.product_g_mm, each.phase_rad, *each.place_mm)
-        for each in job.shafts
-    ]
-    shafts = [each.mirrored() for each in shafts] if engine.clockwise else shafts
+    shafts = engine_from_job.shafts_beside(engine, job, engine_from_job.moment_reference_mm(crank.anatomy))
     highest = max(1, int(max_order))
     with_shafts = orders_with_shafts(engine.orders(speed, highest), shafts, speed) if shafts else []
     sources = mass_sources(engine, speed, max_order, with_shafts, first_only=first_only)

@@ -18,6 +18,7 @@ def forces_text(report: Values) -> str:
         f"{report['job']['file']}: forces of inertia at {report['speed_rpm']:g} rpm, without gas;"
         f" moments about z = {report['moments_about_z_mm']:.2f} mm",
         *(_state(state) for state in report["states"]),
+        _roll(report),
         _advice(report["factors"]),
         *([_mounts(report["mounts"])] if "mounts" in report else []),
     ]
@@ -57,7 +58,24 @@ def _state(state: Values) -> str:
         f"{name}: greatest force {force['greatest_n']:.0f} N, along cylinder 1"
         f" {force['greatest_inline_n']:.0f} N, across {force['greatest_transverse_n']:.0f} N"
     )
-    return "\n".join([head, orders_table(force["orders"]), _loads(loads)])
+    lines = [head, orders_table(force["orders"])]
+    if "with_shafts" in state:
+        lines.append("  With the job's balance shafts\n" + orders_table(state["with_shafts"]["orders"]))
+    return "\n".join([*lines, _loads(loads)])
+
+
+def _roll(report: Values) -> str:
+    """Return the roll couple on the block, and its part beside the reaction of the torque."""
+    roll = report["roll"]
+    line = (
+        f"Roll couple of inertia on the block: maximum {roll['greatest_n_m']:.2f} N·m; without the reaction"
+        f" of the torque {roll['greatest_besides_torque_n_m']:.2f} N·m"
+    )
+    if "with_shafts" in report["states"][0]:
+        left = report["states"][0]["with_shafts"]["greatest_roll_besides_torque_n_m"]
+        line += f" ({left:.2f} N·m with the job's balance shafts)"
+        line += "\nForces, loads and the table of balance factors do not include the balance shafts."
+    return line
 
 
 def orders_table(orders: Sequence[Values]) -> str:
@@ -81,10 +99,13 @@ def _loads(loads: Values) -> str:
         rows.append((name, f"{main['greatest_n']:.0f} N", f"{main['mean_n']:.0f} N"))
     for cylinder in loads["cylinders"]:
         for key, what in (
-            ("crankpin", "crankpin, rod of"),
+            ("crankpin", _big_end(cylinder)),
+            ("master_bearing", "crankpin, master rod with its links, of"),
             ("wrist_pin", "wrist pin of"),
             ("wall", "wall of"),
         ):
+            if key not in cylinder:
+                continue
             load = cylinder[key]
             rows.append(
                 (
@@ -105,6 +126,13 @@ def _loads(loads: Values) -> str:
         + f"\n  inertia torque {torque['least_n_m']:.1f} to {torque['greatest_n_m']:.1f} N·m, mean 0"
         + note
     )
+
+
+def _big_end(cylinder: Values) -> str:
+    """Return the name of the load of a cylinder's rod at its big end."""
+    if "big_end_on" in cylinder:
+        return "knuckle pin of"
+    return "crankpin, master rod alone, of" if "master_bearing" in cylinder else "crankpin, rod of"
 
 
 def _advice(advice: Values) -> str:
@@ -147,9 +175,7 @@ def shafts_text(report: Values, units: DisplayUnits) -> str:
     rows = [("Shafts that would cancel", "speed", "sense", "each", "phase", "where")]
     for offer in report["proposals"]:
         for shaft in offer["shafts"]:
-            rows.append(
-                (f"  {offer['what']}", *_shaft_cells(shaft, units), f"z {units.of_length(shaft['z_mm'])}")
-            )
+            rows.append((f"  {offer['what']}", *_shaft_cells(shaft, units), _where(shaft, units)))
         for shaft in offer["couple_shafts"]:
             for each in shaft["unbalances"]:
                 cells = _shaft_cells({**shaft, **each}, units)
@@ -158,7 +184,7 @@ def shafts_text(report: Values, units: DisplayUnits) -> str:
     if report["shafts"]:
         rows = [("Shafts of the job", "speed", "sense", "product", "phase", "where")]
         rows += [
-            (f"  {number}", *_shaft_cells(shaft, units), f"z {units.of_length(shaft['z_mm'])}")
+            (f"  {number}", *_shaft_cells(shaft, units), _where(shaft, units))
             for number, shaft in enumerate(report["shafts"], 1)
         ]
         lines = [table(rows)]
@@ -166,9 +192,31 @@ def shafts_text(report: Values, units: DisplayUnits) -> str:
             for weight in shaft["weights"]:
                 lines.append(_bolted(weight, units))
         lines.append("Residual after the shafts\n" + orders_table(report["with"]["orders"]))
-        lines.append(f"  they roll the engine by up to {report['with']['greatest_roll_n_m']:.2f} N·m")
         parts.append("\n".join(lines))
+    parts.append(_shafts_roll(report))
     return "\n\n".join(parts)
+
+
+def _shafts_roll(report: Values) -> str:
+    """Return the roll couple about the crank axis without shafts, with each proposal, and with the job's."""
+    rows = [("Roll couple on the block, reaction of the torque left out", "maximum")]
+    rows.append(("  without shafts", f"{report['without']['greatest_roll_n_m']:.2f} N·m"))
+    rows += [
+        (f"  with {offer['what']} cancelled", f"{offer['greatest_roll_n_m']:.2f} N·m")
+        for offer in report["proposals"]
+        if offer["shafts"]
+    ]
+    if report["shafts"]:
+        rows.append(("  with the job's shafts", f"{report['with']['greatest_roll_n_m']:.2f} N·m"))
+        rows.append(("  the job's shafts alone", f"{report['with']['greatest_shaft_roll_n_m']:.2f} N·m"))
+    return table(rows)
+
+
+def _where(shaft: Values, units: DisplayUnits) -> str:
+    """Return the place of a shaft: along the axis, and beside it where it does not stand on it."""
+    along = f"z {units.of_length(shaft['z_mm'])}"
+    x, y = shaft["place_mm"]
+    return along if x == y == 0.0 else f"{along}, x {units.of_length(x)}, y {units.of_length(y)}"
 
 
 def _shaft_cells(shaft: Values, units: DisplayUnits) -> tuple[str, str, str, str]:

@@ -10,9 +10,10 @@ import numpy as np
 
 from autobalance.engine.dead_centres import DeadCentres, FirstOrderCounterweight
 from autobalance.engine.factor_advice import FactorAdvice, FactorRow
-from autobalance.engine.force_summary import LoadRow, load_row
+from autobalance.engine.force_summary import LoadRow, highest_order, load_row
 from autobalance.engine.force_summary import ShakingForce as EngineForce
-from autobalance.engine.loads import Loads, Support
+from autobalance.engine.loads import Loads, Support, whole_turn
+from autobalance.engine.roll import momentum_roll_n_m, momentum_roll_orders, roll_n_m, roll_orders
 from autobalance.engine.whole_engine import Engine, Order
 from autobalance.records import (
     ABSENT,
@@ -23,6 +24,9 @@ from autobalance.records import (
     record,
 )
 from autobalance.report.records.head import JobReport
+from autobalance.types import Array
+
+ROLL_ANGLES = 720
 
 
 @record
@@ -90,13 +94,19 @@ class MainBearingLoad:
 
 @record
 class CylinderLoads:
-    """Inertia loads of a cylinder's pins and wall over a turn."""
+    """Inertia loads of a cylinder's pins and wall over a turn.
+
+    ``crankpin`` is the load of this cylinder's own rod. A link rod's is on its knuckle pin (``big_end_on``),
+    and the one bearing of its master rod on the crankpin carries ``master_bearing``: master and links.
+    """
 
     number: Ordinal
     bank_deg: float
     crankpin: LoadRow
     wrist_pin: LoadRow
     wall: LoadRow
+    big_end_on: Literal["knuckle pin"] | Absent = ABSENT
+    master_bearing: LoadRow | Absent = ABSENT
 
 
 @record
@@ -135,6 +145,12 @@ class InertiaTorque:
     mean_n_m: float
 
 
+def _on_master(engine: Engine, loads: Loads, master: int) -> Array:
+    """Return the load (n, 2) on the crankpin of a master rod and all of its links [N]."""
+    hung = [n for n, each in enumerate(engine.cylinders) if each.master == master]
+    return np.asarray(loads.crankpin_n[[master, *hung]].sum(axis=0))
+
+
 @record
 class InertiaLoads:
     """Inertia loads of bearings and pins over a turn."""
@@ -154,6 +170,7 @@ class InertiaLoads:
         force.
         """
         walls = np.abs(loads.wall_n)
+        masters = {each.master for each in engine.cylinders if each.master is not None}
         mains = loads.main_n if support is None else [support.force_n] * len(mains_z_mm)
         rows = [load_row(load) for _, load in zip(mains_z_mm, mains, strict=True)]
         return cls(
@@ -168,6 +185,10 @@ class InertiaLoads:
                     crankpin=load_row(crankpin),
                     wrist_pin=load_row(wrist),
                     wall=LoadRow(float(wall.max()), float(wall.mean())),
+                    big_end_on=ABSENT if cylinder.master is None else "knuckle pin",
+                    master_bearing=load_row(_on_master(engine, loads, number - 1))
+                    if number - 1 in masters
+                    else ABSENT,
                 )
                 for number, (cylinder, crankpin, wrist, wall) in enumerate(
                     zip(engine.cylinders, loads.crankpin_n, loads.wrist_pin_n, walls, strict=True), 1
@@ -183,12 +204,64 @@ class InertiaLoads:
 
 
 @record
+class RollOrder:
+    """An order of the roll couple on the block, peak; ``besides_torque_n_m`` is its part −dH/dt."""
+
+    order: NotNegative
+    roll_n_m: NotNegative
+    besides_torque_n_m: NotNegative
+
+
+@record
+class Roll:
+    """Roll couple of inertia on the block about the crank axis at constant speed, balance shafts left out.
+
+    −dH/dt − T, with H the angular momentum of rods and pistons and T the torque that drives the crank. The
+    crank's balance does not change it. Gas adds the reaction of its torque.
+    """
+
+    greatest_n_m: NotNegative
+    greatest_besides_torque_n_m: NotNegative
+    orders: Sequence[RollOrder]
+
+    @classmethod
+    def of(cls, engine: Engine, speed_rad_s: float) -> Self:
+        """Return the roll of an engine at a speed."""
+        angle = whole_turn(ROLL_ANGLES)
+        highest, square = highest_order(engine), speed_rad_s**2
+        both = np.abs(roll_orders(engine, highest)), np.abs(momentum_roll_orders(engine, highest))
+        return cls(
+            greatest_n_m=float(np.abs(roll_n_m(engine, angle, speed_rad_s)).max()),
+            greatest_besides_torque_n_m=float(np.abs(momentum_roll_n_m(engine, angle, speed_rad_s)).max()),
+            orders=[
+                RollOrder(
+                    order=float(n), roll_n_m=float(roll) * square, besides_torque_n_m=float(own) * square
+                )
+                for n, (roll, own) in enumerate(zip(*both, strict=True))
+                if n
+            ],
+        )
+
+
+@record
+class WithShafts:
+    """The engine with the job's balance shafts: orders of force, and the roll couple −dH/dt with theirs."""
+
+    orders: Sequence[ForceOrder]
+    greatest_roll_besides_torque_n_m: NotNegative
+
+
+@record
 class EngineState:
-    """Forces and loads with the crank as it is, or balanced."""
+    """Forces and loads with the crank as it is, or balanced.
+
+    ``force`` and ``loads`` leave balance shafts out; ``with_shafts`` has the orders with the job's shafts.
+    """
 
     name: str
     balance_factor: float | None
     force: ShakingForce
+    with_shafts: WithShafts | Absent = ABSENT
     loads: InertiaLoads
 
 
@@ -220,6 +293,7 @@ class ForcesReport(JobReport):
     moments_about_z_mm: float
     cylinders: Sequence[DeadCentres]
     first_order_counterweight: FirstOrderCounterweight
+    roll: Roll
     states: Sequence[EngineState]
     factors: Factors
     mounts: dict[str, Any] | Absent = ABSENT

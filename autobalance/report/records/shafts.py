@@ -119,25 +119,34 @@ class CoupleOfShaft:
 
 @record
 class Proposal:
-    """Proposed balance shafts; ``what`` names the order and kind of load that they cancel."""
+    """Proposed balance shafts; ``what`` names the order and kind of load that they cancel.
+
+    ``greatest_roll_n_m``: roll couple on the block with these shafts, the reaction of the torque left out.
+    """
 
     what: str
     shafts: Sequence[Shaft]
     couple_shafts: Sequence[CoupleOfShaft] = ()
+    greatest_roll_n_m: NotNegative
 
 
 @record
 class OrdersWithout:
-    """Orders without balance shafts."""
+    """Orders without balance shafts.
+
+    ``greatest_roll_n_m``: roll couple of rods and pistons on the block, the reaction of the torque left out.
+    It is zero where all cylinder lines meet the crank axis and rods are two masses.
+    """
 
     orders: Sequence[ForceOrder]
+    greatest_roll_n_m: NotNegative
 
 
 @record
 class OrdersWith(OrdersWithout):
-    """Orders with the job's shafts."""
+    """Orders with the job's shafts; ``greatest_shaft_roll_n_m`` is the roll couple of the shafts alone."""
 
-    greatest_roll_n_m: NotNegative
+    greatest_shaft_roll_n_m: NotNegative
 
 
 @record
