@@ -13,6 +13,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.recognition.alignment import misalignment_warning, step_warnings
+from autobalance.crank.recognition.anatomy_warnings import anatomy_warnings
 from autobalance.crank.recognition.roundness import ovality_warning
 from autobalance.machine_models.crank_size import odd_size
 from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
@@ -162,6 +163,7 @@ class Crank:
             *self.repairs,
             *(text for text in odd if text is not None),
             *step_warnings(self.anatomy),
+            *anatomy_warnings(self.anatomy),
             *read,
         ]
         own = tuple(text if file is None else f"{file}: {text}" for text in texts)

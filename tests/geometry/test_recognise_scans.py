@@ -12,7 +12,7 @@ from autobalance.crank.parametric.axial_plan import axial_plan
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.recognition.alignment import misalignment_warning, step_warnings
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
-from autobalance.crank.recognition.layout import choose_journals
+from autobalance.crank.recognition.journal_rules import journal_choices
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.recognition.rough_cylinders import RoughMesh, _ends, covered_share
 from autobalance.crank.recognition.rough_runs import rough_stack
@@ -236,8 +236,17 @@ def test_a_journal_that_rounded_edges_made_shorter_is_no_collar() -> None:
     journal = CylinderRun(np.zeros(2), 34.91, -93.99, -76.55)
     pin = CylinderRun(np.array([42.0, 0.0]), 25.4, -50.7, -29.1)
     along = ([shaft, journal], [pin], np.zeros(2))
-    assert choose_journals(replace(drawn, blur_mm=1.8), *along) == [journal]
-    assert choose_journals(drawn, *along) == [shaft]  # so short a cylinder that was drawn is a collar
+    (choice,) = journal_choices(replace(drawn, blur_mm=1.8), *along)
+    assert choice.run is journal
+    assert choice.other is shaft
+    thin = replace(journal, z_low=-90.0)  # 13.5 mm of 70 mm: rather a shoulder beside the web
+    (choice,) = journal_choices(drawn, [shaft, thin], *along[1:])
+    assert choice.run is shaft
+    assert choice.other is thin
+    ring = replace(journal, z_low=-85.0)
+    (choice,) = journal_choices(drawn, [shaft, ring], *along[1:])
+    assert choice.run is shaft
+    assert choice.other is None
 
 
 def test_a_cylinder_without_length_covers_nothing() -> None:

@@ -20,7 +20,8 @@ from autobalance.crank.recognition.cylinder_runs import (
     run_of_chain,
 )
 from autobalance.crank.recognition.exact_cylinders import own_cylinder
-from autobalance.crank.recognition.layout import RING_DOUBT, JournalLayout
+from autobalance.crank.recognition.journal_rules import RING_DOUBT
+from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.section_stack import CrossSection, SectionStack, encloses
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.types import Array

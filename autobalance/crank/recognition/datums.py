@@ -127,7 +127,7 @@ def _distance(a: Array, b: Array) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class _Slot:
+class Slot:
     """A slot in one section: its angle in the turned axes, width, depth, radius of the shaft, height."""
 
     angle_rad: float
@@ -138,15 +138,15 @@ class _Slot:
 
 
 def _keyways(zone: _Zone, mesh: Mesh, to_rotor: Array) -> list[Keyway]:
-    groups: list[list[_Slot]] = []
-    seen: dict[int, _Slot | None] = {}
+    groups: list[list[Slot]] = []
+    seen: dict[int, Slot | None] = {}
     for section in zone.sections:
         shaft = zone.shaft(section)
         if shaft is None:
             continue
         piece, circle = shaft
         if id(piece) not in seen:
-            seen[id(piece)] = _slot(piece, circle, section.z_mm)
+            seen[id(piece)] = shaft_slot(piece, circle, section.z_mm)
         slot = seen[id(piece)]
         if slot is None:
             continue
@@ -181,12 +181,12 @@ def _rough_keyways(zone: _Zone, mesh: Mesh, to_rotor: Array) -> list[Keyway]:
     return [Keyway(zone.end, angle, key.width, key.depth, 2.0 * key.radius, low, high)]
 
 
-def _is_one(a: _Slot, b: _Slot) -> bool:
+def _is_one(a: Slot, b: Slot) -> bool:
     apart = math.remainder(a.angle_rad - b.angle_rad, 2.0 * math.pi)
     return abs(apart) < SAME_ANGLE_RAD and abs(a.width - b.width) < SAME_WIDTH * a.width
 
 
-def _slot(piece: SectionPiece, circle: Circle, z_mm: float) -> _Slot | None:
+def shaft_slot(piece: SectionPiece, circle: Circle, z_mm: float) -> Slot | None:
     """Return the slot with the section of a keyway in a shaft's outline; None unless there is just one."""
     corners = corners_of(piece.outline, piece.grain_mm)
     step = np.linalg.norm(following(corners) - corners, axis=1)
@@ -200,7 +200,7 @@ def _slot(piece: SectionPiece, circle: Circle, z_mm: float) -> _Slot | None:
     return _as_key(notch, circle.radius, z_mm)
 
 
-def _as_key(notch: Array, radius: float, z_mm: float) -> _Slot | None:
+def _as_key(notch: Array, radius: float, z_mm: float) -> Slot | None:
     """Return a slot where corners (k, 2) from rim to rim show two upright walls and a flat floor."""
     middle = 0.5 * (notch[0] + notch[-1])
     out = middle / np.linalg.norm(middle)
@@ -219,10 +219,10 @@ def _as_key(notch: Array, radius: float, z_mm: float) -> _Slot | None:
     sized = KEY_WIDTHS[0] <= shares[0] <= KEY_WIDTHS[1] and KEY_DEPTHS[0] <= shares[1] <= KEY_DEPTHS[1]
     if not (upright and straight and flat and sized):
         return None
-    return _Slot(math.atan2(out[1], out[0]), width, depth, radius, z_mm)
+    return Slot(math.atan2(out[1], out[0]), width, depth, radius, z_mm)
 
 
-def _walled(zone: _Zone, group: Sequence[_Slot], mesh: Mesh, to_rotor: Array) -> Keyway | None:
+def _walled(zone: _Zone, group: Sequence[Slot], mesh: Mesh, to_rotor: Array) -> Keyway | None:
     """Return the keyway of a group of slots if it has two plane walls parallel to the axis, else None."""
     slot = group[len(group) // 2]
     out = np.array([math.cos(slot.angle_rad), math.sin(slot.angle_rad)])

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun
+from autobalance.crank.recognition.journal_rules import JournalChoice, holds, journal_choices
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.errors import RecognitionError
 from autobalance.types import Array
@@ -24,14 +25,6 @@ WANDER = 0.15
 """Journals of a crank that is bent, or badly drawn, are apart by less than this share of their radius."""
 MAX_LISTED_AXES = 4
 """Greatest number of possible axes that are listed."""
-COLLAR_WIDTH_SHARE = 0.5
-"""A cylinder is a collar, not a journal, when the next one outward is thinner and its width less than this
-share of that one's."""
-ROUGH_COLLAR = 0.45
-"""The same share in a scan, whose rounded edges take more of what is short (gmsh 4a: 0.49 for 0.545)."""
-RING, RING_DOUBT = 0.15, 0.3
-"""A cylinder narrower than the first share of its own diameter is a ring, a thrust collar's; one between both
-may be a ring: a public crank has shoulders of 54 mm by 12 mm at its webs, and its seats behind them."""
 
 
 class GapError(RecognitionError):
@@ -43,7 +36,8 @@ class JournalLayout:
     """Main journals and crankpins, each by increasing z, in the turned axes; ``axis`` (2,).
 
     ``settled`` means that the axis is the journals' own, with nothing left to fit; ``chosen_from`` are
-    all the bare cylinders.
+    all the bare cylinders; ``others`` is the cylinder that may be meant instead of each journal, None where
+    there is no doubt.
     """
 
     axis: Array
@@ -51,6 +45,15 @@ class JournalLayout:
     pins: tuple[CylinderRun, ...]
     settled: bool = False
     chosen_from: tuple[CylinderRun, ...] = ()
+    others: tuple[CylinderRun | None, ...] = ()
+
+    @classmethod
+    def chosen(
+        cls, axis: Array, choices: Sequence[JournalChoice], pins: Sequence[CylinderRun]
+    ) -> JournalLayout:
+        """Return the layout of the main journals that were chosen."""
+        journals, others = (tuple(getattr(each, key) for each in choices) for key in ("run", "other"))
+        return cls(axis, journals, tuple(pins), others=others)
 
 
 def crank_axis(
@@ -193,7 +196,7 @@ def solid_layout(long: SectionStack, runs: Sequence[CylinderRun], given_axis: Ar
             f"looked for crankpins beside the axis, found {len(on_axis)} cylinders on it and none beside it; "
             "crankpins settles it (crankpin_in_file = false if they are not in the file)"
         )
-    return JournalLayout(axis, tuple(choose_journals(long, on_axis, pins, axis)), tuple(pins))
+    return JournalLayout.chosen(axis, journal_choices(long, on_axis, pins, axis), pins)
 
 
 def _refuse_gap(long: SectionStack) -> None:
@@ -268,7 +271,7 @@ def _without_discs(on_axis: Sequence[CylinderRun], others: Sequence[CylinderRun]
             if any(disc is run for run in kept)
             and any(pin is run for run in kept)
             and not _same_line(disc, pin)
-            and _holds(disc, pin, disc.centre)
+            and holds(disc, pin, disc.centre)
         ]
         if not discs:
             return kept
@@ -277,61 +280,3 @@ def _without_discs(on_axis: Sequence[CylinderRun], others: Sequence[CylinderRun]
 
 def _same_line(a: CylinderRun, b: CylinderRun) -> bool:
     return float(np.linalg.norm(a.centre - b.centre)) < SAME_CENTRE * min(a.radius, b.radius)
-
-
-def choose_journals(
-    long: SectionStack, on_axis: Sequence[CylinderRun], pins: Sequence[CylinderRun], axis: Array
-) -> list[CylinderRun]:
-    """Return one main journal for each stretch of the axis that crankpins part."""
-    everything = sorted(
-        [(run.z_mid, 0, run) for run in on_axis] + [(run.z_mid, 1, run) for run in pins],
-        key=lambda item: item[0],
-    )
-    groups: list[tuple[list[CylinderRun], CylinderRun | None, CylinderRun | None]] = []
-    group: list[CylinderRun] = []
-    before: CylinderRun | None = None
-    for _, kind, run in everything:
-        if kind == 0:
-            group.append(run)
-            continue
-        if group:
-            groups.append((group, before, run))
-        group, before = [], run
-    if group:
-        groups.append((group, before, None))
-    collar = ROUGH_COLLAR if long.blur_mm else COLLAR_WIDTH_SHARE
-    runs = [_journal(members, left, right, axis, collar) for members, left, right in groups]
-    journals = [run for run in runs if run is not None]
-    return journals or [max(on_axis, key=lambda run: run.width)]
-
-
-def _journal(
-    group: Sequence[CylinderRun],
-    left: CylinderRun | None,
-    right: CylinderRun | None,
-    axis: Array,
-    collar: float,
-) -> CylinderRun | None:
-    """Return the journal among the cylinders on one stretch of the axis.
-
-    Discs that hold a neighbouring crankpin are webs, and where there is nothing else there is no journal;
-    collars are passed over; at an end of the crank the one nearest to the web is taken, between crankpins the
-    widest.
-    """
-    beside = [pin for pin in (left, right) if pin is not None]
-    plain = [run for run in group if not any(_holds(run, pin, axis) for pin in beside)]
-    if not plain:
-        return None
-    if left is not None and right is not None:
-        return max(plain, key=lambda run: run.width)
-    outward = plain if right is None else plain[::-1]
-    for place, run in enumerate(outward[:-1]):
-        following = outward[place + 1]
-        if not (following.radius < run.radius and run.width < collar * following.width):
-            return run
-    return outward[-1]
-
-
-def _holds(disc: CylinderRun, pin: CylinderRun, centre: Array) -> bool:
-    offset = float(np.linalg.norm(pin.centre - centre))
-    return disc.radius > offset + 0.98 * pin.radius

@@ -8,7 +8,8 @@ from itertools import dropwhile, takewhile
 import numpy as np
 
 from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun, bare_cylinder
-from autobalance.crank.recognition.layout import JournalLayout, choose_journals, crank_axis, mean_centre
+from autobalance.crank.recognition.journal_rules import journal_choices
+from autobalance.crank.recognition.layout import JournalLayout, crank_axis, mean_centre
 from autobalance.crank.recognition.section_stack import CrossSection, SectionStack
 from autobalance.errors import RecognitionError
 from autobalance.types import Array
@@ -36,7 +37,7 @@ def pressed_up_layout(
             "crankpins settles it"
         )
     pins = [_bore_pin(long, gap, axis, rounding_mm) for gap in gaps]
-    return JournalLayout(axis, tuple(choose_journals(long, on_axis, pins, axis)), tuple(pins))
+    return JournalLayout.chosen(axis, journal_choices(long, on_axis, pins, axis), pins)
 
 
 def _gaps(long: SectionStack, axis: Array) -> list[tuple[float, float]]:

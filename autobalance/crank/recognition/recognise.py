@@ -20,12 +20,13 @@ from autobalance.crank.recognition.cylinder_runs import (
 )
 from autobalance.crank.recognition.datums import find_datums
 from autobalance.crank.recognition.directions import axis_candidates
+from autobalance.crank.recognition.doubts import journal_doubts
 from autobalance.crank.recognition.exact_cylinders import own_direction, own_layout
 from autobalance.crank.recognition.given import given_axis, hinted, upright, without_given_keys
+from autobalance.crank.recognition.journal_rules import journal_choices
 from autobalance.crank.recognition.layout import (
     GapError,
     JournalLayout,
-    choose_journals,
     crank_axis,
     solid_layout,
 )
@@ -289,7 +290,7 @@ def _layout(
         raise _NotHereError(len(runs), reason) from reason
     if overrides.main_journals is not None:
         journals = [hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
-        layout = replace(layout, journals=tuple(sorted(journals, key=lambda run: run.z_mid)))
+        layout = replace(layout, journals=tuple(sorted(journals, key=lambda run: run.z_mid)), others=())
     return replace(layout, chosen_from=tuple(runs))
 
 
@@ -306,11 +307,11 @@ def _with_pins(
         journals = [hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
         axis = journals[0].centre if known_axis is None else known_axis
         journals = sorted(journals, key=lambda run: run.z_mid)
-    else:
-        on_axis = crank_axis(long, near, known_axis)
-        axis = on_axis[0].centre
-        journals = choose_journals(long, on_axis, pins, axis)
-    return JournalLayout(axis, tuple(journals), tuple(pins), chosen_from=tuple(runs))
+        return JournalLayout(axis, tuple(journals), tuple(pins), chosen_from=tuple(runs))
+    on_axis = crank_axis(long, near, known_axis)
+    axis = on_axis[0].centre
+    layout = JournalLayout.chosen(axis, journal_choices(long, on_axis, pins, axis), pins)
+    return replace(layout, chosen_from=tuple(runs))
 
 
 def _apart(run: CylinderRun, pin: CylinderRun) -> bool:
@@ -376,8 +377,8 @@ def _anatomy(
     )
     throws = tuple(_throw(local, run, number) for number, run in enumerate(layout.pins, 1))
     told = all_cylinders(long, layout, here, overrides, cylinders, rounding, local)
-    off = _misalignment(layout)
-    return Anatomy(local @ long.turn, journals, throws, webs, off, datums, cylinders=told)
+    found = Anatomy(local @ long.turn, journals, throws, webs, _misalignment(layout), datums, cylinders=told)
+    return replace(found, doubts=journal_doubts(journals, layout.others, told, local, found.rotor_to_file))
 
 
 def _tight(long: SectionStack, runs: Sequence[CylinderRun], rounding: float) -> tuple[CylinderRun, ...]:

@@ -186,6 +186,40 @@ class Cylinder:
 
 
 @record
+class Place:
+    """Place and size of a cylinder."""
+
+    z_mm: float
+    diameter_mm: Positive
+    width_mm: NotNegative
+
+    @classmethod
+    def of(cls, pin: crank_anatomy.Pin) -> Self:
+        return cls(z_mm=pin.centre_mm[2], diameter_mm=pin.diameter_mm, width_mm=pin.width_mm)
+
+
+@record
+class Doubt:
+    """A choice that the rules of recognition leave open."""
+
+    about: Literal["main_journal", "crankpin", "axis"]
+    number: Ordinal
+    chosen: Place
+    other: Annotated[Place, "the cylinder that may be meant instead"]
+    set: Annotated[str, "the line of a job, or the value of --set, that takes the other one"]
+
+    @classmethod
+    def of(cls, doubt: crank_anatomy.Doubt) -> Self:
+        return cls(
+            about=doubt.about,
+            number=doubt.number,
+            chosen=Place.of(doubt.chosen),
+            other=Place.of(doubt.other),
+            set=doubt.setting,
+        )
+
+
+@record
 class HiddenMetal:
     """Metal between facets and true surfaces."""
 
@@ -288,6 +322,7 @@ class Crank:
     cylinders: Annotated[
         Sequence[Cylinder], "all bare cylinders and bores along the axis, whatever they were taken for, by z"
     ]
+    doubts: Annotated[Sequence[Doubt], "journals and crankpins instead of which others may be meant"]
     journal_misalignment_mm: NotNegative
     facet_error: FacetError | None
     datums: Datums | None
@@ -305,6 +340,7 @@ class Crank:
             throws=[Throw.of(throw, scan) for throw in anatomy.throws],
             webs=[Web.of(web, scan) for web in anatomy.webs],
             cylinders=[Cylinder.of(each) for each in anatomy.cylinders],
+            doubts=[Doubt.of(each) for each in anatomy.doubts],
             journal_misalignment_mm=anatomy.journal_misalignment_mm,
             facet_error=None if error is None else FacetError.of(error),
             datums=None if anatomy.datums is None else Datums.of(anatomy.datums),

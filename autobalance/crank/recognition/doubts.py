@@ -1,0 +1,75 @@
+"""What could be meant otherwise: main journals that the rules of recognition leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from autobalance.crank.anatomy import Cylinder, Doubt, MainJournal, Pin
+from autobalance.crank.recognition.cylinder_runs import SAME_RADIUS, CylinderRun
+from autobalance.types import Array
+
+CENTRE_DIGITS, SIZE_DIGITS = 5, 4
+"""Decimals of a line to paste: an axis 0.01 µm off costs less than a thousandth of any permissible value."""
+
+
+def journal_doubts(
+    journals: Sequence[MainJournal],
+    others: Sequence[CylinderRun | None],
+    cylinders: Sequence[Cylinder],
+    to_rotor: Array,
+    to_file: Array,
+) -> tuple[Doubt, ...]:
+    """Return a doubt for each main journal instead of which another cylinder may be meant.
+
+    Parameters
+    ----------
+    journals : sequence of MainJournal
+        In the rotor frame.
+    others : sequence of CylinderRun or None
+        The other cylinder for each journal, in the turned axes; empty without doubts.
+    cylinders : sequence of Cylinder
+        All of the crank.
+    to_rotor, to_file : (4, 4) float
+        From the turned axes to the rotor frame, and from that to the file's.
+    """
+    doubts = []
+    for journal, run in zip(journals, others, strict=bool(others)):
+        if run is None:
+            continue
+        other = _listed(run, cylinders, to_rotor)
+        meant = [other if each is journal else each for each in journals]
+        doubts.append(Doubt("main_journal", journal.number, journal, other, _setting(meant, to_file)))
+    return tuple(doubts)
+
+
+def _listed(run: CylinderRun, cylinders: Sequence[Cylinder], to_rotor: Array) -> Pin:
+    """Return the cylinder of the crank that a run is; it was fitted again since."""
+    centre = to_rotor[:3, :3] @ np.array([*run.centre, run.z_mid]) + to_rotor[:3, 3]
+    own = Pin(centre, 2.0 * run.radius, run.width)
+    there = [
+        each
+        for each in cylinders
+        if each.kind == "outside"
+        and abs(each.diameter_mm - own.diameter_mm) < SAME_RADIUS * own.diameter_mm
+        and each.z_range_mm[0] < centre[2] < each.z_range_mm[1]
+    ]
+    return min(there, key=lambda each: abs(float(each.centre_mm[2] - centre[2])), default=own)
+
+
+def _setting(journals: Sequence[Pin], to_file: Array) -> str:
+    """Return the line of a job that states main journals, in the file's own axes."""
+    entries = []
+    for pin in journals:
+        centre = to_file[:3, :3] @ pin.centre_mm + to_file[:3, 3]
+        place = ", ".join(_digits(float(value), CENTRE_DIGITS) for value in centre)
+        sizes = (_digits(value, SIZE_DIGITS) for value in (pin.diameter_mm, pin.width_mm))
+        diameter, width = sizes
+        entries.append(f"{{ centre_mm = [{place}], diameter_mm = {diameter}, width_mm = {width} }}")
+    return f"crankshaft.main_journals = [{', '.join(entries)}]"
+
+
+def _digits(value: float, digits: int) -> str:
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("", "-0") else text

@@ -1,0 +1,204 @@
+"""Choice of the main journal on each stretch of the crank axis that crankpins part.
+
+Where several cylinders stand on one stretch, these decide, in this order: a cylinder as thick as the journals
+that are certain; one next to the web that is no thrust collar. A keyway, a spline or teeth mark a shaft. What
+is left open is a doubt: one cylinder is chosen, another one may be meant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from autobalance.crank.recognition.circles import corners_of, distances, preceding
+from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun
+from autobalance.crank.recognition.datums import LONG_AS_WIDE, MIN_SLOT_DEPTH_RATIO, SAME_WIDTH, shaft_slot
+from autobalance.crank.recognition.section_stack import CrossSection, SectionStack
+from autobalance.types import Array
+
+SAME_THICKNESS = 0.02
+"""Main journals of one crank differ by less than this share of their diameter, as a rule."""
+RING, RING_DOUBT = 0.15, 0.3
+"""A cylinder narrower than the first share of its diameter is a ring: a thrust collar, a gear's or a seal's.
+One up to the second share may be: a public crank has shoulders of 54 mm by 12 mm at its webs, and its seats
+of 34.93 mm by 18.8 mm behind them; another one has main journals of 69.85 mm by 19.05 mm."""
+ROUGH_RING = 0.9
+"""Rounded edges of a scan leave so much of a ring's width (a journal of 19.05 mm: 17.44 mm)."""
+LIKELY_RING = 0.225
+"""Of such a ring and the seat behind it the seat is chosen if the ring is narrower than this."""
+SEAT = 0.4
+"""A bearing's seat is at least this share of its own diameter wide."""
+SPLINE_SLOTS = 3
+"""Slots from which on a cylinder's section is that of a spline or of teeth; drillings are one or two."""
+SPLINE_LENGTH = 0.1
+"""... over at least this share of its diameter."""
+
+
+@dataclass(frozen=True, eq=False)
+class JournalChoice:
+    """A main journal, and the cylinder that may be meant instead of it; None without a doubt."""
+
+    run: CylinderRun
+    other: CylinderRun | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Stretch:
+    """The cylinders on one stretch of the axis, by z, and whether a crankpin is below and above it."""
+
+    runs: tuple[CylinderRun, ...]
+    below: bool
+    above: bool
+
+    def outward(self, runs: Sequence[CylinderRun]) -> list[list[CylinderRun]]:
+        """Return cylinders in their order from the web: at an end once, between crankpins from both sides."""
+        orders = [list(runs)] if self.below else []
+        return [*orders, list(runs)[::-1]] if self.above else orders
+
+
+def journal_choices(
+    long: SectionStack, on_axis: Sequence[CylinderRun], pins: Sequence[CylinderRun], axis: Array
+) -> list[JournalChoice]:
+    """Return the main journal of each stretch of the axis, by z; of discs alone there is none.
+
+    Parameters
+    ----------
+    long : SectionStack
+    on_axis, pins : sequence of CylinderRun
+        Cylinders on the axis, and crankpins.
+    axis : (2,) float
+        Of the crank, in the turned axes.
+    """
+    stretches = _stretches(on_axis, pins, axis)
+    if not stretches:
+        return [JournalChoice(max(on_axis, key=lambda run: run.width))]
+    size = ROUGH_RING if long.blur_mm else 1.0
+    likely = [_likely(long, stretch.runs, size) for stretch in stretches]
+    certain = [runs[0].radius for runs in likely if len(runs) == 1]
+    return [_chosen(*each, certain, size) for each in zip(stretches, likely, strict=True)]
+
+
+def _stretches(on_axis: Sequence[CylinderRun], pins: Sequence[CylinderRun], axis: Array) -> list[_Stretch]:
+    """Return the stretches between crankpins, without the discs that hold one."""
+    borders = sorted(pins, key=lambda run: run.z_mid)
+    ends: list[CylinderRun | None] = [None, *borders, None]
+    stretches = []
+    for below, above in pairwise(ends):
+        beside = [pin for pin in (below, above) if pin is not None]
+        here = tuple(
+            run
+            for run in sorted(on_axis, key=lambda run: run.z_mid)
+            if (below is None or run.z_mid >= below.z_mid)
+            and (above is None or run.z_mid < above.z_mid)
+            and not any(holds(run, pin, axis) for pin in beside)
+        )
+        if here:
+            stretches.append(_Stretch(here, below is not None, above is not None))
+    return stretches
+
+
+def holds(disc: CylinderRun, pin: CylinderRun, centre: Array) -> bool:
+    """Return whether a disc about ``centre`` (2,) is wide enough to hold a crankpin: it is a web."""
+    offset = float(np.linalg.norm(pin.centre - centre))
+    return disc.radius > offset + 0.98 * pin.radius
+
+
+def _likely(long: SectionStack, runs: Sequence[CylinderRun], size: float) -> list[CylinderRun]:
+    """Return the cylinders that are no rings, and no shafts if others are left; all if none is left."""
+    wide = [run for run in runs if _is_wide(run.width, run, RING * size)]
+    if len(wide) > 1 and long.blur_mm == 0.0:
+        wide = [run for run in wide if not _is_shaft(long, run)] or wide
+    return wide or [max(runs, key=lambda run: run.width)]
+
+
+def _is_wide(width_mm: float, run: CylinderRun, share: float) -> bool:
+    return width_mm >= share * 2.0 * run.radius
+
+
+def _chosen(
+    stretch: _Stretch, likely: Sequence[CylinderRun], certain: Sequence[float], size: float
+) -> JournalChoice:
+    """Return the choice among cylinders none of which is a thin ring or a shaft."""
+    alike = [run for run in likely if any(abs(run.radius - r) < SAME_THICKNESS * r for r in certain)]
+    orders = stretch.outward(alike or likely)
+    picks = [JournalChoice(order[0]) if alike else _beside_web(order, size) for order in orders]
+    one, *more = picks
+    if not more or more[0].run is one.run:
+        other = next((pick.other for pick in picks if pick.other is not None), None)
+        return JournalChoice(one.run, other)
+    wide, narrow = sorted((one.run, more[0].run), key=lambda run: -run.width)
+    return JournalChoice(wide, narrow)
+
+
+def _beside_web(order: Sequence[CylinderRun], size: float) -> JournalChoice:
+    """Return the cylinder next to the web, or the seat behind it where it may be a thrust collar."""
+    ring, *rest = order
+    if not rest or _is_wide(ring.width, ring, RING_DOUBT * size):
+        return JournalChoice(ring)
+    seat = rest[0]
+    if seat.radius >= ring.radius or not _is_wide(seat.width, seat, SEAT):
+        return JournalChoice(ring)
+    if _is_wide(ring.width, ring, LIKELY_RING * size):
+        return JournalChoice(ring, seat)
+    return JournalChoice(seat, ring)
+
+
+# --- keyways and splines ------------------------------------------------------------------------------------
+
+
+def _is_shaft(long: SectionStack, run: CylinderRun) -> bool:
+    """Return whether keyways, a spline or teeth leave less of a cylinder than a bearing's seat."""
+    cuts = sorted(cut for part in (_keyed(long, run), _splined(long, run)) for cut in part)
+    edges = [run.z_low, *(z for cut in cuts for z in cut), run.z_high]
+    plain_mm = max(b - a for a, b in zip(edges[::2], edges[1::2], strict=True))
+    return bool(cuts) and not _is_wide(plain_mm, run, SEAT)
+
+
+def _keyed(long: SectionStack, run: CylinderRun) -> list[tuple[float, float]]:
+    """Return the z ranges of slots as wide all along and at least about as long as wide: keyways."""
+    slots = []
+    for section in _sections(long, run):
+        for piece in section.pieces:
+            if piece.circle is not None and _is_about(piece.circle.centre, run):
+                slot = shaft_slot(piece, piece.circle, section.z_mm)
+                slots += [] if slot is None else [slot]
+    found: list[tuple[float, float]] = []
+    while slots:
+        same = [slot for slot in slots if abs(slot.width - slots[0].width) < SAME_WIDTH * slots[0].width]
+        low, high = same[0].z_mm, same[-1].z_mm
+        if high - low >= LONG_AS_WIDE * slots[0].width:
+            found.append((low, high))
+        slots = [slot for slot in slots if all(slot is not other for other in same)]
+    return found[:1]  # two of one cylinder would be one all along it, and a drilling
+
+
+def _splined(long: SectionStack, run: CylinderRun) -> list[tuple[float, float]]:
+    """Return the z range over which several slots are cut into a cylinder."""
+    cut = [section.z_mm for section in _sections(long, run) if _slots(section, run) >= SPLINE_SLOTS]
+    if not cut or cut[-1] - cut[0] < SPLINE_LENGTH * 2.0 * run.radius:
+        return []
+    return [(cut[0], cut[-1])]
+
+
+def _sections(long: SectionStack, run: CylinderRun) -> list[CrossSection]:
+    return [section for section in long.sections if run.z_low < section.z_mm < run.z_high]
+
+
+def _is_about(centre: Array, run: CylinderRun) -> bool:
+    return float(np.linalg.norm(centre - run.centre)) < SAME_CENTRE * run.radius
+
+
+def _slots(section: CrossSection, run: CylinderRun) -> int:
+    """Return the number of slots in a cylinder's section."""
+    count = 0
+    for piece in section.pieces:
+        if piece.circle is not None and _is_about(piece.circle.centre, run):
+            corners = corners_of(piece.outline, piece.grain_mm)
+            steps = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+            sunk = MIN_SLOT_DEPTH_RATIO * run.radius + float(np.median(steps)) ** 2 / run.radius
+            inside = distances(corners, piece.circle.centre) < run.radius - sunk
+            count = max(count, int(np.count_nonzero(inside & ~preceding(inside))))
+    return count
