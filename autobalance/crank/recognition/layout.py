@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 
 from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun
 from autobalance.crank.recognition.journal_rules import JournalChoice, holds, journal_choices
-from autobalance.crank.recognition.section_stack import SectionStack
+from autobalance.crank.recognition.section_stack import SectionStack, encloses
+from autobalance.crank.recognition.through_shaft import (
+    clear_of,
+    find_eccentrics,
+    pins_beside_shaft,
+    shafts_within,
+    shared_mm,
+    with_eccentrics,
+)
 from autobalance.errors import RecognitionError
 from autobalance.types import Array
 
@@ -25,6 +33,10 @@ WANDER = 0.15
 """Journals of a crank that is bent, or badly drawn, are apart by less than this share of their radius."""
 MAX_LISTED_AXES = 4
 """Greatest number of possible axes that are listed."""
+WEB_REACH = 1.5
+"""A web between crankpins of one line reaches farther than this many times their radius."""
+SLACK_SHARE = 1e-3
+"""Cylinders that share less than this part of the length along the axis do not stand beside each other."""
 
 
 class GapError(RecognitionError):
@@ -37,7 +49,7 @@ class JournalLayout:
 
     ``settled`` means that the axis is the journals' own, with nothing left to fit; ``chosen_from`` are
     all the bare cylinders; ``others`` is the cylinder that may be meant instead of each journal, None where
-    there is no doubt.
+    there is no doubt; ``shafts`` the stretches of a shaft that runs through, beside or within crankpins.
     """
 
     axis: Array
@@ -46,6 +58,7 @@ class JournalLayout:
     settled: bool = False
     chosen_from: tuple[CylinderRun, ...] = ()
     others: tuple[CylinderRun | None, ...] = ()
+    shafts: tuple[CylinderRun, ...] = ()
 
     @classmethod
     def chosen(
@@ -172,7 +185,9 @@ def _span(line: Sequence[CylinderRun]) -> float:
     return max(run.z_high for run in line) - min(run.z_low for run in line)
 
 
-def solid_layout(long: SectionStack, runs: Sequence[CylinderRun], given_axis: Array | None) -> JournalLayout:
+def solid_layout(
+    long: SectionStack, runs: Sequence[CylinderRun], given_axis: Array | None, rounding_mm: float = 0.0
+) -> JournalLayout:
     """Return main journals and crankpins of a crank whose crankpins are in the file.
 
     Raises
@@ -183,6 +198,7 @@ def solid_layout(long: SectionStack, runs: Sequence[CylinderRun], given_axis: Ar
     on_axis = crank_axis(long, runs, given_axis)
     _refuse_gap(long)
     axis = mean_centre(on_axis)
+    runs = with_eccentrics(runs, find_eccentrics(long, on_axis, axis, rounding_mm))
     others = [run for run in runs if all(run is not other for other in on_axis)]
     pins = _crankpins(long, on_axis, others)
     bent = [run for run in others if pins and _is_out_of_line(run, pins, axis)]
@@ -196,7 +212,19 @@ def solid_layout(long: SectionStack, runs: Sequence[CylinderRun], given_axis: Ar
             f"looked for crankpins beside the axis, found {len(on_axis)} cylinders on it and none beside it; "
             "crankpins settles it (crankpin_in_file = false if they are not in the file)"
         )
-    return JournalLayout.chosen(axis, journal_choices(long, on_axis, pins, axis), pins)
+    return layout_of(long, on_axis, pins, axis)
+
+
+def layout_of(
+    long: SectionStack, on_axis: Sequence[CylinderRun], pins: Sequence[CylinderRun], axis: Array
+) -> JournalLayout:
+    """Return the layout of cylinders on the axis and crankpins, journals chosen clear of the crankpins."""
+    parts = clear_of(on_axis, pins)
+    choices = journal_choices(long, [part for part, _ in parts] or on_axis, pins, axis)
+    chosen = JournalLayout.chosen(axis, choices, pins)
+    journals = [next((run for part, run in parts if part is one), one) for one in chosen.journals]
+    shafts = shafts_within(on_axis, pins, axis, SLACK_SHARE * long.length_mm)
+    return replace(chosen, journals=tuple(journals), shafts=shafts)
 
 
 def _refuse_gap(long: SectionStack) -> None:
@@ -222,20 +250,18 @@ def mean_centre(runs: Sequence[CylinderRun]) -> Array:
     return mean
 
 
-def _overlap(a: CylinderRun, b: CylinderRun) -> float:
-    return min(a.z_high, b.z_high) - max(a.z_low, b.z_low)
-
-
 def _crankpins(
     long: SectionStack, on_axis: Sequence[CylinderRun], others: Sequence[CylinderRun]
 ) -> list[CylinderRun]:
-    slack = 1e-3 * long.length_mm
+    slack = SLACK_SHARE * long.length_mm
     alone = [
         run
         for run in others
-        if all(_overlap(run, other) < slack for other in [*on_axis, *others] if other is not run)
+        if all(shared_mm(run, other) < slack for other in [*on_axis, *others] if other is not run)
     ]
     alone = _without_discs(on_axis, alone)
+    if not alone:
+        alone = pins_beside_shaft(long, on_axis, others, slack)
     low, high = on_axis[0].z_low, on_axis[-1].z_high
     between = [run for run in alone if low < run.z_mid < high]
     axis = mean_centre(on_axis)
@@ -252,12 +278,27 @@ def _crankpins(
             widest
             and _same_line(widest[-1], run)
             and not any(widest[-1].z_mid < other.z_mid < run.z_mid for other in on_axis)
+            and not _web_between(long, widest[-1], run)
         ):
             if run.width > widest[-1].width:
                 widest[-1] = run
         else:
             widest.append(run)
     return widest
+
+
+def _web_between(long: SectionStack, a: CylinderRun, b: CylinderRun) -> bool:
+    """Return whether a web parts two cylinders of one line: metal far beyond them, not their collar."""
+    between = [section for section in long.sections if a.z_high < section.z_mm < b.z_low]
+    pieces = [piece for section in between for piece in section.pieces if encloses(piece.outline, a.centre)]
+    return any(
+        piece.reach_from(a.centre) > WEB_REACH * a.radius
+        and (
+            piece.circle is None
+            or float(np.linalg.norm(piece.circle.centre - a.centre)) > SAME_CENTRE * piece.circle.radius
+        )
+        for piece in pieces
+    )
 
 
 def _without_discs(on_axis: Sequence[CylinderRun], others: Sequence[CylinderRun]) -> list[CylinderRun]:

@@ -23,16 +23,17 @@ from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.doubts import journal_doubts
 from autobalance.crank.recognition.exact_cylinders import own_direction, own_layout
 from autobalance.crank.recognition.given import given_axis, hinted, upright, without_given_keys
-from autobalance.crank.recognition.journal_rules import journal_choices
 from autobalance.crank.recognition.layout import (
     GapError,
     JournalLayout,
     crank_axis,
+    layout_of,
     solid_layout,
 )
 from autobalance.crank.recognition.pressed_up import pressed_up_layout
 from autobalance.crank.recognition.rough_cylinders import CREDIBLE_MM, RoughMesh
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
+from autobalance.crank.recognition.through_shaft import clear_of
 from autobalance.crank.recognition.views import Views
 from autobalance.crank.recognition.webs import find_webs, refuse_incomplete, refuse_unexplained
 from autobalance.errors import RecognitionError
@@ -282,7 +283,7 @@ def _layout(
             near = [run for run in runs if all(_apart(run, pin) for pin in pins)]
             return _with_pins(long, near, pins, known_axis, overrides, runs)
         layout = (
-            solid_layout(long, runs, known_axis)
+            solid_layout(long, runs, known_axis, rounding)
             if overrides.crankpin_in_file
             else pressed_up_layout(long, runs, known_axis, rounding)
         )
@@ -310,8 +311,7 @@ def _with_pins(
         return JournalLayout(axis, tuple(journals), tuple(pins), chosen_from=tuple(runs))
     on_axis = crank_axis(long, near, known_axis)
     axis = on_axis[0].centre
-    layout = JournalLayout.chosen(axis, journal_choices(long, on_axis, pins, axis), pins)
-    return replace(layout, chosen_from=tuple(runs))
+    return replace(layout_of(long, on_axis, pins, axis), chosen_from=tuple(runs))
 
 
 def _apart(run: CylinderRun, pin: CylinderRun) -> bool:
@@ -364,6 +364,8 @@ def _anatomy(
     local[0, :2] = arm / crank_radius
     local[1, :2] = [-local[0, 1], local[0, 0]]
     local[:3, 3] = -local[:3, :3] @ np.array([axis[0], axis[1], first.z_mid])
+    if layout.shafts:
+        layout = replace(layout, journals=tuple(part for part, _ in clear_of(layout.journals, layout.pins)))
     here = find_webs(long, layout)
     datums = find_datums(long, axis, layout.journals, here, mesh, local)
     start = first.z_mid

@@ -10,9 +10,15 @@ import numpy as np
 
 from autobalance.crank.anatomy import CounterweightOutline, Web
 from autobalance.crank.recognition.circles import distances, following
-from autobalance.crank.recognition.cylinder_runs import MAX_INNER_DEPTH_RATIO, CylinderRun
+from autobalance.crank.recognition.cylinder_runs import (
+    MAX_INNER_DEPTH_RATIO,
+    SAME_CENTRE,
+    SAME_RADIUS,
+    CylinderRun,
+)
 from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
+from autobalance.crank.recognition.through_shaft import shared_mm
 from autobalance.errors import RecognitionError
 from autobalance.types import Array
 
@@ -60,7 +66,7 @@ def find_webs(long: SectionStack, layout: JournalLayout) -> list[Web]:
     for (a, a_is_pin), (b, b_is_pin) in pairwise(order):
         if not (a_is_pin or b_is_pin):
             continue
-        extent = _extent(long, a, b, layout.axis)
+        extent = _extent(long, a, b, layout)
         if extent is not None:
             pins = [run for run, is_pin in ((a, a_is_pin), (b, b_is_pin)) if is_pin]
             webs.append(_web(long, layout.axis, extent, pins, len(webs) + 1))
@@ -83,13 +89,34 @@ def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: floa
     )
     for (one, first), (other, second) in pairwise(order):
         low, high = one.z_mid - shift_mm, other.z_mid - shift_mm
-        if (first or second) and not any(low < 0.5 * (w.z_min_mm + w.z_max_mm) < high for w in webs):
+        if (
+            (first or second)
+            and not any(low < 0.5 * (w.z_min_mm + w.z_max_mm) < high for w in webs)
+            and not _joins(one, other, bool(first), bool(second))
+            and not any(shared_mm(shaft, pin) > 0.0 for shaft in layout.shafts for pin in (one, other))
+        ):
             number, beside = (first, other) if first else (second, one)
             raise RecognitionError(
                 f"looked for a web on each side of throw {number}, found no metal that holds it at "
                 f"{0.5 * (low + high):.4g} mm from crankpin 1 along the axis, where a cylinder of "
                 f"{2.0 * beside.radius:.4g} mm follows; crankpins and main_journals settle it"
             )
+
+
+def _joins(one: CylinderRun, other: CylinderRun, is_pin: bool, other_is_pin: bool) -> bool:
+    """Return whether two neighbours hold each other without a web: they meet, and one overlaps the other.
+
+    Split crankpins do, and an eccentric on its shaft; a journal that is a disc, wider across than the
+    crankpin and than it is long, may be a web.
+    """
+    apart = float(np.linalg.norm(one.centre - other.centre))
+    room = MAX_COLLAR_OFFSET_RATIO * min(one.radius, other.radius)
+    if other.z_low - one.z_high > room or apart > one.radius + other.radius - room:
+        return False
+    if is_pin and other_is_pin:
+        return True
+    journal, pin = (other, one) if is_pin else (one, other)
+    return journal.radius <= pin.radius or journal.width >= 2.0 * journal.radius
 
 
 def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
@@ -137,13 +164,19 @@ def _refuse_twins(layout: JournalLayout) -> None:
     for run in (*layout.journals, *layout.pins):
         for other in layout.chosen_from:
             apart = float(np.linalg.norm(other.centre - run.centre)) > run.radius + other.radius
-            shared = min(run.z_high, other.z_high) - max(run.z_low, other.z_low)
-            if apart and shared > 0.5 * run.width:
+            through = any(_is_part(other, shaft) for shaft in layout.shafts)
+            if apart and not through and shared_mm(run, other) > 0.5 * run.width:
                 raise RecognitionError(
                     f"looked for what every cylinder is, found two beside each other, {2.0 * run.radius:.4g}"
                     f" and {2.0 * other.radius:.4g} mm in diameter, where a crank has one cylinder;"
                     " main_journals and crankpins settle it"
                 )
+
+
+def _is_part(run: CylinderRun, shaft: CylinderRun) -> bool:
+    """Return whether a cylinder holds a stretch of a shaft."""
+    apart = float(np.linalg.norm(run.centre - shaft.centre))
+    return abs(run.radius - shaft.radius) < SAME_RADIUS * run.radius and apart < SAME_CENTRE * run.radius
 
 
 def _refuse_passed_over(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
@@ -221,11 +254,13 @@ def _end(axis: Array, z_mm: float) -> CylinderRun:
     return CylinderRun(axis, 0.0, z_mm, z_mm)
 
 
-def _extent(long: SectionStack, a: CylinderRun, b: CylinderRun, axis: Array) -> tuple[float, float] | None:
+def _extent(
+    long: SectionStack, a: CylinderRun, b: CylinderRun, layout: JournalLayout
+) -> tuple[float, float] | None:
     """Return beginning and end of the web between two cylinders; None without a web."""
     sections = [s for s in long.sections if a.z_mid < s.z_mm < b.z_mid]
     inside = _without_ragged(
-        [place for place, s in enumerate(sections) if _is_web(s, a, b, axis)], long.blur_mm > 0.0
+        [place for place, s in enumerate(sections) if _is_web(s, a, b, layout.shafts)], long.blur_mm > 0.0
     )
     if not inside:
         return None
@@ -252,10 +287,28 @@ def _without_ragged(inside: Sequence[int], rough: bool) -> Sequence[int]:
     ]
 
 
-def _is_web(section: CrossSection, a: CylinderRun, b: CylinderRun, axis: Array) -> bool:
-    """Return whether a section has metal that is neither cylinder nor its fillet or collar."""
+def _is_web(section: CrossSection, a: CylinderRun, b: CylinderRun, shafts: Sequence[CylinderRun]) -> bool:
+    """Return whether a section has metal that is neither cylinder nor its fillet or collar.
+
+    Nor is a shaft beside a crankpin web, nor the outline of both where they are one piece.
+    """
     z = section.z_mm
-    return any(not (_belongs(piece, z, a, b) or _belongs(piece, z, b, a)) for piece in section.pieces)
+    through = [shaft for shaft in shafts if shaft.z_low <= z <= shaft.z_high]
+    return any(
+        not (_belongs(piece, z, a, b) or _belongs(piece, z, b, a) or _is_within(piece, through, a, b))
+        for piece in section.pieces
+    )
+
+
+def _is_within(piece: SectionPiece, through: Sequence[CylinderRun], a: CylinderRun, b: CylinderRun) -> bool:
+    """Return whether every corner of a piece is within a shaft or one of two cylinders."""
+    if not through:
+        return False
+    beyond = [
+        distances(piece.outline, run.centre) - (1.0 + MAX_INNER_DEPTH_RATIO) * run.radius
+        for run in (*through, a, b)
+    ]
+    return bool((np.min(beyond, axis=0) <= piece.rough_mm).all())
 
 
 def _belongs(piece: SectionPiece, z: float, run: CylinderRun, other: CylinderRun) -> bool:
