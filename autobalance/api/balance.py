@@ -205,7 +205,7 @@ class BalanceResult(VerbResult):
         """
         folder, choice = Path(folder), choice_of(only, paper, units, date, zero)
         with staging_for(folder) as staging:
-            return committed(self, folder, choice, telling(progress), staging)[1]
+            return committed(self, folder, choice, telling(progress), staging).files
 
     def staged(self, folder: Path, choice: Choice, notify: Notify, staging: Staging) -> Staged:
         """Stage the solid, the pages and the report for a folder."""

@@ -64,15 +64,15 @@ def balance_to_files(
     _refuse_overwriting(targets, [job.path, *([job.crankshaft.file] if job.crankshaft.file else [])])
     with staging_for(folder, copy) as staging:
         result = run(job, None, notify, Stopwatch(), fem)
-        values, files = committed(result, folder, choice, notify, staging, copy)
-    warnings = list(result.warnings)
+        values, files, notes = committed(result, folder, choice, notify, staging, copy)
+    warnings = [*result.warnings, *notes]
     if values["outputs"]["solid"] is None and solid_path.exists():
-        warnings.append(f"{solid_path} is from an earlier run; this run cut nothing")
+        warnings.append(f"{solid_path} is not of this run, which cut nothing; no report here lists it")
     kept = names_to_fill()
     old = [page.name for page in pages if page.exists() and page not in files and page.name not in kept]
     if old:
         warnings.append(
-            f"stale files from an earlier run in {folder}: {', '.join(old)}; this run did not write them"
+            f"{folder} holds {', '.join(old)}, which this run did not write; no report here lists them"
         )
     return BalancedFiles(result, values, files, tuple(warnings))
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.result import VerbResult
+from autobalance.report.earlier_files import remove_stale
 from autobalance.report.files import Staging
 from autobalance.report.plot_files import Plot, Plots
 from autobalance.runtime import Progress, no_progress
@@ -200,10 +201,10 @@ def _drawn(problem: Problem, candidates: Sequence[Candidate], designs: Sequence[
 
 
 def _write(result: DesignResult, folder: Path) -> None:
-    """Write the report, the designs and the front, all or none."""
-    files = {"design.json": result.json(folder).encode(), **result.files()}
-    targets = {folder / name: data for name, data in files.items()}
+    """Write the report, the designs and the front, all or none; designs of an earlier search go."""
+    targets = {folder / name: data for name, data in result.folder_files(folder).items()}
     with Staging(sorted({path.parent for path in targets})) as staging:
         for path, data in targets.items():
             staging.add(path, data)
+        remove_stale(staging, folder / result.report_name, result.report)
         staging.commit()

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from autobalance.api.balance import BalanceResult
 from autobalance.api.common_parameters import documented
 from autobalance.api.progress import telling
-from autobalance.api.result_files import Staged, staged_files
-from autobalance.errors import FormatError, JobError
+from autobalance.api.result_files import REPORT, Staged, staged_files
+from autobalance.errors import FileError, FormatError, JobError
 from autobalance.runtime import Notify, Progress, Stopwatch
 
 if TYPE_CHECKING:
@@ -82,6 +82,11 @@ class RecutResult(BalanceResult):
         assert record.balanced is not None
         record = replace(record, staged=stage_values(self.notes, folder, record.balanced.result))
         values = report(record)
+        for each in values["stages"][:-1]:
+            if (folder / each["report"]).resolve() == (folder / REPORT).resolve():
+                raise FileError(
+                    f"{folder} holds the report of stage {each['stage']} of this crank; choose another folder"
+                )
         dates = [*stage_dates(values["stages"][:-1], folder), choice.date]
         page = history_page(values, dates, choice.units).encode()
         staging.add(folder / HISTORY, page)

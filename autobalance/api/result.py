@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,6 +11,7 @@ from typing import Any
 
 from autobalance.api.entry import Entries, is_tables
 from autobalance.errors import FileError, FormatError, UsageError
+from autobalance.report.earlier_files import remove_stale
 from autobalance.report.encoding import encoded
 from autobalance.report.files import Staging
 from autobalance.report.notebook import box, plot, row, text
@@ -90,18 +92,38 @@ class VerbResult:
             If an ending is none that this result has.
         """
         folder = Path(folder)
-        files = {f"{self.report['command']}.json": self.json(folder).encode(), **self.files()}
-        if only is not None:
-            files = {name: data for name, data in files.items() if name.rsplit(".", 1)[-1] in only}
-            if not files:
-                raise FormatError(f"only is {', '.join(only) or 'empty'}; this result has no such file")
+        files = self.folder_files(folder, only)
+        if not files:
+            raise FormatError(f"only is {', '.join(only or ()) or 'empty'}; this result has no such file")
         if folder.exists() and not folder.is_dir():
             raise FileError(f"cannot write to {folder}: it is not a folder")
         with Staging([folder]) as staging:
             for name, data in files.items():
                 staging.add(folder / name, data)
+            if self.report_name in files:
+                remove_stale(staging, folder / self.report_name, self.report)
             staging.commit()
         return tuple(folder / name for name in files)
+
+    @property
+    def report_name(self) -> str:
+        """Name of the report's file in a folder of results."""
+        return f"{self.report['command']}.json"
+
+    def folder_files(self, folder: Path, only: tuple[str, ...] | None = None) -> dict[str, bytes]:
+        """Return the files of a folder of results by name; the report lists the others in ``outputs``.
+
+        ``only`` has the endings of the files wanted; None: all.
+        """
+        from autobalance.report.balance.values import dumps
+
+        others = {name: data for name, data in self.files().items() if _is_wanted(name, only)}
+        listed = {
+            name: {"file": name, "sha256": hashlib.sha256(data).hexdigest()} for name, data in others.items()
+        }
+        values = self.report if "outputs" in self.report or not listed else self.report | {"outputs": listed}
+        made = {self.report_name: dumps(_named_from(folder, values)).encode(), **others}
+        return {name: data for name, data in made.items() if _is_wanted(name, only)}
 
     def __repr__(self) -> str:
         shown = ", ".join(f"{key}={value}" for key, value in scalars(self.report)[:4])
@@ -131,6 +153,10 @@ class VerbResult:
         except FormatError:  # the extra that draws is not installed
             first = None
         return box(row(text(self.text()), "" if first is None else plot(first._repr_svg_())))
+
+
+def _is_wanted(name: str, only: tuple[str, ...] | None) -> bool:
+    return only is None or name.rsplit(".", 1)[-1] in only
 
 
 def _named_from(folder: Path, report: Values) -> Values:

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import hashlib
 import time
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from autobalance.report.bundle import bundle
+from autobalance.report.earlier_files import earlier_report, remove_stale
 from autobalance.report.files import Staging, seen_from
 from autobalance.report.material import Choice, Material
 from autobalance.runtime import Notify
@@ -30,6 +32,7 @@ SOLID = "balanced"
 IN_MEMORY_FORMAT = "ply"
 """What a crank of no file is written as: double precision, so that what was measured is what is written."""
 
+Values = Mapping[str, Any]
 Staged = tuple[dict[str, Any], tuple[Path, ...]]
 """The report as it is written, and the files."""
 
@@ -106,18 +109,58 @@ def staging_for(folder: Path, copy: Path | None = None) -> Staging:
     return Staging([folder] + ([copy.parent] if copy else []))
 
 
+class Committed(NamedTuple):
+    """What a run wrote; ``notes`` are files of an earlier run that stay, as warnings."""
+
+    values: dict[str, Any]
+    files: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+
 def committed(
     ended: Ended, folder: Path, choice: Choice, notify: Notify, staging: Staging, copy: Path | None = None
-) -> Staged:
-    """Stage all files of a run, a copy of the report too where one is wanted, and put them in place."""
+) -> Committed:
+    """Stage all files of a run, a copy of the report too where one is wanted, and put them in place.
+
+    What the report of an earlier run in the folder lists and this run does not write is removed with that.
+    """
     values, files = ended.staged(folder, choice, notify, staging)
     if copy is not None:
         from autobalance.report.balance.values import dumps
 
         staging.add(copy, dumps(values).encode())
         files = (*files, copy)
+    notes = (*remove_stale(staging, folder / REPORT, values), *_forms_of_earlier(staging, folder, values))
     staging.commit()
-    return values, files
+    return Committed(values, files, notes)
+
+
+def _forms_of_earlier(staging: Staging, folder: Path, values: Values) -> Iterator[str]:
+    """Remove forms of the earlier run that nobody has filled in; yield a warning for one that was."""
+    from autobalance.report.output_kinds import names_to_fill
+
+    earlier = earlier_report(folder / REPORT)
+    for name in names_to_fill() if earlier is not None else ():
+        path = folder / name
+        if staging.writes(path) or not path.is_file():
+            continue
+        blank = _blank_form(earlier)
+        if path.read_bytes() == blank:
+            staging.remove(path)
+        elif blank != _blank_form(values):
+            yield f"{path} was filled in for an earlier run and stays; check that it is for this crank"
+
+
+def _blank_form(values: Mapping[str, Any] | None) -> bytes | None:
+    """Return the form of a report as it was written; None where the report has none."""
+    from autobalance.report.shop.reading_template import reading_template
+
+    if values is None or values.get("command") not in ("balance", "recut"):
+        return None
+    try:
+        return reading_template(values).encode()
+    except (KeyError, TypeError, ValueError, AttributeError):  # of another version, or changed by hand
+        return None
 
 
 def staged_files(
@@ -140,6 +183,7 @@ def staged_files(
     from autobalance.report.output_kinds import to_fill
     from autobalance.report.records.outputs import Page
 
+    earlier_form = _blank_form(earlier_report(folder / REPORT))
     started = time.perf_counter()
     notify("writing")
     written, outputs = measured_of(record), dict(record.outputs)
@@ -164,7 +208,8 @@ def staged_files(
     record = replace(_named_from(record, before.file, folder), outputs=outputs)
     for key, (name, page) in _pages(record, before, choice, notify).items():
         if key in to_fill():
-            if not (folder / name).exists():  # a reading that was filled in stays
+            place = folder / name
+            if not place.exists() or place.read_bytes() == earlier_form:  # a reading that was filled in stays
                 add(name, page)
             continue
         add(name, page)

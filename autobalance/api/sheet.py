@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.result import Values, VerbResult
 from autobalance.errors import FormatError
+from autobalance.report.earlier_files import refuse_another_run
 from autobalance.report.files import Staging
 from autobalance.report.output_kinds import KINDS
 
@@ -26,6 +27,7 @@ class SheetResult(VerbResult):
     """Sheet and drawing as bytes; ``write`` puts them into a folder."""
 
     made: Mapping[str, bytes]
+    source: Path
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``sheet.pdf`` and ``drawing.dxf``, as far as they were asked for."""
@@ -38,8 +40,15 @@ class SheetResult(VerbResult):
         return f"{self.report['report']}: {cuts} cut{'s' * (cuts != 1)} drawn, nothing measured"
 
     def write(self, folder: str | Path, only: tuple[str, ...] | None = None) -> tuple[Path, ...]:
-        """Write the files to a folder, all or none; ``only`` names some of ``pdf``, ``dxf``."""
+        """Write the files to a folder, all or none; ``only`` names some of ``pdf``, ``dxf``.
+
+        Raises
+        ------
+        FileError
+            If they cannot be written, or the folder holds another run's report.
+        """
         folder = Path(folder)
+        refuse_another_run(folder, self.source)
         chosen = {SHEETS[kind]: data for kind, data in self.made.items() if only is None or kind in only}
         with Staging([folder]) as staging:
             for name, data in chosen.items():
@@ -86,7 +95,8 @@ def sheet(
     FileError, FormatError, ClaimError
         If the report or its solid is gone, is none, or the solid is another.
     """
-    from autobalance.report.records.answers import SheetFile, SheetReport
+    from autobalance.report.records.answers import SheetReport
+    from autobalance.report.records.head import WrittenFile
     from autobalance.verification.earlier_stage import earlier_stage
 
     path = Path(report)
@@ -103,11 +113,11 @@ def sheet(
             "expected a report as balance writes it"
         ) from None
     outputs = {
-        kind: SheetFile(file=SHEETS[kind], sha256=hashlib.sha256(data).hexdigest())
+        kind: WrittenFile(file=SHEETS[kind], sha256=hashlib.sha256(data).hexdigest())
         for kind, data in files.items()
     }
     report_made = SheetReport(report=path.name, corrections=len(values["corrections"]), outputs=outputs)
-    return SheetResult(report_made, files)
+    return SheetResult(report_made, files, path)
 
 
 def _choice(only: Sequence[str], paper: str, units: str, zero: str, date: str | None) -> Choice:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from autobalance.command.console import say, warn
 from autobalance.errors import UsageError
+from autobalance.report.earlier_files import remove_stale
 from autobalance.report.files import Staging
 from autobalance.runtime import was_read
 
@@ -53,8 +54,11 @@ def finish(
     with Staging(sorted({path.parent for path, _ in to_write})) as staging:
         for path, data in to_write:
             staging.add(path, data)
+        notes: tuple[str, ...] = ()
+        if getattr(arguments, "output", None) is not None:
+            notes = remove_stale(staging, Path(arguments.output) / result.report_name, result.report)
         staging.commit()
-    for text in result.warnings:
+    for text in (*result.warnings, *notes):
         warn(text)
     if getattr(arguments, "json", None) == "-":
         say(result.json(Path()).removesuffix("\n"))
@@ -107,8 +111,7 @@ def _asked_for(arguments: argparse.Namespace, result: VerbResult) -> list[tuple[
     output = getattr(arguments, "output", None)
     if output is not None:
         folder = Path(output)
-        files.append((folder / f"{result.report['command']}.json", result.json(folder).encode()))
-        files += [(folder / name, data) for name, data in result.files().items()]
+        files += [(folder / name, data) for name, data in result.folder_files(folder).items()]
     if plots is not None:
         folder = Path(plots)
         drawn = result.plots()

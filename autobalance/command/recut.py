@@ -51,8 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
             raise UsageError(f"{folder} holds the report that is read; choose another folder with -o")
         with staging_for(folder, copy) as staging:
             choice, notify = chosen_pages(arguments), telling(progress)
-            values, files = committed(result, folder, choice, notify, staging, copy)
-    for text in result.warnings:
+            values, files, notes = committed(result, folder, choice, notify, staging, copy)
+    for text in (*result.warnings, *notes):
         warn(text)
     if arguments.json == "-":
         say(dumps(values).removesuffix("\n"))

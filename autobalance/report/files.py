@@ -50,6 +50,7 @@ class Staging:
         self._folders = list(folders)
         self._made: list[Path] = []
         self._waiting: list[tuple[Path, Path]] = []
+        self._stale: list[Path] = []
 
     def __enter__(self) -> Staging:
         """Make the folders and prove that they can be written.
@@ -93,30 +94,57 @@ class Staging:
             raise FileError(f"cannot write {path}: a folder has this name")
         if is_device:  # renaming to /dev/full put a file in its place
             raise FileError(f"cannot write {path}: it is a device; expected a file's name")
-        place = path.resolve()
         if was_read(path):
             raise FileError(f"{path} would overwrite a file that is read; choose another place")
-        if any(place == other.resolve() for _, other in self._waiting):
+        if self.writes(path):
             raise FileError(f"two outputs share the path {path}; choose another path for one of them")
         waiting = _temporary(path)
         with file_errors(f"write {path}"):
             self._waiting.append((waiting, path))
             _write_new(waiting, data)
 
+    def writes(self, path: Path) -> bool:
+        """Return whether a file of this path waits for its name."""
+        return any(path.resolve() == other.resolve() for _, other in self._waiting)
+
+    def remove(self, path: Path) -> None:
+        """Remove a file together with ``commit``; a file that is written or was read stays."""
+        if not was_read(path) and path not in self._stale:
+            self._stale.append(path)
+
     def commit(self) -> None:
-        """Give every file its name, one after the other, with a command's Ctrl-C held back until all have it.
+        """Give every file its name and remove the stale ones; a command's Ctrl-C waits until all is done.
 
         Raises
         ------
         FileError
-            If a file cannot be put in place.
+            If a file cannot be put in place or removed; the old files are back then, as they were.
         """
         with uninterrupted():
-            while self._waiting:
-                waiting, path = self._waiting[0]
-                with file_errors(f"write {path}"):
-                    os.replace(waiting, path)
-                del self._waiting[0]
+            changed: list[tuple[Path, Path | None]] = []
+            try:
+                for waiting, path in self._waiting:
+                    with file_errors(f"write {path}"):
+                        changed.append((path, _kept_aside(path)))
+                        os.replace(waiting, path)
+                written = {path.resolve() for _, path in self._waiting}
+                for path in self._stale:
+                    if path.resolve() not in written:
+                        with file_errors(f"remove {path}"):
+                            changed.append((path, _kept_aside(path)))
+                            path.unlink(missing_ok=True)
+            except BaseException:
+                _put_back(changed)
+                raise
+            for _, aside in changed:
+                if aside is not None:
+                    with contextlib.suppress(OSError):
+                        aside.unlink()
+            for folder in {path.parent for path in self._stale}.difference(self._folders):
+                with contextlib.suppress(OSError):  # it holds something else
+                    folder.rmdir()
+            self._waiting.clear()
+            self._stale.clear()
             self._made.clear()
 
     def _make(self, folder: Path) -> None:
@@ -137,7 +165,35 @@ class Staging:
             with contextlib.suppress(OSError):
                 folder.rmdir()
         self._waiting.clear()
+        self._stale.clear()
         self._made.clear()
+
+
+def _kept_aside(path: Path) -> Path | None:
+    """Keep a file under a temporary name until all others are in place; None where there is none.
+
+    It is a second link, so that the file is never missing; where the disk has no links, it is renamed.
+    """
+    if not os.path.lexists(path):
+        return None
+    aside = _temporary(path)
+    note_begun(aside)
+    try:
+        os.link(path, aside, follow_symlinks=False)
+    except (OSError, NotImplementedError):
+        os.replace(path, aside)
+    return aside
+
+
+def _put_back(changed: Sequence[tuple[Path, Path | None]]) -> None:
+    """Undo the changes of a ``commit`` that failed, the last one first."""
+    for path, aside in reversed(changed):
+        with contextlib.suppress(OSError):
+            if aside is None:
+                path.unlink(missing_ok=True)
+            else:
+                os.replace(aside, path)
+                aside.unlink(missing_ok=True)  # two links to one file: replacing left both
 
 
 def _temporary(path: Path) -> Path:

@@ -11,10 +11,9 @@ from autobalance.records import (
     Count,
     NotNegative,
     Positive,
-    Sha256,
     record,
 )
-from autobalance.report.records.head import Head
+from autobalance.report.records.head import Head, WrittenFile
 from autobalance.verification.coverage import NotChecked
 
 
@@ -35,21 +34,13 @@ class VerifyReport(Head):
 
 
 @record
-class SheetFile:
-    """A written sheet."""
-
-    file: str
-    sha256: Sha256
-
-
-@record
 class SheetReport(Head):
     """The sheets that were drawn of a report."""
 
     command: Literal["sheet"] = "sheet"
     report: str
     corrections: Count
-    outputs: Mapping[str, SheetFile]
+    outputs: Mapping[str, WrittenFile]
 
 
 @record

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from autobalance.records import ABSENT, Absent, Like, record
+from autobalance.records import ABSENT, Absent, Like, Sha256, record
 from autobalance.report.records.job import Job
 from autobalance.version import SCHEMA_VERSION, __version__
 
@@ -21,12 +21,21 @@ class Program:
 
 
 @record
+class WrittenFile:
+    """A file that was written."""
+
+    file: str
+    sha256: Sha256
+
+
+@record
 class Head:
     """The keys that every report begins with."""
 
     schema_version: Literal[1] = SCHEMA_VERSION
     autobalance: Program = Program()
     command: str
+    outputs: Annotated[Mapping[str, WrittenFile], "files of this run beside it, by name"] | Absent = ABSENT
 
 
 @record
