@@ -236,9 +236,13 @@ def test_already_within_tolerance_cuts_nothing(tmp_path: Path, capsys: pytest.Ca
     assert not (tmp_path / "again" / "balanced.stl").exists()
     assert "nothing to cut" in capsys.readouterr().out
     jsonschema.Draft202012Validator(schema()).validate(report)
-    # in a folder with an older solid, the user is told that it is not this run's
+    # the solid of an earlier run goes with its report; one that no report lists is named
     jobs.computed(first, tmp_path / "out")
-    assert "is from an earlier run; this run cut nothing" in capsys.readouterr().err
+    assert not (tmp_path / "out" / "balanced.stl").exists()
+    (tmp_path / "out" / "balanced.stl").write_bytes(b"mine")
+    jobs.computed(first, tmp_path / "out")
+    assert "is not of this run, which cut nothing" in capsys.readouterr().err
+    assert (tmp_path / "out" / "balanced.stl").read_bytes() == b"mine"
 
 
 @pytest.mark.slow

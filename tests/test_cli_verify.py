@@ -158,6 +158,43 @@ def test_a_falsified_report_names_the_key(
     assert re.search(message, capsys.readouterr().err)
 
 
+def test_a_job_that_was_changed_since_is_told_with_its_keys(
+    output: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code and claims are of the job as it ran; the warning names each key, then and now."""
+    job = output.parent / "factor-0.28.toml"
+    text = job.read_text(encoding="utf-8")
+    changed = text.replace("piston = 158.00", "piston = 300.0").replace(
+        "[balance]", '[balance]\njudge = "static"'
+    )
+    job.write_text(changed, encoding="utf-8")
+    assert jobs.run("verify", output / "report.json") == 0
+    said = capsys.readouterr().err
+    assert "factor-0.28.toml was changed after the run: " in said
+    assert "job.engine.reciprocating_g.piston was 158.0, is 300.0 now" in said
+    assert said.count(" now") == 1 + (jobs.report_of(output)["job"]["balance"]["judge"] != "static")
+    job.write_text(text.replace("piston", "pistol"), encoding="utf-8")
+    assert jobs.run("verify", output / "report.json") == 0
+    assert "job.engine.reciprocating_g.pistol was not set, is 158.0 now" in capsys.readouterr().err
+    job.write_text("[crankshaft", encoding="utf-8")
+    assert jobs.run("verify", output / "report.json") == 0
+    assert "was changed after the run and is no such job any more" in capsys.readouterr().err
+    job.write_text(text, encoding="utf-8")
+    assert jobs.run("verify", output / "report.json") == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_a_crank_that_was_changed_since_is_told_in_words(
+    output: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    crank = output.parent / "crank.stl"
+    crank.write_bytes(b"x" + crank.read_bytes()[1:])
+    assert jobs.run("verify", output / "report.json") == 3
+    said = capsys.readouterr().err
+    assert "crank.stl is another file than the run read: input.sha256 is" in said
+    assert "balance again, or put the old file back" in said
+
+
 def test_a_missing_solid(output: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (output / "balanced.stl").unlink()
     assert jobs.run("verify", output / "report.json") == 3

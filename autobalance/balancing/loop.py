@@ -89,9 +89,15 @@ class Result:
         read_back = None if self.measured is None else self.measured.read_back
         return self.solid if read_back is None else read_back
 
+    @property
+    def as_written(self) -> Solid | None:
+        """The corrected crank with the facets that a reader of its file has."""
+        facets = None if self.measured is None else self.measured.facets
+        return self.to_show if facets is None else facets
+
     def __getstate__(self) -> dict[str, object]:
         """Leave the cuts behind when pickled: they hold parts of the solid's kernel, and the solid's copy."""
-        measured = None if self.measured is None else replace(self.measured, read_back=None)
+        measured = None if self.measured is None else replace(self.measured, read_back=None, facets=None)
         return {**self.__dict__, "made": (), "measured": measured}
 
 

@@ -47,7 +47,8 @@ class Measured:
     ``hidden`` is their excess over the triangles of the same cut. ``added`` is the estimate of the metal that
     facets hide, where that counts. ``taken`` has an entry a cut, or none at all: a correction as measured on
     the metal that its tool took, None where that is the one planned. ``read_back`` is the solid in the file
-    with its crumbs, where that was built to be looked at.
+    with its crumbs, where that was built to be looked at. ``facets`` are those that a reader lays on true
+    surfaces: other ones than the cut of the crank's own facets.
     """
 
     moments: Moments
@@ -58,6 +59,7 @@ class Measured:
     added: Moments = field(default_factory=Moments.zero)
     taken: tuple[Correction | None, ...] = ()
     read_back: Solid | None = None
+    facets: Solid | None = None
 
 
 Measure = Callable[[Rotor, Solid, Made], Measured]
@@ -190,7 +192,7 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, cut_depths: Made) -> Measur
         own = one_by_one(rotor, cut_depths, *each)
     if any(own):
         _refuse_contradiction(cut_depths, own, moments - drawn, density)
-    return Measured(moments, None, data, again.face_kinds(), hidden, rotor.added, own)
+    return Measured(moments, None, data, again.face_kinds(), hidden, rotor.added, own, facets=read_back.mesh)
 
 
 def refuse_sum(rotor: Rotor, measured: Measured, corrections: Sequence[Correction]) -> None:

@@ -96,7 +96,7 @@ def balanced_record(
     record = replace(record, warnings=(*odd, *missing))
     record = with_forces(record, job, crank, result)
     if with_gas is not None and record.balanced is not None:
-        after = _gas_loads(job, crank, result.solid or crank.source.solid, result.final_moments)
+        after = _gas_loads(job, crank, result.as_written or crank.source.solid, result.final_moments)
         from autobalance.machine_models.loads_with_gas import LoadsWithGas
 
         loads = LoadsWithGas.of(with_gas, after)

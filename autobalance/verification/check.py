@@ -43,7 +43,7 @@ from autobalance.verification.claims import (
 )
 from autobalance.verification.correction_claims import Change, check_corrections, check_nothing_cut
 from autobalance.verification.coverage import not_checked
-from autobalance.verification.limit_claims import check_limits_of_job
+from autobalance.verification.limit_claims import check_limits_of_job, warn_of_changed_job
 from autobalance.verification.report_file import read_report, refuse_version
 from autobalance.verification.solids import Files, Left, OriginalCrank
 
@@ -115,6 +115,7 @@ def _checked(held: Held) -> Checked:
     if claims.values.get("command") == "recut":
         from autobalance.verification.recut_claims import check_recut
 
+        warn_of_changed_job(claims, held.folder, held.files)
         return check_recut(held)
     claims.same("command", "balance")
     job, anatomy = premises.claimed_job(claims, held.folder), premises.claimed_anatomy(claims)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from autobalance.correction.contract import Limits
 from autobalance.correction.holes.sites import in_sectors
@@ -23,54 +24,114 @@ THINNER_MM = 5e-3
 OFF_POSITION_DEG = 3.0
 """Greatest angle between a position and the axis of an old hole that counts as the one there."""
 BESIDE_DEG = 0.05
+MOST_LISTED = 5
+"""Changed keys of a job that a warning names."""
 
 
 def check_limits_of_job(claims: Claims, folder: Path, files: Files) -> None:
-    """Check the correction's limits against the job file, where it exists.
+    """Check the correction's limits against the job file, where it exists, and warn of all that it says anew.
 
     A job that was changed after its run proves nothing of the report: then a warning says where they differ.
 
     Raises
     ------
     ClaimError
-        If they differ, and the job file is older than the report.
+        If the limits differ, and the job file is older than the report.
     """
     claims.against("the job file")
-    job = claims.get("job", dict)
-    name, settings = job.get("file"), claims.values.get("job_set", [])
-    path = folder / name if isinstance(name, str) and name else None
-    if path is None or not path.is_file():
+    path = _job_file(claims, folder)
+    if path is None:
         claims.ledger.why_not[KEY] = "its job file is not there; only the cuts were held against these limits"
         return
-    try:
-        in_file = files.once(("limits", str(path), repr(settings)), lambda: _limits_in(path, settings))
-    except AutobalanceError:
+    in_file = _job_now(claims, path, files)
+    if in_file is None:
         claims.ledger.why_not[KEY] = f"{path.name} can not be read as the job that ran"
         return
-    differs = _first_difference(in_file, job.get("correction"), KEY)
-    if differs is None:
-        claims.hold(KEY)
-        return
-    difference = f"{differs} in {path}"
+    reported = claims.get("job", dict)
+    differs = list(_differences(in_file.get("correction"), reported.get("correction"), KEY))
     report = folder / claims.name
-    if report.is_file() and path.stat().st_mtime <= report.stat().st_mtime:
-        raise ClaimError(f"{claims.name}: {difference}")
-    claims.ledger.why_not[KEY] = f"{path.name} was changed after the run"
-    claims.warnings.append(f"{path.name} was changed after the run: {difference}")
+    if not differs:
+        claims.hold(KEY)
+    elif report.is_file() and path.stat().st_mtime <= report.stat().st_mtime:
+        raise ClaimError(f"{claims.name}: {differs[0].words()} in {path}")
+    else:
+        claims.ledger.why_not[KEY] = f"{path.name} was changed after the run"
+    _warn_of_changes(claims, path, in_file)
 
 
-def _limits_in(path: Path, settings: Any) -> Any:
-    """Return ``[correction]`` of a job file as a report has it."""
-    return json.loads(json.dumps(describe(load(path, tuple(map(str, settings))))["correction"]))
+def warn_of_changed_job(claims: Claims, folder: Path, files: Files) -> None:
+    """Warn of what the job file says now and did not say in the run; a stage has limits of its own."""
+    path = _job_file(claims, folder)
+    in_file = None if path is None else _job_now(claims, path, files)
+    if path is not None and in_file is not None:
+        _warn_of_changes(claims, path, {**in_file, "correction": claims.get("job", dict).get("correction")})
 
 
-def _first_difference(in_file: Any, reported: Any, place: str) -> str | None:
-    """Return the first difference between a job file and a report's echo of it, in words; None if equal."""
-    if not (isinstance(in_file, dict) and isinstance(reported, dict)):
-        return None if in_file == reported else f"{place} is {reported!r}, but it is {in_file!r}"
-    keys = [*in_file, *(key for key in reported if key not in in_file)]
-    every = (_first_difference(in_file.get(key), reported.get(key), f"{place}.{key}") for key in keys)
-    return next((each for each in every if each is not None), None)
+def _job_file(claims: Claims, folder: Path) -> Path | None:
+    name = claims.get("job", dict).get("file")
+    path = folder / name if isinstance(name, str) and name else None
+    return path if path is not None and path.is_file() else None
+
+
+def _job_now(claims: Claims, path: Path, files: Files) -> Mapping[str, Any] | None:
+    """Return the job file as a report has it; None, and a warning, where it is no such job any more."""
+    settings = claims.values.get("job_set", [])
+    try:
+        return files.once(("job", str(path), repr(settings)), lambda: _described(path, settings))
+    except AutobalanceError as error:
+        claims.warnings.append(
+            f"{path.name} was changed after the run and is no such job any more: {str(error).splitlines()[0]}"
+        )
+        return None
+
+
+def _described(path: Path, settings: Any) -> Mapping[str, Any]:
+    """Return a job file as a report has it."""
+    values: Mapping[str, Any] = json.loads(json.dumps(describe(load(path, tuple(map(str, settings))))))
+    return values
+
+
+def _warn_of_changes(claims: Claims, path: Path, in_file: Mapping[str, Any]) -> None:
+    reported = {key: value for key, value in claims.get("job", dict).items() if key != "file"}
+    here = {key: value for key, value in in_file.items() if key != "file"}
+    found = [each.words("was", "is", " now") for each in _differences(here, reported, "job")]
+    if not found:
+        return
+    more = f"; and {len(found) - MOST_LISTED} more" if len(found) > MOST_LISTED else ""
+    claims.warnings.append(
+        f"{path.name} was changed after the run: {'; '.join(found[:MOST_LISTED])}{more}. "
+        "This report is of the job as it was; balance again for the new one"
+    )
+
+
+class _Difference(NamedTuple):
+    """A value that a job file and a report's echo of it have differently; None where one lacks it."""
+
+    place: str
+    reported: Any
+    in_file: Any
+
+    def words(self, was: str = "is", now: str = "but it is", end: str = "") -> str:
+        def shown(value: Any) -> str:
+            return "not set" if value is None else repr(value)
+
+        return f"{self.place} {was} {shown(self.reported)}, {now} {shown(self.in_file)}{end}"
+
+
+def _differences(in_file: Any, reported: Any, place: str) -> Iterator[_Difference]:
+    """Yield the differences between a job file and a report's echo of it."""
+    if isinstance(in_file, dict) and isinstance(reported, dict):
+        for key in [*in_file, *(key for key in reported if key not in in_file)]:
+            yield from _differences(in_file.get(key), reported.get(key), f"{place}.{key}")
+    elif _are_tables(in_file) and _are_tables(reported) and len(in_file) == len(reported):
+        for number, (one, other) in enumerate(zip(in_file, reported, strict=True), 1):
+            yield from _differences(one, other, f"{place}[{number}]")
+    elif in_file != reported:
+        yield _Difference(place, reported, in_file)
+
+
+def _are_tables(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(each, dict) for each in value)
 
 
 def check_within_limits(part: Claims, limits: Limits | None) -> None:

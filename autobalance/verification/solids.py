@@ -109,7 +109,7 @@ def measured_files(claims: Claims, folder: Path, job: Job, frame: Array, files: 
     key = "outputs.solid"
     if claims.get(key, object) is None:
         source = read_input(files, input_path(claims, folder), crankshaft)
-        claims.same("input.sha256", source.sha256)
+        check_source(claims, "input", source)
         claims.hold(key)
         return Left(source, source.moments(crankshaft.density_g_mm3, frame), None, False)
     named = claims.get(f"{key}.file", str)
@@ -331,7 +331,14 @@ def check_crank(
 
 def check_source(claims: Claims, of: str, source: Source) -> None:
     """Check the claims of a file that a run read, at a key of the report."""
-    claims.same(f"{of}.sha256", source.sha256)
+    digest = claims.get(f"{of}.sha256", str)
+    if digest != source.sha256:
+        name = Path(claims.get(f"{of}.file", str)).name
+        raise ClaimError(
+            f"{claims.name}: {name} is another file than the run read: {of}.sha256 is {digest!r}, but "
+            f"{source.sha256!r} was found; balance again, or put the old file back"
+        )
+    claims.hold(f"{of}.sha256")
     claims.same(f"{of}.triangles", source.triangles)
     claims.same(f"{of}.format", None if source.format is None else source.format.removesuffix("-ascii"))
     claims.same(f"{of}.bodies", source.bodies)
