@@ -23,14 +23,17 @@ from autobalance.job.torsion import check_station, crank_torsion
 from autobalance.machine_models.torsion_dampers import FittedDamper, heat_w, with_dampers
 from autobalance.machine_models.torsion_excited import ExcitedTrain
 from autobalance.machine_models.torsion_from_job import CrankChain, crank_chain
+from autobalance.machine_models.torsion_peaks import order_peaks
 from autobalance.machine_models.torsion_strains import critical_orders, order_responses
 from autobalance.machine_models.torsion_trains import named_train
+from autobalance.records import ABSENT
 from autobalance.report.plot_files import Plots
 from autobalance.report.records.torsion import (
     CriticalFigures,
     DamperFigures,
     Damping,
     OrderFigures,
+    OrderPeak,
     PendulumFigures,
     ThrowFigures,
     TorsionModeFigures,
@@ -122,7 +125,15 @@ def _of_chain(file: ChainFile, settings: Sequence[str] = ()) -> TorsionResult:
     model, dampers = with_dampers(model)
     set_keys: Values = {"job_set": list(settings)} if settings else {}
     inputs = _with(file.filled, damping_ratio=model.damping_ratio)
-    return TorsionResult(TorsionReport(**set_keys, input=inputs, **_solved(model, dampers)))
+    warned = _warnings(model, dampers)
+    return TorsionResult(
+        TorsionReport(
+            **set_keys,
+            input=inputs,
+            **_solved(model, dampers),
+            warnings=warned or ABSENT,
+        )
+    )
 
 
 def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress | None) -> TorsionResult:
@@ -153,9 +164,22 @@ def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress 
                 )
                 for number in range(1, len(chain.shapes) + 1)
             ],
-            warnings=case.warnings,
+            warnings=[*case.warnings, *_warnings(model, dampers)],
         )
     )
+
+
+def _warnings(model: ExcitedTrain, dampers: Sequence[FittedDamper]) -> list[str]:
+    """Return what to doubt of a train: its couplings' torque, and dampers that the search could not tune."""
+    texts = list(model.named.warnings)
+    for number, each in enumerate(dampers, 1):
+        if each.bound is not None:
+            texts.append(
+                f"damper[{number}] is not tuned: the search ended at its {each.bound}"
+                f" ({each.n_m_s_rad:.4g} N·m·s/rad); a damper of this inertia at station"
+                f" {each.damper.station + 1} hardly helps the crank's shafts"
+            )
+    return texts
 
 
 def _with(filled: Mapping[str, Any], **values: Any) -> Values:
@@ -184,7 +208,15 @@ def _excited(
     orders = {each.order for each in question.excitations}
     orders |= set(USUAL_ORDERS) if torques is None else {float(each) for each in torques.orders}
     plain = chain if question.parts.plain else None
-    return ExcitedTrain(named, plain, question, tuple(sorted(orders)), torques, of_crank.throw_stations)
+    return ExcitedTrain(
+        named,
+        plain,
+        question,
+        tuple(sorted(orders)),
+        torques,
+        of_crank.throw_stations,
+        of_crank.crank_links,
+    )
 
 
 def _twisted(
@@ -224,10 +256,12 @@ def _solved(
     absorber = model.question.pendulum
     return {
         "model": TrainFigures.of(model.named, of_crank, None if metal is None else metal.springs_n_m_rad),
+        "excited": any(model.torque_at(order, model.question.speeds_rad_s).any() for order in model.orders),
         "damping": Damping(ratio=model.damping_ratio, dampers=model.damped),
         "natural_frequencies_rad_s": [mode.frequency_rad_s for mode in modes],
         "modes": [TorsionModeFigures.of(model, mode) for mode in modes],
         "critical": [CriticalFigures.of(each) for each in critical_orders(model, modes)],
+        "peaks": [OrderPeak.of(each) for each in order_peaks(model)],
         "response": [OrderFigures.of(each) for each in order_responses(model)],
         "pendulum": None if absorber is None else PendulumFigures.of(absorber),
         "dampers": [

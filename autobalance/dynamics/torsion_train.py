@@ -6,6 +6,7 @@ of two stations: rigidly, θ_b = ratio θ_a, or by the elastic mesh of their tee
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -224,6 +225,18 @@ def modal_damping(stiffness: Array, mass: Array, ratio: float) -> Array:
     return np.asarray((2.0 * ratio * np.sqrt(square)) * weighted @ weighted.T)
 
 
+def _solved(matrices: Array | Complex, right: Complex) -> Complex:
+    """Return the solution (k, q) of each of k systems; NaN where one is singular."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, right[..., None])[..., 0])
+    except np.linalg.LinAlgError:
+        found = np.full(right.shape, np.nan, dtype=complex)
+        for row, matrix in enumerate(matrices):
+            with contextlib.suppress(np.linalg.LinAlgError):
+                found[row] = np.linalg.solve(matrix, right[row])
+        return found
+
+
 def train_response(
     train: TorsionTrain,
     frequencies_rad_s: Array,
@@ -267,11 +280,7 @@ def train_response(
     dynamic = stiffness + 1j * omega * damping - omega**2 * np.diag(mass)
     forces = torques_n_m @ basis
     twists = np.zeros((len(frequencies_rad_s), basis.shape[1]), dtype=complex)
-    for row, matrix in enumerate(dynamic[:, free[:, None], free[None, :]]):
-        try:
-            twists[row, free] = np.linalg.solve(matrix, forces[row, free])
-        except np.linalg.LinAlgError:
-            twists[row] = np.nan
+    twists[:, free] = _solved(dynamic[:, free[:, None], free[None, :]], forces[:, free])
     angles = np.asarray(twists @ basis.T, dtype=np.complex128)
     carried = train.springs_n_m_rad + 1j * omega[:, 0] * train.across_n_m_s
     first, second = train.links.T

@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from autobalance.dynamics.damper_rules import DamperRule, ring_rule, viscous_rule
+from autobalance.dynamics.torsion_chain import TorsionMode
 from autobalance.errors import JobError
 from autobalance.job.model.torsion_train import Damper
 from autobalance.machine_models.torsion_excited import ExcitedTrain
+from autobalance.machine_models.torsion_peaks import Peak, greatest, own_shafts, peak_of
 from autobalance.machine_models.torsion_trains import NamedTrain, with_damper
 from autobalance.types import Array
 
-SPEEDS = 400
-"""In the range at which a damper is tuned."""
-STEPS = 400
 TUNED_ORDERS = 8
-"""Orders that a damper is tuned by, those of the greatest twist without it."""
+"""Orders that a damper is tuned by, those of the greatest strain without it."""
+LITTLE_DAMPING = 0.01
+"""Share of critical damping with which these are looked for in a train that has none."""
+DAMPING_RANGE, SPRING_RANGE = 1e4, 1e2
+"""Times and parts of the rule's values between which a damper is searched for."""
+FIRST_TRIED = {"viscous": 41, "ring": 9}
+"""Values of each quantity, evenly spaced in their logarithm, before the search from the best of them."""
+AT_BOUND = 1e-3
+"""Of a logarithm: nearer to its bound, the search ended there."""
+STRAIN_SHARE = 0.5
+"""Least share of a mode's strain energy in the crank's own shafts for a damper's rule to be of that mode."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +47,13 @@ class FittedDamper:
         For the lowest mode in which its station moves.
     frequency_rad_s : float
         Of that mode.
-    without_rad, with_rad : float or None
-        Greatest twist along the other links in the range of speeds; None where nothing excites.
+    without, with_ : Peak or None
+        Greatest strain of the crank's own shafts in the range of speeds, without and with it, both with the
+        same damping of every mode; None where nothing excites, or, without it, nothing damps.
+    modal_ratio : float
+        That damping.
+    bound : str or None
+        Which bound of its search the tuning ended at.
     """
 
     damper: Damper
@@ -45,8 +61,10 @@ class FittedDamper:
     link: int
     rule: DamperRule
     frequency_rad_s: float
-    without_rad: float | None
-    with_rad: float | None
+    without: Peak | None
+    with_: Peak | None
+    modal_ratio: float
+    bound: str | None
 
     @property
     def n_m_rad(self) -> float:
@@ -59,35 +77,42 @@ class FittedDamper:
 
 
 def with_dampers(model: ExcitedTrain) -> tuple[ExcitedTrain, tuple[FittedDamper, ...]]:
-    """Return a train with all its dampers, those to be tuned of the least greatest twist, and each as fitted.
+    """Return a train with all its dampers, those to be tuned of the least greatest strain, each as fitted.
 
     Raises
     ------
     JobError
         If one is to be tuned and nothing excites the train in the range of speeds.
     """
-    fitted = []
+    fitted: list[FittedDamper] = []
+    speeds = model.question.speeds_rad_s
     for number, damper in enumerate(model.question.parts.dampers, 1):
-        rule, frequency = _rule(model, damper)
-        excited = any(model.torque_at(order, model.question.speeds_rad_s).any() for order in model.orders)
+        links = own_shafts(model, [each.link for each in fitted])
+        rule, frequency = _rule(model, damper, links)
+        excited = any(model.torque_at(order, speeds).any() for order in model.orders)
         if damper.tune and not excited:
             raise JobError(
                 f"damper[{number}].tune needs torques in the range of speeds; found none: give"
                 " [[excitation]], or a [cycle]"
             )
-        tuned = _tuned(model, number, damper, rule, frequency) if damper.tune else damper
+        bound = None
+        tuned = damper
+        if damper.tune:
+            tuned, bound = _tuned(model, number, damper, rule, frequency, links)
         after = _fitted(model, number, tuned)
-        link = len(after.named.train.links) - 1
-        orders = _loudest(model) if excited else ()
+        ratio = after.damping_ratio
+        alike = replace(model, question=replace(model.question, damping_ratio=ratio))
         fitted.append(
             FittedDamper(
                 tuned,
                 damper.tune,
-                link,
+                len(after.named.train.links) - 1,
                 rule,
                 frequency,
-                _greatest(replace(model, orders=orders), None) if excited else None,
-                _greatest(replace(after, orders=orders), link) if excited else None,
+                greatest(alike, links) if alike.damped or ratio else None,
+                greatest(after, links) if after.damped or ratio else None,
+                ratio,
+                bound,
             )
         )
         model = after
@@ -101,76 +126,94 @@ def _fitted(model: ExcitedTrain, number: int, damper: Damper) -> ExcitedTrain:
     return replace(model, named=named, chain=None)
 
 
-def _rule(model: ExcitedTrain, damper: Damper) -> tuple[DamperRule, float]:
-    """Return the rule for a damper beside the inertia that the lowest mode has at its station."""
-    inertias = model.named.train.inertias_kg_m2
-    for mode in model.modes():
-        at = mode.shape[damper.station]
-        if abs(at) > 0.05:
-            share = damper.inertia_kg_m2 * at**2 / float(inertias @ mode.shape**2)
-            rule = ring_rule(share) if damper.kind == "ring" else viscous_rule(share)
-            return rule, mode.frequency_rad_s
-    raise JobError(f"no mode of the train moves station {damper.station + 1}; no damper works there")
+def _rule(model: ExcitedTrain, damper: Damper, links: Sequence[int]) -> tuple[DamperRule, float]:
+    """Return the rule for a damper beside the inertia that a mode has at its station.
+
+    The mode is the lowest that moves the station and strains the crank's own shafts; the lowest that moves it
+    if none does.
+    """
+    train = model.named.train
+    moving = [mode for mode in model.modes() if abs(mode.shape[damper.station]) > 0.05]
+    if not moving:
+        raise JobError(f"no mode of the train moves station {damper.station + 1}; no damper works there")
+
+    def share(mode: TorsionMode) -> float:
+        energy = train.springs_n_m_rad * train.twists(mode.shape) ** 2
+        return float(energy[list(links)].sum() / energy.sum()) if energy.any() else 0.0
+
+    mode = next((each for each in moving if share(each) > STRAIN_SHARE), moving[0])
+    at = mode.shape[damper.station]
+    mu = damper.inertia_kg_m2 * at**2 / float(train.inertias_kg_m2 @ mode.shape**2)
+    return (ring_rule(mu) if damper.kind == "ring" else viscous_rule(mu)), mode.frequency_rad_s
 
 
 def _tuned(
-    model: ExcitedTrain, number: int, damper: Damper, rule: DamperRule, frequency_rad_s: float
-) -> Damper:
-    """Return a damper of the least greatest twist, searched for from its rule."""
-    from scipy.optimize import minimize
+    model: ExcitedTrain,
+    number: int,
+    damper: Damper,
+    rule: DamperRule,
+    frequency_rad_s: float,
+    links: Sequence[int],
+) -> tuple[Damper, str | None]:
+    """Return a damper of the least greatest strain of shafts, and the bound of the search that it is at."""
+    from scipy.optimize import minimize, minimize_scalar
 
     inertia = damper.inertia_kg_m2
-    few = replace(model, orders=_loudest(model))
-    link = len(model.named.train.links)
+    few = replace(model, orders=_loudest(model, links))
 
-    def of(logs: Array) -> Damper:
+    def of(logs: Sequence[float] | Array) -> Damper:
         damping = float(np.exp(logs[0]))
         return replace(damper, n_m_s_rad=damping, n_m_rad=float(np.exp(logs[1])) if len(logs) > 1 else None)
 
-    start = [rule.n_m_s_rad(inertia, frequency_rad_s)]
+    def size(logs: Sequence[float] | Array) -> float:
+        peak = greatest(_fitted(few, number, of(logs)), links)
+        assert peak is not None  # excited
+        return math.log(peak.size)
+
+    middle = [math.log(rule.n_m_s_rad(inertia, frequency_rad_s))]
+    half = [math.log(DAMPING_RANGE)]
     if damper.kind == "ring":
-        start.append(rule.n_m_rad(inertia, frequency_rad_s))
+        middle.append(math.log(rule.n_m_rad(inertia, frequency_rad_s)))
+        half.append(math.log(SPRING_RANGE))
+    bounds = [(m - h, m + h) for m, h in zip(middle, half, strict=True)]
+    tried = [np.linspace(low, high, FIRST_TRIED[damper.kind]) for low, high in bounds]
+    start = min(([float(x) for x in each] for each in itertools.product(*tried)), key=size)
+    if damper.kind == "ring":
+        best: Array = np.array(min((start, middle), key=size))
+        for _ in range(2):  # a least greatest value has edges, along which one search may end early
+            best = minimize(
+                size,
+                best,
+                method="Nelder-Mead",
+                bounds=bounds,
+                options={"maxfev": 300, "xatol": 1e-4, "fatol": 1e-9},
+            ).x
+    else:
+        step = float(tried[0][1] - tried[0][0])
+        around = max(start[0] - step, bounds[0][0]), min(start[0] + step, bounds[0][1])
+        found = minimize_scalar(
+            lambda log: size([float(log)]), bounds=around, method="bounded", options={"xatol": 1e-5}
+        )
+        best = np.array(min(([float(found.x)], start), key=size))
+    return of([float(x) for x in best]), _bound(best, bounds)
 
-    def size(logs: Array) -> float:
-        return math.log(_greatest(_fitted(few, number, of(logs)), link))
 
-    optimum = minimize(
-        size,
-        np.log(start),
-        method="Nelder-Mead",
-        options={"maxfev": STEPS, "xatol": 1e-5, "fatol": 1e-9},
-    )
-    return of(optimum.x)
+def _bound(logs: Array, bounds: Sequence[tuple[float, float]]) -> str | None:
+    """Return which bound of the search its result is at."""
+    for name, log, (low, high) in zip(("damping", "stiffness"), logs, bounds, strict=False):
+        for word, end in (("least", low), ("greatest", high)):
+            if abs(float(log) - end) < AT_BOUND:
+                return f"{word} {name}"
+    return None
 
 
-def _speeds(model: ExcitedTrain) -> Array:
-    speeds = model.question.speeds_rad_s
-    return np.asarray(np.linspace(float(speeds[0]), float(speeds[-1]), SPEEDS if len(speeds) > 1 else 1))
-
-
-def _loudest(model: ExcitedTrain) -> tuple[float, ...]:
-    """Return the orders of the greatest twist; tried with a little damping where the train has none."""
-    little = model.question if model.damped else replace(model.question, damping_ratio=0.01)
+def _loudest(model: ExcitedTrain, links: Sequence[int]) -> tuple[float, ...]:
+    """Return the orders of the greatest strain; with a little damping where the train has none."""
+    little = model.question if model.damped else replace(model.question, damping_ratio=LITTLE_DAMPING)
     tried = replace(model, question=little)
-    speeds = _speeds(model)
-    sizes = {
-        order: _greatest(replace(tried, orders=(order,)), None)
-        for order in model.orders
-        if model.torque_at(order, speeds).any()
-    }
+    peaks = {order: peak_of(tried, order, links) for order in model.orders}
+    sizes = {order: peak.size for order, peak in peaks.items() if peak is not None}
     return tuple(sorted(sorted(sizes, key=lambda order: -sizes[order])[:TUNED_ORDERS]))
-
-
-def _greatest(model: ExcitedTrain, damper_link: int | None) -> float:
-    """Return the greatest twist along the links, a damper's own left out, at any speed and order [rad]."""
-    links = [n for n in range(len(model.named.train.links)) if n != damper_link]
-    first, second = model.named.train.links[links].T
-    most, speeds = 0.0, _speeds(model)
-    for order in model.orders:
-        angles = model.response(order, speeds).angles_rad
-        sizes = np.abs(angles[:, second] - angles[:, first])
-        most = max(most, float(np.nanmax(sizes, initial=0.0)))
-    return most
 
 
 def heat_w(model: ExcitedTrain, fitted: FittedDamper) -> Array:

@@ -38,6 +38,8 @@ class ExcitedTrain:
         Of a cycle.
     throw_stations : tuple of int
         From 0.
+    crank_links : tuple of int
+        Shafts of the crank's own metal, from 0; empty for a chain's file.
     """
 
     named: NamedTrain
@@ -46,6 +48,7 @@ class ExcitedTrain:
     orders: tuple[float, ...]
     torques: ThrowTorques | None = None
     throw_stations: tuple[int, ...] = ()
+    crank_links: tuple[int, ...] = ()
 
     @property
     def damped(self) -> bool:

@@ -12,9 +12,12 @@ from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw, Web
 from autobalance.crank.sections import Section, sections
 from autobalance.dynamics.crank_torsion import ThrowShape, springs_between, throw_stiffness_n_m_rad
 from autobalance.dynamics.torsion_chain import TorsionChain
+from autobalance.engine.loads import variable_inertia_g_mm2, whole_turn
+from autobalance.engine.whole_engine import Cylinder
 from autobalance.errors import JobError
 from autobalance.job import Job
 from autobalance.job.model.torsion import CrankTorsion
+from autobalance.machine_models.linked_rods import articulated
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.rotor_from_job import total_g
 from autobalance.solid.csg.region import Region
@@ -23,6 +26,7 @@ from autobalance.types import Array
 from autobalance.units import M_PER_MM
 
 KG_M2_PER_G_MM2 = 1e-9
+ANGLES = 720
 LEAST_BORE = 0.15
 """Share of a diameter below which what a section lacks is facets or an oil hole, not a bore."""
 CORE = 0.2
@@ -59,6 +63,12 @@ class CrankChain:
     throws_n_m_rad: Mapping[str, tuple[float, ...]]
     _stations: _Stations
     _asked: CrankTorsion
+
+    @property
+    def crank_links(self) -> tuple[int, ...]:
+        """Return the chain's springs that are the crank's own metal, from 0."""
+        first = len(self._asked.front)
+        return tuple(range(first, first + len(self._stations.names) - 1))
 
     def with_throws(self, throws_n_m_rad: Sequence[float]) -> TorsionChain:
         """Return the chain with other stiffnesses of the throws."""
@@ -340,12 +350,34 @@ def _inertias(job: Job, crank: Crank, stations: _Stations) -> Array:
         for station, share in _shares(part, anatomy, stations):
             total[station] += share * part.moments.polar_inertia_g_mm2
     total *= crank.moments.polar_inertia_g_mm2 / total.sum()  # parts of a rounding's size are left out
+    before = 0
     for throw, station in zip(anatomy.throws, stations.of_throws, strict=True):
         parts = job.engine.of_throw(throw.number)
-        weights = parts.weights
-        rod_g = total_g(weights.rotating) + 0.5 * total_g(weights.reciprocating)
-        total[station] += (parts.rods * rod_g + total_g(weights.crankpin)) * throw.crank_radius_mm**2
+        weights, square = parts.weights, throw.crank_radius_mm**2
+        total[station] += total_g(weights.crankpin) * square
+        if parts.links:
+            total[station] += _of_articulated(articulated(job, throw, before))
+        else:
+            rod_g = total_g(weights.rotating) + 0.5 * total_g(weights.reciprocating)
+            total[station] += parts.rods * rod_g * square
+        before += parts.rods
     return total * KG_M2_PER_G_MM2
+
+
+def _of_articulated(cylinders: Sequence[Cylinder]) -> float:
+    """Return the inertia of a master rod with its links and pistons, by its mean kinetic energy [g·mm²].
+
+    The links' knuckle pins are off the crankpin's circle, so that m_rot r² + ½ m_rec r² is too little.
+    """
+    turn = whole_turn(ANGLES)
+    return float(
+        sum(
+            variable_inertia_g_mm2(
+                each, each.slider_crank.motion(turn + each.throw_angle_rad - each.bank_rad)
+            ).mean()
+            for each in cylinders
+        )
+    )
 
 
 def _shares(part: Section, anatomy: Anatomy, stations: _Stations) -> list[tuple[int, float]]:

@@ -14,21 +14,23 @@ from autobalance.job.model.torsion_train import Branch, Coupling, Damper, TrainP
 
 @dataclass(frozen=True)
 class CouplingState:
-    """The mean torque that a coupling (at ``station``, from 0) carries, and its stiffness there."""
+    """The mean torque that a coupling (at ``station``, from 0) carries, its stiffness there, and its link."""
 
     station: int
     mean_n_m: float
     n_m_rad: float
+    link: int
 
 
 @dataclass(frozen=True, eq=False)
 class NamedTrain:
-    """A train with the names of its stations and the diameters along its links."""
+    """A train with the names of its stations and the diameters along its links; and what to doubt of it."""
 
     train: TorsionTrain
     names: tuple[str, ...]
     diameters_m: tuple[float | None, ...]
     couplings: tuple[CouplingState, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 def named_train(
@@ -46,7 +48,8 @@ def named_train(
         The chain that stations are counted on.
     parts : TrainParts
     mean_behind : (station from 0, torque) or None
-        Mean torque that an engine gives from that station on [N·m]; it changes with the speed by gears.
+        Mean torque that an engine gives from that station on [N·m], along the chain, by gears and into
+        branches; it changes with the speed.
 
     Raises
     ------
@@ -69,14 +72,58 @@ def named_train(
     for number, coupling in enumerate(parts.couplings, 1):
         mean = coupling.mean_n_m
         if mean is None:
-            behind = mean_behind is not None and mean_behind[0] <= coupling.station < len(names)
-            ratio = abs(float(ratios[min(coupling.station, count - 1)]))
-            mean = mean_behind[1] / ratio if mean_behind is not None and behind else 0.0
+            mean = 0.0
+            if mean_behind is not None and coupling.station < count:
+                source, torque = mean_behind
+                way = _way(train.train, source, coupling.station)
+                if way:
+                    mean = torque / abs(float(ratios[coupling.station] / ratios[source]))
+                    train = _doubted(train, number, way)
         train = _with_coupling(train, number, coupling, mean)
     for number, damper in enumerate(parts.dampers, 1):
         if damper.station >= count:
             raise JobError(f"damper[{number}].station is {damper.station + 1}; there are {count} stations")
     return train
+
+
+def _neighbours(train: TorsionTrain, station: int, source: int) -> set[int]:
+    """Return the stations joined to one by a shaft or gears, those in front of ``source`` left out."""
+    pairs = [(int(a), int(b)) for a, b in train.links] + [(g.first, g.second) for g in train.gears]
+    both = {b for a, b in pairs if a == station} | {a for a, b in pairs if b == station}
+    # the chain is numbered through: what is joined to the source from in front of it is the engine
+    return {each for each in both if each >= source}
+
+
+def _way(train: TorsionTrain, source: int, station: int) -> tuple[int, ...]:
+    """Return the stations from where an engine gives its torque to a station behind it; empty: none."""
+    waiting: list[tuple[int, ...]] = [(source,)]
+    seen = {source}
+    while waiting:
+        way = waiting.pop(0)
+        if way[-1] == station:
+            return way
+        for each in sorted(_neighbours(train, way[-1], source) - seen):
+            seen.add(each)
+            waiting.append((*way, each))
+    return ()
+
+
+def _doubted(so_far: NamedTrain, number: int, way: tuple[int, ...]) -> NamedTrain:
+    """Return a train with a warning where its mean torque could go another way than to a coupling."""
+    out = [int(b) for a, b in so_far.train.links if a == way[-1]][:1]
+    ahead = [*way[1:], *out]
+    forks = [
+        here
+        for before, here, after in zip((way[0], *way), way, ahead, strict=False)
+        if _neighbours(so_far.train, here, way[0]) - {before, after}
+    ]
+    if not forks:
+        return so_far
+    text = (
+        f"coupling[{number}] is taken to carry all of the engine's mean torque, but the train divides at"
+        f" station {forks[0] + 1}; give coupling[{number}].mean_N_m"
+    )
+    return replace(so_far, warnings=(*so_far.warnings, text))
 
 
 def _with_branch(so_far: NamedTrain, number: int, branch: Branch, parts: TrainParts) -> NamedTrain:
@@ -115,7 +162,7 @@ def _with_coupling(so_far: NamedTrain, number: int, coupling: Coupling, mean_n_m
         )
     springs = train.springs_n_m_rad.copy()
     springs[at[0]] = coupling.stiffness_n_m_rad(mean_n_m)
-    state = CouplingState(coupling.station, mean_n_m, float(springs[at[0]]))
+    state = CouplingState(coupling.station, mean_n_m, float(springs[at[0]]), int(at[0]))
     return replace(
         so_far, train=replace(train, springs_n_m_rad=springs), couplings=(*so_far.couplings, state)
     )

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from autobalance.units import wrapped_deg
 
-MIN_RESIDUAL_SIGMAS = 2.0
-"""Standard deviations of a reading that count as the least residual that the machine can show."""
+CONFIDENCE = 0.95
+"""Two-sided, of Student's t for the scatter of a few readings; many make it 1.96."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,8 @@ class Repeated:
 
 @dataclass(frozen=True)
 class MachineAccuracy:
-    """Least residual and reduction ratio of a machine, and the unbalances of crank and tooling."""
+    """Least residual of a machine, and the unbalances of crank and tooling."""
 
-    urr_percent: float
     umar_g_mm: float
     crank_g_mm: float
     crank_deg: float
@@ -55,10 +54,10 @@ def machine_accuracy(
     index_g_mm: Sequence[float],
     index_deg: Sequence[float],
 ) -> MachineAccuracy:
-    """Return a machine's least residual and reduction ratio, from repeated readings and an index test.
+    """Return a machine's least residual and its tooling's unbalance, by repetition and an index test.
 
-    The least residual is two standard deviations of a reading; one correction by a reading leaves that much
-    of the crank's own unbalance, so the ratio is 1 - Umar/C.
+    The least residual is a reading's standard deviation times Student's t. The unbalance reduction ratio is
+    not in these readings: it shows when a known weight is read and corrected.
 
     Parameters
     ----------
@@ -82,8 +81,8 @@ def machine_accuracy(
     --------
     >>> turned = [0.0, 180.0]
     >>> found = machine_accuracy([40.0, 41.0, 42.0], [0.0, 0.0, 0.0], turned, [40.0, 20.0], [0.0, 180.0])
-    >>> round(found.umar_g_mm, 3), round(found.urr_percent, 1), round(found.tooling_g_mm, 1)
-    (1.414, 95.3, 10.0)
+    >>> round(found.umar_g_mm, 3), round(found.crank_g_mm, 1), round(found.tooling_g_mm, 1)
+    (1.963, 30.0, 10.0)
     """
     least = repeated_readings(readings_g_mm, readings_deg).umar_g_mm
     index = index_test(turned_deg, index_g_mm, index_deg)
@@ -93,7 +92,6 @@ def machine_accuracy(
             "g·mm; put a known weight on it"
         )
     return MachineAccuracy(
-        100.0 * (1.0 - least / index.crank_g_mm),
         least,
         index.crank_g_mm,
         index.crank_deg,
@@ -150,8 +148,8 @@ def index_test(
 def repeated_readings(readings_g_mm: Sequence[float], readings_deg: Sequence[float]) -> Repeated:
     """Return the mean of repeated readings, their scatter, and the least residual that they can show.
 
-    The scatter is the standard deviation of x and of y of one reading, both together; the least residual is
-    two of them.
+    The scatter is the standard deviation of x and of y of one reading, both together. The least residual is
+    the scatter times Student's t of 95 %: 2.78 for three readings, which have four degrees of freedom.
 
     Parameters
     ----------
@@ -170,14 +168,18 @@ def repeated_readings(readings_g_mm: Sequence[float], readings_deg: Sequence[flo
     Examples
     --------
     >>> round(repeated_readings(readings_g_mm=[10.0, 11.0, 12.0], readings_deg=[0.0, 0.0, 0.0]).umar_g_mm, 3)
-    1.414
+    1.963
     """
+    from scipy.special import stdtrit
+
     read = _vectors(readings_g_mm, readings_deg)
     if len(read) < 2:
         raise ValueError(f"{len(read)} reading; expected two or more")
     mean = complex(read.mean())
-    scatter = math.sqrt(float((np.abs(read - mean) ** 2).sum()) / (2 * (len(read) - 1)))
-    return Repeated(abs(mean), _degrees(mean), scatter, MIN_RESIDUAL_SIGMAS * scatter)
+    freedom = 2 * (len(read) - 1)
+    scatter = math.sqrt(float((np.abs(read - mean) ** 2).sum()) / freedom)
+    times = float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE))
+    return Repeated(abs(mean), _degrees(mean), scatter, times * scatter)
 
 
 def _vectors(sizes_g_mm: Sequence[float], angles_deg: Sequence[float]) -> NDArray[np.complex128]:

@@ -241,6 +241,111 @@ def test_a_coupling_behind_a_crank_carries_the_cycles_mean_torque(inline_four: a
     assert report["model"]["stiffness_N_m_rad"][5] == pytest.approx(9000.0)
 
 
+@pytest.mark.parametrize("ratio", [0.5, -2.0])
+def test_a_coupling_on_a_geared_branch_carries_the_torque_over_the_ratio(
+    inline_four: ab.Crank, ratio: float
+) -> None:
+    """Power is kept across the gear; the stiffness is that of the torque there, and so is the first mode."""
+    load, wheel, flywheel = 3e5, 2e4, 9e4
+    torques, twists = [0, 100, 200, 400, 800], [0, 0.05, 0.08, 0.1, 0.12]
+    tables: Values = {
+        "cycle": {**GAS, "flywheel_kg_mm2": flywheel},
+        "branch": [
+            {"from": 6, "inertia": [{"kg_mm2": wheel}, {"kg_mm2": load}], "spring": [{"N_m_rad": 1.0}]}
+        ],
+        "gear": [{"stations": [6, 7], "ratio": ratio}],
+        "coupling": [{"station": 7, "torque_N_m": torques, "twist_rad": twists}],
+    }
+    result = ab.torsion(crank_job(**tables), crank=inline_four).report
+    torque = ab.cycle(crank_job(cycle=tables["cycle"]), crank=inline_four).report["torque"]
+    mean = (torque["gas_mean_N_m"] - torque["friction_mean_N_m"]) / abs(ratio)
+    (coupling,) = result["model"]["couplings"]
+    assert coupling["mean_N_m"] == pytest.approx(mean, rel=1e-9)
+    step = next(n for n in range(4) if mean < torques[n + 1])
+    slope = (torques[step + 1] - torques[step]) / (twists[step + 1] - twists[step])
+    assert coupling["N_m_rad"] == pytest.approx(slope, rel=1e-12)
+    # crank, flywheel and wheel as one rigid body against the load, referred to the branch
+    crank = sum(result["model"]["inertias_kg_mm2"][:6]) / ratio**2 + wheel
+    root = math.sqrt(slope * (1e6 / crank + 1e6 / load)) / (2.0 * math.pi)
+    assert result["natural_frequencies_hz"][0] == pytest.approx(root, rel=5e-3)
+    assert result["warnings"] == []
+
+
+def test_where_a_train_divides_the_mean_torque_is_doubted(inline_four: ab.Crank) -> None:
+    tables: Values = {
+        "cycle": GAS,
+        "torsion": {"train": [{"kg_mm2": 1e4, "N_m_rad": 1e4}]},
+        "branch": [
+            {"from": 6, "inertia": [{"kg_mm2": 2e4}, {"kg_mm2": 3e4}], "spring": [{"N_m_rad": 1.0}]},
+            {"from": 1, "inertia": [{"kg_mm2": 2e4}, {"kg_mm2": 3e4}], "spring": [{"N_m_rad": 1.0}]},
+        ],
+        "gear": [{"stations": [6, 8], "ratio": 0.5}, {"stations": [1, 10], "ratio": 0.5}],
+        "coupling": [
+            {"station": 8, "torque_N_m": [0, 100], "twist_rad": [0, 0.05]},
+            {"station": 10, "torque_N_m": [0, 100], "twist_rad": [0, 0.05]},
+        ],
+    }
+    report = ab.torsion(crank_job(**tables), crank=inline_four).report
+    behind, front = report["model"]["couplings"]
+    assert behind["mean_N_m"] > 0.0
+    assert front["mean_N_m"] == 0.0  # the engine's torque leaves at the other end
+    assert [text for text in report["warnings"] if "coupling" in text] == [
+        "coupling[1] is taken to carry all of the engine's mean torque, but the train divides at station 6;"
+        " give coupling[1].mean_N_m"
+    ]
+
+
+def test_the_inertia_of_a_radial_is_that_of_its_mean_kinetic_energy() -> None:
+    """By finite differences of the places of all pins; links are more than m_rot r² + ½ m_rec r²."""
+    crank = ab.generate("single", segments=32).crank
+    r, length, rho, link = crank.throws[0].crank_radius_mm, 140.0, 32.0, 108.0
+    links = [
+        {
+            "cylinder": n + 2,
+            "bank_deg": bank,
+            "rod_length_mm": link,
+            "knuckle_radius_mm": rho,
+            "knuckle_angle_deg": bank,
+        }
+        for n, bank in enumerate((72.0, 144.0, 216.0, 288.0))
+    ]
+    base: Values = {
+        "engine": {
+            "rod_length_mm": length,
+            "rotating_g": {"rod_share": 210.0},
+            "reciprocating_g": {"piston": 260.0},
+        },
+        "balance": {"factor": 0.5, "grade": 16, "speed_rpm": 3600},
+        "correction": {"method": "drill"},
+    }
+    layout = {"kind": "articulated", "bank_deg": 0.0}
+    radial = {**base, "engine": {**base["engine"], "layout": layout, "throw": [{"number": 1, "link": links}]}}
+    with_rods = sum(ab.torsion(radial, crank=crank).report["model"]["inertias_kg_mm2"])
+    one = sum(ab.torsion(base, crank=crank).report["model"]["inertias_kg_mm2"])
+    plain = (210.0 + 0.5 * 260.0) * r**2 / 1e3
+
+    def places(angle: float) -> list[complex]:
+        pin = r * complex(math.cos(angle), math.sin(angle))
+        lean = math.asin(-pin.imag / length)
+        found = [pin, complex(pin.real + length * math.cos(lean), 0.0)]
+        for each in (72.0, 144.0, 216.0, 288.0):
+            bank = math.radians(each)
+            knuckle = pin + rho * complex(math.cos(lean + bank), math.sin(lean + bank))
+            own = knuckle * complex(math.cos(bank), -math.sin(bank))
+            wrist = own.real + math.sqrt(link**2 - own.imag**2)
+            found += [knuckle, wrist * complex(math.cos(bank), math.sin(bank))]
+        return found
+
+    step, count = 1e-4, 360
+    energy = 0.0
+    for n in range(count):
+        at = 2.0 * math.pi * n / count
+        speeds = [(b - a) / (2.0 * step) for a, b in zip(places(at - step), places(at + step), strict=True)]
+        energy += sum(mass * abs(speed) ** 2 for mass, speed in zip([210.0, 260.0] * 5, speeds, strict=True))
+    assert with_rods - one + plain == pytest.approx(energy / count / 1e3, rel=1e-6)
+    assert energy / count / 1e3 > 1.04 * 5 * plain
+
+
 # --- what is refused ----------------------------------------------------------------------------------------
 
 

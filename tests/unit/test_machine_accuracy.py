@@ -43,7 +43,19 @@ def test_repeated_readings_tell_the_least_residual() -> None:
     found = ab.theory.repeated_readings(np.abs(read).tolist(), np.degrees(np.angle(read)).tolist())
     assert found.mean_g_mm == pytest.approx(12.0, abs=0.03)
     assert found.scatter_g_mm == pytest.approx(0.3, rel=0.05)
-    assert found.umar_g_mm == pytest.approx(0.6, rel=0.05)
+    assert found.umar_g_mm == pytest.approx(1.96 * 0.3, rel=0.05)
+
+
+def test_the_least_residual_of_three_readings_holds_for_19_of_20_machines() -> None:
+    """By drawing: a fourth reading's x is within Umar of the three's scatter 95 times in 100."""
+    rng = np.random.default_rng(6)
+    held = 0
+    for _ in range(4000):
+        noise = rng.normal(0.0, 0.3, 3) + 1j * rng.normal(0.0, 0.3, 3)
+        read = 12.0 + noise
+        found = ab.theory.repeated_readings(np.abs(read).tolist(), np.degrees(np.angle(read)).tolist())
+        held += abs(rng.normal(0.0, 0.3)) <= found.umar_g_mm
+    assert held / 4000 == pytest.approx(0.95, abs=0.012)
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from autobalance.machine_models.throw_twist import ThrowTwist
 from autobalance.machine_models.torsion_dampers import FittedDamper
 from autobalance.machine_models.torsion_excited import ExcitedTrain
 from autobalance.machine_models.torsion_from_job import CrankChain
+from autobalance.machine_models.torsion_peaks import Peak
 from autobalance.machine_models.torsion_strains import CriticalOrder, OrderResponse
 from autobalance.machine_models.torsion_trains import NamedTrain
 from autobalance.records import (
@@ -182,6 +183,19 @@ class CriticalFigures:
 
 
 @record
+class OrderPeak:
+    """The greatest torque of one order in the range of speeds, along any shaft, found between points too."""
+
+    order: Positive
+    speed_rad_s: Rpm
+    torque_N_m: NotNegative
+
+    @classmethod
+    def of(cls, peak: Peak) -> Self:
+        return cls(order=float(peak.order), speed_rad_s=peak.speed_rad_s, torque_N_m=peak.torque_n_m)
+
+
+@record
 class ResponsePoint:
     """Amplitudes of stations, torque, twist and stress of links at a speed; None: not steady."""
 
@@ -256,17 +270,47 @@ class DamperHeat:
 
 
 @record
+class ShaftStrain:
+    """Greatest strain of the crank's own shafts in the range: torque, stress and twist at its speed."""
+
+    order: Positive
+    speed_rad_s: Rpm
+    torque_N_m: NotNegative
+    stress_pa: Mpa | None
+    twist_rad: Mrad
+
+    @classmethod
+    def of(cls, peak: Peak) -> Self:
+        return cls(
+            order=float(peak.order),
+            speed_rad_s=peak.speed_rad_s,
+            torque_N_m=peak.torque_n_m,
+            stress_pa=peak.stress_pa,
+            twist_rad=peak.twist_rad,
+        )
+
+
+@record
 class DamperFigures:
-    """A damper as fitted, the rule beside it, and its heat."""
+    """A damper as fitted, the rule beside it, and its heat.
+
+    Twist, torque and stress are those of the crank's own shafts, of a chain's file those of all shafts but
+    couplings. With and without the damper every mode has the same ``modal_damping_ratio``; a train without
+    any other damping has no limit without it (None).
+    """
 
     station: Ordinal
     kind: str
     inertia_kg_mm2: Positive
     tuned: bool
+    search_ended_at: Annotated[str | None, "the bound of its search that the tuning ended at"]
     N_m_rad: Positive | None
     N_m_s_rad: NotNegative | None
+    modal_damping_ratio: NotNegative
     greatest_twist_rad: Mrad | None
     greatest_twist_without_mrad: NotNegative | None
+    greatest: ShaftStrain | None
+    greatest_without: ShaftStrain | None
     rule: DamperRuleFigures
     heat_W: Sequence[DamperHeat]
 
@@ -275,16 +319,20 @@ class DamperFigures:
         """Return the figures of a damper, with its heat at speeds (k,)."""
         damper, rule = fitted.damper, fitted.rule
         inertia, frequency = damper.inertia_kg_m2, fitted.frequency_rad_s
-        without = fitted.without_rad
+        without, with_it = fitted.without, fitted.with_
         return cls(
             station=damper.station + 1,
             kind=damper.kind,
             inertia_kg_mm2=KG_MM2_PER_KG_M2 * inertia,
             tuned=fitted.tuned,
+            search_ended_at=fitted.bound,
             N_m_rad=damper.n_m_rad,
             N_m_s_rad=damper.n_m_s_rad,
-            greatest_twist_rad=fitted.with_rad,
-            greatest_twist_without_mrad=None if without is None else MRAD.convert(without),
+            modal_damping_ratio=fitted.modal_ratio,
+            greatest_twist_rad=None if with_it is None else with_it.twist_rad,
+            greatest_twist_without_mrad=None if without is None else MRAD.convert(without.twist_rad),
+            greatest=None if with_it is None else ShaftStrain.of(with_it),
+            greatest_without=None if without is None else ShaftStrain.of(without),
             rule=DamperRuleFigures(
                 mass_ratio=rule.mass_ratio,
                 mode_rad_s=frequency,
@@ -360,9 +408,11 @@ class TorsionReport(Head):
     input: Annotated[Mapping[str, Any], "job or chain, defaults filled in"]
     model: TrainFigures
     damping: Damping
+    excited: bool
     natural_frequencies_rad_s: Sequence[Hertz]
     modes: Sequence[TorsionModeFigures]
     critical: Sequence[CriticalFigures]
+    peaks: Sequence[OrderPeak]
     response: Sequence[OrderFigures]
     pendulum: PendulumFigures | None
     dampers: Sequence[DamperFigures]

@@ -17,9 +17,9 @@ def torsion_text(report: Values) -> str:
         _train(report["model"]),
         _modes(report),
         _damping(report["damping"]),
-        _critical(report["critical"]),
+        _critical(report),
         _response(report),
-        _dampers(report["dampers"]),
+        _dampers(report["dampers"], report_excited=report["excited"]),
         _pendulum(report["pendulum"]),
     ]
     return "\n\n".join(part for part in parts if part)
@@ -108,9 +108,22 @@ def _modes(report: Values) -> str:
     return table(rows) if len(rows) > 1 else "One inertia alone: nothing twists"
 
 
-def _critical(critical: Sequence[Values]) -> str:
+def _critical(report: Values) -> str:
+    critical = report["critical"]
+    if not report["excited"]:
+        none = (
+            "Nothing excites: neither [[excitation]] nor, in a job, [cycle] is given; no response is computed"
+        )
+        if not critical:
+            return none + ", and no critical speed of an order is listed"
+        return f"{none}\n{_listed(critical)}"
     if not critical:
-        return "No order meets a natural frequency in the range of speeds"
+        return "No order that something excites meets a natural frequency in the range of speeds"
+    return _listed(critical)
+
+
+def _listed(critical: Sequence[Values]) -> str:
+    """Return the critical speeds as a table."""
     rows: list[Sequence[str]] = [("Critical", "order", "frequency", "torque", "stress", "phase sum")]
     rows += [
         (
@@ -147,16 +160,32 @@ def _response(report: Values) -> str:
     return table(rows) if len(rows) > 1 else ""
 
 
-def _dampers(dampers: Sequence[Values]) -> str:
+def _strain(strain: Values | None, none: str) -> str:
+    """Return the greatest strain of the crank's shafts."""
+    if strain is None:
+        return none
+    stress = "" if strain["stress_MPa"] is None else f", {strain['stress_MPa']:.4g} MPa"
+    return f"{strain['torque_N_m']:.4g} N·m{stress}, {strain['twist_mrad']:.4g} mrad"
+
+
+def _dampers(dampers: Sequence[Values], *, report_excited: bool) -> str:
     """Return the dampers, beside the values of the rules for one inertia on one spring."""
     rows: list[Sequence[str]] = [
-        ("Damper", "at", "stiffness", "damping", "by the rule", "twist", "heat at most")
+        (
+            "Damper",
+            "at",
+            "stiffness",
+            "damping",
+            "by the rule",
+            "crank's shafts",
+            "without it",
+            "heat at most",
+        )
     ]
     for each in dampers:
         rule = each["rule"]
         heat = max((one["heat_W"] for one in each["heat_W"] if one["heat_W"] is not None), default=0.0)
         usual = [] if rule["N_m_rad"] is None else [f"{rule['N_m_rad']:.4g} N·m/rad"]
-        twist, without = each["greatest_twist_mrad"], each["greatest_twist_without_mrad"]
         rows.append(
             (
                 each["kind"] + (", tuned" if each["tuned"] else ""),
@@ -164,7 +193,8 @@ def _dampers(dampers: Sequence[Values]) -> str:
                 "" if each["N_m_rad"] is None else f"{each['N_m_rad']:.4g} N·m/rad",
                 f"{each['N_m_s_rad']:.4g} N·m·s/rad",
                 ", ".join([*usual, f"{rule['N_m_s_rad']:.4g} N·m·s/rad"]),
-                "" if twist is None else f"{twist:.4g} mrad for {without:.4g}",
+                _strain(each["greatest"], "no limit") if report_excited else "",
+                _strain(each["greatest_without"], "undamped: no limit") if report_excited else "",
                 f"{heat:.3g} W",
             )
         )
