@@ -9,20 +9,18 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from autobalance.crank.anatomy import Cylinder, Overrides, Web
-from autobalance.crank.recognition.circles import distances, whole_circle
+from autobalance.crank.recognition.bores import bore_runs
 from autobalance.crank.recognition.cylinder_runs import (
     SAME_CENTRE,
     SAME_RADIUS,
     CylinderRun,
-    Link,
     bare_cylinder,
     find_thin_runs,
-    run_of_chain,
 )
 from autobalance.crank.recognition.exact_cylinders import own_cylinder
 from autobalance.crank.recognition.journal_rules import RING_DOUBT
 from autobalance.crank.recognition.layout import JournalLayout
-from autobalance.crank.recognition.section_stack import CrossSection, SectionStack, encloses
+from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.types import Array
 
@@ -34,11 +32,6 @@ BESIDE = 0.1
 """... and its middle is off the journal's by less than this share of the radius: typed ones are off, too."""
 SAME_BORE = 0.05
 """A pressed-in crankpin's bore has its radius but for this share."""
-
-MAX_CROSSING = 2.0
-"""Drillings that meet a bore hide its circle over at most so many of its radii, slanting ones too ..."""
-LEAST_OPEN = 0.9
-"""... and leave it open to at least this share of its radius."""
 
 Kind: TypeAlias = Literal["outside", "bore"]
 Role: TypeAlias = Literal["main_journal", "crankpin", "collar", "shaft", "web", "none"]
@@ -212,48 +205,3 @@ def _alike(bore: CylinderRun, radius: float) -> bool:
 def _apart_mm(run: CylinderRun, other: CylinderRun) -> float:
     """Return the distance of two cylinders along the axis, below 0 where they overlap."""
     return max(run.z_low, other.z_low) - min(run.z_high, other.z_high)
-
-
-def bore_runs(long: SectionStack, rounding_mm: float) -> list[CylinderRun]:
-    """Return the round holes along the axis, by increasing z."""
-    chains: list[list[Link]] = []
-    for place, section in enumerate(long.sections):
-        for piece in section.pieces:
-            for bore in piece.bores:
-                here = Link(place, bore.centre, bore.radius)
-                for chain in reversed(chains):
-                    if here.continues(chain[0]) and _follows(long, chain[-1], here):
-                        chain.append(here)
-                        break
-                else:
-                    chains.append([here])
-    runs = [_bore(long, chain, rounding_mm) for chain in chains]
-    return sorted((run for run in runs if run is not None), key=lambda run: run.z_mid)
-
-
-def _follows(long: SectionStack, last: Link, here: Link) -> bool:
-    """Return whether a hole goes on from one section to another: drillings that meet it may lie between."""
-    between = long.sections[last.place + 1 : here.place]
-    gap = long.sections[here.place].z_mm - long.sections[last.place].z_mm
-    if here.place == last.place or (between and gap > MAX_CROSSING * here.radius):
-        return False
-    return all(_is_open(section, here) for section in between)
-
-
-def _is_open(section: CrossSection, bore: Link) -> bool:
-    """Return whether a section has a hole about a bore's middle that is at least as wide, but not round."""
-    return any(
-        whole_circle(hole[::-1], piece.grain_mm, piece.rough_mm) is None
-        and encloses(hole, bore.centre)
-        and float(distances(hole, bore.centre).min()) > LEAST_OPEN * bore.radius
-        for piece in section.pieces
-        for hole in piece.holes
-    )
-
-
-def _bore(long: SectionStack, chain: Sequence[Link], rounding_mm: float) -> CylinderRun | None:
-    if long.blur_mm == 0.0:
-        return run_of_chain(long, chain, rounding_mm, 0.0)
-    low, high = (long.sections[link.place].z_mm for link in (chain[0], chain[-1]))
-    centre = np.median([link.centre for link in chain], axis=0)
-    return CylinderRun(centre, float(np.median([link.radius for link in chain])), low, high)

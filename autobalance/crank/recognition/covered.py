@@ -74,11 +74,16 @@ def _below(a: Array, b: Array, c: Array, z: float) -> Array:
 
 
 def on_surface(
-    mesh: Mesh, long: SectionStack, cylinders: Sequence[tuple[str, CylinderRun]], rounding_mm: float
+    mesh: Mesh,
+    long: SectionStack,
+    cylinders: Sequence[tuple[str, CylinderRun]],
+    rounding_mm: float,
+    shafts: Sequence[CylinderRun] = (),
 ) -> tuple[CylinderRun, ...]:
     """Return cylinders, each fitted to its own surface where that lies beside it: that of a bent crank leans.
 
-    ``cylinders`` are named; ``long`` is the mesh's own stack.
+    ``cylinders`` are named; ``long`` is the mesh's own stack. Where ``shafts`` are, a cylinder may go on
+    beyond its end.
 
     Raises
     ------
@@ -89,9 +94,9 @@ def on_surface(
     mended = []
     for name, run in cylinders:
         skin = _skin(mesh, long, heights, run, rounding_mm)
-        fault, better = _looked_at(skin, run, rounding_mm)
+        fault, better = _looked_at(skin, run, rounding_mm, shafts=shafts)
         if better is not run and not fault:
-            fault, better = _looked_at(skin, better, rounding_mm, again=True)
+            fault, better = _looked_at(skin, better, rounding_mm, again=True, shafts=shafts)
         if fault:
             size = f"{2.0 * run.radius:.4g} mm in diameter and {run.width:.4g} mm long"
             raise RecognitionError(
@@ -122,7 +127,11 @@ def _skin(
 
 
 def _looked_at(
-    skin: _Skin, run: CylinderRun, rounding_mm: float, again: bool = False
+    skin: _Skin,
+    run: CylinderRun,
+    rounding_mm: float,
+    again: bool = False,
+    shafts: Sequence[CylinderRun] = (),
 ) -> tuple[str, CylinderRun]:
     """Return a cylinder's fault, empty without one, and the cylinder of its surface.
 
@@ -148,6 +157,8 @@ def _looked_at(
         )
     reach = EXTENSION_RATIO * run.radius
     for low, high in ((run.z_low - reach, run.z_low), (run.z_high, run.z_high + reach)):
+        if any(shaft.z_low < high and low < shaft.z_high for shaft in shafts):
+            continue
         beyond = skin.between(low, high) * (_on(skin, run, rounding_mm) > 0.0)
         more = float(skin.areas @ beyond) / (2.0 * math.pi * run.radius)
         one_sided = float(np.linalg.norm(beyond @ skin.vectors[:, :2])) / (2.0 * run.radius * reach)

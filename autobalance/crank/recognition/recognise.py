@@ -244,7 +244,7 @@ def _on_surface(
     """Return a layout whose recognised journals and crankpins agree with their surface."""
     if overrides.main_journals is None:
         named = [(f"main journal {number}", run) for number, run in enumerate(layout.journals, 1)]
-        journals = on_surface(mesh, long, named, rounding)
+        journals = on_surface(mesh, long, named, rounding, layout.shafts)
         same = all(one is other for one, other in zip(journals, layout.journals, strict=True))
         layout = replace(layout, journals=journals, settled=layout.settled and same)
     if overrides.crankpins is None and overrides.crankpin_in_file is not False:
