@@ -166,8 +166,14 @@ def verdict(report: Mapping[str, Any]) -> str:
         f"{number(tolerance['permissible_g_mm'])} g·mm is permitted by G {tolerance['grade_mm_s']:g} at "
         f"{number(tolerance['speed_rpm'], 0)} rpm. "
         f"{what} uses {number(100.0 * share, 1)} % of the permissible unbalance{where}."
-        + (" With its uncertainty it exceeds that: not proven." if is_unproven(report) else "")
+        + (f" {_unproven_words(report)}" if is_unproven(report) else "")
     )
+
+
+def _unproven_words(report: Mapping[str, Any]) -> str:
+    """Return why a residual within tolerance is not proven: another reading of the crank, or uncertainty."""
+    reason = report.get("reason")
+    return f"Not proven: {reason}." if reason else "With its uncertainty it exceeds that: not proven."
 
 
 def counts_uncertainty(report: Mapping[str, Any]) -> bool:

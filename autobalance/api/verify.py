@@ -56,7 +56,7 @@ class VerifyResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the verdict, and what was not checked."""
-        from autobalance.report.display_units import ON_SCREEN
+        from autobalance.report.display_units import ON_SCREEN, in_units
 
         checked, chosen = self.checked, ON_SCREEN[units]
         proven = checked.tolerance.is_proven_by(checked.residual, checked.budget)
@@ -67,7 +67,8 @@ class VerifyResult(VerbResult):
             f"{chosen.of_unbalance(worst.permissible_g_mm)}{_doubt(checked, chosen)}: "
             f"{verdict} tolerance{'' if proven or not checked.within else NOT_PROVEN}"
         )
-        lines = [words]
+        doubts = checked.tolerance.doubts(checked.residual, checked.budget)
+        lines = [words, *(in_units(text, chosen) for text in doubts)]
         if checked.agreement is not None:
             agree = f"volume, first and second moments agree to {checked.agreement:.1e}"
             lines.append(f"Measured a second way, from slices: {agree}")

@@ -284,6 +284,7 @@ def record_of(
     counterweights: Moments | None = None,
 ) -> Record:
     """Return the record of a balancing run, without forces and last holes."""
+    result = _with_doubts(result, tolerance)
     planes = tuple(plane.z_mm for plane in tolerance.planes)
     return Record(
         command="balance",
@@ -315,6 +316,13 @@ def record_of(
         ),
         against=None if crank.beside is None else crank.beside.against,
     )
+
+
+def _with_doubts(result: Result, tolerance: Tolerance) -> Result:
+    """Return a result with a reason that says by which other reading of the crank its verdict differs."""
+    texts = tolerance.doubts(result.residual, result.doubt)
+    reasons = [text for text in (result.reason, *texts) if text is not None]
+    return replace(result, reason="; ".join(reasons)) if texts else result
 
 
 def _named_faces(result: Result) -> tuple[Face, ...]:

@@ -52,7 +52,8 @@ def add_strict(parser: argparse.ArgumentParser) -> None:
         "--strict",
         action="store_true",
         help="end with exit code 4 also where the residual is within tolerance but not proven: with its "
-        "uncertainty it exceeds the permissible unbalance (default: only the residual decides)",
+        "uncertainty it exceeds the permissible unbalance, or with main journals that may be meant instead "
+        "(default: only the residual decides)",
     )
 
 

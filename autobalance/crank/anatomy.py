@@ -13,6 +13,9 @@ from autobalance.crank.scan import ScanFit
 from autobalance.types import Array, Indices
 from autobalance.units import wrapped_deg
 
+CylinderKind = Literal["outside", "bore"]
+CylinderRole = Literal["main_journal", "crankpin", "collar", "shaft", "web", "none"]
+DoubtSubject = Literal["main_journal", "crankpin", "axis"]
 ON_AXIS_MM = 1e-3
 """The middle of a cylinder nearer to the axis than this has no angle: files are rounded to as much."""
 
@@ -143,8 +146,8 @@ class Cylinder(Pin):
     ``number`` is that of the journal or crankpin that it was taken for, else None.
     """
 
-    kind: Literal["outside", "bore"]
-    role: Literal["main_journal", "crankpin", "collar", "shaft", "web", "none"]
+    kind: CylinderKind
+    role: CylinderRole
     number: int | None = None
 
     @property
@@ -168,7 +171,7 @@ class Doubt:
     takes the other reading.
     """
 
-    about: Literal["main_journal", "crankpin", "axis"]
+    about: DoubtSubject
     number: int
     chosen: Pin
     other: Pin

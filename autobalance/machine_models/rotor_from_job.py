@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import product
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy
+from autobalance.crank.anatomy import Anatomy, Doubt, MainJournal, Pin
 from autobalance.engine.balance_factor import balance_factor, bob_weight_moments
 from autobalance.engine.parts import Parts, ThrowLoad
 from autobalance.errors import JobError
@@ -216,7 +217,38 @@ def tolerance_of(job: Job, anatomy: Anatomy, crank: Moments) -> Tolerance:
         planes_z_mm=planes,
         judge=balance.judge,
         margin=balance.margin,
+        others_z_mm=() if balance.tolerance_planes_mm else other_planes_mm(anatomy),
     )
+
+
+def other_planes_mm(anatomy: Anatomy) -> list[tuple[str, tuple[float, float] | None]]:
+    """Return what else could be meant by a crank, each with its own planes if these alone would change."""
+    count = len(anatomy.main_journals)
+    if count < 2:
+        return []
+    others: list[tuple[str, tuple[float, float] | None]] = [
+        (f"{doubt.about.replace('_', ' ')} {doubt.number} is {_cylinder(doubt.other)}", None)
+        for doubt in anatomy.doubts
+        if doubt.about != "main_journal"
+    ]
+    ends = [
+        {None: journal, **{doubt.number: doubt.other for doubt in anatomy.doubts if _is_of(doubt, journal)}}
+        for journal in (anatomy.main_journals[0], anatomy.main_journals[-1])
+    ]
+    for (front, first), (rear, last) in product(*(end.items() for end in ends)):
+        named = [("front", first)] * (front is not None) + [("rear", last)] * (rear is not None)
+        if named:
+            meant = " and ".join(f"the {end} main journal is {_cylinder(pin)}" for end, pin in named)
+            others.append((meant, (float(first.centre_mm[2]), float(last.centre_mm[2]))))
+    return others
+
+
+def _is_of(doubt: Doubt, journal: MainJournal) -> bool:
+    return doubt.about == "main_journal" and doubt.number == journal.number
+
+
+def _cylinder(pin: Pin) -> str:
+    return f"⌀{pin.diameter_mm:g} at {pin.centre_mm[2]:g} mm"
 
 
 def _crankpins_not_in_file(job: Job, anatomy: Anatomy) -> Moments:

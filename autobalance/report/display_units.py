@@ -134,10 +134,13 @@ def in_units(text: str, u: DisplayUnits) -> str:
     --------
     >>> in_units("add 720.1 g·mm at z 25.4 mm", ON_SCREEN["inch"])
     'add 1.0000 oz·in (28.35 g·in) at z 1.0000 in'
+    >>> in_units("journal ⌀25.4 at -63.5 mm", ON_SCREEN["inch"])
+    'journal ⌀1.0000 in at -2.5000 in'
     """
     if u.is_metric:
         return text
     of = {"g·mm": u.of_unbalance, "mm": u.of_length, "g": u.of_mass}
+    text = PAIR.sub(r"\1 \4\2\3 \4", text)
     return QUANTITY.sub(
         lambda match: of[match[2]](float(match[1].replace("−", "-").replace("\u202f", ""))), text
     )
@@ -147,6 +150,8 @@ QUANTITY = re.compile(
     r"(?<![\w.])([-−]?\d[\d\u202f]*(?:\.\d+)?(?:e[+-]?\d+)?)[ \u00a0](g·mm|mm|g)(?![\w·²³/])"
 )
 """A number with its unit, in prose."""
+PAIR = re.compile(r"(?<![\w.])(\d[\d\u202f.]*)( of | at )([-−]?\d[\d\u202f.]*) (g·mm|mm)(?![\w·²³/])")
+"""Two numbers with one unit: "9.39 of 6.46 g·mm", "⌀25 at 63.5 mm"."""
 
 
 def fixed(value: float, digits: int) -> str:

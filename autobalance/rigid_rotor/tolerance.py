@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from autobalance.records import Positive
@@ -137,11 +138,23 @@ class TolerancePlane:
 
 
 @dataclass(frozen=True)
+class OtherReading:
+    """Tolerance planes of the rotor if something else is meant; ``meant`` names it, to follow "if".
+
+    Without ``planes`` more than these would change, so that the verdict on it is not known.
+    """
+
+    meant: str
+    planes: tuple[TolerancePlane, ...]
+
+
+@dataclass(frozen=True)
 class Tolerance:
     """Permissible residual unbalance of a rotor, for the whole and in tolerance planes.
 
     ``planes`` holds A and B, or is empty where only the resultant can be judged. ``margin`` is whether the
-    uncertainty counts in the verdict (see ``rotor.margin``).
+    uncertainty counts in the verdict (see ``rotor.margin``). ``others`` are readings of the rotor that its
+    recognition leaves open.
     """
 
     grade_mm_s: float
@@ -151,6 +164,7 @@ class Tolerance:
     planes: tuple[TolerancePlane, ...]
     judge: Judge
     margin: Margin = "none"
+    others: tuple[OtherReading, ...] = ()
 
     @classmethod
     def of(
@@ -163,8 +177,11 @@ class Tolerance:
         planes_z_mm: tuple[float, float] | None,
         judge: Judge,
         margin: Margin = "none",
+        others_z_mm: Sequence[tuple[str, tuple[float, float] | None]] = (),
     ) -> Tolerance:
         """Return the tolerance of a rotor whose centre of mass stands at ``z_centre_mm``.
+
+        ``others_z_mm`` names each other reading of the rotor, with its planes if these alone would change.
 
         Raises
         ------
@@ -172,13 +189,18 @@ class Tolerance:
             If a value is not positive, the planes are not in order, or a dynamic verdict has no planes.
         """
         permissible = permissible_unbalance_g_mm(rotor_mass_g, grade_mm_s, service_speed_rad_s)
-        planes: tuple[TolerancePlane, ...] = ()
-        if planes_z_mm is not None:
-            a, b = share_between_planes(permissible, z_centre_mm, *planes_z_mm)
-            planes = (TolerancePlane("A", planes_z_mm[0], a), TolerancePlane("B", planes_z_mm[1], b))
-        elif judge == "dynamic":
+
+        def planes_at(places: tuple[float, float] | None) -> tuple[TolerancePlane, ...]:
+            if places is None:
+                return ()
+            a, b = share_between_planes(permissible, z_centre_mm, *places)
+            return TolerancePlane("A", places[0], a), TolerancePlane("B", places[1], b)
+
+        if planes_z_mm is None and judge == "dynamic":
             raise ValueError("a dynamic verdict needs two tolerance planes")
-        return cls(grade_mm_s, service_speed_rad_s, rotor_mass_g, permissible, planes, judge, margin)
+        planes = planes_at(planes_z_mm)
+        others = tuple(OtherReading(meant, planes_at(places)) for meant, places in others_z_mm)
+        return cls(grade_mm_s, service_speed_rad_s, rotor_mass_g, permissible, planes, judge, margin, others)
 
     @property
     def places_mm(self) -> tuple[float, float] | None:
@@ -223,9 +245,30 @@ class Tolerance:
     def is_proven_by(self, residual: Unbalance, budget: Budget | None) -> bool:
         """Return whether a residual and its uncertainty together are within the permissible value.
 
-        Without a known uncertainty nothing is proven.
+        Without a known uncertainty nothing is proven, nor where another reading changes the verdict.
         """
-        return budget is not None and all(row.share <= 1.0 for row in self.judged(residual, budget.total))
+        return (
+            budget is not None
+            and all(row.share <= 1.0 for row in self.judged(residual, budget.total))
+            and not self.doubts(residual, budget)
+        )
+
+    def doubts(self, residual: Unbalance, budget: Budget | None) -> tuple[str, ...]:
+        """Return a text for each other reading of the rotor by which the verdict would differ.
+
+        The uncertainty in the other planes is taken as in the rotor's own.
+        """
+        within = self.is_met_by(residual, budget)
+        texts = []
+        for other in self.others:
+            there = replace(self, planes=other.planes, others=())
+            if not other.planes:
+                texts.append(f"if {other.meant}: not tried, the axis or the loads change")
+            elif there.is_met_by(residual, budget) != within:
+                rows = there.judged(residual)
+                told = [row for row in rows if row.share > 1.0] or [there.worst(residual)]
+                texts.append(f"if {other.meant}: {', '.join(map(_of_permissible, told))}")
+        return tuple(texts)
 
     def why_not(self, residual: Unbalance, budget: Budget | None, ends: tuple[str, ...] = ()) -> str | None:
         """Return the reason why a residual within tolerance is not with its uncertainty; else None.
@@ -247,3 +290,7 @@ class Tolerance:
         if budget is None:
             raise ValueError('margin = "expanded" needs the uncertainty of the residual')
         return budget.total
+
+
+def _of_permissible(row: Judged) -> str:
+    return f"{row.name} {row.residual_g_mm:.2f} of {row.permissible_g_mm:.2f} g·mm"

@@ -171,7 +171,8 @@ def _checked(held: Held) -> Checked:
     solids.check_pages(claims, held.folder)
     claims.against(CORRECTED_SOLID)
     proven = tolerance.is_proven_by(residual, budget)
-    within = check_verdict(claims, tolerance.is_met_by(residual, budget), proven, left.is_cut)
+    within = tolerance.is_met_by(residual, budget)
+    check_verdict(claims, within, proven, left.is_cut, tolerance.doubts(residual, budget))
     return Checked((), within, residual, tolerance, (), again, budget)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -166,8 +166,13 @@ def _of_facets_g_mm(part: Claims) -> float:
     return DEVIATION_MM * mass / depth * abs(radius) if depth > 0.0 else 0.0
 
 
-def check_verdict(claims: Claims, within: bool, proven: bool, is_cut: bool) -> bool:
-    """Check outcome, proof and reason; return ``within``."""
+def check_verdict(
+    claims: Claims, within: bool, proven: bool, is_cut: bool, doubts: Sequence[str] = ()
+) -> bool:
+    """Check outcome, proof and reason; return ``within``.
+
+    ``doubts`` are the other readings of the crank by which the verdict would differ.
+    """
     outcome = claims.get("outcome", str)
     known = ("within_tolerance" if is_cut else "already_within_tolerance") if within else "above_tolerance"
     if outcome != known:
@@ -178,8 +183,11 @@ def check_verdict(claims: Claims, within: bool, proven: bool, is_cut: bool) -> b
     claims.hold("outcome")
     claims.same("proven", proven)
     reason = claims.get("reason", object)
+    text = "; ".join(doubts)
+    if doubts and not (isinstance(reason, str) and reason.endswith(text)):
+        raise ClaimError(f"{claims.name}: reason is {reason!r}, but the verdict hangs on a reading: {text}")
     if within:
-        claims.same("reason", None)
+        claims.same("reason", text or None)
         if "relaxations" in claims.values:
             claims.same("relaxations", [])
     elif not (isinstance(reason, str) and reason.strip()):

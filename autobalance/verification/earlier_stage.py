@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import ClaimError, FileError, FormatError
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.tolerance import Tolerance, TolerancePlane
+from autobalance.rigid_rotor.tolerance import OtherReading, Tolerance, TolerancePlane
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.formats.read import Source, read
 from autobalance.units import RAD_S_PER_RPM
@@ -140,18 +140,26 @@ def left_solid(path: Path, claims: Claims, job: Job) -> tuple[Path, Source]:
 
 def claimed_tolerance(claims: Claims, job: Job) -> Tolerance:
     """Return the tolerance of a report, which is fixed from the first stage on."""
-    planes = tuple(
-        TolerancePlane(each["name"], float(each["z_mm"]), float(each["permissible_g_mm"]))
-        for each in claims.get("tolerance.planes", list)
-    )
+
+    def planes_of(listed: Sequence[Mapping[str, Any]]) -> tuple[TolerancePlane, ...]:
+        return tuple(
+            TolerancePlane(each["name"], float(each["z_mm"]), float(each["permissible_g_mm"]))
+            for each in listed
+        )
+
+    tolerance = claims.get("tolerance", dict)
     return Tolerance(
         float(claims.get("tolerance.grade_mm_s", float)),
         float(claims.get("tolerance.speed_rpm", float)) * RAD_S_PER_RPM,
         float(claims.get("tolerance.rotor_mass_g", float)),
         float(claims.get("tolerance.permissible_g_mm", float)),
-        planes,
+        planes_of(claims.get("tolerance.planes", list)),
         job.balance.judge,
         job.balance.margin,
+        tuple(
+            OtherReading(str(each["meant"]), planes_of(each["planes"]))
+            for each in tolerance.get("others", ())
+        ),
     )
 
 

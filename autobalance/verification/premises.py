@@ -6,13 +6,25 @@ import math
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from autobalance import job as jobs
 from autobalance.balancing.external import attached_to
-from autobalance.crank.anatomy import Anatomy, CounterweightOutline, MainJournal, Pin, Throw, Web
+from autobalance.crank.anatomy import (
+    Anatomy,
+    CounterweightOutline,
+    Cylinder,
+    CylinderKind,
+    CylinderRole,
+    Doubt,
+    DoubtSubject,
+    MainJournal,
+    Pin,
+    Throw,
+    Web,
+)
 from autobalance.crank.datums import Datums, Flange, FlangeHole, Keyway, MachinedFace
 from autobalance.errors import ClaimError, FormatError, JobError
 from autobalance.job import Job
@@ -108,7 +120,10 @@ def claimed_frame(claims: Claims) -> Array:
 
 
 def claimed_anatomy(claims: Claims) -> Anatomy:
-    """Return main journals, throws, webs and datums as a report lists them, in its frame."""
+    """Return main journals, throws, webs, cylinders, doubts and datums as a report lists them, in its frame.
+
+    Older reports list neither cylinders nor doubts.
+    """
     frame = claimed_frame(claims)
     throws = []
     for number, part in enumerate(claims.entries("crank.throws"), 1):
@@ -125,7 +140,41 @@ def claimed_anatomy(claims: Claims) -> Anatomy:
         journals.append(MainJournal(pin.centre_mm, pin.diameter_mm, pin.width_mm, number))
     off = claims.get("crank.journal_misalignment_mm", float)
     webs = tuple(_web(part) for part in claims.entries("crank.webs"))
-    return Anatomy(frame, tuple(journals), tuple(throws), webs, off, _datums(claims))
+    crank = claims.at("crank", claims.get("crank", dict))
+    cylinders = crank.entries("cylinders") if "cylinders" in crank.values else []
+    doubts = crank.entries("doubts") if "doubts" in crank.values else []
+    return Anatomy(
+        frame,
+        tuple(journals),
+        tuple(throws),
+        webs,
+        off,
+        _datums(claims),
+        cylinders=tuple(map(_cylinder, cylinders)),
+        doubts=tuple(map(_doubt, doubts)),
+    )
+
+
+def _cylinder(claims: Claims) -> Cylinder:
+    offset, angle = claims.get("offset_mm", float), math.radians(claims.get("angle_deg", float))
+    centre = np.array([offset * math.cos(angle), offset * math.sin(angle), claims.get("z_mm", float)])
+    kind: Any = _one_of(claims, "kind", get_args(CylinderKind))
+    role: Any = _one_of(claims, "role", get_args(CylinderRole))
+    number = None if claims.get("number", object) is None else claims.get("number", int)
+    return Cylinder(
+        centre, claims.get("diameter_mm", float), claims.get("width_mm", float), kind, role, number
+    )
+
+
+def _doubt(claims: Claims) -> Doubt:
+    def place(key: str) -> Pin:
+        part = claims.at(key, claims.get(key, dict))
+        centre = np.array([0.0, 0.0, part.get("z_mm", float)])
+        return Pin(centre, part.get("diameter_mm", float), part.get("width_mm", float))
+
+    about: Any = _one_of(claims, "about", get_args(DoubtSubject))
+    number, setting = claims.get("number", int), claims.get("set", str)
+    return Doubt(about, number, place("chosen"), place("other"), setting)
 
 
 def _datums(claims: Claims) -> Datums | None:

@@ -136,7 +136,8 @@ def _tolerance(claims: Claims, job: Job, before: Mapping[str, Any]) -> Tolerance
     claims.same("tolerance", before["tolerance"])
     claims.same("frame", before["frame"])
     recognised = ["main_journals", "throws", "webs", "journal_misalignment_mm", "datums"]
-    recognised += [key for key in ("roughness_mm", "axis_uncertainty") if key in before["crank"]]
+    later = ("roughness_mm", "axis_uncertainty", "cylinders", "doubts")
+    recognised += [key for key in later if key in before["crank"]]
     # not equal to the last digit: angles went from degrees to radians and back
     claims.at("crank", claims.get("crank", dict)).alike({key: before["crank"][key] for key in recognised})
     claims.near("balance_factor.target", float(before["balance_factor"]["target"]), 1.0)
@@ -242,4 +243,5 @@ def _verdict(claims: Claims, tolerance: Tolerance, residual: Unbalance, budget: 
     judged = [plane.permissible_g_mm for plane in tolerance.planes]
     judged = judged if tolerance.judge == "dynamic" else [tolerance.permissible_g_mm]
     within = tolerance.is_met_by(residual, budget) and all(blind < each for each in judged)
-    return check_verdict(claims, within, tolerance.is_proven_by(residual, budget), is_cut)
+    proven, doubts = tolerance.is_proven_by(residual, budget), tolerance.doubts(residual, budget)
+    return check_verdict(claims, within, proven, is_cut, doubts)

@@ -15,7 +15,7 @@ from autobalance.job import Job
 from autobalance.machine_models import rotor_from_job
 from autobalance.machine_models.assembly_from_job import staged_assembly
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.tolerance import Tolerance, TolerancePlane
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM
@@ -37,12 +37,22 @@ def check_tolerance(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) 
     claims.same("tolerance.judge", tolerance.judge)
     if "margin" in claims.get("tolerance", dict) or tolerance.margin != "none":
         claims.same("tolerance.margin", tolerance.margin)
-    listed = claims.entries("tolerance.planes", len(tolerance.planes))
-    for part, plane in zip(listed, tolerance.planes, strict=True):
+    _check_planes(claims, "tolerance.planes", tolerance.planes)
+    if "others" in claims.get("tolerance", dict) or tolerance.others:
+        listed = claims.entries("tolerance.others", len(tolerance.others))
+        for part, other in zip(listed, tolerance.others, strict=True):
+            part.same("meant", other.meant)
+            _check_planes(part, "planes", other.planes)
+    return tolerance
+
+
+def _check_planes(claims: Claims, key: str, planes: Sequence[TolerancePlane]) -> None:
+    for part, plane in zip(claims.entries(key, len(planes)), planes, strict=True):
         part.same("name", plane.name)
         part.near("z_mm", plane.z_mm, max(abs(plane.z_mm), 1.0))
         part.near("permissible_g_mm", plane.permissible_g_mm, plane.permissible_g_mm)
-    return tolerance
+    if not planes:
+        claims.same(key, [])
 
 
 def check_loads(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) -> Moments:

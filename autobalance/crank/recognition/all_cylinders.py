@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import numpy as np
 
-from autobalance.crank.anatomy import Cylinder, Overrides, Web
+from autobalance.crank.anatomy import Cylinder, CylinderKind, CylinderRole, Overrides, Web
 from autobalance.crank.recognition.bores import bore_runs
 from autobalance.crank.recognition.cylinder_runs import (
     SAME_CENTRE,
@@ -18,7 +18,7 @@ from autobalance.crank.recognition.cylinder_runs import (
     find_thin_runs,
 )
 from autobalance.crank.recognition.exact_cylinders import own_cylinder
-from autobalance.crank.recognition.journal_rules import RING_DOUBT
+from autobalance.crank.recognition.journal_rules import RING_DOUBT, holds
 from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.solid.cad.surface import CylinderFace
@@ -33,17 +33,14 @@ BESIDE = 0.1
 SAME_BORE = 0.05
 """A pressed-in crankpin's bore has its radius but for this share."""
 
-Kind: TypeAlias = Literal["outside", "bore"]
-Role: TypeAlias = Literal["main_journal", "crankpin", "collar", "shaft", "web", "none"]
-
 
 @dataclass(frozen=True, eq=False)
 class _Told:
     """A cylinder with its role."""
 
     run: CylinderRun
-    kind: Kind
-    role: Role
+    kind: CylinderKind
+    role: CylinderRole
     number: int | None = None
 
 
@@ -148,14 +145,20 @@ def _tight(
     return own_cylinder(long, run if again is None else again, own)
 
 
-def _role(run: CylinderRun, layout: JournalLayout, webs: Sequence[Web]) -> Role:
-    """Return what a bare cylinder is that is neither journal nor crankpin."""
-    for web in webs:
-        shared = min(run.z_high, web.z_max_mm) - max(run.z_low, web.z_min_mm)
-        if shared > SAME_STRETCH * run.width:
-            return "web"
+def _role(run: CylinderRun, layout: JournalLayout, webs: Sequence[Web]) -> CylinderRole:
+    """Return what a bare cylinder is that is neither journal nor crankpin.
+
+    A web that is round lies beside the axis, or holds a crankpin; shoulders of webs do not.
+    """
+    on_axis = float(np.linalg.norm(run.centre - layout.axis)) < SAME_CENTRE * run.radius
+    in_web = any(
+        min(run.z_high, web.z_max_mm) - max(run.z_low, web.z_min_mm) > SAME_STRETCH * run.width
+        for web in webs
+    )
+    if in_web and (not on_axis or any(holds(run, pin, layout.axis) for pin in layout.pins)):
+        return "web"
     is_ring = run.width < RING_DOUBT * 2.0 * run.radius
-    if float(np.linalg.norm(run.centre - layout.axis)) < SAME_CENTRE * run.radius:
+    if on_axis:
         return "collar" if is_ring else "shaft"
     about_pin = any(
         float(np.linalg.norm(run.centre - pin.centre)) < SAME_CENTRE * run.radius for pin in layout.pins
@@ -176,7 +179,7 @@ def _bores(
 ) -> list[_Told]:
     """Return the bores; those of journals and crankpins that no cylinder outside is have their numbers."""
     numbered = {(each.role, each.number) for each in told}
-    kinds: tuple[tuple[Role, Sequence[CylinderRun]], ...] = (
+    kinds: tuple[tuple[CylinderRole, Sequence[CylinderRun]], ...] = (
         ("main_journal", layout.journals),
         ("crankpin", layout.pins),
     )

@@ -8,6 +8,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Cylinder, Doubt, MainJournal, Pin
 from autobalance.crank.recognition.cylinder_runs import SAME_RADIUS, CylinderRun
+from autobalance.crank.recognition.journal_rules import SAME_THICKNESS
 from autobalance.types import Array
 
 CENTRE_DIGITS, SIZE_DIGITS = 5, 4
@@ -23,6 +24,8 @@ def journal_doubts(
 ) -> tuple[Doubt, ...]:
     """Return a doubt for each main journal instead of which another cylinder may be meant.
 
+    The line that takes the other one takes it at the other end, too, if the same choice is left open there.
+
     Parameters
     ----------
     journals : sequence of MainJournal
@@ -34,14 +37,27 @@ def journal_doubts(
     to_rotor, to_file : (4, 4) float
         From the turned axes to the rotor frame, and from that to the file's.
     """
+    pairs = [
+        (journal, None if run is None else _listed(run, cylinders, to_rotor))
+        for journal, run in zip(journals, others or [None] * len(journals), strict=True)
+    ]
     doubts = []
-    for journal, run in zip(journals, others, strict=bool(others)):
-        if run is None:
-            continue
-        other = _listed(run, cylinders, to_rotor)
-        meant = [other if each is journal else each for each in journals]
-        doubts.append(Doubt("main_journal", journal.number, journal, other, _setting(meant, to_file)))
+    for journal, other in pairs:
+        if other is not None:
+            meant = [
+                there if there is not None and _alike((journal, other), (each, there)) else each
+                for each, there in pairs
+            ]
+            doubts.append(Doubt("main_journal", journal.number, journal, other, _setting(meant, to_file)))
     return tuple(doubts)
+
+
+def _alike(pair: tuple[Pin, Pin], other: tuple[Pin, Pin]) -> bool:
+    """Return whether two choices are between cylinders of the same sizes: both ends of a crank are alike."""
+    return all(
+        abs(a.diameter_mm - b.diameter_mm) < SAME_THICKNESS * a.diameter_mm
+        for a, b in zip(pair, other, strict=True)
+    )
 
 
 def _listed(run: CylinderRun, cylinders: Sequence[Cylinder], to_rotor: Array) -> Pin:

@@ -114,6 +114,16 @@ class TolerancePlane:
 
 
 @record
+class OtherReading:
+    """Tolerance planes if something else is meant."""
+
+    meant: Annotated[str, "the journal or crankpin that may be meant"]
+    planes: Annotated[
+        Sequence[TolerancePlane], Bound("maxItems", 2), "empty where more than the planes would change"
+    ]
+
+
+@record
 class Tolerance:
     """Permissible residual unbalance after ISO 21940-11."""
 
@@ -124,6 +134,7 @@ class Tolerance:
     planes: Annotated[Sequence[TolerancePlane], Bound("maxItems", 2)]
     judge: Literal["dynamic", "static"]
     margin: Literal["none", "expanded"] | Absent = ABSENT
+    others: Annotated[Sequence[OtherReading], "other readings of the crank (crank.doubts)"] | Absent = ABSENT
 
     @classmethod
     def of(cls, tolerance: rigid_rotor.Tolerance, job: Mapping[str, Any]) -> Self:
@@ -136,6 +147,13 @@ class Tolerance:
             planes=[TolerancePlane(**vars(plane)) for plane in tolerance.planes],
             judge=tolerance.judge,
             margin=tolerance.margin,
+            others=[
+                OtherReading(
+                    meant=other.meant, planes=[TolerancePlane(**vars(plane)) for plane in other.planes]
+                )
+                for other in tolerance.others
+            ]
+            or ABSENT,
         )
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
+from autobalance.crank.anatomy import CylinderKind, CylinderRole, DoubtSubject
 from autobalance.crank.recognition.alignment import run_outs_mm
 from autobalance.records import (
     ABSENT,
@@ -167,8 +168,8 @@ class Cylinder:
     diameter_mm: Positive
     offset_mm: Annotated[NotNegative, "distance of its middle from the crank axis"]
     angle_deg: Annotated[Angle, "of its middle, from crankpin 1; 0 on the axis"]
-    kind: Literal["outside", "bore"]
-    role: Literal["main_journal", "crankpin", "collar", "shaft", "web", "none"]
+    kind: CylinderKind
+    role: CylinderRole
     number: Annotated[Ordinal | None, "of the main journal or crankpin, else null"]
 
     @classmethod
@@ -202,7 +203,7 @@ class Place:
 class Doubt:
     """A choice that the rules of recognition leave open."""
 
-    about: Literal["main_journal", "crankpin", "axis"]
+    about: DoubtSubject
     number: Ordinal
     chosen: Place
     other: Annotated[Place, "the cylinder that may be meant instead"]

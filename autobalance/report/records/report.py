@@ -214,7 +214,10 @@ class Report:
     inertia_change_g_mm2: KgMm2 | None = None
     forces: Forces | Absent | None = None
     outcome: Outcome | None = None
-    proven: Annotated[bool | None, "whether residual plus uncertainty is within the permissible"] = None
+    proven: Annotated[
+        bool | None,
+        "whether residual plus uncertainty is within the permissible, however crank.doubts are meant",
+    ] = None
     reason: str | None = None
     overbalance: Overbalance | None = None
     warnings: Sequence[str] | Absent = ABSENT
