@@ -170,9 +170,8 @@ def _checked(held: Held) -> Checked:
     claims.against(FILES)
     solids.check_pages(claims, held.folder)
     claims.against(CORRECTED_SOLID)
-    proven = tolerance.is_proven_by(residual, budget)
     within = tolerance.is_met_by(residual, budget)
-    check_verdict(claims, within, proven, left.is_cut, tolerance.doubts(residual, budget))
+    check_verdict(claims, within, tolerance, residual, budget, left.is_cut)
     return Checked((), within, residual, tolerance, (), again, budget)
 
 

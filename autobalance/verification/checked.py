@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -167,12 +167,15 @@ def _of_facets_g_mm(part: Claims) -> float:
 
 
 def check_verdict(
-    claims: Claims, within: bool, proven: bool, is_cut: bool, doubts: Sequence[str] = ()
+    claims: Claims,
+    within: bool,
+    tolerance: Tolerance,
+    residual: Unbalance,
+    budget: Budget | None,
+    is_cut: bool,
 ) -> bool:
-    """Check outcome, proof and reason; return ``within``.
-
-    ``doubts`` are the other readings of the crank by which the verdict would differ.
-    """
+    """Check outcome, proof and reason; return ``within``."""
+    proven, doubts = tolerance.is_proven_by(residual, budget), tolerance.doubts(residual, budget)
     outcome = claims.get("outcome", str)
     known = ("within_tolerance" if is_cut else "already_within_tolerance") if within else "above_tolerance"
     if outcome != known:

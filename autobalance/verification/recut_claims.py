@@ -243,5 +243,4 @@ def _verdict(claims: Claims, tolerance: Tolerance, residual: Unbalance, budget: 
     judged = [plane.permissible_g_mm for plane in tolerance.planes]
     judged = judged if tolerance.judge == "dynamic" else [tolerance.permissible_g_mm]
     within = tolerance.is_met_by(residual, budget) and all(blind < each for each in judged)
-    proven, doubts = tolerance.is_proven_by(residual, budget), tolerance.doubts(residual, budget)
-    return check_verdict(claims, within, proven, is_cut, doubts)
+    return check_verdict(claims, within, tolerance, residual, budget, is_cut)
