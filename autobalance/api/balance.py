@@ -352,7 +352,7 @@ def _warnings(job: Job, crank: MeasuredCrank) -> tuple[str, ...]:
     empty = [name for name in ("rotating", "reciprocating") if not getattr(weights, name)]
     unnamed = [f"{job.path.name}: engine.{name}_g names no weight; its parts count as 0 g" for name in empty]
     weights_unnamed = () if job.engine.by_throw else unnamed
-    return (*weights_unnamed, *crank.warnings(job.crankshaft.file), *_logo_warnings(job))
+    return (*weights_unnamed, *crank.warnings(job.crankshaft.file, job), *_logo_warnings(job))
 
 
 def _logo_warnings(job: Job) -> tuple[str, ...]:

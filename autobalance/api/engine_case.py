@@ -62,7 +62,7 @@ def request(
         job, measured = with_crank(job, crank), crank.measured
     rotor_from_job.check_engine(job, measured.anatomy)
     job = with_oil(job, measured)
-    odd = (*measured.warnings(job.crankshaft.file), *plausibility.oddities(job, measured))
+    odd = (*measured.warnings(job.crankshaft.file, job), *plausibility.oddities(job, measured))
     factor = rotor_from_job.target_factor(job, measured.anatomy, measured.moments)
     if job.balance.external == "solve":
         from autobalance.balancing.external import with_external

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.crank import Crank, read_crank
-from autobalance.api.inspect_sections import TableOptions, loaded, weighed_table
+from autobalance.api.inspect_sections import TableOptions, loaded, weighed_table, whole_job
 from autobalance.api.progress import INSPECTED_BEFORE, telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.chordal_correction import facet_entry
@@ -127,7 +127,7 @@ def inspect(
         faces = offered_faces(measured)
         notify("weighing the sections")
         parts = sections(measured.source.solid, measured.anatomy, measured.density_g_mm3)
-    warnings = measured.warnings(crank.file)
+    warnings = measured.warnings(crank.file, whole_job(source, settings))
     weighed = None
     if table is not None:
         notify("weighing attached parts")

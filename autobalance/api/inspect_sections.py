@@ -89,6 +89,14 @@ def loaded(
         return None, [f"{error}; the crank is inspected without its bob-weights"]
 
 
+def whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> Job | None:
+    """Return the job of an inspected crank, if one was given with all its tables."""
+    try:
+        return _whole_job(source, settings)[0]
+    except AutobalanceError:  # reported by ``loaded``
+        return None
+
+
 def _whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> tuple[Job | None, list[str]]:
     """Return the job, and why there is none where one was given."""
     if isinstance(source, Job):

@@ -217,7 +217,7 @@ def compare_job(
         crank = measured_crank.measured_again(crank_read, every)
     rotor_from_job.check_engine(job, crank.anatomy)
     job = with_oil(job, crank)
-    odd = (*crank.warnings(job.crankshaft.file), *oddities(job, crank))
+    odd = (*crank.warnings(job.crankshaft.file, job), *oddities(job, crank))
     factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
     tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
     rotor = rotor_of(replace(every, engine=job.engine), crank, tolerance, factor)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -179,13 +179,102 @@ class Doubt:
 
 
 @dataclass(frozen=True, eq=False)
+class CylinderFound(Pin):
+    """The file's cylinder or bore nearest to a typed main journal or crankpin, fitted to its surface.
+
+    Attributes
+    ----------
+    hint : int
+        Place of the typed one in its list.
+    typed_mm : (3,) float
+        Its typed centre, rotor frame.
+    typed_diameter_mm : float or None
+    along_mm : float
+        Distance of the middles along the axis; 0 where the typed stretch lies within the surface, or exceeds
+        it by as much at both ends, as fillets do.
+    within_mm : float
+        Both agree within this: three times the surface's roughness at least.
+    centre_in_file_mm : (3,) float
+    """
+
+    kind: Literal["outside", "bore"]
+    hint: int
+    typed_mm: Array
+    typed_diameter_mm: float | None
+    along_mm: float
+    within_mm: float
+    centre_in_file_mm: Array
+
+    @property
+    def aside_mm(self) -> Array:
+        """Distance (2,) of the found centre from the typed one across the axis."""
+        aside: Array = self.centre_mm[:2] - self.typed_mm[:2]
+        return aside
+
+    @property
+    def offset_mm(self) -> float:
+        """Length of ``aside_mm``."""
+        return math.hypot(*self.aside_mm)
+
+
+@dataclass(frozen=True, eq=False)
+class AxisFound:
+    """The line through the middles of the file's main journals, ``centres_mm`` (n, 3) in the rotor frame.
+
+    ``diameter_mm`` is the widest one's; a typed axis agrees with the line within ``within_mm``.
+    """
+
+    centres_mm: Array
+    diameter_mm: float
+    within_mm: float
+
+    @property
+    def z_mm(self) -> float:
+        """Middle of the main journals."""
+        return float(self.centres_mm[:, 2].mean())
+
+    @property
+    def offset_mm(self) -> float:
+        """Greatest distance of a middle from the z axis."""
+        return float(np.hypot(*self.centres_mm[:, :2].T).max())
+
+    def at(self, z_mm: float) -> Array:
+        """Return the place (2,) of the line at a height."""
+        z = self.centres_mm[:, 2] - self.z_mm
+        slope = np.zeros(2) if np.ptp(z) < ON_AXIS_MM else z @ self.centres_mm[:, :2] / (z @ z)
+        place: Array = self.centres_mm[:, :2].mean(axis=0) + (z_mm - self.z_mm) * slope
+        return place
+
+
+@dataclass(frozen=True, eq=False)
+class Typed:
+    """What was typed of a crank's axis, journals and crankpins, and what its file has there.
+
+    ``main_journals`` and ``crankpins`` are numbered as the anatomy's, None if none was typed; ``axis`` is
+    what its point and direction are compared with.
+    """
+
+    axis_point: bool = False
+    axis_direction: bool = False
+    axis: AxisFound | None = None
+    main_journals: tuple[CylinderFound | None, ...] | None = None
+    crankpins: tuple[CylinderFound | None, ...] | None = None
+
+    @property
+    def is_axis(self) -> bool:
+        """Whether the axis was typed: a point, a direction or both."""
+        return self.axis_point or self.axis_direction
+
+
+@dataclass(frozen=True, eq=False)
 class Anatomy:
     """A recognised crankshaft.
 
     ``file_to_rotor`` (4, 4) takes file coordinates (in mm) to the rotor frame;
     ``journal_misalignment_mm`` is the greatest distance of a main journal's centre from the common axis;
     ``datums`` None: not looked for; ``scan`` None: the surface is drawn, not scanned.
-    ``cylinders`` are all along the axis, by increasing z; ``doubts`` what could be meant otherwise.
+    ``cylinders`` are all along the axis, by increasing z; ``doubts`` what could be meant otherwise;
+    ``typed`` what the file has where a job's own statements are.
     """
 
     file_to_rotor: Array
@@ -197,6 +286,7 @@ class Anatomy:
     scan: ScanFit | None = None
     cylinders: tuple[Cylinder, ...] = ()
     doubts: tuple[Doubt, ...] = ()
+    typed: Typed = field(default_factory=Typed)
 
     @property
     def rotor_to_file(self) -> Array:

@@ -15,10 +15,12 @@ from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.recognition.alignment import misalignment_warning, step_warnings
 from autobalance.crank.recognition.anatomy_warnings import anatomy_warnings
 from autobalance.crank.recognition.roundness import ovality_warning
+from autobalance.job import Job
 from autobalance.machine_models.crank_size import odd_size
 from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
 from autobalance.machine_models.scan_calibration import Calibration
 from autobalance.machine_models.scan_uncertainty import Patches, mass_pm_g
+from autobalance.machine_models.typed_effects import typed_warnings
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.uncertainty import Share, facets_beside_skin
 from autobalance.solid.chordal_error.estimate import ChordalError
@@ -153,8 +155,11 @@ class Crank:
         """Whether the file holds the crankpins, not only bores for them: metal midway along the first."""
         return holds_crankpins(self.anatomy, self.source.solid)
 
-    def warnings(self, file: Path | None) -> tuple[str, ...]:
-        """Return warnings of the file and the crank in it, one line each."""
+    def warnings(self, file: Path | None, job: Job | None = None) -> tuple[str, ...]:
+        """Return warnings of the file and the crank in it, one line each.
+
+        With a job, what was typed of the axis and journals is weighed by its bob-weights and tolerance.
+        """
         misaligned = misalignment_warning(self.anatomy)
         oval = ovality_warning(self.anatomy, self.source.solid.mesh)
         odd = (odd_size(self.source), misaligned, oval)
@@ -164,6 +169,7 @@ class Crank:
             *(text for text in odd if text is not None),
             *step_warnings(self.anatomy),
             *anatomy_warnings(self.anatomy),
+            *typed_warnings(self.anatomy, self.moments, job),
             *read,
         ]
         own = tuple(text if file is None else f"{file}: {text}" for text in texts)

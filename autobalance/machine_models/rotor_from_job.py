@@ -17,6 +17,7 @@ from autobalance.job.model import LinkRod, ThrowParts
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.units import MM_PER
 
 STROKE_SLACK_MM = 0.1
 STROKE_SLACK_SHARE = 0.005
@@ -177,8 +178,20 @@ def check_engine(job: Job, anatomy: Anatomy) -> None:
         if abs(measured - stroke) > slack:
             raise JobError(
                 f"{job.path.name}: engine.stroke_mm is {stroke:g}, but throw {throw.number} of the crank "
-                f"strokes {measured:.3f} mm; expected equal within {slack:.3g} mm (is crankshaft.unit right?)"
+                f"strokes {measured:.3f} mm; expected equal within {slack:.3g} mm "
+                f"({_other_stroke(stroke, measured, slack)})"
             )
+
+
+def _other_stroke(stroke_mm: float, measured_mm: float, slack_mm: float) -> str:
+    """Return what may be meant by another stroke than the crank's: its radius, another unit or file."""
+    if abs(2.0 * stroke_mm - measured_mm) <= 2.0 * slack_mm:
+        return "the crank radius is entered: the stroke is twice that"
+    for unit, mm in MM_PER.items():
+        for ratio in (mm, 1.0 / mm):
+            if mm != 1.0 and abs(ratio * measured_mm - stroke_mm) <= slack_mm:
+                return f"is crankshaft.unit right? 1 {unit} is {mm:g} mm"
+    return "is crankshaft.file this engine's crank?"
 
 
 # --- tolerance ----------------------------------------------------------------------------------------------

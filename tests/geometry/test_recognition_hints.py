@@ -8,8 +8,8 @@ import pytest
 import autobalance as ab
 from autobalance.errors import RecognitionError
 
-MAINS = [{"centre_mm": [0.0, 0.0, z], "diameter_mm": 32.0, "width_mm": 40.0} for z in (-46.0, 46.0)]
-PINS = [{"centre_mm": [29.0, 0.0, 0.0], "diameter_mm": 30.0, "width_mm": 20.0}]
+MAINS = [{"centre_mm": [0.0, 0.0, z], "diameter_mm": 30.0, "width_mm": 24.0} for z in (12.0, 92.0)]
+PINS = [{"centre_mm": [29.0, 0.0, 52.0], "diameter_mm": 32.0, "width_mm": 20.0}]
 
 
 @pytest.fixture(scope="module")
@@ -41,5 +41,8 @@ def test_both_settle_it(rough: ab.Crank) -> None:
     found = ab.crank_from_mesh(
         corners, rough.triangles, density_kg_m3=7850.0, main_journals=MAINS, crankpins=PINS
     )
-    assert len(found.throws) == 1
+    (throw,) = found.throws
+    assert throw.crank_radius_mm == pytest.approx(29.0)
+    assert throw.crankpin.diameter_mm == pytest.approx(32.0)
+    assert [journal.centre_mm[2] for journal in found.main_journals] == pytest.approx([-40.0, 40.0])
     assert found.mass_g == pytest.approx(rough.mass_g, rel=1e-3)

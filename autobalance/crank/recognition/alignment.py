@@ -38,10 +38,11 @@ def misalignment_warning(anatomy: Anatomy) -> str | None:
     if off <= within:
         return None
     bent = _bent(anatomy)
+    axis = "the typed axis" if anatomy.typed.is_axis else "their common axis"
     return (
-        f"{bent}the main journals are not coaxial: one is {off:.3g} mm off their common axis, more than "
-        f"{within:.2g} mm; everything is measured about that axis, which axis_point_mm and axis_direction or "
-        "main_journals can set"
+        f"{bent}the main journals are not coaxial: one is {off:.3g} mm off {axis}, more than "
+        f"{within:.2g} mm; everything is measured about that axis, which axis_point_mm and axis_direction "
+        "(--axis-point, --axis-direction) or main_journals can set"
     )
 
 

@@ -105,9 +105,14 @@ def _held(
     """Return the file's cylinder of each journal or crankpin: its own, or the nearest to a stated one."""
     told = []
     for number, run in enumerate(taken, 1):
-        there = [other for other in outside if _shares(other, run) > SAME_STRETCH and _is_beside(other, run)]
+        there = [
+            other
+            for other in outside
+            if _shares(other, run) > SAME_STRETCH
+            and (_is_beside(other, run) or (stated and _meets(other, run)))
+        ]
         if stated and there:
-            nearest = max(there, key=lambda other: _shares(other, run))
+            nearest = min(there, key=lambda other: float(np.linalg.norm(other.centre - run.centre)))
             told.append(_Told(nearest, "outside", role, number))
         elif not stated and (there or in_file):
             told.append(_Told(run, "outside", role, number))
@@ -122,6 +127,11 @@ def _shares(run: CylinderRun, other: CylinderRun) -> float:
 
 def _is_beside(run: CylinderRun, other: CylinderRun) -> bool:
     return float(np.linalg.norm(run.centre - other.centre)) < BESIDE * max(run.radius, other.radius)
+
+
+def _meets(run: CylinderRun, other: CylinderRun) -> bool:
+    """Return whether one cylinder holds the other's middle: that of a typed one that is off."""
+    return float(np.linalg.norm(run.centre - other.centre)) < max(run.radius, other.radius)
 
 
 def _is_part(run: CylinderRun, other: CylinderRun) -> bool:

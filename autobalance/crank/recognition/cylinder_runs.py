@@ -243,7 +243,7 @@ def bare_cylinder(
     rest = away[np.abs(away - radius) < 2.0 * WIDE_SEARCH_RATIO * radius]
     fallback = None
     for _ in range(TRIED_RADII):
-        dense = _densest(rest, NARROW_SEARCH_RATIOS[-1] * radius, radius)
+        dense = densest(rest, NARROW_SEARCH_RATIOS[-1] * radius, radius)
         for share in (NARROW_SEARCH_RATIOS[-1], WIDE_SEARCH_RATIO):
             run = _fitted(near, away, dense, share, span, rounding_mm, least_width_mm)
             if run is not None and _is_reached(long, run):
@@ -292,7 +292,7 @@ def _is_reached(long: SectionStack, run: CylinderRun) -> bool:
     )
 
 
-def _densest(values: Array, width: float, otherwise: float) -> float:
+def densest(values: Array, width: float, otherwise: float) -> float:
     """Return the middle of the window of ``width`` that holds most values; the largest of equals."""
     if len(values) == 0:
         return otherwise

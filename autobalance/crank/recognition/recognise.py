@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, Throw
+from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, Throw, Typed
 from autobalance.crank.recognition.all_cylinders import all_cylinders
 from autobalance.crank.recognition.covered import on_surface
 from autobalance.crank.recognition.cylinder_runs import (
@@ -34,6 +35,7 @@ from autobalance.crank.recognition.pressed_up import pressed_up_layout
 from autobalance.crank.recognition.rough_cylinders import CREDIBLE_MM, RoughMesh
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
 from autobalance.crank.recognition.through_shaft import clear_of
+from autobalance.crank.recognition.typed import NothingThereError, contradictions, typed_and_found
 from autobalance.crank.recognition.views import Views
 from autobalance.crank.recognition.webs import find_webs, refuse_incomplete, refuse_unexplained
 from autobalance.errors import RecognitionError
@@ -84,7 +86,30 @@ def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFa
             lambda: _recognised(solid, overrides, cylinders),
         )
     except RecognitionError as error:
-        raise RecognitionError(without_given_keys(str(error), overrides)) from None
+        raise RecognitionError(_explained(error, solid, overrides, cylinders)) from None
+
+
+def _explained(
+    error: RecognitionError, solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace]
+) -> str:
+    """Return a refusal; where the file contradicts what was typed, with what the file has instead."""
+    plain = Overrides(crankpin_in_file=overrides.crankpin_in_file)
+    texts: list[str] = []
+    if _states_anything(overrides):
+        with suppress(RecognitionError):  # then there is nothing to compare with
+            texts = contradictions(recognise(solid, plain, cylinders), overrides)
+    if not texts:
+        end = ". Correct it" if isinstance(error, NothingThereError) else ""
+        return without_given_keys(str(error), overrides) + end
+    if isinstance(error, NothingThereError):
+        return f"{error}; {'; '.join(texts)}. Correct it"
+    fault = str(error).rpartition("; ")[0] or str(error)
+    return f"{fault}; the job contradicts the file: {'; '.join(texts)}. Correct it"
+
+
+def _states_anything(overrides: Overrides) -> bool:
+    stated = (overrides.axis_point_mm, overrides.axis_direction, overrides.crankpins, overrides.main_journals)
+    return any(each is not None for each in stated)
 
 
 def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace]) -> Anatomy:
@@ -379,7 +404,9 @@ def _anatomy(
     )
     throws = tuple(_throw(local, run, number) for number, run in enumerate(layout.pins, 1))
     told = all_cylinders(long, layout, here, overrides, cylinders, rounding, local)
-    found = Anatomy(local @ long.turn, journals, throws, webs, _misalignment(layout), datums, cylinders=told)
+    typed = typed_and_found(mesh, long, layout, overrides, rounding, local)
+    off = _misalignment(layout, typed)
+    found = Anatomy(local @ long.turn, journals, throws, webs, off, datums, cylinders=told, typed=typed)
     return replace(found, doubts=journal_doubts(journals, layout.others, told, local, found.rotor_to_file))
 
 
@@ -406,5 +433,10 @@ def _throw(local: Array, run: CylinderRun, number: int) -> Throw:
     return Throw(number, math.hypot(centre[0], centre[1]), angle, Pin(centre, 2.0 * run.radius, run.width))
 
 
-def _misalignment(layout: JournalLayout) -> float:
-    return max((float(np.linalg.norm(run.centre - layout.axis)) for run in layout.journals), default=0.0)
+def _misalignment(layout: JournalLayout, typed: Typed) -> float:
+    """Return the greatest distance of a main journal from the axis: the file's, if it is typed otherwise."""
+    offsets = [float(np.linalg.norm(run.centre - layout.axis)) for run in layout.journals]
+    for number, found in enumerate(typed.main_journals or ()):
+        if found is not None and found.offset_mm > found.within_mm:
+            offsets[number] = float(np.hypot(*found.centre_mm[:2]))
+    return max(offsets, default=0.0)

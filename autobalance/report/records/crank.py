@@ -37,8 +37,39 @@ from autobalance.units import G_MM2_PER_KG_MM2, wrapped_deg
 if TYPE_CHECKING:
     from autobalance.balancing.record import ChordalErrorEntry, MeasuredCrank
     from autobalance.crank import anatomy as crank_anatomy
-    from autobalance.crank.scan import ScanFit, ScannedCylinder
+    from autobalance.crank.scan import ScanFit
     from autobalance.rigid_rotor.moments import Moments
+
+
+@record
+class Found:
+    """The file's cylinder or bore nearest to what was typed, fitted to its surface."""
+
+    z_mm: Annotated[float, "its middle"]
+    diameter_mm: Positive
+    offset_mm: Annotated[NotNegative, "distance from the typed place across the axis"]
+
+    @classmethod
+    def of(cls, found: crank_anatomy.CylinderFound | None) -> Self | None:
+        if found is None:
+            return None
+        return cls(z_mm=found.centre_mm[2], diameter_mm=found.diameter_mm, offset_mm=found.offset_mm)
+
+
+@record
+class Axis:
+    """The crank axis: whether it was typed, and how far off the main journals of the file are then."""
+
+    typed: bool
+    found: Annotated[Found | None, "if it was typed: the main journals; the offset is the greatest"]
+
+    @classmethod
+    def of(cls, typed: crank_anatomy.Typed) -> Self:
+        line = typed.axis
+        if line is None:
+            return cls(typed=typed.is_axis, found=None)
+        found = Found(z_mm=line.z_mm, diameter_mm=line.diameter_mm, offset_mm=line.offset_mm)
+        return cls(typed=typed.is_axis, found=found)
 
 
 @record
@@ -53,17 +84,22 @@ class Journal:
     diameter_mm: Positive
     width_mm: NotNegative
     journal_run_out_mm: Annotated[NotNegative, "as a dial reads it: twice the distance"] | Absent
+    typed: Annotated[bool, "given by the job, not recognised"]
+    found: Annotated[Found | None, "if it was typed: what the file has there"]
     scanned: Annotated[ScannedShaft | None, INLINE]
 
     @classmethod
     def of(cls, pin: crank_anatomy.MainJournal, anatomy: crank_anatomy.Anatomy) -> Self:
         number, run_outs = pin.number - 1, run_outs_mm(anatomy)
+        typed = anatomy.typed.main_journals
         return cls(
             number=pin.number,
             centre_mm=pin.centre_mm,
             diameter_mm=pin.diameter_mm,
             width_mm=pin.width_mm,
             journal_run_out_mm=run_outs[number] if run_outs else ABSENT,
+            typed=typed is not None,
+            found=Found.of(None if typed is None else typed[number]),
             scanned=None if anatomy.scan is None else ScannedShaft.of(anatomy.scan.journals[number]),
         )
 
@@ -75,14 +111,20 @@ class Pin:
     centre_mm: Triple
     diameter_mm: Positive
     width_mm: NotNegative
+    typed: Annotated[bool, "given by the job, not recognised"]
+    found: Annotated[Found | None, "if it was typed: what the file has there"]
     scanned: Annotated[ScannedShaft | None, INLINE]
 
     @classmethod
-    def of(cls, pin: crank_anatomy.Pin, each: ScannedCylinder | None) -> Self:
+    def of(cls, throw: crank_anatomy.Throw, anatomy: crank_anatomy.Anatomy) -> Self:
+        place, pin, typed = throw.number - 1, throw.crankpin, anatomy.typed.crankpins
+        each = None if anatomy.scan is None else anatomy.scan.crankpins[place]
         return cls(
             centre_mm=pin.centre_mm,
             diameter_mm=pin.diameter_mm,
             width_mm=pin.width_mm,
+            typed=typed is not None,
+            found=Found.of(None if typed is None else typed[place]),
             scanned=None if each is None else ScannedShaft.of(each),
         )
 
@@ -98,13 +140,13 @@ class Throw:
     scanned: Annotated[ScannedThrow | None, INLINE]
 
     @classmethod
-    def of(cls, throw: crank_anatomy.Throw, scan: ScanFit | None) -> Self:
-        place = throw.number - 1
+    def of(cls, throw: crank_anatomy.Throw, anatomy: crank_anatomy.Anatomy) -> Self:
+        place, scan = throw.number - 1, anatomy.scan
         return cls(
             number=throw.number,
             crank_radius_mm=throw.crank_radius_mm,
             angle_deg=wrapped_deg(math.degrees(throw.angle_rad)),
-            crankpin=Pin.of(throw.crankpin, None if scan is None else scan.crankpins[place]),
+            crankpin=Pin.of(throw, anatomy),
             scanned=None
             if scan is None
             else ScannedThrow(
@@ -317,6 +359,7 @@ class Crank:
     """The crank as measured and recognised; of a scanned one also how rough it is, and how sure."""
 
     body: Annotated[MassProperties, INLINE]
+    axis: Axis
     main_journals: Sequence[Journal]
     throws: Annotated[Sequence[Throw], Bound("minItems", 1)]
     webs: Sequence[Web]
@@ -337,8 +380,9 @@ class Crank:
         scan = anatomy.scan
         return cls(
             body=MassProperties.of(crank.moments, crank.volume_mm3),
+            axis=Axis.of(anatomy.typed),
             main_journals=[Journal.of(pin, anatomy) for pin in anatomy.main_journals],
-            throws=[Throw.of(throw, scan) for throw in anatomy.throws],
+            throws=[Throw.of(throw, anatomy) for throw in anatomy.throws],
             webs=[Web.of(web, scan) for web in anatomy.webs],
             cylinders=[Cylinder.of(each) for each in anatomy.cylinders],
             doubts=[Doubt.of(each) for each in anatomy.doubts],
