@@ -15,14 +15,15 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.planning.depths import AIM_SHARE, Plan
 from autobalance.planning.drop_negligible_cuts import worthwhile
-from autobalance.planning.fewest_setups import rank
+from autobalance.planning.fewest_setups import WHOLE_CUTS_SHARE, rank
 from autobalance.planning.least_steps import least_step_mm, settable
-from autobalance.planning.reject_worse import harmless
+from autobalance.planning.reject_worse import harmless, is_harmless
 from autobalance.planning.same_setup import same_setups
 from autobalance.planning.task import Task, part_of, usual
 from autobalance.planning.whole_cuts import choose, is_enough
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.types import Array
 
 Offers = Callable[[Workpiece, Limits, int], Candidates]
@@ -86,7 +87,7 @@ def best_offer(
                 task = Task(initial, tolerance, candidates, prefer, AIM_SHARE, *usual(candidates))
                 part = part_of(task, again).candidates
                 plan = settable(initial, tolerance, part, choose(initial, tolerance, part, prefer=prefer))
-                if tolerance.is_met_by(plan.predicted, doubt):
+                if _leaves_little(initial, plan.predicted, tolerance, doubt):
                     return BestOffer(part, plan, tuple(placed), notes)
             plan = choose(initial, tolerance, candidates, prefer=prefer)
             if best is None or plan.share < best.plan.share * (1.0 - AIM_SHARE):
@@ -107,6 +108,20 @@ def best_offer(
     coarse = settable(initial, tolerance, best.candidates, plan)
     notes = (*best.notes, *_too_fine(best.candidates, plan, coarse), *_unequal(best.candidates, coarse))
     return replace(best, plan=coarse, notes=notes)
+
+
+def _leaves_little(
+    before: Unbalance, after: Unbalance, tolerance: Tolerance, doubt: Budget | None
+) -> bool:
+    """Return whether a plan without a new set-up is worth it: no judged value is worse, and all are small.
+
+    Small is a quarter of what is permitted beside the doubt of the reading: the next spin has that doubt too,
+    and the shop's own wander comes on top.
+    """
+    rows = tolerance.judged(after, None if doubt is None else doubt.total)
+    return is_harmless(before, after, tolerance) and all(
+        row.residual_g_mm <= WHOLE_CUTS_SHARE * (row.permissible_g_mm - row.doubt_g_mm) for row in rows
+    )
 
 
 def _unequal(candidates: Candidates, plan: Plan) -> tuple[str, ...]:
