@@ -133,6 +133,68 @@ def test_what_cannot_be_kept_is_one_line(tmp_path: Path, capsys: pytest.CaptureF
     assert not (tmp_path / "no").exists()
 
 
+def test_a_drill_that_the_program_picked_is_kept(tmp_path: Path) -> None:
+    """What would be picked on another crank, or for another unbalance, does not matter."""
+    report = nc_jobs.balanced(tmp_path, "radial", change=(PICKED, ""))
+    before = values(report)["corrections"]
+    (tmp_path / "crank.stl").write_bytes(
+        ab.generate("single", file="a.stl", settings={"counterweight.radius_mm": 52.3}).data
+    )
+    kept = ab.balance(lighter(report, 120.0), keep=report).report["corrections"]
+    assert [each["diameter_mm"] for each in kept] == [each["diameter_mm"] for each in before]
+    assert [each["label"] for each in kept] == [each["label"] for each in before]
+
+
+PICKED = "\ndrill = { diameters_mm = [10.0] }"
+
+
+@pytest.mark.parametrize(
+    ("kind", "limit"),
+    [("radial", "drill.min_wall_mm"), ("axial", "drill.min_wall_mm"), ("slug", "slug.min_wall_mm")],
+)
+def test_a_wall_that_is_missed_is_told_with_its_size(
+    kind: str, limit: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    report = nc_jobs.balanced(tmp_path / kind, kind)
+    first = values(report)["corrections"][0]
+    asked = first["wall_left_mm"] + 1.5
+    wider = ("--set", f"correction.{limit}={asked}")
+    job = report.parent.parent / "job.toml"
+    assert jobs.run("balance", job, "--keep", report, *wider, "-o", tmp_path / "no") == 3
+    error = capsys.readouterr().err
+    found = re.search(r"cut 1 .* a wall of ([\d.]+) mm here, ([\d.]+) mm less than min_wall_mm = ", error)
+    assert found, error
+    wall, short = map(float, found.groups())
+    assert wall + short == pytest.approx(asked, abs=2e-3)
+    assert wall >= first["wall_left_mm"] - 2e-3  # at its least depth
+    if kind == "radial":  # as wide as the web at every depth
+        assert wall == pytest.approx(first["wall_left_mm"], abs=2e-3)
+
+
+def test_a_gap_between_holes_that_is_missed_is_told_with_its_size(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    places = (
+        "drill = { diameters_mm = [6.0], max_depth_mm = 10.0, positions = [[174.0, -21.0], [186.0, -21.0]] }"
+    )
+    report = nc_jobs.balanced(tmp_path, "radial", change=(PICKED[1:], places))
+    holes = values(report)["corrections"]
+    assert len(holes) == 2
+    job = report.parent.parent / "job.toml"
+    spaced = ("--set", "correction.drill.min_spacing_mm=6")
+    assert jobs.run("balance", job, "--keep", report, *spaced, "-o", tmp_path / "no") == 3
+    error = capsys.readouterr().err
+    found = re.search(r"cuts 1 and 2 .*: ([\d.]+) mm between them, ([\d.]+) mm less than the 6 mm", error)
+    assert found, error
+    ends = []
+    for hole in holes:  # at the least depth of 2 mm and its point, axes towards the crank axis
+        point = 3.0 / np.tan(np.radians(59.0))
+        ends.append(np.array(hole["position_mm"]) + (2.0 + point) * np.array(hole["inward"]))
+    between = float(np.linalg.norm(ends[0] - ends[1])) - 6.0
+    assert sum(map(float, found.groups())) == pytest.approx(6.0, abs=2e-3)
+    assert float(found[1]) == pytest.approx(between, abs=0.1)
+
+
 def test_sectors_of_faces_stay_when_the_heavy_side_turns(tmp_path: Path) -> None:
     """Sectors lie about the heavy side: what is left of a balanced crank is heavy elsewhere."""
     job = nc_jobs.balanced(tmp_path / "shoulder", "shoulder").parent.parent / "job.toml"

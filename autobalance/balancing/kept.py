@@ -25,6 +25,7 @@ from autobalance.correction.overlap import Overlap
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job import Job
+from autobalance.planning.milp_model import is_never
 from autobalance.planning.relaxation import Change, Relaxation
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -33,6 +34,8 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 _Pair = TypeVar("_Pair", SharedDepth, Apart, Overlap)
+GAP_MM = 5e-4
+"""Accuracy of the gap that is told of two kept cuts too near each other."""
 SECTOR_DEG = 0.5
 """Sector to both sides of a cut's angle in which its place is looked for."""
 
@@ -78,7 +81,30 @@ class KeptPlan:
         spacing = getattr(limits, "min_spacing_mm", 0.0)
         walls = np.array([max(spacing, cut.clearance_mm) for cut in cuts])
         most = np.array([cut.max_depth_mm for cut in cuts])
-        return Candidates(tuple(cuts), apart=keep_apart([cut.envelope for cut in cuts], most, walls))
+        apart = keep_apart([cut.envelope for cut in cuts], most, walls)
+        for pair in apart:
+            if is_never(pair, cuts):
+                raise self._too_near(mine, cuts, (pair.first, pair.second), walls)
+        return Candidates(tuple(cuts), apart=apart)
+
+    def _too_near(
+        self, mine: Sequence[Item], cuts: Sequence[Cut], pair: tuple[int, int], walls: Array
+    ) -> JobError:
+        """Return the error of two cuts that are too near each other at their least depths, with the gap."""
+        both = [cuts[k].envelope for k in pair]
+        least = np.array([cuts[k].least_depth_mm for k in pair])
+        wanted = float(max(walls[k] for k in pair))
+        low, high = 0.0, wanted
+        while high - low > GAP_MM:
+            middle = 0.5 * (low + high)
+            near = bool(keep_apart(both, least, np.full(2, middle)))
+            low, high = (low, middle) if near else (middle, high)
+        one, other = (mine[k]["number"] for k in pair)
+        return JobError(
+            f"{self.report}: cuts {one} and {other} have no place beside each other with the job's limits: "
+            f"{low:.3f} mm between them, {wanted - low:.3f} mm less than the {wanted:g} mm of "
+            "min_spacing_mm or min_wall_mm; balance without keep"
+        )
 
     def _among_all(self, mine: Sequence[Item], work: Workpiece, limits: Limits) -> Candidates:
         """Return the kept cuts among a kind's candidates, with the rules among them."""
@@ -99,7 +125,7 @@ class KeptPlan:
                 break
         for item, place in zip(mine, places, strict=True):
             if place is None:
-                raise self._gone(item)
+                raise self._gone(item, work, limits)
             self.cuts[int(item["number"])] = offered.cuts[place]
             self.offered.append((offered.cuts[place], int(item["number"])))
         at = {place: k for k, place in enumerate(places)}
@@ -116,11 +142,12 @@ class KeptPlan:
             overlaps=among(offered.overlaps),
         )
 
-    def _gone(self, item: Item) -> JobError:
+    def _gone(self, item: Item, work: Workpiece, limits: Limits) -> JobError:
         place = "" if item.get("web") is None else f" of web {item['web']}"
+        why = kind_of(limits).why_not_kept(work, limits, item)
         return JobError(
             f"{self.report}: cut {item['number']} ({item['kind']}{place}) has no place here with the "
-            "job's limits: its metal is gone, or it is another crank; balance without keep"
+            f"job's limits: {why or 'its metal is gone, or it is another crank'}; balance without keep"
         )
 
     def _kept_cut(self, item: Item, work: Workpiece, limits: Limits) -> Cut:
@@ -128,7 +155,7 @@ class KeptPlan:
         if number not in self.cuts:
             cut = kept_cut(item, work, limits)
             if cut is None:
-                raise self._gone(item)
+                raise self._gone(item, work, limits)
             self.cuts[number] = cut
             self.offered.append((cut, number))
         return self.cuts[number]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from autobalance import correction
@@ -30,6 +30,8 @@ Offers = Callable[[Workpiece, Limits, int], Candidates]
 
 MAX_SEARCHES = 8
 """Most looks for metal, each four times deeper than the last."""
+HARDLY_MORE = 1.25
+"""Ratio to the least residual that a plan without a new set-up may leave, where no plan leaves little."""
 MAX_EXPLAINED_DRILLS = 6
 """Most unused drills for which a plan of their own is computed."""
 
@@ -65,30 +67,25 @@ def best_offer(
     errors: dict[int, CorrectionError] = {}
     kept = [clear_of_roughness(limits, rotor.anatomy) for limits in methods]
     doubt = rotor.doubt(rotor.moments) if prefer == "same_setup" else None
+    simpler: list[BestOffer] = []
     for search_level in range(max(correction.search_levels(limits) for limits in methods)):
         look = 1.0
         for _ in range(MAX_SEARCHES):
             work = workpiece(rotor, tolerance, initial, look)
-            errors, parts, placed = {}, [], []
-            for number, limits in enumerate(methods):
-                try:
-                    parts.append(
-                        offers(work, kept[number], min(search_level, correction.search_levels(limits) - 1))
-                    )
-                    placed.append(limits)
-                except CorrectionError as error:
-                    errors[number] = error
+            parts, placed, errors = _parts(work, methods, kept, search_level, offers)
             if not parts:
                 break
             candidates = correction.joined(parts)
             nothing = [m for m, part in zip(placed, parts, strict=True) if not part.cuts and len(methods) > 1]
             notes = (*_left_out(methods, errors, nothing), *candidates.notes)
-            for again in same_setups(candidates.cuts, rotor.earlier) if prefer == "same_setup" else ():
-                task = Task(initial, tolerance, candidates, prefer, AIM_SHARE, *usual(candidates))
-                part = part_of(task, again).candidates
-                plan = settable(initial, tolerance, part, choose(initial, tolerance, part, prefer=prefer))
+            tiers = (
+                _without_new_setup(rotor, tolerance, initial, candidates) if prefer == "same_setup" else ()
+            )
+            for part, plan in tiers:
                 if _leaves_little(initial, plan.predicted, tolerance, doubt):
                     return BestOffer(part, plan, tuple(placed), notes)
+                if tolerance.is_met_by(plan.predicted, doubt):
+                    simpler.append(BestOffer(part, plan, tuple(placed), notes))
             plan = choose(initial, tolerance, candidates, prefer=prefer)
             if best is None or plan.share < best.plan.share * (1.0 - AIM_SHARE):
                 best = BestOffer(candidates, plan, tuple(placed), notes)
@@ -103,6 +100,11 @@ def best_offer(
             break
     if best is None:
         raise next(iter(errors.values()))
+    for each in simpler:  # where no plan leaves little, one without a new set-up that leaves hardly more
+        if each.plan.share <= HARDLY_MORE * best.plan.share and is_harmless(
+            initial, each.plan.predicted, tolerance
+        ):
+            return each
     plan = harmless(initial, tolerance, best.candidates, best.plan)
     plan = worthwhile(initial, tolerance, best.candidates, plan)
     coarse = settable(initial, tolerance, best.candidates, plan)
@@ -110,9 +112,33 @@ def best_offer(
     return replace(best, plan=coarse, notes=notes)
 
 
-def _leaves_little(
-    before: Unbalance, after: Unbalance, tolerance: Tolerance, doubt: Budget | None
-) -> bool:
+def _parts(
+    work: Workpiece, methods: Sequence[Limits], kept: Sequence[Limits], search_level: int, offers: Offers
+) -> tuple[list[Candidates], list[Limits], dict[int, CorrectionError]]:
+    """Return the candidates of each kind, the methods that have any place, and why others have none."""
+    parts, placed, errors = [], [], {}
+    for number, limits in enumerate(methods):
+        level = min(search_level, correction.search_levels(limits) - 1)
+        try:
+            parts.append(offers(work, kept[number], level))
+            placed.append(limits)
+        except CorrectionError as error:
+            errors[number] = error
+    return parts, placed, errors
+
+
+def _without_new_setup(
+    rotor: Rotor, tolerance: Tolerance, initial: Unbalance, candidates: Candidates
+) -> Iterator[tuple[Candidates, Plan]]:
+    """Yield the plans in old places with their tools, then with these tools anywhere."""
+    task = Task(initial, tolerance, candidates, "same_setup", AIM_SHARE, *usual(candidates))
+    for again in same_setups(candidates.cuts, rotor.earlier):
+        part = part_of(task, again).candidates
+        plan = choose(initial, tolerance, part, prefer="same_setup")
+        yield part, settable(initial, tolerance, part, plan)
+
+
+def _leaves_little(before: Unbalance, after: Unbalance, tolerance: Tolerance, doubt: Budget | None) -> bool:
     """Return whether a plan without a new set-up is worth it: no judged value is worse, and all are small.
 
     Small is a quarter of what is permitted beside the doubt of the reading: the next spin has that doubt too,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from autobalance.correction.contract import Correction, Count, Cut, Figures, Item, Variety
 from autobalance.correction.cut import listed, on_step
@@ -18,6 +19,7 @@ from autobalance.correction.holes.drill_words import no_place, why_none
 from autobalance.correction.holes.hole import Hole, keep_apart
 from autobalance.correction.holes.kind import HoleKind
 from autobalance.correction.holes.largest_fit import ended_by, widest_mm
+from autobalance.correction.holes.missed import missed
 from autobalance.correction.holes.positions import listed_position, positions_of, unused_notes
 from autobalance.correction.holes.sites import Places, Site, in_sectors, make_holes, reach_of
 from autobalance.correction.holes.trace import DrillTrace
@@ -115,7 +117,32 @@ class Drill(HoleKind[DrillLimits]):
         if item.get("deepened_from_mm") is not None or item.get("direction") != limits.direction:
             return ()
         there = replace(limits, positions=(listed_position(item),), deepen=False)
-        return self.offer(work, there, 0).cuts
+        # the listed drill, not those that would be picked today
+        listed_mm = [size for size in limits.at_hand_mm if abs(size - float(item["diameter_mm"])) < SAME_MM]
+        if not listed_mm:
+            return ()
+        heavy = partial(heavy_vector, work.heavy_at)
+        try:
+            return cuts(work.solid, work.anatomy, work.density_g_mm3, heavy, there, 0, listed_mm)
+        except CorrectionError:
+            nearly = replace(there, min_wall_mm=max(there.min_wall_mm - SAME_WALL_MM, 0.0))
+            return cuts(work.solid, work.anatomy, work.density_g_mm3, heavy, nearly, 0, listed_mm)
+
+    def why_not_kept(self, work: Workpiece, limits: DrillLimits, item: Item) -> str | None:
+        """Return the limit that a listed hole misses on this crank, and by how much."""
+        diameter = float(item["diameter_mm"])
+        if not any(abs(size - diameter) < SAME_MM for size in limits.at_hand_mm):
+            return f"its drill of {diameter:g} mm is none of drill.diameters_mm or drill.series"
+        if item.get("direction") != limits.direction:
+            return f'it is {item.get("direction")}, drill.direction is "{limits.direction}"'
+        return missed(
+            lambda **eased: self.at_place(work, replace(limits, **eased), item),
+            lambda cut: self.is_kept(cut, item),
+            limits,
+            lambda cut: cut.site.wall_left_mm(
+                cut.hole.radius_mm, max(cut.least_depth_mm, limits.min_depth_mm), cut.hole.half_point_rad
+            ),
+        )
 
     def offer(self, work: Workpiece, limits: DrillLimits, search_level: int) -> Candidates:
         """Return the holes that a job's limits allow, which keep a spacing and are limited in number."""
@@ -290,6 +317,9 @@ def _largest(fits: Callable[[DrillLimits], bool], limits: DrillLimits) -> str:
     return f"; the largest that fits is {widest:g} mm, ended by {ended}"
 
 
+SAME_WALL_MM = 2e-3
+"""Wall that a listed hole may miss at its own place: those of a plan are used up to the accuracy of walls and
+of the rim's middle, which moves by that with the facets of another file of the same crank."""
 SAME_POINT = 0.03
 """Difference of two points' lengths, in radii, up to which a drill goes on with all of an old bottom."""
 

@@ -194,6 +194,11 @@ class Kind(ABC, Generic[L]):
         del work, limits, item
         return ()
 
+    def why_not_kept(self, work: Workpiece, limits: L, item: Item) -> str | None:
+        """Return the limit that a listed cut misses on this crank, and by how much; None if unknown."""
+        del work, limits, item
+        return None
+
     def is_kept(self, cut: Any, item: Item) -> bool:
         """Return whether a candidate is the cut that an earlier report lists, at whatever depth."""
         shown = cut.correction(cut.max_depth_mm)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,7 @@ from autobalance.correction.pockets.limits import MillLimits
 from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket, lies_in, pockets
 from autobalance.correction.pockets.trace import PocketTrace, listed_pocket, listed_side
 from autobalance.correction.pockets.walls import SKIN_MM, Below
+from autobalance.correction.refusals import wall_missed
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.trace import Trace, stated_number
 from autobalance.crank.anatomy import Face
@@ -298,6 +299,20 @@ class Mill(Kind[MillLimits]):
             and abs(below.z_mm - float(item["face_z_mm"])) <= ENTRY_MM
         )
         return [cut for cut in cuts if cut is not None]
+
+    def why_not_kept(self, work: Workpiece, limits: MillLimits, item: Item) -> str | None:
+        """Return the limit that a listed pocket misses on this crank, and by how much."""
+        pocket = listed_pocket(item)
+        if abs(pocket.corner_mm - 0.5 * limits.cutter_mm) >= KEPT_MM:
+            return (
+                f"its cutter is one of {2.0 * pocket.corner_mm:g} mm, mill.cutter_mm is {limits.cutter_mm:g}"
+            )
+        eased = replace(limits, min_wall_mm=0.0)
+        cut = next((each for each in self.at_place(work, eased, item) if self.is_kept(each, item)), None)
+        if cut is None:
+            return None
+        wall = cut.cheek.below.wall_left_mm(cut.pocket.region, cut.least_depth_mm)
+        return wall_missed(wall, limits.min_wall_mm)
 
     def is_kept(self, cut: MillCut, item: Item) -> bool:
         pocket, listed, cheek = cut.pocket, listed_pocket(item), cut.cheek

@@ -84,3 +84,9 @@ def refuse_wide(
             f"{kind}: a hole of {least:g} mm with walls of {wall_mm:g} mm is larger than the counterweight, "
             f"whose web is {thickest:.4g} mm thick; choose a smaller diameters_mm or min_wall_mm"
         )
+
+
+def wall_missed(wall_mm: float, least_mm: float) -> str:
+    """Return by how much a wall misses its limit, in words."""
+    short = least_mm - wall_mm
+    return f"it leaves a wall of {wall_mm:.3f} mm here, {short:.3f} mm less than min_wall_mm = {least_mm:g}"

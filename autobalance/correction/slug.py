@@ -15,6 +15,7 @@ from autobalance.correction.holes.cut import SAME_MM, HoleCut, HoleSearch, Towar
 from autobalance.correction.holes.hole import Hole, keep_apart
 from autobalance.correction.holes.kind import HoleKind
 from autobalance.correction.holes.largest_fit import ended_by, widest_mm
+from autobalance.correction.holes.missed import missed
 from autobalance.correction.holes.positions import Position, listed_position, positions_of
 from autobalance.correction.holes.sites import Places, Site
 from autobalance.correction.holes.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn, fills
@@ -169,6 +170,18 @@ class Slug(HoleKind[SlugLimits]):
             return ()
         there = positions_of([listed_position(item)], work.anatomy)
         return cuts(work, -heavy_vector(work.heavy_at, 0.0), limits, positions=there)
+
+    def why_not_kept(self, work: Workpiece, limits: SlugLimits, item: Item) -> str | None:
+        """Return the limit that a listed slug misses on this crank, and by how much."""
+        size = float(item["diameter_mm"]), float(item["length_mm"])
+        if size[0] not in limits.diameters_mm or size[1] not in limits.lengths_mm:
+            return f"its slug of {size[0]:g} × {size[1]:g} mm is none of slug.diameters_mm and lengths_mm"
+        return missed(
+            lambda **eased: self.at_place(work, replace(limits, **eased), item),
+            lambda cut: self.is_kept(cut, item),
+            limits,
+            lambda cut: cut.site.wall_left_mm(cut.hole.radius_mm, cut.max_depth_mm, FLAT_BOTTOM_RAD),
+        )
 
     def is_kept(self, cut: Any, item: Item) -> bool:
         return super().is_kept(cut, item) and abs(cut.length_mm - float(item["length_mm"])) < SAME_MM

@@ -42,7 +42,8 @@ PREFER = (
     'secondary objective among plans that reach the target: `"simple"` (fewest different cuts of tool and '
     'depth, then fewest cuts, then least metal; `"same_setup"`, usual in `recut`: first the tools of earlier '
     "stages in their own places, then these tools anywhere; cuts of holes, slugs and machine steps may leave "
-    "a quarter of the permissible value for it)"
+    "a quarter of the permissible value for it, in `recut` of what the reading's uncertainty leaves of that, "
+    "and no plane may become worse)"
 )
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from autobalance import job as jobs
 from autobalance.balancing.loop import Result, balance
+from autobalance.balancing.offers import best_offer
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction.contract import EarlierCut
 from autobalance.correction.holes.drill_limits import DrillLimits
@@ -17,8 +18,10 @@ from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError
 from autobalance.job.stage import for_recut
+from autobalance.planning.reject_worse import is_harmless
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.uncertainty import Budget, Share
 from tests.cranks import Shape, make_crank
 from tests.geometry.test_plans import STEEL, judge, rotor
 
@@ -72,6 +75,27 @@ def test_where_the_holes_do_not_suffice_the_same_drill_goes_elsewhere_first() ->
     same = balance(again, judge(made), [DEEPENED], advise=False, prefer="same_setup", cut_anyway=True)
     assert same.outcome == "within_tolerance"
     assert {each.details["diameter_mm"] for each in same.corrections} <= tools
+
+
+@pytest.mark.parametrize(
+    "left", [(-160.0, 0.0), (-150.0, 25.0), (-140.0, 60.0), (-60.0, 330.0), (-30.0, 40.0)]
+)
+def test_a_plan_without_a_new_set_up_leaves_little_and_makes_nothing_worse(left: tuple[float, float]) -> None:
+    made, result = first_stage()
+    again = read_again(made, result, list(left))
+    fine = replace(judge(made), permissible_g_mm=40.0, margin="none")
+    fine = replace(fine, planes=tuple(replace(plane, permissible_g_mm=20.0) for plane in fine.planes))
+    doubt = Budget({"reading": Share(8.0, (6.0, 6.0))}, fine.places_mm)
+    again = replace(again, budget=lambda *_: doubt)
+    initial = Unbalance.of(again.moments + again.loads)
+    same = best_offer(again, fine, [DEEPENED], initial, "same_setup").plan
+    simple = best_offer(again, fine, [DEEPENED], initial, "simple").plan
+    assert is_harmless(initial, same.predicted, fine)
+    beside = [
+        row.residual_g_mm / (row.permissible_g_mm - row.doubt_g_mm)
+        for row in fine.judged(same.predicted, doubt.total)
+    ]
+    assert max(beside) <= 0.25 or same.share <= simple.share * 1.25
 
 
 def test_no_face_is_lowered_by_less_than_a_machine_sets() -> None:
