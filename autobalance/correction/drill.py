@@ -14,7 +14,7 @@ from autobalance.correction.holes.bores import fitting_mm, old_sites
 from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at
 from autobalance.correction.holes.drill_limits import ZONES, DrillLimits
 from autobalance.correction.holes.drill_series import SAME_MM
-from autobalance.correction.holes.drill_sizes import likely_sizes_mm
+from autobalance.correction.holes.drill_sizes import likely_sizes_mm, widest_fitting_mm
 from autobalance.correction.holes.drill_words import no_place, why_none
 from autobalance.correction.holes.hole import Hole, keep_apart
 from autobalance.correction.holes.kind import HoleKind
@@ -146,15 +146,7 @@ class Drill(HoleKind[DrillLimits]):
 
     def offer(self, work: Workpiece, limits: DrillLimits, search_level: int) -> Candidates:
         """Return the holes that a job's limits allow, which keep a spacing and are limited in number."""
-        every = cuts(
-            work.solid,
-            work.anatomy,
-            work.density_g_mm3,
-            lambda z_mm: heavy_vector(work.heavy_at, z_mm),
-            limits,
-            search_level,
-            _sizes_mm(work, limits, search_level),
-        )
+        every = self._every(work, limits, search_level)
         drill_cuts = [
             cut for cut in every if not (cut.site.sunk_mm and work.is_filled(self.name, cut.first_entry_mm))
         ]
@@ -183,6 +175,31 @@ class Drill(HoleKind[DrillLimits]):
             notes=(*no_place(limits, radii), *_nothing_at(work.anatomy, limits, drill_cuts)),
             equal=limits.positions is not None,
         )
+
+    def _every(self, work: Workpiece, limits: DrillLimits, search_level: int) -> list[DrillCut]:
+        """Return the holes of a job's drills; where it names none, of those that suit and fit."""
+
+        def holes(sizes_mm: Sequence[float]) -> list[DrillCut]:
+            heavy = partial(heavy_vector, work.heavy_at)
+            density = work.density_g_mm3
+            return cuts(work.solid, work.anatomy, density, heavy, limits, search_level, sizes_mm)
+
+        def fits(size_mm: float) -> bool:
+            try:
+                return bool(holes([size_mm]))
+            except CorrectionError:
+                return False
+
+        sizes = _sizes_mm(work, limits, search_level)
+        try:
+            return holes(sizes)
+        except CorrectionError:
+            if limits.diameters_mm is not None:
+                raise
+            widest = widest_fitting_mm([size for size in limits.at_hand_mm if size < min(sizes)], fits)
+            if widest is None:
+                raise
+            return holes(likely_sizes_mm(work, limits, search_level, widest))
 
     def relaxing(self, limits: DrillLimits) -> Sequence[Relaxing]:
         """Return ways to more or deeper holes, thinner walls and wider zones."""
@@ -259,7 +276,8 @@ def cuts(
         If no drill fits anywhere: larger than the counterweight, no wall left, no metal in the sectors.
     """
     diameters = limits.at_hand_mm if tried_mm is None else tried_mm
-    refuse_wide("drill", diameters, limits.min_wall_mm, anatomy, limits.direction)
+    are_chosen = limits.diameters_mm is not None
+    refuse_wide("drill", diameters, limits.min_wall_mm, anatomy, limits.direction, are_chosen=are_chosen)
     oblique = math.radians(limits.max_obliquity_deg)
     places = Places(
         limits.direction,

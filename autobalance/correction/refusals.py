@@ -72,9 +72,18 @@ def refuse_sectors(kind: str, sectors_deg: Sectors) -> None:
 
 
 def refuse_wide(
-    kind: str, diameters_mm: Sequence[float], wall_mm: float, anatomy: Anatomy, direction: Direction
+    kind: str,
+    diameters_mm: Sequence[float],
+    wall_mm: float,
+    anatomy: Anatomy,
+    direction: Direction,
+    *,
+    are_chosen: bool = True,
 ) -> None:
-    """Refuse diameters of which none fits between the faces of the thickest web."""
+    """Refuse diameters of which none fits between the faces of the thickest web.
+
+    ``are_chosen``: the job names them, so that others may be chosen.
+    """
     if direction == "axial" or not anatomy.webs:
         return
     thickest = max(web.z_max_mm - web.z_min_mm for web in anatomy.webs)
@@ -82,7 +91,8 @@ def refuse_wide(
     if least + 2.0 * wall_mm > thickest + 1e-3:
         raise CorrectionError(
             f"{kind}: a hole of {least:g} mm with walls of {wall_mm:g} mm is larger than the counterweight, "
-            f"whose web is {thickest:.4g} mm thick; choose a smaller diameters_mm or min_wall_mm"
+            f"whose web is {thickest:.4g} mm thick; choose a smaller "
+            f"{'diameters_mm or ' if are_chosen else ''}min_wall_mm"
         )
 
 

@@ -9,10 +9,18 @@ import pytest
 
 from autobalance import job as jobs
 from autobalance.balancing.loop import balance
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.balancing.offers import workpiece
+from autobalance.correction import KINDS
+from autobalance.correction.holes.drill_limits import ZONES, DrillLimits
 from autobalance.correction.holes.drill_series import drill_name, drills_of, sizes_mm
+from autobalance.correction.holes.zones import Zone
+from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job.tables import job_schema
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.solid import Solid
+from tests.cranks import Shape, make_crank
 from tests.geometry.test_plans import judge, rotor, single
 
 
@@ -105,3 +113,49 @@ def test_the_schema_takes_what_the_reader_takes() -> None:
     for value in bad:
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(value, schema)
+
+
+def stepped() -> tuple[Solid, Anatomy]:
+    """A single whose webs are 24 mm thick about the axis, and discs of 14 mm outside of that."""
+    solid, anatomy = make_crank([0.0], Shape(web_width=24.0, segments=32))
+    outside = Region.circle(90.0, 64) - Region.circle(20.5, 64)
+    first, last = anatomy.webs
+    for low, high in (
+        (first.z_min_mm - 0.5, first.z_min_mm + 10.0),
+        (last.z_max_mm - 10.0, last.z_max_mm + 0.5),
+    ):
+        solid = solid - Solid.prism(outside, low, high).moved(anatomy.rotor_to_file)
+    return solid, anatomy
+
+
+@pytest.mark.parametrize("zone", ZONES)
+@pytest.mark.parametrize("heavy", [-900.0, -6000.0])
+def test_drills_that_nobody_chose_fit_where_webs_are_thinner_than_their_hubs(
+    zone: Zone, heavy: float
+) -> None:
+    """Between faces 24 mm apart 18 mm would fit; where the metal is, the discs hold 8 mm and no more."""
+    solid, anatomy = stepped()
+    made = rotor(solid, anatomy, [heavy, 40.0])
+    limits = DrillLimits(zone=zone)
+    offered = KINDS["drill"].offer(
+        workpiece(made, judge(made), Unbalance.of(made.moments + made.loads)), limits, 0
+    )
+    sizes = sorted({cut.diameter_mm for cut in offered.cuts})
+    assert sizes[-1] == 8.0  # 14 mm less two walls of 3 mm
+    assert set(sizes) <= set(limits.at_hand_mm)
+    for cut in offered.cuts:
+        assert cut.site.wall_left_mm(cut.hole.radius_mm, cut.least_depth_mm, cut.hole.half_point_rad) >= 2.999
+    result = balance(made, judge(made), [limits], advise=False)
+    assert result.outcome == ("within_tolerance" if heavy > -1000.0 else "above_tolerance")
+    assert {each.details["diameter_mm"] for each in result.corrections} <= set(sizes) | {4.0, 5.0, 6.0, 7.0}
+
+
+def test_nobody_is_told_to_choose_a_smaller_drill_who_chose_none() -> None:
+    solid, anatomy = stepped()
+    made = rotor(solid, anatomy, [-900.0, 40.0])
+    for wall in (5.5, 11.0):
+        with pytest.raises(CorrectionError) as refused:
+            balance(made, judge(made), [DrillLimits(min_wall_mm=wall)], advise=False)
+        assert "smaller drill" not in str(refused.value)
+        assert "diameters_mm" not in str(refused.value)
+        assert "4 mm" in str(refused.value)

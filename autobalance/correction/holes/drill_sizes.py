@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -33,19 +34,21 @@ class _Limits(Protocol):
     def max_depth_mm(self) -> float: ...
 
 
-def likely_sizes_mm(work: Workpiece, limits: _Limits, search_level: int) -> tuple[float, ...]:
+def likely_sizes_mm(
+    work: Workpiece, limits: _Limits, search_level: int, widest_mm: float = math.inf
+) -> tuple[float, ...]:
     """Return the drills to set up: those that a job names, else those of the series near the need.
 
     One, two or four holes of a size on each web that is heavy, 1.5 diameters deep, make up the unbalance; and
-    the widest drill that the webs hold is among them.
+    the widest drill that the webs hold is among them, up to ``widest_mm``.
     """
     if limits.diameters_mm is not None:
         return limits.diameters_mm
     at_hand = limits.at_hand_mm
-    widest = at_hand[-1]
+    widest = min(at_hand[-1], widest_mm)
     if limits.direction == "radial" and work.anatomy.webs:
         thickest = max(web.z_max_mm - web.z_min_mm for web in work.anatomy.webs)
-        widest = thickest - 2.0 * limits.min_wall_mm
+        widest = min(thickest - 2.0 * limits.min_wall_mm, widest_mm)
     fitting = [size for size in at_hand if size <= widest + 1e-3] or [at_hand[0]]
     reach = [web.outline.rim_radius_mm for web in work.anatomy.webs if web.outline is not None]
     radius = RIM_SHARE * (max(reach) if reach else 0.25 * work.solid.mesh.diagonal_mm)
@@ -56,3 +59,17 @@ def likely_sizes_mm(work: Workpiece, limits: _Limits, search_level: int) -> tupl
         exact = (4.0 * volume / (math.pi * USUAL_DEPTH_RATIO * holes)) ** (1.0 / 3.0)
         sizes.add(min(fitting, key=lambda size: abs(size - exact)))
     return tuple(sorted(sizes))
+
+
+def widest_fitting_mm(sizes_mm: Sequence[float], fits: Callable[[float], bool]) -> float | None:
+    """Return the widest of some drills, thinnest first, that fits anywhere; None: none does.
+
+    A drill fits wherever a wider one does, so that few of them need to be tried.
+    """
+    if not sizes_mm or not fits(sizes_mm[0]):
+        return None
+    low, high = 0, len(sizes_mm)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if fits(sizes_mm[middle]) else (low, middle)
+    return sizes_mm[low]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from autobalance.correction.contract import Item
 from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.holes.zones import Zone
 from autobalance.crank.anatomy import Anatomy
 
 
@@ -23,6 +24,13 @@ def no_place(limits: DrillLimits, radii_mm: Sequence[float]) -> tuple[str, ...]:
         for diameter in sorted(set(limits.diameters_mm or ()))
         if 0.5 * diameter not in radii_mm
     )
+
+
+PLACES: Mapping[Zone, str] = {
+    "counterweights": "any counterweight",
+    "web": "any web's half away from the crankpin",
+    "anywhere": "any web",
+}
 
 
 def why_none(limits: DrillLimits, diameters_mm: Sequence[float], seen: bool, anatomy: Anatomy) -> str:
@@ -48,10 +56,15 @@ def why_none(limits: DrillLimits, diameters_mm: Sequence[float], seen: bool, ana
             f"drill.sectors_deg = {sectors}: no web has a surface there that a drill can start on within "
             f"max_obliquity_deg = {limits.max_obliquity_deg:g}{wider}"
         )
-    sizes = ", ".join(f"{diameter:g}" for diameter in diameters_mm)
+    kept = f"min_wall_mm = {limits.min_wall_mm:g} and min_depth_mm = {limits.min_depth_mm:g}"
+    where = PLACES[limits.zone]
     if limits.diameters_mm is None:
-        sizes = f"{min(diameters_mm):g} to {max(diameters_mm):g}"
+        thinnest = limits.at_hand_mm[0]
+        return (
+            f"no drill of the series fits into {where} with {kept}: the thinnest is of {thinnest:g} mm; "
+            f"choose a smaller wall or depth{wider}"
+        )
+    sizes = ", ".join(f"{diameter:g}" for diameter in diameters_mm)
     return (
-        f"no hole of {sizes} mm fits into any counterweight with min_wall_mm = {limits.min_wall_mm:g} and "
-        f"min_depth_mm = {limits.min_depth_mm:g}; choose a smaller drill, wall or depth{wider}"
+        f"no hole of {sizes} mm fits into {where} with {kept}; choose a smaller drill, wall or depth{wider}"
     )
