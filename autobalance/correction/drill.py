@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from autobalance.correction.contract import Correction, Count, Cut, Figures, Item, Variety
+from autobalance.correction.contract import Correction, Count, Figures, Item, Variety
 from autobalance.correction.cut import listed, on_step
 from autobalance.correction.faces.patches import heavy_vector
 from autobalance.correction.holes.bores import fitting_mm, old_sites
@@ -112,7 +112,7 @@ class Drill(HoleKind[DrillLimits]):
     search_levels = 2
     finishes = True
 
-    def at_place(self, work: Workpiece, limits: DrillLimits, item: Item) -> Sequence[Cut]:
+    def at_place(self, work: Workpiece, limits: DrillLimits, item: Item) -> Sequence[DrillCut]:
         """Return the holes that fit at a listed one's place; none for a deepened one: a search finds it."""
         if item.get("deepened_from_mm") is not None or item.get("direction") != limits.direction:
             return ()

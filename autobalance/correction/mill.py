@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from autobalance.correction.apart import keep_apart
-from autobalance.correction.contract import Correction, Cut, Figures, Item
+from autobalance.correction.contract import Correction, Figures, Item
 from autobalance.correction.cut import WalledCut, listed, on_step
 from autobalance.correction.envelope import Envelope, blocks, sector_corners
 from autobalance.correction.faces.patches import face_region, heavy_direction
@@ -283,7 +283,7 @@ class Mill(Kind[MillLimits]):
             tuple(pockets_cut), apart=keep_apart([cut.envelope for cut in pockets_cut], depths, walls)
         )
 
-    def at_place(self, work: Workpiece, limits: MillLimits, item: Item) -> Sequence[Cut]:
+    def at_place(self, work: Workpiece, limits: MillLimits, item: Item) -> Sequence[MillCut]:
         """Return the pocket at a listed one's place, from the cheek as it is now; none if that is gone."""
         pocket, side = listed_pocket(item), listed_side(item)
         middle_rad = 0.5 * (pocket.start_rad + pocket.end_rad)

@@ -164,7 +164,7 @@ class Slug(HoleKind[SlugLimits]):
         rule = Count(tuple(range(len(every))), left, f"max_slugs = {limits.max_slugs}")
         return Candidates(tuple(every), apart=(*apart, *one_each), counts=(rule,))
 
-    def at_place(self, work: Workpiece, limits: SlugLimits, item: Item) -> Sequence[Cut]:
+    def at_place(self, work: Workpiece, limits: SlugLimits, item: Item) -> Sequence[SlugCut]:
         """Return slugs that fit at a listed one's place; none for one in an old hole: a search finds it."""
         if item.get("fills_a_hole") or item.get("direction") != limits.direction:
             return ()
