@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from autobalance.engine.cycle.analysis import CycleAnalysis
     from autobalance.machine_models.fillets_from_job import Costs, Fillet
     from autobalance.machine_models.measured import Crank as MeasuredCrank
+    from autobalance.machine_models.vibration_torques import ThrowVibration
     from autobalance.report.records.strength import ThrowElements
 
 
@@ -96,26 +97,31 @@ def strength(
         For anything wrong with the crank, the trace or the report.
     """
     from autobalance.machine_models.fillets_from_job import fillets
-    from autobalance.report.records.strength import FilletState, StrengthReport
+    from autobalance.report.records.strength import FilletState, StrengthReport, TorsionalVibration
 
     request = _strength_case(source, speed_rpm, crank, settings, progress)
     analysis, before, elements = _cycle(request, request.crank), None, None
     warnings = request.warnings
-    after = fillets(request.job, request.crank, analysis)
+    vibration, doubts = _vibration(request, request.crank, analysis)
+    warnings = (*warnings, *doubts)
+    after = fillets(request.job, request.crank, analysis, vibration=vibration)
     if fem:
         try:
             elements, costs = _by_elements(request, analysis, after, progress)
-            after = fillets(request.job, request.crank, analysis, costs)
+            after = fillets(request.job, request.crank, analysis, costs, vibration)
         except SolidError as error:
             warnings = (*warnings, f"nothing by finite elements, only by formulas: {error}")
     if request.before is not None:
-        before = FilletState.of(fillets(request.job, request.before, _cycle(request, request.before)))
+        earlier = _cycle(request, request.before)
+        swinging, _ = _vibration(request, request.before, earlier)
+        before = FilletState.of(fillets(request.job, request.before, earlier, vibration=swinging))
     state = FilletState.of(after)
     content = StrengthReport(
         **job_set(request.job),
         input=jobs.describe(request.job),
         report=request.report,
         speed_rpm=request.speed_rpm,
+        torsional_vibration=TorsionalVibration.of(vibration),
         fillets=state.fillets,
         least=state.least,
         before=before,
@@ -168,6 +174,26 @@ def _of_report(path: Path, speed_rpm: float | None, progress: Progress | None) -
     after = MeasuredCrank(left.source, left.anatomy, density, moments, None)
     rpm = float(left.values["job"]["balance"]["speed_rpm"]) if speed_rpm is None else speed_rpm
     return _StrengthCase(left.job, after, before, path.name, rpm, ())
+
+
+def _vibration(
+    asked: _StrengthCase, crank: MeasuredCrank, cycle: CycleAnalysis
+) -> tuple[tuple[ThrowVibration, ...] | None, list[str]]:
+    """Return what torsional vibration adds by throw, None where it is left out; and what to say of it."""
+    from autobalance.machine_models.vibration_torques import throw_vibrations
+
+    if asked.job.torsion is None:
+        return None, [
+            "torsional vibration is left out, whose alternating torque IACS UR M53 counts: near a critical"
+            " speed stresses are too low; a [torsion] table in the job, empty or not, counts it"
+        ]
+    added = throw_vibrations(cycle, asked.job, crank)
+    if added is None:
+        return None, [
+            "torsional vibration is left out: at this speed it has no limit without damping; give"
+            " torsion.damping_ratio"
+        ]
+    return added, []
 
 
 def _by_elements(

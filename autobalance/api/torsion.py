@@ -20,6 +20,7 @@ from autobalance.job.read import tables_of
 from autobalance.job.toml.keys import named_in
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.torsion import check_station, crank_torsion
+from autobalance.machine_models.excited_crank import excited_crank
 from autobalance.machine_models.torsion_dampers import FittedDamper, heat_w, with_dampers
 from autobalance.machine_models.torsion_excited import ExcitedTrain
 from autobalance.machine_models.torsion_from_job import CrankChain, crank_chain
@@ -51,8 +52,6 @@ if TYPE_CHECKING:
 POISSON = 0.3
 """Of the crank's metal, where finite elements need it."""
 MODES_SHOWN = 6
-USUAL_ORDERS = tuple(0.5 * n for n in range(1, 25))
-"""Of which critical speeds are listed where nothing says what excites a crank."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -142,7 +141,7 @@ def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress 
     with_fem = torsion.fem if fem is None else fem
     chain = crank_chain(case.job, case.crank, torsion)
     torques = _cycle_torques(case.job, case.crank)
-    model = _excited(chain, torsion.question, torques)
+    model = excited_crank(chain, torsion.question, torques)
     _check_stations(torsion.question, len(model.named.names))
     model, dampers = with_dampers(model)
     values = {
@@ -151,7 +150,7 @@ def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress 
     }
     twists = _twisted(case.crank, torsion, progress) if with_fem else None
     metal = _of_metal(chain, twists)
-    modes = None if metal is None else _excited(chain, torsion.question, None, metal).modes()
+    modes = None if metal is None else excited_crank(chain, torsion.question, None, metal).modes()
     return TorsionResult(
         TorsionReport(
             **job_set(case.job),
@@ -193,30 +192,6 @@ def _of_metal(chain: CrankChain, twists: Sequence[ThrowTwist] | None) -> Torsion
     if twists is None or len(known) < len(twists):
         return None
     return chain.with_throws([each.n_m_rad for each in known])
-
-
-def _excited(
-    of_crank: CrankChain,
-    question: TorsionQuestion,
-    torques: ThrowTorques | None,
-    chain: TorsionChain | None = None,
-) -> ExcitedTrain:
-    """Return a crank's chain, or another in its place, as the train that the job makes of it."""
-    chain = of_crank.chain if chain is None else chain
-    behind = None if torques is None else (of_crank.throw_stations[-1], torques.mean_n_m)
-    named = named_train(chain, of_crank.names, of_crank.diameters_m, question.parts, behind)
-    orders = {each.order for each in question.excitations}
-    orders |= set(USUAL_ORDERS) if torques is None else {float(each) for each in torques.orders}
-    plain = chain if question.parts.plain else None
-    return ExcitedTrain(
-        named,
-        plain,
-        question,
-        tuple(sorted(orders)),
-        torques,
-        of_crank.throw_stations,
-        of_crank.crank_links,
-    )
 
 
 def _twisted(

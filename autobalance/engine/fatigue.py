@@ -9,6 +9,10 @@ import numpy as np
 
 from autobalance.types import Array
 
+ADDITIONAL_BENDING_MPA = 10.0
+"""σ_add of trunk piston engines, for misalignment and for axial and bending vibration [MPa]: IACS UR M53."""
+LEAST_ACCEPTABILITY = 1.15
+"""Least acceptability factor Q of a fillet: IACS UR M53."""
 SHEAR_SHARE = 1.0 / math.sqrt(3.0)
 """Strength in torsion over that in bending, of ductile metal (von Mises)."""
 
@@ -63,6 +67,12 @@ class Fatigue:
     goodman: float | None
     yielding: float | None
     at: int
+
+    @property
+    def m53_equivalent_MPa(self) -> float:
+        """√((σ_a + σ_add)² + 3 τ_a²), the equivalent alternating stress of IACS UR M53 [MPa]."""
+        bending = self.bending_alternating_MPa + ADDITIONAL_BENDING_MPA
+        return math.hypot(bending, self.torsion_alternating_MPa / SHEAR_SHARE)
 
     @classmethod
     def of(cls, bending_MPa: Array, torsion_MPa: Array, metal: FatigueMetal) -> Fatigue:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from autobalance.engine.cycle.analysis import CycleAnalysis
@@ -19,6 +19,7 @@ from autobalance.job import Job
 from autobalance.job.model.strength import Strength
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.torsion_from_job import journal_beside, sides_of_throws
+from autobalance.machine_models.vibration_torques import ThrowVibration
 from autobalance.machine_models.web_loads import WebLoads, web_loads
 from autobalance.types import Array
 
@@ -74,11 +75,15 @@ class Side:
     has_journal: bool
 
 
-def sides(job: Job, crank: Crank, cycle: CycleAnalysis) -> list[Side]:
-    """Return the two sides of every throw, in the order of the axis."""
+def sides(
+    job: Job, crank: Crank, cycle: CycleAnalysis, vibration: Sequence[ThrowVibration] | None = None
+) -> list[Side]:
+    """Return the two sides of every throw, in the order of the axis; with torsional vibration where given."""
     strength = checked_strength(job)
     anatomy = crank.anatomy
     loads = web_loads(cycle, job, anatomy, crank.source.solid, crank.density_g_mm3)
+    if vibration is not None:
+        loads = [_vibrating(load, vibration[load.throw - 1]) for load in loads]
     shapes = [each for pair in sides_of_throws(crank) for each in pair]
     listed = []
     for shape, load in zip(shapes, loads, strict=True):
@@ -101,6 +106,16 @@ def sides(job: Job, crank: Crank, cycle: CycleAnalysis) -> list[Side]:
     return listed
 
 
+def _vibrating(load: WebLoads, vibration: ThrowVibration) -> WebLoads:
+    """Return a web's loads with the torque of torsional vibration."""
+    beside = vibration.after_n_m if load.is_above else vibration.before_n_m
+    return replace(
+        load,
+        pin_torque_n_m=load.pin_torque_n_m + vibration.crankpin_n_m,
+        journal_torque_n_m=load.journal_torque_n_m + beside,
+    )
+
+
 def checked_strength(job: Job) -> Strength:
     """Return the ``[strength]`` of a job.
 
@@ -116,7 +131,13 @@ def checked_strength(job: Job) -> Strength:
     return job.strength
 
 
-def fillets(job: Job, crank: Crank, cycle: CycleAnalysis, costs: Costs | None = None) -> list[Fillet]:
+def fillets(
+    job: Job,
+    crank: Crank,
+    cycle: CycleAnalysis,
+    costs: Costs | None = None,
+    vibration: Sequence[ThrowVibration] | None = None,
+) -> list[Fillet]:
     """Return every fillet of the crank's throws, in the order of the axis.
 
     A web between two crankpins has no journal fillet.
@@ -130,6 +151,8 @@ def fillets(job: Job, crank: Crank, cycle: CycleAnalysis, costs: Costs | None = 
         Of that crank.
     costs : mapping or None
         What cuts beside fillets cost; None: nothing is known of them.
+    vibration : sequence of ThrowVibration or None
+        What torsional vibration adds, by throw; None: it is left out.
 
     Raises
     ------
@@ -138,7 +161,7 @@ def fillets(job: Job, crank: Crank, cycle: CycleAnalysis, costs: Costs | None = 
     """
     strength = checked_strength(job)
     fillets: list[Fillet] = []
-    for side in sides(job, crank, cycle):
+    for side in sides(job, crank, cycle, vibration):
         _check(side, strength)
         places: tuple[Place, ...] = ("crankpin", "journal") if side.has_journal else ("crankpin",)
         fillets += [_fillet(place, side, strength, costs or {}, cycle) for place in places]

@@ -285,3 +285,88 @@ def test_a_report_is_told_before_and_after_its_cuts(
 def test_plots_show_stress_and_safety() -> None:
     made: StrengthResult = ab.strength(job(), crank=single())
     assert set(made.plots()) == {"fillet-stress", "crankpin-safety", "journal-safety"}
+
+
+# --- torsional vibration and the criterion of the rule ------------------------------------------------------
+
+
+def test_torsional_vibration_comes_on_top_of_statics() -> None:
+    """A single with a flywheel near the resonance of an order, against its own three-station chain.
+
+    Torque of the throw as an even series, by fast Fourier transform, on hand-made matrices of the inertias
+    and springs that `torsion` lists.
+    """
+    flywheel, zeta = 40000.0, 0.01
+    cycle = {**job().raw["cycle"], "flywheel_kg_mm2": flywheel}
+    model = ab.torsion(job(cycle=cycle), crank=single()).report
+    first_hz = model["natural_frequencies_hz"][0]
+    order = next(k for k in np.arange(0.5, 12.5, 0.5) if first_hz * 60.0 / k < 9000.0)
+    speed = float(first_hz * 60.0 / order * 1.01)
+    vibrating = job(speed=speed, cycle=cycle, torsion={"damping_ratio": zeta})
+    found = ab.strength(vibrating, crank=single())
+    grid = found.analysis.grid
+    torque = grid.even(found.analysis.gas_n_m + found.analysis.inertia_n_m)
+    inertia = np.array(model["model"]["inertias_kg_mm2"]) * 1e-6
+    k1, k2 = model["model"]["stiffness_N_m_rad"]
+    stiff = np.array([[k1, -k1, 0.0], [-k1, k1 + k2, -k2], [0.0, -k2, k2]])
+    root = np.sqrt(inertia)
+    square, vectors = np.linalg.eigh(stiff / np.outer(root, root))
+    shapes = vectors / root[:, None]
+    omega = np.sqrt(np.maximum(square, 0.0))
+    omega[0] = 0.0
+    spectrum = np.fft.rfft(torque) * 2.0 / len(torque)
+    last, pin = np.zeros(len(torque)), np.zeros(len(torque))
+    for n in range(1, 25):  # orders ½ to 12 of four strokes
+        w = 0.5 * n * speed * math.pi / 30.0
+        modal = shapes[1] * spectrum[n] / (omega**2 - w**2 + 2j * zeta * omega * w)
+        angle = shapes @ modal
+        turn = np.exp(1j * 0.5 * n * grid.even_rad)
+        behind = k2 * (angle[1] - angle[2])
+        before = k1 * (angle[0] - angle[1])
+        last += ((behind - spectrum[n]) * turn).real
+        pin += (0.5 * (before + behind - spectrum[n]) * turn).real
+    still = ab.strength(job(speed=speed, cycle=cycle), crank=single())
+    rows = {f"{each.place} {each.web}": each for each in found.fillets}
+    rest = {f"{each.place} {each.web}": each for each in still.fillets}
+    bore = sides_of_throws(single().measured)[0][0].pin_bore_mm
+    for key, added, diameter, inner in (
+        ("journal 2", last, single().main_journals[-1].diameter_mm, 0.0),
+        ("crankpin 1", pin, single().throws[0].crankpin.diameter_mm, bore),
+    ):
+        stress = added / (math.pi / 16.0 * (diameter**4 - inner**4) / diameter) * 1e3
+        told = grid.even(rows[key].torsion_MPa - rest[key].torsion_MPa)
+        assert told == pytest.approx(stress, abs=5e-5 * np.abs(stress).max())  # the gas jumps
+        assert np.abs(stress).max() > 2.0
+    # nothing else changes, and both say what they count
+    assert rows["journal 1"].bending_MPa == pytest.approx(rest["journal 1"].bending_MPa)
+    counted, left_out = (each.report["torsional_vibration"] for each in (found, still))
+    assert counted["counted"] is True
+    assert counted["greatest_added_N_m"] == pytest.approx(np.abs(last).max(), rel=1e-3)
+    assert left_out == {"counted": False, "greatest_added_N_m": None}
+    assert "torsional vibration is left out" in still.report["warnings"][-1]
+    assert "WITHOUT torsional vibration" in still.text()
+    assert not any("torsional vibration" in text for text in found.report["warnings"])
+
+
+def test_the_rules_criterion_adds_ten_megapascals_of_bending() -> None:
+    """IACS UR M53: Q = σ_DW/√((σ_B + 10)² + 3 τ²) ≥ 1.15 for trunk pistons."""
+    for row in ab.strength(job(), crank=single()).report["fillets"]:
+        bending, torsion = (row["stress"][f"{name}_alternating_MPa"] for name in ("bending", "torsion"))
+        own = math.sqrt((bending + 10.0) ** 2 + 3.0 * torsion**2)
+        assert row["m53"]["equivalent_MPa"] == pytest.approx(own)
+        assert row["m53"]["factor"] == pytest.approx(row["fatigue_strength_MPa"] / own)
+        assert row["m53"]["met"] is (row["m53"]["factor"] >= 1.15)
+        assert row["m53"]["wanted"] == 1.15
+    soft = {**FILLETS, "material": {**STEEL, "fatigue_MPa": 60.0}}
+    report = ab.strength(job(strength=soft), crank=single())
+    assert not all(row["m53"]["met"] for row in report.report["fillets"])
+    assert "< 1.15" in report.text()
+
+
+def test_vibration_without_damping_at_a_resonance_is_said() -> None:
+    """Without damping an amplitude near a critical speed is any number: it is left out, and said."""
+    report = ab.strength(job(torsion={"damping_ratio": 0.0}), crank=single()).report
+    assert report["torsional_vibration"] == {"counted": False, "greatest_added_N_m": None}
+    assert "has no limit without damping" in report["warnings"][-1]
+    damped = ab.strength(job(torsion={}), crank=single()).report
+    assert damped["torsional_vibration"]["counted"] is True

@@ -1,8 +1,9 @@
 """Choice of the main journal on each stretch of the crank axis that crankpins part.
 
 Where several cylinders stand on one stretch, these decide, in this order: a cylinder as thick as the journals
-that are certain; one next to the web that is no thrust collar. A keyway, a spline or teeth mark a shaft. What
-is left open is a doubt: one cylinder is chosen, another one may be meant.
+that are certain; one next to the web that is no thrust collar; one as thick as journals that are settled so.
+A keyway, a spline or teeth mark a shaft. What is left open is a doubt: one cylinder is chosen, another may be
+meant.
 """
 
 from __future__ import annotations
@@ -78,7 +79,12 @@ def journal_choices(
     size = ROUGH_RING if long.blur_mm else 1.0
     likely = [_likely(long, stretch.runs, size) for stretch in stretches]
     certain = [runs[0].radius for runs in likely if len(runs) == 1]
-    return [_chosen(*each, certain, size) for each in zip(stretches, likely, strict=True)]
+    choices = [_chosen(*each, certain, size) for each in zip(stretches, likely, strict=True)]
+    certain += [choice.run.radius for choice in choices if choice.other is None]
+    return [
+        choice if choice.other is None else _chosen(stretch, runs, certain, size)
+        for choice, stretch, runs in zip(choices, stretches, likely, strict=True)
+    ]
 
 
 def _stretches(on_axis: Sequence[CylinderRun], pins: Sequence[CylinderRun], axis: Array) -> list[_Stretch]:

@@ -17,7 +17,7 @@ def strength_text(report: Values) -> str:
         blocks[-1] += "\n" + _fillets(report["fillets"])
     else:
         blocks.append(_fillets(report["fillets"]))
-    blocks.append(_least(report))
+    blocks += [_least(report), _m53(report)]
     if report["fem"] is not None:
         blocks.append(_elements(report["fem"]))
     outside = dict.fromkeys(text for row in report["fillets"] for text in row["outside_of_range"])
@@ -72,6 +72,24 @@ def _elements(elements: Values) -> str:
         worst = max(elements["cuts_over_fillets"])
         text += f"\nGreatest stress in a cut: {worst:.2f} of the fillets' greatest"
     return text
+
+
+def _m53(report: Values) -> str:
+    """Return the criterion of IACS UR M53, and whether torsional vibration is in it."""
+    rows = report["fillets"]
+    worst = min(rows, key=lambda row: float(row["m53"]["factor"]))
+    own = worst["m53"]
+    vibration = report["torsional_vibration"]
+    with_it = (
+        f"with torsional vibration, up to {vibration['greatest_added_N_m']:.4g} N·m in a journal"
+        if vibration["counted"]
+        else "WITHOUT torsional vibration, which the rule counts"
+    )
+    return (
+        f"IACS UR M53, acceptability {own['factor']:.2f} {'≥' if own['met'] else '<'} {own['wanted']:.2f}:"
+        f" {worst['place']} fillet of web {worst['web']}, σ_add {own['additional_bending_MPa']:g} MPa,"
+        f" {with_it}; oil bores in crankpins are not looked at"
+    )
 
 
 def _least(report: Values) -> str:

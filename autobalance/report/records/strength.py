@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal, Self
 
+import numpy as np
+
+from autobalance.engine.fatigue import ADDITIONAL_BENDING_MPA, LEAST_ACCEPTABILITY
 from autobalance.engine.fillet_factors import FilletShape, polar_modulus_mm3
 from autobalance.machine_models.fillets_from_job import N_MM_PER_N_M, Costs, Fillet, Place, Side
 from autobalance.machine_models.throw_stress import FilletByElements, ThrowByElements
+from autobalance.machine_models.vibration_torques import ThrowVibration
 from autobalance.records import (
     ABSENT,
     Absent,
@@ -71,6 +75,29 @@ class FilletSafety:
 
 
 @record
+class Acceptability:
+    """Criterion of IACS UR M53: fatigue strength over √((σ_a + σ_add)² + 3 τ_a²), at least ``wanted``."""
+
+    additional_bending_MPa: NotNegative
+    equivalent_MPa: Positive
+    factor: Positive
+    wanted: Positive
+    met: bool
+
+    @classmethod
+    def of(cls, fillet: Fillet) -> Self:
+        equivalent = fillet.fatigue.m53_equivalent_MPa
+        factor = fillet.fatigue_MPa / equivalent
+        return cls(
+            additional_bending_MPa=ADDITIONAL_BENDING_MPA,
+            equivalent_MPa=equivalent,
+            factor=factor,
+            wanted=LEAST_ACCEPTABILITY,
+            met=factor >= LEAST_ACCEPTABILITY,
+        )
+
+
+@record
 class FilletRow:
     """One fillet: what the cycle does to it, and how safe it is."""
 
@@ -84,6 +111,7 @@ class FilletRow:
     stress: FilletStress
     fatigue_strength_MPa: Positive
     safety: FilletSafety
+    m53: Acceptability
     at_rad: Degrees
 
     @classmethod
@@ -117,6 +145,7 @@ class FilletRow:
                 iacs=fillet.fatigue_MPa / swing if swing else None,
                 yielding=fatigue.yielding,
             ),
+            m53=Acceptability.of(fillet),
             at_rad=fillet.at_rad,
         )
 
@@ -218,6 +247,23 @@ class ThrowElements:
 
 
 @record
+class TorsionalVibration:
+    """Whether torsional vibration is counted, and the greatest torque that it adds in a journal."""
+
+    counted: bool
+    greatest_added_N_m: NotNegative | None
+
+    @classmethod
+    def of(cls, throws: Sequence[ThrowVibration] | None) -> Self:
+        if throws is None:
+            return cls(counted=False, greatest_added_N_m=None)
+        greatest = max(
+            float(np.abs(side).max()) for each in throws for side in (each.before_n_m, each.after_n_m)
+        )
+        return cls(counted=True, greatest_added_N_m=greatest)
+
+
+@record
 class StrengthReport(Head):
     """Stress and safety of the fillets of crankpins and main journals over the cycle."""
 
@@ -226,6 +272,7 @@ class StrengthReport(Head):
     input: JobEcho
     report: str | None
     speed_rpm: Positive
+    torsional_vibration: TorsionalVibration
     fillets: Sequence[FilletRow]
     least: LeastSafety | None
     before: FilletState | None
