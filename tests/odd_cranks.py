@@ -634,7 +634,7 @@ def _single_web(kind: str, sizes: Sizes, rng: np.random.Generator) -> tuple[Buil
     shaft = min(0.8 * sizes.main, 1.1 * sizes.radius)
     pin = min(0.8 * sizes.pin, 2.0 * (sizes.radius - 0.5 * shaft) - 4.0)
     built.mains.append((low, high, round(shaft, 1)))
-    built.pins.append((*at(sizes.radius, angle), high, high, round(pin, 1)))
+    built.pins.append((*at(sizes.radius, angle), low, high, round(pin, 1)))
     for centre, size in (((0.0, 0.0), round(shaft, 1)), (at(sizes.radius, angle), round(pin, 1))):
         built.tools.append(Prism(circle(0.5 * size, centre), low - FURTHER_BORE_MM, high + FURTHER_BORE_MM))
     return built, f"bores ⌀{shaft:.1f} and ⌀{pin:.1f}, web {sizes.outline}"

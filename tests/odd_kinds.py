@@ -150,6 +150,33 @@ def hollow(n: int = 48) -> OddCrank:
     return OddCrank(union(parts) - union(bores), ends, pins, webs)
 
 
+def bored_arm(n: int = 48, boss: float = 0.0, beyond_pin: float = 9.0) -> OddCrank:
+    """An arm bored for its shaft, its crankpin a stub; a boss around the bore, metal beyond the crankpin."""
+    x, y = polar(30.0, 40.0)
+    turn = np.eye(4)
+    turn[:2, :2] = [[x / 30.0, -y / 30.0], [y / 30.0, x / 30.0]]
+    plate = Solid.prism(Region.rectangle([-9.0, -8.0], [30.0 + beyond_pin, 8.0]), 0.0, 7.0).moved(turn)
+    body = plate + disc(3.5, 6.0, 17.0, (x, y), n)
+    if boss:
+        body = body + disc(6.0, -boss, 7.0, n=n)
+    return OddCrank(
+        body - disc(2.4, -20.0, 20.0, n=n),
+        [(0.0, 0.0, 0.5 * (7.0 - boss), 4.8, 7.0 + boss)],
+        [(x, y, 12.0, 7.0, 10.0)],
+        [(0.0, 7.0)],
+    )
+
+
+def lone_web(n: int = 48, pin: float = 6.0, shaft: float = 10.0) -> OddCrank:
+    """One web of a built-up crank, drawn alone, with a counterweight, bored for shaft and crankpin."""
+    x, y = polar(24.0, 75.0)
+    body = arm((x, y), 18.0, 13.0, -6.0, 8.0, n, 40.0)
+    bores = disc(shaft, -9.0, 9.0, n=n) + disc(pin, -9.0, 9.0, (x, y), n)
+    return OddCrank(
+        body - bores, [(0.0, 0.0, 1.0, 2.0 * shaft, 14.0)], [(x, y, 1.0, 2.0 * pin, 14.0)], [(-6.0, 8.0)]
+    )
+
+
 KINDS: dict[str, Callable[[int], OddCrank]] = {
     "shaft straight through": through_shaft,
     "shaft straight through disc webs": lambda n: through_shaft(n, disc_webs=True),
@@ -158,6 +185,9 @@ KINDS: dict[str, Callable[[int], OddCrank]] = {
     "eccentrics beside a shaft": lambda n: eccentrics(n, offset=11.0, radius=9.0),
     "split crankpins without web": split_pins,
     "hollow journals and crankpins": hollow,
+    "arm with a bore for the shaft": bored_arm,
+    "arm with a boss at its back": lambda n: bored_arm(n, boss=2.0),
+    "one web drawn alone": lone_web,
 }
 
 

@@ -298,11 +298,22 @@ class Anatomy:
         return back
 
     def throws_of(self, web: Web) -> tuple[Throw, ...]:
-        """Return the throws whose crankpins a web carries: one, or two between which it stands."""
+        """Return the throws whose crankpins a web carries: one, or two between which it stands.
+
+        Of a web drawn alone that is the one whose bore is in it.
+        """
+        low, high = web.z_min_mm, web.z_max_mm
+        within = [throw for throw in self.throws if low < float(throw.crankpin.centre_mm[2]) < high]
+        if within:
+            return tuple(within)
         middle = 0.5 * (web.z_min_mm + web.z_max_mm)
         pins: list[tuple[float, Throw | None]] = [
             *((float(throw.crankpin.centre_mm[2]), throw) for throw in self.throws),
-            *((float(journal.centre_mm[2]), None) for journal in self.main_journals),
+            *(
+                (z, None)
+                for z in (float(journal.centre_mm[2]) for journal in self.main_journals)
+                if not low < z < high
+            ),
         ]
         below = max((pin for pin in pins if pin[0] < middle), key=lambda pin: pin[0], default=(0.0, None))
         above = min((pin for pin in pins if pin[0] >= middle), key=lambda pin: pin[0], default=(0.0, None))

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
-from autobalance.crank.anatomy import Overrides
+from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from tests.generated import random_placement
-from tests.odd_kinds import KINDS, differences
+from tests.odd_kinds import KINDS, Bare, bored_arm, differences, in_file, lone_web
 
+ANY = Overrides(crankpin_in_file=None)
 FRAMES = ("as drawn", "upside down", "along x", "anywhere", "mirrored", "inch")
 
 
@@ -47,12 +50,66 @@ def placed(solid: Solid, place: np.ndarray) -> Solid:
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_is_what_it_is(kind: str, segments: int) -> None:
     crank = KINDS[kind](segments)
-    assert differences(crank, recognise(crank.solid, Overrides())) == []
+    assert differences(crank, recognise(crank.solid, ANY)) == []
 
 
 @pytest.mark.parametrize("name", FRAMES)
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_frame_shows_the_same_crank(kind: str, name: str) -> None:
     crank, place = KINDS[kind](48), frame(name)
-    found = recognise(placed(crank.solid, place), Overrides())
+    found = recognise(placed(crank.solid, place), ANY)
     assert differences(crank, found, place) == []
+
+
+def assert_bare(found: Anatomy, journals: Sequence[Bare], pins: Sequence[Bare]) -> None:
+    here = in_file(found)
+    assert [len(bare) for bare in here] == [len(journals), len(pins)]
+    assert np.abs(np.array(here[0]) - np.array(journals)).max() < 1e-6
+    assert np.abs(np.array(here[1]) - np.array(pins)).max() < 1e-6
+
+
+def test_an_arm_with_metal_beyond_its_crankpin_is_a_doubt() -> None:
+    """The bore may be a crankpin's and the stub the shaft's, with a counterweight: nothing tells which."""
+    crank = bored_arm(beyond_pin=25.0)
+    found = recognise(crank.solid, ANY)
+    assert differences(crank, found) == []
+    (doubt,) = found.doubts
+    assert (doubt.about, doubt.setting) == ("axis", "crankshaft.crankpin_in_file = false")
+    stub = found.rotor_to_file @ [*doubt.other.centre_mm, 1.0]
+    assert stub[:3] == pytest.approx(crank.pins[0][:3], abs=1e-6)
+    other = recognise(crank.solid, Overrides(crankpin_in_file=False))
+    assert_bare(other, crank.pins, crank.journals)
+    assert [(each.about, each.setting) for each in other.doubts] == [
+        ("axis", "crankshaft.crankpin_in_file = true")
+    ]
+
+
+def test_an_arm_with_a_counterweight_behind_its_bore_is_none() -> None:
+    crank = bored_arm(beyond_pin=9.0)
+    weight = Solid.box(np.array([-40.0, -10.0, 0.0]), np.array([-5.0, 10.0, 7.0]))
+    turn = np.eye(4)
+    angle = np.radians(40.0)
+    turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    found = recognise(crank.solid + weight.moved(turn), ANY)
+    assert_bare(found, crank.journals, crank.pins)
+    assert found.doubts == ()
+
+
+def test_of_two_bores_alike_the_counterweight_tells_the_shafts() -> None:
+    crank = lone_web(pin=9.5)
+    found = recognise(crank.solid, ANY)
+    assert differences(crank, found) == []
+    assert found.doubts == ()
+
+
+def test_the_axis_of_one_web_can_be_set() -> None:
+    """Where signs do not agree the other bore is named, and the line that takes it does."""
+    crank = lone_web(pin=11.0, shaft=8.0)  # wider than the shaft's, against the counterweight
+    found = recognise(crank.solid, ANY)
+    (doubt,) = found.doubts
+    x, y, z = crank.pins[0][:3]
+    assert found.rotor_to_file @ [*doubt.other.centre_mm, 1.0] == pytest.approx([x, y, z, 1.0], abs=1e-6)
+    assert doubt.setting == f"crankshaft.axis_point_mm = [{x:.5f}, {y:.5f}, {z:g}]"
+    other = recognise(crank.solid, Overrides(axis_point_mm=np.array([x, y, z]), crankpin_in_file=None))
+    assert_bare(other, crank.pins, crank.journals)
+    assert other.doubts == ()

@@ -76,7 +76,9 @@ def all_cylinders(
     if long.blur_mm == 0.0:
         outside += find_thin_runs(long, rounding_mm, least_mm, outside)
     told = [
-        *_held(layout.journals, outside, "main_journal", overrides.main_journals is not None),
+        *_held(
+            layout.journals, outside, "main_journal", overrides.main_journals is not None, not layout.bored
+        ),
         *_held(layout.pins, outside, "crankpin", overrides.crankpins is not None, overrides.crankpin_in_file),
     ]
     taken = [each.run for each in told]

@@ -1,4 +1,4 @@
-"""What could be meant otherwise: main journals that the rules of recognition leave open."""
+"""What could be meant otherwise: main journals and an axis that the rules of recognition leave open."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from autobalance.crank.anatomy import Cylinder, Doubt, MainJournal, Pin
+from autobalance.crank.anatomy import Anatomy, Cylinder, Doubt, MainJournal, Pin
 from autobalance.crank.recognition.cylinder_runs import SAME_RADIUS, CylinderRun
 from autobalance.crank.recognition.journal_rules import SAME_THICKNESS
+from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.types import Array
 
 CENTRE_DIGITS, SIZE_DIGITS = 5, 4
@@ -58,6 +59,22 @@ def _alike(pair: tuple[Pin, Pin], other: tuple[Pin, Pin]) -> bool:
         abs(a.diameter_mm - b.diameter_mm) < SAME_THICKNESS * a.diameter_mm
         for a, b in zip(pair, other, strict=True)
     )
+
+
+def axis_doubts(found: Anatomy, layout: JournalLayout, to_rotor: Array) -> tuple[Doubt, ...]:
+    """Return the doubt about the axis, if a crankpin's cylinder or bore may be the shaft's instead.
+
+    ``to_rotor`` (4, 4) leads from the layout's axes to the rotor frame.
+    """
+    run = layout.other_axis
+    if run is None:
+        return ()
+    centre = to_rotor[:3, :3] @ np.array([*run.centre, run.z_mid]) + to_rotor[:3, 3]
+    place = (found.rotor_to_file @ np.array([*centre, 1.0]))[:3]
+    point = ", ".join(_digits(float(value), CENTRE_DIGITS) for value in place)
+    setting = layout.axis_setting or f"crankshaft.axis_point_mm = [{point}]"
+    other = Pin(centre, 2.0 * run.radius, run.width)
+    return (Doubt("axis", 1, found.main_journals[0], other, setting),)
 
 
 def _listed(run: CylinderRun, cylinders: Sequence[Cylinder], to_rotor: Array) -> Pin:

@@ -9,6 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.crank.recognition.bored_webs import bored_arm
+from autobalance.crank.recognition.bores import bore_runs
 from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun
 from autobalance.crank.recognition.journal_rules import JournalChoice, holds, journal_choices
 from autobalance.crank.recognition.section_stack import SectionStack, encloses
@@ -50,6 +52,9 @@ class JournalLayout:
     ``settled`` means that the axis is the journals' own, with nothing left to fit; ``chosen_from`` are
     all the bare cylinders; ``others`` is the cylinder that may be meant instead of each journal, None where
     there is no doubt; ``shafts`` the stretches of a shaft that runs through, beside or within crankpins.
+    ``bored`` means that the main journal is a bore for the shaft, ``lone_bores`` that the crankpins are bores
+    of one web alone. ``other_axis`` is the cylinder that may be the axis instead, ``axis_setting`` the line
+    of a job that takes it; an empty text stands for its place.
     """
 
     axis: Array
@@ -59,6 +64,10 @@ class JournalLayout:
     chosen_from: tuple[CylinderRun, ...] = ()
     others: tuple[CylinderRun | None, ...] = ()
     shafts: tuple[CylinderRun, ...] = ()
+    bored: bool = False
+    lone_bores: bool = False
+    other_axis: CylinderRun | None = None
+    axis_setting: str = ""
 
     @classmethod
     def chosen(
@@ -195,6 +204,9 @@ def solid_layout(
     RecognitionError
         If there is no axis, no crankpin, or a cylinder beside the axis stands beside a journal.
     """
+    arm = _arm(long, runs, given_axis, rounding_mm)
+    if arm is not None:
+        return arm
     on_axis = crank_axis(long, runs, given_axis)
     _refuse_gap(long)
     axis = mean_centre(on_axis)
@@ -213,6 +225,25 @@ def solid_layout(
             "crankpins settles it (crankpin_in_file = false if they are not in the file)"
         )
     return layout_of(long, on_axis, pins, axis)
+
+
+def _arm(
+    long: SectionStack, runs: Sequence[CylinderRun], given_axis: Array | None, rounding_mm: float
+) -> JournalLayout | None:
+    """Return the layout of an arm with a bore for the shaft; None without one, or if it is a shaft's half."""
+    if long.blur_mm > 0.0 or not 1 <= len(_lines(runs, SAME_CENTRE)) <= 2:  # a crankpin's and a boss's
+        return None
+    bores = bore_runs(long, rounding_mm)
+    if given_axis is not None:
+        bores = [bore for bore in bores if float(np.linalg.norm(bore.centre - given_axis)) < bore.radius]
+    arm = bored_arm(long, runs, bores)
+    if arm is None or (arm.settled is False and given_axis is None):
+        return None
+    other = arm.pin if arm.settled is None and given_axis is None else None
+    setting = "crankshaft.crankpin_in_file = false"
+    return JournalLayout(
+        arm.shaft.centre, (arm.shaft,), (arm.pin,), bored=True, other_axis=other, axis_setting=setting
+    )
 
 
 def layout_of(

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import dropwhile, takewhile
 
 import numpy as np
 
+from autobalance.crank.recognition.bored_webs import bored_arm, single_web
+from autobalance.crank.recognition.bores import bore_runs
 from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun, bare_cylinder
 from autobalance.crank.recognition.journal_rules import journal_choices
 from autobalance.crank.recognition.layout import JournalLayout, crank_axis, mean_centre
@@ -28,6 +31,9 @@ def pressed_up_layout(
     RecognitionError
         If there is no axis, or no gap between webs has a bore at its sides.
     """
+    web = _lone_web(long, runs, given_axis, rounding_mm)
+    if web is not None:
+        return web
     on_axis = crank_axis(long, runs, given_axis)
     axis = mean_centre(on_axis)
     gaps = _gaps(long, axis)
@@ -37,7 +43,31 @@ def pressed_up_layout(
             "crankpins settles it"
         )
     pins = [_bore_pin(long, gap, axis, rounding_mm) for gap in gaps]
-    return JournalLayout.chosen(axis, journal_choices(long, on_axis, pins, axis), pins)
+    layout = JournalLayout.chosen(axis, journal_choices(long, on_axis, pins, axis), pins)
+    if gaps[0][1] > gaps[0][0]:
+        return layout
+    arm = bored_arm(long, runs, bore_runs(long, rounding_mm)) if long.blur_mm == 0.0 else None
+    other = arm.shaft if arm is not None and arm.settled is not False and given_axis is None else None
+    setting = "crankshaft.crankpin_in_file = true"
+    return replace(layout, lone_bores=True, other_axis=other, axis_setting=setting)
+
+
+def _lone_web(
+    long: SectionStack, runs: Sequence[CylinderRun], given_axis: Array | None, rounding_mm: float
+) -> JournalLayout | None:
+    """Return the layout of one web of a built-up crank, whose bores are the shaft's and the crankpin's."""
+    if long.blur_mm > 0.0 or not all(section.pieces for section in long.sections):
+        return None
+    web = single_web(long, runs, bore_runs(long, rounding_mm))
+    if web is None:
+        return None
+    if given_axis is not None:
+        away = [float(np.linalg.norm(bore.centre - given_axis)) for bore in (web.shaft, web.pin)]
+        web = web if away[0] <= away[1] else web.exchanged
+    other = web.pin if web.settled is None and given_axis is None else None
+    return JournalLayout(
+        web.shaft.centre, (web.shaft,), (web.pin,), bored=True, lone_bores=True, other_axis=other
+    )
 
 
 def _gaps(long: SectionStack, axis: Array) -> list[tuple[float, float]]:
@@ -88,7 +118,15 @@ def _bore_pin(long: SectionStack, gap: tuple[float, float], axis: Array, roundin
     exact = bare_cylinder(long, centre, radius, (gap[0] - reach, gap[1] + reach), 0.0, rounding_mm)
     if exact is not None and float(np.linalg.norm(exact.centre - centre)) < SAME_CENTRE * radius:
         centre, radius = exact.centre, exact.radius
-    return CylinderRun(centre, radius, gap[0], gap[1])
+    if gap[1] > gap[0]:
+        return CylinderRun(centre, radius, gap[0], gap[1])
+    bored = [
+        section.z_mm
+        for section in long.sections
+        if any(_near((centre, radius), bore) for bore in _bores([section], axis))
+    ]
+    low, high = (bored[0], bored[-1]) if exact is None else (exact.z_low, exact.z_high)
+    return CylinderRun(centre, radius, low, high)
 
 
 def _twins(a: tuple[Array, float], b: tuple[Array, float], axis: Array) -> bool:

@@ -21,7 +21,7 @@ from autobalance.crank.recognition.cylinder_runs import (
 )
 from autobalance.crank.recognition.datums import find_datums
 from autobalance.crank.recognition.directions import axis_candidates
-from autobalance.crank.recognition.doubts import journal_doubts
+from autobalance.crank.recognition.doubts import axis_doubts, journal_doubts
 from autobalance.crank.recognition.exact_cylinders import own_direction, own_layout
 from autobalance.crank.recognition.given import given_axis, hinted, upright, without_given_keys
 from autobalance.crank.recognition.layout import (
@@ -267,7 +267,7 @@ def _on_surface(
     mesh: Mesh, long: SectionStack, layout: JournalLayout, overrides: Overrides, rounding: float
 ) -> JournalLayout:
     """Return a layout whose recognised journals and crankpins agree with their surface."""
-    if overrides.main_journals is None:
+    if overrides.main_journals is None and not layout.bored:
         named = [(f"main journal {number}", run) for number, run in enumerate(layout.journals, 1)]
         journals = on_surface(mesh, long, named, rounding, layout.shafts)
         same = all(one is other for one, other in zip(journals, layout.journals, strict=True))
@@ -407,7 +407,11 @@ def _anatomy(
     typed = typed_and_found(mesh, long, layout, overrides, rounding, local)
     off = _misalignment(layout, typed)
     found = Anatomy(local @ long.turn, journals, throws, webs, off, datums, cylinders=told, typed=typed)
-    return replace(found, doubts=journal_doubts(journals, layout.others, told, local, found.rotor_to_file))
+    doubts = (
+        *axis_doubts(found, layout, local),
+        *journal_doubts(journals, layout.others, told, local, found.rotor_to_file),
+    )
+    return replace(found, doubts=doubts)
 
 
 def _tight(long: SectionStack, runs: Sequence[CylinderRun], rounding: float) -> tuple[CylinderRun, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -53,15 +54,21 @@ RIM_SHARE = 0.99
 
 def find_webs(long: SectionStack, layout: JournalLayout) -> list[Web]:
     """Return the webs by increasing z, in the turned axes' z [mm]."""
+    z = long.vertices[:, 2]
+    ends = float(z.min()), float(z.max())
+    if layout.bored and layout.lone_bores:
+        one, other = (_end(layout.axis, end) for end in ends)
+        extent = _extent(long, one, other, layout)
+        return [] if extent is None else [_web(long, layout.axis, extent, layout.pins, 1)]
     order = sorted(
-        [(run, False) for run in layout.journals] + [(run, True) for run in layout.pins],
+        [(_faced(run, layout.pins, ends, layout.bored), False) for run in layout.journals]
+        + [(_faced(run, layout.journals, ends, layout.lone_bores), True) for run in layout.pins],
         key=lambda item: item[0].z_mid,
     )
-    z = long.vertices[:, 2]
     if order[0][1]:  # beyond an outermost crankpin there may be a web without a journal
-        order.insert(0, (_end(layout.axis, float(z.min())), False))
+        order.insert(0, (_end(layout.axis, ends[0]), False))
     if order[-1][1]:
-        order.append((_end(layout.axis, float(z.max())), False))
+        order.append((_end(layout.axis, ends[1]), False))
     webs: list[Web] = []
     for (a, a_is_pin), (b, b_is_pin) in pairwise(order):
         if not (a_is_pin or b_is_pin):
@@ -71,6 +78,16 @@ def find_webs(long: SectionStack, layout: JournalLayout) -> list[Web]:
             pins = [run for run, is_pin in ((a, a_is_pin), (b, b_is_pin)) if is_pin]
             webs.append(_web(long, layout.axis, extent, pins, len(webs) + 1))
     return webs
+
+
+def _faced(
+    run: CylinderRun, others: Sequence[CylinderRun], ends: tuple[float, float], is_bore: bool
+) -> CylinderRun:
+    """Return a cylinder; of a bore in a web its circle at the end of the part away from the others."""
+    if not is_bore:
+        return run
+    end = ends[1] if run.z_mid > others[0].z_mid else ends[0]
+    return replace(run, z_low=end, z_high=end)
 
 
 def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: float) -> None:
@@ -83,6 +100,8 @@ def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: floa
     RecognitionError
         If a crankpin between others lacks a web.
     """
+    if layout.bored or layout.lone_bores:  # there is one web alone, and it was found by its bores
+        return
     order = sorted(
         [(run, 0) for run in layout.journals] + [(run, number) for number, run in enumerate(layout.pins, 1)],
         key=lambda item: item[0].z_mid,
@@ -131,6 +150,8 @@ def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence
     RecognitionError
         With the place, and the key that settles it.
     """
+    if layout.bored:
+        return
     most = NECK_SIZE_RANGE[1] * max(run.radius for run in (*layout.journals, *layout.pins))
     for web in webs:
         inside = [s for s in long.sections if web.z_min_mm < s.z_mm < web.z_max_mm]
@@ -152,7 +173,7 @@ def _refuse_bolt_holes(layout: JournalLayout) -> None:
     """Refuse a crankpin's bore in one web alone that is as thin as a bolt's hole."""
     thinnest = LONE_BORE * min(run.radius for run in layout.journals)
     for pin in layout.pins:
-        if not pin.width > 0.0 and pin.radius < thinnest:
+        if layout.lone_bores and pin.radius < thinnest:
             raise RecognitionError(
                 f"looked for the bore of a crankpin, found one of {2.0 * pin.radius:.4g} mm in one web alone,"
                 f" less than {2.0 * thinnest:.4g} mm as for a bolt; crankpins and main_journals settle it"

@@ -1,0 +1,175 @@
+"""Cranks whose shaft is not in the file: an arm with its crankpin, one web of a built-up crank drawn alone.
+
+The bore for the shaft is the axis then. Which of two cylinders or bores is the shaft's, and which the
+crankpin's, is decided by their length and size and by the counterweight; where these say nothing, or do not
+agree, it is a doubt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.crank.recognition.circles import following
+from autobalance.crank.recognition.cylinder_runs import LEAST_WIDTH, SAME_CENTRE, CylinderRun
+from autobalance.crank.recognition.section_stack import SectionPiece, SectionStack
+from autobalance.crank.recognition.through_shaft import shared_mm
+from autobalance.types import Array
+
+MIN_BORE_RATIO = 0.3
+"""A bore is a shaft's or a crankpin's from this share of the other one's size on, else for a bolt or oil."""
+SHAFT_LENGTH_RATIO = 2.0
+"""A cylinder this many times as long as the bore beside it is deep is a shaft, the bore a crankpin's."""
+REACH_RATIO = 1.3
+"""A counterweight makes metal beyond the shaft reach this many times as far as that beyond the crankpin."""
+SIZE_RATIO = 1.3
+"""Of two bores the shaft's is the one this many times as wide."""
+THIRD_RATIO = 0.9
+"""A third bore is smaller than this share of the second one, else it is not certain which two are meant."""
+THROUGH_SHARE = 0.5
+"""Bores of one web share at least this much of the shorter one."""
+MIN_WAIST_RATIO = 0.9
+"""Halfway between its bores a web is at least this share as wide as at the narrower end; a connecting rod's
+shank is narrower."""
+
+
+@dataclass(frozen=True, eq=False)
+class BoredWeb:
+    """A web with a bore: what is taken for the axis, what for the crankpin, and whether that is certain.
+
+    ``settled`` is True if signs agree on this reading, False if they agree on the other one, None if they say
+    nothing or contradict each other.
+    """
+
+    shaft: CylinderRun
+    pin: CylinderRun
+    settled: bool | None
+
+    @property
+    def exchanged(self) -> BoredWeb:
+        """The same web, shaft and crankpin the other way round."""
+        return BoredWeb(self.pin, self.shaft, None if self.settled is None else not self.settled)
+
+
+def bored_arm(
+    long: SectionStack, runs: Sequence[CylinderRun], bores: Sequence[CylinderRun]
+) -> BoredWeb | None:
+    """Return an arm with a bore for the shaft, and a cylinder beside it as its crankpin; None without one.
+
+    The cylinder and others in line with it are all that stand out, and on one side of the arm only; but for
+    bosses around the bore.
+    """
+    for bore in _by_size(bores):
+        beside = [run for run in runs if _apart(run, bore) > SAME_CENTRE * run.radius]
+        if not beside or len(beside) < len([run for run in runs if not _is_boss(run, bore)]):
+            continue
+        stub = max(beside, key=lambda run: run.width)
+        in_line = all(_apart(run, stub) < SAME_CENTRE * stub.radius for run in beside)
+        sides = {run.z_mid > bore.z_mid for run in beside}
+        clear = all(shared_mm(run, bore) < THROUGH_SHARE * min(run.width, bore.width) for run in beside)
+        if in_line and clear and len(sides) == 1 and bore.radius >= MIN_BORE_RATIO * stub.radius:
+            return BoredWeb(bore, stub, _arm_signs(long, bore, stub, beside))
+    return None
+
+
+def _arm_signs(
+    long: SectionStack, bore: CylinderRun, stub: CylinderRun, beside: Sequence[CylinderRun]
+) -> bool | None:
+    length = max(run.z_high for run in beside) - min(run.z_low for run in beside)
+    is_shaft = length >= SHAFT_LENGTH_RATIO * bore.width or len(beside) > 1
+    ratio = _reach_beyond(long, bore, stub) / max(_reach_beyond(long, stub, bore), 1e-9)
+    if is_shaft:
+        return None if ratio > REACH_RATIO else False
+    return True if ratio > REACH_RATIO else None
+
+
+def single_web(
+    long: SectionStack, runs: Sequence[CylinderRun], bores: Sequence[CylinderRun]
+) -> BoredWeb | None:
+    """Return the bores of one web, drawn alone: the shaft's and the crankpin's; None if it is none.
+
+    Raises nothing: a plate with more bores of a size, or with a waist as a connecting rod, is none.
+    """
+    ordered = _by_size(bores)
+    if len(ordered) < 2:
+        return None
+    one, other = ordered[:2]
+    if other.radius < MIN_BORE_RATIO * one.radius or (
+        len(ordered) > 2 and ordered[2].radius > THIRD_RATIO * other.radius
+    ):
+        return None
+    same_web = shared_mm(one, other) >= THROUGH_SHARE * min(one.width, other.width)
+    if not same_web or _has_shaft(runs, one, other) or _has_waist(long, one, other):
+        return None
+    reach = _reach_beyond(long, one, other) / max(_reach_beyond(long, other, one), 1e-9)
+    size = one.radius / other.radius
+    signs = {sign for sign in (_sign(reach, REACH_RATIO), _sign(size, SIZE_RATIO)) if sign is not None}
+    if signs == {False}:
+        return BoredWeb(other, one, True)
+    first = BoredWeb(one, other, True if signs == {True} else None)
+    return first.exchanged if reach < 1.0 / REACH_RATIO else first
+
+
+def _by_size(bores: Sequence[CylinderRun]) -> list[CylinderRun]:
+    """Return bores by falling radius, without the rings of chamfers."""
+    deep = [bore for bore in bores if bore.width >= LEAST_WIDTH * bore.radius]
+    return sorted(deep, key=lambda bore: -bore.radius)
+
+
+def _sign(ratio: float, clear: float) -> bool | None:
+    """Return whether a ratio speaks for the first of two, or for the second; None for neither."""
+    return True if ratio > clear else False if ratio < 1.0 / clear else None
+
+
+def _has_shaft(runs: Sequence[CylinderRun], one: CylinderRun, other: CylinderRun) -> bool:
+    """Return whether a cylinder is more than a web's rim or a boss around one of its bores."""
+    return any(not (_is_boss(run, one) or _is_boss(run, other)) for run in runs)
+
+
+def _is_boss(run: CylinderRun, bore: CylinderRun) -> bool:
+    """Return whether a cylinder is the rim or a boss around a bore; one longer than its radius is a shaft."""
+    return (
+        _apart(run, bore) < SAME_CENTRE * run.radius and bore.radius < run.radius and run.width < run.radius
+    )
+
+
+def _has_waist(long: SectionStack, one: CylinderRun, other: CylinderRun) -> bool:
+    """Return whether metal between two bores is narrower than at both: the shank of a connecting rod."""
+    low, high = max(one.z_low, other.z_low), min(one.z_high, other.z_high)
+    sections = [section for section in long.sections if low < section.z_mm < high]
+    if not sections:
+        return False
+    section = sections[len(sections) // 2]
+    widths = [
+        _width_across(
+            section.pieces, one.centre + share * (other.centre - one.centre), other.centre - one.centre
+        )
+        for share in (0.0, 0.5, 1.0)
+    ]
+    return widths[1] < MIN_WAIST_RATIO * min(widths[0], widths[2])
+
+
+def _width_across(pieces: Sequence[SectionPiece], point: Array, along: Array) -> float:
+    """Return the width of a section through a point (2,), square to a direction (2,)."""
+    unit = along / np.linalg.norm(along)
+    across: list[float] = []
+    for piece in pieces:
+        local = (piece.outline - point) @ np.array([[unit[0], -unit[1]], [unit[1], unit[0]]])
+        after = following(local)
+        crossing = (local[:, 0] > 0.0) != (after[:, 0] > 0.0)
+        a, b = local[crossing], after[crossing]
+        across += (a[:, 1] - a[:, 0] * (b[:, 1] - a[:, 1]) / (b[:, 0] - a[:, 0])).tolist()
+    return max(across) - min(across) if across else 0.0
+
+
+def _apart(a: CylinderRun, b: CylinderRun) -> float:
+    return float(np.linalg.norm(a.centre - b.centre))
+
+
+def _reach_beyond(long: SectionStack, here: CylinderRun, other: CylinderRun) -> float:
+    """Return how far metal reaches beyond one cylinder, seen from another [mm]."""
+    away = (here.centre - other.centre) / max(_apart(here, other), 1e-12)
+    pieces = dict.fromkeys(piece for section in long.sections for piece in section.pieces)
+    return max(float(((piece.outline - here.centre) @ away).max()) for piece in pieces)
