@@ -20,8 +20,9 @@ from autobalance.types import Array
 
 MIN_BORE_RATIO = 0.3
 """A bore is a shaft's or a crankpin's from this share of the other one's size on, else for a bolt or oil."""
-SHAFT_LENGTH_RATIO = 2.0
-"""A cylinder this many times as long as the bore beside it is deep is a shaft, the bore a crankpin's."""
+SHAFT_LENGTH_RATIO = 1.7
+"""A shaft is this many times as long as a crankpin's bore beside it is deep: of half a pressed-up motocross
+crank 2.0; a pump's arm has a crankpin 1.4 times as long as the shaft's bore, and metal far beyond it."""
 REACH_RATIO = 1.3
 """A counterweight makes metal beyond the shaft reach this many times as far as that beyond the crankpin."""
 SIZE_RATIO = 1.3
@@ -77,12 +78,15 @@ def bored_arm(
 def _arm_signs(
     long: SectionStack, bore: CylinderRun, stub: CylinderRun, beside: Sequence[CylinderRun]
 ) -> bool | None:
+    """Return whether counterweight and length agree that the bore is the shaft's, or that it is not."""
     length = max(run.z_high for run in beside) - min(run.z_low for run in beside)
-    is_shaft = length >= SHAFT_LENGTH_RATIO * bore.width or len(beside) > 1
-    ratio = _reach_beyond(long, bore, stub) / max(_reach_beyond(long, stub, bore), 1e-9)
-    if is_shaft:
-        return None if ratio > REACH_RATIO else False
-    return True if ratio > REACH_RATIO else None
+    is_long = length >= SHAFT_LENGTH_RATIO * bore.width
+    opposite = _sign(
+        _reach_beyond(long, bore, stub) / max(_reach_beyond(long, stub, bore), 1e-9), REACH_RATIO
+    )
+    if len(beside) > 1 and opposite is not True:  # a shaft has steps
+        return False
+    return None if opposite is is_long else opposite
 
 
 def single_web(

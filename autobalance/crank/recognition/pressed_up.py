@@ -47,9 +47,11 @@ def pressed_up_layout(
     if gaps[0][1] > gaps[0][0]:
         return layout
     arm = bored_arm(long, runs, bore_runs(long, rounding_mm)) if long.blur_mm == 0.0 else None
-    other = arm.shaft if arm is not None and arm.settled is not False and given_axis is None else None
+    if arm is None or arm.settled is False:
+        return layout
+    other = arm.shaft if given_axis is None else None
     setting = "crankshaft.crankpin_in_file = true"
-    return replace(layout, lone_bores=True, other_axis=other, axis_setting=setting)
+    return replace(layout, pins=(arm.shaft,), lone_bores=True, other_axis=other, axis_setting=setting)
 
 
 def _lone_web(
@@ -118,15 +120,7 @@ def _bore_pin(long: SectionStack, gap: tuple[float, float], axis: Array, roundin
     exact = bare_cylinder(long, centre, radius, (gap[0] - reach, gap[1] + reach), 0.0, rounding_mm)
     if exact is not None and float(np.linalg.norm(exact.centre - centre)) < SAME_CENTRE * radius:
         centre, radius = exact.centre, exact.radius
-    if gap[1] > gap[0]:
-        return CylinderRun(centre, radius, gap[0], gap[1])
-    bored = [
-        section.z_mm
-        for section in long.sections
-        if any(_near((centre, radius), bore) for bore in _bores([section], axis))
-    ]
-    low, high = (bored[0], bored[-1]) if exact is None else (exact.z_low, exact.z_high)
-    return CylinderRun(centre, radius, low, high)
+    return CylinderRun(centre, radius, gap[0], gap[1])
 
 
 def _twins(a: tuple[Array, float], b: tuple[Array, float], axis: Array) -> bool:

@@ -61,8 +61,8 @@ def find_webs(long: SectionStack, layout: JournalLayout) -> list[Web]:
         extent = _extent(long, one, other, layout)
         return [] if extent is None else [_web(long, layout.axis, extent, layout.pins, 1)]
     order = sorted(
-        [(_faced(run, layout.pins, ends, layout.bored), False) for run in layout.journals]
-        + [(_faced(run, layout.journals, ends, layout.lone_bores), True) for run in layout.pins],
+        [(_faced(run, layout.pins, ends) if layout.bored else run, False) for run in layout.journals]
+        + [(_faced(run, layout.journals, ends) if layout.lone_bores else run, True) for run in layout.pins],
         key=lambda item: item[0].z_mid,
     )
     if order[0][1]:  # beyond an outermost crankpin there may be a web without a journal
@@ -80,12 +80,8 @@ def find_webs(long: SectionStack, layout: JournalLayout) -> list[Web]:
     return webs
 
 
-def _faced(
-    run: CylinderRun, others: Sequence[CylinderRun], ends: tuple[float, float], is_bore: bool
-) -> CylinderRun:
-    """Return a cylinder; of a bore in a web its circle at the end of the part away from the others."""
-    if not is_bore:
-        return run
+def _faced(run: CylinderRun, others: Sequence[CylinderRun], ends: tuple[float, float]) -> CylinderRun:
+    """Return the circle of a bore in a web at that end of the part which is away from other cylinders."""
     end = ends[1] if run.z_mid > others[0].z_mid else ends[0]
     return replace(run, z_low=end, z_high=end)
 
@@ -173,7 +169,7 @@ def _refuse_bolt_holes(layout: JournalLayout) -> None:
     """Refuse a crankpin's bore in one web alone that is as thin as a bolt's hole."""
     thinnest = LONE_BORE * min(run.radius for run in layout.journals)
     for pin in layout.pins:
-        if layout.lone_bores and pin.radius < thinnest:
+        if (layout.lone_bores or not pin.width > 0.0) and pin.radius < thinnest:
             raise RecognitionError(
                 f"looked for the bore of a crankpin, found one of {2.0 * pin.radius:.4g} mm in one web alone,"
                 f" less than {2.0 * thinnest:.4g} mm as for a bolt; crankpins and main_journals settle it"
