@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from autobalance.quantities import Text, g_mm, said
 from autobalance.units import wrapped_deg
 
 OUTCOMES = {
@@ -154,26 +155,26 @@ def place_of(correction: Mapping[str, Any]) -> str:
     return ", ".join(parts) or "–"
 
 
-def verdict(report: Mapping[str, Any]) -> str:
+def verdict(report: Mapping[str, Any]) -> Text:
     """Return the verdict in two or three sentences."""
     residual, tolerance = report["residual"], report["tolerance"]
     shares = judged_shares(report)
     name, share = max(shares, key=lambda pair: pair[1])
     where = "" if name == "resultant" else f" (in plane {name})"
     what = "With its uncertainty it" if counts_uncertainty(report) else "It"
+    amounts = (g_mm(each, ",.2f") for each in (residual["magnitude_g_mm"], tolerance["permissible_g_mm"]))
+    limits = f"G {tolerance['grade_mm_s']:g} at {number(tolerance['speed_rpm'], 0)} rpm"
     return (
-        f"The residual unbalance is {number(residual['magnitude_g_mm'])} g·mm; "
-        f"{number(tolerance['permissible_g_mm'])} g·mm is permitted by G {tolerance['grade_mm_s']:g} at "
-        f"{number(tolerance['speed_rpm'], 0)} rpm. "
-        f"{what} uses {number(100.0 * share, 1)} % of the permissible unbalance{where}."
-        + (f" {_unproven_words(report)}" if is_unproven(report) else "")
+        said("The residual unbalance is {}; {} is permitted by ", *amounts)
+        + f"{limits}. {what} uses {number(100.0 * share, 1)} % of the permissible unbalance{where}."
+        + (" " + _unproven_words(report) if is_unproven(report) else "")
     )
 
 
 def _unproven_words(report: Mapping[str, Any]) -> str:
     """Return why a residual within tolerance is not proven: another reading of the crank, or uncertainty."""
     reason = report.get("reason")
-    return f"Not proven: {reason}." if reason else "With its uncertainty it exceeds that: not proven."
+    return said("Not proven: {}.", reason) if reason else "With its uncertainty it exceeds that: not proven."
 
 
 def counts_uncertainty(report: Mapping[str, Any]) -> bool:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.result import Values, VerbResult
 from autobalance.errors import FormatError
+from autobalance.quantities import with_parts
 from autobalance.report.earlier_files import refuse_another_run
 from autobalance.report.files import Staging
 from autobalance.report.output_kinds import KINDS
@@ -103,6 +104,7 @@ def sheet(
     choice = _choice(only, paper, units or "metric", zero, date)
     left = earlier_stage(path)
     values: Values = dict(left.values)
+    values["reason"] = with_parts(values.get("reason"), values.get("reason_parts"))
     if units is None:
         choice = replace(choice, units=(values["job"].get("shop") or {}).get("units") or "metric")
     try:

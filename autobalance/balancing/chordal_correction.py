@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.machine_models.facet_correction import FacetCorrection
+from autobalance.quantities import g_mm, mm, said
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.uncertainty import Share
@@ -66,14 +67,23 @@ def needed(facets: ChordalError, tolerance: Tolerance, share: Share) -> record.F
     permitted = hidden / used[place]
     sag = facets.sag_mm / finer**2
     chord = (
-        f"a chord height of {_two_digits(sag, math.floor):g} mm at most (now {facets.sag_mm:.2g} mm), "
+        said(
+            "a chord height of {} at most (now {}), ",
+            mm(_two_digits(sag, math.floor), "g"),
+            mm(facets.sag_mm, ".2g"),
+        )
         if sag > 0.0
         else ""
     )
-    text = (
-        f"the mesh is too coarse for G {tolerance.grade_mm_s:g}: its facets put {hidden:.2f} g·mm of "
-        f"{names[place]} in doubt, of {permitted:.2f} g·mm permitted; a third of that needs {chord}"
-        f"{_two_digits(finer, math.ceil):g} times as many facets around a circle, or the crank as STEP"
+    text = said(
+        "the mesh is too coarse for G {}: its facets put {} of {} in doubt, of {} permitted; "
+        "a third of that needs {}{} times as many facets around a circle, or the crank as STEP",
+        f"{tolerance.grade_mm_s:g}",
+        g_mm(hidden, ".2f"),
+        names[place],
+        g_mm(permitted, ".2f"),
+        chord,
+        f"{_two_digits(finer, math.ceil):g}",
     )
     return record.FacetsNeeded(finer, sag, text)
 

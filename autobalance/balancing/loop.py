@@ -25,6 +25,7 @@ from autobalance.planning.least_steps import settable
 from autobalance.planning.reject_worse import harmless, is_harmless
 from autobalance.planning.relaxation import Relaxation
 from autobalance.planning.whole_cuts import choose
+from autobalance.quantities import said
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Outcome, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -217,7 +218,7 @@ class _Run:
             f"the cuts at hand would take off {100.0 * gain:.2g} % of it: nothing is cut "
             f"(min_gain_percent = {100.0 * least:g})"
         )
-        return replace(result, reason=f"{result.reason}; {text}")
+        return replace(result, reason=said("{}; {}", result.reason, text))
 
     def corrected(self, plan: Plan, best: Pass, passes: Sequence[tuple[Plan, Pass]]) -> Result:
         """Return the end of a run that cut the crank, its cuts in the order in which they are made."""

@@ -21,6 +21,7 @@ from autobalance.planning.reject_worse import harmless, is_harmless
 from autobalance.planning.same_setup import same_setups
 from autobalance.planning.task import Task, part_of, usual
 from autobalance.planning.whole_cuts import choose, is_enough
+from autobalance.quantities import g, g_mm, joined, mm, said
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
@@ -164,15 +165,19 @@ def _unequal(candidates: Candidates, plan: Plan) -> tuple[str, ...]:
 def _too_fine(candidates: Candidates, plan: Plan, coarse: Plan) -> tuple[str, ...]:
     """Return a note on depths below ``min_step_mm``, which are left out, and the residual without them."""
     names = [
-        f"{cut.label} by {depth:.2g} mm"
+        said("{} by {}", cut.label, mm(depth, ".2g"))
         for cut, depth in zip(candidates.cuts, plan.depths_mm.tolist(), strict=True)
         if 0.0 < depth < least_step_mm(cut)
     ]
     if not names:
         return ()
     return (
-        f"{', '.join(names)}: less than min_step_mm, left out; that leaves "
-        f"{coarse.predicted.magnitude_g_mm:.3g} g·mm instead of {plan.predicted.magnitude_g_mm:.3g} g·mm",
+        said(
+            "{}: less than min_step_mm, left out; that leaves {} instead of {}",
+            joined(", ", names),
+            g_mm(coarse.predicted.magnitude_g_mm, ".3g"),
+            g_mm(plan.predicted.magnitude_g_mm, ".3g"),
+        ),
     )
 
 
@@ -208,14 +213,26 @@ def _why(task: Task, group: Sequence[int], plan_rank: tuple[int, int, float]) ->
     part = part_of(task, group)
     alone = choose(task.residual, task.tolerance, part.candidates, prefer=task.prefer)
     different, cuts, metal = rank(part, alone)
-    name = setting_of(task.cuts[group[0]])
-    name += " mm" if name[-1:].isdigit() and "No." not in name else ""
+    name = _in_mm(setting_of(task.cuts[group[0]]))
     if not is_enough(alone, part.candidates):
-        return f"{name} is not used: alone it leaves {alone.share:.3g} times the permissible value"
-    ours = f"the plan: {plan_rank[0]}, {plan_rank[1]} and {plan_rank[2]:.1f} g"
+        share = f"{alone.share:.3g}"
+        return said("{} is not used: alone it leaves {} times the permissible value", name, share)
+    ours = said("the plan: {}, {} and {}", plan_rank[0], plan_rank[1], g(plan_rank[2], ".1f"))
     kinds = f"{different} different cut{'' if different == 1 else 's'}"
-    theirs = f"{kinds}, {cuts} in all, {metal:.1f} g"
-    return f"{name} is not used: alone it takes {theirs} ({ours})"
+    theirs = said("{}, {} in all, {}", kinds, cuts, g(metal, ".1f"))
+    return said("{} is not used: alone it takes {} ({})", name, theirs, ours)
+
+
+def _in_mm(name: str) -> str:
+    """Return the name of a setting; one that ends in a diameter with its unit."""
+    before, space, last = name.rpartition(" ")
+    sign = "⌀" if last.startswith("⌀") else ""
+    if not name[-1:].isdigit() or "No." in name:
+        return name
+    try:
+        return said("{}{}{}{}", before, space, sign, mm(float(last.removeprefix(sign)), "g"))
+    except ValueError:
+        return f"{name} mm"
 
 
 def workpiece(rotor: Rotor, tolerance: Tolerance, initial: Unbalance, look: float = 1.0) -> Workpiece:

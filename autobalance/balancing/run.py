@@ -41,6 +41,7 @@ from autobalance.job.limits import limits_of_every_kind
 from autobalance.machine_models import engine_from_job, rotor_from_job
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.oil_from_job import with_oil
+from autobalance.quantities import joined
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -322,7 +323,7 @@ def _with_doubts(result: Result, tolerance: Tolerance) -> Result:
     """Return a result with a reason that says by which other reading of the crank its verdict differs."""
     texts = tolerance.doubts(result.residual, result.doubt)
     reasons = [text for text in (result.reason, *texts) if text is not None]
-    return replace(result, reason="; ".join(reasons)) if texts else result
+    return replace(result, reason=joined("; ", reasons)) if texts else result
 
 
 def _named_faces(result: Result) -> tuple[Face, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 from autobalance.correction.contract import Correction
 from autobalance.correction.holes.zones import Fillet, fillet_of
 from autobalance.crank.anatomy import Anatomy, Pin, Web
+from autobalance.quantities import mm, said
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
@@ -79,9 +80,13 @@ def weak_places(
 
     Cuts with the same finding share a line.
     """
-    lines = [
-        f"web {each.web}: {each.thinnest_mm:.1f} mm of metal left between crankpin and main journal, "
-        f"{each.thinnest_before_mm:.1f} mm before"
+    lines: list[str] = [
+        said(
+            "web {}: {} of metal left between crankpin and main journal, {} before",
+            each.web,
+            mm(each.thinnest_mm, ".1f"),
+            mm(each.thinnest_before_mm, ".1f"),
+        )
         for each in metal
         if each.thinnest_mm < THINNED_SHARE * each.thinnest_before_mm
     ]
@@ -94,15 +99,18 @@ def weak_places(
         wall = cut.details.get("wall_left_mm")
         near, thin = NEAR_DIAMETERS * diameter, wall is not None and float(wall) < NEAR_DIAMETERS * diameter
         if distance < near:
-            says = f"{distance:.1f} mm from the fillet of {name}, {distance / diameter:.2f}"
+            says = said(
+                "{} from the fillet of {}, {}", mm(distance, ".1f"), name, f"{distance / diameter:.2f}"
+            )
         elif thin and wall is not None:
-            says = f"a wall of {wall:.1f} mm beside it, {wall / diameter:.2f}"
+            says = said("a wall of {} beside it, {}", mm(wall, ".1f"), f"{wall / diameter:.2f}")
         else:
             continue
-        weak.setdefault(f"{says} of its diameter of {diameter:g} mm", []).append(number)
-    for says, numbers in weak.items():
+        found = said("{} of its diameter of {}", says, mm(diameter, "g"))
+        weak.setdefault(found, []).append(number)
+    for finding, numbers in weak.items():
         name = "cut" if len(numbers) == 1 else "each of cuts"
-        lines.append(f"{name} {listed_numbers(numbers)}: {says}")
+        lines.append(said("{} {}: {}", name, listed_numbers(numbers), finding))
     return tuple(lines)
 
 

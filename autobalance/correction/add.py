@@ -29,6 +29,7 @@ from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.refusals import refuse_out_of_range
 from autobalance.crank.anatomy import Anatomy, Face, Pin
 from autobalance.errors import CorrectionError
+from autobalance.quantities import mm, said, span
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Shape
@@ -177,7 +178,7 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
         if not blocked.is_empty:
             above = float(blocked.bounds[0, 2]) - height - clearance
             if above < room:
-                room, limit = above, f"the clearance of {clearance:g} mm over the face"
+                room, limit = above, said("the clearance of {} over the face", mm(clearance, "g"))
         for free_mm, why in _contact_heights(patch.face, grown, to_face, anatomy, limits, clearance):
             if free_mm < room:
                 room, limit = free_mm, why
@@ -308,9 +309,9 @@ class Add(FaceKind[AddLimits]):
         for cut, depth in cuts:
             grams[cut.face.web] = grams.get(cut.face.web, 0.0) + cut.effect(depth).mass_g
         depths = [depth for _, depth in cuts]
-        mass, height = _span(list(grams.values()), 0), _span(depths, 1)
         each = f"on each of {len(grams)} counterweights" if len(grams) > 1 else "on the counterweight"
-        text = f"{mass} g {each}, which is {height} mm thicker (method add)"
+        mass, height = span(list(grams.values()), "g", ".0f"), span(depths, "mm", ".1f")
+        text = said("{} {}, which is {} thicker (method add)", mass, each, height)
         return text, {"max_depth_mm": math.ceil(10.0 * max(depths)) / 10.0}
 
     def instruction(self, item: Item, figures: Figures) -> str:
@@ -319,11 +320,6 @@ class Add(FaceKind[AddLimits]):
 
 MOST_ADDED_MM = 40.0
 """Greatest height tried where counterweights are too light."""
-
-
-def _span(values: Sequence[float], digits: int) -> str:
-    low, high = f"{min(values):.{digits}f}", f"{max(values):.{digits}f}"
-    return low if low == high else f"{low} to {high}"
 
 
 KIND = Add()

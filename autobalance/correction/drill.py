@@ -33,11 +33,11 @@ from autobalance.correction.relaxing import MoreCuts, Otherwise, Relaxing, deepe
 from autobalance.correction.trace import Trace, stated_number
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
+from autobalance.quantities import bare_mm, mm, said
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
-from autobalance.wording import bare
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,7 +229,8 @@ class Drill(HoleKind[DrillLimits]):
     def size(self, item: Item) -> str:
         point = item.get("point_angle_deg")
         name = f" ({item['drill']})" if item.get("drill") else ""
-        return f"⌀ {bare(item['diameter_mm'])} mm{name}" + (f", point {point:g}°" if point else "")
+        angle = f", point {point:g}°" if point else ""
+        return said("⌀ {}{}{}", bare_mm(item["diameter_mm"]), name, angle)
 
 
 KIND = Drill()
@@ -389,5 +390,5 @@ def _limit_of(site: Site, hole: Hole, deepest_mm: float, limits: DrillLimits) ->
     if deepest_mm >= limits.max_depth_mm:
         return f"max_depth_mm = {limits.max_depth_mm:g}"
     if deepest_mm >= site.most_mm(hole.radius_mm, hole.half_point_rad):
-        return f"the counterweight's inner radius of {site.least_radius_mm:.3g} mm"
+        return said("the counterweight's inner radius of {}", mm(site.least_radius_mm, ".3g"))
     return f"min_wall_mm = {limits.min_wall_mm:g}"

@@ -30,13 +30,14 @@ from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.trace import Trace, stated_number
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
+from autobalance.quantities import bare_mm, mm, said
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Prism, Shape, outline_area_mm2, outline_points
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
-from autobalance.wording import bare, degrees, number
+from autobalance.wording import degrees
 
 MIN_AXIAL_COMPONENT = 1.0 - 1e-6
 """Least component along the axis of a cheek's normal."""
@@ -364,9 +365,9 @@ class Mill(Kind[MillLimits]):
 
     def size(self, item: Item) -> str:
         """Return the pocket's radii, angles and cutter."""
-        radii = f"radius {number(item['inner_radius_mm'], 1)} mm to {number(item['outer_radius_mm'], 1)} mm"
+        radii = mm(item["inner_radius_mm"], ",.1f"), mm(item["outer_radius_mm"], ",.1f")
         angles = f"{degrees(item['start_deg'])} to {degrees(item['end_deg'])}"
-        return f"{radii}, {angles}, cutter ⌀ {bare(item['cutter_mm'])} mm"
+        return said("radius {} to {}, {}, cutter ⌀ {}", *radii, angles, bare_mm(item["cutter_mm"]))
 
 
 KIND = Mill()

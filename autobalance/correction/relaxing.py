@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
+
+from autobalance.quantities import mm, said
 
 
 @dataclass(frozen=True)
@@ -42,14 +44,14 @@ class WiderLimits:
         Present value.
     greatest_change : float
         Share of that by which it may change, negative where it shrinks.
-    text : str
-        Template of the description, with the new value ``{to}`` and the difference ``{by}``.
+    text : callable
+        (new value, difference) → the description.
     """
 
     key: str
     now: float
     greatest_change: float
-    text: str
+    text: Callable[[float, float], str]
 
     def changed(self, share: float) -> dict[str, float]:
         """Return the limit widened by a share 0 to 1 of the greatest change."""
@@ -58,7 +60,7 @@ class WiderLimits:
     def say(self, changed: Mapping[str, float]) -> str:
         """Return the description of a widened limit."""
         to = changed[self.key]
-        return self.text.format(to=to, by=to - self.now)
+        return self.text(to, to - self.now)
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,10 @@ def deeper(max_depth_mm: float | None) -> tuple[WiderLimits, ...]:
     """Return the way to a greater ``max_depth_mm``; empty where there is none."""
     if max_depth_mm is None:
         return ()
-    text = "deeper by {by:.2g} mm (max_depth_mm = {to:.3g})"
+
+    def text(to: float, by: float) -> str:
+        return said("deeper by {} (max_depth_mm = {})", mm(by, ".2g"), f"{to:.3g}")
+
     return (WiderLimits("max_depth_mm", max_depth_mm, MAX_DEPTH_RATIO - 1.0, text),)
 
 
@@ -89,6 +94,9 @@ def thinner(min_wall_mm: float | None) -> tuple[WiderLimits, ...]:
     """Return the way to a smaller ``min_wall_mm``; empty where there is none."""
     if not min_wall_mm:
         return ()
-    return (
-        WiderLimits("min_wall_mm", min_wall_mm, -MAX_WALL_REDUCTION, "a wall of {to:.3g} mm (min_wall_mm)"),
-    )
+
+    def text(to: float, by: float) -> str:
+        del by
+        return said("a wall of {} (min_wall_mm)", mm(to, ".3g"))
+
+    return (WiderLimits("min_wall_mm", min_wall_mm, -MAX_WALL_REDUCTION, text),)

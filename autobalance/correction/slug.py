@@ -31,11 +31,11 @@ from autobalance.correction.refusals import (
 from autobalance.correction.relaxing import MoreCuts, Relaxing
 from autobalance.correction.trace import Trace
 from autobalance.errors import CorrectionError
+from autobalance.quantities import Quantity, bare_mm, said
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.units import wrapped_deg
-from autobalance.wording import bare
 
 SEAT_MM = 0.02
 """Depth of a slug below the lowest point of its bore's mouth, so that it stands out nowhere."""
@@ -201,10 +201,9 @@ class Slug(HoleKind[SlugLimits]):
 
     def remedy_text(self, cut: SlugCut) -> str:
         angle = wrapped_deg(math.degrees(cut.site.angle_rad))
-        return (
-            f"one axial slug of {2.0 * cut.hole.radius_mm:g} × {cut.length_mm:g} mm "
-            f"({cut.limits.density_kg_m3:g} kg/m³) in web {cut.web} at {angle:.0f}°"
-        )
+        size = Quantity("{} × {}", (2.0 * cut.hole.radius_mm, cut.length_mm), "mm", "g")
+        place = f"({cut.limits.density_kg_m3:g} kg/m³) in web {cut.web} at {angle:.0f}°"
+        return said("one axial slug of {} {}", size, place)
 
     def remedy_keys(self, cut: SlugCut) -> Mapping[str, Any]:
         return {
@@ -225,8 +224,11 @@ class Slug(HoleKind[SlugLimits]):
     def heavier_words(self, cuts: Sequence[tuple[SlugCut, float]]) -> tuple[str, Mapping[str, Any]]:
         sizes = sorted({(2.0 * cut.hole.radius_mm, cut.length_mm) for cut, _ in cuts})
         limits = cuts[0][0].limits
-        listed = ", ".join(f"{diameter:g} × {length:g}" for diameter, length in sizes)
-        text = f"{len(cuts)} slugs of {listed} mm ({limits.density_kg_m3:g} kg/m³, method slug)"
+        listed = Quantity(
+            ", ".join("{} × {}" for _ in sizes), tuple(length for size in sizes for length in size), "mm", "g"
+        )
+        density = f"({limits.density_kg_m3:g} kg/m³, method slug)"
+        text = said("{} slugs of {} {}", len(cuts), listed, density)
         keys = {
             "direction": limits.direction,
             "diameters_mm": tuple(sorted({diameter for diameter, _ in sizes})),
@@ -254,7 +256,7 @@ class Slug(HoleKind[SlugLimits]):
         return SlugTrace(item)
 
     def size(self, item: Item) -> str:
-        return f"⌀ {bare(item['diameter_mm'])} mm × {bare(item['length_mm'])} mm"
+        return said("⌀ {} × {}", bare_mm(item["diameter_mm"]), bare_mm(item["length_mm"]))
 
 
 KIND = Slug()

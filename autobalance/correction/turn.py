@@ -29,6 +29,7 @@ from autobalance.correction.rings.trace import (
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
+from autobalance.quantities import mm, said
 from autobalance.ranges import POSITIVE
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.region import Region
@@ -37,7 +38,6 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.csg.tool import Tool, ring
 from autobalance.solid.mesh.mesh import least_and_greatest
 from autobalance.types import Array
-from autobalance.wording import number
 
 SEGMENTS = 360
 """Sides of the turned circle; a polygon of its area."""
@@ -189,7 +189,7 @@ def cuts(solid: Solid, anatomy: Anatomy, density_g_mm3: float, limits: TurnLimit
     """
     least = least_radius_mm(anatomy) if limits.min_radius_mm is None else limits.min_radius_mm
     text = (
-        f"the radius of {least:.4g} mm around the crankpins"
+        said("the radius of {} around the crankpins", mm(least, ".4g"))
         if limits.min_radius_mm is None
         else f"min_radius_mm = {least:g}"
     )
@@ -247,7 +247,11 @@ class Turn(Kind[TurnLimits]):
     def relaxing(self, limits: TurnLimits) -> Sequence[Relaxing]:
         if limits.min_radius_mm is None:
             return ()
-        text = "turned down further (min_radius_mm = {to:.4g})"
+
+        def text(to: float, by: float) -> str:
+            del by
+            return f"turned down further (min_radius_mm = {to:.4g})"
+
         return (WiderLimits("min_radius_mm", limits.min_radius_mm, -MAX_RADIUS_REDUCTION, text),)
 
     def label(self, item: Item) -> str:
@@ -266,7 +270,8 @@ class Turn(Kind[TurnLimits]):
         return ring(item["new_radius_mm"], item["outer_radius_mm"], item["z_from_mm"], item["z_to_mm"])
 
     def size(self, item: Item) -> str:
-        return f"to radius {number(item.get('new_radius_mm'), 3)} mm"
+        radius = item.get("new_radius_mm")
+        return "" if radius is None else said("to radius {}", mm(float(radius), ",.3f"))
 
     def wall_left_mm(self, corrections: Sequence[Correction], anatomy: Anatomy) -> float | None:
         """Return the metal left outside of the crankpins."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from autobalance.correction.contract import Cut
 from autobalance.planning.relaxation import Change, Relaxation
 from autobalance.planning.ties import key
+from autobalance.quantities import g_mm, joined, mm, said
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
@@ -50,25 +51,28 @@ def explain_shortfall(
     ``bound`` is the share of the permissible value that no plan within the limits gets below, where known.
     """
     worst, value, permitted = max(_judged_values(short), key=lambda row: key(row[1] / row[2]))
-    text = (
-        f"the residual of {worst} is {value:.2f} g·mm, {value - permitted:.2f} g·mm above the permissible "
-        f"{permitted:.2f} g·mm"
+    text = said(
+        "the residual of {} is {}, {} above the permissible {}",
+        worst,
+        g_mm(value, ".2f"),
+        g_mm(value - permitted, ".2f"),
+        g_mm(permitted, ".2f"),
     )
     is_light = bool(short.too_light) and not short.depths_mm.any()
     if is_light:
-        text += f"; {short.too_light}"
+        text += "; " + short.too_light
     elif not short.cuts:
         text += "; no cut is available on the heavy side"
     elif short.binding:
-        text += "; limited by " + ", ".join(short.binding)
+        text += "; limited by " + joined(", ", short.binding)
     else:
         text += "; none of the cuts at hand acts in the direction that is left"
     if bound > 1.0:
         text += f"; no plan within these limits leaves less than {bound:.3g} times the permissible value"
-    enough = "; enough would be: " + ", or ".join(computed) if computed else ""
+    enough = "; enough would be: " + joined(", or ", computed) if computed else ""
     fixes = [] if factor is None else [factor.text]
     fixes += [] if is_light and computed else [_added(short)]
-    return text + enough + ("; " + ", or ".join(fixes) if fixes else "")
+    return text + enough + ("; " + joined(", or ", fixes) if fixes else "")
 
 
 def _judged_values(short: Shortfall) -> list[tuple[str, float, float]]:
@@ -85,7 +89,7 @@ def _added(short: Shortfall) -> str:
     residual, tolerance = short.residual, short.tolerance
     permissible = min([tolerance.permissible_g_mm, *(plane.permissible_g_mm for plane in tolerance.planes)])
     if tolerance.judge == "static":
-        return f"add {_vector(-residual.resultant_g_mm, permissible)} from throw 1"
+        return said("add {} from throw 1", _vector(-residual.resultant_g_mm, permissible))
     size = float(residual.resultant_g_mm @ residual.resultant_g_mm)
     if size > 0.0:
         z = float(residual.moment_g_mm2 @ residual.resultant_g_mm) / size
@@ -93,11 +97,12 @@ def _added(short: Shortfall) -> str:
         low, high = sorted(short.places_mm or (plane.z_mm for plane in tolerance.planes))
         if low <= z <= high and tolerance.used_share(after) <= ONE_PLACE_SHARE:
             metal = _vector(-residual.resultant_g_mm, permissible)
-            return f"add {metal} from throw 1, at z {round(z, 1) + 0.0} mm"
+            return said("add {} from throw 1, at z {}", metal, mm(round(z, 1) + 0.0, ".1f"))
     a, b = short.places_mm or (tolerance.planes[0].z_mm, tolerance.planes[1].z_mm)
     first, second = residual.in_planes(a, b)
     one, other = _vector(-first, permissible), _vector(-second, permissible)
-    return f"add {one} at z {a:.1f} mm and {other} at z {b:.1f} mm, angles from throw 1"
+    ends = one, mm(a, ".1f"), other, mm(b, ".1f")
+    return said("add {} at z {} and {} at z {}, angles from throw 1", *ends)
 
 
 def _vector(unbalance: Array, permissible_g_mm: float) -> str:
@@ -106,7 +111,7 @@ def _vector(unbalance: Array, permissible_g_mm: float) -> str:
     angle = angle_deg(unbalance)
     off = math.radians(0.5) * size / (ROUNDING_SHARE * permissible_g_mm)
     digits = min(max(math.ceil(math.log10(off)), 1), 6) if off > 0.0 else 1
-    return f"{size:.1f} g·mm of metal at {round(angle, digits) % 360.0}°"
+    return said("{} of metal at {}°", g_mm(size, ".1f"), round(angle, digits) % 360.0)
 
 
 def factor_relaxations(short: Shortfall) -> tuple[Relaxation, ...]:

@@ -14,6 +14,7 @@ from autobalance.correction.kind import Workpiece
 from autobalance.crank.faces import find_faces
 from autobalance.planning.relaxation import Attempt, Change, Relaxation
 from autobalance.planning.whole_cuts import choose
+from autobalance.quantities import Quantity, said
 
 MIN_ALIGNED_SHARE = 0.5
 """Share of the unbalance, along the crankpins, above which counterweights are too light."""
@@ -33,13 +34,12 @@ def too_light_g_mm(work: Workpiece) -> float | None:
 
 
 def too_light_text(total_g_mm: float) -> str:
-    half = 0.5 * total_g_mm
-    if total_g_mm < G_MM_PER_G_M:
-        return f"the counterweights are too light by {total_g_mm:.3g} g·mm, {half:.3g} g·mm at each end"
-    return (
-        f"the counterweights are too light by {total_g_mm / G_MM_PER_G_M:.3g} g·m, "
-        f"{half / G_MM_PER_G_M:.3g} g·m at each end"
+    in_metres = total_g_mm >= G_MM_PER_G_M
+    both = (
+        Quantity("{}", (each / G_MM_PER_G_M if in_metres else each,), "g·m" if in_metres else "g·mm", ".3g")
+        for each in (total_g_mm, 0.5 * total_g_mm)
     )
+    return said("the counterweights are too light by {}, {} at each end", *both)
 
 
 def heavier(tried: Attempt, known: Sequence[Relaxation]) -> Iterator[Relaxation]:
@@ -85,7 +85,7 @@ def _relaxation(tried: Attempt, names: tuple[str, ...], limits: Limits) -> Relax
         return None
     text, keys = kind.heavier_words(put_on)
     if len(put_on) < len(cuts):
-        text += f", trimmed by {' and '.join(names)}"
+        text = said("{}, trimmed by {}", text, " and ".join(names))
     changes = [Change(f"correction.{kind.name}.{key}", None, value) for key, value in keys.items()]
     methods = tuple(correction.kind_of(each).name for each in tried.asked)
     method = (*names, kind.name) if len(put_on) < len(cuts) else (kind.name,)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
+from autobalance.quantities import Quantity, rendered
 from autobalance.units import G_MM_PER, G_MM_PER_OZ_IN, G_PER, G_PER_KG, G_PER_OZ, MM_PER
 from autobalance.wording import degrees, number
 
@@ -74,6 +74,20 @@ class DisplayUnits:
         """Return an unbalance with unit and uncertainty, and its angle unless it shows as zero."""
         return f"{self.of_unbalance(size_g_mm)}{doubt}{self.pointing(size_g_mm, angle_deg)}"
 
+    def of_quantity(self, quantity: Quantity) -> str:
+        """Return a quantity of a text; masses and unbalances other than metric with grams in brackets."""
+        if self.is_metric:
+            return quantity.metric
+        pattern, values = quantity.pattern, quantity.values
+        if quantity.unit == "mm":
+            return f"{_filled(pattern, values, self.mm_per_length, self.length_digits)} {self.length}"
+        if quantity.unit == "g":
+            shown = _filled(pattern, values, self.g_per_mass, self.mass_digits)
+            return f"{shown} {self.mass} ({_filled(pattern, values, 1.0, 2)} g)"
+        values = tuple(each * MM_PER["m"] for each in values) if quantity.unit == "g·m" else values
+        shown = _filled(pattern, values, self.g_mm_per_unbalance, self.unbalance_digits)
+        return f"{shown} {self.unbalance} ({_filled(pattern, values, G_MM_PER['g·in'], 2)} g·in)"
+
     def of_volume(self, value_mm3: float) -> str:
         """Return a volume with its unit."""
         return (
@@ -128,30 +142,19 @@ def both_g(value_g: float, u: DisplayUnits) -> str:
 
 
 def in_units(text: str, u: DisplayUnits) -> str:
-    """Return a text of the report, which is metric, with the lengths, masses and unbalances in it converted.
+    """Return a text with its quantities in some units; a plain string, which knows none, as it is.
 
     Examples
     --------
-    >>> in_units("add 720.1 g·mm at z 25.4 mm", ON_SCREEN["inch"])
+    >>> from autobalance.quantities import g_mm, mm, said
+    >>> in_units(said("add {} at z {}", g_mm(720.0779, ".1f"), mm(25.4, ".1f")), ON_SCREEN["inch"])
     'add 1.0000 oz·in (28.35 g·in) at z 1.0000 in'
-    >>> in_units("journal ⌀25.4 at -63.5 mm", ON_SCREEN["inch"])
-    'journal ⌀1.0000 in at -2.5000 in'
     """
-    if u.is_metric:
-        return text
-    of = {"g·mm": u.of_unbalance, "mm": u.of_length, "g": u.of_mass}
-    text = PAIR.sub(r"\1 \4\2\3 \4", text)
-    return QUANTITY.sub(
-        lambda match: of[match[2]](float(match[1].replace("−", "-").replace("\u202f", ""))), text
-    )
+    return text if u.is_metric else rendered(text, u.of_quantity)
 
 
-QUANTITY = re.compile(
-    r"(?<![\w.])([-−]?\d[\d\u202f]*(?:\.\d+)?(?:e[+-]?\d+)?)[ \u00a0](g·mm|mm|g)(?![\w·²³/])"
-)
-"""A number with its unit, in prose."""
-PAIR = re.compile(r"(?<![\w.])(\d[\d\u202f.]*)( of | at )([-−]?\d[\d\u202f.]*) (g·mm|mm)(?![\w·²³/])")
-"""Two numbers with one unit: "9.39 of 6.46 g·mm", "⌀25 at 63.5 mm"."""
+def _filled(pattern: str, values: Sequence[float], per: float, digits: int) -> str:
+    return pattern.format(*(fixed(each / per, digits) for each in values))
 
 
 def fixed(value: float, digits: int) -> str:

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from autobalance.quantities import g_mm, joined, said
+
 Margin = Literal["none", "expanded"]
 """``"none"``: the residual as measured must be within the permissible value. ``"expanded"``: the residual and
 its uncertainty together must be.
@@ -71,14 +73,16 @@ def explain_margin(worst: Judged, causes: Mapping[str, float], ends: tuple[str, 
         (cause, share) for cause, share in causes.items() if share >= NAMED_CAUSE_SHARE * worst.doubt_g_mm
     ]
     listed = sorted(counts, key=lambda pair: -pair[1])
-    named = ", ".join(f"{cause} {share:.2f}" for cause, share in listed)
-    text = (
-        f"the residual of {worst.name} is {worst.residual_g_mm:.2f} g·mm, within the permissible "
-        f"{worst.permissible_g_mm:.2f} g·mm, but it may be off by {worst.doubt_g_mm:.2f} g·mm ({named}), and "
-        f'balance.margin = "expanded" asks that both together stay within it'
+    named = joined(", ", (said("{} {}", cause, g_mm(share, ".2f")) for cause, share in listed))
+    text = said(
+        "the residual of {} is {}, within the permissible {}, but it may be off by {} ({}), and "
+        'balance.margin = "expanded" asks that both together stay within it',
+        worst.name,
+        *(g_mm(each, ".2f") for each in (worst.residual_g_mm, worst.permissible_g_mm, worst.doubt_g_mm)),
+        named,
     )
     if math.hypot(*(share for cause, share in causes.items() if cause != "depth")) >= worst.permissible_g_mm:
         text += "; no cut can mend that, since the uncertainty alone is as large"
     elif ends:
-        text += "; limited by " + ", ".join(ends)
-    return f"{text}; {REMEDIES[listed[0][0]]}"
+        text += "; limited by " + joined(", ", ends)
+    return text + "; " + REMEDIES[listed[0][0]]

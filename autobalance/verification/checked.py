@@ -13,6 +13,7 @@ from autobalance.balancing.loop import Result
 from autobalance.balancing.measuring import DEVIATION_MM, MAX_SURFACE_DIFFERENCE_SHARE, Measured
 from autobalance.balancing.record import Record
 from autobalance.errors import ClaimError, FormatError
+from autobalance.quantities import from_listed
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -189,6 +190,8 @@ def check_verdict(
     text = "; ".join(doubts)
     if doubts and not (isinstance(reason, str) and reason.endswith(text)):
         raise ClaimError(f"{claims.name}: reason is {reason!r}, but the verdict hangs on a reading: {text}")
+    if "reason_parts" in claims.values and from_listed(claims.get("reason_parts", list)) != reason:
+        raise ClaimError(f"{claims.name}: reason_parts joined are not reason")
     if within:
         claims.same("reason", text or None)
         if "relaxations" in claims.values:

@@ -20,6 +20,7 @@ NOT_CHECKED: Mapping[str, str] = {
     "weak_places": "words for people; webs and walls were checked",
     "bending": "finite elements on meshes that are not kept; `balance --fem` computes them again",
     "reason": "words for people, from plans that were tried",
+    "reason_parts": "words for people; joined, they are the reason",
     "relaxations": "limits that the cuts did not have, from plans that were tried",
     "plan_kept": "the report whose cuts were kept is not read",
     "steps": "the solids of earlier passes and what was predicted of them are not kept",

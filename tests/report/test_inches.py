@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import json
+import pickle
 import re
 from pathlib import Path
 from typing import Any
@@ -10,7 +13,9 @@ import ezdxf
 import pytest
 
 import autobalance as ab
-from autobalance.report.display_units import ON_SCREEN, in_units
+from autobalance.planning.too_light import too_light_text
+from autobalance.quantities import from_listed, g_mm, joined, listed, mm, said, span
+from autobalance.report.display_units import ON_PAPER, ON_SCREEN, DisplayUnits, in_units
 from tests import jobs
 
 METRIC = re.compile(r"(?<![\w.])(mm²?|mm³|g·mm²?|kg·mm²)(?!\w)")
@@ -62,11 +67,66 @@ def test_the_drawing_stays_in_mm_and_is_dimensioned_in_inches(out: Path) -> None
     assert {round(value * 25.4, 9) for value in factors} == {1.0}
 
 
-def test_prose_of_the_report_is_converted_number_by_number() -> None:
+def test_texts_are_made_from_their_quantities_and_never_searched_for_numbers() -> None:
     inch, metric = ON_SCREEN["inch"], ON_SCREEN["metric"]
-    text = "the residual is 12\u202f445.7 g·mm, −25.4 mm off; max_depth_mm = 25; 7850 kg/m³"
+    text = said(
+        "the residual is {}, {} off; {} on each, {} thicker; max_depth_mm = {}; 7850 kg/m³ in 25 mm.stl",
+        g_mm(12445.7, ",.1f"),
+        mm(-25.4, ".1f"),
+        span([459.0, 495.0], "g", ".0f"),
+        span([8.0, 11.4], "mm", ".1f"),
+        25,
+    )
     assert in_units(text, metric) == text
-    said = in_units(text, inch)
-    assert "17.2838 oz·in (489.99 g·in)" in said
-    assert "-1.0000 in off" in said
-    assert "max_depth_mm = 25; 7850 kg/m³" in said
+    assert text == (
+        "the residual is 12\u202f445.7 g·mm, -25.4 mm off; 459 to 495 g on each, 8.0 to 11.4 mm thicker; "
+        "max_depth_mm = 25; 7850 kg/m³ in 25 mm.stl"
+    )
+    assert in_units(text, inch) == (
+        "the residual is 17.2838 oz·in (489.99 g·in), -1.0000 in off; 16.191 to 17.461 oz "
+        "(459.00 to 495.00 g) on each, 0.3150 to 0.4488 in thicker; "
+        "max_depth_mm = 25; 7850 kg/m³ in 25 mm.stl"
+    )
+    assert in_units(too_light_text(64200.0), inch).count("oz·in") == 2
+    assert "g·m," not in in_units(too_light_text(64200.0), inch)
+    assert too_light_text(64200.0) == "the counterweights are too light by 64.2 g·m, 32.1 g·m at each end"
+    plain = "a plain text of 25.4 mm"
+    assert in_units(plain, inch) == plain
+
+
+def test_a_text_keeps_its_quantities_where_strings_go() -> None:
+    text = "about " + said("{}", mm(1.0, ".1f")) + " or so"
+    others: list[Any] = [
+        pickle.loads(pickle.dumps(text)),
+        copy.deepcopy(text),
+        joined("", [text]),
+        said("{}", text),
+        from_listed(json.loads(json.dumps(listed(text)))),
+    ]
+    for other in others:
+        assert (other, other.parts) == ("about 1.0 mm or so", text.parts)
+    wrongs: list[Any] = [None, 1, [1], [{}], [{"pattern": "{} {}", "values": [1], "unit": "mm", "form": "g"}]]
+    for wrong in wrongs:
+        assert from_listed(wrong) is None
+
+
+@pytest.mark.slow
+def test_a_reason_is_in_inches_wholly_on_a_sheet_of_a_report_too(tmp_path: Path) -> None:
+    job = jobs.bundled_job(tmp_path, "drafted", "factor-0.28", method='"shoulder"\nmax_depth_mm = 0.5')
+    report = jobs.computed(job, tmp_path / "out", code=4)
+    text = from_listed(report["reason_parts"])
+    assert text == report["reason"]
+    assert text is not None
+    shown = in_units(text, ON_SCREEN["inch"])
+    assert not METRIC.findall(shown)
+    assert shown.count("oz·in") == report["reason"].count("g·mm")
+    seen: list[str] = []
+
+    def noted(shown: str, u: DisplayUnits) -> str:
+        seen.append(in_units(shown, u))
+        return seen[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("autobalance.report.sheet.sheet.in_units", noted)
+        ab.sheet(tmp_path / "out" / "report.json", units="inch")
+    assert in_units(text, ON_PAPER["inch"]) in seen

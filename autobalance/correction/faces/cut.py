@@ -16,10 +16,11 @@ from autobalance.correction.faces.patches import FaceLimits, Patch, auto_patches
 from autobalance.correction.kind import Workpiece
 from autobalance.correction.outline import loops_area_mm2, region_outline
 from autobalance.crank.anatomy import Face
+from autobalance.quantities import mm, said
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.types import Array
-from autobalance.wording import degrees, number
+from autobalance.wording import degrees
 
 
 class FaceCut(EmptyPlace):
@@ -103,7 +104,7 @@ def face_heights(item: Item) -> str:
     """Return the height of a corrected face before and after, where the report has them."""
     if item.get("new_height_mm") is None:
         return ""
-    return f"{number(item['face_height_mm'], 3)} mm → {number(item['new_height_mm'], 3)} mm"
+    return said("{} → {}", mm(item["face_height_mm"], ",.3f"), mm(item["new_height_mm"], ",.3f"))
 
 
 SAME_SECTOR_DEG = 0.5

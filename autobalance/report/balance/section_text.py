@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.report.display_units import ON_SCREEN, DisplayUnits, fixed, in_units
+from autobalance.report.display_units import ON_SCREEN, DisplayUnits, fixed
 from autobalance.report.tables import table
 
 
@@ -28,10 +28,8 @@ def section_table_text(values: Mapping[str, Any], u: DisplayUnits = ON_SCREEN["m
         products = [*_digits(row["unbalance_g_mm"], *of_product), *_digits(row["moment_g_mm2"], *of_couple)]
         name = "sum" if is_sum else _name(row)
         rows.append((f"  {name}", *_digits([row["mass_g"]], *of_mass), *place, *products))
-    head = f"Datum: z = {datum:.3f} mm from the middle of crankpin 1"
-    return "\n".join(
-        [in_units(head, u), table(rows), *_verdict(values, u), *_balancing_counterweights(values, u)]
-    )
+    head = f"Datum: z = {u.of_length(datum)} from the middle of crankpin 1"
+    return "\n".join([head, table(rows), *_verdict(values, u), *_balancing_counterweights(values, u)])
 
 
 def section_heads(u: DisplayUnits) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from autobalance.correction.holes import drill_words
+from autobalance.quantities import g
 from autobalance.report.balance.kinds import angle_deg, verb
 from autobalance.report.balance.relaxation_text import relaxation_lines
 from autobalance.report.balance.scan_text import against_text
@@ -72,7 +73,7 @@ def _heading(report: Values, units: DisplayUnits, folder: Path | None) -> str:
     facets = report["crank"]["facet_error"] or {}
     lines += [in_units(facets["too_coarse"]["text"], units)] if facets.get("too_coarse") else []
     if facets.get("correction") in {"applied", "mass_only"}:
-        hidden = in_units(f"{facets['mass_g']:+.3g} g", units)
+        hidden = units.of_quantity(g(facets["mass_g"], "+.3g"))
         lines.append(f"chord error of the facets added to all measurements: {hidden}")
     lines += [facets["reason"]] if facets.get("reason") else []
     if "scan" in report["input"]:

@@ -58,7 +58,7 @@ def _environment() -> Environment:
         "unbalance": unbalance,
         "inertia_unit": inertia_unit,
     }
-    environment.filters |= {"in_units": lambda text: in_units(str(text), PAGE_UNITS.get()), "data": data}
+    environment.filters |= {"in_units": lambda text: in_units(text, PAGE_UNITS.get()), "data": data}
     return environment
 
 

@@ -30,6 +30,16 @@ PLANES: tuple[Literal["A", "B"], ...] = ("A", "B")
 
 
 @record
+class ReasonQuantity:
+    """Numbers of one unit in a text: where they stand, and how metric text writes them."""
+
+    pattern: str
+    values: Sequence[float]
+    unit: Literal["mm", "g", "g·mm", "g·m"]
+    form: str
+
+
+@record
 class CounterweightProduct:
     """m_cw·r′ before, wanted, after."""
 

@@ -11,6 +11,7 @@ import numpy as np
 from autobalance.balancing.web_metal import weak_places
 from autobalance.correction import KINDS
 from autobalance.machine_models.loads_with_gas import LoadsWithGas
+from autobalance.quantities import Text, listed
 from autobalance.records import (
     ABSENT,
     INLINE,
@@ -28,7 +29,14 @@ from autobalance.records import (
     record,
 )
 from autobalance.report.records.against import Against
-from autobalance.report.records.balance import BalanceFactor, Counterweight, Engine, Tolerance, Unbalance
+from autobalance.report.records.balance import (
+    BalanceFactor,
+    Counterweight,
+    Engine,
+    ReasonQuantity,
+    Tolerance,
+    Unbalance,
+)
 from autobalance.report.records.bending import Bending
 from autobalance.report.records.corrections import (
     Correction,
@@ -219,6 +227,10 @@ class Report:
         "whether residual plus uncertainty is within the permissible, however crank.doubts are meant",
     ] = None
     reason: str | None = None
+    reason_parts: (
+        Annotated[Sequence[str | ReasonQuantity], "joined they are reason; its quantities stand apart"]
+        | Absent
+    ) = ABSENT
     overbalance: Overbalance | None = None
     warnings: Sequence[str] | Absent = ABSENT
     outputs: Annotated[Mapping[str, Any], Like(Outputs)]
@@ -372,6 +384,7 @@ def _balanced(balanced: run.Balanced, record: run.Record) -> dict[str, Any]:
         "outcome": result.outcome,
         "proven": balanced.tolerance.is_proven_by(result.residual, result.doubt),
         "reason": result.reason,
+        "reason_parts": listed(result.reason) if isinstance(result.reason, Text) else ABSENT,
         "overbalance": None if left is None else Overbalance.of(left, anatomy),
         "relaxations": [Relaxation.of(each) for each in result.relaxations],
         "notes": result.notes,

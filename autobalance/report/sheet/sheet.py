@@ -145,7 +145,7 @@ class _Story:
         self.parts.append(prose(units + machine_page.judged_words(report, self.zero), 7.5, SOFT))
         self.parts += [prose(text, 8.0) for text in machine_page.reading_words(report, u, self.zero)]
         if report.get("reason"):
-            self.parts.append(prose(in_units(str(report["reason"]), u), 8.0, FAILURE_COLOUR))
+            self.parts.append(prose(in_units(report["reason"], u), 8.0, FAILURE_COLOUR))
         if note := work(report).get("note"):
             self.parts.append(prose(f"Note of the job: {note}", 8.0))
         self.parts += [
