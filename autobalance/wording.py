@@ -66,6 +66,18 @@ def bare(value: float) -> str:
     return f"{value:.3f}".rstrip("0").rstrip(".")
 
 
+def percent(share: float) -> str:
+    """Return a share in percent, to three digits; whole from 100 % on.
+
+    Examples
+    --------
+    >>> percent(0.0421), percent(0.977), percent(159.3)
+    ('4.21 %', '97.7 %', '15\u202f930 %')
+    """
+    value = 100.0 * share
+    return f"{number(value, 0 if value >= 99.95 else 1 if value >= 9.995 else 2)} %"
+
+
 def signed(value: float | None, digits: int = 2) -> str:
     """Return a number with its sign, plus too; zero has none."""
     text = number(value, digits)
@@ -185,6 +197,21 @@ def counts_uncertainty(report: Mapping[str, Any]) -> bool:
 def _judged(residual: Mapping[str, Any], tolerance: Mapping[str, Any]) -> float:
     doubt = residual["uncertainty_g_mm"] if tolerance.get("margin", "none") != "none" else 0.0
     return float(residual["magnitude_g_mm"] + (doubt or 0.0))
+
+
+def worst_judged(report: Mapping[str, Any], of: str = "residual") -> tuple[str, float, float]:
+    """Return the place, size and permissible value of the judged unbalance nearest to its limit [g·mm].
+
+    The place is "the resultant" or "plane A"; ``of`` is ``initial`` or ``residual``.
+    """
+    unbalance, tolerance = report[of], report["tolerance"]
+    rows = [("the resultant", unbalance["magnitude_g_mm"], tolerance["permissible_g_mm"])]
+    if tolerance["judge"] == "dynamic":
+        rows += [
+            (f"plane {plane['name']}", here["magnitude_g_mm"], plane["permissible_g_mm"])
+            for here, plane in zip(unbalance["planes"], tolerance["planes"], strict=True)
+        ]
+    return max(rows, key=lambda row: row[1] / row[2])
 
 
 def judged_shares(report: Mapping[str, Any]) -> list[tuple[str, float]]:

@@ -37,7 +37,17 @@ method = METHOD
 """
 COARSE = {"segments": 24}
 SLUG = '"slug"\nmin_gain_percent = 0.0\nslug = { diameters_mm = [10.0], lengths_mm = [8.0], max_slugs = 1 }'
-WORDS = {"autobalance", "job", "notes", "reason", "relaxations", "seconds", "warnings", "weak_places"}
+WORDS = {
+    "autobalance",
+    "job",
+    "notes",
+    "reason",
+    "reason_parts",
+    "relaxations",
+    "seconds",
+    "warnings",
+    "weak_places",
+}
 """What no report's files show, whatever was cut."""
 
 

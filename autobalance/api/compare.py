@@ -84,7 +84,7 @@ def compared(
     of = whole_job if crank is None else with_crank(whole_job, crank)
 
     def result(some: Compared) -> CompareResult:
-        report = comparison(str(of.path), some.tolerance, some.initial_g_mm, some.rows, of.prefer)
+        report = comparison(str(of.path), some.tolerance, some.initial, some.rows, of.prefer)
         return CompareResult(CompareReport(comparison=report, warnings=some.warnings, **job_set(of)))
 
     return result(compare_job(of, telling(progress), measured, lambda some: done(result(some))))

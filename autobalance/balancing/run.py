@@ -188,7 +188,7 @@ class Compared:
     """Every kind and mix tried on one crank, with the tolerance and the initial unbalance."""
 
     tolerance: Tolerance
-    initial_g_mm: float
+    initial: Unbalance
     rows: tuple[Row, ...]
     warnings: tuple[str, ...]
 
@@ -222,7 +222,7 @@ def compare_job(
     factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
     tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
     rotor = rotor_of(replace(every, engine=job.engine), crank, tolerance, factor)
-    initial = Unbalance.of(crank.moments + rotor.loads).magnitude_g_mm
+    initial = Unbalance.of(crank.moments + rotor.loads)
 
     def compared(rows: Sequence[Row]) -> Compared:
         return Compared(tolerance, initial, tuple(rows), odd)

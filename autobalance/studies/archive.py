@@ -14,10 +14,11 @@ from typing import Any
 
 from autobalance.errors import AutobalanceError
 from autobalance.verification.report_file import read_report
+from autobalance.wording import worst_judged
 
 INDEX = ".autobalance-jobs.sqlite"
 """Beside the results; what it says is read from the reports, and it may be deleted at any time."""
-LAYOUT = 1
+LAYOUT = 2
 REPORT = "report.json"
 OF_RUNS = ("balance", "recut")
 
@@ -26,7 +27,8 @@ OF_RUNS = ("balance", "recut")
 class JobRow:
     """One crank's job, with its last stage; unbalance of the resultant, planes as [x, y] [g·mm].
 
-    ``share_before`` and ``share_after`` are the worst judged unbalance over its permissible value.
+    ``share_before`` and ``share_after`` are the worst judged unbalance over its permissible value,
+    ``place_before`` and ``place_after`` where that is: "the resultant", or "plane A".
     """
 
     report: str
@@ -40,6 +42,8 @@ class JobRow:
     permissible_g_mm: float
     share_before: float
     share_after: float
+    place_before: str
+    place_after: str
     outcome: str
     planes_before: dict[str, tuple[float, float]]
     planes_after: dict[str, tuple[float, float]]
@@ -95,6 +99,7 @@ def _entry(name: str, values: Mapping[str, Any], changed_s: float) -> dict[str, 
     if values.get("command") not in OF_RUNS:
         return None
     before, after, tolerance = (values[key] for key in ("initial", "residual", "tolerance"))
+    before_worst, after_worst = worst_judged(values, "initial"), worst_judged(values)
     header = values["job"].get("job") or {}
     stages = values.get("stages") or ()
     first = stages[0]["report"] if stages else None
@@ -108,8 +113,10 @@ def _entry(name: str, values: Mapping[str, Any], changed_s: float) -> dict[str, 
         before["magnitude_g_mm"],
         after["magnitude_g_mm"],
         tolerance["permissible_g_mm"],
-        _share(before, tolerance),
-        _share(after, tolerance),
+        before_worst[1] / before_worst[2],
+        after_worst[1] / after_worst[2],
+        before_worst[0],
+        after_worst[0],
         values["outcome"],
         {each["name"]: tuple(each["unbalance_g_mm"]) for each in before["planes"]},
         {each["name"]: tuple(each["unbalance_g_mm"]) for each in after["planes"]},
@@ -118,14 +125,6 @@ def _entry(name: str, values: Mapping[str, Any], changed_s: float) -> dict[str, 
     )
     of = name if first is None else (Path(name).parent / first).as_posix()
     return {"of": posixpath.normpath(of), "row": json.loads(json.dumps(asdict(row)))}
-
-
-def _share(unbalance: Mapping[str, Any], tolerance: Mapping[str, Any]) -> float:
-    shares = [unbalance["magnitude_g_mm"] / tolerance["permissible_g_mm"]]
-    if tolerance["judge"] == "dynamic":
-        planes = zip(unbalance["planes"], tolerance["planes"], strict=True)
-        shares += [each["magnitude_g_mm"] / plane["permissible_g_mm"] for each, plane in planes]
-    return float(max(shares))
 
 
 def _last_stages(entries: Mapping[str, dict[str, Any]]) -> Iterator[JobRow]:
@@ -137,7 +136,7 @@ def _last_stages(entries: Mapping[str, dict[str, Any]]) -> Iterator[JobRow]:
         rows.sort(key=lambda row: row["stage"])
         first, last = rows[0], rows[-1]
         header = {key: last[key] or first[key] for key in ("customer", "engine", "serial")}
-        before = {key: first[key] for key in ("before_g_mm", "share_before", "planes_before")}
+        before = {key: first[key] for key in ("before_g_mm", "share_before", "place_before", "planes_before")}
         searched = "\n".join(row["searched"] for row in rows)
         yield JobRow(**{**last, **header, **before, "searched": searched})
 

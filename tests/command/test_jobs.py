@@ -69,6 +69,25 @@ def test_jobs_are_found_by_any_word_of_their_header(tmp_path: Path, report: dict
     assert [(row["customer"], row["outcome"]) for row in rows] == [("A. Rider", report["outcome"])] * 2
 
 
+def test_a_crank_whose_throws_cancel_is_told_by_its_worst_plane(
+    tmp_path: Path, report: dict[str, Any]
+) -> None:
+    def couple(values: dict[str, Any]) -> None:
+        for when, size in (("initial", 160.0), ("residual", 0.5)):
+            values[when]["magnitude_g_mm"] = 0.001
+            for plane, permitted in zip(values[when]["planes"], values["tolerance"]["planes"], strict=True):
+                share = size if plane["name"] == "B" else 0.25 * size
+                plane["magnitude_g_mm"] = share * permitted["permissible_g_mm"]
+
+    put(tmp_path, "v8", report, 1_000_000, couple)
+    jobs_found = ab.jobs(tmp_path)
+    (row,) = jobs_found.report["jobs"]
+    assert (row["place_before"], row["place_after"]) == ("plane B", "plane B")
+    assert (row["share_before"], row["share_after"]) == (pytest.approx(160.0), pytest.approx(0.5))
+    assert "16\u202f000 % in plane B" in jobs_found.text()
+    assert "50.0 % in plane B" in jobs_found.text()
+
+
 def test_stages_of_one_crank_are_one_job(tmp_path: Path, report: dict[str, Any]) -> None:
     put(tmp_path, "one", report, 1_000_000)
 

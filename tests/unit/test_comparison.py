@@ -13,6 +13,7 @@ from autobalance.report.display_units import ON_SCREEN
 from autobalance.report.encoding import encoded
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
 
 
 def row(name: str, metal_g: float, inertia: float, cuts: int, wall_mm: float | None = 5.0) -> Row:
@@ -80,6 +81,30 @@ def test_walls_are_the_least_of_what_each_kind_leaves() -> None:
     assert wall_left_mm([made("add", -3.0)], anatomy) is None
 
 
+def off(size_g_mm: float) -> Unbalance:
+    return Unbalance(np.array([size_g_mm, 0.0]), np.zeros(2))
+
+
+def test_an_engine_whose_throws_cancel_is_judged_by_its_worst_plane() -> None:
+    """A cross-plane V8: next to no resultant, a great couple."""
+    tolerance = Tolerance.of(
+        grade_mm_s=6.3,
+        service_speed_rad_s=600.0,
+        rotor_mass_g=20000.0,
+        z_centre_mm=0.0,
+        planes_z_mm=(-100.0, 100.0),
+        judge="dynamic",
+    )
+    couple = Unbalance(np.array([1.0, 0.0]), np.array([2e6, 0.0]))
+    values = encoded(comparison("v8.toml", tolerance, couple, [row("drill", 12.0, 6e5, 3)]))
+    worst = values["initial_worst"]
+    assert (worst["place"], values["initial_g_mm"]) == ("plane B", 1.0)
+    assert worst["g_mm"] == pytest.approx(10000.5)
+    assert worst["permissible_g_mm"] == pytest.approx(105.0)
+    text = comparison_text(values, ON_SCREEN["metric"])
+    assert "plane B has 10000.50 g·mm before, 105.00 g·mm permitted there (9\u202f524 %)" in text
+
+
 def test_table_and_values_tell_the_same() -> None:
     tolerance = Tolerance.of(
         grade_mm_s=10.0,
@@ -90,7 +115,7 @@ def test_table_and_values_tell_the_same() -> None:
         judge="static",
     )
     rows = [row("turn", 10.0, 5e5, 2), row("drill", 12.0, 6e5, 3), ABOVE, NO_PLACE]
-    values = encoded(comparison("job.toml", tolerance, 345.6, rows))
+    values = encoded(comparison("job.toml", tolerance, off(345.6), rows))
     assert values["unbeaten"] == ["turn"]
     assert values["rows"][0]["inertia_change_kg_mm2"] == -500.0
     assert values["rows"][0]["capacity"] is None
@@ -107,8 +132,10 @@ def test_table_and_values_tell_the_same() -> None:
         values, ON_SCREEN["metric"]
     ).index("<td>drill")
     light = [row("turn", 14.0, 5e5, 2), row("drill", 12.0, 6e5, 3)]
-    assert encoded(comparison("job.toml", tolerance, 1.0, light, "least_metal"))["recommended"] == ["drill"]
-    none = encoded(comparison("job.toml", tolerance, 345.6, [ABOVE, NO_PLACE]))
+    assert encoded(comparison("job.toml", tolerance, off(1.0), light, "least_metal"))["recommended"] == [
+        "drill"
+    ]
+    none = encoded(comparison("job.toml", tolerance, off(345.6), [ABOVE, NO_PLACE]))
     assert none["recommended"] is None
     assert "none is within tolerance" in none["why"]
     assert "345.60 g·mm before, 10.00 g·mm permitted" in text

@@ -10,9 +10,11 @@ from typing import Any
 from autobalance.balancing.comparison import Row, beaten_by, ranked, why_recommended
 from autobalance.correction.contract import Prefer
 from autobalance.report.display_units import DisplayUnits, fixed
-from autobalance.report.records.compare import ComparedRow, Comparison
+from autobalance.report.records.compare import ComparedRow, Comparison, WorstPlace
 from autobalance.report.tables import table
 from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.wording import percent
 
 VERDICTS: Mapping[str | None, str] = {
     "within_tolerance": "within",
@@ -23,14 +25,15 @@ VERDICTS: Mapping[str | None, str] = {
 
 
 def comparison(
-    job_name: str, tolerance: Tolerance, initial_g_mm: float, rows: Sequence[Row], prefer: Prefer = "simple"
+    job_name: str, tolerance: Tolerance, initial: Unbalance, rows: Sequence[Row], prefer: Prefer = "simple"
 ) -> Comparison:
     """Return a comparison: rows within tolerance are ranked, the first recommended."""
     beaten, order = beaten_by(rows), ranked(rows, prefer)
     rank = {row.name: place for place, row in enumerate(order, 1)}
     return Comparison(
         job=job_name,
-        initial_g_mm=initial_g_mm,
+        initial_g_mm=initial.magnitude_g_mm,
+        initial_worst=WorstPlace.of(tolerance.worst(initial)),
         permissible_g_mm=tolerance.permissible_g_mm,
         prefer=prefer,
         recommended=order[0].methods if order else None,
@@ -70,7 +73,7 @@ def comparison_text(values: Mapping[str, Any], units: DisplayUnits) -> str:
         "Correction",
         "rank",
         "verdict",
-        "residual",
+        "of permitted",
         "metal",
         "inertia",
         "cuts",
@@ -81,12 +84,15 @@ def comparison_text(values: Mapping[str, Any], units: DisplayUnits) -> str:
         "capacity",
     )
     rows = [head] + [_cells(row, units) for row in values["rows"]]
+    worst = values["initial_worst"]
     lines = [
-        f"{values['job']}: {units.of_unbalance(values['initial_g_mm'])} before, "
-        f"{units.of_unbalance(values['permissible_g_mm'])} permitted",
+        f"{values['job']}: {worst['place']} has {units.of_unbalance(worst['g_mm'])} before, "
+        f"{units.of_unbalance(worst['permissible_g_mm'])} permitted there ({percent(worst['share'])}); "
+        f"the resultant has {units.of_unbalance(values['initial_g_mm'])}",
         "",
         table(rows),
         "",
+        "of permitted: the worst judged value, the resultant or a plane; "
         "metal: taken, added and pressed in; capacity: how many times this unbalance could be corrected",
     ]
     reasons: dict[str, list[str]] = {}
@@ -103,7 +109,7 @@ def comparison_text(values: Mapping[str, Any], units: DisplayUnits) -> str:
 
 def comparison_html(values: Mapping[str, Any], units: DisplayUnits) -> str:
     """Return a comparison as a table for a notebook, ranked, the recommended one first."""
-    head = ("", "Correction", "verdict", "residual", "metal", "cuts", "different", "wall left")
+    head = ("", "Correction", "verdict", "of permitted", "metal", "cuts", "different", "wall left")
     ordered = sorted(values["rows"], key=lambda row: math.inf if row["rank"] is None else row["rank"])
     lines = []
     for row in ordered:
@@ -132,7 +138,7 @@ def _cells(row: Mapping[str, Any], units: DisplayUnits) -> tuple[str, ...]:
         name,
         "" if row["rank"] is None else f"{row['rank']}.",
         verdict,
-        units.of_unbalance(row["residual_g_mm"]),
+        percent(row["residual_share"]),
         units.of_mass(row["metal_moved_g"]),
         f"{row['inertia_change_kg_mm2']:+.2f} kg·mm²",
         str(row["cuts"]),

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from autobalance.correction.contract import Prefer
 from autobalance.records import ABSENT, INLINE, Absent, Count, KgMm2, NotNegative, Ordinal, Positive, record
 from autobalance.report.records.head import Head
+from autobalance.rigid_rotor.margin import Judged
 from autobalance.rigid_rotor.tolerance import Outcome
 
 
@@ -37,6 +38,25 @@ class ComparedRow:
 
 
 @record
+class WorstPlace:
+    """The judged value with the greatest share of its permissible value."""
+
+    place: str
+    g_mm: NotNegative
+    permissible_g_mm: Positive
+    share: NotNegative
+
+    @classmethod
+    def of(cls, worst: Judged) -> Self:
+        return cls(
+            place=worst.name,
+            g_mm=worst.residual_g_mm,
+            permissible_g_mm=worst.permissible_g_mm,
+            share=worst.residual_g_mm / worst.permissible_g_mm,
+        )
+
+
+@record
 class Comparison:
     """Kinds of correction side by side: those within tolerance are ranked, the first recommended.
 
@@ -44,7 +64,8 @@ class Comparison:
     """
 
     job: str
-    initial_g_mm: NotNegative
+    initial_g_mm: Annotated[NotNegative, "of the resultant"]
+    initial_worst: Annotated[WorstPlace, "of what is judged: the resultant, or a plane"]
     permissible_g_mm: Positive
     prefer: Prefer
     recommended: Sequence[str] | None

@@ -27,6 +27,8 @@ class ArchivedJob:
     permissible_g_mm: Positive
     share_before: NotNegative
     share_after: NotNegative
+    place_before: Annotated[str, "of share_before: the resultant, or a plane"]
+    place_after: str
     outcome: Outcome
     planes_before_g_mm: Mapping[str, Pair]
     planes_after_g_mm: Mapping[str, Pair]

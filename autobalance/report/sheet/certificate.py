@@ -17,7 +17,7 @@ from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.title_block import MARGIN_MM, Sheet
 from autobalance.report.sheet.zero import Zero, ZeroChoice
 from autobalance.types import Report
-from autobalance.wording import at, outcome_words, part_name
+from autobalance.wording import at, outcome_words, part_name, worst_judged
 
 PICTURE_MM = (120.0, 80.0)
 SIGN_MM = 14.0
@@ -63,10 +63,11 @@ def _statement(report: Report, u: DisplayUnits) -> str:
     tolerance = report["tolerance"]
     limit = f"G {tolerance['grade_mm_s']:g} of ISO 21940-11 at {plain(tolerance['speed_rpm'], 0)} rpm"
     judged = "the resultant and both planes" if tolerance["judge"] == "dynamic" else "the resultant"
-    left, permitted = report["residual"]["magnitude_g_mm"], tolerance["permissible_g_mm"]
+    place, left, permitted = worst_judged(report)
+    where = f" in {place}" if place.startswith("plane ") else ""
     return (
-        f"Residual unbalance {u.of_unbalance(left)} of {u.of_unbalance(permitted)} permitted by {limit}; "
-        f"judged: {judged}. {_basis(report)}"
+        f"Residual unbalance{where} {u.of_unbalance(left)} of {u.of_unbalance(permitted)} permitted "
+        f"by {limit}; judged: {judged}. {_basis(report)}"
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
+from autobalance.wording import percent
 
 VERDICTS = {
     "within_tolerance": "within",
@@ -17,7 +18,7 @@ VERDICTS = {
 }
 COLUMNS = (
     *("date", "customer", "engine", "serial", "stage", "before_g_mm", "after_g_mm", "permissible_g_mm"),
-    *("share_before", "share_after", "outcome", "report"),
+    *("share_before", "share_after", "place_before", "place_after", "outcome", "report"),
 )
 
 
@@ -28,16 +29,19 @@ def jobs_text(values: Mapping[str, Any], units: DisplayUnits) -> str:
         return f"{values['folder']}: no report of balance or recut{what} in this folder or below it"
     words = ("customer", "engine", "serial")
     rows: list[tuple[str, ...]] = [
-        ("Date", *words, "stage", "before", "after", "permitted", "verdict", "report")
+        ("Date", *words, "stage", "before, of permitted", "after, of permitted", "verdict", "report")
     ]
     for job in values["jobs"]:
-        sizes = (units.of_unbalance(job[key]) for key in ("before_g_mm", "after_g_mm", "permissible_g_mm"))
+        shares = (
+            f"{percent(job[f'share_{when}'])} in {job[f'place_{when}'].removeprefix('the ')}"
+            for when in ("before", "after")
+        )
         rows.append(
             (
                 job["date"],
                 *(job[key] or "" for key in words),
                 str(job["stage"]),
-                *sizes,
+                *shares,
                 VERDICTS[job["outcome"]],
                 job["report"],
             )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from autobalance.machining.run import NcRun
+from autobalance.wording import percent
 
 
 def nc_text(run: NcRun) -> str:
@@ -17,12 +18,13 @@ def nc_text(run: NcRun) -> str:
             f"{program.time_s / 60.0:.1f} min"
         )
     lines += [f"Not programmed: cut {cut.number}: {why}" for cut, why in run.plan.not_programmed]
-    share = 100.0 * run.used_share
+    worst = run.part.tolerance.worst(run.residual)
     verdict = "within tolerance" if run.used_share <= 1.0 else "ABOVE TOLERANCE"
     lines.append(
         f"Simulated from the text: {sum(run.taken_g.values()):.2f} g go "
-        f"({run.mass_difference_g:+.3f} g to the report), residual {run.residual.magnitude_g_mm:.2f} g·mm, "
-        f"{share:.0f} % of the permissible unbalance: {verdict}"
+        f"({run.mass_difference_g:+.3f} g to the report), "
+        f"residual{worst.where} {worst.residual_g_mm:.2f} g·mm of permitted "
+        f"{worst.permissible_g_mm:.2f} g·mm ({percent(run.used_share)}): {verdict}"
     )
     lines.append("No move hits; not proven on a machine: run it 100 mm above the part first")
     return "\n".join(lines)
