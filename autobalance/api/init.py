@@ -35,6 +35,7 @@ from autobalance.job.toml.typed_units import FILL_IN, leaves
 from autobalance.job.workbook import rows_of, write_workbook
 from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.machine_models.rotor_from_job import default_planes_mm
+from autobalance.machine_models.usual_layout import factor_hint, holds_two_rods
 from autobalance.report.files import seen_from
 from autobalance.report.records.answers import InitReport
 from autobalance.runtime import Progress, Stopwatch
@@ -179,7 +180,8 @@ def _recognised(
         stroke_mm=round(2.0 * crank.throws[0].crank_radius_mm, 4),
         planes_mm=_rounded(default_planes_mm(crank.measured.anatomy)),
         method=method,
-        throws=len(crank.throws),
+        factor_hint=factor_hint(crank.measured),
+        two_rods_fit=holds_two_rods(crank.measured.anatomy),
         hints=_hints(crank),
         asked=changed,
         body=body,

@@ -16,8 +16,16 @@ from autobalance.errors import JobError
 from autobalance.job import Job
 from autobalance.job.model import PartWeights
 from autobalance.machine_models.crank_size import refuse_density, usual_units
-from autobalance.machine_models.rotor_from_job import crank_factor, hung_on, throw_loads, total_g
-from autobalance.units import MM_PER
+from autobalance.machine_models.firing_from_job import odd_firing
+from autobalance.machine_models.rotor_from_job import (
+    crank_factor,
+    hung_on,
+    throw_loads,
+    tolerance_of,
+    total_g,
+)
+from autobalance.machine_models.usual_layout import holds_two_rods
+from autobalance.units import MM_PER, RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.machine_models.measured import Crank
@@ -41,6 +49,17 @@ INERTIA_REFUSED = (0.05, 20.0)
 """A rod's inertia over m a b of two masses at its eyes: rods are near 1."""
 END_SHARE = (1.2, 5.0)
 """A rod's end on the scale over all that moves with it: odd above, refused above."""
+LEAST_SPEED_RPM = 300.0
+"""Top speed of an engine with rods; the slowest ships' run at a quarter, whose cranks nobody balances so:
+11.000 for eleven thousand was taken for 11."""
+USUAL_THOUSANDS_RPM = 25.0
+"""Greatest speed that may be meant in thousands."""
+WIDEST_TOLERANCE = 0.02
+"""Share of the reciprocating mass that the permissible unbalance may span before it is said."""
+KG_PART_RANGE = 3.0
+"""A part below a gram is taken for one in kg if it would be within this many times the parts beside it."""
+LIGHT_PARTS = ("clip", "ring", "shim", "seal", "lock", "oil", "washer", "pin_lock")
+"""Words of parts that may well weigh less than a gram."""
 ROD_RATIO = (2.0, 15.0)
 """A rod's length over the crank radius: engines are at 3 to 6."""
 
@@ -58,7 +77,8 @@ def oddities(job: Job, crank: Crank) -> tuple[str, ...]:
     The oil must have been measured (``with_oil``), where the job fills the crank with it.
     """
     odd = (*_bob_weights(job, crank), *odd_parts(job), *_crankpins(job, crank), *_oil(job))
-    return (*odd, *_factor(job, crank), *_rod_length(job, crank.anatomy), *_pitch(job, crank.anatomy))
+    odd = (*odd, *_factor(job, crank), *_rod_length(job, crank.anatomy), *_pitch(job, crank.anatomy))
+    return (*odd, *_rods(job, crank), *_speed(job), *_tolerance(job, crank), *odd_firing(job, crank.anatomy))
 
 
 def odd_parts(job: Job) -> tuple[str, ...]:
@@ -70,7 +90,7 @@ def odd_parts(job: Job) -> tuple[str, ...]:
         For a density that no material has, and for a rod that is none.
     """
     refuse_density(job.crankshaft)
-    return (*_unlike_weights(job), *_rod(job))
+    return (*_unlike_weights(job), *_parts_in_kg(job), *_rod(job))
 
 
 def odd_alone(job: Job) -> tuple[str, ...]:
@@ -142,6 +162,83 @@ def _unlike_weights(job: Job) -> Iterator[str]:
                     " is one of them in another unit?"
                 )
             seen.add((one, two))
+
+
+def _parts_in_kg(job: Job) -> Iterator[str]:
+    """Look for one part in kilograms among others in grams: 0.221 beside 19 and 210 g."""
+    engine = job.engine
+    tables = {"engine": engine.default.weights}
+    tables |= {f"engine.throw[{number}]": parts.weights for number, parts in engine.by_throw.items()}
+    if job.original is not None:
+        tables["original"] = job.original
+    seen = set()
+    for where, own in tables.items():
+        named = {
+            f"{where}.{table}.{name}": weight.mass_g
+            for table, parts in (
+                ("rotating_g", own.rotating),
+                ("reciprocating_g", own.reciprocating),
+                ("crankpin_g", own.crankpin),
+            )
+            for name, weight in parts.items()
+        }
+        others = [mass for mass in named.values() if mass >= LEAST_G]
+        for name, mass in named.items():
+            part = name.rpartition(".")[2]
+            if not 0.0 < mass < LEAST_G or not others or (part, mass) in seen:
+                continue
+            fits = min(others) / KG_PART_RANGE <= 1e3 * mass <= max(others) * KG_PART_RANGE
+            if fits and not any(word in part.lower() for word in LIGHT_PARTS):
+                seen.add((part, mass))
+                yield (
+                    f"{job.path.name}: {name} is {mass:g} g beside parts of {min(others):.4g} to"
+                    f" {max(others):.4g} g; is it in kg ({1e3 * mass:g} g)?"
+                )
+
+
+def _rods(job: Job, crank: Crank) -> Iterator[str]:
+    """Look for vee engines whose job does not say that two rods share a crankpin."""
+    typed = job.raw.get("engine", {})
+    if "rods_per_throw" in typed or "throw" in typed or job.engine.default.rods != 1:
+        return
+    if crank.holds_crankpins and holds_two_rods(crank.anatomy):
+        pin = crank.anatomy.throws[0].crankpin
+        yield (
+            f"{job.path.name}: engine.rods_per_throw is missing, so one rod is counted on each crankpin;"
+            f" crankpin 1 is {pin.width_mm:.4g} mm wide and {pin.diameter_mm:.4g} mm thick, wide enough for"
+            " two: set it to 2 for a vee engine, or to 1"
+        )
+
+
+def _speed(job: Job) -> Iterator[str]:
+    """Look for a top speed in thousands."""
+    rpm = job.balance.service_speed_rad_s / RAD_S_PER_RPM
+    moved = sum(_totals_g(job.engine.default.weights).values())
+    if rpm < LEAST_SPEED_RPM and moved > 0.0:
+        meant = f"; is it in thousands ({1e3 * rpm:.6g})?" if rpm < USUAL_THOUSANDS_RPM else ""
+        yield (
+            f"{job.path.name}: balance.speed_rpm is {rpm:.6g}; an engine with connecting rods turns at"
+            f" {LEAST_SPEED_RPM:g} or more, and the permissible unbalance grows as the speed falls{meant}"
+        )
+
+
+def _tolerance(job: Job, crank: Crank) -> Iterator[str]:
+    """Compare the permissible unbalance with the reciprocating mass that a balance factor shares out."""
+    loads, _ = hung_on(job, crank.anatomy)
+    along = sum(load.parts.reciprocating_on_throw_g * load.crank_radius_mm for load in loads)
+    direction = math.hypot(*factor_direction_g_mm(loads))
+    if direction < LEAST_ALIKE * along or not direction:
+        return
+    try:
+        permissible = tolerance_of(job, crank.anatomy, crank.moments).permissible_g_mm
+    except JobError:  # without tolerance planes; said where a verdict is asked for
+        return
+    spans = 2.0 * permissible / direction
+    if spans > WIDEST_TOLERANCE:
+        yield (
+            f"{job.path.name}: the permissible unbalance spans {spans:.2g} of balance factor; a crank within"
+            " tolerance may be that far off the factor wanted: check balance.grade and balance.speed_rpm"
+        )
 
 
 def _totals_g(weights: PartWeights) -> dict[str, float]:

@@ -53,7 +53,8 @@ class OtherParts:
 class RecognisedCrank:
     """Results of recognition, as keys and values of a job.
 
-    ``hints`` are keys that say what was recognised but need not be said.
+    ``hints`` are keys that say what was recognised but need not be said; ``factor_hint`` what to take for the
+    balance factor; ``two_rods_fit``: the crankpins are wide enough for two rods.
     """
 
     file: str
@@ -63,7 +64,8 @@ class RecognisedCrank:
     stroke_mm: float
     planes_mm: tuple[float, float] | None
     method: str
-    throws: int
+    factor_hint: str = ""
+    two_rods_fit: bool = False
     hints: Mapping[str, Any] = field(default_factory=dict)
     asked: Mapping[str, Any] = field(default_factory=dict)
     body: int | str | None = None
@@ -149,7 +151,7 @@ def _engine(crank: RecognisedCrank) -> list[Row]:
         _heading(_title(ENGINE) + note),
         _row("engine.stroke_mm", crank.stroke_mm, "measured"),
         _row("engine.rod_length_mm", parts.rod_length_mm or 2.0 * crank.stroke_mm, active=False),
-        _row("engine.rods_per_throw", per_throw if per_throw > 1 else 2, active=per_throw > 1),
+        _rods_per_throw(crank, per_throw),
         *_rod(parts),
     ]
     if parts.rod is not None:
@@ -166,6 +168,14 @@ def _engine(crank: RecognisedCrank) -> list[Row]:
         rows.append(Row("engine.crankpin_g.crankpin", FILL_IN, "g", "the crankpin, which is not in the file"))
     rows.append(Row("engine.crankpin_g.oil", 4.0, "g", "parts of one throw's crankpin", active=False))
     return rows
+
+
+def _rods_per_throw(crank: RecognisedCrank, per_throw: int) -> Row:
+    """Return the row of the rods on a crankpin: to fill in where two fit and the file shows none."""
+    if per_throw > 1 or not crank.two_rods_fit or crank.parts.rod is not None:
+        return _row("engine.rods_per_throw", per_throw if per_throw > 1 else 2, active=per_throw > 1)
+    note = "1, or 2 in a vee engine: the crankpins are wide enough for two"
+    return _row("engine.rods_per_throw", FILL_IN, note)
 
 
 def _rod(parts: OtherParts) -> list[Row]:
@@ -196,9 +206,8 @@ def _unknown(name: str, part: Mapping[str, Any]) -> Row:
 
 
 def _balance(crank: RecognisedCrank) -> list[Row]:
-    usual = "0.5 to 0.65 for singles, 0.5 for vee twins" if crank.throws < 3 else "0 where throws cancel"
     rows = {
-        "factor": _row("balance.factor", FILL_IN, usual),
+        "factor": _row("balance.factor", FILL_IN, crank.factor_hint),
         "grade": _row("balance.grade", FILL_IN, "6.3 in racing, 16 coarser"),
         "speed_rpm": _row("balance.speed_rpm", FILL_IN),
         "judge": _row("balance.judge", "static" if crank.planes_mm is None else "dynamic"),

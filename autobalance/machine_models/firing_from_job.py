@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.cycle.chamber import Chamber
 from autobalance.engine.cycle.closed_part import Charge
 from autobalance.engine.cycle.cylinder import CylinderCycle, GasExchange, span_rad
-from autobalance.engine.cycle.firing import dead_centres_rad, firing_as_given, firing_in_order
+from autobalance.engine.cycle.firing import (
+    at_once,
+    dead_centres_rad,
+    even_order,
+    firing_as_given,
+    firing_in_order,
+    intervals_rad,
+    is_even,
+)
 from autobalance.engine.cycle.firing_engine import FiringEngine, ThrowPlace
 from autobalance.engine.cycle.heat_release import Wiebe
 from autobalance.engine.cycle.trace import Trace
@@ -19,6 +28,8 @@ from autobalance.errors import JobError
 from autobalance.job import Job
 from autobalance.job.model.cycle import Cycle, CylinderGas
 from autobalance.job.trace import read_trace
+from autobalance.machine_models.engine_from_job import cylinders as engine_cylinders
+from autobalance.machine_models.engine_from_job import in_its_sense
 
 
 def firing_engine(
@@ -82,6 +93,29 @@ def check_cycle(job: Job) -> Cycle:
     return job.cycle
 
 
+def odd_firing(job: Job, anatomy: Anatomy) -> tuple[str, ...]:
+    """Return a warning of a firing order of four strokes that fires unevenly where another fires evenly.
+
+    Two cylinders that fire at once are named. Orders that cannot be kept are refused elsewhere.
+    """
+    cycle = job.cycle
+    if cycle is None or cycle.strokes != 4 or cycle.firing_order is None or job.engine.rod_length_mm is None:
+        return ()
+    try:
+        cylinders = in_its_sense(job, Engine(engine_cylinders(job, anatomy))).cylinders
+        fired = _firing_rad(cycle, cylinders, _throws(job, anatomy), job.engine.clockwise)
+    except (JobError, ValueError):
+        return ()
+    span, tops = span_rad(cycle.strokes), dead_centres_rad(cylinders)
+    better = even_order(tops, span, cycle.firing_order[0])
+    pairs = [" and ".join(map(str, pair)) for pair in at_once(fired, span)]
+    if not pairs and (better is None or is_even(fired, span)):
+        return ()
+    what = f": cylinders {', '.join(pairs)} fire at once" if pairs else " fires unevenly"
+    remedy = "" if better is None else f"; {better} fires evenly"
+    return (f"{job.path.name}: cycle.firing_order {list(cycle.firing_order)}{what}{remedy}",)
+
+
 def _throws(job: Job, anatomy: Anatomy) -> tuple[ThrowPlace, ...]:
     places: list[ThrowPlace] = []
     first = 0
@@ -111,10 +145,48 @@ def _firing_rad(
             )
         return tops
     try:
-        return firing_in_order(tops, cycle.firing_order, span)
+        fired = firing_in_order(tops, cycle.firing_order, span)
+        _refuse_even_backwards(cycle, cylinders, clockwise, fired)
+        return fired
+    except _OtherSenseError:
+        raise
     except ValueError as error:
         other = _other_sense(cycle, cylinders, clockwise) or _other_banks(cycle, tops, throws)
         raise ValueError(f"cycle.firing_order {error}{other}") from None
+
+
+class _OtherSenseError(ValueError):
+    """An order that fires evenly in the other sense of turning alone."""
+
+
+def _refuse_even_backwards(
+    cycle: Cycle, cylinders: tuple[Cylinder, ...], clockwise: bool, fired_rad: list[float]
+) -> None:
+    """Refuse an order of four strokes that fires evenly only in an engine which turns the other way.
+
+    Such an order can be kept, with uneven intervals that nobody means: an in-line three of [1, 2, 3] that
+    turns counter-clockwise would fire at 0, 120 and 600°.
+    """
+    assert cycle.firing_order is not None
+    span = span_rad(cycle.strokes)
+    if cycle.strokes != 4 or len(cylinders) < 3 or is_even(fired_rad, span):
+        return
+    turned = dead_centres_rad(Engine(cylinders).mirrored().cylinders)
+    first, *rest = cycle.firing_order
+    backwards = (first, *reversed(rest))
+    try:
+        there = firing_in_order(turned, cycle.firing_order, span)
+        here = firing_in_order(dead_centres_rad(cylinders), backwards, span)
+    except ValueError:
+        return
+    if is_even(there, span) and is_even(here, span):
+        now, other = ("cw", "ccw") if clockwise else ("ccw", "cw")
+        gaps = ", ".join(f"{math.degrees(each):.4g}" for each in intervals_rad(fired_rad, span))
+        raise _OtherSenseError(
+            f"cycle.firing_order is {list(cycle.firing_order)}, whose intervals are {gaps}°; this order fires"
+            f' evenly with engine.turns = "{other}" (the crank turns "{now}" now, seen from +z), and'
+            f' {list(backwards)} with "{now}"; if the intervals are meant, give cycle.firing_deg'
+        )
 
 
 def _other_sense(cycle: Cycle, cylinders: tuple[Cylinder, ...], clockwise: bool) -> str:

@@ -9,6 +9,10 @@ from autobalance.engine.whole_engine import Cylinder
 
 SLACK_RAD = math.radians(0.01)
 """A dead centre so little before angle 0 counts as at it."""
+ROUNDING_RAD = 1e-9
+"""An angle so near to 0 is 0."""
+EVEN_RAD = math.radians(1.0)
+"""Greatest difference of intervals that count as even: an offset moves dead centres by less."""
 LARGEST_MISS_RAD = math.radians(10.0)
 """How far a given firing angle may lie from its cylinder's dead centre."""
 
@@ -25,7 +29,7 @@ def dead_centres_rad(cylinders: Sequence[Cylinder]) -> list[float]:
 
 
 def _first_turn(angle_rad: float) -> float:
-    return (angle_rad + SLACK_RAD) % (2.0 * math.pi) - SLACK_RAD
+    return _in_cycle(angle_rad, 2.0 * math.pi)
 
 
 def firing_in_order(tops_rad: Sequence[float], order: Sequence[int], span_rad: float) -> list[float]:
@@ -92,7 +96,61 @@ def _best_path(
 
 
 def _in_cycle(angle_rad: float, span_rad: float) -> float:
-    return (angle_rad + SLACK_RAD) % span_rad - SLACK_RAD
+    angle = (angle_rad + SLACK_RAD) % span_rad - SLACK_RAD
+    return 0.0 if abs(angle) < ROUNDING_RAD else angle  # and never -0.0
+
+
+def intervals_rad(fired_rad: Sequence[float], span_rad: float) -> list[float]:
+    """Return the crank angles from each firing to the next, from the first on [rad]."""
+    angles = sorted(fired_rad)
+    return [after - before for before, after in zip(angles, [*angles[1:], angles[0] + span_rad], strict=True)]
+
+
+def is_even(fired_rad: Sequence[float], span_rad: float) -> bool:
+    """Return whether all intervals between firings are alike."""
+    wanted = span_rad / len(fired_rad)
+    return all(abs(each - wanted) <= EVEN_RAD for each in intervals_rad(fired_rad, span_rad))
+
+
+def at_once(fired_rad: Sequence[float], span_rad: float) -> list[tuple[int, int]]:
+    """Return the pairs of cylinders, from 1, that fire together."""
+    pairs = []
+    for one, here in enumerate(fired_rad, 1):
+        for other, there in enumerate(fired_rad[one:], one + 1):
+            apart = (there - here + 0.5 * span_rad) % span_rad - 0.5 * span_rad
+            if abs(apart) <= EVEN_RAD:
+                pairs.append((one, other))
+    return pairs
+
+
+def even_order(tops_rad: Sequence[float], span_rad: float, first: int) -> list[int] | None:
+    """Return an order, from a cylinder on, that fires at even intervals; None where none does.
+
+    Parameters
+    ----------
+    tops_rad : sequence of float
+        A top dead centre of each cylinder [rad].
+    span_rad : float
+        Of the cycle [rad].
+    first : int
+        Number of the cylinder that it begins with, from 1.
+    """
+    count = len(tops_rad)
+    step = span_rad / count
+    start = tops_rad[first - 1]
+    order, left = [first], set(range(1, count + 1)) - {first}
+    for place in range(1, count):
+        wanted = _first_turn(start + place * step)
+        near = [
+            number
+            for number in sorted(left)
+            if abs((tops_rad[number - 1] - wanted + math.pi) % (2.0 * math.pi) - math.pi) <= EVEN_RAD
+        ]
+        if not near:
+            return None
+        order.append(near[0])
+        left.remove(near[0])
+    return order
 
 
 def firing_as_given(tops_rad: Sequence[float], given_rad: Sequence[float], span_rad: float) -> list[float]:
