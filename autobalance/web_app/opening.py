@@ -16,6 +16,10 @@ from autobalance.web_app.project import JOB, Project, is_plain
 
 REPORT = "report.json"
 JOBS = (".toml", ".xlsx")
+JOB_BEFORE = "job-before.toml"
+"""The job of the crank that was open before another one."""
+OF_ANY_CRANK = ("shop",)
+"""Tables of a job that are the same for every crank."""
 WORKBOOK_MB = 1024
 """Memory in which a workbook that was uploaded must be read."""
 
@@ -69,14 +73,26 @@ def open_example(name: str | None, project: Project) -> None:
         (path,) = (each for each in drawn.write(folder) if each.suffix == ".stl")
         kept = project.copied(path)
     table = {"file": kept, "unit": "mm", "density_kg_m3": drawn.design.density_kg_m3}
-    project.write_job(toml_text({**job_of(project), "crankshaft": table}))
+    project.write_job(toml_text({**_for_another(project), "crankshaft": table}))
 
 
 def open_crank(name: str, project: Project) -> None:
-    """Make a file of the project the crank of its job; overrides of another crank go."""
+    """Make a file of the project the crank of its job; the job of another crank goes, but for the shop's own.
+
+    Unit, weights, the original's parts and limits belong to the crank that they were typed for. What goes is
+    kept as a file of the project, `JOB_BEFORE`.
+    """
+    if job_of(project).get("crankshaft", {}).get("file") != name:
+        project.write_job(toml_text({**_for_another(project), "crankshaft": {"file": name}}))
+
+
+def _for_another(project: Project) -> dict[str, Any]:
+    """Return what another crank's job keeps of the project's: all, where that has no crank yet."""
     tables = job_of(project)
-    if tables.get("crankshaft", {}).get("file") != name:
-        project.write_job(toml_text({**tables, "crankshaft": {"file": name}}))
+    if not tables.get("crankshaft", {}).get("file"):
+        return tables
+    project.write_text(JOB_BEFORE, toml_text(tables))
+    return {key: value for key, value in tables.items() if key in OF_ANY_CRANK}
 
 
 def job_of(project: Project) -> dict[str, Any]:

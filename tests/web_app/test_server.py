@@ -242,6 +242,30 @@ def test_a_crank_to_begin_with_is_bundled_or_drawn(tmp_path: Path) -> None:
         assert app.ask("/api/example", {"preset": 4}).status == 400
 
 
+def test_another_crank_does_not_get_the_weights_and_limits_of_the_one_before(app: Served) -> None:
+    """Unit, weights, the original's parts and limits go with their crank; its job is kept as a file."""
+    former = job(
+        shop={"name": "Turner"},
+        original={"rotating_g": {"a": 95.0}, "reciprocating_g": {"b": 300.0}},
+        correction={"method": "drill", "drill": {"max_depth_mm": 7.3}},
+    )
+    former["crankshaft"]["unit"] = "cm"
+    assert app.ask("/api/job", json.dumps(former).encode(), method="PUT").status == 200
+    file = former["crankshaft"]["file"]
+    same = app.ask("/api/open", {"file": file}).json["job"]
+    assert same["crankshaft"]["unit"] == "cm"
+    assert same["engine"]
+    other = app.ask("/api/files?name=other.stl", (app.project / file).read_bytes()).json["file"]
+    opened = app.ask("/api/open", {"file": other}).json["job"]
+    assert opened == {"shop": {"name": "Turner"}, "crankshaft": {"file": other}}
+    before = app.ask("/api/open", {"file": "job-before.toml"}).json["job"]
+    assert before["correction"]["drill"]["max_depth_mm"] == 7.3
+    assert before["original"] == former["original"]
+    drawn = app.ask("/api/example", {"preset": "single"}).json["job"]
+    assert set(drawn) == {"shop", "crankshaft"}
+    assert drawn["crankshaft"]["unit"] == "mm"
+
+
 def test_a_job_may_be_a_workbook(app: Served, tmp_path: Path) -> None:
     assert jobs.run("init", written(), "-o", tmp_path / "job.xlsx") == 0
     assert app.ask("/api/files?name=mine.xlsx", (tmp_path / "job.xlsx").read_bytes()).status == 201

@@ -1,7 +1,7 @@
 // Files and folders that are dropped or chosen: sent to the project, and opened.
 import { $, ending } from "/static/tools.js";
 import { askJson, guarded, post } from "/static/server.js";
-import { CRANKS, JOBS, changed, emit, state, taken } from "/static/job.js";
+import { CRANKS, JOBS, USUAL, assumed, changed, emit, state, taken } from "/static/job.js";
 import { signal } from "/static/store.js";
 
 export const sent = signal(""); // what is being sent, by its names
@@ -41,6 +41,7 @@ export function dropped(files) {
 }
 const taking = guarded(async (files) => {
   if (!files.length) return false;
+  if (files.some((file) => CRANKS.includes(ending(file.name)))) Object.assign(assumed, USUAL); // not those of the file before; what is chosen while it is sent counts
   coming.value = files.find((file) => CRANKS.includes(ending(file.name)))?.name || "";
   sent.value = files.map((file) => file.name).join(", ");
   try {
@@ -80,6 +81,7 @@ export const example = guarded(async (preset) => {
 function another(tables) {
   state.inspected = null;
   state.file = null;
+  state.tables = {};
   emit("forgotten");
   taken(tables);
   changed();

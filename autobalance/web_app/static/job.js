@@ -40,8 +40,9 @@ export function keep(path, value) {
   for (let k = names.length; k > 0 && !Object.keys(way[k]).length; k--) delete way[k - 1][names[k - 1]];
 }
 
-// What is taken for a file that does not say it: as it was for the file before.
-export const assumed = { unit: "mm", density_kg_m3: 7850 };
+// What is taken for a file that does not say it, until the user says otherwise; another file begins with the usual again.
+export const USUAL = { unit: "mm", density_kg_m3: 7850 };
+export const assumed = { ...USUAL };
 export const unitOfFile = () => at("crankshaft.unit") || assumed.unit;
 
 export function crankshaft() {
