@@ -95,10 +95,21 @@ def find_thin_runs(
     long: SectionStack, rounding_mm: float, least_width_mm: float, known: Sequence[CylinderRun]
 ) -> list[CylinderRun]:
     """Return discs too thin for ``find_runs``, but at least ``least_width_mm`` wide; none of those known."""
-    chains = _chains(long, least_width_mm / LEAST_WIDTH)
+    chains = [
+        chain
+        for chain in _chains(long, least_width_mm / LEAST_WIDTH)
+        if len(chain) > 1 and not any(_is_on(long, chain, run) for run in known)
+    ]
     runs = [run_of_chain(long, chain, rounding_mm, least_width_mm) for chain in chains]
     thin = [run for run in runs if run is not None and run.width < LEAST_WIDTH * run.radius]
     return [run for run in _distinct([*known, *thin]) if any(run is other for other in thin)]
+
+
+def _is_on(long: SectionStack, chain: Sequence[Link], run: CylinderRun) -> bool:
+    """Return whether the middle circle of a chain is a cylinder's."""
+    link = chain[len(chain) // 2]
+    inside = run.z_low <= long.sections[link.place].z_mm <= run.z_high
+    return inside and link.continues(Link(link.place, run.centre, run.radius))
 
 
 def _chains(long: SectionStack, least_radius_mm: float = 0.0) -> list[list[Link]]:

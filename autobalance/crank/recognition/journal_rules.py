@@ -9,15 +9,21 @@ meant.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from autobalance.crank.recognition.circles import corners_of, distances, preceding
 from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun
-from autobalance.crank.recognition.datums import LONG_AS_WIDE, MIN_SLOT_DEPTH_RATIO, SAME_WIDTH, shaft_slot
-from autobalance.crank.recognition.section_stack import CrossSection, SectionStack
+from autobalance.crank.recognition.datums import (
+    LONG_AS_WIDE,
+    MIN_SLOT_DEPTH_RATIO,
+    SAME_WIDTH,
+    Slot,
+    shaft_slot,
+)
+from autobalance.crank.recognition.section_stack import SectionPiece, SectionStack
 from autobalance.types import Array
 
 SAME_THICKNESS = 0.02
@@ -157,54 +163,57 @@ def _beside_web(order: Sequence[CylinderRun], size: float) -> JournalChoice:
 
 def _is_shaft(long: SectionStack, run: CylinderRun) -> bool:
     """Return whether keyways, a spline or teeth leave less of a cylinder than a bearing's seat."""
-    cuts = sorted(cut for part in (_keyed(long, run), _splined(long, run)) for cut in part)
-    edges = [run.z_low, *(z for cut in cuts for z in cut), run.z_high]
-    plain_mm = max(b - a for a, b in zip(edges[::2], edges[1::2], strict=True))
-    return bool(cuts) and not _is_wide(plain_mm, run, SEAT)
-
-
-def _keyed(long: SectionStack, run: CylinderRun) -> list[tuple[float, float]]:
-    """Return the z ranges of slots as wide all along and at least about as long as wide: keyways."""
-    slots = []
-    for section in _sections(long, run):
+    seen: dict[int, tuple[int, Slot | None]] = {}
+    splined, slots = [], []
+    for section in long.sections:
+        if not run.z_low < section.z_mm < run.z_high:
+            continue
         for piece in section.pieces:
-            if piece.circle is not None and _is_about(piece.circle.centre, run):
-                slot = shaft_slot(piece, piece.circle, section.z_mm)
-                slots += [] if slot is None else [slot]
-    found: list[tuple[float, float]] = []
-    while slots:
-        same = [slot for slot in slots if abs(slot.width - slots[0].width) < SAME_WIDTH * slots[0].width]
+            if id(piece) not in seen:
+                seen[id(piece)] = _slots(piece, run, section.z_mm)
+            count, slot = seen[id(piece)]
+            if count >= SPLINE_SLOTS:
+                splined.append(section.z_mm)
+            if slot is not None:
+                slots.append(replace(slot, z_mm=section.z_mm))
+    plain = [(run.z_low, run.z_high)]
+    for low, high in (*_keyed(slots), *_splined(splined, run)):
+        parts = ((a, min(b, low)) for a, b in plain), ((max(a, high), b) for a, b in plain)
+        plain = [(a, b) for part in parts for a, b in part if a < b]
+    plain_mm = max((b - a for a, b in plain), default=0.0)
+    return plain_mm < run.width and not _is_wide(plain_mm, run, SEAT)
+
+
+def _keyed(slots: Sequence[Slot]) -> list[tuple[float, float]]:
+    """Return the z ranges of slots as wide all along and at least about as long as wide: keyways."""
+    found, rest = [], list(slots)
+    while rest:
+        first = rest[0]
+        same = [slot for slot in rest if abs(slot.width - first.width) < SAME_WIDTH * first.width]
         low, high = same[0].z_mm, same[-1].z_mm
-        if high - low >= LONG_AS_WIDE * slots[0].width:
+        if high - low >= LONG_AS_WIDE * first.width:
             found.append((low, high))
-        slots = [slot for slot in slots if all(slot is not other for other in same)]
-    return found[:1]  # two of one cylinder would be one all along it, and a drilling
+        rest = [slot for slot in rest if all(slot is not other for other in same)]
+    return found
 
 
-def _splined(long: SectionStack, run: CylinderRun) -> list[tuple[float, float]]:
+def _splined(heights: Sequence[float], run: CylinderRun) -> list[tuple[float, float]]:
     """Return the z range over which several slots are cut into a cylinder."""
-    cut = [section.z_mm for section in _sections(long, run) if _slots(section, run) >= SPLINE_SLOTS]
-    if not cut or cut[-1] - cut[0] < SPLINE_LENGTH * 2.0 * run.radius:
+    if not heights or heights[-1] - heights[0] < SPLINE_LENGTH * 2.0 * run.radius:
         return []
-    return [(cut[0], cut[-1])]
+    return [(heights[0], heights[-1])]
 
 
-def _sections(long: SectionStack, run: CylinderRun) -> list[CrossSection]:
-    return [section for section in long.sections if run.z_low < section.z_mm < run.z_high]
-
-
-def _is_about(centre: Array, run: CylinderRun) -> bool:
-    return float(np.linalg.norm(centre - run.centre)) < SAME_CENTRE * run.radius
-
-
-def _slots(section: CrossSection, run: CylinderRun) -> int:
-    """Return the number of slots in a cylinder's section."""
-    count = 0
-    for piece in section.pieces:
-        if piece.circle is not None and _is_about(piece.circle.centre, run):
-            corners = corners_of(piece.outline, piece.grain_mm)
-            steps = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-            sunk = MIN_SLOT_DEPTH_RATIO * run.radius + float(np.median(steps)) ** 2 / run.radius
-            inside = distances(corners, piece.circle.centre) < run.radius - sunk
-            count = max(count, int(np.count_nonzero(inside & ~preceding(inside))))
-    return count
+def _slots(piece: SectionPiece, run: CylinderRun, z_mm: float) -> tuple[int, Slot | None]:
+    """Return the number of slots in a cylinder's section, and the keyway's if it is one."""
+    circle = piece.circle
+    if circle is None or float(np.linalg.norm(circle.centre - run.centre)) > SAME_CENTRE * run.radius:
+        return 0, None
+    away = distances(piece.outline, circle.centre)
+    least = (1.0 - MIN_SLOT_DEPTH_RATIO) * run.radius
+    if float(away.min()) >= least:
+        return 0, None
+    corners = corners_of(piece.outline, piece.grain_mm)
+    facet_mm = float(np.median(np.linalg.norm(np.diff(corners, axis=0), axis=1)))
+    inside = distances(corners, circle.centre) < least - facet_mm**2 / run.radius
+    return int(np.count_nonzero(inside & ~preceding(inside))), shaft_slot(piece, circle, z_mm)
