@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+import autobalance as ab
 from tests import jobs
 
 
@@ -22,3 +23,15 @@ def test_the_product_goes_from_the_sources_to_the_wanted_one(tmp_path: Path) -> 
     assert product["target"] - product["final"] == pytest.approx(
         report["residual"]["unbalance_g_mm"][0], abs=1e-6
     )
+
+
+def test_no_product_is_given_where_it_would_be_negative(tmp_path: Path) -> None:
+    """A sector too light for its own crankpin's side: the webs' centre of mass lies on that side."""
+    sizes = {"counterweight.radius_mm": 34.0, "counterweight.fan_angle_deg": 60.0}
+    crank = ab.generate("single", file="crank.stl", settings=sizes, segments=48)
+    (tmp_path / "crank.stl").write_bytes(crank.data)
+    report = ab.inspect(tmp_path / "crank.stl", unit="mm").report
+    assert [web["counterweight"] for web in report["crank"]["webs"]] == [True, True]
+    assert report["counterweights"] == []
+    light = ab.inspect(tmp_path / "crank.stl", unit="mm").text()
+    assert "m_cw" not in light

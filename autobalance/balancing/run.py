@@ -362,7 +362,7 @@ def counterweights_of(crank: Crank) -> Moments | None:
 
 
 def _counterweight(webs: Moments | None, anatomy: Anatomy, result: Result) -> Counterweight | None:
-    """Return m_cw and its product with r′; None without a counterweight.
+    """Return m_cw and its product with r′; None without a counterweight, or with the product negative.
 
     The target makes up for the initial unbalance along the throw; the cuts change the final product.
     """
@@ -370,6 +370,8 @@ def _counterweight(webs: Moments | None, anatomy: Anatomy, result: Result) -> Co
         return None
     along = anatomy.throws[0].direction
     initial = -float(webs.first_g_mm[:2] @ along)
+    if initial < 0.0:  # the webs are heavier on the crankpin's side
+        return None
     cut = (result.final_moments - result.initial_moments).first_g_mm[:2]
     return Counterweight(
         mass_g=webs.mass_g,

@@ -106,7 +106,10 @@ class WebWeight:
 
 
 def web_weights(parts: Sequence[Section], anatomy: Anatomy) -> tuple[WebWeight, ...]:
-    """Return the source's m_cw, r′ and m_cw·r′ of each web with a counterweight; of all for one throw."""
+    """Return the source's m_cw, r′ and m_cw·r′ of each web with a counterweight; of all for one throw.
+
+    One whose centre of mass lies on the crankpin's side has none: its product would be negative.
+    """
     weights = []
     for web in anatomy.webs:
         mine = [p.moments for p in parts if p.kind in ("web", "counterweight") and p.number == web.number]
@@ -116,7 +119,7 @@ def web_weights(parts: Sequence[Section], anatomy: Anatomy) -> tuple[WebWeight, 
             weights.append(WebWeight(web.number, sum(moments.mass_g for moments in mine), product))
     if weights and len(anatomy.throws) == 1:
         weights.append(WebWeight(None, sum(w.mass_g for w in weights), sum(w.product_g_mm for w in weights)))
-    return tuple(weights)
+    return tuple(weight for weight in weights if weight.product_g_mm > 0.0)
 
 
 def counterweight_moments(solid: Solid, anatomy: Anatomy, density_g_mm3: float) -> Moments:

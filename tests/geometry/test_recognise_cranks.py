@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Anatomy, Overrides, PinHint
+from autobalance.crank.parametric.design import CounterweightSize, preset
+from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError
 from autobalance.solid.csg.region import Region
@@ -136,3 +139,21 @@ def test_no_crank_says_what_was_looked_for_and_found() -> None:
     )
     with pytest.raises(RecognitionError, match=r"looked for crankpins .* none beside it; crankpins settles"):
         recognise(shaft, Overrides())
+
+
+@pytest.mark.parametrize(("hub", "pin_end"), [(28.0, 19.0), (32.0, 18.5), (36.0, 18.5)])
+def test_a_round_hub_about_the_axis_is_no_counterweight(hub: float, pin_end: float) -> None:
+    """A hub of 32 mm beside a throw of 29 mm was a counterweight with a rim of 32 mm over 240°."""
+    single = preset("single")
+    web = replace(single.web, hub_radius_mm=hub, pin_end_radius_mm=pin_end)
+    found = recognise(crank_solid(replace(single, counterweight=None, web=web), 48), Overrides())
+    assert [(each.counterweight, each.outline) for each in found.webs] == [(False, None)] * 2
+
+
+@pytest.mark.parametrize("fan_deg", [60.0, 130.0, 178.0])
+@pytest.mark.parametrize("radius", [34.0, 52.0])
+def test_a_sector_that_stands_out_of_its_hub_is_a_counterweight(radius: float, fan_deg: float) -> None:
+    single = replace(preset("single"), counterweight=CounterweightSize(radius, fan_deg))
+    found = recognise(crank_solid(single, 48), Overrides())
+    rims = [each.outline.rim_radius_mm for each in found.webs if each.outline is not None]
+    assert rims == pytest.approx([radius] * 2, abs=1e-3)

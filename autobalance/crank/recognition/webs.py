@@ -29,6 +29,13 @@ by less than this share of its radius."""
 COUNTERWEIGHT_SHARE = 0.4
 """A web carries a counterweight when its first moment beyond the axis, away from the crankpin, is at least
 this share of that on the crankpin's side: a plain web's hub has less than a quarter, a disc has all."""
+DISC_SHARE = 0.99
+"""... but it is a round hub about the axis, not a counterweight, where that moment is less than this share
+and the web's outline there is one arc that goes on towards the crankpin: a counterweight's edges step in."""
+HUB_FROM_RAD, HUB_RAYS = math.radians(78.0), 16
+"""The arc is looked at from this angle to the crankpin on, on both sides, at so many places."""
+HUB_ROUNDNESS = 0.05
+"""Its radius changes by less than this share; facets of a coarse circle stand in by 0.035."""
 CYLINDER_MARGIN_RATIO = 0.25
 """Within the width that a job (or the recogniser) gives a cylinder, metal up to this share beyond its radius
 is still the cylinder: corners of coarse facets, a diameter given roundly."""
@@ -378,8 +385,32 @@ def _web(
                 toward += count * _half_moment((outline - axis) @ _basis(towards))
                 beyond += count * _half_moment((outline - axis) @ _basis(-towards))
     heavy = beyond >= COUNTERWEIGHT_SHARE * toward
+    if heavy and beyond < DISC_SHARE * toward:
+        heavy = not _is_round_hub(sections, axis, towards)
     outline_of = _outline(sections, axis, towards, extent) if heavy and sections else None
     return Web(number, low, high, heavy, outline_of)
+
+
+def _is_round_hub(sections: Sequence[CrossSection], axis: Array, towards: Array) -> bool:
+    """Return whether a web away from its crankpin is an arc about the axis, and goes on towards it."""
+    angles = np.concatenate([sign * np.linspace(HUB_FROM_RAD, math.pi, HUB_RAYS) for sign in (1.0, -1.0)])
+    outlines = {id(piece): piece.outline for section in sections for piece in section.pieces}
+    reach = np.max([_reach(outline - axis, towards, angles) for outline in outlines.values()], axis=0)
+    return bool(reach.min() > 0.0 and reach.max() <= (1.0 + HUB_ROUNDNESS) * reach.min())
+
+
+def _reach(outline: Array, towards: Array, angles: Array) -> Array:
+    """Return how far a closed outline (k, 2) reaches from the origin at angles (n,) from a direction [mm]."""
+    rays = np.stack([np.cos(angles), np.sin(angles)], axis=1) @ np.array(
+        [[towards[0], towards[1]], [-towards[1], towards[0]]]
+    )
+    a, b = outline, following(outline)
+    one, other = (rays[:, :1] * p[:, 1] - rays[:, 1:] * p[:, 0] for p in (a, b))
+    crosses = (one < 0.0) != (other < 0.0)
+    share = np.divide(one, one - other, out=np.zeros_like(one), where=crosses)
+    along = rays[:, :1] * (a[:, 0] + share * (b - a)[:, 0]) + rays[:, 1:] * (a[:, 1] + share * (b - a)[:, 1])
+    reach: Array = np.where(crosses, along, 0.0).max(axis=1)
+    return reach
 
 
 def _basis(towards: Array) -> Array:
