@@ -66,16 +66,24 @@ def test_the_bar_covers_the_truth(name: str, segments: int, splits: int) -> None
 def test_the_bar_falls_with_every_finer_mesh(
     name: str, fillet_mm: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As n⁻² from one preset number of segments to the next, and so where edges take over from fits, too."""
-    monkeypatch.setattr(measured_crank, "FACETS_MOST", 1500 if fillet_mm == 0.0 else 4000)
+    """As n⁻² from one preset number of segments to the next, of fits and of edges each.
+
+    A fit is known to 1e-3 of what the facets hide, edges to some hundredths: where these take over the bar is
+    wider, and a verdict in which it counts has the fits.
+    """
+    monkeypatch.setattr(measured_crank, "FACETS_MOST", 0)
     design = preset(name) if fillet_mm is None else replace(preset(name), fillet_mm=fillet_mm)
-    bars, ways = [], set()
+    bars: dict[bool, list[float]] = {True: [], False: []}
     for segments in (96, 128, 192, 256, 384):
-        facets = measured_crank.facets_of_mesh(drawn(design, segments).mesh, 7.85e-3)
-        ways.add(facets.fitted is None)
-        bars.append(facets.unbalance_bar_g_mm * segments**2)
-    assert ways == {True, False}
-    assert all(finer < 1.2 * coarser for coarser, finer in pairwise(bars))
+        mesh = drawn(design, segments).mesh
+        for fit, fallen in bars.items():
+            facets = measured_crank.facets_of_mesh(mesh, 7.85e-3, fit)
+            assert (facets.fitted is not None) == fit
+            fallen.append(facets.unbalance_bar_g_mm * segments**2)
+    for fit, fallen in bars.items():  # the last digits of a fit are those of rims, which cut chords anywhere
+        most = 1.5 if fit else 1.2
+        assert all(finer < most * coarser for coarser, finer in pairwise(fallen))
+    assert all(fit < 0.2 * edges for fit, edges in zip(*bars.values(), strict=True))
 
 
 def test_planes_hide_nothing() -> None:

@@ -15,27 +15,25 @@ from itertools import pairwise
 import numpy as np
 
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.chordal_error.bars import FLAT, accidents, fitted_bar, loose_bar
 from autobalance.solid.chordal_error.look import SMOOTH_RAD, Look, look_at
 from autobalance.solid.chordal_error.match import Fitted
-from autobalance.solid.chordal_error.profiles import axes_of, find_revolved
+from autobalance.solid.chordal_error.profiles import axes_of, find_revolved, split_in_bands
 from autobalance.solid.chordal_error.revolved import SIX_POINTS, THREE_POINTS, Lens, Revolved, lens
 from autobalance.solid.chordal_error.scanned_facets import MASS_SHARE, UNBALANCE_SHARE, ScannedFacets
-from autobalance.solid.chordal_error.seeds import find_joined, find_leftover_cylinders
+from autobalance.solid.chordal_error.seeds import adopt_cut_facets, find_joined, find_leftover_cylinders
 from autobalance.solid.chordal_error.strips import find_cylinders
 from autobalance.solid.mesh.mesh import Mesh, ranked
-from autobalance.types import Array, Indices
+from autobalance.types import Array, Flags, Indices
 
 MAX_SAG_WIDTH_RATIO = 0.5 * np.tan(SMOOTH_RAD / 4.0)
 """Sag of a chord at most, as a share of its width."""
-FITTED_SHARE = 0.04
-"""Error bar of a fitted surface, as a share of its contribution: seams and second-order terms."""
-LOOSE_SHARE = 1.5
-"""Error bar of a smooth surface that was not fitted, as a share of the estimate from its angles."""
 MAX_SAG_RATIO = 100.0
 """Metal between facets and a surface over the estimate from their angles, at most: slivers hide much at
 small angles, but a surface that was fitted to the wrong facets hundreds of times as much."""
 MANY_TRIANGLES = 30_000
-"""Triangles from which on they are so small that degree 2 is enough."""
+"""Triangles from which on they are so small that degree 2 is enough over a cylinder, to 3e-5 of its lens;
+over a cone or a torus it is 5e-3 off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,36 +146,33 @@ def chordal_error_of(look: Look, density_g_mm3: float) -> ChordalError:
     find_revolved(look, surfaces, surface_of)
     find_leftover_cylinders(look, surfaces, surface_of)  # slower: only what is left
     find_joined(look, surfaces, surface_of, axes_of(look, surfaces, surface_of))
+    adopt_cut_facets(look, surfaces, surface_of)
     return _summed(look, surfaces, surface_of, density_g_mm3)
 
 
 def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> ChordalError:
     """Integrate between the facets and their surfaces, and add up the error bars."""
-    parts = _triangles_of(look, surface_of, len(surfaces))
-    rule = SIX_POINTS if len(look.mesh.triangles) < MANY_TRIANGLES else THREE_POINTS
-    lenses = []
-    for surface, mine in zip(surfaces, parts, strict=True):
-        corners = look.mesh.vertices.take(look.mesh.triangles.take(mine, axis=0), axis=0)
-        lenses.append(lens(surface, corners, look.doubled.take(mine, axis=0), density_g_mm3, rule))
-    _drop_false(look, parts, lenses, surface_of, density_g_mm3)
+    lenses = _lenses(look, surfaces, surface_of, density_g_mm3)
+    planes, either = accidents(look, surfaces, surface_of, lenses)
+    if _split(look, surfaces, surface_of, planes):
+        lenses = _lenses(look, surfaces, surface_of, density_g_mm3)
+        either = np.append(either, np.zeros(len(surfaces) - len(either), dtype=bool))
     total = Moments.zero()
     gross_mass = gross_unbalance = sag = 0.0
-    along = np.zeros(2)
     used = np.unique(surface_of[surface_of >= 0]).tolist()
     for number in used:
         of_piece = lenses[number]
         total = total + of_piece.moments
         gross_mass += of_piece.gross_mass_g
         gross_unbalance += of_piece.gross_unbalance_g_mm
-        along += FITTED_SHARE * of_piece.gross_at
         sag = max(sag, of_piece.sag_mm)
-    loose_mass, loose_unbalance, loose_along = _loose(look, surface_of, density_g_mm3)
-    bar = FITTED_SHARE * gross_unbalance + loose_unbalance
-    mean, mean_square = (along + loose_along) / (bar or 1.0)
+    bar = fitted_bar(look, surfaces, surface_of, lenses, either, density_g_mm3)
+    bar = bar + loose_bar(look, surface_of, sag, density_g_mm3)
+    mean, mean_square = bar.along / (bar.unbalance_g_mm or 1.0)
     return ChordalError(
         total,
-        FITTED_SHARE * gross_mass + loose_mass,
-        bar,
+        bar.mass_g,
+        bar.unbalance_g_mm,
         gross_mass,
         gross_unbalance,
         sag,
@@ -185,6 +180,32 @@ def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
         (float(mean), float(mean_square)),
         _fitted(look, surfaces, surface_of, density_g_mm3),
     )
+
+
+def _lenses(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> list[Lens]:
+    """Integrate between the facets and their surfaces; release the faces of false ones."""
+    parts = _triangles_of(look, surface_of, len(surfaces))
+    few = len(look.mesh.triangles) < MANY_TRIANGLES
+    lenses = []
+    for surface, mine in zip(surfaces, parts, strict=True):
+        rule = SIX_POINTS if few or surface.tube_mm or surface.slope else THREE_POINTS
+        corners = look.mesh.vertices.take(look.mesh.triangles.take(mine, axis=0), axis=0)
+        lenses.append(lens(surface, corners, look.doubled.take(mine, axis=0), density_g_mm3, rule))
+    _drop_false(look, parts, lenses, surface_of, density_g_mm3)
+    return lenses
+
+
+def _split(look: Look, surfaces: list[Revolved], surface_of: Indices, planes: Flags) -> bool:
+    """Take planes for what they are, and a torus through few cones for these; return whether any was one."""
+    for number in np.flatnonzero(planes).tolist():
+        faces = np.flatnonzero(surface_of == number)
+        surface_of[faces] = FLAT
+        if not surfaces[number].tube_mm:
+            continue
+        for fitted, mine in split_in_bands(look, surfaces[number], faces):
+            surface_of[mine] = len(surfaces)
+            surfaces.append(fitted)
+    return bool(planes.any())
 
 
 def _fitted(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> Fitted:
@@ -214,7 +235,7 @@ def _drop_false(
     Some face has more between it and its surface than a chord of its size can have, or all of them together
     have much more than their angles suggest.
     """
-    if not parts:
+    if not any(len(part) for part in parts):
         return
     held = np.bincount(
         look.face.take(np.concatenate(parts)), np.concatenate([one.volumes for one in lenses]), look.count
@@ -225,18 +246,3 @@ def _drop_false(
     false = np.array([one.gross_mass_g for one in lenses]) > MAX_SAG_RATIO * density_g_mm3 * stake
     false[surface_of[thick & mine]] = True
     surface_of[mine & false[surface_of]] = -1
-
-
-def _loose(look: Look, surface_of: Indices, density_g_mm3: float) -> tuple[float, float, Array]:
-    """Return the error bars of smooth facets that no surface was fitted to: L w² δ / 12 at each edge.
-
-    The last two numbers are the bar of the unbalance times z and z².
-    Only edges whose two faces both go on smoothly count: a blunt edge between two planes is real.
-    """
-    meet = look.meetings
-    neighbours = np.bincount(meet.low, minlength=look.count) + np.bincount(meet.high, minlength=look.count)
-    goes_on = (surface_of < 0) & (neighbours > 1)
-    counts = goes_on[meet.low] & goes_on[meet.high]
-    mass, middle = LOOSE_SHARE * density_g_mm3 * meet.hidden_mm3[counts], meet.middle[counts]
-    size, z = mass * np.hypot(middle[:, 0], middle[:, 1]), middle[:, 2]
-    return float(mass.sum()), float(size.sum()), np.array([size @ z, size @ z**2])

@@ -39,12 +39,18 @@ class Meetings:
         Of the edges.
     hidden_mm3 : (n,) float
         L w² δ / 12, by their length, the lesser width of the two faces and the angle between them.
+    angle_rad : (n,) float
+        Between the faces.
+    sag_mm : (n,) float
+        w δ / 8: the depth of a chord so wide that turns by as much.
     """
 
     low: Indices
     high: Indices
     middle: Array
     hidden_mm3: Array
+    angle_rad: Array
+    sag_mm: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +110,8 @@ class Look:
         low, high = pair // self.count, pair % self.count
         across = self.broad_mm2
         width = np.minimum(across[low], across[high]) / weight
-        return Meetings(low, high, middle / weight[:, None], whole * width**2 * angle / 12.0)
+        hidden = whole * width**2 * angle / 12.0
+        return Meetings(low, high, middle / weight[:, None], hidden, angle, width * angle / 8.0)
 
     @cached_property
     def area_mm2(self) -> Array:

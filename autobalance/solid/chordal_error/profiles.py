@@ -116,6 +116,20 @@ class Around:
         return self.faces[members], Sets.of(label[members])
 
 
+def split_in_bands(look: Look, surface: Revolved, faces: Indices) -> list[tuple[Revolved, Indices]]:
+    """Return cones in place of a torus, each with the faces (k,) that lean as much."""
+    lean = look.normal[faces] @ surface.axis
+    order = np.argsort(lean, kind="stable")
+    faces, band = faces[order], np.cumsum(np.diff(lean[order], prepend=-np.inf) > MAX_AXIAL_SHARE) - 1
+    sets = Sets.of(band)
+    fits = fitted_profiles(look, faces, sets, surface.point, surface.axis)
+    return [
+        (fitted, faces[sets.starts[place] : sets.starts[place] + sets.sizes[place]])
+        for fitted, place in fits
+        if not fitted.tube_mm
+    ]
+
+
 def fitted_profiles(
     look: Look, faces: Indices, patches: Sets, point: Array, axis: Array
 ) -> Iterator[tuple[Revolved, int]]:

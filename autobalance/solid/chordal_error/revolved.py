@@ -138,6 +138,6 @@ def lens(
         float(np.abs(w0).sum()),
         float(size.sum()),
         np.array([size @ z, size @ z**2]),
-        np.abs(weights[0]).reshape(-1, len(corners)).sum(axis=0),
+        np.abs(weights[0]).reshape(len(rule[1]), len(corners)).sum(axis=0),
         float(np.abs(surface.off(corners.mean(axis=1))).max(initial=0.0)),
     )

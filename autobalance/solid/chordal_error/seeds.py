@@ -14,6 +14,7 @@ from autobalance.solid.chordal_error.fits import Sets, circles, cylinders, least
 from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on, tight_mm
 from autobalance.solid.chordal_error.profiles import IDLE_AXES, Around, cone, torus
 from autobalance.solid.chordal_error.revolved import Revolved, cylindrical
+from autobalance.solid.chordal_error.strips import MIN_SURE_FACES
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.types import Array, Flags, Indices
 
@@ -110,6 +111,43 @@ def find_joined(
                 if np.isin(seed, left).all():
                     left = _taken(look, points, fitted, left, len(seed), tight, surfaces, surface_of)
         idle = 0 if len(surfaces) > before else idle + 1
+
+
+def adopt_cut_facets(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
+    """Assign to sure surfaces the facets beside theirs that a hole's rim cuts, as no fit to a few may say.
+
+    Such a facet has two corners exactly on the surface; the others lie on its own chord, so not outside, nor
+    deeper than the surface's deepest. Free facets are taken, and those of surfaces that few others share.
+    """
+    tight, rounds = tight_mm(look), 3
+    i, j = look.pairs
+    both = np.concatenate([np.stack([i, j]), np.stack([j, i])], axis=1)
+    for _ in range(rounds):
+        count = np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces))
+        sure = np.append(count >= MIN_SURE_FACES, False)  # the last is none
+        beside = look.small[both[0]] & ~sure[surface_of[both[0]]] & sure[surface_of[both[1]]]
+        face, source = both[:, beside]
+        if len(face) == 0:
+            return
+        pairs = np.unique(np.stack([surface_of[source], face]), axis=1)
+        before = surface_of.copy()
+        for number in np.unique(pairs[0]).tolist():
+            mine = pairs[1, pairs[0] == number]
+            on = _cut_from(look, surfaces[number], np.flatnonzero(before == number), mine, tight)
+            surface_of[mine[on]] = number
+        if (surface_of == before).all():
+            return
+
+
+def _cut_from(look: Look, surface: Revolved, faces: Indices, beside: Indices, tight: float) -> Flags:
+    """Mark the faces ``beside`` (k,) that are cut from chords of a surface, which has some ``faces``."""
+    deepest = float(surface.off(look.first_middles[faces]).min())
+    row, corner = look.corners(beside)
+    off = surface.off(corner)
+    exact = np.bincount(row, np.abs(off) <= tight, len(beside))
+    fits = exact >= 2
+    fits[row[(off > tight) | (off < 1.5 * min(deepest, 0.0) - tight)]] = False
+    return np.asarray(fits & lies_on(look, surface, beside))
 
 
 def _taken(

@@ -1,0 +1,287 @@
+"""Error bars of surfaces that were fitted to facets, and of smooth facets that none was fitted to.
+
+The volume between facets and a surface through their corners is exact. It may still be off for three reasons.
+At a seam the lenses over two surfaces leave a wedge, or both count it: the true seam leaves its chord by a
+sag e, and the wedge has an area of e². Corners may lie beside the surface. And few corners lie on many
+surfaces: a strip of three chords has a circle through its corners whatever it was drawn for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.solid.chordal_error.fits import Sets
+from autobalance.solid.chordal_error.look import ON_SURFACE, Look
+from autobalance.solid.chordal_error.revolved import Lens, Revolved, cylindrical
+from autobalance.solid.chordal_error.strips import FEW, MIN_SURE_FACES
+from autobalance.solid.chordal_error.turning import AS_WIDE, goes_on_beyond, turns_of, widths
+from autobalance.types import Array, Flags, Indices
+
+NONE, FLAT = -1, -2
+"""In place of a surface's number: of faces that none was fitted to, and of planes of the part."""
+UNSURE_SHARE = 0.04
+"""Error bar of a surface that few corners would show to be another, as a share of its contribution."""
+SURE_SHARE = 5e-4
+"""Error bar of any other: 1e-4 is seen of generated cranks, where holes break through slanted walls."""
+LOOSE_SHARE = 1.5
+"""Error bar of a smooth surface that was not fitted, as a share of the estimate from its angles."""
+SEAM_SAFETY = 2.0
+"""Wedges at seams are counted so many times, besides: the direction of a surface turns along the sag."""
+BESIDE_SAFETY = 3.0
+"""Times that the distance of a face's nearest corner from its surface counts."""
+LEAST_SINE = 0.02
+"""Least sine of the angle between two surfaces at a seam: closer to one plane they are tangent, with one sag,
+and its rounding over the sine would have no bound."""
+SAME_PROFILE = 1e-3
+"""Corners of a profile closer than this share of its size are one point of it."""
+LOOKED_AT = 300
+"""Facets of a surface whose corners are looked at for the points of its profile."""
+PROFILE_MORE = 1
+"""Points of a profile beyond those that fix its line or arc, from which on it is no accident."""
+FEW_OF_PROFILE = 4
+"""Points of a profile up to which an arc through them may be an accident: so is that of a chamfered rim."""
+TANGENT_SHARE = 0.35
+"""Angle between a surface and the face beside it up to which it goes on from that, as a share of the greatest
+between its own facets: it is none where an arc ends as it was drawn, and half where there is no arc."""
+EITHER_SHARE = 1.05
+"""Error bar of a surface that may as well be planes, as a share of its contribution: all of it."""
+NEARLY_TANGENT_RAD = 0.3
+"""Angle between two surfaces at a seam up to which their wedge is flat, maybe longer than their faces."""
+COARSER = 1.5
+"""What turns by more than so many times the greatest angle between facets of a mesh's surfaces, and would be
+deeper than so many times their greatest sag, is no chord: exporters bound one or the other."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bar:
+    """An error bar: its mass [g], its first moment across z [g·mm], and that times z and z² (2,)."""
+
+    mass_g: float
+    unbalance_g_mm: float
+    along: Array
+
+    @classmethod
+    def of(cls, mass: Array, middle: Array) -> Bar:
+        """Add up masses (n,) at places (n, 3), none taken from another."""
+        size, z = mass * np.hypot(middle[:, 0], middle[:, 1]), middle[:, 2]
+        return cls(float(mass.sum()), float(size.sum()), np.array([size @ z, size @ z**2]))
+
+    def __add__(self, other: Bar) -> Bar:
+        return Bar(
+            self.mass_g + other.mass_g, self.unbalance_g_mm + other.unbalance_g_mm, self.along + other.along
+        )
+
+
+def fitted_bar(
+    look: Look,
+    surfaces: list[Revolved],
+    surface_of: Indices,
+    lenses: list[Lens],
+    either: Flags,
+    density_g_mm3: float,
+) -> Bar:
+    """Return the error bar of the surfaces fitted.
+
+    Of those that may be ``either`` surfaces or planes (k,) it is all they hide, of others a share; corners
+    beside them, and seams, are added.
+    """
+    unsure = _unsure(look, surfaces, surface_of)
+    total = Bar(0.0, 0.0, np.zeros(2))
+    for number in np.unique(surface_of[surface_of >= 0]).tolist():
+        one = lenses[number]
+        share = EITHER_SHARE if either[number] else UNSURE_SHARE if unsure[number] else SURE_SHARE
+        total = total + Bar(share * one.gross_mass_g, share * one.gross_unbalance_g_mm, share * one.gross_at)
+    beside, at = _beside(look, surfaces, surface_of)
+    wedges, seam = _wedges(look, surfaces, surface_of)
+    return total + Bar.of(density_g_mm3 * beside, at) + Bar.of(density_g_mm3 * wedges, seam)
+
+
+def loose_bar(look: Look, surface_of: Indices, sag_mm: float, density_g_mm3: float) -> Bar:
+    """Return the error bar of smooth facets that no surface was fitted to: L w² δ / 12 at each edge.
+
+    Only edges count at which facets about as wide go on turning the same way: a blunt edge between two planes
+    is real, also where each ends in the narrow chords of an arc. A facet between two wider ones may be the
+    only chord of its arc; where it turns by more than the mesh's chords do, and would be deeper, it is a
+    chamfer.
+    """
+    meet = look.meetings
+    free = surface_of == NONE
+    between = free[meet.low] & free[meet.high]
+    if not between.any():
+        return Bar(0.0, 0.0, np.zeros(2))
+    open_ = np.zeros(look.count, dtype=bool)
+    open_[meet.low[between]] = open_[meet.high[between]] = True
+    rows = np.flatnonzero(open_[meet.low] | open_[meet.high])
+    turns = turns_of(look, rows)
+    wide = widths(look, turns)
+    chords = between[rows] & goes_on_beyond(look, turns, wide).any(axis=0)
+    alike = wide.max(axis=0) < AS_WIDE * wide.min(axis=0)
+    counts = chords & (alike | ~_too_steep(look, surface_of, sag_mm)[rows])
+    rows = rows[counts]
+    return Bar.of(LOOSE_SHARE * density_g_mm3 * meet.hidden_mm3[rows], meet.middle[rows])
+
+
+def accidents(
+    look: Look, surfaces: list[Revolved], surface_of: Indices, lenses: list[Lens]
+) -> tuple[Flags, Flags]:
+    """Mark the surfaces (k,) of a few planes whose corners lie on one arc by accident, and those that may be.
+
+    So do the four of any chamfered rim, and three of any two cones in a row. Nothing goes on from them
+    without an edge; those are sure that are coarser than the mesh's other surfaces, by their angles and by
+    their sag.
+    """
+    count = _counts(surfaces, surface_of)
+    few = (_points(look, surfaces, surface_of) <= FEW_OF_PROFILE) | (count < FEW)
+    few &= (count > 0) & np.array([bool(one.tube_mm) or not one.slope for one in surfaces], dtype=bool)
+    low, high = look.meetings.low, look.meetings.high
+    within = (surface_of[low] >= 0) & (surface_of[low] == surface_of[high])
+    angles = np.zeros(len(surfaces))
+    np.maximum.at(angles, surface_of[low[within]], look.meetings.angle_rad[within])
+    if few.any():
+        few &= ~_tangent(look, surfaces, surface_of, few, angles)
+    sure = (count >= MIN_SURE_FACES) & ~few
+    if not few.any() or not sure.any():
+        return np.zeros(len(surfaces), dtype=bool), few
+    sags = np.array([one.sag_mm for one in lenses])
+    coarse = (angles > COARSER * angles[sure].max()) & (sags > COARSER * sags[sure].max())
+    return few & coarse, few & ~coarse
+
+
+def _tangent(look: Look, surfaces: list[Revolved], surface_of: Indices, asked: Flags, angles: Array) -> Flags:
+    """Mark, of the surfaces (k,) asked, those that some face beside them goes on from without an edge."""
+    left, right = look.face.take(look.edges.left), look.face.take(look.edges.right)
+    mine = np.append(asked, [False, False])[surface_of]  # of no surface: the last
+    seam = np.flatnonzero((surface_of[left] != surface_of[right]) & (mine[left] | mine[right]))
+    left, right = left[seam], right[seam]
+    middle = look.mesh.vertices[look.edges.ends[seam]].mean(axis=1)
+    one, other = surface_of[left], surface_of[right]
+    out = [_seen(look, surfaces, *side, middle)[1] for side in ((one, left), (other, right))]
+    edge = np.arccos(np.clip(np.einsum("ij,ij->i", *out), -1.0, 1.0))
+    found = np.zeros(len(surfaces), dtype=bool)
+    for number in (one, other):
+        smooth = (number >= 0) & (edge < TANGENT_SHARE * angles[number])
+        found[number[smooth]] = True
+    return found
+
+
+def _counts(surfaces: list[Revolved], surface_of: Indices) -> Indices:
+    """Return how many faces each surface has (k,)."""
+    return np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces))
+
+
+def _points(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Indices:
+    """Return how many points the profile of each cone and torus has (k,); of a cylinder, its faces.
+
+    Of many facets some are looked at, enough for a few points.
+    """
+    points = _counts(surfaces, surface_of)
+    for number in np.flatnonzero(points).tolist():
+        surface = surfaces[number]
+        if not surface.tube_mm and not surface.slope:
+            continue
+        mine = np.flatnonzero(surface_of == number)
+        _, corner = look.corners(mine[:: 1 + len(mine) // LOOKED_AT])
+        h, r, _ = cylindrical(corner, surface.point, surface.axis)
+        where = np.arctan2(h - surface.h0, r - surface.r0) * surface.tube_mm if surface.tube_mm else h
+        where = np.sort(where)
+        steps = np.diff(where) > SAME_PROFILE * (where[-1] - where[0])
+        points[number] = 1 + np.count_nonzero(steps)
+    return points
+
+
+def _too_steep(look: Look, surface_of: Indices, sag_mm: float) -> Flags:
+    """Mark the meetings (n,) that are coarser than the mesh's chords, by their angle and by their sag."""
+    low, high = look.meetings.low, look.meetings.high
+    angle, sag = look.meetings.angle_rad, look.meetings.sag_mm
+    within = (surface_of[low] >= 0) & (surface_of[low] == surface_of[high])
+    if not within.any():
+        return np.zeros(len(low), dtype=bool)
+    return np.asarray((angle > COARSER * angle[within].max()) & (sag > COARSER * sag_mm))
+
+
+def _unsure(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Flags:
+    """Mark the surfaces (k,) that hold too few facets, or whose profile has too few points, to be sure of."""
+    least = [3 if one.tube_mm else 2 if one.slope else 0 for one in surfaces]
+    scarce = _points(look, surfaces, surface_of) < np.array(least) + PROFILE_MORE
+    return np.asarray((_counts(surfaces, surface_of) < FEW) | scarce)
+
+
+def _beside(look: Look, surfaces: list[Revolved], surface_of: Indices) -> tuple[Array, Array]:
+    """Return the volume [mm³] between each face's corners and its surface, and its place.
+
+    The nearest corner counts: others may lie on a chord of the facet, where another surface's facets meet it,
+    and the lens over a facet is exact whatever its outline.
+    """
+    faces = np.flatnonzero(surface_of >= 0)
+    faces = faces[np.argsort(surface_of[faces], kind="stable")]
+    row, corner = look.corners(faces)
+    number = surface_of[faces][row]
+    nearest = np.full(len(faces), np.inf)
+    if len(row):
+        sets = Sets.of(number)
+        for start, size in zip(sets.starts.tolist(), sets.sizes.tolist(), strict=True):
+            mine = slice(start, start + size)
+            off = np.abs(surfaces[int(number[start])].off(corner[mine]))
+            np.minimum.at(nearest, row[mine], off)
+    nearest[~np.isfinite(nearest)] = 0.0
+    size = np.maximum(np.bincount(row, minlength=len(faces)), 1)
+    place = np.stack([np.bincount(row, column, len(faces)) / size for column in corner.T], axis=1)
+    return BESIDE_SAFETY * nearest * look.area_mm2[faces], place
+
+
+def _wedges(look: Look, surfaces: list[Revolved], surface_of: Indices) -> tuple[Array, Array]:
+    """Return the volume [mm³] of the wedge at each seam, and its place.
+
+    Across the seam the wedge has four corners: the chord, where the direction away from either axis meets its
+    surface, and where the two surfaces meet. As wide as in the middle of the chord it counts to both ends.
+    Between two surfaces that are all but tangent it ends with the smaller of the two faces.
+    """
+    left, right = look.face.take(look.edges.left), look.face.take(look.edges.right)
+    one, other = surface_of[left], surface_of[right]
+    seam = np.flatnonzero(one != other)
+    ends = look.mesh.vertices[look.edges.ends[seam]]
+    along = ends[:, 1] - ends[:, 0]
+    middle = ends.mean(axis=1)
+    a, out_a, foot_a = _seen(look, surfaces, one[seam], left[seam], middle)
+    b, out_b, foot_b = _seen(look, surfaces, other[seam], right[seam], middle)
+    cosine = np.einsum("ij,ij->i", out_a, out_b)
+    square = np.maximum(1.0 - cosine**2, LEAST_SINE**2)[:, None]
+    meeting = (a - cosine * b)[:, None] * out_a + (b - cosine * a)[:, None] * out_b
+    crossed = np.cross(meeting / square, foot_b - foot_a)
+    volume = 0.5 * np.abs(np.einsum("ij,ij->i", crossed, along))
+    tangent = cosine > np.cos(NEARLY_TANGENT_RAD)
+    highest = np.maximum(np.abs(a), np.abs(b))
+    least = np.minimum(look.area_mm2[left[seam]], look.area_mm2[right[seam]])
+    volume[tangent] = np.minimum(volume, highest * least)[tangent]
+    return SEAM_SAFETY * volume, middle
+
+
+def _seen(
+    look: Look, surfaces: list[Revolved], number: Indices, face: Indices, place: Array
+) -> tuple[Array, Array, Array]:
+    """Return the height (n,) of surfaces over places (n, 3), their directions, and from there to the surface.
+
+    Where a face has no surface it is its own.
+    """
+    normal = look.normal[face].copy()
+    height, foot = np.zeros(len(face)), np.zeros((len(face), 3))
+    order = np.argsort(number, kind="stable")
+    order = order[np.searchsorted(number[order], 0) :]
+    if len(order) == 0:
+        return height, normal, foot
+    sets = Sets.of(number[order])
+    for start, size in zip(sets.starts.tolist(), sets.sizes.tolist(), strict=True):
+        rows = order[start : start + size]
+        surface = surfaces[int(number[rows[0]])]
+        here = place[rows]
+        out = surface.normal(here)
+        sign = np.sign(np.einsum("ij,ij->i", out, normal[rows]))
+        height[rows] = -sign * surface.off(here)
+        normal[rows] = sign[:, None] * out
+        radial = cylindrical(here, surface.point, surface.axis)[2]
+        way = normal[rows] if surface.tube_mm else sign[:, None] * radial
+        steep = np.maximum(np.einsum("ij,ij->i", way, normal[rows]), ON_SURFACE)
+        foot[rows] = way * (height[rows] / steep)[:, None]
+    return height, normal, foot
