@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from autobalance.balancing.record import InputFile, TrueSurfaces
 
 FACETS_MOST = 100_000
-"""Curved facets up to which surfaces are fitted to them, in some 3 s; of more, the edges alone show the error,
+"""Curved facets up to which surfaces are fitted to them, in some 3 s; of more the edges show the error,
 to a few hundredths of what the facets hide in place of a thousandth."""
 
 

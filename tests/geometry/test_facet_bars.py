@@ -1,4 +1,4 @@
-"""The error bar of the facets where edges are as blunt as a coarse circle's: it covers, falls, is not wide."""
+"""The error bar of facets where edges are as blunt as a coarse circle's: it covers, falls, is not wide."""
 
 from __future__ import annotations
 

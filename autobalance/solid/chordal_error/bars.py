@@ -45,6 +45,7 @@ FEW_OF_PROFILE = 4
 TANGENT_SHARE = 0.35
 """Angle between a surface and the face beside it up to which it goes on from that, as a share of the greatest
 between its own facets: it is none where an arc ends as it was drawn, and half where there is no arc."""
+BOTH_SIDES = 2
 EITHER_SHARE = 1.05
 """Error bar of a surface that may as well be planes, as a share of its contribution: all of it."""
 NEARLY_TANGENT_RAD = 0.3
@@ -135,22 +136,28 @@ def accidents(
     count = _counts(surfaces, surface_of)
     few = (_points(look, surfaces, surface_of) <= FEW_OF_PROFILE) | (count < FEW)
     few &= (count > 0) & np.array([bool(one.tube_mm) or not one.slope for one in surfaces], dtype=bool)
-    low, high = look.meetings.low, look.meetings.high
-    within = (surface_of[low] >= 0) & (surface_of[low] == surface_of[high])
-    angles = np.zeros(len(surfaces))
-    np.maximum.at(angles, surface_of[low[within]], look.meetings.angle_rad[within])
     if few.any():
-        few &= ~_tangent(look, surfaces, surface_of, few, angles)
+        few &= _goes_over(look, surfaces, surface_of, few) == 0
     sure = (count >= MIN_SURE_FACES) & ~few
     if not few.any() or not sure.any():
         return np.zeros(len(surfaces), dtype=bool), few
-    sags = np.array([one.sag_mm for one in lenses])
+    angles, sags = _angles(look, surfaces, surface_of), np.array([one.sag_mm for one in lenses])
     coarse = (angles > COARSER * angles[sure].max()) & (sags > COARSER * sags[sure].max())
     return few & coarse, few & ~coarse
 
 
-def _tangent(look: Look, surfaces: list[Revolved], surface_of: Indices, asked: Flags, angles: Array) -> Flags:
-    """Mark, of the surfaces (k,) asked, those that some face beside them goes on from without an edge."""
+def _angles(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Array:
+    """Return the greatest angle between two facets of each surface (k,)."""
+    low, high = look.meetings.low, look.meetings.high
+    within = (surface_of[low] >= 0) & (surface_of[low] == surface_of[high])
+    angles = np.zeros(len(surfaces))
+    np.maximum.at(angles, surface_of[low[within]], look.meetings.angle_rad[within])
+    return angles
+
+
+def _goes_over(look: Look, surfaces: list[Revolved], surface_of: Indices, asked: Flags) -> Indices:
+    """Return into how many surfaces or planes beside it each surface (k,) asked goes over without an edge."""
+    angles = _angles(look, surfaces, surface_of)
     left, right = look.face.take(look.edges.left), look.face.take(look.edges.right)
     mine = np.append(asked, [False, False])[surface_of]  # of no surface: the last
     seam = np.flatnonzero((surface_of[left] != surface_of[right]) & (mine[left] | mine[right]))
@@ -159,11 +166,13 @@ def _tangent(look: Look, surfaces: list[Revolved], surface_of: Indices, asked: F
     one, other = surface_of[left], surface_of[right]
     out = [_seen(look, surfaces, *side, middle)[1] for side in ((one, left), (other, right))]
     edge = np.arccos(np.clip(np.einsum("ij,ij->i", *out), -1.0, 1.0))
-    found = np.zeros(len(surfaces), dtype=bool)
-    for number in (one, other):
+    into = np.where(surface_of >= 0, surface_of, len(surfaces) + np.arange(look.count))
+    pairs = []
+    for number, next_ in ((one, right), (other, left)):
         smooth = (number >= 0) & (edge < TANGENT_SHARE * angles[number])
-        found[number[smooth]] = True
-    return found
+        pairs.append(np.stack([number[smooth], into[next_[smooth]]]))
+    number = np.unique(np.concatenate(pairs, axis=1), axis=1)[0]
+    return np.bincount(number, minlength=len(surfaces))
 
 
 def _counts(surfaces: list[Revolved], surface_of: Indices) -> Indices:
@@ -202,10 +211,17 @@ def _too_steep(look: Look, surface_of: Indices, sag_mm: float) -> Flags:
 
 
 def _unsure(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Flags:
-    """Mark the surfaces (k,) that hold too few facets, or whose profile has too few points, to be sure of."""
+    """Mark the surfaces (k,) that hold too few facets, or whose profile has too few points, to be sure of.
+
+    What goes over into its neighbours on two sides is sure: of a fillet's three points that is no accident.
+    """
     least = [3 if one.tube_mm else 2 if one.slope else 0 for one in surfaces]
     scarce = _points(look, surfaces, surface_of) < np.array(least) + PROFILE_MORE
-    return np.asarray((_counts(surfaces, surface_of) < FEW) | scarce)
+    count = _counts(surfaces, surface_of)
+    unsure = (count > 0) & ((count < FEW) | scarce)
+    if unsure.any():
+        unsure &= _goes_over(look, surfaces, surface_of, unsure) < BOTH_SIDES
+    return np.asarray(unsure)
 
 
 def _beside(look: Look, surfaces: list[Revolved], surface_of: Indices) -> tuple[Array, Array]:
