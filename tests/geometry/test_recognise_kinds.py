@@ -7,10 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.anatomy import Anatomy, Overrides, Pin, PinHint
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.errors import RecognitionError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
+from tests.cranks import make_crank
 from tests.generated import random_placement
 from tests.odd_kinds import KINDS, Bare, bored_arm, differences, in_file, lone_web
 
@@ -113,3 +115,55 @@ def test_the_axis_of_one_web_can_be_set() -> None:
     other = recognise(crank.solid, Overrides(axis_point_mm=np.array([x, y, z]), crankpin_in_file=None))
     assert_bare(other, crank.pins, crank.journals)
     assert other.doubts == ()
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_a_stated_crankpin_leaves_the_bore_to_the_shaft_in_every_frame(name: str) -> None:
+    """With metal far beyond the crankpin, too; given whole, or its place alone."""
+    crank, place = bored_arm(beyond_pin=25.0), frame(name)
+    scale = float(np.cbrt(abs(np.linalg.det(place[:3, :3]))))
+    x, y, z, diameter, width = crank.pins[0]
+    centre = place[:3, :3] @ [x, y, z] + place[:3, 3]
+    for hint in (PinHint(centre, scale * diameter, scale * width), PinHint(centre)):
+        found = recognise(placed(crank.solid, place), Overrides(crankpins=(hint,)))
+        assert differences(crank, found, place) == []
+
+
+@pytest.mark.parametrize(
+    "kind", ["shaft straight through", "shaft through one web", "eccentrics around a shaft"]
+)
+def test_stated_crankpins_beside_a_shaft_leave_no_journal_in_a_throw(kind: str) -> None:
+    crank = KINDS[kind](48)
+    hints = tuple(PinHint(np.array(pin[:3]), pin[3], pin[4]) for pin in crank.pins)
+    assert differences(crank, recognise(crank.solid, Overrides(crankpins=hints))) == []
+    journals = tuple(PinHint(np.array(one[:3]), one[3], one[4]) for one in crank.journals)
+    assert (
+        differences(crank, recognise(crank.solid, Overrides(crankpins=hints, main_journals=journals))) == []
+    )
+
+
+def test_what_no_crank_has_is_refused_where_a_job_states_it() -> None:
+    """A journal in a web, a crankpin of no width to speak of, two crankpins on one stretch."""
+    solid, true = make_crank([0, 180])
+    back = true.rotor_to_file
+
+    def hint(pin: Pin, along_mm: float = 0.0, width_mm: float | None = None) -> PinHint:
+        centre = (back @ [*pin.centre_mm[:2], pin.centre_mm[2] + along_mm, 1.0])[:3]
+        return PinHint(centre, pin.diameter_mm, pin.width_mm if width_mm is None else width_mm)
+
+    first, *more = true.main_journals
+    pins = [throw.crankpin for throw in true.throws]
+    stated = tuple(hint(pin) for pin in pins)
+    within = Overrides(crankpins=stated, main_journals=(hint(first, 20.0), *(hint(each) for each in more)))
+    with pytest.raises(
+        RecognitionError, match=r"main journal 1, ⌀40 × 30 mm at .* would be within a web over"
+    ):
+        recognise(solid, within)
+    thin = Overrides(crankpins=(hint(pins[0], width_mm=0.3), stated[1]))
+    with pytest.raises(
+        RecognitionError, match=r"crankpin 1 would be ⌀36 × 0.3 mm at .* less than 0.5 mm wide"
+    ):
+        recognise(solid, thin)
+    double = Overrides(crankpins=(*stated, hint(pins[1], along_mm=2.0)))
+    with pytest.raises(RecognitionError, match=r"crankpin 2, .* and crankpin 3, .* would be on one stretch"):
+        recognise(solid, double)

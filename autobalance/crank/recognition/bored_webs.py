@@ -116,6 +116,24 @@ def single_web(
     return first.exchanged if reach < 1.0 / REACH_RATIO else first
 
 
+def shaft_bores(
+    bores: Sequence[CylinderRun], runs: Sequence[CylinderRun], pin: CylinderRun
+) -> list[CylinderRun]:
+    """Return the bores that may be the shaft's beside a known crankpin, largest first.
+
+    There is none if a shaft stands out, or two bores are of a size: it is not certain which is meant.
+    """
+    beside = [
+        bore
+        for bore in _by_size(bores)
+        if _apart(bore, pin) > pin.radius and bore.radius >= MIN_BORE_RATIO * pin.radius
+    ]
+    if not beside or (len(beside) > 1 and beside[1].radius > THIRD_RATIO * beside[0].radius):
+        return []
+    others = [run for run in runs if _apart(run, pin) > SAME_CENTRE * pin.radius]
+    return beside if all(_is_boss(run, beside[0]) or _is_boss(run, pin) for run in others) else []
+
+
 def _by_size(bores: Sequence[CylinderRun]) -> list[CylinderRun]:
     """Return bores by falling radius, without the rings of chamfers."""
     deep = [bore for bore in bores if bore.width >= LEAST_WIDTH * bore.radius]

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.crank.recognition.bored_webs import bored_arm
+from autobalance.crank.recognition.bored_webs import bored_arm, shaft_bores
 from autobalance.crank.recognition.bores import bore_runs
 from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun
 from autobalance.crank.recognition.journal_rules import JournalChoice, holds, journal_choices
@@ -126,7 +126,7 @@ def crank_axis(
 def _described(long: SectionStack, line: Sequence[CylinderRun]) -> str:
     """Return a text on a line of cylinders: number, length, a point of it in the file's coordinates."""
     middle = np.array([*mean_centre(line), 0.5 * (line[0].z_mid + line[-1].z_mid)])
-    x, y, z = np.round(long.turn[:3, :3].T @ (middle - long.turn[:3, 3]), 6) + 0.0
+    x, y, z = np.round(long.in_file(middle), 6) + 0.0
     count = f"{len(line)} cylinder{'s' * (len(line) != 1)}"
     return f"{count}, {_span(line):.4g} mm long, through ({x:.6g}, {y:.6g}, {z:.6g}) mm"
 
@@ -254,8 +254,73 @@ def layout_of(
     choices = journal_choices(long, [part for part, _ in parts] or on_axis, pins, axis)
     chosen = JournalLayout.chosen(axis, choices, pins)
     journals = [next((run for part, run in parts if part is one), one) for one in chosen.journals]
-    shafts = shafts_within(on_axis, pins, axis, SLACK_SHARE * long.length_mm)
+    shafts = shafts_within(on_axis, pins, axis)
     return replace(chosen, journals=tuple(journals), shafts=shafts)
+
+
+def layout_with_pins(
+    long: SectionStack,
+    runs: Sequence[CylinderRun],
+    pins: Sequence[CylinderRun],
+    given_axis: Array | None,
+    rounding_mm: float,
+) -> JournalLayout:
+    """Return the layout of a job's own crankpins, with journals chosen among ``runs``, or the shaft's bore.
+
+    Raises
+    ------
+    RecognitionError
+        If there is no axis.
+    """
+    bore = _shaft_bore(long, runs, pins, given_axis, rounding_mm)
+    if bore is not None:
+        return JournalLayout(bore.centre, (bore,), tuple(pins), bored=True)
+    on_axis = crank_axis(long, runs, given_axis)
+    return layout_of(long, on_axis, pins, on_axis[0].centre)
+
+
+def _shaft_bore(
+    long: SectionStack,
+    runs: Sequence[CylinderRun],
+    pins: Sequence[CylinderRun],
+    given_axis: Array | None,
+    rounding_mm: float,
+) -> CylinderRun | None:
+    """Return the bore for the shaft beside a job's one crankpin; None if a cylinder may be the shaft."""
+    if long.blur_mm > 0.0 or len(pins) != 1:
+        return None
+    bores = [
+        bore
+        for bore in shaft_bores(bore_runs(long, rounding_mm), runs, pins[0])
+        if given_axis is None or float(np.linalg.norm(bore.centre - given_axis)) < bore.radius
+    ]
+    return bores[0] if bores else None
+
+
+def completed(long: SectionStack, layout: JournalLayout) -> JournalLayout:
+    """Return a layout of a job's own journals and crankpins with the shaft beside them, and bores told."""
+    on_axis = [
+        run
+        for run in layout.chosen_from
+        if float(np.linalg.norm(run.centre - layout.axis)) < SAME_CENTRE * run.radius
+    ]
+    shafts = layout.shafts or shafts_within(on_axis, layout.pins, layout.axis)
+    bored = layout.bored or (len(layout.journals) == 1 and _in_web(long, layout.journals[0]))
+    lone = layout.lone_bores or (len(layout.pins) == 1 and _in_web(long, layout.pins[0]))
+    return replace(layout, shafts=shafts, bored=bored, lone_bores=lone)
+
+
+def _in_web(long: SectionStack, run: CylinderRun) -> bool:
+    """Return whether a cylinder is a bore: metal is all round its middle, but not within."""
+    if not run.width > 0.0:
+        return False
+    section = min(long.sections, key=lambda section: abs(section.z_mm - run.z_mid))
+    return any(
+        encloses(piece.outline, run.centre)
+        and any(encloses(hole, run.centre) for hole in piece.holes)
+        and piece.reach_from(run.centre) > WEB_REACH * run.radius
+        for piece in section.pieces
+    )
 
 
 def _refuse_gap(long: SectionStack) -> None:

@@ -10,8 +10,9 @@ from functools import partial
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, Throw, Typed
+from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, PinHint, Throw, Typed
 from autobalance.crank.recognition.all_cylinders import all_cylinders
+from autobalance.crank.recognition.bores import bore_runs
 from autobalance.crank.recognition.covered import on_surface
 from autobalance.crank.recognition.cylinder_runs import (
     CylinderRun,
@@ -27,8 +28,8 @@ from autobalance.crank.recognition.given import given_axis, hinted, upright, wit
 from autobalance.crank.recognition.layout import (
     GapError,
     JournalLayout,
-    crank_axis,
-    layout_of,
+    completed,
+    layout_with_pins,
     solid_layout,
 )
 from autobalance.crank.recognition.pressed_up import pressed_up_layout
@@ -37,7 +38,12 @@ from autobalance.crank.recognition.section_stack import SectionStack, lengthwise
 from autobalance.crank.recognition.through_shaft import clear_of
 from autobalance.crank.recognition.typed import NothingThereError, contradictions, typed_and_found
 from autobalance.crank.recognition.views import Views
-from autobalance.crank.recognition.webs import find_webs, refuse_incomplete, refuse_unexplained
+from autobalance.crank.recognition.webs import (
+    find_webs,
+    refuse_impossible,
+    refuse_incomplete,
+    refuse_unexplained,
+)
 from autobalance.errors import RecognitionError
 from autobalance.known import once
 from autobalance.solid.cad.surface import CylinderFace
@@ -304,9 +310,12 @@ def _layout(
     known_axis = None if axis_point is None else long.placed(axis_point)[:2]
     try:
         if overrides.crankpins is not None:
-            pins = [hinted(long, hint, runs, "crankpins") for hint in overrides.crankpins]
+            pins = [
+                hinted(long, hint, _known(long, runs, hint, rounding), "crankpins")
+                for hint in overrides.crankpins
+            ]
             near = [run for run in runs if all(_apart(run, pin) for pin in pins)]
-            return _with_pins(long, near, pins, known_axis, overrides, runs)
+            return _with_pins(long, near, pins, known_axis, overrides, runs, rounding)
         layout = (
             solid_layout(long, runs, known_axis, rounding)
             if overrides.crankpin_in_file
@@ -327,6 +336,7 @@ def _with_pins(
     known_axis: Array | None,
     overrides: Overrides,
     runs: Sequence[CylinderRun],
+    rounding: float,
 ) -> JournalLayout:
     pins = sorted(pins, key=lambda run: run.z_mid)
     if overrides.main_journals is not None:
@@ -334,9 +344,16 @@ def _with_pins(
         axis = journals[0].centre if known_axis is None else known_axis
         journals = sorted(journals, key=lambda run: run.z_mid)
         return JournalLayout(axis, tuple(journals), tuple(pins), chosen_from=tuple(runs))
-    on_axis = crank_axis(long, near, known_axis)
-    axis = on_axis[0].centre
-    return replace(layout_of(long, on_axis, pins, axis), chosen_from=tuple(runs))
+    return replace(layout_with_pins(long, near, pins, known_axis, rounding), chosen_from=tuple(runs))
+
+
+def _known(
+    long: SectionStack, runs: Sequence[CylinderRun], hint: PinHint, rounding: float
+) -> Sequence[CylinderRun]:
+    """Return the cylinders by which a hint without its sizes is completed: bare ones and bores."""
+    if hint.diameter_mm is not None and hint.width_mm is not None:
+        return runs
+    return [*runs, *bore_runs(long, rounding)]
 
 
 def _apart(run: CylinderRun, pin: CylinderRun) -> bool:
@@ -380,6 +397,8 @@ def _anatomy(
     elif overrides.main_journals is None and not layout.settled:
         axis = common_axis(long, layout.journals, rounding)[0][:2]
     layout = replace(layout, axis=axis)
+    if overrides.crankpins is not None or overrides.main_journals is not None:
+        layout = completed(long, layout)
     first = layout.pins[0]
     arm = first.centre - axis
     crank_radius = float(np.linalg.norm(arm))
@@ -392,6 +411,7 @@ def _anatomy(
     if layout.shafts:
         layout = replace(layout, journals=tuple(part for part, _ in clear_of(layout.journals, layout.pins)))
     here = find_webs(long, layout)
+    refuse_impossible(long, layout, here)
     datums = find_datums(long, axis, layout.journals, here, mesh, local)
     start = first.z_mid
     webs = tuple(replace(web, z_min_mm=web.z_min_mm - start, z_max_mm=web.z_max_mm - start) for web in here)

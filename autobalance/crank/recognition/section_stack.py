@@ -106,6 +106,11 @@ class SectionStack:
         here: Array = self.turn[:3, :3] @ np.asarray(point_mm, dtype=np.float64) + self.turn[:3, 3]
         return here
 
+    def in_file(self, point_mm: Array) -> Array:
+        """Return a point (3,) of these axes in the file's."""
+        there: Array = self.turn[:3, :3].T @ (np.asarray(point_mm, dtype=np.float64) - self.turn[:3, 3])
+        return there
+
     @property
     def length_mm(self) -> float:
         """Extent along the axis [mm]."""

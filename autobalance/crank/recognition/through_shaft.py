@@ -28,6 +28,8 @@ a crankpin it is less than half."""
 MIN_HELD_BOTH_RATIO, MIN_HELD_ONCE_RATIO = 0.3, 0.5
 """Least radius of a crankpin beside a shaft, as a share of the shaft's, where both of its ends are held, and
 where one is free: a dowel beside a flange's pilot has less than the second."""
+MOSTLY = 0.5
+"""A shaft's cylinder with a crankpin beside more than this share of it is no journal."""
 MIN_SHAFT_RATIO = 2.0
 """Beyond the free end of a crankpin its shaft goes on for at least this many times its radius."""
 
@@ -183,12 +185,12 @@ def _beyond_mm(shafts: Sequence[CylinderRun], run: CylinderRun, side: int) -> fl
 
 
 def shafts_within(
-    on_axis: Sequence[CylinderRun], pins: Sequence[CylinderRun], axis: Array, slack_mm: float
+    on_axis: Sequence[CylinderRun], pins: Sequence[CylinderRun], axis: Array
 ) -> tuple[CylinderRun, ...]:
     """Return the stretches of a shaft beside or within each crankpin; none where a web alone holds it."""
     stretches = []
     for pin in pins:
-        beside = [run for run in on_axis if shared_mm(run, pin) > slack_mm]
+        beside = [run for run in on_axis if shared_mm(run, pin) > MOSTLY * min(run.width, pin.width)]
         radii = {run.radius for run in beside}
         if not beside:
             reach = pin.radius + float(np.linalg.norm(pin.centre - axis))
@@ -204,6 +206,8 @@ def clear_of(
     """Return the part of each cylinder that no crankpin stands beside, with the cylinder itself."""
     parts = []
     for run in runs:
+        if any(shared_mm(run, pin) > MOSTLY * run.width for pin in pins):
+            continue
         ends = [(run.z_low, run.z_high)]
         for pin in pins:
             ends = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import groupby, pairwise
+from itertools import combinations, groupby, pairwise
 
 import numpy as np
 
@@ -55,6 +55,14 @@ bolts in a flange of a crank cut lengthwise has 0.22."""
 PASSED_OVER, STEADY = 0.25, 0.015
 """A shaft is a cylinder where its radius changes by less than the second share over more than the first share
 of it; fillets and tapers change by more."""
+MIN_THROW_WIDTH_MM = 0.5
+"""A crankpin is at least so wide: an arm's bore was reported as one of no width."""
+MAX_IN_WEB = 0.25
+"""A journal or crankpin is within a web over less than this share of its width: fillets of typed ones are."""
+MAX_SHARED = 0.25
+"""Two of them share less than this part of the narrower one's width."""
+MAX_LISTED = 8
+"""Number of cylinders that a refusal lists."""
 RIM_SHARE = 0.99
 """The rim is where the counterweight reaches at least this share of its greatest radius."""
 
@@ -91,6 +99,54 @@ def _faced(run: CylinderRun, others: Sequence[CylinderRun], ends: tuple[float, f
     """Return the circle of a bore in a web at that end of the part which is away from other cylinders."""
     end = ends[1] if run.z_mid > others[0].z_mid else ends[0]
     return replace(run, z_low=end, z_high=end)
+
+
+def refuse_impossible(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
+    """Refuse what no crank has: a crankpin of hardly any width, a cylinder within a web, two on one stretch.
+
+    ``webs`` are in the layout's z. It holds of a job's own journals and crankpins as well.
+
+    Raises
+    ------
+    RecognitionError
+        With what was seen, and where.
+    """
+    names = [(f"main journal {number}", run) for number, run in enumerate(layout.journals, 1)]
+    named_pins = [(f"crankpin {number}", run) for number, run in enumerate(layout.pins, 1)]
+    for name, run in named_pins:
+        if 0.0 < run.width < MIN_THROW_WIDTH_MM:
+            raise RecognitionError(
+                f"{name} would be {_told(long, run)}, less than {MIN_THROW_WIDTH_MM:g} mm wide;"
+                " check the file's unit, or give crankpins with their width_mm"
+            )
+    bare = [*(() if layout.bored else names), *(() if layout.lone_bores else named_pins)]
+    for name, run in bare:
+        for web in webs:
+            inside = min(run.z_high, web.z_max_mm) - max(run.z_low, web.z_min_mm)
+            if run.width > 0.0 and inside > MAX_IN_WEB * run.width:
+                raise RecognitionError(
+                    f"{name}, {_told(long, run)}, would be within a web over {inside:.4g} mm;"
+                    f" main_journals or crankpins must name a bare cylinder: {_bare_ones(long, layout)}"
+                )
+    for (name, run), (other_name, other) in combinations(bare, 2):
+        if shared_mm(run, other) > MAX_SHARED * min(run.width, other.width) > 0.0:
+            raise RecognitionError(
+                f"{name}, {_told(long, run)}, and {other_name}, {_told(long, other)}, would be on one stretch"
+                " of the axis; correct main_journals or crankpins, or leave them out"
+            )
+
+
+def _told(long: SectionStack, run: CylinderRun) -> str:
+    """Return a text on a cylinder: its size, and its middle in the file's coordinates."""
+    x, y, z = np.round(long.in_file(np.array([*run.centre, run.z_mid])), 6) + 0.0
+    return f"⌀{2.0 * run.radius:.4g} × {run.width:.4g} mm at [{x:.6g}, {y:.6g}, {z:.6g}] mm"
+
+
+def _bare_ones(long: SectionStack, layout: JournalLayout) -> str:
+    """Return a text on the bare cylinders that a file has."""
+    listed = "; ".join(_told(long, run) for run in layout.chosen_from[:MAX_LISTED])
+    more = len(layout.chosen_from) - MAX_LISTED
+    return (listed or "the file has none") + (f"; and {more} more" if more > 0 else "")
 
 
 def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: float) -> None:
