@@ -408,10 +408,9 @@ def _anatomy(
     local[0, :2] = arm / crank_radius
     local[1, :2] = [-local[0, 1], local[0, 0]]
     local[:3, 3] = -local[:3, :3] @ np.array([axis[0], axis[1], first.z_mid])
-    if layout.shafts:
+    if layout.shafts and overrides.main_journals is None:
         layout = replace(layout, journals=tuple(part for part, _ in clear_of(layout.journals, layout.pins)))
     here = find_webs(long, layout)
-    refuse_impossible(long, layout, here)
     datums = find_datums(long, axis, layout.journals, here, mesh, local)
     start = first.z_mid
     webs = tuple(replace(web, z_min_mm=web.z_min_mm - start, z_max_mm=web.z_max_mm - start) for web in here)
@@ -425,6 +424,9 @@ def _anatomy(
     throws = tuple(_throw(local, run, number) for number, run in enumerate(layout.pins, 1))
     told = all_cylinders(long, layout, here, overrides, cylinders, rounding, local)
     typed = typed_and_found(mesh, long, layout, overrides, rounding, local)
+    refuse_impossible(
+        long, layout, here, overrides.main_journals is not None, overrides.crankpins is not None
+    )
     off = _misalignment(layout, typed)
     found = Anatomy(local @ long.turn, journals, throws, webs, off, datums, cylinders=told, typed=typed)
     doubts = (

@@ -477,7 +477,7 @@ def contradictions(anatomy: Anatomy, overrides: Overrides) -> list[str]:
 
 def _other_axis(anatomy: Anatomy, overrides: Overrides) -> Iterator[str]:
     axis, point = anatomy.rotor_to_file[:3, 2], anatomy.rotor_to_file[:3, 3]
-    if overrides.axis_direction is not None:
+    if overrides.axis_direction is not None and np.any(overrides.axis_direction):
         typed = overrides.axis_direction / np.linalg.norm(overrides.axis_direction)
         lean = math.degrees(math.asin(min(1.0, float(np.linalg.norm(np.cross(axis, typed))))))
         if lean > SAME_DIRECTION_DEG:

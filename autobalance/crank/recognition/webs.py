@@ -101,10 +101,13 @@ def _faced(run: CylinderRun, others: Sequence[CylinderRun], ends: tuple[float, f
     return replace(run, z_low=end, z_high=end)
 
 
-def refuse_impossible(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
+def refuse_impossible(
+    long: SectionStack, layout: JournalLayout, webs: Sequence[Web], typed_journals: bool, typed_pins: bool
+) -> None:
     """Refuse what no crank has: a crankpin of hardly any width, a cylinder within a web, two on one stretch.
 
-    ``webs`` are in the layout's z. It holds of a job's own journals and crankpins as well.
+    ``webs`` are in the layout's z. All but the second holds of typed journals and crankpins as well: these
+    are compared with the file's surface, and webs begin where the file has none of it.
 
     Raises
     ------
@@ -120,7 +123,8 @@ def refuse_impossible(long: SectionStack, layout: JournalLayout, webs: Sequence[
                 " check the file's unit, or give crankpins with their width_mm"
             )
     bare = [*(() if layout.bored else names), *(() if layout.lone_bores else named_pins)]
-    for name, run in bare:
+    found = [*(() if typed_journals else names), *(() if typed_pins else named_pins)]
+    for name, run in (each for each in found if any(each[1] is run for _, run in bare)):
         for web in webs:
             inside = min(run.z_high, web.z_max_mm) - max(run.z_low, web.z_min_mm)
             if run.width > 0.0 and inside > MAX_IN_WEB * run.width:
