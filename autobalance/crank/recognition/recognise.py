@@ -424,9 +424,7 @@ def _anatomy(
     throws = tuple(_throw(local, run, number) for number, run in enumerate(layout.pins, 1))
     told = all_cylinders(long, layout, here, overrides, cylinders, rounding, local)
     typed = typed_and_found(mesh, long, layout, overrides, rounding, local)
-    refuse_impossible(
-        long, layout, here, overrides.main_journals is not None, overrides.crankpins is not None
-    )
+    refuse_impossible(long, layout, here, overrides.crankpins is not None)
     off = _misalignment(layout, typed)
     found = Anatomy(local @ long.turn, journals, throws, webs, off, datums, cylinders=told, typed=typed)
     doubts = (

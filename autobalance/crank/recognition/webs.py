@@ -102,12 +102,12 @@ def _faced(run: CylinderRun, others: Sequence[CylinderRun], ends: tuple[float, f
 
 
 def refuse_impossible(
-    long: SectionStack, layout: JournalLayout, webs: Sequence[Web], typed_journals: bool, typed_pins: bool
+    long: SectionStack, layout: JournalLayout, webs: Sequence[Web], typed_pins: bool
 ) -> None:
     """Refuse what no crank has: a crankpin of hardly any width, a cylinder within a web, two on one stretch.
 
-    ``webs`` are in the layout's z. All but the second holds of typed journals and crankpins as well: these
-    are compared with the file's surface, and webs begin where the file has none of it.
+    ``webs`` are in the layout's z. It holds of typed cylinders as well; but webs begin where the file has no
+    surface of a typed crankpin, so that such a crankpin is only compared with the file.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def refuse_impossible(
                 " check the file's unit, or give crankpins with their width_mm"
             )
     bare = [*(() if layout.bored else names), *(() if layout.lone_bores else named_pins)]
-    found = [*(() if typed_journals else names), *(() if typed_pins else named_pins)]
+    found = [*names, *(() if typed_pins else named_pins)]
     for name, run in (each for each in found if any(each[1] is run for _, run in bare)):
         for web in webs:
             inside = min(run.z_high, web.z_max_mm) - max(run.z_low, web.z_min_mm)
