@@ -101,6 +101,8 @@ def test_a_verdict_that_another_reading_changes_is_not_proven(
     found = ab.verify(tmp_path / "out" / "report.json")
     assert found.exit_code == 0
     assert both in found.text()
+    assert "if the rear main journal is ⌀2.1260 at 1.2205 in: plane A " in found.text("inch")
+    assert "g·mm" not in found.text("inch").splitlines()[1]
     assert not any(
         key["key"].startswith(("crank.", "tolerance", "reason")) for key in found.report["not_checked"]
     )

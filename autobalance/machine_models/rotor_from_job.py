@@ -14,6 +14,7 @@ from autobalance.engine.parts import Parts, ThrowLoad
 from autobalance.errors import JobError
 from autobalance.job import Attached, EngineParts, Job, PartWeights, Weight
 from autobalance.job.model import LinkRod, ThrowParts
+from autobalance.quantities import Quantity, joined, said
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -230,38 +231,55 @@ def tolerance_of(job: Job, anatomy: Anatomy, crank: Moments) -> Tolerance:
         planes_z_mm=planes,
         judge=balance.judge,
         margin=balance.margin,
-        others_z_mm=() if balance.tolerance_planes_mm else other_planes_mm(anatomy),
+        others_z_mm=other_readings(job, anatomy),
     )
 
 
-def other_planes_mm(anatomy: Anatomy) -> list[tuple[str, tuple[float, float] | None]]:
-    """Return what else could be meant by a crank, each with its own planes if these alone would change."""
-    count = len(anatomy.main_journals)
-    if count < 2:
-        return []
-    others: list[tuple[str, tuple[float, float] | None]] = [
-        (f"{doubt.about.replace('_', ' ')} {doubt.number} is {_cylinder(doubt.other)}", None)
+OtherPlanes = tuple[str, tuple[float, float] | None]
+"""What may be meant, and planes A and B [mm] then; None where more than these would change."""
+
+
+def other_readings(job: Job, anatomy: Anatomy) -> list[OtherPlanes]:
+    """Return what else could be meant by a crank.
+
+    Planes that the job states stay where they are, whichever cylinders are the main journals.
+    """
+    others: list[OtherPlanes] = [
+        (said("the {} is {}", _part(doubt), _cylinder(doubt.other)), None)
         for doubt in anatomy.doubts
         if doubt.about != "main_journal"
     ]
-    ends = [
-        {None: journal, **{doubt.number: doubt.other for doubt in anatomy.doubts if _is_of(doubt, journal)}}
-        for journal in (anatomy.main_journals[0], anatomy.main_journals[-1])
+    stated = job.balance.tolerance_planes_mm is not None
+    return others if stated or len(anatomy.main_journals) < 2 else others + _other_ends(anatomy)
+
+
+def _other_ends(anatomy: Anatomy) -> list[OtherPlanes]:
+    """Return the planes at the outermost main journals for each way in which these may be meant."""
+    others: list[OtherPlanes] = []
+    ends: list[list[tuple[str, Pin]]] = [
+        [("", journal), *((name, doubt.other) for doubt in anatomy.doubts if _is_of(doubt, journal))]
+        for name, journal in (("front", anatomy.main_journals[0]), ("rear", anatomy.main_journals[-1]))
     ]
-    for (front, first), (rear, last) in product(*(end.items() for end in ends)):
-        named = [("front", first)] * (front is not None) + [("rear", last)] * (rear is not None)
+    for first, last in product(*ends):
+        named = [(name, pin) for name, pin in (first, last) if name]
         if named:
-            meant = " and ".join(f"the {end} main journal is {_cylinder(pin)}" for end, pin in named)
-            others.append((meant, (float(first.centre_mm[2]), float(last.centre_mm[2]))))
+            meant = joined(
+                " and ", (said("the {} main journal is {}", name, _cylinder(pin)) for name, pin in named)
+            )
+            others.append((meant, (float(first[1].centre_mm[2]), float(last[1].centre_mm[2]))))
     return others
+
+
+def _part(doubt: Doubt) -> str:
+    return "axis" if doubt.about == "axis" else f"{doubt.about} {doubt.number}"
 
 
 def _is_of(doubt: Doubt, journal: MainJournal) -> bool:
     return doubt.about == "main_journal" and doubt.number == journal.number
 
 
-def _cylinder(pin: Pin) -> str:
-    return f"⌀{pin.diameter_mm:g} at {pin.centre_mm[2]:g} mm"
+def _cylinder(pin: Pin) -> Quantity:
+    return Quantity("⌀{} at {}", (pin.diameter_mm, float(pin.centre_mm[2])), "mm", "g")
 
 
 def _crankpins_not_in_file(job: Job, anatomy: Anatomy) -> Moments:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from autobalance.quantities import Quantity, Text, joined, said
 from autobalance.records import Positive
 from autobalance.rigid_rotor.margin import Judged, Margin, explain_margin
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -259,15 +260,15 @@ class Tolerance:
         The uncertainty in the other planes is taken as in the rotor's own.
         """
         within = self.is_met_by(residual, budget)
-        texts = []
+        texts: list[str] = []
         for other in self.others:
             there = replace(self, planes=other.planes, others=())
             if not other.planes:
-                texts.append(f"if {other.meant}: not tried, the axis or the loads change")
+                texts.append(said("if {}: not tried, the axis or the loads change", other.meant))
             elif there.is_met_by(residual, budget) != within:
                 rows = there.judged(residual)
                 told = [row for row in rows if row.share > 1.0] or [there.worst(residual)]
-                texts.append(f"if {other.meant}: {', '.join(map(_of_permissible, told))}")
+                texts.append(said("if {}: {}", other.meant, joined(", ", map(_of_permissible, told))))
         return tuple(texts)
 
     def why_not(self, residual: Unbalance, budget: Budget | None, ends: tuple[str, ...] = ()) -> str | None:
@@ -292,5 +293,6 @@ class Tolerance:
         return budget.total
 
 
-def _of_permissible(row: Judged) -> str:
-    return f"{row.name} {row.residual_g_mm:.2f} of {row.permissible_g_mm:.2f} g·mm"
+def _of_permissible(row: Judged) -> Text:
+    values = (row.residual_g_mm, row.permissible_g_mm)
+    return said("{} {}", row.name, Quantity("{} of {}", values, "g·mm", ".2f"))
