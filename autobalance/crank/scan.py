@@ -81,6 +81,8 @@ class ScanFit:
         Of each throw; angles from throw 1, its own in the file.
     webs : tuple of ScannedWeb
     faces : tuple of ScannedFace
+    cautions : tuple of str
+        Warnings of how it was recognised, one line each.
     """
 
     roughness_mm: float
@@ -94,3 +96,4 @@ class ScanFit:
     angle_pm_deg: tuple[float, ...]
     webs: tuple[ScannedWeb, ...]
     faces: tuple[ScannedFace, ...]
+    cautions: tuple[str, ...] = ()

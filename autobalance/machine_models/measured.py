@@ -170,6 +170,7 @@ class Crank:
             *step_warnings(self.anatomy),
             *anatomy_warnings(self.anatomy),
             *typed_warnings(self.anatomy, self.moments, job),
+            *(() if self.anatomy.scan is None else self.anatomy.scan.cautions),
             *read,
         ]
         own = tuple(text if file is None else f"{file}: {text}" for text in texts)

@@ -49,7 +49,7 @@ from autobalance.known import once
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.roughness.estimate import DRAWN, SCANNED, flat_share
+from autobalance.solid.roughness.estimate import DRAWN, MIN_TRIANGLES, SCANNED, flat_share
 from autobalance.types import Array
 
 SMOOTH_MESH_SHARE = 1e-6
@@ -120,19 +120,31 @@ def _states_anything(overrides: Overrides) -> bool:
 
 def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace]) -> Anatomy:
     mesh = solid.mesh
-    axis = given_axis(overrides)
-    flat = 1.0 if cylinders else flat_share(mesh)
-    if flat < SCANNED:
+    flat = 1.0 if cylinders else flat_share(mesh, 0)
+    if flat < SCANNED and len(mesh.triangles) >= MIN_TRIANGLES:
         rough = RoughMesh.of(mesh)
         if rough.local_mm > SMOOTH_MESH_SHARE * mesh.diagonal_mm:
-            return _scanned_or_waved(rough, overrides)
+            return _scanned_or_waved(rough, overrides, flat)
+    found = _as_drawn(mesh, overrides, cylinders, flat)
+    if found.scan is not None:
+        return _with_grey(found, flat)
+    if flat >= SLIGHTLY_WAVED:
+        return found
+    from autobalance.crank.recognition.rough_drawn import is_rough  # few meshes are that little flat
+
+    return _as_rough_as_it_is(RoughMesh.of(mesh), found, overrides, flat) if is_rough(mesh, found) else found
+
+
+def _as_drawn(mesh: Mesh, overrides: Overrides, cylinders: Sequence[CylinderFace], flat: float) -> Anatomy:
+    """Return the crank of a mesh whose surfaces are taken for drawn ones, or for a scan's where none is."""
+    axis = given_axis(overrides)
     if axis is not None and overrides.crankpins is not None and overrides.main_journals is not None:
         return _from_job(mesh, overrides, axis)
     views = Views(mesh)
     try:
         return _with_or_without_pins(overrides, lambda known: _in_any_direction(views, known, cylinders))
     except RecognitionError as refusal:
-        if flat >= SLIGHTLY_WAVED:
+        if flat >= SLIGHTLY_WAVED or len(mesh.triangles) < MIN_TRIANGLES:
             raise
         reason = refusal
     rough = RoughMesh.of(mesh)
@@ -144,14 +156,58 @@ def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[Cylinder
     return _with_or_without_pins(overrides, partial(_scanned, rough))
 
 
-def _scanned_or_waved(rough: RoughMesh, overrides: Overrides) -> Anatomy:
+def _scanned_or_waved(rough: RoughMesh, overrides: Overrides, flat: float) -> Anatomy:
     """Return a rough crank recognised as a scan, else as a drawn one whose vertices were moved."""
     try:
         return _with_or_without_pins(overrides, partial(_scanned, rough))
     except RecognitionError as refusal:
         if rough.local_mm > CREDIBLE_MM:  # a scan of a v6, decimated: journals were 0.2 mm off as drawn ones
             raise
-        return _waved(rough, overrides, refusal)
+        reason = refusal
+    return _fallen_back(rough, _waved(rough, overrides, reason), overrides, flat, str(reason))
+
+
+def _as_rough_as_it_is(rough: RoughMesh, drawn: Anatomy, overrides: Overrides, flat: float) -> Anatomy:
+    """Return a crank that was recognised as drawn, and whose surface is rough, as a scan if it can be."""
+    try:
+        found = _with_or_without_pins(overrides, partial(_scanned, rough))
+    except RecognitionError as refusal:
+        return _fallen_back(rough, drawn, overrides, flat, str(refusal))
+    counted = [(len(each.main_journals), len(each.throws)) for each in (found, drawn)]
+    if counted[0] != counted[1]:
+        (journals, throws), _ = counted
+        reason = f"found {journals} main journals and {throws} throws"
+        return _fallen_back(rough, drawn, overrides, flat, reason)
+    return _with_grey(found, flat)
+
+
+def _fallen_back(rough: RoughMesh, drawn: Anatomy, overrides: Overrides, flat: float, reason: str) -> Anatomy:
+    """Return a rough crank recognised as drawn with its roughness, and why it was not as a scan."""
+    from autobalance.crank.recognition.rough_drawn import rough_as_drawn  # for rough cranks alone
+
+    try:
+        found = rough_as_drawn(
+            rough,
+            drawn,
+            given_axis(overrides) is not None,
+            f"the surface is rough, and no crank was found in it as in a scan: {reason}; journals, throws and"
+            " webs were found as a drawn crank's: compare them with the crank; the roughness counts",
+        )
+    except RecognitionError as without:
+        raise rough.refusal(without) from None
+    return _with_grey(found, flat)
+
+
+def _with_grey(found: Anatomy, flat: float) -> Anatomy:
+    """Return a scanned crank with a caution if more of its mesh is flat than of a scan."""
+    if found.scan is None or flat < SCANNED:
+        return found
+    caution = (
+        f"{100.0 * flat:.0f} % of its triangles lie in one plane with a neighbour, of a scan fewer than"
+        f" {100.0 * SCANNED:.0f} %; its journals and crankpins stand {found.scan.roughness_mm:.2g} mm off"
+        " cylinders: it is measured as a scan"
+    )
+    return replace(found, scan=replace(found.scan, cautions=(caution, *found.scan.cautions)))
 
 
 def _waved(rough: RoughMesh, overrides: Overrides, refusal: RecognitionError) -> Anatomy:

@@ -96,7 +96,7 @@ def scanned_along(
     if not fixed:
         long = straight_along(rough.mesh, long, _upright(long.turn[:3, :3].T @ np.array([*tilt, 1.0])))
         normals = rough.directions @ long.turn[:3, :3].T
-    return _fitted(rough, long, normals, layout, slack, finish, bores)
+    return fitted_crank(rough, long, normals, layout, slack, finish, bores)
 
 
 def straight_along(mesh: Mesh, long: SectionStack, direction: Array) -> SectionStack:
@@ -112,7 +112,7 @@ def _upright(direction: Array) -> Array:
     return unit if unit[first] > 0.0 else -unit
 
 
-def _fitted(
+def fitted_crank(
     rough: RoughMesh,
     long: SectionStack,
     normals: Array,
@@ -121,7 +121,16 @@ def _fitted(
     finish: Finish,
     bores: bool,
 ) -> Anatomy:
-    """Return the anatomy with all surfaces fitted, about the main journals' axis; refuse uncovered ones."""
+    """Return the anatomy with all surfaces fitted, about the main journals' axis.
+
+    ``finish`` makes it of the stack, with its levels, and the fitted layout; ``normals`` (m, 3) are the
+    triangles' smoothed directions in the stack's axes, with ``bores`` crankpins are bores for them.
+
+    Raises
+    ------
+    RecognitionError
+        If a journal's or crankpin's surface is not there, or is rougher than the others'.
+    """
     journals = [fitted_cylinder(rough, long, normals, run, slack) for run in layout.journals]
     fit_pin = fitted_bores if bores else fitted_cylinder
     pins = [fit_pin(rough, long, normals, run, slack) for run in layout.pins]

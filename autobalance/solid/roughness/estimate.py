@@ -31,12 +31,13 @@ SINGLE_PRECISION = 2.0**-24
 """Rounding of a number of single precision, as a share of it."""
 
 
-def flat_share(mesh: Mesh) -> float:
+def flat_share(mesh: Mesh, least: int = MIN_TRIANGLES) -> float:
     """Return the share of a mesh's triangles that lie in one plane with a neighbour; 1 of a small mesh.
 
-    It is estimated from some triangles, and does not depend on the order of triangles or vertices.
+    It is estimated from some triangles, and does not depend on the order of triangles or vertices. Small is a
+    mesh of less than ``least`` triangles.
     """
-    if len(mesh.triangles) < MIN_TRIANGLES:
+    if len(mesh.triangles) < least:
         return 1.0
     one, two = _neighbours(mesh)
     sizes = mesh.doubled_areas

@@ -1,0 +1,195 @@
+"""A crank recognised as a drawn one whose surface is rough all the same: how rough, and how sure it is.
+
+The residual of the fitted cylinders, known from thousands of points, decides, and not how many triangles
+happen to be flat: a drawn cylinder's corners lie on it to the file's digits, however fine its facets are.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw
+from autobalance.crank.datums import Datums
+from autobalance.crank.recognition.cylinder_runs import ROUNDING, CylinderRun
+from autobalance.crank.recognition.layout import JournalLayout
+from autobalance.crank.recognition.rough_cylinders import RoughMesh, cylinder_region
+from autobalance.crank.recognition.rough_fits import Region, fit_circle_along_z, fit_line, spread_of
+from autobalance.crank.recognition.rough_runs import FACE_BLUR_STEPS, STEP_MM
+from autobalance.crank.recognition.scanned import fitted_crank, straight_along
+from autobalance.crank.recognition.section_stack import SectionStack, rotated
+from autobalance.errors import RecognitionError
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
+
+LEAST_ROUGH_MM = 4e-4
+"""Residuals up to this are a file's digits: those of three decimals in mm leave 0.0003 mm."""
+EXACT_SHARE = 0.1
+"""Of a drawn cylinder's corners at least this share lie on it; others lie on chords. Of one waved by 1 µm
+5 % do, of one whose facets were split into twelve along a chord a tenth."""
+NEAR_SHARE = 5e-3
+"""Corners up to this share of the radius off a cylinder are looked at."""
+END_SHARE = 0.1
+"""... but for this share of its width at each end, where fillets begin."""
+MIN_CORNERS = 100
+"""A cylinder of fewer corners says nothing: v-hacd's crank has 50 on a journal, all on chords."""
+
+
+def is_rough(mesh: Mesh, anatomy: Anatomy) -> bool:
+    """Return whether a crank's mesh (file coordinates) stands off most journals' and crankpins' cylinders."""
+    digits = ROUNDING * float(np.abs(mesh.bounds).max())
+    points = rotated(mesh.vertices, anatomy.file_to_rotor)
+    pins: list[Pin] = [*anatomy.main_journals, *(throw.crankpin for throw in anatomy.throws)]
+    rough = [found for pin in pins if (found := _stands_off(points, pin, digits)) is not None]
+    return bool(rough) and 2 * sum(rough) > len(rough)
+
+
+def _stands_off(points: Array, pin: Pin, digits: float) -> bool | None:
+    """Return whether a cylinder's corners are not on it; None where there are too few."""
+    low, high = pin.z_range_mm
+    trim = END_SHARE * pin.width_mm
+    radius = 0.5 * pin.diameter_mm
+    rows = np.flatnonzero((points[:, 2] > low + trim) & (points[:, 2] < high - trim))
+    off = np.hypot(*(points.take(rows, axis=0)[:, :2] - pin.centre_mm[:2]).T) - radius
+    near = np.abs(off) < NEAR_SHARE * radius
+    if np.count_nonzero(near) < MIN_CORNERS:
+        return None
+    region = Region(points.take(rows[near], axis=0), np.ones(int(np.count_nonzero(near))))
+    fit = fit_circle_along_z(region, pin.centre_mm[:2], radius)
+    exact = max(float((np.abs(each) < digits).mean()) for each in (off[near], fit.residuals))
+    return exact < EXACT_SHARE and spread_of(fit.residuals) > LEAST_ROUGH_MM
+
+
+def rough_as_drawn(rough: RoughMesh, drawn: Anatomy, held: bool, caution: str) -> Anatomy:
+    """Return a crank recognised as drawn, its surfaces fitted as a scan's.
+
+    Journals, throws and webs stay those of the drawn crank; their places, sizes and standard errors come from
+    all of the surface.
+
+    Parameters
+    ----------
+    rough : RoughMesh
+    drawn : Anatomy
+    held : bool
+        The axis is the job's, and stays.
+    caution : str
+        Why no scan was recognised: kept with the fit.
+
+    Raises
+    ------
+    RecognitionError
+        If too little of a journal's or crankpin's surface is there.
+    """
+    long = _turned(rough.mesh, drawn.file_to_rotor)
+    layout = _layout(drawn)
+    bores = _are_bores(rough, long, layout)
+    if not held:
+        long, layout = _straightened(rough, long, layout)
+
+    def finish(long: SectionStack, fitted: JournalLayout) -> Anatomy:
+        return _moved(drawn, long, replace(fitted, axis=np.zeros(2)) if held else fitted)
+
+    normals = rough.directions @ long.turn[:3, :3].T
+    found = fitted_crank(rough, long, normals, layout, rough.slack_mm, finish, bores)
+    assert found.scan is not None
+    return replace(found, scan=replace(found.scan, cautions=(*found.scan.cautions, caution)))
+
+
+def _turned(mesh: Mesh, frame: Array) -> SectionStack:
+    none = np.zeros(0)
+    return SectionStack(frame, rotated(mesh.vertices, frame), none, none, (), FACE_BLUR_STEPS * STEP_MM)
+
+
+def _layout(drawn: Anatomy) -> JournalLayout:
+    def run(pin: Pin) -> CylinderRun:
+        return CylinderRun(pin.centre_mm[:2], 0.5 * pin.diameter_mm, *pin.z_range_mm)
+
+    journals = tuple(run(pin) for pin in drawn.main_journals)
+    return JournalLayout(np.zeros(2), journals, tuple(run(throw.crankpin) for throw in drawn.throws))
+
+
+def _are_bores(rough: RoughMesh, long: SectionStack, layout: JournalLayout) -> bool:
+    """Return whether the crankpins are not in the file, only bores for them."""
+    normals = rough.directions @ long.turn[:3, :3].T
+    try:
+        cylinder_region(rough, long, normals, layout.pins[0], rough.slack_mm)
+    except RecognitionError:
+        return True
+    return False
+
+
+def _straightened(
+    rough: RoughMesh, long: SectionStack, layout: JournalLayout
+) -> tuple[SectionStack, JournalLayout]:
+    """Return stack and layout with the common axis of all the main journals' surface along z."""
+    normals = rough.directions @ long.turn[:3, :3].T
+    regions = [cylinder_region(rough, long, normals, run, rough.slack_mm) for run in layout.journals]
+    line = fit_line(regions, [(run.centre, run.radius) for run in layout.journals])
+    straight = straight_along(rough.mesh, long, long.turn[:3, :3].T @ np.array([*line.values[2:4], 1.0]))
+    change = straight.turn @ np.linalg.inv(long.turn)
+
+    def moved(run: CylinderRun) -> CylinderRun:
+        x, y, z = change[:3, :3] @ np.array([*run.centre, run.z_mid]) + change[:3, 3]
+        return replace(run, centre=np.array([x, y]), z_low=z - 0.5 * run.width, z_high=z + 0.5 * run.width)
+
+    journals, pins = (tuple(moved(run) for run in runs) for runs in (layout.journals, layout.pins))
+    return straight, replace(layout, journals=journals, pins=pins)
+
+
+def _moved(drawn: Anatomy, long: SectionStack, fitted: JournalLayout) -> Anatomy:
+    """Return a drawn anatomy with its journals and crankpins where they were fitted, in their rotor frame."""
+    first = fitted.pins[0]
+    arm = first.centre - fitted.axis
+    local = np.eye(4)
+    local[0, :2] = arm / np.linalg.norm(arm)
+    local[1, :2] = [-local[0, 1], local[0, 0]]
+    local[:3, 3] = -local[:3, :3] @ np.array([*fitted.axis, first.z_mid])
+    frame = local @ long.turn
+    along = float((frame @ drawn.rotor_to_file)[2, 3])
+
+    def placed(run: CylinderRun) -> tuple[Array, float, float]:
+        return local[:3, :3] @ np.array([*run.centre, run.z_mid]) + local[:3, 3], 2.0 * run.radius, run.width
+
+    pins = [Pin(*placed(run)) for run in fitted.pins]
+    off = [float(np.linalg.norm(run.centre - fitted.axis)) for run in fitted.journals]
+    return replace(
+        drawn,
+        file_to_rotor=frame,
+        main_journals=tuple(
+            MainJournal(*placed(run), number) for number, run in enumerate(fitted.journals, 1)
+        ),
+        throws=tuple(_throw(number, pin) for number, pin in enumerate(pins, 1)),
+        webs=tuple(
+            replace(web, z_min_mm=web.z_min_mm + along, z_max_mm=web.z_max_mm + along) for web in drawn.webs
+        ),
+        journal_misalignment_mm=max(off, default=0.0),
+        datums=_datums_moved(drawn, along),
+        cylinders=tuple(
+            replace(each, centre_mm=each.centre_mm + np.array([0.0, 0.0, along])) for each in drawn.cylinders
+        ),
+    )
+
+
+def _throw(number: int, pin: Pin) -> Throw:
+    x, y = (float(value) for value in pin.centre_mm[:2])
+    angle = math.atan2(y, x) % (2.0 * math.pi)
+    return Throw(number, math.hypot(x, y), 0.0 if number == 1 else angle, pin)
+
+
+def _datums_moved(drawn: Anatomy, along: float) -> Datums | None:
+    """Return datums that stand further along the axis by so much [mm]."""
+    if drawn.datums is None:
+        return None
+    return Datums(
+        tuple(
+            replace(key, z_min_mm=key.z_min_mm + along, z_max_mm=key.z_max_mm + along)
+            for key in drawn.datums.keyways
+        ),
+        tuple(
+            flange if flange.face_z_mm is None else replace(flange, face_z_mm=flange.face_z_mm + along)
+            for flange in drawn.datums.flanges
+        ),
+        tuple(replace(face, z_mm=face.z_mm + along) for face in drawn.datums.faces),
+    )

@@ -1,0 +1,115 @@
+"""A rough crank is told to be rough, however it was recognised: no cliff between a drawing and a scan."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import autobalance as ab
+from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.recognition import recognise as recognition
+from autobalance.crank.recognition import scanned
+from autobalance.crank.recognition.recognise import recognise
+from autobalance.crank.recognition.rough_drawn import is_rough
+from autobalance.errors import RecognitionError
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.solid.roughness.estimate import SCANNED, flat_share
+from tests.scans import Scan, scan
+from tests.split_scans import split_scan
+
+DENSITY_KG_M3 = 7850.0
+JOB = {
+    "crankshaft": {"density_kg_m3": DENSITY_KG_M3},
+    "balance": {"factor": 0.5, "grade": 4000, "speed_rpm": 1000, "judge": "dynamic"},
+    "correction": {"method": "drill"},
+}
+
+
+def _axis_errors(found: Anatomy, there: Scan) -> tuple[float, float]:
+    """Return by how much the axis is off amid the main journals [mm], and its direction [deg]."""
+    assert found.scan is not None
+    to_true = there.truth.file_to_rotor @ np.linalg.inv(found.file_to_rotor)
+    middle = to_true @ np.array([0.0, 0.0, found.scan.axis_middle_mm, 1.0])
+    return float(np.hypot(*middle[:2])), float(np.degrees(np.hypot(*to_true[:2, 2])))
+
+
+def _errors_and_bars(there: Scan, crank: ab.Crank) -> list[tuple[float, float]]:
+    """Return errors and what was told of them: unbalance, planes A and B, mass; without correction."""
+    report = ab.balance(ab.Job.from_dict(JOB), crank=crank).report
+    assert not report["corrections"]
+    frame = there.truth.file_to_rotor
+    true = Solid.from_mesh(there.true).moments(1e-6 * DENSITY_KG_M3, frame)
+    unbalance = Unbalance.of(true)
+    vectors = [
+        unbalance.resultant_g_mm,
+        *unbalance.in_planes(*(plane["z_mm"] for plane in report["tolerance"]["planes"])),
+    ]
+    turn = (frame @ np.linalg.inv(crank.file_to_rotor))[:2, :2]
+    told = [report["initial"], *report["initial"]["planes"]]
+    pairs = [
+        (
+            float(np.linalg.norm(vector - turn @ np.array(each["unbalance_g_mm"]))),
+            float(each["uncertainty_g_mm"]),
+        )
+        for vector, each in zip(vectors, told, strict=True)
+    ]
+    return [*pairs, (abs(report["crank"]["mass_g"] - true.mass_g), float(report["crank"]["mass_pm_g"]))]
+
+
+@pytest.mark.parametrize("sigma_mm", [0.003, 0.005, 0.008, 0.012])
+def test_the_bar_holds_on_both_sides_of_what_looks_scanned(sigma_mm: float) -> None:
+    """Slivers lie flat beside each other: by them alone 3 µm is a drawing and 12 µm a scan."""
+    there = split_scan("single", sigma_mm, segments=300, seed=3)
+    assert (flat_share(there.mesh) < SCANNED) == (sigma_mm > 0.01)
+    crank = ab.crank_from_mesh(there.mesh.vertices, there.mesh.triangles, DENSITY_KG_M3)
+    found = crank.measured.anatomy
+    assert found.scan is not None
+    assert found.scan.roughness_mm == pytest.approx(sigma_mm, rel=0.15)
+    assert any("lie in one plane" in text for text in found.scan.cautions) == (sigma_mm < 0.01)
+    offset, angle = _axis_errors(found, there)
+    assert offset < 3.0 * found.scan.axis_offset_mm
+    assert angle < 3.0 * found.scan.axis_angle_deg
+    for error, bar in _errors_and_bars(there, crank):
+        assert error < bar
+
+
+def test_a_split_drawing_without_waves_stays_drawn() -> None:
+    there = split_scan("single", 0.0, segments=90)
+    assert recognise(Solid.from_mesh(there.mesh), Overrides()).scan is None
+    smooth = scan("single", 0.0, edge_mm=2.2)
+    drawn = recognise(Solid.from_mesh(smooth.mesh), Overrides())
+    assert drawn.scan is None
+    assert not is_rough(smooth.mesh, drawn)
+    moved = smooth.mesh.vertices + np.random.default_rng(0).normal(0.0, 0.002, (len(smooth.mesh.vertices), 3))
+    assert is_rough(Mesh(moved, smooth.mesh.triangles), drawn)
+
+
+def test_a_rough_crank_found_as_a_drawn_one_keeps_its_roughness(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The scan's recognition refuses; what the drawn one finds is fitted, counted and told."""
+    sigma_mm = 0.005
+    there = split_scan("single", sigma_mm, seed=4)
+    as_scan = recognise(Solid.from_mesh(there.mesh), Overrides())
+
+    def refused(*_: object, **__: object) -> Anatomy:
+        raise RecognitionError("found a cylinder on the axis beside a web")
+
+    monkeypatch.setattr(scanned, "scanned_along", refused)
+    found = recognition._recognised(Solid.from_mesh(there.mesh), Overrides(), ())
+    assert found.scan is not None
+    assert as_scan.scan is not None
+    assert any("beside a web; journals" in text for text in found.scan.cautions)
+    assert found.scan.roughness_mm == pytest.approx(as_scan.scan.roughness_mm, rel=0.05)
+    assert found.scan.axis_offset_mm == pytest.approx(as_scan.scan.axis_offset_mm, rel=0.1)
+    offset, angle = _axis_errors(found, there)
+    assert offset < 3.0 * found.scan.axis_offset_mm
+    assert angle < 3.0 * found.scan.axis_angle_deg
+    assert [len(found.main_journals), len(found.throws), len(found.webs)] == [2, 1, 2]
+    for one, true in zip(found.main_journals, there.truth.main_journals, strict=True):
+        np.testing.assert_allclose(one.centre_mm, true.centre_mm, atol=0.05)
+        assert one.diameter_mm == pytest.approx(true.diameter_mm, abs=0.005)
+        assert one.width_mm == pytest.approx(true.width_mm, abs=0.1)
+    for one, true in zip(found.webs, there.truth.webs, strict=True):
+        assert one.z_min_mm == pytest.approx(true.z_min_mm, abs=0.05)
+        assert one.z_max_mm == pytest.approx(true.z_max_mm, abs=0.05)
