@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from autobalance.command.options import add_json, add_units
 from autobalance.command.progress import add_progress, mode_of, shown
-from autobalance.command.readers import bodies_named, body_of, unit_or_mm
+from autobalance.command.readers import bodies_named, body_of, places, unit_or_mm
 from autobalance.command.verb import NOT_TYPED, SUGGEST_OPTION, UNIT, Keywords, Option, Verb
 from autobalance.errors import JobError, UsageError
 from autobalance.solid.formats.table import endings
@@ -79,7 +79,7 @@ VERB = Verb(
         "main_journals": NOT_TYPED,
         "density_pm_kg_m3": NOT_TYPED,
         "fill_holes_mm": Option(usual="0", unset=True),
-        "keep_open": NOT_TYPED,
+        "keep_open": Option(metavar="X,Y,Z|none", read=places, repeated=True),
         "suggest": SUGGEST_OPTION,
         "against": Option(metavar="FILE", endings=endings),
     },
@@ -139,15 +139,20 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
             raise UsageError("--set goes with a job; a crank file has no keys")
         if arguments.datum is None and arguments.oil_density_kg_m3 is None:
             table = None  # the crank's own sections are enough
+        if options["keep_open"] is not None and not fill:
+            raise UsageError("--keep-open goes with --fill-holes-mm")
         keywords = {**_of_a_file(path, options), "fill_holes_mm": fill or 0.0}
         with bodies_named("--body N", "--body all", "or --no-crankpin for a pressed-up crank in pieces"):
             return inspect(path, progress=progress, suggest=suggest, table=table, against=against, **keywords)
+    keep_open = options.pop("keep_open")
     for name, value in options.items():
         if value is not None and name != "crankpin_in_file":
             option = VERB.flag(name)
             raise UsageError(f"{option} beside a job: it says its own; --set crankshaft.... changes it")
     if fill is not None:
         settings = [*settings, f"crankshaft.fill_holes_mm={fill}"]
+    if keep_open is not None:
+        settings = [*settings, f"crankshaft.keep_open={[list(place) for place in keep_open]}"]
     return inspect(path, progress=progress, settings=settings, suggest=suggest, table=table, against=against)
 
 

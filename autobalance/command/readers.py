@@ -21,6 +21,19 @@ def numbers(option: str, text: str) -> tuple[float, ...]:
         ) from None
 
 
+def places(option: str, texts: Sequence[str]) -> list[tuple[float, ...]] | None:
+    """Return places "X,Y,Z"; none of them for the one text "none", None where nothing was typed."""
+    if not texts:
+        return None
+    if list(texts) == ["none"]:
+        return []
+    found = [numbers(option, text) for text in texts]
+    for text, place in zip(texts, found, strict=True):
+        if len(place) != 3:
+            raise UsageError(f"{option} is {text!r}; expected three numbers X,Y,Z [mm], or none")
+    return found
+
+
 def number_pair(option: str, text: str) -> tuple[float, float]:
     low, high = _two(option, numbers(option, text))
     return low, high

@@ -20,8 +20,8 @@ from autobalance.command.progress import add_objects
 Keywords = dict[str, Any]
 
 
-NEGATIVE = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
-"""Before Python 3.14 argparse takes -3e-7 for an option."""
+NEGATIVE = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(,.*)?$")
+"""Before Python 3.14 argparse takes -3e-7 for an option, and always -3,0,7."""
 
 
 class Option(NamedTuple):

@@ -88,7 +88,7 @@ def test_a_split_drawing_without_waves_stays_drawn() -> None:
 
 def test_a_rough_crank_found_as_a_drawn_one_keeps_its_roughness(monkeypatch: pytest.MonkeyPatch) -> None:
     """The scan's recognition refuses; what the drawn one finds is fitted, counted and told."""
-    sigma_mm = 0.005
+    sigma_mm = 0.003
     there = split_scan("single", sigma_mm, seed=4)
     as_scan = recognise(Solid.from_mesh(there.mesh), Overrides())
 

@@ -79,7 +79,10 @@ def filled(mesh: Mesh, allowed: OpenHoles) -> tuple[Mesh, tuple[Patch, ...]]:
         return mesh, ()
     wide = [hole for hole in holes if hole.width > allowed.fill_mm]
     if wide:
-        raise SolidError(f"the mesh is open: {listed(wide)}; expected none wider than {allowed.fill_mm:g} mm")
+        raise SolidError(
+            f"the mesh is open: {listed(wide)}; expected none wider than the {allowed.fill_mm:g} mm of"
+            " fill_holes_mm (--fill-holes-mm)"
+        )
     bores = _bores(holes, allowed)
     in_bores = {id(hole) for pair in bores for hole in pair}
     vertices, triangles, patches, count = [mesh.vertices], [mesh.triangles], [], len(mesh.vertices)
@@ -164,7 +167,8 @@ def _bores(holes: Sequence[Hole], allowed: OpenHoles) -> list[tuple[Hole, Hole]]
         if doubtful:
             raise SolidError(
                 f"the mesh is open, and may be at bores: {listed(doubtful)}; keep_open = [[x, y, z], ...]"
-                " names a place at each bore, which is joined to its other end; keep_open = [] closes all"
+                " (--keep-open X,Y,Z) names a place at each bore, which is joined to its other end;"
+                " keep_open = [] (--keep-open none) closes all"
             )
         return []
     pairs: list[tuple[Hole, Hole]] = []

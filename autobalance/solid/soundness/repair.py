@@ -47,15 +47,17 @@ def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
         return Solid.from_mesh(mesh), notes
     except SolidError:
         pass
+    unfilled = mesh
     for step in (_weld_near, _wind_consistently, _fill_holes):
         if is_closed(mesh.triangles):
             break
+        unfilled = mesh
         mesh, notes_here = step(mesh)
         notes += notes_here
-    edges = open_edges(mesh.triangles)
-    if len(edges):
-        holes = open_holes_text(mesh)
-        raise SolidError(open_message(mesh, edges) + (f"; {holes}" if holes else ""))
+    if not is_closed(mesh.triangles):  # plane holes count as well: not all could be filled
+        holes = open_holes_text(unfilled)
+        message = open_message(unfilled, open_edges(unfilled.triangles))
+        raise SolidError(message + (f"; {holes}" if holes else ""))
     if signed_volume_mm3(mesh) < 0.0:
         notes.append(f"the mesh was inside out: turned round; {_change(mesh, mesh.flipped())}")
         mesh = mesh.flipped()
