@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import autobalance as ab
 from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.parametric.design import PRESETS, Keyway, Nose
 from autobalance.crank.recognition import recognise as recognition
 from autobalance.crank.recognition import scanned
 from autobalance.crank.recognition.recognise import recognise
@@ -73,6 +76,29 @@ def test_the_bar_holds_on_both_sides_of_what_looks_scanned(sigma_mm: float) -> N
     assert angle < 3.0 * found.scan.axis_angle_deg
     for error, bar in _errors_and_bars(there, crank):
         assert error < bar
+
+
+def test_a_journal_goes_on_past_its_keyway_where_vertices_lie_in_rows() -> None:
+    """Between two rows only the keyway's walls have corners: the journal of 46 mm ended there."""
+    single = PRESETS["single"]
+    keyed = replace(
+        single,
+        main_journal=replace(single.main_journal, diameter_mm=34.0),
+        nose=Nose(34.0, 22.0, end_diameter_mm=34.0, keyway=Keyway(6.0, 3.0, 14.0)),
+    )
+    found = recognise(
+        Solid.from_mesh(split_scan(keyed, 0.05, edge_mm=1.3, segments=96, seed=2).mesh), Overrides()
+    )
+    assert found.scan is not None
+    for journal, told, width_mm in zip(found.main_journals, found.scan.journals, (46.0, 24.0), strict=True):
+        assert journal.diameter_mm == pytest.approx(34.0, abs=0.03)
+        assert journal.width_mm == pytest.approx(width_mm, abs=3.0 * told.width_pm_mm)
+        assert journal.width_mm == pytest.approx(width_mm, abs=0.5)
+    assert found.datums is not None
+    (key,) = found.datums.keyways
+    assert (key.width_mm, key.depth_mm) == pytest.approx((6.0, 3.0), abs=0.1)
+    assert key.z_max_mm - key.z_min_mm == pytest.approx(14.0, abs=0.5)
+    assert key.angle_deg == pytest.approx(90.0, abs=0.5)
 
 
 def test_a_split_drawing_without_waves_stays_drawn() -> None:
