@@ -10,10 +10,12 @@ import pytest
 import autobalance as ab
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.parametric.design import PRESETS, Keyway, Nose
+from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.recognition import recognise as recognition
 from autobalance.crank.recognition import scanned
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.crank.recognition.rough_drawn import is_rough
+from autobalance.crank.recognition.rough_cylinders import RoughMesh
+from autobalance.crank.recognition.rough_drawn import is_rough, rough_as_drawn
 from autobalance.errors import RecognitionError
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid
@@ -136,6 +138,19 @@ def test_a_rough_crank_found_as_a_drawn_one_keeps_its_roughness(monkeypatch: pyt
         np.testing.assert_allclose(one.centre_mm, true.centre_mm, atol=0.05)
         assert one.diameter_mm == pytest.approx(true.diameter_mm, abs=0.005)
         assert one.width_mm == pytest.approx(true.width_mm, abs=0.1)
-    for one, true in zip(found.webs, there.truth.webs, strict=True):
-        assert one.z_min_mm == pytest.approx(true.z_min_mm, abs=0.05)
-        assert one.z_max_mm == pytest.approx(true.z_max_mm, abs=0.05)
+    for web, true_web in zip(found.webs, there.truth.webs, strict=True):
+        assert web.z_min_mm == pytest.approx(true_web.z_min_mm, abs=0.05)
+        assert web.z_max_mm == pytest.approx(true_web.z_max_mm, abs=0.05)
+
+
+def test_a_rough_crank_of_long_facets_is_as_sure_as_it_is_rough() -> None:
+    """Its cylinders have corners at their ends alone: nothing is fitted, and nothing is kept silent."""
+    mesh = crank_solid(PRESETS["single"], 48).mesh
+    drawn = recognise(Solid.from_mesh(mesh), Overrides())
+    found = rough_as_drawn(replace(RoughMesh.of(mesh), local_mm=0.05), drawn, False, "no scan")
+    assert found.scan is not None
+    assert found.scan.cautions == ("no scan",)
+    assert found.scan.roughness_mm == found.scan.axis_offset_mm == 0.05
+    assert found.scan.axis_angle_deg == pytest.approx(np.degrees(0.1 / 83.0), rel=0.1)
+    assert [each.diameter_pm_mm for each in found.scan.journals] == [0.1, 0.1]
+    np.testing.assert_array_equal(found.file_to_rotor, drawn.file_to_rotor)

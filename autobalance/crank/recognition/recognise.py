@@ -156,7 +156,7 @@ def _as_drawn(mesh: Mesh, overrides: Overrides, cylinders: Sequence[CylinderFace
     return _with_or_without_pins(overrides, partial(_scanned, rough))
 
 
-def _scanned_or_waved(rough: RoughMesh, overrides: Overrides, flat: float) -> Anatomy:
+def _scanned_or_waved(rough: RoughMesh, overrides: Overrides, flat: float = 0.0) -> Anatomy:
     """Return a rough crank recognised as a scan, else as a drawn one whose vertices were moved."""
     try:
         return _with_or_without_pins(overrides, partial(_scanned, rough))
@@ -185,16 +185,14 @@ def _fallen_back(rough: RoughMesh, drawn: Anatomy, overrides: Overrides, flat: f
     """Return a rough crank recognised as drawn with its roughness, and why it was not as a scan."""
     from autobalance.crank.recognition.rough_drawn import rough_as_drawn  # for rough cranks alone
 
-    try:
-        found = rough_as_drawn(
-            rough,
-            drawn,
-            given_axis(overrides) is not None,
-            f"the surface is rough, and no crank was found in it as in a scan: {reason}; journals, throws and"
-            " webs were found as a drawn crank's: compare them with the crank; the roughness counts",
-        )
-    except RecognitionError as without:
-        raise rough.refusal(without) from None
+    held = given_axis(overrides) is not None
+    found = rough_as_drawn(
+        rough,
+        drawn,
+        held,
+        f"the surface is rough, and no crank was found in it as in a scan: {reason}; journals, throws and"
+        " webs were found as a drawn crank's: compare them with the crank; the roughness counts",
+    )
     return _with_grey(found, flat)
 
 

@@ -35,6 +35,10 @@ GROOVE_PLACES = 6
 """Beyond a groove a cylinder goes on over at least so many of the places where it is checked."""
 
 
+MIN_POINTS = 24
+"""A cylinder of fewer points is not fitted."""
+END_MM = 1e-3
+"""Corners beyond a cylinder's end by less are at its end."""
 THIN_RING_SHARE = 0.15
 """Points that stand for less than this share of the ring between two places say nothing of it: where a mesh
 has its vertices in rows, only walls of a keyway lie between. A journal of 46 mm ended there at 38."""
@@ -112,8 +116,9 @@ def cylinder_region(
     points = long.vertices.take(corners, axis=0)
     trim = min(0.8, 0.1 * run.width)
     inside = (points[:, 2] > run.z_low + trim) & (points[:, 2] < run.z_high - trim)
-    corners, points = corners[inside], points[inside]
-    if len(corners) < 24:
+    if np.count_nonzero(inside) >= MIN_POINTS:  # else of long facets, whose corners are all at its ends
+        corners, points = corners[inside], points[inside]
+    if len(corners) < MIN_POINTS:
         raise RecognitionError(
             f"looked for the surface of a cylinder of {2.0 * run.radius:.4g} mm, found {len(corners)} points"
             " on it; scan it more finely, or decimate it less"
@@ -127,7 +132,7 @@ def _triangles_on(
     """Return the rows of triangles that lie on a cylinder and face outward (inward with ``side`` −1)."""
     away = np.hypot(long.vertices[:, 0] - run.centre[0], long.vertices[:, 1] - run.centre[1])
     z = long.vertices[:, 2]
-    on = (np.abs(away - run.radius) < 2.0 * slack) & (z > run.z_low) & (z < run.z_high)
+    on = (np.abs(away - run.radius) < 2.0 * slack) & (z > run.z_low - END_MM) & (z < run.z_high + END_MM)
     a, b, c = rough.mesh.triangles.T
     rows = np.flatnonzero(on.take(a) & on.take(b) & on.take(c))
     middle = (

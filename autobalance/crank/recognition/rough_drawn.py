@@ -15,11 +15,12 @@ from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw
 from autobalance.crank.datums import Datums
 from autobalance.crank.recognition.cylinder_runs import ROUNDING, CylinderRun
 from autobalance.crank.recognition.layout import JournalLayout
-from autobalance.crank.recognition.rough_cylinders import RoughMesh, cylinder_region
+from autobalance.crank.recognition.rough_cylinders import CREDIBLE_MM, RoughMesh, cylinder_region
 from autobalance.crank.recognition.rough_fits import Region, fit_circle_along_z, fit_line, spread_of
 from autobalance.crank.recognition.rough_runs import FACE_BLUR_STEPS, STEP_MM
-from autobalance.crank.recognition.scanned import fitted_crank, straight_along
+from autobalance.crank.recognition.scanned import fitted_crank, plane_faces, straight_along
 from autobalance.crank.recognition.section_stack import SectionStack, rotated
+from autobalance.crank.scan import ScanFit, ScannedCylinder, ScannedWeb
 from autobalance.errors import RecognitionError
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
@@ -33,6 +34,8 @@ NEAR_SHARE = 5e-3
 """Corners up to this share of the radius off a cylinder are looked at."""
 END_SHARE = 0.1
 """... but for this share of its width at each end, where fillets begin."""
+LONGEST_MM = 25.6
+"""Where nothing can be fitted the surface's errors are taken to be alike over so much."""
 MIN_CORNERS = 100
 """A cylinder of fewer corners says nothing: v-hacd's crank has 50 on a journal, all on chords."""
 
@@ -76,12 +79,16 @@ def rough_as_drawn(rough: RoughMesh, drawn: Anatomy, held: bool, caution: str) -
         The axis is the job's, and stays.
     caution : str
         Why no scan was recognised: kept with the fit.
-
-    Raises
-    ------
-    RecognitionError
-        If too little of a journal's or crankpin's surface is there.
     """
+    try:
+        found = _fitted(rough, drawn, held)
+    except RecognitionError:
+        found = _unfitted(rough, drawn)
+    assert found.scan is not None
+    return replace(found, scan=replace(found.scan, cautions=(*found.scan.cautions, caution)))
+
+
+def _fitted(rough: RoughMesh, drawn: Anatomy, held: bool) -> Anatomy:
     long = _turned(rough.mesh, drawn.file_to_rotor)
     layout = _layout(drawn)
     bores = _are_bores(rough, long, layout)
@@ -92,9 +99,40 @@ def rough_as_drawn(rough: RoughMesh, drawn: Anatomy, held: bool, caution: str) -
         return _moved(drawn, long, replace(fitted, axis=np.zeros(2)) if held else fitted)
 
     normals = rough.directions @ long.turn[:3, :3].T
-    found = fitted_crank(rough, long, normals, layout, rough.slack_mm, finish, bores)
-    assert found.scan is not None
-    return replace(found, scan=replace(found.scan, cautions=(*found.scan.cautions, caution)))
+    return fitted_crank(rough, long, normals, layout, rough.slack_mm, finish, bores)
+
+
+def _unfitted(rough: RoughMesh, drawn: Anatomy) -> Anatomy:
+    """Return a drawn crank whose facets are too long to fit its cylinders: all is as sure as it is rough."""
+    pm = min(rough.local_mm, CREDIBLE_MM)
+    places = [float(journal.centre_mm[2]) for journal in drawn.main_journals]
+    apart = max(max(places) - min(places), drawn.main_journals[0].width_mm)
+    off = [float(np.hypot(*journal.centre_mm[:2])) for journal in drawn.main_journals]
+    radii = [throw.crank_radius_mm for throw in drawn.throws]
+
+    def cylinder(run_out_mm: float | None = None) -> ScannedCylinder:
+        return ScannedCylinder(np.full(3, pm), 2.0 * pm, 2.0 * pm, pm, 2.0 * pm, 1.0, run_out_mm)
+
+    webs = tuple(
+        ScannedWeb(pm, pm)
+        if web.outline is None
+        else ScannedWeb(pm, pm, pm, pm, *(math.degrees(pm / web.outline.rim_radius_mm),) * 2, 2.0 * pm)
+        for web in drawn.webs
+    )
+    fit = ScanFit(
+        pm,
+        ((LONGEST_MM, pm),),
+        pm,
+        math.degrees(2.0 * pm / apart),
+        0.5 * (max(places) + min(places)),
+        tuple(cylinder(2.0 * each) for each in off),
+        tuple(cylinder() for _ in drawn.throws),
+        tuple(pm for _ in radii),
+        tuple(math.degrees(pm / radius) for radius in radii),
+        webs,
+        plane_faces(rough.mesh, drawn.file_to_rotor),
+    )
+    return replace(drawn, scan=fit)
 
 
 def _turned(mesh: Mesh, frame: Array) -> SectionStack:

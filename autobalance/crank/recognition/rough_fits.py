@@ -276,7 +276,8 @@ def noise_of(fits: Sequence[Fit]) -> Noise:
         logs = np.maximum(logs, math.log(LEAST_VARIANCE * typical))
         if np.abs(step).max() < STILL:
             break
-    return Noise(np.exp(logs), np.linalg.inv(_likelihood(seen, np.exp(logs), typical)[1]))
+    information = _likelihood(seen, np.exp(logs), typical)[1]
+    return Noise(np.exp(logs), np.asarray(np.linalg.inv(information), dtype=np.float64))
 
 
 def _contrasts(fit: Fit) -> tuple[Array, list[Array]] | None:

@@ -20,11 +20,21 @@ def scan_lines(crank: Values, units: DisplayUnits) -> list[str]:
             f"  scanned: rough by {units.of_length(crank['roughness_mm'])}; axis to"
             f" ±{units.of_length(axis['offset_mm'])} and ±{axis['angle_deg']:.4f}° (standard errors)",
             f"  main journal {worst['number']} runs out by {units.of_length(worst['journal_run_out_mm'])}",
+            *_without_keyway(crank.get("datums")),
         ]
     if "mass_pm_g" in crank:
         lines.append(f"  mass to ±{units.of_mass(crank['mass_pm_g'])} (95 %)")
     values = crank.get("calibration")
     return lines if values is None else [*lines, *_calibration(values, units)]
+
+
+def _without_keyway(datums: Values | None) -> list[str]:
+    """Return a line on a scan without a keyway: its mesh may be too coarse to show one."""
+    if datums is None:
+        return ["  no keyway was looked for: angles count from crankpin 1"]
+    if datums["keyways"]:
+        return []
+    return ["  no keyway was found: angles count from crankpin 1; triangles of half its depth would show one"]
 
 
 def _calibration(values: Values, units: DisplayUnits) -> list[str]:
