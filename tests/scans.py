@@ -504,10 +504,12 @@ def waves(points: Array, rng: np.random.Generator, lengths_mm: tuple[float, floa
     return total * math.sqrt(2.0 / WAVES)
 
 
-def noise(points: Array, sigma_mm: float, rng: np.random.Generator) -> Array:
+def noise(
+    points: Array, sigma_mm: float, rng: np.random.Generator, lengths_mm: tuple[float, float] = (1.0, 40.0)
+) -> Array:
     """Return how far noise moves each point along its normal: waves of 1 to 40 mm, and white."""
     white = rng.normal(size=len(points))
-    both = math.sqrt(1.0 - WHITE_SHARE) * waves(points, rng) + math.sqrt(WHITE_SHARE) * white
+    both = math.sqrt(1.0 - WHITE_SHARE) * waves(points, rng, lengths_mm) + math.sqrt(WHITE_SHARE) * white
     return sigma_mm * both
 
 
@@ -545,13 +547,18 @@ def scan(
     skin_mm: float = 0.0,
     scale: float = 1.0,
     placed: bool = True,
+    lengths_mm: tuple[float, float] = (1.0, 40.0),
 ) -> Scan:
     """Return a scan of a crank; ``skin_mm`` and ``scale`` are the scanner's systematic errors."""
     crank = PRESETS[design] if isinstance(design, str) else design
     rng = np.random.default_rng([seed, 77])
     vertices, triangles, normals = surface_of(crank, edge_mm, wear or Wear(), seed % 3)
     placement = random_placement(rng, 200.0) if placed else np.eye(4)
-    move = noise(vertices, sigma_mm, rng) + skin_mm if sigma_mm or skin_mm else np.zeros(len(vertices))
+    move = (
+        noise(vertices, sigma_mm, rng, lengths_mm) + skin_mm
+        if sigma_mm or skin_mm
+        else np.zeros(len(vertices))
+    )
     noisy = (vertices + move[:, None] * normals) * scale
     true = Mesh(vertices, triangles).moved(placement)
     return Scan(Mesh(noisy, triangles).moved(placement), true, crank_anatomy(crank, placement), placement)
