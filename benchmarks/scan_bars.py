@@ -37,7 +37,7 @@ EDGE_SHARES = (0.3, 0.27, 0.22, 0.12, 0.06, 0.03)
 WAVES_MM = (3.0, 8.0, 20.0, 40.0)
 LONGEST_WAVE = 1.5
 TWO_AXES_SIGMAS_95 = 2.45
-EXACT = 1e-6
+EXACT = 1e-4
 """What a drawn crank's axis may be off, whose standard error is none [mm, deg]: the file's digits."""
 
 Row = dict[str, Any]
