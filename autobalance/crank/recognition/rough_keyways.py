@@ -23,7 +23,7 @@ MAX_OVERRUN_RADII = 0.3
 """A shaft reaches so many radii past the last sections that show its circle, at most."""
 OUTLIER_RATIO = 3.0
 """Points that stand off a wall by more than so many times the usual are of its corners."""
-MIN_TRIANGLES = 4
+MIN_TRIANGLES = 8
 """Least number of triangles on a floor or a wall; fewer may be chance."""
 
 
