@@ -141,7 +141,7 @@ def test_two_cylinders_that_fire_at_once_are_named() -> None:
     (told,) = [text for text in report["warnings"] if "firing_order" in text]
     assert "cycle.firing_order [1, 4, 3, 2]" in told
     assert told.endswith("fires evenly")
-    assert cycle("inline-4", [1, 3, 4, 2])["warnings"] == []
+    assert not any("firing_order" in text for text in cycle("inline-4", [1, 3, 4, 2])["warnings"])
     at_once = ab.cycle(
         job(cycle={**GAS, "firing_order": [1, 2]}, engine={}), crank=preset("parallel-twin-360")
     ).report

@@ -114,6 +114,7 @@ def cycle(
     """
     from autobalance.engine.cycle.analysis import CycleAnalysis
     from autobalance.engine.cycle.summary import cycle_summary, pendulum_figures, sweep_rows
+    from autobalance.machine_models.cycle_doubts import model_doubts
     from autobalance.machine_models.cycle_films import film_table
     from autobalance.machine_models.engine_from_job import as_measured
     from autobalance.machine_models.firing_from_job import check_cycle, firing_engine
@@ -143,7 +144,7 @@ def cycle(
         sweep=sweep_rows(analysis, speeds, compared_factors, of_sweep) if speeds else None,
         films=None if films is None else film_table(films),
         flexible=ABSENT if bent is None else Flexible.of(*bent, analysis),
-        warnings=case.warnings,
+        warnings=[*case.warnings, *model_doubts(analysis, case.job, None if bent is None else bent[0])],
     )
     return CycleResult(report, analysis, compared_factors, films, None if bent is None else bent[0])
 

@@ -37,10 +37,14 @@ class Bearings:
 
 @dataclass(frozen=True, eq=False)
 class CycleFilms:
-    """Orbits of the journals in main bearings, one each, and of crankpins in big ends, None without any."""
+    """Orbits of the journals in main bearings, one each, and of crankpins in big ends, None without any.
+
+    ``big_end_cylinders`` are the numbers, from 1, of the cylinders whose rods the big ends belong to.
+    """
 
     mains: Orbits
     big_ends: Orbits | None
+    big_end_cylinders: tuple[int, ...] = ()
 
 
 def main_bearings(anatomy: Anatomy, film: Film) -> Bearings:
@@ -52,7 +56,7 @@ def main_bearings(anatomy: Anatomy, film: Film) -> Bearings:
 
 
 def big_ends(anatomy: Anatomy, film: Film, rods: Sequence[int]) -> Bearings | None:
-    """Return the big ends by cylinder, with the rods of each throw; None where no clearance is given."""
+    """Return the big ends, with the number of them on each throw; None where no clearance is given."""
     if film.crankpin_clearance_mm is None:
         return None
     pins = [throw.crankpin for throw, count in zip(anatomy.throws, rods, strict=True) for _ in range(count)]
@@ -71,14 +75,30 @@ def cycle_films(cycle: CycleAnalysis, anatomy: Anatomy, film: Film) -> CycleFilm
     mains = main_bearings(anatomy, film)
     loads = MainLoads.of(cycle.firing)
     whole = loads.parts.mains_n(speed, loads.parts.crank_n)
-    ends = big_ends(anatomy, film, [len(throw.cylinders) for throw in cycle.firing.throws])
+    groups = [_on_crankpin(cycle.firing, throw.cylinders) for throw in cycle.firing.throws]
+    ends = big_ends(anatomy, film, [len(each) for each in groups])
     if ends is None:
         return CycleFilms(_orbits(cycle.firing, whole, mains, film, speed), None)
-    rods = cycle.loads.crankpin_n
-    on_rods = -(rods[..., 0] + 1j * rods[..., 1])
+    rods = [cycle.loads.crankpin_n[list(rod)].sum(axis=0) for group in groups for rod in group]
+    on_rods = np.stack([-(load[:, 0] + 1j * load[:, 1]) for load in rods])
     return CycleFilms(
-        _orbits(cycle.firing, whole, mains, film, speed), _orbits(cycle.firing, on_rods, ends, film, speed)
+        _orbits(cycle.firing, whole, mains, film, speed),
+        _orbits(cycle.firing, on_rods, ends, film, speed),
+        tuple(rod[0] + 1 for group in groups for rod in group),
     )
+
+
+def _on_crankpin(firing: FiringEngine, cylinders: Sequence[int]) -> list[tuple[int, ...]]:
+    """Return the rods that turn on a crankpin, each as its cylinder (from 0) and those of the links on it.
+
+    Link rods turn on the knuckle pins of their master rod, whose one big end carries them all.
+    """
+    of = firing.engine.cylinders
+    return [
+        (number, *(each for each in cylinders if of[each].master == number))
+        for number in cylinders
+        if of[number].master is None
+    ]
 
 
 def least_films_mm(
@@ -163,7 +183,7 @@ class FilmFigures:
 
 @record
 class FilmTable:
-    """Films of main bearings and big ends."""
+    """Films of main bearings and big ends, these by the number of their rod's cylinder."""
 
     main_journals: Sequence[FilmFigures]
     big_ends: Sequence[FilmFigures] | None
@@ -171,9 +191,12 @@ class FilmTable:
 
 def film_table(films: CycleFilms) -> FilmTable:
     ends = films.big_ends
-    return FilmTable(main_journals=_rows(films.mains), big_ends=None if ends is None else _rows(ends))
+    numbers = range(1, films.mains.eccentricity.shape[1] + 1)
+    return FilmTable(
+        main_journals=_rows(films.mains, numbers),
+        big_ends=None if ends is None else _rows(ends, films.big_end_cylinders),
+    )
 
 
-def _rows(orbits: Orbits) -> list[FilmFigures]:
-    count = orbits.eccentricity.shape[1]
-    return [FilmFigures.of(number, orbits.case(number - 1)) for number in range(1, count + 1)]
+def _rows(orbits: Orbits, numbers: Sequence[int]) -> list[FilmFigures]:
+    return [FilmFigures.of(number, orbits.case(at)) for at, number in enumerate(numbers)]

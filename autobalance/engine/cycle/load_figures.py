@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
-from autobalance.records import INLINE, Bound, Degrees, NewtonMetres, Newtons, Ordinal, record
+from autobalance.records import ABSENT, INLINE, Absent, Bound, Degrees, NewtonMetres, Newtons, Ordinal, record
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,26 @@ class TorqueOrder:
 
 @record
 class NumberedLoad:
-    """A bearing's or pin's load through the cycle."""
+    """A bearing's or pin's load through the cycle.
+
+    ``on``, in an articulated engine: a link rod's big end is on its knuckle pin; the load of its master rod
+    alone is on no bearing, whose one big end carries the links too and has the load of the crankpin.
+    """
 
     number: Ordinal
     load: Annotated[LoadPeak, INLINE]
+    on: Literal["knuckle pin", "no bearing"] | Absent = ABSENT
 
 
-def numbered_loads(peaks: Sequence[LoadPeak]) -> list[NumberedLoad]:
-    """Return greatest and mean loads, numbered from 1."""
-    return [NumberedLoad(number=number, load=peak) for number, peak in enumerate(peaks, 1)]
+Carrier = Literal["knuckle pin", "no bearing"]
+
+
+def numbered_loads(
+    peaks: Sequence[LoadPeak], on: Sequence[Carrier | Absent] | None = None
+) -> list[NumberedLoad]:
+    """Return greatest and mean loads, numbered from 1; ``on``: what carries each."""
+    carriers = [ABSENT] * len(peaks) if on is None else on
+    return [
+        NumberedLoad(number=number, load=peak, on=carrier)
+        for number, (peak, carrier) in enumerate(zip(peaks, carriers, strict=True), 1)
+    ]

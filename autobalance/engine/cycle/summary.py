@@ -35,7 +35,7 @@ from autobalance.engine.cycle.figures import (
     ThrowCounterweight,
 )
 from autobalance.engine.cycle.firing_engine import as_complex
-from autobalance.engine.cycle.load_figures import numbered_loads
+from autobalance.engine.cycle.load_figures import Carrier, numbered_loads
 from autobalance.engine.cycle.pendulum import Pendulum
 from autobalance.engine.cycle.speed import run_up_s
 from autobalance.engine.dead_centres import dead_centres
@@ -137,11 +137,21 @@ def _run_up(cycle: CycleAnalysis) -> list[RunUpPoint] | None:
     ]
 
 
+def _big_ends_on(cycle: CycleAnalysis) -> list[Carrier | Absent]:
+    """Return what carries each cylinder's own rod, where that is not its bearing on the crankpin."""
+    cylinders = cycle.firing.engine.cylinders
+    masters = {each.master for each in cylinders}
+    return [
+        "knuckle pin" if each.master is not None else "no bearing" if number in masters else ABSENT
+        for number, each in enumerate(cylinders)
+    ]
+
+
 def _loads(cycle: CycleAnalysis) -> CycleLoads:
     loads = cycle.loads
     return CycleLoads(
         crankpins=numbered_loads(cycle.peaks(cycle.crankpins_n)),
-        big_ends=numbered_loads(cycle.peaks(loads.crankpin_n)),
+        big_ends=numbered_loads(cycle.peaks(loads.crankpin_n), _big_ends_on(cycle)),
         wrist_pins=numbered_loads(cycle.peaks(loads.wrist_pin_n)),
         piston_walls=numbered_loads(cycle.peaks(loads.wall_n)),
         main_journals=numbered_loads(cycle.peaks(loads.main_n)),

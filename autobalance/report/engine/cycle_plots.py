@@ -195,17 +195,19 @@ def _films(films: CycleFilms, at: str) -> Plots:
 
     axes = ("eccentricity along x over the clearance [-]", "along y [-]")
 
-    def paths(name: str, orbits: Orbits) -> list[plots.Curve]:
+    def paths(name: str, orbits: Orbits, numbers: Sequence[int]) -> list[plots.Curve]:
         return [
             plots.Curve(f"{name} {number}", path[:, 0], path[:, 1])
-            for number, path in enumerate(np.moveaxis(orbits.eccentricity, 1, 0), 1)
+            for number, path in zip(numbers, np.moveaxis(orbits.eccentricity, 1, 0), strict=True)
         ]
 
+    mains = range(1, films.mains.eccentricity.shape[1] + 1)
+
     drawn: Plots = {
-        "main-film-orbits": plots.polar(f"Films of the mains {at}", axes, paths("main", films.mains))
+        "main-film-orbits": plots.polar(f"Films of the mains {at}", axes, paths("main", films.mains, mains))
     }
     if films.big_ends is not None:
         drawn["big-end-film-orbits"] = plots.polar(
-            f"Films of the big ends {at}", axes, paths("cylinder", films.big_ends)
+            f"Films of the big ends {at}", axes, paths("cylinder", films.big_ends, films.big_end_cylinders)
         )
     return drawn

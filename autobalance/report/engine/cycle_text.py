@@ -108,13 +108,16 @@ LOADS = (
     ("main_journals", "main journal"),
 )
 
+CARRIED = {"knuckle pin": "knuckle pin of cylinder", "no bearing": "master rod without its links, cylinder"}
+"""Names of what carries a rod in an articulated engine."""
+
 
 def _loads(loads: Values) -> str:
     rows: list[Sequence[str]] = [("Load over the cycle", "greatest", "at", "mean")]
     for key, name in LOADS:
         for row in loads[key]:
             cells = f"{row['greatest_N']:.0f} N", f"{row['at_deg']:.1f}°", f"{row['mean_N']:.0f} N"
-            rows.append((f"  {name} {row['number']}", *cells))
+            rows.append((f"  {CARRIED.get(row.get('on', ''), name)} {row['number']}", *cells))
     return table(rows)
 
 
