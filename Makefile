@@ -36,7 +36,7 @@ help:
 	@echo "make fuzz    damaged files by the thousand for every reader; every layout and seed of random tests"
 	@echo "make freecad install FreeCAD where that can be, and try the workbench in it, without a window and in one;"
 	@echo "             make freecad-quick tries two kinds of cut, and no meshes"
-	@echo "make soak    random jobs, damaged files, changed reports, requests to the app, kills; HOURS=8 for a night"
+	@echo "make soak    random jobs, slips, damaged files, changed reports, sessions of the app, kills; HOURS=8 for a night"
 	@echo "make shaken  plans with other last digits and other kernels of the linear algebra: the same results"
 	@echo "make bench   measure time and memory beside the floor and the naive way, and the time to plan holes"
 	@echo "make ci      what the project's checks run: .ci/run"

@@ -21,10 +21,16 @@ CORPUS = Path(__file__).with_name("corpus")
 """Files that brought something down, packed, each `damaged-NAME` by what it was; and ``cases.jsonl``."""
 PATIENCE_S = 300.0
 """Seconds after which a case hangs."""
+MEMORY_BYTES = 6 << 30
+"""Address space of a case: what needs more takes a small machine down."""
 
 
 def tried(kind: str, seed: int, folder: Path, told: Any) -> None:
     """Try one case; tell what fell, nothing where nothing did."""
+    if sys.platform == "linux":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
     try:
         KINDS[kind][0](folder, random.Random(seed))
     except BaseException:  # noqa: BLE001 whatever falls is what is looked for

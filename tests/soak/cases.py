@@ -6,9 +6,12 @@ A case ends in an exit code that is documented, in one line where input is refus
 from __future__ import annotations
 
 import contextlib
+import copy
+import hashlib
 import io
 import json
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -21,11 +24,14 @@ import numpy as np
 
 from autobalance import command
 from tests import jobs
+from tests.cranks import Shape, make_crank
 from tests.web_app import small
 
 CODES = frozenset({0, 2, 3, 4})
-WITH_FILES = "job.toml", "job.xlsx", "crank.stl", "crank.obj", "crank.3mf", "crank.step", "list.csv"
-RECORDS = "record.csv", "record.wav", "record.uff"
+MESHES = "obj", "3mf", "ply", "off", "glb"
+EXACT = "step", "iges", "brep"
+WITH_FILES = "job.toml", "job.xlsx", "list.csv", "crank.stl", *(f"crank.{each}" for each in (*MESHES, *EXACT))
+RECORDS = "record.csv", "record.wav", "record.uff", "record.mat", "record.tdms"
 
 
 def ran(*arguments: object) -> tuple[int, str]:
@@ -55,10 +61,11 @@ def made(folder: Path) -> None:
     (folder / "list.csv").write_text("name,job\none,job.toml\ntwo,job.toml\n", encoding="utf-8")
     assert ran("init", folder / "job.toml", "-o", folder / "job.xlsx")[0] == 0
     assert ran("balance", folder / "job.toml", "-o", folder / "out", "--no-report")[0] in (0, 4)
-    for ending in ("obj", "3mf"):
+    for ending in MESHES:
         _converted(folder / "crank.stl", folder / f"crank.{ending}")
     with contextlib.suppress(AssertionError):
         assert ran("generate", "single", "-o", folder / "crank.step")[0] == 0
+        _exact(folder)
     _records(folder)
 
 
@@ -81,14 +88,36 @@ def _converted(source: Path, target: Path) -> None:
     target.write_bytes(Written.of(mesh, target.suffix[1:], 1.0).data)
 
 
+def _exact(folder: Path) -> None:
+    """Write the STEP crank as IGES and BREP too."""
+    from OCP.BRepTools import BRepTools
+    from OCP.IGESControl import IGESControl_Writer
+    from OCP.STEPControl import STEPControl_Reader
+
+    reader = STEPControl_Reader()
+    reader.ReadFile(str(folder / "crank.step"))
+    reader.TransferRoots()
+    shape = reader.OneShape()
+    BRepTools.Write_s(shape, str(folder / "crank.brep"))
+    writer = IGESControl_Writer()
+    writer.AddShape(shape)
+    writer.Write(str(folder / "crank.iges"))
+
+
 def _records(folder: Path) -> None:
-    from scipy.io import wavfile
+    from scipy.io import savemat, wavfile
 
     times = np.arange(400) / 2000.0
     wave = np.sin(2.0 * np.pi * 25.0 * times)
     rows = "\n".join(f"{t:.6g},{v:.6g}" for t, v in zip(times.tolist(), wave.tolist(), strict=True))
     (folder / "record.csv").write_text(f"time_s,accel_g\n{rows}\n", encoding="utf-8")
     wavfile.write(folder / "record.wav", 2000, (wave * 0.25).astype(np.float32))
+    savemat(folder / "record.mat", {"time_s": times, "accel_g": wave})
+    with contextlib.suppress(ImportError):
+        from nptdms import ChannelObject, TdmsWriter
+
+        with TdmsWriter(folder / "record.tdms") as file:
+            file.write_segment([ChannelObject("run", "accel_g", wave, {"wf_increment": 5e-4})])
     with contextlib.suppress(ImportError):
         import pyuff
 
@@ -105,13 +134,15 @@ def _uff(times: Any, wave: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-# --- the kinds ----------------------------------------------------------------------------------------------
+def job_text(asked: dict[str, Any], crank: str = "crank.stl") -> str:
+    """Return a job's tables as its file."""
+    return "\n".join(_toml(key, value) for key, value in asked.items()).replace(small.NAME, crank)
 
 
-def job(folder: Path, draw: random.Random) -> None:
-    """Balance by a random valid job; what is written is believed by ``verify``."""
+def random_job(draw: random.Random) -> dict[str, Any]:
+    """Return a valid job for the small crank."""
     kind = draw.choice(["shoulder", "drill", "slug", "mill", "turn", "add"])
-    asked = small.job(
+    return small.job(
         balance={
             "factor": round(draw.uniform(0.0, 1.0), 3),
             "grade": draw.choice([2.5, 6.3, 16.0, 40.0]),
@@ -119,7 +150,14 @@ def job(folder: Path, draw: random.Random) -> None:
         },
         correction={"method": kind},
     )
-    text = "\n".join(_toml(key, value) for key, value in asked.items()).replace(small.NAME, "crank.stl")
+
+
+# --- the kinds ----------------------------------------------------------------------------------------------
+
+
+def job(folder: Path, draw: random.Random) -> None:
+    """Balance by a random valid job; what is written is believed by ``verify``."""
+    text = job_text(random_job(draw))
     (folder / "random.toml").write_text(text, encoding="utf-8")
     with jobs.without_advice():
         code, said = ran("balance", folder / "random.toml", "-o", folder / "random", "--no-report")
@@ -249,12 +287,146 @@ def kill(folder: Path, draw: random.Random) -> None:
     assert not left, f"left behind: {left}"
 
 
+def folders(folder: Path, draw: random.Random) -> None:
+    """Balance random jobs into one folder, other papers each time; it holds the last one's files alone."""
+    out = folder / f"shared-{draw.randrange(2**32)}"
+    papers = ["json", "html", "pdf", "xlsx", "csv"]
+    try:
+        for turn in range(draw.randrange(2, 4)):
+            text = job_text(random_job(draw))
+            (folder / "turn.toml").write_text(text, encoding="utf-8")
+            asked = ["--only", ",".join(sorted({"json", *draw.sample(papers, draw.randrange(1, 3))}))]
+            before = contents(out)
+            with jobs.without_advice():
+                code, said = ran("balance", folder / "turn.toml", "-o", out, *asked)
+            held(code, said, text)
+            if code in (0, 4):
+                only_the_listed(out, f"turn {turn}: {asked} after {sorted(before)}\n{text}")
+            else:
+                assert contents(out) == before, f"a refused run changed its folder: {said}"
+    finally:
+        shutil.rmtree(out, ignore_errors=True)
+
+
+def contents(folder: Path) -> dict[str, str]:
+    """Return the hash of each file of a folder."""
+    files = [each for each in folder.rglob("*") if each.is_file()] if folder.is_dir() else []
+    return {each.relative_to(folder).as_posix(): _sha256(each) for each in files}
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def only_the_listed(folder: Path, what: str) -> None:
+    """Hold a folder against its report: every file is listed, with its hash, and no other is there."""
+    report = json.loads((folder / "report.json").read_text("utf-8"))
+    entries = [each for each in report["outputs"].values() if isinstance(each, dict | list)]
+    files = [each for entry in entries for each in (entry if isinstance(entry, list) else [entry])]
+    listed = {each["file"]: each.get("sha256") for each in files}
+    found = contents(folder)
+    strange = sorted(found.keys() - listed.keys() - {"report.json"})
+    assert not strange, f"{strange} are no files of this report: {what}"
+    for name, sha256 in listed.items():
+        assert found.get(name) is not None, f"{name} is listed and not there: {what}"
+        assert sha256 in (None, found[name]), f"{name} is another file than the one listed: {what}"
+
+
+SMALL_STROKE_MM = 2.0 * Shape().crank_radius
+"""Stroke of the small crank."""
+SLIPS: dict[str, Callable[[dict[str, Any]], None]] = {
+    "thousands of revolutions": lambda job: job["balance"].update(speed_rpm=6.0),
+    "a decimal point for a thousands' sign": lambda job: job["balance"].update(speed_rpm=11.000),
+    "one part in kg": lambda job: job["engine"]["reciprocating_g"].update(piston=0.5),
+    "all parts in kg": lambda job: job["engine"].update(
+        rotating_g={"rod": 0.4}, reciprocating_g={"piston": 0.5}
+    ),
+    "density in g/cm³": lambda job: job["crankshaft"].update(density_kg_m3=7.85),
+    "a file in inch": lambda job: job["crankshaft"].update(unit="inch"),
+    "a file in cm": lambda job: job["crankshaft"].update(unit="cm"),
+    "radius for stroke": lambda job: job["engine"].update(stroke_mm=SMALL_STROKE_MM / 2.0),
+    "stroke of another": lambda job: job["engine"].update(stroke_mm=SMALL_STROKE_MM + 3.0),
+    "per cent for a share": lambda job: job["balance"].update(factor=50.0),
+    "a journal beside the file's": lambda job: job["crankshaft"].update(axis_point_mm=[0.6, 0.0, 0.0]),
+}
+
+
+def slip(folder: Path, draw: random.Random) -> None:
+    """Balance by a job with a slip of typing: it is refused, or a warning or the verdict's reason says so."""
+    name = draw.choice(list(SLIPS))
+    asked = copy.deepcopy(random_job(draw))
+    SLIPS[name](asked)
+    text = job_text(asked)
+    (folder / "slip.toml").write_text(text, encoding="utf-8")
+    out = folder / "slip"
+    try:
+        with jobs.without_advice():
+            code, said = ran("balance", folder / "slip.toml", "-o", out, "--no-report")
+        held(code, said, text)
+        assert code == 3 or "warning:" in said, f"{name}: believed without a word (exit code {code})\n{text}"
+    finally:
+        shutil.rmtree(out, ignore_errors=True)
+
+
+def session(folder: Path, draw: random.Random) -> None:
+    """Use the app: two cranks, jobs that change, runs, a second start; results keep their jobs."""
+    from tests.web_app.serving import served
+
+    project = folder / f"session-{draw.randrange(2**32)}"
+    project.mkdir()
+    small.crank(project)
+    other, _ = make_crank([0.0], Shape(segments=20))
+    jobs.write_stl(project / "other.stl", other.mesh.corners)
+    asked: dict[str, dict[str, Any]] = {}
+    try:
+        for _ in range(2):
+            with served(project) as app:
+                for run, job in asked.items():
+                    _is_of(app, run, job)
+                for _ in range(draw.randrange(2, 5)):
+                    wanted = random_job(draw)
+                    wanted["crankshaft"] = {
+                        **wanted["crankshaft"],
+                        "file": draw.choice([small.NAME, "other.stl"]),
+                    }
+                    if draw.random() < 0.5:
+                        assert app.ask("/api/job", wanted, "PUT").status < 500
+                    answer = app.ask(
+                        "/api/runs", {"verb": draw.choice(["inspect", "balance"]), "job": wanted}
+                    )
+                    assert answer.status == 202, answer.body
+                    run = answer.json["id"]
+                    if draw.random() < 0.2:
+                        assert app.ask(f"/api/runs/{run}/cancel", {}).status < 500
+                    told = app.ended(run)
+                    if told["state"] == "done":
+                        asked[run] = wanted
+                        _is_of(app, run, wanted)
+                assert app.ask("/api/runs").status == 200
+    finally:
+        shutil.rmtree(project, ignore_errors=True)
+
+
+def _is_of(app: Any, run: str, job: dict[str, Any]) -> None:
+    """Hold a finished run of the app against the job that it was asked with."""
+    report = app.ask(f"/api/runs/{run}/report").json
+    if "job" in report and report["command"] == "balance":
+        for table in ("balance", "crankshaft"):
+            for key, value in job[table].items():
+                found = report["job"][table].get(key)
+                same = Path(str(found)).name == value if key == "file" else found == value
+                assert same, f"run {run}: {table}.{key} is {found!r}, asked {value!r}"
+
+
 KINDS: dict[str, tuple[Callable[[Path, random.Random], None], float]] = {
     "damaged": (damaged, 10.0),
     "report": (report, 4.0),
     "job": (job, 2.0),
     "kill": (kill, 0.5),
     "requests": (requests, 0.3),
+    "folders": (folders, 1.0),
+    "slip": (slip, 2.0),
+    "session": (session, 0.2),
 }
 """What is tried, and how often beside the others."""
 
