@@ -18,7 +18,10 @@ from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.planning.milp import greatest_multiple
+from autobalance.planning.milp import least_share as bound_share
+from autobalance.planning.too_light import too_light_g_mm
 from autobalance.rigid_rotor.tolerance import Outcome, Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Notify
 
 MOST_CAPACITY = 64.0
@@ -54,6 +57,8 @@ class Row:
         Cuts of different settings or depths.
     thinnest_share : float or None
         Least share of its metal between crankpin and main journal that a web keeps.
+    adds_to_heavy : bool
+        Whether metal is built up on a crank that is too heavy somewhere, where a shop takes it off.
     capacity : float or None
         The multiple of the initial unbalance that these limits can still correct, at most; infinite:
         more than ``MOST_CAPACITY``.
@@ -73,6 +78,7 @@ class Row:
     capacity: float | None = None
     different: int = 0
     thinnest_share: float | None = None
+    adds_to_heavy: bool = False
 
     @property
     def name(self) -> str:
@@ -82,12 +88,15 @@ class Row:
     def beats(self, other: Row) -> bool:
         """Return whether this is within tolerance and nowhere worse than another, and somewhere better.
 
-        Metal moved, change of inertia, number of cuts, least wall left and metal left in the webs count.
+        Metal moved, change of inertia, number of cuts, least wall left and metal left in the webs count;
+        metal built up on a heavy crank beats none taken off.
         """
         if self.outcome != "within_tolerance":
             return False
         if other.outcome != "within_tolerance":
             return True
+        if self.adds_to_heavy and not other.adds_to_heavy:
+            return False
         pairs = list(zip(self._costs(), other._costs(), strict=True))
         slack = [EQUAL_SHARE * max(abs(a), abs(b)) if math.isfinite(a + b) else 0.0 for a, b in pairs]
         return all(a <= b + s for (a, b), s in zip(pairs, slack, strict=True)) and any(
@@ -128,6 +137,9 @@ def compare(
     for methods in correction.mixes() if mixes is None else mixes:
         progress(f"trying {'+'.join(methods)}")
         chosen = [limits[name] for name in methods]
+        if len(methods) > 1 and (least := _refuted(rotor, tolerance, chosen, offers)) is not None:
+            progress(f"{'+'.join(methods)} leave {least:.3g} times the permissible value at least")
+            continue
         try:
             result = balance(rotor, tolerance, chosen, measure, prefer=prefer, advise=False, offers=offers)
         except CorrectionError as error:
@@ -140,6 +152,24 @@ def compare(
         rows.append(_row(methods, rotor, tolerance, result, capacity))
         done(rows)
     return rows
+
+
+def _refuted(rotor: Rotor, tolerance: Tolerance, chosen: Sequence[Limits], offers: Offers) -> float | None:
+    """Return the least share of the permissible value that a mix leaves where no plan of it is within.
+
+    None where one may be. A kind without a place, or at the reach of its search, is left to planning.
+    """
+    initial = Unbalance.of(rotor.moments + rotor.loads)
+    work = workpiece(rotor, tolerance, initial)
+    try:
+        parts = [offers(work, each, correction.search_levels(each) - 1) for each in chosen]
+    except CorrectionError:
+        return None
+    candidates = correction.joined(parts)
+    if any(cut.limit_is_reach for cut in candidates.cuts):
+        return None
+    least = bound_share(initial, tolerance, candidates)
+    return least if least > 1.0 else None
 
 
 def _once() -> Offers:
@@ -163,7 +193,8 @@ def beaten_by(rows: Sequence[Row]) -> dict[str, list[str]]:
 def ranked(rows: Sequence[Row], prefer: Prefer) -> list[Row]:
     """Return the rows within tolerance, the best first, as a job prefers.
 
-    Equal rows: first those that do not thin a web behind its crankpin, then those of least metal.
+    Metal is taken off a heavy crank before any is built up on it. Equal rows: first those that do not thin a
+    web behind its crankpin, then those of least metal.
     """
 
     def key(row: Row) -> tuple[float, ...]:
@@ -177,7 +208,7 @@ def ranked(rows: Sequence[Row], prefer: Prefer) -> list[Row]:
             "most_inertia_removed": (inertia,),
         }
         thins = row.thinnest_share is not None and row.thinnest_share < THINNED_SHARE
-        return (*first[prefer], thins, moved)
+        return (row.adds_to_heavy, *first[prefer], thins, moved)
 
     good = [row for row in rows if row.outcome in ("within_tolerance", "already_within_tolerance")]
     return sorted(good, key=key)
@@ -206,6 +237,8 @@ def why_recommended(order: Sequence[Row], rows: Sequence[Row], prefer: Prefer) -
     if first.outcome == "already_within_tolerance":
         return "the crank is within tolerance; nothing is to be cut"
     text = f"{first.name}: {_figures(first)}; ranked by {WORDS[prefer]}"
+    if any(row.adds_to_heavy for row in order) and not first.adds_to_heavy:
+        text += ", metal taken off before metal added"
     if len(order) > 1:
         text += f"; next is {order[1].name}: {_figures(order[1])}"
     return text
@@ -222,6 +255,8 @@ def _row(
     methods: tuple[str, ...], rotor: Rotor, tolerance: Tolerance, result: Result, capacity: float
 ) -> Row:
     change = result.final_moments - result.initial_moments
+    adds = any(correction.KINDS[each.kind].adds_metal for each in result.corrections)
+    is_light = too_light_g_mm(workpiece(rotor, tolerance, result.initial)) is not None
     return Row(
         methods,
         result.outcome,
@@ -237,6 +272,7 @@ def _row(
         wall_left_mm=wall_left_mm(result.corrections, rotor.anatomy),
         thinnest_share=least_share(web_metal(rotor.solid, result.solid, rotor.anatomy)),
         capacity=capacity,
+        adds_to_heavy=adds and not is_light,
     )
 
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from autobalance import correction
 from autobalance.balancing.cut_pass import Pass, cut_and_measure, made_cuts
+from autobalance.balancing.half_cut import cut_half
 from autobalance.balancing.measuring import Measure, Measured, in_memory, refuse_sum
-from autobalance.balancing.offers import BestOffer, Offers, best_offer, why_not_used
+from autobalance.balancing.offers import BestOffer, Offers, best_offer, why_not_used, workpiece
 from autobalance.balancing.remedies import Above, why_above
 from autobalance.balancing.rotor import Rotor
 from autobalance.balancing.taken import taken_of_scan
@@ -158,6 +159,11 @@ def balance(
     run = _Run(rotor, tolerance, tuple(methods), prefer, advise, progress, initial, doubt, chosen)
     if not chosen.plan.depths_mm.any():
         return run.left_alone(chosen.plan)
+    if (
+        chosen.plan.share > 1.0
+        and (half := cut_half(chosen, workpiece(rotor, tolerance, initial))) is not None
+    ):
+        return run.half_left(half)
     gain = 1.0 - chosen.plan.share / tolerance.used_share(initial)
     if chosen.plan.share > 1.0 and gain < min_gain:
         return run.not_worth_it(gain, min_gain)
@@ -209,6 +215,12 @@ class _Run:
             reason, remedies = self._why(plan, self.initial)
         untouched = left_as_it_is(self.rotor, "above_tolerance", reason, steps)
         return replace(untouched, notes=self.chosen.notes, relaxations=remedies)
+
+    def half_left(self, half: str) -> Result:
+        """Return the end of a run that would cut one of two like webs and not reach the tolerance either."""
+        nothing = replace(self.chosen.plan, depths_mm=np.zeros(len(self.chosen.candidates.cuts)))
+        result = self.left_alone(nothing)
+        return replace(result, reason=f"{result.reason}; {half}: nothing is cut")
 
     def not_worth_it(self, gain: float, least: float) -> Result:
         """Return the end of a run whose cuts would not reach the tolerance and bring next to nothing."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from contextlib import suppress
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,9 @@ from autobalance.correction.kind import Candidates
 from autobalance.integer_program import IntegerProgram, solution
 from autobalance.planning.depths import AIM_SHARE
 from autobalance.planning.dual_simplex import least_cost
-from autobalance.planning.milp_model import POINTS, SIDES, MilpModel, breakpoints, effects_at
+from autobalance.planning.milp_model import EXCESS_WEIGHT, POINTS, SIDES, MilpModel, breakpoints, effects_at
 from autobalance.planning.task import Task, part_of, usual
-from autobalance.planning.ties import in_order
+from autobalance.planning.ties import in_order, rounded
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -36,6 +37,20 @@ CUT_COUNTS = (56, 100, 250)
 """Numbers of cuts in the integer programme: the best few, then those that could still be better."""
 OUT_OF_REACH = 1.0
 """Cost above the bound, in usual corrections, that only excess residual causes: then most cuts are tried."""
+MANY_NODES = 10
+"""Branches looked at among most cuts: each takes a hundred times as long as among the best few. A cross-plane
+V8 with four drills and four holes a web took 35 s for them, and still left 37 times the permissible value."""
+STEPS_SHARE = 0.02
+"""Excess residual, as a share of the permissible value, that is lost in rounding to machine steps."""
+LITTLE_GAIN = 0.03
+"""Share by which a look at more cuts must lower a cost that is out of reach, for another to be worth it."""
+HOPELESS_SHARE = 10.0
+"""Multiple of the permissible value, left by the best few and by a dive over all cuts, beyond which no look
+at more cuts reaches it."""
+STUCK_SHARE = 2.0
+"""The same where neither a look at more cuts nor the dive lowers it."""
+DIVE_STEPS = 24
+"""Relaxations solved in one dive, at most; it ends after some six."""
 
 
 def solve(
@@ -56,10 +71,20 @@ def solve(
     bound = float(answer.fun or 0.0)
     slack = _slack(task, relaxed, bound)
     looked_at: set[int] = set()
+    is_little = False
     for size in sizes:
         few = sorted(_promising(relaxed, answer, value - bound)[:size])
-        if looked_at.issuperset(few) or (size == CUT_COUNTS[-1] and value - bound < OUT_OF_REACH):
+        if looked_at.issuperset(few):
             break
+        if size == CUT_COUNTS[-1]:
+            if value - bound < _out_of_reach(task):
+                break
+            if _left_share(task, value) > (STUCK_SHARE if is_little else HOPELESS_SHARE):
+                depths_mm, here = _dive(task, relaxed, answer)
+                is_little = is_little and here >= (1.0 - LITTLE_GAIN) * value
+                best, value = (depths_mm, here) if here < value else (best, value)
+                if is_little or _left_share(task, value) > HOPELESS_SHARE:
+                    break
         looked_at.update(few)
         depths_mm, here = _solve_few(
             part_of(task, few),
@@ -67,16 +92,79 @@ def solve(
             [effects[k] for k in few],
             least_count,
             slack,
-            nodes,
+            min(nodes, MANY_NODES) if size == CUT_COUNTS[-1] else nodes,
         )
+        is_little = here >= (1.0 - LITTLE_GAIN) * value
         if here < value:
             value = here
             best = np.zeros(count)
             best[few] = depths_mm
         near = NEAR_BOUND_SHARE if 4 * len(looked_at) >= count else 0.0
-        if value - bound <= max(2.0 * slack, near) * abs(value) + 1e-6:
+        if (is_little and _left_share(task, bound) > 1.0) or value - bound <= max(2.0 * slack, near) * abs(
+            value
+        ) + 1e-6:
             break
     return best, bound
+
+
+def _left_share(task: Task, cost: float) -> float:
+    """Return the share of the permissible value that a cost stands for where it is all excess residual."""
+    return task.aim * cost / EXCESS_WEIGHT
+
+
+def _out_of_reach(task: Task) -> float:
+    """Return the cost above the bound from which most cuts are tried; machine steps hide a little more."""
+    has_steps = task.prefer == "least_metal" and all(cut.depth_step_mm > 0.0 for cut in task.cuts)
+    return OUT_OF_REACH + (EXCESS_WEIGHT * STEPS_SHARE / task.aim if has_steps else 0.0)
+
+
+def _dive(task: Task, relaxed: MilpModel, answer: Any) -> tuple[Array, float]:
+    """Return depths by the relaxation alone, and their cost: ever more cuts are fixed, the fullest first.
+
+    Of each rule of count the fullest cut that is on in part is fixed, and all is relaxed again around it.
+    """
+    rules, count = _with_own_bounds(relaxed), len(task.cuts)
+    switches = slice(rules.switch, rules.switch + count)
+    groups = [np.array(rule.members, dtype=np.int64) for rule in task.candidates.counts]
+    groups = groups or [np.arange(count)]
+    _keep_fullest_kinds(task, rules, answer.x[switches])
+    for _ in range(DIVE_STEPS):
+        answer = relaxed_solution(rules)
+        if answer.x is None:
+            return np.zeros(count), math.inf
+        on = rounded(answer.x[switches])
+        part = (on > ON_SHARE) & (on < 1.0 - ON_SHARE)
+        if not part.any():
+            break
+        rules.lower[rules.switch + np.flatnonzero(on >= 1.0 - ON_SHARE)] = 1.0
+        for group in groups:
+            among = group[part[group]]
+            if len(among):
+                rules.lower[rules.switch + among[int(np.argmax(on[among]))]] = 1.0
+    depths = np.zeros(count)
+    for k in np.flatnonzero(answer.x[switches] > 0.5).tolist():
+        depth = float(answer.x[rules.first[k] : rules.first[k + 1]] @ rules.tables[k])
+        depths[k] = min(max(depth, task.cuts[k].least_depth_mm), task.cuts[k].max_depth_mm)
+    return depths, float(answer.fun)
+
+
+ON_SHARE = 1e-6
+"""Distance of a switch from off or on that is rounding."""
+
+
+def _keep_fullest_kinds(task: Task, rules: MilpModel, on: Array) -> None:
+    """Allow only the cuts of the groups that the relaxation uses most, where few may be used."""
+    for rule in task.candidates.varieties:
+        use = [float(on[list(group)].sum()) for group in rule.groups]
+        for place in in_order(-np.array(use))[rule.most :].tolist():
+            rules.upper[[rules.switch + k for k in rule.groups[place]]] = 0.0
+
+
+def _with_own_bounds(rules: MilpModel) -> MilpModel:
+    """Return a programme with bounds of its own, to be changed."""
+    own = copy(rules)
+    own.lower, own.upper = rules.lower.copy(), rules.upper.copy()
+    return own
 
 
 def _slack(task: Task, relaxed: MilpModel, bound: float) -> float:

@@ -44,7 +44,8 @@ def harmless(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, 
     for _ in range(HALVINGS):
         share = (low * high) ** 0.5
         lenient = _at_most(tolerance, residual, share)
-        here = choose(residual, lenient, candidates, prefer="least_metal", aim=AIM_SHARE)
+        start = best.depths_mm if best.depths_mm.any() else None
+        here = choose(residual, lenient, candidates, start_mm=start, aim=AIM_SHARE, any_will_do=True)
         if here.share <= 1.0:
             used = tolerance.used_share(here.predicted)
             best, high = replace(here, share=used, binding=plan.binding), share

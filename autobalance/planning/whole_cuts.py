@@ -57,6 +57,7 @@ def choose(
     prefer: Prefer = "least_metal",
     start_mm: Array | None = None,
     aim: float = AIM_SHARE,
+    any_will_do: bool = False,
 ) -> Plan:
     """Return the cuts to make and their depths.
 
@@ -73,15 +74,36 @@ def choose(
         An earlier plan: its choice of cuts is kept if it still serves.
     aim : float
         Share of the permissible value below which less residual is worth nothing.
+    any_will_do : bool
+        Whether any plan that reaches the tolerance serves, however heavy: only the best few cuts are tried.
 
     Returns
     -------
     Plan
         With nominal depths: each the limit, step or common value that it stands for.
     """
-    return nominal_plan(
-        residual, tolerance, candidates, _chosen_plan(residual, tolerance, candidates, prefer, start_mm, aim)
+    chosen = (
+        _any_plan(Task(residual, tolerance, candidates, "least_metal", aim, *usual(candidates)), start_mm)
+        if any_will_do and candidates.cuts and is_discrete(candidates)
+        else _chosen_plan(residual, tolerance, candidates, prefer, start_mm, aim)
     )
+    return nominal_plan(residual, tolerance, candidates, chosen)
+
+
+def _any_plan(task: Task, start_mm: Array | None) -> Plan:
+    """Return an earlier plan if it still serves, else the first that does among ever more cuts."""
+    if start_mm is not None and start_mm.any():
+        kept = finished(task, settled(task, start_mm))
+        if kept.share <= 1.0:
+            return kept
+    best: Plan | None = None
+    for size in CUT_COUNTS[:2]:
+        plan = finished(task, _chosen(task, 0, (size,), rounds=1))
+        best = plan if best is None or plan.share < best.share else best
+        if best.share <= 1.0 or size >= len(task.cuts):
+            break
+    assert best is not None
+    return best
 
 
 def _chosen_plan(
@@ -202,8 +224,8 @@ def _chosen(
     """Return depths by the mixed-integer programme, refined until they hold on the exact curves."""
     tables = breakpoints(task)
     best = settled(task, np.zeros(len(task.cuts)))
-    for _ in range(rounds):
-        depths, bound = solve(task, tables, least_count, sizes, nodes)
+    for number in range(rounds):
+        depths, bound = solve(task, tables, least_count, sizes if not number else sizes[:2], nodes)
         here = settled(task, depths)
         is_new = here.share < MIN_REFINEMENT_GAIN * best.share and bound < EXCESS_WEIGHT
         if here.share < best.share:

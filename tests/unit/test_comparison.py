@@ -1,11 +1,12 @@
 import math
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 
-from autobalance.balancing.comparison import Row, beaten_by, ranked, wall_left_mm
-from autobalance.correction.contract import Correction
+from autobalance.balancing.comparison import Row, beaten_by, ranked, wall_left_mm, why_recommended
+from autobalance.correction.contract import Correction, Prefer
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.report.balance.comparison import comparison, comparison_html, comparison_text
 from autobalance.report.balance.values import dumps
@@ -157,3 +158,15 @@ def test_what_thins_a_web_ranks_behind_its_like_that_does_not() -> None:
     assert [each.name for each in ranked(rows, "fewest_holes")] == ["c", "b", "a", "d"]
     by_metal = [each.name for each in ranked(rows, "least_metal")]
     assert by_metal == ["d", "a", "c", "b"]  # metal was asked for first
+
+
+def test_metal_is_taken_off_a_heavy_crank_before_any_is_built_up_on_it() -> None:
+    added = replace(row("add", 9.0, 300.0, 2), adds_to_heavy=True)
+    lowered = row("shoulder", 12.0, 500.0, 4)
+    for prefer in get_args(Prefer):
+        assert [each.name for each in ranked([added, lowered, ABOVE], prefer)] == ["shoulder", "add"]
+    assert "metal taken off before metal added" in why_recommended([lowered, added], [], "simple")
+    assert not added.beats(lowered)
+    assert added.beats(ABOVE)
+    as_light = replace(added, adds_to_heavy=False)  # the only thing that a light crank lacks
+    assert ranked([lowered, as_light], "simple")[0] == as_light
