@@ -25,6 +25,7 @@ from autobalance.planning.drop_negligible_cuts import worthwhile
 from autobalance.planning.least_steps import settable
 from autobalance.planning.reject_worse import harmless, is_harmless
 from autobalance.planning.relaxation import Relaxation
+from autobalance.planning.too_light import too_light_g_mm, too_light_text
 from autobalance.planning.whole_cuts import choose
 from autobalance.quantities import said
 from autobalance.rigid_rotor.moments import Moments
@@ -154,6 +155,9 @@ def balance(
     doubt = rotor.doubt(rotor.moments)
     if not cut_anyway and tolerance.is_met_by(initial, doubt):
         return left_as_it_is(rotor, "already_within_tolerance", None)
+    light_g_mm = too_light_g_mm(workpiece(rotor, tolerance, initial))
+    if light_g_mm is not None:
+        progress(too_light_text(light_g_mm))
     progress("planning the correction")
     chosen = best_offer(rotor, tolerance, methods, initial, prefer, offers)
     run = _Run(rotor, tolerance, tuple(methods), prefer, advise, progress, initial, doubt, chosen)
@@ -271,7 +275,7 @@ class _Run:
 
     def _why(self, plan: Plan, residual: Unbalance) -> tuple[str, tuple[Relaxation, ...]]:
         """Return the reason why the tolerance is not reached, and all remedies."""
-        above = Above(self.rotor, self.tolerance, self.methods, self.chosen, self.initial)
+        above = Above(self.rotor, self.tolerance, self.methods, self.chosen, self.initial, self.prefer)
         return why_above(above, plan, residual, self.advise, self.progress)
 
 

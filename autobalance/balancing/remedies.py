@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from autobalance.balancing.offers import BestOffer, workpiece
+from autobalance.balancing.offers import BestOffer, best_offer, workpiece
 from autobalance.balancing.rotor import Rotor
-from autobalance.correction import Limits
+from autobalance.correction import Limits, kind_of
+from autobalance.correction.contract import Prefer
+from autobalance.crank.faces import find_faces
+from autobalance.errors import CorrectionError
 from autobalance.planning.depths import Plan
 from autobalance.planning.milp import least_share
-from autobalance.planning.relaxation import Attempt, Relaxation, relaxations
+from autobalance.planning.relaxation import Attempt, Relaxation, lighter, relaxations
 from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxations
 from autobalance.planning.too_light import heavier, too_light_g_mm, too_light_text
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -26,6 +30,7 @@ class Above:
     methods: tuple[Limits, ...]
     chosen: BestOffer
     initial: Unbalance
+    prefer: Prefer = "simple"
 
 
 def why_above(
@@ -49,14 +54,56 @@ def why_above(
     bound = least_share(above.initial, above.tolerance, candidates)
     if not advise:
         return explain_shortfall(shortfall, bound=bound), ()
+    if bound > 1.0:
+        progress(f"no plan leaves less than {bound:.3g} times the permissible value")
     progress("looking for limits that would suffice")
-    attempt = Attempt(work, above.chosen.methods, above.methods, candidates, above.initial, above.tolerance)
-    remedies = relaxations(attempt, more_of_the_same=light_g_mm is None)
+    attempt = Attempt(
+        work,
+        above.chosen.methods,
+        above.methods,
+        candidates,
+        above.initial,
+        above.tolerance,
+        progress=progress,
+    )
+    found = relaxations(attempt, more_of_the_same=light_g_mm is None)
+    remedies = _as_run(above, attempt, found)
     if light_g_mm is not None:
-        remedies += heavier(attempt, remedies)
+        remedies += _as_run(above, attempt, heavier(attempt, remedies))
+    elif not remedies:
+        remedies = _as_run(above, attempt, lighter(attempt))
     factor = _factor_tried(above, shortfall, attempt)
     text = explain_shortfall(shortfall, [each.text for each in remedies], bound, factor)
+    if attempt.left_out:
+        text += "; further changes were not tried, since each takes long on this crank"
     return text, (*remedies, *(() if factor is None else (factor,)))
+
+
+def _as_run(above: Above, attempt: Attempt, found: Iterable[Relaxation]) -> list[Relaxation]:
+    """Return relaxations with what a run of them leaves and takes; those that fail then are left out.
+
+    The one that takes least metal comes first.
+    """
+    rotor = above.rotor
+    kept: list[Relaxation] = []
+    for each in found:
+        if not each.methods:
+            kept.append(each)
+            continue
+        attempt.progress(f"planning {each.text}")
+        if not rotor.faces and any(kind_of(limits).needs_faces for limits in each.methods):
+            faces = attempt.work.faces or tuple(find_faces(rotor.solid.mesh, rotor.anatomy))
+            rotor = replace(rotor, faces=faces)
+        try:
+            best = best_offer(rotor, above.tolerance, each.methods, above.initial, above.prefer)
+        except CorrectionError:
+            continue
+        if best.plan.share > 1.0:
+            continue
+        cuts = zip(best.candidates.cuts, best.plan.depths_mm.tolist(), strict=True)
+        metal = sum(abs(cut.effect(depth).mass_g) for cut, depth in cuts if depth > 0.0)
+        kept.append(replace(each, used_share=best.plan.share, metal_g=float(metal)))
+    return sorted(kept, key=lambda relaxed: round(relaxed.metal_g or 0.0, 6))
 
 
 def _factor_tried(above: Above, shortfall: Shortfall, attempt: Attempt) -> Relaxation | None:

@@ -19,7 +19,8 @@ from autobalance.correction.kind import Candidates
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depths import Plan, plan_depths
 from autobalance.planning.equal_cut_search import equal_cuts_everywhere, equal_cuts_on_each_web
-from autobalance.planning.task import Task, is_discrete
+from autobalance.planning.milp import least_share
+from autobalance.planning.task import Task, is_discrete, part_of
 from autobalance.planning.ties import key
 
 WHOLE_CUTS_SHARE = 0.25
@@ -111,12 +112,21 @@ def _fewest_of_any_depth(task: Task, least: Plan, enough: float) -> list[Plan]:
     if len(members) > MOST_FACES:
         return []
     plans_found: list[Plan] = []
+    may_do: dict[tuple[int, ...], bool] = {}
+
+    def reach(few: tuple[int, ...]) -> bool:
+        """Return whether some cuts may be enough: to plan each choice of rims on a V8 took half a minute."""
+        if few not in may_do:
+            least = least_share(task.residual, task.tolerance, part_of(task, few).candidates)
+            may_do[few] = least <= max(enough, 1.0)
+        return may_do[few]
+
     for alike in (True, False):
         for count in range(1, len(members) + 1):
             here = [
                 plan
                 for few in combinations(members, count)
-                if (plan := _of_these(task, few, alike)) is not None and plan.share <= enough
+                if reach(few) and (plan := _of_these(task, few, alike)) is not None and plan.share <= enough
             ]
             if here:
                 plans_found += here

@@ -12,13 +12,15 @@ from autobalance import correction
 from autobalance.correction import Limits
 from autobalance.correction.contract import Cut
 from autobalance.correction.kind import Candidates, Kind, Workpiece
-from autobalance.correction.relaxing import MoreCuts, Relaxing, WiderLimits
+from autobalance.correction.relaxing import MoreCuts, Otherwise, Relaxing, WiderLimits
+from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError
 from autobalance.planning.depths import Plan, judged_rows
 from autobalance.planning.milp import least_share
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.runtime import Notify
 
 EXTRA_CUTS = 6
 """Greatest number of further cuts tried."""
@@ -27,6 +29,11 @@ MAX_SEARCHES = 4
 """Searches for metal at most, each four times deeper."""
 MOST_OFFERS = 24
 """Searches for cuts with other limits, at most: of a large crank each takes a second or two."""
+MOST_PLANNED = 2000
+"""Cuts in all plans tried for advice, at most: a number, so that advice is the same on every machine. A
+cross-plane V8 with four drills plans 80 to 512 at a time, each in one to three seconds."""
+MOST_LIGHTER = 2
+"""Other kinds proposed that take metal off, at most."""
 NAMED_RELAXATIONS = 3
 """Relaxations named, at most."""
 
@@ -55,6 +62,8 @@ class Relaxation:
         Metal that it then takes; None where the cuts stay as they are [g].
     tried : bool
         Whether the correction was planned anew with the changes; else they follow from the residual.
+    methods : tuple of limits
+        The limits of a job with the changes; empty where these are other keys.
     """
 
     text: str
@@ -62,13 +71,15 @@ class Relaxation:
     used_share: float
     metal_g: float | None
     tried: bool = True
+    methods: tuple[Limits, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
     """Inputs of a plan that fell short; ``asked`` are all of the job's limits, placed or not.
 
-    ``looks`` are the limits with which cuts were searched since.
+    ``looks`` are the limits with which cuts were searched since, ``planned`` the numbers of cuts in the plans
+    made since, ``left_out`` what was not tried any more. ``progress`` is told what is being tried.
     """
 
     work: Workpiece
@@ -78,13 +89,23 @@ class Attempt:
     residual: Unbalance
     tolerance: Tolerance
     looks: list[Sequence[Limits]] = field(default_factory=list)
+    planned: list[int] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+    progress: Notify = lambda _: None
 
     def plan(self, candidates: Candidates) -> Plan:
-        return choose(self.residual, self.tolerance, candidates)
+        """Return a plan that reaches the tolerance, however heavy, else the one that comes nearest."""
+        self.planned.append(len(candidates.cuts))
+        return choose(self.residual, self.tolerance, candidates, any_will_do=True)
 
     def may_do(self, candidates: Candidates) -> bool:
         """Return whether other cuts may suffice: their lower bound does not rule them out."""
-        return bool(candidates.cuts) and least_share(self.residual, self.tolerance, candidates) <= 1.0
+        if not candidates.cuts or least_share(self.residual, self.tolerance, candidates) > 1.0:
+            return False
+        if sum(self.planned) + len(candidates.cuts) > MOST_PLANNED:
+            self.left_out.append(f"a plan of {len(candidates.cuts)} cuts")
+            return False
+        return True
 
     def offer_with(self, *methods: Limits, coarse: bool = False) -> Candidates | None:
         """Return candidates of other limits at their last search level (or first: ``coarse``); None: no cuts.
@@ -97,6 +118,7 @@ class Attempt:
         try:
             for _ in range(MAX_SEARCHES):
                 if len(self.looks) >= MOST_OFFERS:
+                    self.left_out.append("a search for cuts")
                     return None
                 self.looks.append(methods)
                 candidates = correction.joined(
@@ -123,10 +145,17 @@ def relaxations(tried: Attempt, more_of_the_same: bool = True) -> list[Relaxatio
         for way in correction.kind_of(limits).relaxing(limits):
             if not more_of_the_same and isinstance(way, MoreCuts | WiderLimits):
                 continue
+            tried.progress(f"trying {_words(limits, way)}")
             relaxed = _relaxed(tried, number, way)
             relaxations_found += [] if relaxed is None else [relaxed]
     relaxations_found += _remedies(tried)
     return sorted(relaxations_found, key=lambda relaxed: round(relaxed.metal_g or 0.0, 6))[:NAMED_RELAXATIONS]
+
+
+def _words(limits: Limits, way: Relaxing) -> str:
+    """Return a way to relax limits in a few words, for the progress."""
+    name = correction.kind_of(limits).name
+    return f"{name}: {way.text}" if isinstance(way, Otherwise) else f"another {name}.{way.key}"
 
 
 RemedyText = tuple[str, tuple[Change, ...]]
@@ -145,11 +174,14 @@ def _relaxed(tried: Attempt, number: int, way: Relaxing) -> Relaxation | None:
     methods = list(tried.methods)
     methods[number] = replace(methods[number], **way.changed)
     remedy = way.text, _changes(tried.methods[number], way.changed)
-    return _if_enough(tried, tried.offer_with(*methods), lambda _: remedy)
+    return _if_enough(tried, tried.offer_with(*methods), lambda _: remedy, methods)
 
 
 def _if_enough(
-    tried: Attempt, candidates: Candidates | None, describe: Callable[[Plan], RemedyText]
+    tried: Attempt,
+    candidates: Candidates | None,
+    describe: Callable[[Plan], RemedyText],
+    methods: Sequence[Limits],
 ) -> Relaxation | None:
     if candidates is None or not tried.may_do(candidates):
         return None
@@ -158,7 +190,7 @@ def _if_enough(
         return None
     cuts = zip(candidates.cuts, plan.depths_mm, strict=True)
     metal = sum(abs(cut.effect(float(depth)).mass_g) for cut, depth in cuts if depth > 0.0)
-    return Relaxation(*describe(plan), plan.share, float(metal))
+    return Relaxation(*describe(plan), plan.share, float(metal), methods=tuple(methods))
 
 
 def _more(tried: Attempt, limits: Limits, more: MoreCuts) -> Relaxation | None:
@@ -173,33 +205,38 @@ def _more(tried: Attempt, limits: Limits, more: MoreCuts) -> Relaxation | None:
         ]
         return replace(tried.candidates, counts=tuple(counts))
 
-    enough = [count for count in range(1, EXTRA_CUTS + 1) if tried.may_do(offer(count))]
-    least = next((count for count in enough if tried.plan(offer(count)).share <= 1.0), None)
-    if least is None:
+    def suffice(count: int) -> bool:
+        return tried.may_do(offer(count)) and tried.plan(offer(count)).share <= 1.0
+
+    if not suffice(EXTRA_CUTS):
         return None
-    remedy = more.say(least), _changes(limits, {more.key: more.now + least})
-    return _if_enough(tried, offer(least), lambda _: remedy)
+    least = next((count for count in range(1, EXTRA_CUTS) if suffice(count)), EXTRA_CUTS)
+    changed = {more.key: more.now + least}
+    remedy = more.say(least), _changes(limits, changed)
+    methods = [replace(each, **changed) if each is limits else each for each in tried.methods]
+    return _if_enough(tried, offer(least), lambda _: remedy, methods)
 
 
 def _wider(tried: Attempt, number: int, wider: WiderLimits) -> Relaxation | None:
     """Return the relaxation by the least share, 0 to 1, of a change of one method's limits; else None."""
 
-    def offer(share: float) -> Candidates | None:
+    def with_share(share: float) -> list[Limits]:
         methods = list(tried.methods)
         methods[number] = replace(methods[number], **wider.changed(share))
-        return tried.offer_with(*methods)
+        return methods
 
-    def describe(share: float) -> RemedyText:
-        changed = wider.changed(share)
-        return wider.say(changed), _changes(tried.methods[number], changed)
+    def relaxed(share: float) -> Relaxation | None:
+        changed, methods = wider.changed(share), with_share(share)
+        remedy = wider.say(changed), _changes(tried.methods[number], changed)
+        return _if_enough(tried, tried.offer_with(*methods), lambda _: remedy, methods)
 
-    best = _if_enough(tried, offer(1.0), lambda _: describe(1.0))
+    best = relaxed(1.0)
     if best is None:
         return None
     low, high = 0.0, 1.0
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        here = _if_enough(tried, offer(middle), lambda _, share=middle: describe(share))  # type: ignore[misc]
+        here = relaxed(middle)
         low, high, best = (low, middle, here) if here is not None else (middle, high, best)
     return best
 
@@ -210,6 +247,7 @@ def _remedies(tried: Attempt) -> Iterator[Relaxation]:
     for kind in correction.KINDS.values():
         if kind in present or kind.remedy is None or not _may_help(tried, kind):
             continue
+        tried.progress(f"trying {kind.name} as well")
         candidates = tried.offer_with(kind.remedy, coarse=True)
         if candidates is None:
             continue
@@ -224,9 +262,60 @@ def _remedies(tried: Attempt) -> Iterator[Relaxation]:
             ]
             return _remedy(tried, kind, chosen[0]) if chosen else ("other depths", ())
 
-        relaxed = _if_enough(tried, both, describe)
+        relaxed = _if_enough(tried, both, describe, ())
         if relaxed is not None:
-            yield relaxed
+            keys = _own_keys(relaxed.changes, kind.name)
+            limits = kind.limits(**keys) if keys else kind.remedy
+            yield replace(relaxed, methods=(*tried.methods, limits))
+
+
+def _always(remedy: RemedyText) -> Callable[[Plan], RemedyText]:
+    return lambda _: remedy
+
+
+def _own_keys(changes: Sequence[Change], name: str) -> dict[str, Any]:
+    """Return the proposed keys of a kind's own table."""
+    table = f"correction.{name}."
+    return {
+        change.key.removeprefix(table): change.proposed for change in changes if change.key.startswith(table)
+    }
+
+
+def lighter(tried: Attempt) -> Iterator[Relaxation]:
+    """Yield relaxations by kinds that take metal off all around, of those that the job does not name.
+
+    They are tried alone, then with the job's own.
+    """
+    work = tried.work
+    if not work.faces:
+        work = replace(work, faces=tuple(find_faces(work.solid.mesh, work.anatomy)))
+    tried = replace(tried, work=work, looks=[], planned=[])  # of all advice, this is the likeliest
+    names = tuple(correction.kind_of(limits).name for limits in tried.asked)
+    kinds = [
+        kind
+        for kind in correction.KINDS.values()
+        if not (kind.name in names or kind.adds_metal or kind.has_axis)
+    ]
+    found = 0
+    for others in ((), tried.methods):
+        for kind in kinds:
+            limits = kind.limits()
+            method = (kind.name, *(correction.kind_of(each).name for each in others))
+            tried.progress(f"trying {' and '.join(method)}")
+            own = tried.offer_with(limits)
+            if own is None:
+                continue
+            candidates = correction.joined([own, tried.candidates]) if others else own
+            text = f"{kind.noun.lower()}s {'as well' if others else 'instead'} (method {', '.join(method)})"
+            remedy = text, (Change("correction.method", names, method),)
+            relaxed = _if_enough(tried, candidates, _always(remedy), (limits, *others))
+            if relaxed is not None:
+                yield relaxed
+                found += 1
+            if found == MOST_LIGHTER:
+                return
+        if found:
+            return
 
 
 def _may_help(tried: Attempt, kind: Kind[Any]) -> bool:

@@ -56,6 +56,8 @@ def heavier(tried: Attempt, known: Sequence[Relaxation]) -> Iterator[Relaxation]
         if any(change.key.startswith(f"correction.{kind.name}.") for way in known for change in way.changes):
             continue
         choices = kind.heavier()
+        if choices:
+            tried.progress(f"trying {kind.name} on the counterweights")
         alone = (_relaxation(tried, (), limits) for limits in choices)
         trimmed = (_relaxation(tried, names, limits) for limits in choices[:1] if kind.name not in names)
         remedy = next((each for each in chain(alone, trimmed) if each is not None), None)
@@ -71,6 +73,7 @@ def _relaxation(tried: Attempt, names: tuple[str, ...], limits: Limits) -> Relax
     candidates = correction.joined([tried.candidates, own]) if names else own
     if not tried.may_do(candidates):
         return None
+    tried.planned.append(len(candidates.cuts))
     plan = choose(tried.residual, tried.tolerance, candidates, prefer="simple")
     cuts = [
         (cut, depth)
@@ -92,4 +95,6 @@ def _relaxation(tried: Attempt, names: tuple[str, ...], limits: Limits) -> Relax
     if methods != method:
         changes.insert(0, Change("correction.method", methods, method))
     metal = sum(abs(cut.effect(depth).mass_g) for cut, depth in cuts)
-    return Relaxation(text, tuple(changes), plan.share, float(metal))
+    own_methods = tuple(each for each in tried.methods if correction.kind_of(each).name in method)
+    run_with = (*own_methods, kind.limits(**keys))
+    return Relaxation(text, tuple(changes), plan.share, float(metal), methods=run_with)

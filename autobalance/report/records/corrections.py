@@ -252,6 +252,9 @@ class Relaxation:
     @classmethod
     def of(cls, relaxation_found: relaxation.Relaxation) -> Self:
         """Return a relaxation with each key of the job that it changes."""
-        return cls(
-            **{**vars(relaxation_found), "changes": [JobChange.of(each) for each in relaxation_found.changes]}
-        )
+        values = {
+            **vars(relaxation_found),
+            "changes": [JobChange.of(each) for each in relaxation_found.changes],
+        }
+        del values["methods"]  # what the changes make of the job's limits
+        return cls(**values)
