@@ -14,7 +14,7 @@ from autobalance.correction.kind import Candidates
 from autobalance.integer_program import IntegerProgram, solution
 from autobalance.planning.depths import AIM_SHARE
 from autobalance.planning.dual_simplex import least_cost
-from autobalance.planning.milp_model import EXCESS_WEIGHT, POINTS, SIDES, MilpModel, breakpoints, effects_at
+from autobalance.planning.milp_model import EXCESS_WEIGHT, POINTS, MilpModel, breakpoints, effects_at
 from autobalance.planning.task import Task, part_of, usual
 from autobalance.planning.ties import in_order, rounded
 from autobalance.rigid_rotor.moments import Moments
@@ -192,9 +192,12 @@ def least_share(residual: Unbalance, tolerance: Tolerance, candidates: Candidate
     rules = _unpriced(residual, tolerance, candidates)
     rules.cost[rules.excess] = 1.0
     excess = _least_cost(rules)
-    return 0.0 if excess <= 1e-6 else math.cos(math.pi / SIDES) * AIM_SHARE * (0.5 + excess)
+    return 0.0 if excess <= 1e-6 else math.cos(math.pi / BOUND_SIDES) * AIM_SHARE * (0.5 + excess)
 
 
+BOUND_SIDES = 24
+"""Sides of the polygon of bounds: with the 6 of choosing, a crank on which no cut acts was told to have 201
+times its permissible value, and that no plan leaves less than 174 times."""
 MAX_OWN_ENTRIES = 10_000
 """Number of entries up to which a programme is solved here, without loading scipy."""
 
@@ -239,7 +242,7 @@ def _unpriced(residual: Unbalance, tolerance: Tolerance, candidates: Candidates)
     """Return the programme over all cuts at no cost yet, with more breakpoints than for choosing."""
     task = Task(residual, tolerance, candidates, "least_metal", AIM_SHARE, *usual(candidates))
     tables = breakpoints(task, 2 * POINTS - 1)
-    rules = MilpModel(task, tables, effects_at(task, tables), 0)
+    rules = MilpModel(task, tables, effects_at(task, tables), 0, BOUND_SIDES)
     rules.cost[:] = 0.0
     return rules
 

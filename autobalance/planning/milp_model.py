@@ -78,6 +78,7 @@ class MilpModel:
         tables: Sequence[Array],
         effects: Sequence[Sequence[Moments]],
         least_count: int,
+        sides: int = SIDES,
     ) -> None:
         count = len(tables)
         sizes = [len(points) for points in tables]
@@ -95,7 +96,7 @@ class MilpModel:
         self._low: list[float] = []
         self._high: list[float] = []
         self._weights_follow_switches(task.cuts)
-        self._residual_rows(task, effects)
+        self._residual_rows(task, effects, sides)
         self._apart_rows(task)
         for pair in task.candidates.shared:
             self._add_depths([(pair.first, 1.0), (pair.second, 1.0)], -math.inf, pair.most_mm)
@@ -167,7 +168,7 @@ class MilpModel:
             low = 0.0 if cut.least_depth_mm > 0.0 else -1.0  # the weight that is left is that of depth zero
             self._add(columns, [1.0] * size + [-1.0], low, 0.0)
 
-    def _residual_rows(self, task: Task, effects: Sequence[Sequence[Moments]]) -> None:
+    def _residual_rows(self, task: Task, effects: Sequence[Sequence[Moments]], sides: int) -> None:
         """Add separate columns for the residual, so that few rows name every cut; keep it in polygons."""
         rows = judged_rows(task.tolerance)
         own = independent_rows(task.tolerance)
@@ -178,8 +179,8 @@ class MilpModel:
         for k in range(size):
             columns = np.append(np.arange(self.switch), self.left + k)
             self._add(columns, np.append(effect[k], -1.0), -now[k], -now[k])
-        angle = (np.arange(SIDES) + 0.5) * (2.0 * math.pi / SIDES)
-        inner = math.cos(math.pi / SIDES)
+        angle = (np.arange(sides) + 0.5) * (2.0 * math.pi / sides)
+        inner = math.cos(math.pi / sides)
         judged = rows @ np.linalg.pinv(own)  # from the residual's columns to every judged vector
         for k in range(0, len(rows), 2):
             for a in angle:

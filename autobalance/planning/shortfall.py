@@ -19,6 +19,8 @@ ROUNDING_SHARE = 0.05
 """Share of the permissible value that rounding a printed angle may be worth."""
 FACTOR_STEPS = (0.0, 0.02, 0.05)
 """Steps of factors tried below the factor of least residual: there is metal to take off then."""
+AS_LEFT_SHARE = 0.97
+"""Share of the residual from which its lower bound is the residual itself, but for the bound's polygon."""
 ONE_PLACE_SHARE = 0.5
 """Share of the permissible value that metal added in one place may leave; else it is named in two."""
 
@@ -68,7 +70,9 @@ def explain_shortfall(
     else:
         text += "; none of the cuts at hand acts in the direction that is left"
     if bound > 1.0:
-        text += f"; no plan within these limits leaves less than {bound:.3g} times the permissible value"
+        is_left = not short.depths_mm.any() and bound >= AS_LEFT_SHARE * value / permitted
+        least = "that" if is_left else f"{bound:.3g} times the permissible value"
+        text += f"; no plan within these limits leaves less than {least}"
     enough = "; enough would be: " + joined(", or ", computed) if computed else ""
     fixes = [] if factor is None else [factor.text]
     fixes += [] if is_light and computed else [_added(short)]

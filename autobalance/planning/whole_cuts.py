@@ -43,6 +43,8 @@ ROUNDING_SHARE = 0.5
 """Share of the permissible value that rounding to machine steps may leave before more cuts are tried."""
 FEW_DIFFERENT = 2
 """Different cuts of a simple plan beyond which a plan of the fewest cuts, simplified, may be simpler."""
+ANY_NODES = 20
+"""Branches looked at where any plan within the tolerance will do."""
 FEW_AIM, FEW_NODES = 0.1, 10
 """Share of the permissible value, and branches, for that plan: it takes longest of all."""
 UNTRIED_WEIGHT_SHARE = 0.03
@@ -98,7 +100,7 @@ def _any_plan(task: Task, start_mm: Array | None) -> Plan:
             return kept
     best: Plan | None = None
     for size in CUT_COUNTS[:2]:
-        plan = finished(task, _chosen(task, 0, (size,), rounds=1))
+        plan = finished(task, _chosen(task, 0, (size,), rounds=1, nodes=ANY_NODES))
         best = plan if best is None or plan.share < best.share else best
         if best.share <= 1.0 or size >= len(task.cuts):
             break

@@ -14,6 +14,7 @@ from autobalance.correction.kind import Candidates
 from autobalance.planning import depths as planner
 from autobalance.planning.depths import AIM_SHARE, plan_depths
 from autobalance.planning.drop_negligible_cuts import worthwhile
+from autobalance.planning.milp import least_share
 from autobalance.planning.reject_worse import harmless, is_harmless
 from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxations
 from autobalance.planning.whole_cuts import choose
@@ -296,3 +297,19 @@ def test_cuts_that_change_nothing_that_counts_are_left_out() -> None:
     tight = planner.judged_plan(needed, tolerance("static"), cuts, np.array([5.0, 0.004, 0.0]))
     assert tight.share < 1.0
     assert worthwhile(needed, tolerance("static"), Candidates(cuts), tight) is tight
+
+
+def test_one_bound_has_one_number() -> None:
+    """Where no cut acts, what is left and the least that any plan leaves are the same."""
+    left = unbalance(-600.0)
+    tried = short(left, [], [])
+    share = tried.tolerance.used_share(left)
+    assert least_share(left, tried.tolerance, Candidates(())) == share
+    for sixth in range(6):  # a polygon's corner or its side
+        turned = Unbalance(np.array([math.cos(0.1 * sixth), math.sin(0.1 * sixth)]) * 600.0, np.zeros(2))
+        cut = Column(1e-6, 0.0, 0.0, 1e-3)
+        bound = least_share(turned, tried.tolerance, Candidates((cut,)))
+        assert 0.97 * tried.tolerance.used_share(turned) <= bound <= tried.tolerance.used_share(turned)
+    text = explain_shortfall(tried, bound=0.99 * share)
+    assert text.count("times the permissible") == 0
+    assert "no plan within these limits leaves less than that" in text
