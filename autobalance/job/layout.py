@@ -44,6 +44,13 @@ LAYOUT = Key(
         Key("offset_mm", float, "of the cylinder's axis beside the crank axis", ANY, 0.0),
     ),
 )
+
+
+def _link_weight(name: str, says: str) -> Key:
+    part = Key("", float, "its weight", NOT_NEGATIVE, typed="g")
+    return Key(name, float, says, NOT_NEGATIVE, None, named=part, usual="the throw's")
+
+
 LINK = Key(
     "link",
     says="link rods on this throw's master rod, in an articulated engine",
@@ -56,8 +63,8 @@ LINK = Key(
         Key("rod_length_mm", float, "from knuckle pin to wrist pin", POSITIVE),
         Key("knuckle_radius_mm", float, "from the crankpin to the knuckle pin", POSITIVE),
         Key("knuckle_angle_deg", float, "about the crankpin, from the master rod's axis"),
-        Key("rotating_g", float, "mass at its knuckle pin", NOT_NEGATIVE, None, usual="the throw's"),
-        Key("reciprocating_g", float, "mass at its wrist pin", NOT_NEGATIVE, None, usual="the throw's"),
+        _link_weight("rotating_g", "mass at its knuckle pin, a number or a table of named weights"),
+        _link_weight("reciprocating_g", "mass at its wrist pin, a number or a table of named weights"),
     ),
 )
 ON_SCALES = (
@@ -128,11 +135,16 @@ def links_of(place: str, values: Sequence[Values]) -> tuple[LinkRod, ...]:
             each["rod_length_mm"],
             each["knuckle_radius_mm"],
             math.radians(each["knuckle_angle_deg"]),
-            each["rotating_g"],
-            each["reciprocating_g"],
+            _sum_g(each["rotating_g"]),
+            _sum_g(each["reciprocating_g"]),
         )
         for each in values
     )
+
+
+def _sum_g(weight: float | Values | None) -> float | None:
+    """Return a weight, or the sum of named ones; None where the throw's count."""
+    return sum(weight.values()) if isinstance(weight, dict) else weight
 
 
 def _radians(angles_deg: float | tuple[float, ...] | None) -> tuple[float, ...] | None:

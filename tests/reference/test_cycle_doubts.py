@@ -12,6 +12,7 @@ import pytest
 import autobalance as ab
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_solid
+from autobalance.errors import JobError
 
 Values = dict[str, Any]
 
@@ -149,3 +150,18 @@ def test_orbits_wider_than_the_bearings_clearance_are_doubted() -> None:
     assert "more than a usual radial clearance of 30 µm" in told
     stiff = ab.cycle({**job, "bearings": {"k_N_mm": 2e6}}, crank=preset("single"), flexible=True).report
     assert not [text for text in stiff["warnings"] if "on its spring" in text]
+
+
+def test_weights_of_a_link_may_have_names() -> None:
+    """A table of named weights is their sum, as everywhere else; a number stays one."""
+    numbers, named = radial(), radial()
+    for link in numbers["engine"]["throw"][0]["link"]:
+        link.update(rotating_g=200.0, reciprocating_g=250.0)
+    for link in named["engine"]["throw"][0]["link"]:
+        link.update(rotating_g={"rod": 180.0, "pin": 20.0}, reciprocating_g={"piston": 210.0, "rings": 40.0})
+    one, other = (ab.forces(each, crank=preset("single")).report for each in (numbers, named))
+    assert one["roll"] == other["roll"]
+    assert one["states"] == other["states"]
+    named["engine"]["throw"][0]["link"][1]["rotating_g"] = {"rod": -1.0}
+    with pytest.raises(JobError, match=r"engine\.throw\[1\]\.link\[2\]\.rotating_g\.rod is -1; must be ≥ 0"):
+        ab.forces(named, crank=preset("single"))

@@ -106,6 +106,10 @@ def fitting(hint: Any, rule: Rule) -> Any:
 
 def wrong(key: Key) -> Iterator[Any]:
     """Yield values of another type, and out of range."""
+    if key.named is not None and key.hint is not None:  # a number, or a table of named ones
+        yield from ("text", True, [[[1]]], {"no": "text"})
+        yield from beyond(key.rule, key.hint)
+        return
     if (key.keys and key.hint is None) or key.named is not None:
         yield from (3, "text", True)
         return

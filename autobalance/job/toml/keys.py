@@ -337,7 +337,8 @@ def _value_schema(key: Key) -> Values:
         many: Values = {"type": "array", "items": _table_schema(key.keys)}
         return {**many, "minItems": least} if least else many
     if key.named is not None:
-        return {"type": "object", "additionalProperties": _key_schema(key.named)}
+        free = {"type": "object", "additionalProperties": _key_schema(key.named)}
+        return free if key.hint is None else {"anyOf": [_hint_schema(key.hint, key.rule, key.unit), free]}
     if not key.keys:
         return _filled(_hint_schema(key.hint, key.rule, key.unit), key)
     tables = [_key_schema(form) for form in key.forms] or [_table_schema(key.keys)]
