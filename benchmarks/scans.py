@@ -65,6 +65,13 @@ def errors(found: Anatomy, there: Scan) -> list[tuple[float, float]] | None:
     parts = [[len(part) for part in (a.main_journals, a.throws, a.webs)] for a in (found, true)]
     if parts[0] != parts[1] or fit is None:
         return None
+    places = zip(
+        (*found.main_journals, *(throw.crankpin for throw in found.throws)),
+        (*true.main_journals, *(throw.crankpin for throw in true.throws)),
+        strict=True,
+    )
+    if any(abs(a.centre_mm[2] - b.centre_mm[2]) > 0.1 * b.width_mm for a, b in places):
+        return None
     pairs = []
     shafts = [
         *zip(found.main_journals, true.main_journals, fit.journals, strict=True),

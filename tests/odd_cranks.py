@@ -50,6 +50,8 @@ STEP_EVERY = 10
 """One crank in so many is a STEP file."""
 MIRRORED_EVERY = 5
 FILLET_SHARE = 1.0 / 8.0
+RADII_MM = (6.0, 160.0)
+"""Crank radii: from a model engine's to a ship's auxiliary."""
 AXIS_MM = 0.05
 """A doubt names an axis, journal or crankpin that is off by less than this."""
 ANGLE_RAD = 1e-9
@@ -187,7 +189,7 @@ class Sizes:
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> Sizes:
-        radius = float(rng.uniform(18.0, 50.0))
+        radius = float(np.exp(rng.uniform(*np.log(RADII_MM))))
         main, pin = radius * float(rng.uniform(0.7, 1.2)), radius * float(rng.uniform(0.6, 1.0))
         return cls(
             radius=round(radius, 2),
@@ -494,7 +496,9 @@ def _throws(
 
 def _two_pins(built: Built, sizes: Sizes, rng: np.random.Generator, angle: float, pair: str) -> None:
     """Put two crankpins at angles of their own, with a flying web between them or without, and the web."""
-    apart = math.radians(float(rng.choice([18.0, 30.0, 60.0] if pair == "flying" else [15.0, 22.0, 30.0])))
+    apart = math.radians(
+        float(rng.choice([18.0, 30.0, 60.0, 90.0, 180.0] if pair == "flying" else [15.0, 22.0, 30.0]))
+    )
     apart = (
         min(apart, 2.0 * math.asin(min(0.35 * sizes.pin / sizes.radius, 1.0))) if pair == "split" else apart
     )
@@ -512,7 +516,7 @@ def _inline(kind: str, sizes: Sizes, rng: np.random.Generator) -> tuple[Built, s
     """Return a crank of throws between journals, with the oddity of its kind."""
     built = Built(fillet_mm=sizes.fillet, root_mm=on_grid(0.4 * sizes.web))
     count = int(rng.choice([1, 2, 2, 3, 4]))
-    quiet = ["plain", "plain", "flywheel flange", "snout", "taper"]
+    quiet = ["plain", "plain", "flywheel flange", "snout", "taper", *ENDS]
     names = [str(rng.choice(quiet)), str(rng.choice(quiet))]
     middle, pair = "plain", ""
     if kind in ENDS:
@@ -520,9 +524,8 @@ def _inline(kind: str, sizes: Sizes, rng: np.random.Generator) -> tuple[Built, s
         names[place] = kind
         if kind in ("seat before a stub", "wide shoulder", "collar") and rng.random() < 0.4:
             names[1 - place] = kind
-        if kind == "ring with an undercut":
+        if kind == "ring with an undercut":  # that no ring is the journal is seen by the others
             count = max(count, 2)
-            names[1 - place] = "plain"
     elif kind in ("split pins", "flying webs"):
         pair, count = ("split" if kind == "split pins" else "flying"), min(count, 3)
     elif kind in ("drive seat", "collars both sides", "unequal mains"):

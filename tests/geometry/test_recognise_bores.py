@@ -58,7 +58,10 @@ def test_the_throw_is_at_the_bores(kind: str, holes: list[tuple[float, float, fl
     assert throw.crank_radius_mm == pytest.approx(25.0, abs=ROUNDING_MM)
     assert throw.crankpin.diameter_mm == pytest.approx(20.0, abs=ROUNDING_MM)
     assert throw.crankpin.width_mm == pytest.approx(16.0 if kind == "none" else 12.0, abs=ROUNDING_MM)
-    assert len(found.main_journals) == len(found.webs) == 2
+    assert [j.diameter_mm for j in found.main_journals] == pytest.approx([25.0] * 2, abs=ROUNDING_MM)
+    assert [j.width_mm for j in found.main_journals] == pytest.approx([42.0] * 2, abs=ROUNDING_MM)
+    assert [j.centre_mm[2] for j in found.main_journals] == pytest.approx([-49.0, 49.0], abs=ROUNDING_MM)
+    assert len(found.webs) == 2
 
 
 def test_blind_bores_serve_as_well() -> None:

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from autobalance.command.main import main
-from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.anatomy import Anatomy, Overrides, Pin
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import SolidError
 from autobalance.solid.cad.installed import has_kernel
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source, read
 
 CORPUS = os.environ.get("AUTOBALANCE_CORPUS")
@@ -58,10 +59,19 @@ def test_die_filer_arm(name: str, unit: str | None) -> None:
     assert [w.counterweight for w in found.webs] == [False]
 
 
+def _filled(solid: Solid, found: Anatomy, pin: Pin) -> float:
+    """Return the volume of the metal on a cylinder's stretch over the cylinder's own."""
+    low, high = pin.z_range_mm
+    there = solid.moved(found.file_to_rotor).above(low).below(high).volume_mm3
+    return there / (0.25 * np.pi * pin.diameter_mm**2 * pin.width_mm)
+
+
 def test_modelica_single() -> None:
     source, found = crank("modelica-crank.stl")
     assert source.solid.volume_mm3 == pytest.approx(0.94272, abs=1e-5)
-    assert len(found.throws) == 1
+    (throw,) = found.throws
+    for pin in (*found.main_journals, throw.crankpin):
+        assert _filled(source.solid, found, pin) == pytest.approx(1.0, abs=0.06)
     assert sorted(w.counterweight for w in found.webs) == [False, True]
 
 

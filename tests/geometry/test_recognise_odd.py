@@ -130,7 +130,10 @@ def test_a_bolt_hole_is_no_crankpins_bore() -> None:
     for radius, crankpins in ((10.0, 1), (3.0, 0)):
         drilled = half - disc(radius, 30.0, 60.0, 30.0)
         if crankpins:
-            assert len(recognise(drilled, Overrides(crankpin_in_file=None)).throws) == crankpins
+            found = recognise(drilled, Overrides(crankpin_in_file=None))
+            assert [throw.crankpin.diameter_mm for throw in found.throws] == pytest.approx([20.0], abs=1e-6)
+            assert [throw.crank_radius_mm for throw in found.throws] == pytest.approx([30.0], abs=1e-6)
+            assert [journal.diameter_mm for journal in found.main_journals] == pytest.approx([30.0], abs=1e-6)
             continue
         with pytest.raises(RecognitionError, match=r"found one of 6 mm in one web alone"):
             recognise(drilled, Overrides(crankpin_in_file=False))
@@ -140,7 +143,12 @@ def test_a_plate_with_pins_is_no_crank() -> None:
     """One pin on either side would be an overhung crank; another beside it is what no crank has."""
     plate = Solid.box(np.array([-60.0, -60.0, 0.0]), np.array([60.0, 60.0, 12.0]))
     overhung = plate + disc(8.0, 11.0, 22.0, 30.0) + disc(5.0, -25.0, 1.0)
-    assert len(recognise(overhung, Overrides()).throws) == 1
+    found = recognise(overhung, Overrides())
+    assert [throw.crankpin.diameter_mm for throw in found.throws] in (
+        [pytest.approx(16.0)],
+        [pytest.approx(10.0)],
+    )
+    assert [throw.crank_radius_mm for throw in found.throws] == pytest.approx([30.0], abs=1e-6)
     with pytest.raises(RecognitionError, match=r"two beside each other|looked for"):
         recognise(overhung + disc(6.0, -24.0, 1.0, -40.0), Overrides())
 

@@ -178,7 +178,6 @@ def test_twelve_throws_are_counted_and_placed() -> None:
     place = placement(12)
     solid = Solid.from_mesh(crank_solid(design, 24).mesh.moved(place))
     found = recognise(solid, Overrides())
-    assert len(found.throws) == 12
     assert_recognised(found, crank_anatomy(design, place))
 
 

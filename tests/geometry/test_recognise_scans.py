@@ -48,12 +48,23 @@ def _rims(found: Anatomy, fit: ScanFit, radius_mm: float, sigma_mm: float) -> No
             assert each.rim_rms_mm == pytest.approx(sigma_mm, rel=0.35)
 
 
+def _same_places(found: Anatomy, true: Anatomy) -> None:
+    """Hold the middles of journals and crankpins against the truth, as far as rounded edges leave them."""
+    pairs = zip(
+        [*found.main_journals, *(throw.crankpin for throw in found.throws)],
+        [*true.main_journals, *(throw.crankpin for throw in true.throws)],
+        strict=True,
+    )
+    assert all(abs(a.centre_mm[2] - b.centre_mm[2]) < 0.1 * b.width_mm for a, b in pairs)
+
+
 def _compare(there: Scan, mesh: Mesh, sigma_mm: float) -> tuple[Anatomy, ScanFit]:
     """Hold what is recognised against the truth: by the noise, and by the standard errors stated."""
     found, fit = _recognised(mesh)
     true = there.truth
     counts = [[len(part) for part in (a.main_journals, a.throws, a.webs)] for a in (found, true)]
     assert counts[0] == counts[1]
+    _same_places(found, true)
     assert fit.roughness_mm == pytest.approx(sigma_mm, rel=0.25)
     off = float(np.linalg.norm((true.file_to_rotor @ found.rotor_to_file[:, 3])[:2]))
     tilt = np.degrees(np.linalg.norm(np.cross(found.rotor_to_file[:3, 2], true.rotor_to_file[:3, 2])))
@@ -168,6 +179,9 @@ def test_what_main_journals_of_a_bent_scan_run_out_is_told() -> None:
     there = scan("inline-3", 0.02, edge_mm=2.6, wear=Wear(bow_mm=bow), seed=0)
     found, fit = _recognised(there.mesh)
     assert (len(found.main_journals), len(found.throws), len(found.webs)) == (4, 3, 6)
+    _same_places(found, there.truth)
+    for mine, theirs in zip(found.main_journals, there.truth.main_journals, strict=True):
+        assert mine.diameter_mm == pytest.approx(theirs.diameter_mm, abs=0.05)
     z = there.mesh.moved(there.truth.file_to_rotor).vertices[:, 2]
     low, high = float(z.min()), float(z.max())
     middles = np.array([journal.centre_mm[2] for journal in there.truth.main_journals])

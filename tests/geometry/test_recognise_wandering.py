@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from autobalance.crank.anatomy import Overrides
+from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.recognition.alignment import misalignment_warning, run_outs_mm
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.layout import JournalLayout
@@ -44,10 +44,20 @@ def bent_six(share: float, seed: int) -> Solid:
     return union(parts)
 
 
+def assert_all_there(found: Anatomy) -> None:
+    """Seven journals and six throws, each in its place and of its size; twelve webs of 13 mm."""
+    assert [j.diameter_mm for j in found.main_journals] == pytest.approx([2.0 * MAIN_MM] * 7, rel=1e-3)
+    assert [t.crankpin.diameter_mm for t in found.throws] == pytest.approx([2.0 * PIN_MM] * 6, rel=1e-3)
+    pitch = np.diff([j.centre_mm[2] for j in found.main_journals])
+    assert pitch[1:-1] == pytest.approx([77.0] * 4, abs=0.5)
+    assert np.diff([t.crankpin.centre_mm[2] for t in found.throws]) == pytest.approx([77.0] * 5, abs=0.5)
+    assert [web.z_max_mm - web.z_min_mm for web in found.webs] == pytest.approx([14.0] * 12, abs=0.2)
+
+
 @pytest.mark.parametrize("share", [0.02, 0.04])
 def test_every_journal_and_throw_is_found_and_the_misalignment_said(share: float) -> None:
     found = recognise(bent_six(share, 1), Overrides(crankpin_in_file=None))
-    assert (len(found.main_journals), len(found.throws), len(found.webs)) == (7, 6, 12)
+    assert_all_there(found)
     assert [t.crank_radius_mm for t in found.throws] == pytest.approx(
         [THROW_MM] * 6, abs=2.0 * share * MAIN_MM
     )
@@ -66,7 +76,7 @@ def test_what_wanders_too_far_is_refused_or_found_whole(share: float, seed: int)
         found = recognise(bent_six(share, seed), Overrides(crankpin_in_file=None))
     except RecognitionError:
         return
-    assert (len(found.main_journals), len(found.throws), len(found.webs)) == (7, 6, 12)
+    assert_all_there(found)
 
 
 def test_a_throw_without_its_web_is_refused() -> None:

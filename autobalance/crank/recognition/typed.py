@@ -48,6 +48,10 @@ LEAST_ANGLE = 0.3
 VOTE_RATIO = 0.12
 """A triangle votes for an axis that its normal passes by less than this share of the radius: a third of the
 width of one of 24 facets."""
+COARSE_VOTE_RATIO = 0.8
+"""... or its middle is beside the axis by less than this share: a facet of a pentagon."""
+CORNER_RATIO = 0.3
+"""Corners of a pentagon stand so much farther out than its sides, as a share of their distance."""
 MAX_RESIDUAL_RATIO = 0.02
 """Vertices are on a cylinder when they are off it by less than this share of the radius."""
 MEDIANS = 5.0
@@ -149,9 +153,15 @@ class TypedComparison:
 
     def _fits(self, typed: CylinderRun, stretch: tuple[float, float]) -> list[_Fit]:
         surface = self._surface(typed, stretch)
+        fine = self._fits_to(surface, typed, stretch, VOTE_RATIO)
+        return fine or self._fits_to(surface, typed, stretch, COARSE_VOTE_RATIO)
+
+    def _fits_to(
+        self, surface: _Surface, typed: CylinderRun, stretch: tuple[float, float], aside: float
+    ) -> list[_Fit]:
         fits: list[_Fit] = []
         for _ in range(3):  # outside, bore, web beside it
-            best = _voted(surface)
+            best = _voted(surface, aside)
             if best is None:
                 break
             centre, radius, mine = best
@@ -186,7 +196,9 @@ class TypedComparison:
         slope = self._slope(surface.rows)
         middle = 0.5 * (stretch[0] + stretch[1])
         points = self._upright(corners, slope, middle)
-        near = np.abs(distances(points, centre) - abs(radius)) <= VOTE_RATIO * abs(radius) + self.rounding_mm
+        near = (
+            np.abs(distances(points, centre) - abs(radius)) <= CORNER_RATIO * abs(radius) + self.rounding_mm
+        )
         if near.sum() < LEAST_VERTICES:
             return None
         centre, size, rms = _round(points[near], centre, abs(radius), self.rounding_mm)
@@ -270,7 +282,7 @@ def _round(points: Array, centre: Array, size: float, rounding_mm: float) -> tup
     return centre, size, float(np.sqrt(np.mean((distances(points[near], centre) - size) ** 2)))
 
 
-def _voted(surface: _Surface) -> tuple[Array, float, NDArray[np.bool_]] | None:
+def _voted(surface: _Surface, aside: float) -> tuple[Array, float, NDArray[np.bool_]] | None:
     """Return centre, radius (below 0 of a bore) and triangles of the axis that most surface is about."""
     total = float(surface.areas.sum())
     if len(surface.rows) < 6 or not total > 0.0:
@@ -292,17 +304,20 @@ def _voted(surface: _Surface) -> tuple[Array, float, NDArray[np.bool_]] | None:
         some = rng.choice(len(share), SAMPLE, replace=False, p=share)
     weight = surface.areas[some]
     votes = np.array([
-        float(weight @ _agree(surface.middles[some], surface.normals[some], centre, radius))
+        float(weight @ _agree(surface.middles[some], surface.normals[some], centre, radius, aside))
         for centre, radius in zip(centres, radii, strict=True)
     ])  # fmt: skip
     best = int(np.argmax(votes))
-    mine = _agree(surface.middles, surface.normals, centres[best], float(radii[best]))
+    mine = _agree(surface.middles, surface.normals, centres[best], float(radii[best]), aside)
     return centres[best], float(radii[best]), mine
 
 
-def _agree(middles: Array, normals: Array, centre: Array, radius: float) -> NDArray[np.bool_]:
-    off = middles - radius * normals - centre
-    agree: NDArray[np.bool_] = (off**2).sum(axis=1) < (VOTE_RATIO * radius) ** 2
+def _agree(middles: Array, normals: Array, centre: Array, radius: float, aside: float) -> NDArray[np.bool_]:
+    """Return which triangles face an axis at a radius, middles ``aside`` by at most that share."""
+    arms = middles - centre
+    along = (arms * normals).sum(axis=1) - radius
+    across = arms[:, 0] * normals[:, 1] - arms[:, 1] * normals[:, 0]
+    agree: NDArray[np.bool_] = along**2 + (across * VOTE_RATIO / aside) ** 2 < (VOTE_RATIO * radius) ** 2
     return agree
 
 
