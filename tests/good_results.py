@@ -71,12 +71,14 @@ def good_job(
     place = None if ending == "step" else draw.randrange(2**31)
     crank = generated_crank(design, seed=place, segments=draw.choice((24, 32, 48)))
     unit = _written(folder / f"crank.{ending}", crank, design, draw)
+    heavier = set(kinds) <= {"slug", "add"}
+    towards = 1.0 if heavier or (len(kinds) > 1 and draw.random() < 0.3) else -1.0
     text = "".join(
         [
             f'[crankshaft]\nfile = "crank.{ending}"\ndensity_kg_m3 = 7850.0\n{unit}',
             "" if design.crankpin_in_file else "crankpin_in_file = false\n",
             "density_pm_kg_m3 = 20.0\n" * draw.choice((0, 1)),
-            _engine(crank, layout, draw),
+            _engine(crank, layout, draw, towards),
             _balance(draw),
             f"[correction]\nmethod = {json.dumps(list(kinds))}\n",
             *(CORRECTIONS[each] for each in kinds),
@@ -101,8 +103,11 @@ def _preset_of(design: Design) -> str:
     return next(name for name, each in PRESETS.items() if each is design)
 
 
-def _engine(crank: GeneratedCrank, layout: str, draw: random.Random) -> str:
-    """Return the engine, with bolted parts that leave the crank an unbalance within reach of a few cuts."""
+def _engine(crank: GeneratedCrank, layout: str, draw: random.Random, towards: float) -> str:
+    """Return the engine, with bolted parts that leave the crank an unbalance within reach of a few cuts.
+
+    ``towards`` is 1 where it is heavy at the crankpins, for what is added, -1 where at the counterweights.
+    """
     anatomy = crank.truth
     webs = anatomy.webs
     ends = tuple(0.5 * (each.z_min_mm + each.z_max_mm) for each in (webs[0], webs[-1]))
@@ -117,7 +122,7 @@ def _engine(crank: GeneratedCrank, layout: str, draw: random.Random) -> str:
     if not PRESETS[layout].crankpin_in_file:
         lines.append("[engine.crankpin_g]\ncrankpin = 100.0\n")
     for name, z, here, throw in zip("ab", ends, now, (anatomy.throws[0], anatomy.throws[-1]), strict=True):
-        heavy = -size * np.array([np.cos(throw.angle_rad), np.sin(throw.angle_rad)])
+        heavy = towards * size * np.array([np.cos(throw.angle_rad), np.sin(throw.angle_rad)])
         x, y = heavy - here
         lines.append(
             f'[[engine.attached]]\nname = "{name}"\nmass_g = 1.0\nz_mm = {z}\nunbalance_g_mm = [{x}, {y}]\n'

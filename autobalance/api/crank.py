@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from autobalance.balancing.measured_crank import measure_crank
 from autobalance.crank.faces import find_faces
-from autobalance.errors import FormatError
+from autobalance.errors import FileError, FormatError
 from autobalance.job.model import Crankshaft
 from autobalance.job.read_crankshaft import read_crankshaft
 from autobalance.machine_models.measured import Crank as MeasuredCrank
@@ -326,6 +326,8 @@ def read_crank(
         "fill_holes_mm": fill_holes_mm or None,
         "keep_open": None if keep_open is None else [_listed(place) for place in keep_open],
     }
+    if unit is None and not Path(path).exists():  # before its unit is asked for
+        raise FileError(f"{path} does not exist")
     values = {"file": str(path), **{key: value for key, value in hints.items() if value is not None}}
     crankshaft = read_crankshaft(values, Path())
     if crankpin_in_file is None:

@@ -14,7 +14,7 @@ from autobalance.api.result import VerbResult
 from autobalance.balancing.measured_crank import measure_crank, measured_source
 from autobalance.correction import KINDS
 from autobalance.crank.assembly_parts import AssemblyPart, assembly_parts
-from autobalance.errors import BodiesError, JobError, UsageError
+from autobalance.errors import BodiesError, FileError, JobError, UsageError
 from autobalance.job.assembled import body_key, other_parts
 from autobalance.job.header import SHOP
 from autobalance.job.model import Crankshaft
@@ -193,6 +193,8 @@ def _read(
     source: Path, target: Path, unit: str | None, keywords: Mapping[str, Any]
 ) -> tuple[Crank, int | str | None, OtherParts]:
     """Return the crank of a file, its body among several, and what the others are."""
+    if unit is None and not source.exists():  # before its unit is asked for
+        raise FileError(f"{source} does not exist")
     values = {"file": str(source), **({} if unit is None else {"unit": unit}), **keywords}
     crankshaft = _crankshaft(values)
     body = keywords.get("body")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
@@ -152,7 +153,8 @@ def recut(
         earlier = earlier_stage(Path(report))
     if earlier.number >= MOST_STAGES:
         raise FormatError(f"{earlier.path.name} is stage {earlier.number}; {MOST_STAGES} stages are the most")
-    target = earlier.first_report.parent / f"stage-{earlier.number + 1}" if folder is None else Path(folder)
+    first = Path(os.path.normpath(earlier.first_report.parent))
+    target = first / f"stage-{earlier.number + 1}" if folder is None else Path(folder)
     try:
         own, record, before, notes = RecutStage(earlier, read, trust_reading, notify, watch).made(target)
     except JobError as error:

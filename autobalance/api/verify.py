@@ -84,7 +84,7 @@ def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
     Parameters
     ----------
     report : path
-        Report that balance or recut wrote, beside its solid.
+        Report that balance or recut wrote, beside its solid. Or its folder.
     independent : bool
         Measure the solid a second way too, from its slices, and require both to agree.
 
@@ -99,9 +99,11 @@ def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
     from autobalance.report.balance.values import schema
     from autobalance.report.records.answers import VerifyReport
 
-    checked = check_report(Path(report), independent, as_report, schema())
+    path = Path(report)
+    path = path / "report.json" if (path / "report.json").is_file() else path
+    checked = check_report(path, independent, as_report, schema())
     values = VerifyReport(
-        report=str(report),
+        report=str(path),
         holds=True,
         within_tolerance=checked.within,
         claims=len(checked.claims),

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import nullcontext
+from difflib import get_close_matches
 from importlib import import_module
 from io import TextIOWrapper
 from typing import Any, NoReturn
@@ -146,6 +148,7 @@ class Parser(argparse.ArgumentParser):
     """A parser whose help and errors go where everything else that is printed goes."""
 
     def error(self, message: str) -> NoReturn:
+        message = _helpful(message)
         if objects.current() is None:
             super().error(message)
         raise SystemExit(fail([message], UsageError.exit_code))
@@ -156,6 +159,25 @@ class Parser(argparse.ArgumentParser):
                 file.write(message)
         else:
             complain(message.removesuffix("\n"))
+
+
+ASKED_OTHERWISE = {"help": "--help", "version": "--version", "gui": "app", "web": "app", "new": "init"}
+"""What is typed in the place of a command elsewhere, and what it is called here."""
+
+
+def _helpful(message: str) -> str:
+    """Return argparse's complaint in words that say what to type."""
+    unknown = re.match(r"argument COMMAND: invalid choice: '(.*?)' \(choose from", message)
+    if unknown is not None:
+        word = unknown[1]
+        close = get_close_matches(word.lower(), VERBS, 1)
+        meant = ASKED_OTHERWISE.get(word.lower(), close[0] if close else None)
+        asked = f"did you mean `autobalance {meant}`?" if meant else "expected one of `autobalance --help`"
+        return f"{word!r} is no command; {asked}"
+    extra = re.match(r"unrecognized arguments: (.*)", message)
+    if extra is not None and any(each.endswith((".toml", ".xlsx")) for each in extra[1].split()):
+        return f"{message}; for several jobs: `autobalance batch FOLDER -o DIR`"
+    return message
 
 
 def full_parser() -> argparse.ArgumentParser:

@@ -16,7 +16,7 @@ JOB = Key(
     verbs="all",
     keys=(
         Key("customer", str, "for whom", default=None, example="A. Customer"),
-        Key("engine", str, "material of the crank", default=None, example="CRF 250 R"),
+        Key("engine", str, "name of the engine", default=None, example="CRF 250 R"),
         Key("serial", str, "serial number of the crank", default=None, example="C-0417"),
         Key("operator", str, "who balances it", default=None, example="B. Turner"),
         Key("note", str, "anything else", default=None, example="second set of pistons"),

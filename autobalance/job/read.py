@@ -231,6 +231,11 @@ def tables_of(path: Path) -> dict[str, Any]:
         raise JobError(f"{path.name} is a crank, not a job: `autobalance init {path.name}` writes one")
     if ending in FOREIGN_CAD:
         raise JobError(f"{path.name} is a file of a CAD program; export STEP from it")
+    if ending == ".json" and path.is_file():
+        raise JobError(
+            f"{path.name} is a report, not a job; expected the job file that it was made of, .toml or .xlsx, "
+            f"or `autobalance verify {path.name}`"
+        )
     return toml_of(text_of(path, "job"), path.name)
 
 

@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from autobalance.errors import FormatError, file_errors
+from autobalance.errors import FileError, FormatError, file_errors
 from autobalance.runtime import note_read
+from autobalance.solid.formats.table import endings
 
 MAX_NUMBER = 1e30
 """Greatest size of a number: no report holds a larger one, and products stay finite."""
@@ -28,6 +29,11 @@ def read_report(path: Path) -> Mapping[str, Any]:
     FormatError
         If it is not a JSON object, has a key twice or a number that cannot be, or is of an unknown version.
     """
+    if path.is_dir():
+        inside = path / "report.json"
+        raise FileError(f"{path} is a folder; expected a report" + f", such as {inside}" * inside.is_file())
+    if path.suffix.lower() in endings() and path.is_file():
+        raise FormatError(f"{path} is a solid, not a report; expected the report.json beside it")
     with file_errors(f"read the report {path}"):
         note_read(path)
         data = path.read_bytes()
@@ -39,6 +45,8 @@ def read_report(path: Path) -> Mapping[str, Any]:
             parse_constant=_not_a_number,
             object_pairs_hook=_each_once,
         )
+    except UnicodeDecodeError:
+        raise FormatError(f"{path} is not JSON: it is no text; expected the report.json of a run") from None
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{path} is not JSON: {str(error).splitlines()[0]}") from None
     if not isinstance(values, dict):

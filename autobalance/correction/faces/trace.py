@@ -186,7 +186,13 @@ class FaceTrace:
         up, slack = metal.corners @ normal, THIN * metal.near_mm + THIN_MM
         low, high = min(heights_mm) - slack, max(heights_mm) + slack
         layer = metal.corners[((up > low) & (up < high)).all(axis=1)]  # flaps reach into what lies beside it
-        edges = [_edge_deg(metal, layer, -1.0, *angles), _edge_deg(metal, layer, 1.0, *reversed(angles))]
+        walls = metal.crank.corners
+        height = walls @ normal  # those beside this metal: another web's would cancel them
+        walls = walls[(height.max(axis=1) > low) & (height.min(axis=1) < high)]
+        edges = [
+            _edge_deg(metal, layer, walls, -1.0, *angles),
+            _edge_deg(metal, layer, walls, 1.0, *reversed(angles)),
+        ]
         if listed is None:
             return {} if None in edges and not is_whole else {"sector_deg": None if is_whole else edges}
         seen = [angle if edge is None else edge for edge, angle in zip(edges, listed, strict=True)]
@@ -255,14 +261,20 @@ def _in_one_plane(face: Face, other: Face, thin_mm: float) -> bool:
 
 
 def _edge_deg(
-    metal: Metal, layer: Array, side: float, listed_deg: float | None, other_deg: float | None
+    metal: Metal,
+    layer: Array,
+    walls: Array,
+    side: float,
+    listed_deg: float | None,
+    other_deg: float | None,
 ) -> float | None:
     """Return the angle at which metal was cut off along a half-plane through the crank axis, if it was.
 
-    Facets in such half-planes that the crank had before are its own, and those at the sector's other edge a
-    neighbour's, who begins there; of several angles the listed one counts, else that of the most area.
-    ``layer`` (k, 3, 3) are the facets of the metal to look at; ``side`` is 1 where the metal ends there,
-    counter-clockwise, -1 where it begins.
+    Where the crank had facets in such a half-plane before, its face ended there: at a wall down, or at the
+    step up that an earlier cut left. Facets at the sector's other edge are a neighbour's, who begins there.
+    Of several angles the listed one counts, else that of the most area.
+    ``layer`` (k, 3, 3) are the facets of the metal to look at, ``walls`` those of the crank beside it;
+    ``side`` is 1 where the metal ends there, counter-clockwise, -1 where it begins.
     """
     facets = _radial_facets(layer, side, metal.near_mm)
     if listed_deg is not None and _area_at(*facets, listed_deg) >= EDGE_MM2:
@@ -277,8 +289,8 @@ def _edge_deg(
         if area >= least and (other_deg is None or _apart_deg(angle, other_deg) > EDGE_DEG)
     }
     if area_at:
-        own = _radial_facets(metal.crank.corners, side, metal.near_mm)
-        area_at = {angle: area for angle, area in area_at.items() if _area_at(*own, angle) < EDGE_MM2}
+        own = _radial_facets(walls, side, metal.near_mm)
+        area_at = {angle: area for angle, area in area_at.items() if abs(_area_at(*own, angle)) < EDGE_MM2}
     return max(area_at, key=area_at.__getitem__, default=None)
 
 

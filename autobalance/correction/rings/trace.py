@@ -133,7 +133,11 @@ class RingTrace:
         new, turned = self._turned(metal, claimed)
         rim = float(np.hypot(metal.corners[:, :, 0], metal.corners[:, :, 1]).max())
         webs = sorted(
-            {web_at(metal.crank.anatomy, float(each.moments(1.0).centre_mm[2])) for each in metal.pieces}
+            {
+                web_at(metal.crank.anatomy, float(each.moments(1.0).centre_mm[2]))
+                for each in metal.pieces
+                if each.volume_mm3 > metal.near_mm * each.area_mm2  # no flap that rounding left
+            }
         )
         return {
             "webs": webs,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -33,9 +34,7 @@ def text_of(path: Path, what: str) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise JobError(
-            f"{path.name} is not UTF-8 text: byte {error.start} is {data[error.start]:#x}"
-        ) from None
+        raise JobError(f"{path.name} is not UTF-8 text: {_odd_byte(data, error.start)}") from None
 
 
 def toml_of(text: str, name: str) -> dict[str, Any]:
@@ -52,7 +51,7 @@ def toml_of(text: str, name: str) -> dict[str, Any]:
             raise RecursionError(f"it nests deeper than {MAX_DEPTH} tables")
         return table
     except tomllib.TOMLDecodeError as error:
-        raise JobError(f"{name} is not valid TOML: {_first_line(error)}") from None
+        raise JobError(f"{name} is not valid TOML: {_first_line(error)}{_slip(text, error)}") from None
     except (ValueError, RecursionError) as error:
         raise JobError(f"{name} is not usable TOML: {_first_line(error)}") from None
 
@@ -65,6 +64,33 @@ def depth_of(values: Any) -> int:
         level = [each for items in inner for each in items if isinstance(each, dict | list)]
         depth += 1
     return depth
+
+
+def _odd_byte(data: bytes, place: int) -> str:
+    """Return the first byte that is not UTF-8, its line, and what to do."""
+    found = f"byte {place} is {data[place]:#x}"
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return f"{found}, as UTF-16 begins; save it as UTF-8"
+    return f"{found}, in line {data.count(10, 0, place) + 1}; save it as UTF-8"
+
+
+def _slip(text: str, error: tomllib.TOMLDecodeError) -> str:
+    """Return what a line that is not TOML probably means, where that is known; else nothing."""
+    found = re.search(r"at line (\d+)", str(error))
+    lines = text.splitlines()
+    if found is None or not 0 < int(found[1]) <= len(lines):
+        return ""
+    line = lines[int(found[1]) - 1]
+    if re.search(r'"[^"]*\\', line):
+        return "; in paths write / for \\, or put the text in '...'"
+    outside = re.sub(r"\"[^\"]*\"|'[^']*'|#.*", "", line)
+    if comma := re.search(r"[-+]?\d+,\d+", outside):
+        return f"; write a decimal point: {comma[0].replace(',', '.')}"
+    if bare := re.search(r"(?<![\d.])([-+]?)\.(\d+)", outside):
+        return f"; write {bare[1]}0.{bare[2]}"
+    if bare := re.search(r"(?<![\d.])([-+]?\d+)\.(?!\d)", outside):
+        return f"; write {bare[1]}.0"
+    return ""
 
 
 def _first_line(error: Exception) -> str:

@@ -244,7 +244,8 @@ class Solid:
         of_facet = of_vertex[mesh.triangles[:, 0]]
         volume = part_volumes(mesh, of_facet, count)
         area = np.bincount(of_facet, 0.5 * mesh.doubled_areas, count)
-        chosen = volume > thickness_mm * area
+        nothing = 4.0 * np.finfo(float).eps * float(np.abs(mesh.vertices).max()) ** 3
+        chosen = volume > np.maximum(thickness_mm * area, nothing)  # of collapsed facets both are rounding
         if not chosen.any():
             return []
         again = Solid.from_mesh(Mesh(mesh.vertices, mesh.triangles[chosen[of_facet]]))

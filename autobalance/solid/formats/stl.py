@@ -24,6 +24,24 @@ RECORD: Final = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), (
 """One triangle of a binary STL, 50 bytes."""
 HEADER: Final = b"binary STL written by autobalance".ljust(80)
 """Does not begin with ``solid``, by which careless readers recognise ASCII."""
+MOST_TRUNCATED: Final = 1000
+"""Times by which a file may fall short of what it states and still pass for a truncated STL; noise states
+billions of triangles."""
+SIGNATURES: Final = {
+    b"\x89PNG": "a PNG picture",
+    b"\xff\xd8\xff": "a JPEG picture",
+    b"GIF8": "a GIF picture",
+    b"%PDF": "a PDF",
+    b"PK\x03\x04": "a ZIP archive (a 3MF, a workbook, or packed: unpack it)",
+    b"\x1f\x8b": "packed with gzip: unpack it",
+    b"7z\xbc\xaf": "packed with 7-Zip: unpack it",
+    b"Rar!": "packed with RAR: unpack it",
+    b"ISO-10303-21": "a STEP file: name it .step",
+    b"glTF": "a glTF file: name it .glb",
+    b"ply\n": "a PLY file: name it .ply",
+    b"<": "a text with tags, as a web page",
+}
+"""First bytes of other files that are called .stl by mistake."""
 MAX_SHOWN_CHARACTERS: Final = 40
 """Characters of a wrong token that an error shows."""
 
@@ -58,6 +76,8 @@ def read_stl(data: bytes) -> Floats:
     """
     if not data:
         raise FormatError("the STL file is empty; expected at least one triangle")
+    if other := _other_format(data):
+        raise FormatError(f"this is not an STL file: it is {other}")
     soup = _binary(data) if is_binary(data) else _ascii(data)
     if len(soup) == 0:
         raise FormatError("the STL file holds no triangles; expected at least one")
@@ -67,6 +87,13 @@ def read_stl(data: bytes) -> Floats:
             f"triangle {first + 1} of {len(soup)} in the STL file has a corner that is not finite"
         )
     return soup
+
+
+def _other_format(data: bytes) -> str:
+    """Return which well-known format a file is of by its first bytes; nothing for one that may be STL."""
+    if len(data) >= HEADER_BYTES and len(data) == HEADER_BYTES + RECORD.itemsize * _stated(data):
+        return ""  # a header of free text may begin as it likes
+    return next((name for start, name in SIGNATURES.items() if data.startswith(start)), "")
 
 
 def is_binary(data: bytes) -> bool:
@@ -88,6 +115,11 @@ def _binary(data: bytes) -> Floats:
         )
     count = _stated(data)
     size = HEADER_BYTES + RECORD.itemsize * count
+    if size > MOST_TRUNCATED * len(data):
+        raise FormatError(
+            f"this is not an STL file: after 80 bytes one has its number of triangles; {count} stands there, "
+            f"{size / len(data):.3g} times what the file holds"
+        )
     if len(data) != size:
         how = "is truncated" if len(data) < size else "has bytes left over"
         raise FormatError(
