@@ -132,7 +132,12 @@ def tables(rows: Iterable[Row]) -> str:
         by_sigma[row["sigma_um"]].append(row)
     lines = ["| σ | scans | " + " | ".join(MEASURES) + " |", "|---" * (len(MEASURES) + 2) + "|"]
     everything = [row for group in by_sigma.values() for row in group]
-    groups = [*((f"{sigma:g} µm", by_sigma[sigma]) for sigma in sorted(by_sigma)), ("all", everything)]
+    groups = [
+        *((f"{sigma:g} µm", by_sigma[sigma]) for sigma in sorted(by_sigma)),
+        ("a scanner's mesh", [row for row in everything if not row["split"]]),
+        ("split facets", [row for row in everything if row["split"]]),
+        ("all", everything),
+    ]
     for title, group in groups:
         pairs = np.array([row["pairs"] for row in group if "pairs" in row])
         if len(pairs) == 0:
