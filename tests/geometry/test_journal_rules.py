@@ -17,6 +17,7 @@ from autobalance.command.main import main
 from autobalance.crank.anatomy import Anatomy, Overrides, Pin, PinHint
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_solid
+from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.csg.region import Region
@@ -250,3 +251,21 @@ def test_a_cylinder_beside_the_axis_is_named(tmp_path: Path, capsys: pytest.Capt
         ["shaft", "-47.500", "mm", "24.000", "mm", "15.000", "mm"],
         ["shaft", "61.000", "mm", "24.000", "mm", "42.000", "mm"],
     ]
+
+
+@pytest.mark.parametrize("weights", [True, False])
+@pytest.mark.parametrize("name", PRESETS)
+def test_the_cylinders_of_a_generated_crank_are_those_recognised(name: str, weights: bool) -> None:
+    """Straight noses, so that they are listed; with and without counterweights: a disc is round then."""
+    design = PRESETS[name] if weights else replace(PRESETS[name], counterweight=None)
+    if design.nose is not None:
+        design = replace(design, nose=replace(design.nose, end_diameter_mm=None, keyway=None))
+    true = crank_anatomy(design).cylinders
+    found = recognise(crank_solid(design, 64), Overrides(crankpin_in_file=None)).cylinders
+    rows, wanted = ([(*row_of(each), each.offset_mm) for each in some] for some in (found, true))
+    assert np.array(sorted(rows)) == pytest.approx(np.array(sorted(wanted)), abs=0.01)
+    told, roles = (
+        sorted((round(float(each.centre_mm[2])), each.kind, each.role, each.number or 0) for each in some)
+        for some in (found, true)
+    )
+    assert told == roles

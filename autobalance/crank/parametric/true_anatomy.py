@@ -16,6 +16,7 @@ from autobalance.crank.parametric.axial_plan import (
     shoulder_height_mm,
 )
 from autobalance.crank.parametric.design import Design
+from autobalance.crank.parametric.true_cylinders import true_cylinders
 from autobalance.types import Array
 
 
@@ -42,12 +43,14 @@ def crank_anatomy(crank: Design, placement: Array | None = None) -> Anatomy:
         angle = 0.0 if 2.0 * math.pi - angle < 1e-12 else angle
         pin = Pin(centre, crank.crankpin.diameter_mm, high - low)
         throws.append(Throw(number, crank.crank_radius_mm, angle, pin))
+    journals = _main_journals(crank, plan, frame, order)
     return Anatomy(
         file_to_rotor=frame @ np.linalg.inv(place),
-        main_journals=_main_journals(crank, plan, frame, order),
+        main_journals=journals,
         throws=tuple(throws),
         webs=_webs(crank, plan, frame, order),
         journal_misalignment_mm=0.0,
+        cylinders=true_cylinders(crank, plan, frame, order, journals, throws),
     )
 
 
