@@ -1,5 +1,7 @@
 """The tree of errors that a user can cause; each owns its exit code."""
 
+import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -121,6 +123,24 @@ def file_errors(action: str) -> Iterator[None]:
         raise
     except (OSError, ValueError) as error:
         raise FileError(f"cannot {action}: {system_reason(error)}") from None
+
+
+def refuse_pipe(path: str | os.PathLike[str]) -> None:
+    """Refuse a pipe, a socket or a device in place of a file: reading one may never end.
+
+    What is missing or cannot be looked at is left to whoever opens it.
+
+    Raises
+    ------
+    FileError
+        If it is one.
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, ValueError):
+        return
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise FileError(f"{path} is not a regular file; expected one on disk")
 
 
 def system_reason(error: BaseException) -> str:

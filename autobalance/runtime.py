@@ -114,12 +114,28 @@ def own_standard_output() -> None:
     os.dup2(nowhere, 1)
     os.close(nowhere)
     sys.stdout = open(  # noqa: SIM115
-        own, "w", encoding=stream.encoding, errors=stream.errors, buffering=1 if stream.line_buffering else -1
+        own,
+        "w",
+        encoding=stream.encoding,
+        errors=stream.errors,
+        buffering=1 if stream.line_buffering else -1,
+        closefd=False,  # as Python's own streams: open to the end of the process
     )
     _owns_standard_output = True
 
 
 _owns_standard_output = False
+
+
+def silence_loggers() -> None:
+    """Discard what libraries log, for good: standard error holds the command's own lines.
+
+    For commands, as ``own_standard_output`` is. npTDMS logs a cut-off file with a handler of its own,
+    matplotlib a home folder that cannot be written.
+    """
+    import logging
+
+    logging.disable(logging.CRITICAL)
 
 
 def owns_standard_output() -> bool:

@@ -382,6 +382,7 @@ class TestBadRecords:
         (("--peaks", "-1"), 3, "peaks is -1"),
         (("--excitation", "accel"), 2, "without --natural"),
         (("--threshold", "1"), 2, "without --tacho"),
+        (("--pulses-per-rev", "2"), 2, "without --tacho"),
         (("--frequencies", "1,x"), 2, "must be numbers"),
         (("--frequencies", "-5"), 3, "frequencies hold -5"),
         (("--bearing", "balls=9,ball=8"), 3, "pitch is missing"),

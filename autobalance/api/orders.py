@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.result import Values, VerbResult
-from autobalance.errors import FormatError, file_errors
+from autobalance.errors import FormatError, file_errors, refuse_pipe
 from autobalance.report.plot_files import Plots
 from autobalance.runtime import no_progress
 from autobalance.units import RAD_S_PER_RPM
@@ -227,6 +227,7 @@ def _predicted(source: str | Path | Mapping[str, Any]) -> tuple[tuple[float | No
 
     report = source
     if isinstance(source, str | Path):
+        refuse_pipe(source)
         with file_errors(f"read {source}"):
             text = Path(source).read_bytes()
         try:

@@ -32,7 +32,9 @@ class CutTool:
     triangles : (m, 3) int
         Counter-clockwise seen from outside.
     volume_mm3 : float
-        Of the body, which begins outside of the metal; not of what it takes.
+        Of the body of these triangles, which begins outside of the metal; not of what it takes. The report's
+        ``tool_volume_mm3`` is that of the body of ``to_shape()``: with true surfaces, and no wider than a
+        lowered face.
     """
 
     correction: int
@@ -79,8 +81,8 @@ def tools_of(
             str(entry["kind"]),
             str(entry["label"]),
             KINDS[entry["kind"]].adds_metal,
-            body.mesh.vertices,
-            body.mesh.triangles,
+            body.mesh.vertices.copy(),  # the kept ones cannot be written, which manifold3d refuses
+            body.mesh.triangles.copy(),
             float(body.volume_mm3),
             entry,
             rotor_to_file,

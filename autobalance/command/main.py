@@ -22,6 +22,7 @@ from autobalance.runtime import (
     one_thread_of_linear_algebra,
     own_standard_output,
     reading_noted,
+    silence_loggers,
 )
 from autobalance.verbs import VERBS
 from autobalance.version import __version__
@@ -56,6 +57,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")
     if argv is None and _may_take_long(arguments):
         from autobalance.command.supervisor import supervised
+
+        silence_loggers()
 
         return supervised(lambda: _answered(arguments, is_alone=True), lambda: _stopped(arguments))
     return _answered(arguments, is_alone=argv is None)

@@ -20,6 +20,8 @@ def _check(keywords: Keywords, _: argparse.Namespace) -> None:
         raise UsageError("--excitation is given without --natural")
     if keywords["threshold"] is not None and keywords["tacho"] is None:
         raise UsageError("--threshold is given without --tacho")
+    if keywords["pulses_per_rev"] != 1 and keywords["tacho"] is None:
+        raise UsageError("--pulses-per-rev is given without --tacho")
 
 
 VERB = Verb(

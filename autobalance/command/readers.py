@@ -88,12 +88,15 @@ def dimensions(option: str, texts: Sequence[str]) -> dict[str, Any]:
     """Return texts ``KEY=VALUE`` as a mapping, each value as TOML or, where it is none, as text."""
     import tomllib
 
+    from autobalance.job.toml.document import refuse_deep
+
     sizes: dict[str, Any] = {}
     for text in texts:
         key, equals, value = (each.strip() for each in text.partition("="))
         if not (key and equals):
             raise UsageError(f"{option} {text!r} is not KEY=VALUE; expected for example stroke_mm=58")
         try:
+            refuse_deep(value)
             sizes[key] = tomllib.loads(f"value = {value}")["value"]
         except (ValueError, RecursionError):  # TOMLDecodeError is a ValueError
             sizes[key] = value

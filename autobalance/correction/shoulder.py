@@ -23,7 +23,7 @@ from autobalance.correction.faces.cut import FaceCut, part_name, patches_of
 from autobalance.correction.faces.depth_limit import DepthLimit, depth_limit
 from autobalance.correction.faces.kind import FaceKind
 from autobalance.correction.faces.layer import MAX_NORMAL_COMPONENT, FaceLayer
-from autobalance.correction.faces.lowering import lowering
+from autobalance.correction.faces.lowering import BESIDE_MM, lowering
 from autobalance.correction.faces.patches import (
     ROUNDING_SHARE,
     FaceLimits,
@@ -113,9 +113,14 @@ class ShoulderCut(FaceCut):
         return drawn_out(self.layer.taken(self.max_depth_mm), self.height_mm, -1.0, self.to_rotor)
 
     def tool(self, depth_mm: float) -> Solid:
-        """Return the body to subtract, rotor frame: a prism from the new face to just above the old one."""
+        """Return the body to subtract, rotor frame: a prism from the new face to just above the old one.
+
+        It reaches a little beyond the metal that goes, not over all the room that there is.
+        """
         self.effect(depth_mm)  # has looked at sections down to here
-        room = self.layer.room - self.layer.spared(depth_mm)
+        low, high = self.layer.taken(depth_mm).bounds
+        around = Region.rectangle((low - BESIDE_MM).tolist(), (high + BESIDE_MM).tolist())
+        room = (self.layer.room & around) - self.layer.spared(depth_mm)
         body = _prism(room, self.height_mm - depth_mm, self.top_mm).moved(self.to_rotor)
         return body if self.within is None else body & self.within
 

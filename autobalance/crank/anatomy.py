@@ -83,6 +83,15 @@ class CounterweightOutline:
     thickness_mm: float
     skew_rad: float = 0.0
 
+    @property
+    def fan_angle_deg(self) -> float:
+        """Angle that the rim spans, at most 360; as reports have it."""
+        return min(math.degrees(self.fan_angle_rad), 360.0)
+
+    @property
+    def skew_deg(self) -> float:
+        return math.degrees(self.skew_rad)
+
 
 @dataclass(frozen=True)
 class Web:

@@ -77,10 +77,10 @@ def _placed(free: FreeMetal, k: int, amounts: Amounts, point: Array) -> tuple[fl
 
 def _of_envelope(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) -> list[Constraint]:
     constraints, name = [], free.parts[k].name
+    outline = free.profiles[k].outline_mm(amounts.radii_mm[k])
+    far = np.linalg.norm(outline, axis=1)
+    worst = int(far.argmax())
     if envelope.radius_mm is not None:
-        outline = free.profiles[k].outline_mm(amounts.radii_mm[k])
-        far = np.linalg.norm(outline, axis=1)
-        worst = int(far.argmax())
         most, at = float(far[worst]), _placed(free, k, amounts, outline[worst])
         limit = envelope.radius_mm
         constraints.append(Constraint(f"{name} radius", most, limit, "mm", limit - most, 1.0, at))
@@ -88,8 +88,10 @@ def _of_envelope(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) 
         z_low, z_high = envelope.z_mm
         for each in (web for web in free.webs if web.part == k):
             bottom, top = each.reach_mm(amounts.thickness_mm[k])
-            room = min(bottom - z_low, z_high - top)
-            constraints.append(Constraint(f"{name} z, web {each.number}", room, 0.0, "mm", room))
+            room, z = min((bottom - z_low, bottom), (z_high - top, top))
+            x, y = (float(value) for value in each.matrix @ outline[worst])
+            place = f"{name} z, web {each.number}"
+            constraints.append(Constraint(place, room, 0.0, "mm", room, 1.0, (x, y, z)))
     return constraints
 
 

@@ -39,8 +39,7 @@ CRANKSHAFT = Key(
             "file",
             str,
             "crank file, relative to the job file: `.stl .obj .ply .off .3mf .glb`, and `.step .iges .brep` "
-            "with "
-            "the extra: see [step.md](step.md)",
+            "(`.brp`) with the extra: see [step.md](step.md)",
             not_empty="must name a crank file, relative to the job",
         ),
         Key(

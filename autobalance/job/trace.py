@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalance.errors import FormatError, file_errors
+from autobalance.errors import FormatError, file_errors, refuse_pipe
 from autobalance.runtime import note_read
 from autobalance.types import Array
 
@@ -67,8 +67,9 @@ def read_trace(path: Path) -> tuple[Array, Array]:
 
 
 def _text(path: Path) -> str:
+    refuse_pipe(path)
+    note_read(path)
     with file_errors(f"read the trace {path}"), path.open("rb") as stream:
-        note_read(path)
         data = stream.read(LARGEST_BYTES + 1)
     if len(data) > LARGEST_BYTES:
         raise FormatError(f"{path}: is larger than {LARGEST_BYTES} bytes; is it a trace?")

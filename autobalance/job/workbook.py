@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.errors import JobError
+from autobalance.job.toml.document import refuse_deep
 from autobalance.job.toml.settings import set_key
 from autobalance.job.toml.spreadsheet import sheet_cells
 from autobalance.job.toml.text import toml_value
@@ -97,6 +98,7 @@ def _plain(value: Any) -> Any:
         return int(value)
     if isinstance(value, str) and value.lstrip().startswith(("[", "{")):
         try:
+            refuse_deep(value)
             return tomllib.loads(f"value = {value}")["value"]
         except (ValueError, RecursionError):  # TOMLDecodeError is a ValueError
             return value

@@ -149,7 +149,9 @@ def simulated(part: Part, machine: MachineTool, plan: NcPlan, programs: Sequence
     if result.collisions:
         texts = list(dict.fromkeys(each.text for each in result.collisions))
         more = "" if len(texts) <= MOST_TOLD else f"; and {len(texts) - MOST_TOLD} more"
-        raise JobError("; ".join(texts[:MOST_TOLD]) + more + "; expected a longer tool, or a thinner holder")
+        into = "a longer tool, or a thinner holder"
+        ways = {"longer flutes, or a relieved neck" if each.along else into for each in result.collisions}
+        raise JobError("; ".join(texts[:MOST_TOLD]) + more + f"; expected {', or '.join(sorted(ways))}")
     expected = {cut.number: planned(part, cut) for cut in part.cuts}
     if machine.finish_mm == 0.0:
         _refuse_missing(part, programs, result, expected)

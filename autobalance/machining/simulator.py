@@ -28,6 +28,9 @@ TOUCH_MM3 = 1e-3
 """Volume below which tool and metal only touch: rounding."""
 WITHIN_MM = 1e-3
 """By how much a clearance may fall short: four decimals of the words."""
+BESIDE_MM = 0.02
+"""Least room beside a shank or a holder while the tool cuts: a shank as wide as its flutes rubs along the
+wall that they left, over any length."""
 RAMP_STEP_MM = 0.1
 """Heights in which a ramp is looked at."""
 AREA_RADIUS = equal_area(SIDES)
@@ -44,6 +47,7 @@ class Collision:
     deep_mm: float
     line: int
     rapid: bool
+    along: bool = False
 
     @property
     def text(self) -> str:
@@ -53,6 +57,11 @@ class Collision:
             return (
                 f"{self.what} of tool {self.tool} comes {self.deep_mm:.1f} mm too near to {self.part} "
                 f"in a rapid {at} (line {self.line})"
+            )
+        if self.along:
+            return (
+                f"{self.what} of tool {self.tool} runs {self.deep_mm:.1f} mm along {self.part}, less than "
+                f"{BESIDE_MM:g} mm from it, {at}"
             )
         return f"{self.what} of tool {self.tool} reaches {self.deep_mm:.1f} mm into {self.part} {at}"
 
@@ -205,10 +214,15 @@ class Simulator:
             for height, ends in levels:
                 bottom = height + step.low_mm
                 if bottom < top:
-                    body = Solid.prism(
-                        _around(ends, step.radius_mm), bottom + WITHIN_MM, height + step.high_mm
+                    wide, narrow = (
+                        left
+                        & Solid.prism(
+                            _around(ends, step.radius_mm + more), bottom + WITHIN_MM, height + step.high_mm
+                        )
+                        for more in (BESIDE_MM, -BESIDE_MM)
                     )
-                    if self._hit(left & body, bottom, first, tool, step, pose):
+                    along = narrow.is_empty or narrow.volume_mm3 <= TOUCH_MM3
+                    if self._hit(wide, bottom, first, tool, step, pose, along):
                         break
         self._cut(group.cut, metal.moved(pose), cutter.moved(pose))
 
@@ -292,7 +306,14 @@ class Simulator:
         self.found.stock.cut(cutter)
 
     def _hit(
-        self, both: Solid, bottom: float, move: Move, tool: CuttingTool, step: Step, pose: Array
+        self,
+        both: Solid,
+        bottom: float,
+        move: Move,
+        tool: CuttingTool,
+        step: Step,
+        pose: Array,
+        along: bool = False,
     ) -> bool:
         if both.is_empty or both.volume_mm3 <= TOUCH_MM3:
             return False
@@ -300,12 +321,14 @@ class Simulator:
         centre = deepest.moments(1.0).centre_mm
         part = self.found.stock.part_at(pose[:3, :3] @ centre + pose[:3, 3])
         deep = float(both.bounds[1, 2]) - bottom
-        self._collides(move, tool, step, part, deep)
+        self._collides(move, tool, step, part, deep, along)
         return True
 
-    def _collides(self, move: Move, tool: CuttingTool, step: Step, part: str, deep: float) -> None:
+    def _collides(
+        self, move: Move, tool: CuttingTool, step: Step, part: str, deep: float, along: bool = False
+    ) -> None:
         self.found.collisions.append(
-            Collision(move.cut, tool.number, step.name, part, deep, move.line, move.rapid)
+            Collision(move.cut, tool.number, step.name, part, deep, move.line, move.rapid, along)
         )
 
     def _near(self, pose: Array, path: Array, low: float, wide: float) -> Solid:

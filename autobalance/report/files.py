@@ -25,6 +25,10 @@ LEFT_OVER = re.compile(
     r"\..{1,40}\.(?:(?P<machine>[0-9a-f]{8})-)?(?P<process>\d{1,10})-[0-9a-f]{8}\.part", re.DOTALL
 )
 """Temporary names, as a killed run leaves them."""
+STARTED = 19
+"""Place of a process's start in /proc/PROCESS/stat, counted behind its name (proc(5), field 22)."""
+CLOCK_S = 1.0
+"""What the clocks of a disk and of the system may differ by."""
 OLD_S = 600.0
 """Age at which temporary files of other machines are deleted; writing and renaming take seconds."""
 
@@ -223,15 +227,22 @@ def _sweep(folder: Path) -> None:
     with contextlib.suppress(OSError):
         for path in folder.iterdir():
             left = LEFT_OVER.fullmatch(path.name)
-            if left and not _lives(int(left["process"])):
-                with contextlib.suppress(OSError):
+            if left is None:
+                continue
+            with contextlib.suppress(OSError):
+                written = path.lstat().st_mtime
+                if not _lives(int(left["process"]), written):
                     ours = left["machine"] == _machine()
-                    if ours or time.time() - path.lstat().st_mtime > OLD_S:
+                    if ours or time.time() - written > OLD_S:
                         path.unlink()
 
 
-def _lives(process: int) -> bool:
-    """Return whether a process is alive; True where that is not known."""
+def _lives(process: int, written_s: float) -> bool:
+    """Return whether a process that wrote a file is alive; True where that is not known.
+
+    Numbers are given anew, in a container at every start: a process that began after the file was written is
+    another one.
+    """
     if os.name == "nt":  # there, signal 0 would end it
         return True
     try:
@@ -240,7 +251,18 @@ def _lives(process: int) -> bool:
         return False
     except (OSError, OverflowError):
         return True
-    return True
+    began_s = _began_s(process)
+    return began_s is None or began_s <= written_s + CLOCK_S
+
+
+def _began_s(process: int) -> float | None:
+    """Return when a process began, as times of files; None where the system does not tell."""
+    try:
+        words = Path(f"/proc/{process}/stat").read_bytes().rpartition(b")")[2].split()
+        since_boot_s = int(words[STARTED]) / os.sysconf("SC_CLK_TCK")
+        return time.time() - time.clock_gettime(time.CLOCK_BOOTTIME) + since_boot_s
+    except (AttributeError, IndexError, OSError, ValueError):
+        return None
 
 
 def _write_new(path: Path, data: bytes) -> None:

@@ -14,6 +14,7 @@ from autobalance.balancing.uncertainty_budget import spacing_mm
 from autobalance.correction import KINDS, kind_of
 from autobalance.correction.clearance import clear_of_roughness
 from autobalance.correction.contract import Limits
+from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.trace import Before, Metal, Trace
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.faces import find_faces
@@ -40,6 +41,7 @@ from autobalance.verification.shared_out import (
 )
 from autobalance.verification.solids import Files
 
+SAME_POINT_DEG = 1e-6
 OTHER_KIND = "the metal of this kind of correction cannot be distinguished"
 TORN_METAL = (
     "its metal is thin and hangs together with the file's rounding: its amount and effect were checked"
@@ -104,6 +106,7 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
             )
         part.hold("kind")
         part.same("number", number)
+        _check_point(claims, part, change.limits(name))
         check_place(part)
         check_file_place(part, change.anatomy.rotor_to_file)
         if not _is_kept_unused(claims, part):
@@ -134,6 +137,24 @@ def check_nothing_cut(claims: Claims) -> None:
         if not _is_kept_unused(claims, part):
             raise ClaimError(f"{claims.name}: {part.place} has a depth, but the crank was not cut")
     _check_plan_kept(claims, parts)
+
+
+def _check_point(claims: Claims, part: Claims, limits: Limits | None) -> None:
+    """Hold the point of the job's drill against that of a hole; a kept plan and a stage have their own.
+
+    Raises
+    ------
+    ClaimError
+        If the hole was drilled with another.
+    """
+    if not isinstance(limits, DrillLimits) or "plan_kept" in claims.values:
+        return
+    cut, stated = part.get("point_angle_deg", float), limits.point_angle_deg
+    if claims.get("command", str) == "balance" and not math.isclose(cut, stated, abs_tol=SAME_POINT_DEG):
+        raise ClaimError(
+            f"{claims.name}: job.correction.drill.point_angle_deg is {stated:g}, "
+            f"but {part.place} was drilled with {cut:g}"
+        )
 
 
 def _check_no_faces(claims: Claims) -> None:

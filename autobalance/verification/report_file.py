@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from autobalance.errors import FileError, FormatError, file_errors
+from autobalance.errors import FileError, FormatError, file_errors, refuse_pipe
 from autobalance.runtime import note_read
 from autobalance.solid.formats.table import endings
 
@@ -35,6 +35,7 @@ def read_report(path: Path) -> Mapping[str, Any]:
     if path.suffix.lower() in endings() and path.is_file():
         raise FormatError(f"{path} is a solid, not a report; expected the report.json beside it")
     with file_errors(f"read the report {path}"):
+        refuse_pipe(path)
         note_read(path)
         data = path.read_bytes()
     try:

@@ -281,12 +281,26 @@ def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files:
     if path.resolve() == (folder / claims.get("input.file", str)).resolve():
         claims.hold("input.file")
     else:
+        _refuse_other_name(claims, path)
         claims.ledger.why_not["input.file"] = f"it was found as {path}"
     hints = crankshaft.overrides
     anatomy_found = files.once(
         ("recognised", id(source), repr(hints)), lambda: measured_crank.recognised(source, hints)
     )
     return check_crank(claims, job, source, anatomy_found, anatomy.file_to_rotor, files)
+
+
+def _refuse_other_name(claims: Claims, path: Path) -> None:
+    """Refuse a file that is not there under the name of another: a copied report keeps its crank's name.
+
+    Raises
+    ------
+    ClaimError
+        If the crank that was found has another name than the report states.
+    """
+    stated = claims.get("input.file", str)
+    if Path(stated).name != path.name:
+        raise ClaimError(f"{claims.name}: input.file is {stated!r}, but the job's crank is {path.name!r}")
 
 
 def check_crank(

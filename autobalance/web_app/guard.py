@@ -9,7 +9,6 @@ from starlette.responses import JSONResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 TOKEN_HEADER = "x-autobalance-token"
-COOKIE = "autobalance"
 FORBIDDEN, UNAUTHORISED = 403, 401
 HEADERS = {
     "x-content-type-options": "nosniff",
@@ -28,10 +27,11 @@ OPEN_PATHS = ("/api/health", "/static/")
 
 @dataclass(frozen=True)
 class Keys:
-    """The token of the address, and what the cookie holds: not the token itself."""
+    """The token of the address, and the cookie: not the token itself, under a name of this start."""
 
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
     cookie: str = field(default_factory=lambda: secrets.token_urlsafe(24))
+    cookie_name: str = field(default_factory=lambda: f"autobalance-{secrets.token_hex(4)}")
 
     def is_token(self, text: str | None) -> bool:
         """Return whether a text is the token, in a time that gives nothing away."""
@@ -76,23 +76,14 @@ class Guard:
             return None
         if self._keys.is_token(headers.get(TOKEN_HEADER)):
             return None
-        if scope["method"] == "GET" and (
-            self._keys.is_cookie(_cookie(headers.get("cookie", ""))) or path == "/"
-        ):
+        if scope["method"] == "GET" and (path == "/" or has_cookie(headers.get("cookie", ""), self._keys)):
             return None  # the page itself looks at the address's token
         return JSONResponse(
             {"error": "the token is missing or wrong; open the address that was printed"}, UNAUTHORISED
         )
 
 
-def _cookie(header: str) -> str | None:
-    for pair in header.split(";"):
-        name, _, value = pair.strip().partition("=")
-        if name == COOKIE:
-            return value
-    return None
-
-
 def has_cookie(header: str, keys: Keys) -> bool:
     """Return whether a request's cookies hold ours."""
-    return keys.is_cookie(_cookie(header))
+    pairs = (pair.strip().partition("=") for pair in header.split(";"))
+    return any(name == keys.cookie_name and keys.is_cookie(value) for name, _, value in pairs)

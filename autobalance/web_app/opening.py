@@ -10,6 +10,7 @@ from typing import Any
 
 from autobalance.bundled import bundled_folder
 from autobalance.errors import FileError, FormatError
+from autobalance.job.toml.document import toml_of
 from autobalance.job.toml.text import toml_text
 from autobalance.web_app.named_files import FILE_KEYS
 from autobalance.web_app.project import JOB, Project, is_plain
@@ -97,11 +98,9 @@ def _for_another(project: Project) -> dict[str, Any]:
 
 def job_of(project: Project) -> dict[str, Any]:
     """Return the project's job as tables; empty where there is none."""
-    import tomllib
-
     path = project.file(JOB)
     try:
-        return {} if path is None else tomllib.loads(path.read_text(encoding="utf-8"))
+        return {} if path is None else toml_of(path.read_text(encoding="utf-8"), JOB)
     except ValueError:  # no UTF-8, or no TOML
         return {}
 

@@ -21,7 +21,7 @@ from autobalance.version import __version__
 from autobalance.web_app.analyses import ANALYSES, wrong_request
 from autobalance.web_app.analysis_files import AnalysisFiles
 from autobalance.web_app.answers import asset, body_of, drained, file_of, jsonable, refused
-from autobalance.web_app.guard import COOKIE, Guard, Keys, has_cookie
+from autobalance.web_app.guard import TOKEN_HEADER, Guard, Keys, has_cookie
 from autobalance.web_app.live import Live
 from autobalance.web_app.named_files import named_files
 from autobalance.web_app.opening import (
@@ -78,6 +78,7 @@ class Pages:
     def __init__(self, project: Project, runs: Runs, keys: Keys, max_upload_bytes: int) -> None:
         self._project, self._runs, self._keys, self._most = project, runs, keys, max_upload_bytes
         self._live = Live(project, runs)
+        self._openings = 0
 
     def routes(self) -> list[Route]:
         return [
@@ -102,21 +103,29 @@ class Pages:
         ]
 
     async def page(self, request: Request) -> Response:
-        """Give the page, with its token in it; the address's token becomes a cookie first."""
+        """Give the page: with its token once for each opening of the address, which becomes a cookie first.
+
+        Reloaded by the cookie alone the page is without: it keeps the token in its tab, and other servers on
+        this machine are sent the cookie too.
+        """
         if "token" in request.query_params:
             if not self._keys.is_token(request.query_params["token"]):
                 return refused("the token is wrong; open the address that was printed", 401)
-            answer = RedirectResponse("/", 303)
-            answer.set_cookie(COOKIE, self._keys.cookie, httponly=True, samesite="strict", path="/")
+            self._openings += 1
+            answer: Response = RedirectResponse("/", 303)
+            answer.set_cookie(
+                self._keys.cookie_name, self._keys.cookie, httponly=True, samesite="strict", path="/"
+            )
             return answer
-        header = request.headers.get("cookie", "")
-        if not (
-            has_cookie(header, self._keys) or self._keys.is_token(request.headers.get("x-autobalance-token"))
-        ):
+        knows = self._keys.is_token(request.headers.get(TOKEN_HEADER))
+        if not (knows or has_cookie(request.headers.get("cookie", ""), self._keys)):
             return refused("the token is missing; open the address that was printed", 401)
+        if not knows and self._openings:
+            self._openings, knows = self._openings - 1, True
         self._runs.prepare()  # a person is about to ask for something
         text = asset("web_app", "static/index.html").decode()
-        for name, value in {"token": self._keys.token, "version": __version__, **_endings()}.items():
+        token = self._keys.token if knows else ""
+        for name, value in {"token": token, "version": __version__, **_endings()}.items():
             text = text.replace(f"{{{{{name}}}}}", value)
         return HTMLResponse(text)
 
@@ -178,11 +187,11 @@ class Pages:
         body = request.stream()
         try:
             if length.isdecimal() and int(length) > self._most:
-                raise TooLarge
+                return _too_large(self._most)  # at once: a stated length may be anything
             kept = await self._project.keep(name, body, self._most, apart)
         except TooLarge:
             await drained(body)
-            return refused(f"the file is larger than {self._most >> 20} MB", 413)
+            return _too_large(self._most)
         except ClientDisconnect:
             return refused("the upload was broken off", 400)
         return JSONResponse(kept, 201)
@@ -329,6 +338,10 @@ class Pages:
     def _of_run(self, run: str, name: str) -> Path | None:
         record = self._runs.state_of(run)
         return self._project.result(run, name) if record is not None and name in record["files"] else None
+
+
+def _too_large(most_bytes: int) -> Response:
+    return refused(f"the file is larger than {most_bytes >> 20} MB", 413)
 
 
 async def _missing(_: Request, error: Exception) -> Response:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
+import tempfile
 import webbrowser
 from collections.abc import Callable
 from pathlib import Path
@@ -103,19 +105,36 @@ def _serve(
         if number < 1:
             raise UsageError(f"{name} is {number}; must be at least 1")
     try:
+        import starlette  # noqa: F401
         import uvicorn
-
-        from autobalance.web_app.server import application, listening_socket
     except ImportError:
         raise FormatError("the app needs starlette and uvicorn: pip install 'autobalance[app]'") from None
+    if source is not None and not Path(source).exists():
+        raise FileError(f"{source} does not exist")
+    umask = os.umask(0o077)  # what the project holds is this user's alone
+    try:
+        _serve_project(uvicorn, source, port, browser, Path(project), max_upload_mb, memory_mb, told)
+    finally:
+        os.umask(umask)
+
+
+def _serve_project(
+    uvicorn: Any,
+    source: str | Path | None,
+    port: int,
+    browser: bool,
+    project: Path,
+    max_upload_mb: int,
+    memory_mb: int,
+    told: Callable[[str], None] | None,
+) -> None:
     from autobalance.web_app.guard import Keys
     from autobalance.web_app.opening import open_in
     from autobalance.web_app.project import Project
     from autobalance.web_app.runs import Runs
+    from autobalance.web_app.server import application, listening_socket
 
-    if source is not None and not Path(source).exists():
-        raise FileError(f"{source} does not exist")
-    opened = Project.at(Path(project))
+    opened = Project.at(project)
     if source is not None:
         open_in(Path(source), opened)
     try:
@@ -135,16 +154,28 @@ def _serve(
     )
     server = uvicorn.Server(config)
     address = f"http://127.0.0.1:{number}/?token={keys.token}"
+    redirect: Path | None = None
     try:
         with _ending(server):  # from here on: who reads the address may end it at once
             if told is not None:
                 told(address)
             if browser:
-                webbrowser.open(address)
+                redirect = _redirect(address)
+                webbrowser.open(redirect.as_uri())
             server.run(sockets=[listener])
     finally:
+        if redirect is not None:
+            redirect.unlink(missing_ok=True)
         runs.close()
         listener.close()
+
+
+def _redirect(address: str) -> Path:
+    """Write a page, for this user alone, that leads to an address: all users see a browser's command line."""
+    handle, name = tempfile.mkstemp(prefix="autobalance-", suffix=".html")
+    with os.fdopen(handle, "w", encoding="utf-8") as stream:
+        stream.write(f'<!doctype html><title>…</title><meta http-equiv="refresh" content="0; url={address}">')
+    return Path(name)
 
 
 class _ending:  # noqa: N801 - a context, read as words

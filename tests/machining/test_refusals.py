@@ -93,6 +93,23 @@ def test_a_planted_fault_is_refused(run: NcRun, name: str) -> None:
         replayed(run, edit)
 
 
+def test_flutes_are_those_of_drills_and_mills() -> None:
+    turning = {key: value for key, value in nc_jobs.tool(4, "turning").items() if key != "flute_mm"}
+    found = read_machine_tool(nc_jobs.machine(tool=[turning]))
+    assert found.tools[0].flute_mm == found.tools[0].stick_out_mm == 95.0
+    drill = nc_jobs.tool(1, "drill", diameter_mm=10.0)
+    del drill["flute_mm"]
+    with pytest.raises(JobError, match=r"tool\[1\].flute_mm is missing; a drill needs it"):
+        read_machine_tool(nc_jobs.machine(tool=[drill]))
+
+
+def test_comments_of_fanuc_hold_no_end_of_a_block(part: Part) -> None:
+    run = nc_run(part, read_machine_tool(nc_jobs.machine(post="fanuc")))
+    for program in run.programs:
+        assert "RUN 100 MM ABOVE THE PART FIRST, NOT PROVEN ON A MACHINE" in program.text
+        assert ";" not in program.text
+
+
 def test_a_holder_that_is_too_wide_is_refused(part: Part) -> None:
     drill = nc_jobs.tool(
         1, "drill", diameter_mm=10.0, flute_mm=20.0, stick_out_mm=20.0, holder=[[80.0, 50.0]]

@@ -101,6 +101,12 @@ def test_the_token_opens_and_the_cookie_only_reads(app: Served) -> None:
     page = app.ask("/", token=False, Cookie=cookie)
     assert page.status == 200
     assert app.token.encode() in page.body
+    again = app.ask("/", token=False, Cookie=cookie)  # reloaded: other servers are sent the cookie too
+    assert again.status == 200
+    assert app.token.encode() not in again.body
+    name, _, value = cookie.partition("=")
+    assert name.startswith("autobalance-")
+    assert app.ask("/", token=False, Cookie=f"autobalance={value}").status == 401
     assert app.ask("/api/runs", token=False, Cookie=cookie).status == 200
     assert app.ask("/api/runs", token=False, Cookie=cookie, method="HEAD").status == 401
     body = {"verb": "inspect", "job": job()}
@@ -146,6 +152,11 @@ def test_a_file_that_is_too_large_leaves_nothing(app: Served) -> None:
     before = sorted(app.project.rglob("*"))
     assert app.ask("/api/files?name=big.stl", bytes(3 << 20)).status == 413
     host, port = app.base.removeprefix("http://").split(":")
+    with socket.create_connection((host, int(port)), timeout=30) as raw:  # answered before it comes
+        head = f"POST /api/files?name=big.stl HTTP/1.1\r\nHost: {host}:{port}\r\n"
+        head += f"X-Autobalance-Token: {app.token}\r\nContent-Length: 1000000000000\r\n\r\n"
+        raw.sendall(head.encode())
+        assert b" 413 " in raw.recv(200)
     with socket.create_connection((host, int(port)), timeout=30) as raw:  # without saying how long it is
         head = f"POST /api/files?name=big.stl HTTP/1.1\r\nHost: {host}:{port}\r\n"
         head += f"X-Autobalance-Token: {app.token}\r\n"

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from autobalance.bearings.cases import History
-from autobalance.errors import JobError, file_errors
+from autobalance.errors import JobError, file_errors, refuse_pipe
 from autobalance.job.toml.convert import did_you_mean
 from autobalance.runtime import note_read
 from autobalance.types import Array
@@ -39,6 +39,7 @@ def read_history(path: Path, x_column: str, y_column: str, bush_speed_rad_s: flo
     with file_errors(f"read the history {path}"):
         if path.stat().st_size > LARGEST_BYTES:
             raise JobError(f"{path.name} is larger than {LARGEST_BYTES} bytes; is it a series?")
+        refuse_pipe(path)
         note_read(path)
         text = path.read_text("utf-8-sig")
     rows = csv.reader(text.splitlines())

@@ -48,7 +48,7 @@ TOOL_PART = (
     Key("kind", ToolKind, "drill, end_mill or turning"),
     Key("diameter_mm", float, "of drill or mill", LENGTH, None),
     Key("point_deg", float, "of a drill; 180: flat", POINT, 118.0),
-    Key("flute_mm", float, "cutting length", LENGTH),
+    Key("flute_mm", float, "cutting length; a turning tool has none", LENGTH, None),
     Key("stick_out_mm", float, "from the holder's face to the tip", LENGTH),
     Key(
         "holder",
@@ -220,6 +220,10 @@ def _tool(values: Values, place: str) -> CuttingTool:
         raise JobError(f"{place}.diameter_mm is missing; a {values['kind']} needs it")
     if not values["holder"]:
         raise JobError(f"{place}.holder is empty; expected [[diameter, length], ...] from the tool's side")
+    if values["kind"] == "turning":
+        values = {**values, "flute_mm": values["flute_mm"] or values["stick_out_mm"]}
+    elif values["flute_mm"] is None:
+        raise JobError(f"{place}.flute_mm is missing; a {values['kind']} needs it")
     if values["flute_mm"] > values["stick_out_mm"]:
         raise JobError(
             f"{place}.flute_mm is {values['flute_mm']:g}; "

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from autobalance.errors import JobError
+from autobalance.job.toml.document import refuse_deep
 
 PART = re.compile(r"([A-Za-z0-9_\-·°]+)((?:\[\d+\])*)")
 
@@ -51,6 +52,7 @@ def setting_of(setting: str) -> tuple[str, Any]:
 def value_of(text: str) -> Any:
     """Return a text's TOML value, or the text where it has none."""
     try:
+        refuse_deep(text)
         return tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):  # TOMLDecodeError is a ValueError
         return text.strip()

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 from xml.etree.ElementTree import ParseError
 
-from autobalance.errors import JobError, file_errors
+from autobalance.errors import JobError, file_errors, refuse_pipe
 from autobalance.runtime import note_read
 
 PACKED_MOST: Final = 16 << 20
@@ -60,6 +60,7 @@ def sheet_cells(path: Path, sheet: str | None, *, formulas: bool = False) -> lis
         If it is not a sound workbook, has no such sheet, or is larger than a job or a list can be.
     """
     with file_errors(f"read the workbook {path}"):
+        refuse_pipe(path)
         note_read(path)
         if path.stat().st_size > PACKED_MOST:
             raise JobError(_too_large(path, f"{path.stat().st_size / 2**20:.0f} MB", PACKED_MOST))

@@ -17,8 +17,11 @@ class Fanuc(Post):
     ending = "nc"
 
     def comment(self, text: str) -> list[str]:
-        """Return the comment in capitals, on as many lines as it takes."""
-        words = ascii_text(text).upper().replace("%", "PERCENT")
+        """Return the comment in capitals, on as many lines as it takes.
+
+        A semicolon is the end of a block there, a percent sign that of the tape.
+        """
+        words = ascii_text(text).upper().replace("%", "PERCENT").replace(";", ",")
         return [f"({line})" for line in textwrap.wrap(words, MAX_LINE_CHARACTERS - 2) or [""]]
 
     def head(self, number: int) -> list[str]:

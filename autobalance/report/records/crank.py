@@ -190,9 +190,9 @@ class Web:
             if shape is None
             else WebOutline(
                 rim_radius_mm=shape.rim_radius_mm,
-                fan_angle_deg=min(math.degrees(shape.fan_angle_rad), 360.0),
+                fan_angle_deg=shape.fan_angle_deg,
                 thickness_mm=shape.thickness_mm,
-                skew_deg=math.degrees(shape.skew_rad),
+                skew_deg=shape.skew_deg,
                 scanned=None if each is None else ScannedOutline.of(each),
             ),
             scanned=None

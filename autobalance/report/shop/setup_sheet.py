@@ -11,11 +11,13 @@ from autobalance.machining.part import Listed
 from autobalance.machining.planner import tool_words
 from autobalance.machining.run import NcRun, Program
 from autobalance.machining.setups import CLAMPING_TEXTS
+from autobalance.report.reportlab_alone import load_reportlab
 from autobalance.wording import NO_VALUE
 
 
 def setup_sheet(run: NcRun) -> bytes:
     """Return the sheet as PDF, a page or more for each set-up."""
+    load_reportlab()
     from reportlab.lib.pagesizes import A4
     from reportlab.lib.units import mm
     from reportlab.platypus import PageBreak, SimpleDocTemplate

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from autobalance.errors import FileError, file_errors
+from autobalance.errors import FileError, file_errors, refuse_pipe
 from autobalance.runtime import note_read
+
+LARGEST_BYTES = 2 << 30
+"""Bytes of a solid's file at most: scanners write some hundred megabytes, and reading takes ten times as much
+memory."""
 
 
 def file_bytes(path: Path) -> bytes:
@@ -21,7 +25,12 @@ def file_bytes(path: Path) -> bytes:
             raise FileError(f"{path} is a folder; expected a file")
         if not path.exists():
             raise FileError(f"{path} does not exist")
-        if not path.is_file():  # a device or a pipe may never end
-            raise FileError(f"{path} is not a regular file; expected one on disk")
+        refuse_pipe(path)
         note_read(path)
+        size = path.stat().st_size
+        if size > LARGEST_BYTES:
+            raise FileError(
+                f"{path} has {size / 2**30:.1f} GB; expected at most {LARGEST_BYTES >> 30} GB, "
+                "a crank of 40 million triangles: decimate it"
+            )
         return path.read_bytes()

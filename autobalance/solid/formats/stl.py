@@ -81,7 +81,10 @@ def read_stl(data: bytes) -> Floats:
     soup = _binary(data) if is_binary(data) else _ascii(data)
     if len(soup) == 0:
         raise FormatError("the STL file holds no triangles; expected at least one")
-    if not (np.isfinite(soup.min()) and np.isfinite(soup.max())):  # without an array of flags
+    low, high = soup.min(), soup.max()
+    if low == high:  # zeros, as a download that was cut off leaves them: gigabytes would be welded in vain
+        raise FormatError(f"all {len(soup)} triangles in the STL file are one point: the file is damaged")
+    if not (np.isfinite(low) and np.isfinite(high)):  # without an array of flags
         first = int(np.flatnonzero(~np.isfinite(soup).all(axis=(1, 2)))[0])
         raise FormatError(
             f"triangle {first + 1} of {len(soup)} in the STL file has a corner that is not finite"

@@ -55,7 +55,7 @@ enter("3mf", ("3mf",), "threemf:THREEMF")
 enter("step", ("step", "stp"), "step:STEP")
 enter("glb", ("glb",), "glb:GLB")
 enter("iges", ("iges", "igs"), "iges:IGES", written_as="step")
-enter("brep", ("brep",), "brep:BREP", written_as="step")
+enter("brep", ("brep", "brp"), "brep:BREP", written_as="step")
 
 
 def endings() -> tuple[str, ...]:

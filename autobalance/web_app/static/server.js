@@ -1,7 +1,10 @@
 // Asking the server, with the page's token; what it refuses is said in one line.
 import { $ } from "/static/tools.js";
 
-const token = document.querySelector("meta[name=autobalance-token]").content;
+// The page that the printed address opens has the token; it stays in this tab, for reloads.
+const told = document.querySelector("meta[name=autobalance-token]").content;
+if (told) sessionStorage.setItem("autobalance-token", told);
+const token = told || sessionStorage.getItem("autobalance-token") || "";
 
 export async function ask(path, options = {}) {
   let answer;
