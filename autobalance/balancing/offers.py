@@ -254,11 +254,13 @@ def heavy_vectors(
 ) -> tuple[tuple[float, Array], tuple[float, Array]]:
     """Return the unbalance as vectors at the first and the last web: where metal can be taken.
 
-    A static verdict, or a crank with one web, takes half of the resultant at each.
+    A static verdict, or a crank with one web, takes half of the resultant at each. Eccentrics have no webs:
+    the first and the last of them count.
     """
-    first, last = anatomy.webs[0], anatomy.webs[-1]
-    z0 = 0.5 * (first.z_min_mm + first.z_max_mm)
-    z1 = 0.5 * (last.z_min_mm + last.z_max_mm)
+    middles = [0.5 * (web.z_min_mm + web.z_max_mm) for web in anatomy.webs] or [
+        float(throw.crankpin.centre_mm[2]) for throw in anatomy.throws
+    ]
+    z0, z1 = middles[0], middles[-1]
     if tolerance.judge == "static" or z0 == z1:
         half = 0.5 * unbalance.resultant_g_mm
         return (z0, half), (z1, half)

@@ -25,6 +25,8 @@ def too_light_g_mm(work: Workpiece) -> float | None:
     """Return the unbalance that the counterweights lack, both ends together; None where they do not."""
     total = along = 0.0
     webs = work.anatomy.webs
+    if not webs:  # eccentrics
+        return None
     for web, (_, heavy) in zip((webs[0], webs[-1]), work.heavy_at, strict=True):
         towards = sum((throw.direction for throw in work.anatomy.throws_of(web)), np.zeros(2))
         size = float(np.linalg.norm(towards))

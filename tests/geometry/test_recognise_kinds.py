@@ -7,14 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+import autobalance as ab
 from autobalance.crank.anatomy import Anatomy, Overrides, Pin, PinHint
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.errors import RecognitionError
-from autobalance.solid.csg.solid import Solid
+from autobalance.errors import AutobalanceError, RecognitionError
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
 from tests.cranks import make_crank
 from tests.generated import random_placement
-from tests.odd_kinds import KINDS, Bare, bored_arm, differences, in_file, lone_web
+from tests.odd_kinds import KINDS, Bare, bored_arm, differences, disc, in_file, lone_web
 
 ANY = Overrides(crankpin_in_file=None)
 FRAMES = ("as drawn", "upside down", "along x", "anywhere", "mirrored", "inch")
@@ -167,3 +168,52 @@ def test_what_no_crank_has_is_refused_where_a_job_states_it() -> None:
     double = Overrides(crankpins=(*stated, hint(pins[1], along_mm=2.0)))
     with pytest.raises(RecognitionError, match=r"crankpin 2, .* and crankpin 3, .* would be on one stretch"):
         recognise(solid, double)
+
+
+def test_a_refusal_counts_what_is_there_and_says_what_helps() -> None:
+    """Two dowels beside a pilot: beside the axis, but no crankpins."""
+    parts = [disc(10.0, 0.0, 60.0), disc(40.0, 60.0, 70.0), disc(6.0, 70.0, 90.0)]
+    parts += [disc(5.0, 70.0, 78.0, (side, 0.0)) for side in (-25.0, 25.0)]
+    with pytest.raises(RecognitionError) as refusal:
+        recognise(union(parts), Overrides())
+    text = str(refusal.value)
+    assert "found 3 cylinders on the axis, 2 beside it: ⌀10 × 8 mm at [-25, 0, 74] mm" in text
+    assert "⌀10 × 8 mm at [25, 0, 74] mm" in text
+    with pytest.raises(RecognitionError) as refusal:
+        recognise(lone_web().solid, Overrides())
+    assert "the bores of one web: ⌀20 × 14 mm at [0, 0, 1] mm and ⌀12 × 14 mm" in str(refusal.value)
+    assert str(refusal.value).endswith("; crankpin_in_file = false settles it")
+    assert recognise(lone_web().solid, Overrides(crankpin_in_file=False)).throws
+
+
+def test_a_plate_without_a_bore_is_told_as_one() -> None:
+    with pytest.raises(RecognitionError, match="found no bare cylinder and no round bore"):
+        recognise(Solid.box(np.zeros(3), np.array([40.0, 50.0, 8.0])), Overrides())
+
+
+@pytest.mark.parametrize("equal", [True, False])
+def test_a_bracket_with_two_holes_is_no_web(equal: bool) -> None:
+    """No hub, boss or rim is about either hole."""
+    body = Solid.box(np.zeros(3), np.array([60.0, 70.0, 8.0])) + Solid.box(
+        np.zeros(3), np.array([60.0, 8.0, 50.0])
+    )
+    body = body - disc(6.0, -1.0, 9.0, (20.0, 25.0)) - disc(6.0 if equal else 9.0, -1.0, 9.0, (38.0, 52.0))
+    with pytest.raises(RecognitionError, match=r"found no bare cylinder but 2 bores: ⌀"):
+        recognise(body, ANY)
+
+
+def test_eccentrics_without_webs_have_no_place_for_cuts_and_that_is_said() -> None:
+    """There is no first web, which ended in a traceback."""
+    mesh = KINDS["eccentrics around a shaft"](96).mesh
+    crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850.0)
+    assert crank.webs == ()
+    job = ab.Job.from_dict(
+        {
+            "crankshaft": {"file": "crank.stl", "unit": "mm", "density_kg_m3": 7850.0},
+            "engine": {"rotating_g": {"rod": 5.0}, "reciprocating_g": {"piston": 10.0}},
+            "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 3000.0},
+            "correction": {"method": "drill"},
+        }
+    )
+    with pytest.raises(AutobalanceError, match="no web has a counterweight"):
+        ab.balance(job, crank=crank)

@@ -150,6 +150,8 @@ def _size_problems(crank: Design) -> list[str]:
         "crankpin.width_mm": crank.crankpin.width_mm,
         "web.thickness_mm": crank.web.thickness_mm,
     }
+    if any(len(bay.crankpins_deg) > 1 for bay in crank.bays):
+        positive["web.between_pins_mm"] = crank.web.between_pins_mm
     problems += [f"{path} is {value:g}; must be > 0" for path, value in positive.items() if not value > 0.0]
     if not LEAST_SEGMENTS <= crank.segments <= MOST_SEGMENTS:
         problems.append(f"segments is {crank.segments}; must be {LEAST_SEGMENTS} to {MOST_SEGMENTS}")

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.crank.recognition.circles import following
+from autobalance.crank.recognition.circles import corners_of, following
 from autobalance.crank.recognition.cylinder_runs import LEAST_WIDTH, SAME_CENTRE, CylinderRun
-from autobalance.crank.recognition.section_stack import SectionPiece, SectionStack
+from autobalance.crank.recognition.section_stack import SectionPiece, SectionStack, encloses
 from autobalance.crank.recognition.through_shaft import shared_mm
 from autobalance.types import Array
 
@@ -31,6 +31,12 @@ THIRD_RATIO = 0.9
 """A third bore is smaller than this share of the second one, else it is not certain which two are meant."""
 THROUGH_SHARE = 0.5
 """Bores of one web share at least this much of the shorter one."""
+ARC_ROUND = 2e-3
+"""Corners of an arc about a bore are equally far from it but for this share."""
+MAX_FACET_RATIO, MIN_ARC_FACETS = 0.8, 3
+"""Its facets are at most this share of its radius long, and at least so many: a plate's edges are long."""
+MIN_ARC_RAD = 0.7
+"""A hub, a boss or a rim goes round a bore by at least this angle."""
 MIN_WAIST_RATIO = 0.9
 """Halfway between its bores a web is at least this share as wide as at the narrower end; a connecting rod's
 shank is narrower."""
@@ -94,7 +100,8 @@ def single_web(
 ) -> BoredWeb | None:
     """Return the bores of one web, drawn alone: the shaft's and the crankpin's; None if it is none.
 
-    Raises nothing: a plate with more bores of a size, or with a waist as a connecting rod, is none.
+    A plate with more bores of a size is none, nor one with a waist, as a connecting rod has, nor one without
+    a hub, boss or rim about a bore, as a bracket.
     """
     ordered = _by_size(bores)
     if len(ordered) < 2:
@@ -106,6 +113,8 @@ def single_web(
         return None
     same_web = shared_mm(one, other) >= THROUGH_SHARE * min(one.width, other.width)
     if not same_web or _has_shaft(runs, one, other) or _has_waist(long, one, other):
+        return None
+    if not any(_has_arc(long, bore) for bore in (one, other)):
         return None
     reach = _reach_beyond(long, one, other) / max(_reach_beyond(long, other, one), 1e-9)
     size = one.radius / other.radius
@@ -155,6 +164,25 @@ def _is_boss(run: CylinderRun, bore: CylinderRun) -> bool:
     return (
         _apart(run, bore) < SAME_CENTRE * run.radius and bore.radius < run.radius and run.width < run.radius
     )
+
+
+def _has_arc(long: SectionStack, bore: CylinderRun) -> bool:
+    """Return whether part of the outline around a bore's middle is an arc about it."""
+    section = min(long.sections, key=lambda section: abs(section.z_mm - bore.z_mid))
+    for piece in section.pieces:
+        if not encloses(piece.outline, bore.centre):
+            continue
+        corners = corners_of(piece.outline, piece.grain_mm) - bore.centre
+        after = following(corners)
+        away, step = np.hypot(*corners.T), np.linalg.norm(after - corners, axis=1)
+        same = np.abs(following(away) - away) < ARC_ROUND * away
+        arc = same & (step < MAX_FACET_RATIO * away) & (away > (1.0 + ARC_ROUND) * bore.radius)
+        for radius in away[arc]:
+            on = arc & (np.abs(away - radius) < ARC_ROUND * radius)
+            angle = float(2.0 * np.arcsin(0.5 * step[on] / away[on]).sum())
+            if np.count_nonzero(on) >= MIN_ARC_FACETS and angle > MIN_ARC_RAD:
+                return True
+    return False
 
 
 def _has_waist(long: SectionStack, one: CylinderRun, other: CylinderRun) -> bool:

@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.crank.recognition.bored_webs import bored_arm, shaft_bores
+from autobalance.crank.recognition.bored_webs import bored_arm, shaft_bores, single_web
 from autobalance.crank.recognition.bores import bore_runs
-from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun
+from autobalance.crank.recognition.cylinder_runs import ROUNDING, SAME_CENTRE, CylinderRun
 from autobalance.crank.recognition.journal_rules import JournalChoice, holds, journal_choices
 from autobalance.crank.recognition.section_stack import SectionStack, encloses
 from autobalance.crank.recognition.through_shaft import (
@@ -102,11 +102,17 @@ def crank_axis(
         if wander < WANDER:
             return crank_axis(long, runs, hint, WANDER)
         raise RecognitionError(
-            f"looked for main journals on the axis given, found none there among {len(runs)} bare cylinders; "
+            f"looked for main journals on the axis given, found none there among {len(runs)} bare cylinders"
+            f"{_list(long, sorted(runs, key=lambda run: float(np.linalg.norm(run.centre - hint))))}; "
             "axis_point_mm or main_journals settles it"
         )
     if not lines:
-        raise RecognitionError("looked for main journals, found no bare cylinder; main_journals settles it")
+        bores = bore_runs(long, ROUNDING * float(np.abs(long.vertices).max()))
+        count = f" but {len(bores)} bore{'s' * (len(bores) > 1)}" if bores else " and no round bore"
+        raise RecognitionError(
+            f"looked for main journals, found no bare cylinder{count}{_list(long, bores)}; "
+            "main_journals settles it"
+        )
     lines.sort(key=_span, reverse=True)
     outer = [line for line in lines if all(_encloses(line, other) for other in lines if other is not line)]
     if outer:
@@ -207,6 +213,7 @@ def solid_layout(
     arm = _arm(long, runs, given_axis, rounding_mm)
     if arm is not None:
         return arm
+    _refuse_lone_web(long, runs, rounding_mm)
     on_axis = crank_axis(long, runs, given_axis)
     _refuse_gap(long)
     axis = mean_centre(on_axis)
@@ -220,11 +227,50 @@ def solid_layout(
         others = [run for run in others if all(run is not other for other in bent)]
         pins = _crankpins(long, on_axis, others)
     if not pins:
-        raise RecognitionError(
-            f"looked for crankpins beside the axis, found {len(on_axis)} cylinders on it and none beside it; "
-            "crankpins settles it (crankpin_in_file = false if they are not in the file)"
-        )
+        raise RecognitionError(_no_crankpin(long, on_axis, others))
     return layout_of(long, on_axis, pins, axis)
+
+
+def _no_crankpin(long: SectionStack, on_axis: Sequence[CylinderRun], others: Sequence[CylinderRun]) -> str:
+    """Return a refusal that lists the cylinders beside the axis, none of which is a crankpin."""
+    count = f"{len(on_axis)} cylinder{'s' * (len(on_axis) > 1)} on the axis"
+    if not others:
+        seen = f"{count} and none beside it"
+    else:
+        seen = (
+            f"{count}, {len(others)} beside it{_list(long, others)}, none of which is alone on its stretch"
+            " between webs, or held by one beside a shaft"
+        )
+    return (
+        f"looked for crankpins beside the axis, found {seen}; "
+        "crankpins settles it (crankpin_in_file = false if they are not in the file)"
+    )
+
+
+def _list(long: SectionStack, runs: Sequence[CylinderRun]) -> str:
+    """Return the sizes and places of the first few cylinders, after a colon; empty without one."""
+    listed = ", ".join(cylinder_text(long, run) for run in runs[:MAX_LISTED_AXES])
+    more = f" and {len(runs) - MAX_LISTED_AXES} more" if len(runs) > MAX_LISTED_AXES else ""
+    return f": {listed}{more}" if runs else ""
+
+
+def cylinder_text(long: SectionStack, run: CylinderRun) -> str:
+    """Return a text on a cylinder: its size, and its middle in the file's coordinates."""
+    x, y, z = np.round(long.in_file(np.array([*run.centre, run.z_mid])), 6) + 0.0
+    return f"⌀{2.0 * run.radius:.4g} × {run.width:.4g} mm at [{x:.6g}, {y:.6g}, {z:.6g}] mm"
+
+
+def _refuse_lone_web(long: SectionStack, runs: Sequence[CylinderRun], rounding_mm: float) -> None:
+    """Refuse one web of a built-up crank, of which a job says that its crankpin is in the file."""
+    if long.blur_mm > 0.0 or len(_lines(runs, SAME_CENTRE)) > 1:
+        return
+    web = single_web(long, runs, bore_runs(long, rounding_mm))
+    if web is not None:
+        raise RecognitionError(
+            "looked for main journals, found no bare cylinder but the bores of one web: "
+            f"{cylinder_text(long, web.shaft)} and {cylinder_text(long, web.pin)}; "
+            "crankpin_in_file = false settles it"
+        )
 
 
 def _arm(

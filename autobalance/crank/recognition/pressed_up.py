@@ -39,8 +39,9 @@ def pressed_up_layout(
     gaps = _gaps(long, axis)
     if not gaps:
         raise RecognitionError(
-            "looked for a gap between webs, or a web's face with a bore for the crankpin, found neither; "
-            "crankpins settles it"
+            "looked for a gap between webs, or a web's face with a bore for the crankpin, found neither: "
+            f"{len(on_axis)} cylinders on the axis, {len(runs) - len(on_axis)} beside it, and no gap; "
+            "crankpins settles it (crankpin_in_file = true if they are in the file)"
         )
     pins = [_bore_pin(long, gap, axis, rounding_mm) for gap in gaps]
     layout = JournalLayout.chosen(axis, journal_choices(long, on_axis, pins, axis), pins)

@@ -49,9 +49,12 @@ class _Certain:
         turn, shift = anatomy.file_to_rotor[:3, :3], anatomy.file_to_rotor[:3, 3]
         self.points = rough.mesh.vertices @ turn.T + shift
         self.facing = rough.directions @ turn.T
+        held = [(web.z_min_mm, web.z_max_mm) for web in anatomy.webs] or [
+            throw.crankpin.z_range_mm for throw in anatomy.throws
+        ]  # eccentrics have no webs
         self.within = {
-            "-z": (-math.inf, min(web.z_min_mm for web in anatomy.webs)),
-            "+z": (max(web.z_max_mm for web in anatomy.webs), math.inf),
+            "-z": (-math.inf, min(low for low, _ in held)),
+            "+z": (max(high for _, high in held), math.inf),
         }
         self.rms_mm = min(rough.local_mm, 0.1)
 

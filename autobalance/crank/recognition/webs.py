@@ -17,7 +17,7 @@ from autobalance.crank.recognition.cylinder_runs import (
     SAME_RADIUS,
     CylinderRun,
 )
-from autobalance.crank.recognition.layout import JournalLayout
+from autobalance.crank.recognition.layout import JournalLayout, cylinder_text
 from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
 from autobalance.crank.recognition.through_shaft import shared_mm
 from autobalance.errors import RecognitionError
@@ -119,7 +119,7 @@ def refuse_impossible(
     for name, run in named_pins:
         if 0.0 < run.width < MIN_THROW_WIDTH_MM:
             raise RecognitionError(
-                f"{name} would be {_told(long, run)}, less than {MIN_THROW_WIDTH_MM:g} mm wide;"
+                f"{name} would be {cylinder_text(long, run)}, less than {MIN_THROW_WIDTH_MM:g} mm wide;"
                 " check the file's unit, or give crankpins with their width_mm"
             )
     bare = [*(() if layout.bored else names), *(() if layout.lone_bores else named_pins)]
@@ -129,26 +129,20 @@ def refuse_impossible(
             inside = min(run.z_high, web.z_max_mm) - max(run.z_low, web.z_min_mm)
             if run.width > 0.0 and inside > MAX_IN_WEB * run.width:
                 raise RecognitionError(
-                    f"{name}, {_told(long, run)}, would be within a web over {inside:.4g} mm;"
+                    f"{name}, {cylinder_text(long, run)}, would be within a web over {inside:.4g} mm;"
                     f" main_journals or crankpins must name a bare cylinder: {_bare_ones(long, layout)}"
                 )
     for (name, run), (other_name, other) in combinations(bare, 2):
         if shared_mm(run, other) > MAX_SHARED * min(run.width, other.width) > 0.0:
             raise RecognitionError(
-                f"{name}, {_told(long, run)}, and {other_name}, {_told(long, other)}, would be on one stretch"
-                " of the axis; correct main_journals or crankpins, or leave them out"
+                f"{name}, {cylinder_text(long, run)}, and {other_name}, {cylinder_text(long, other)},"
+                " would be on one stretch of the axis; correct main_journals or crankpins, or leave them out"
             )
-
-
-def _told(long: SectionStack, run: CylinderRun) -> str:
-    """Return a text on a cylinder: its size, and its middle in the file's coordinates."""
-    x, y, z = np.round(long.in_file(np.array([*run.centre, run.z_mid])), 6) + 0.0
-    return f"⌀{2.0 * run.radius:.4g} × {run.width:.4g} mm at [{x:.6g}, {y:.6g}, {z:.6g}] mm"
 
 
 def _bare_ones(long: SectionStack, layout: JournalLayout) -> str:
     """Return a text on the bare cylinders that a file has."""
-    listed = "; ".join(_told(long, run) for run in layout.chosen_from[:MAX_LISTED])
+    listed = "; ".join(cylinder_text(long, run) for run in layout.chosen_from[:MAX_LISTED])
     more = len(layout.chosen_from) - MAX_LISTED
     return (listed or "the file has none") + (f"; and {more} more" if more > 0 else "")
 

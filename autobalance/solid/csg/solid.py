@@ -24,6 +24,12 @@ SAME_VOLUME = 1e-6
 out of them, and where these are many, a part of the body with them."""
 
 
+STATUS_TEXTS = {
+    "InvalidConstruction": "a part of it has no thickness or no area (InvalidConstruction); check its sizes",
+}
+"""What manifold3d's status of a body means."""
+
+
 class Solid:
     """Closed, outward, non-overlapping body, which may be empty (``is_empty``)."""
 
@@ -32,7 +38,8 @@ class Solid:
     def __init__(self, body: m3.Manifold) -> None:
         """Take a manifold3d body; use the named constructors instead."""
         if body.status() != m3.Error.NoError:
-            raise SolidError(f"the solid is not valid: {_status_name(body)}")
+            status = _status_name(body)
+            raise SolidError(f"the solid is not valid: {STATUS_TEXTS.get(status, status)}")
         self._built: m3.Manifold | None = body
         self._mesh: Mesh | None = None
         self._volume_mm3: float | None = None

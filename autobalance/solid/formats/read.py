@@ -24,8 +24,8 @@ from autobalance.solid.soundness.bodies import bodies_of
 from autobalance.solid.soundness.chosen_bodies import chosen_bodies
 from autobalance.solid.soundness.hole_patches import Patch, filled
 from autobalance.solid.soundness.open_holes import OpenHoles
-from autobalance.solid.soundness.repair import solid_of, volume_change
-from autobalance.solid.soundness.validate import check_solid
+from autobalance.solid.soundness.repair import MAX_MOVED_SHARE, solid_of, volume_change
+from autobalance.solid.soundness.validate import check_solid, refuse_overlap
 from autobalance.types import Array, Floats
 from autobalance.units import MM_PER
 
@@ -169,7 +169,7 @@ def source_of_bytes(
     mesh, notes = _welded(raw, mm_per_unit)
     del data, raw  # the solid takes many times their memory: not at the same time
     mesh, patches = filled(mesh, holes)
-    solid, bodies, repairs = _solid(mesh, body, pressed_up, unite is not False)
+    solid, bodies, repairs = _solid(mesh, body, pressed_up, unite is not False, step_mm)
     unites = body == "all" if unite is None else unite
     solid, changed = _checked(solid, bool(repairs) or bodies > 1, unites, patches)
     return Source(
@@ -191,7 +191,7 @@ def every_source(data: bytes, name: str, unit: str | None) -> list[Source]:
         raw = FORMATS[name].read(data)
     mm_per_unit = _mm_per_unit(raw.unit, raw.mm_per_unit, unit, name)
     mesh, notes = _welded(raw, mm_per_unit)
-    solid, repairs = solid_of(mesh)
+    solid, repairs = solid_of(mesh, mm_per_unit * _step(raw), MAX_MOVED_SHARE)
     bodies, turned = bodies_of(solid)
     doubtful = bool(repairs or turned) or len(bodies) > 1
     facts = Source(
@@ -235,7 +235,7 @@ def source_of(
     mm_per_unit = _mm_per_unit(raw.unit, raw.mm_per_unit, unit, "mesh")
     mesh, notes = _welded(raw, mm_per_unit)
     mesh, patches = filled(mesh, holes)
-    solid, bodies, repairs = _solid(mesh, body, pressed_up, unite is not False)
+    solid, bodies, repairs = _solid(mesh, body, pressed_up, unite is not False, mm_per_unit * _step(raw))
     unites = body == "all" if unite is None else unite
     solid, changed = _checked(solid, bool(repairs) or bodies > 1, unites, patches)
     return Source(
@@ -369,11 +369,26 @@ def _welded(raw: Raw, mm_per_unit: float) -> tuple[Mesh, list[str]]:
     return in_space_order(mesh), notes
 
 
-def _solid(mesh: Mesh, body: int | str | None, pressed_up: bool, unite: bool) -> tuple[Solid, int, list[str]]:
+def _solid(
+    mesh: Mesh, body: int | str | None, pressed_up: bool, unite: bool, step_mm: float
+) -> tuple[Solid, int, list[str]]:
     """Return the solid wanted, the number of bodies in the mesh, and the repairs."""
-    solid, notes = solid_of(mesh)
+    try:
+        solid, notes = solid_of(mesh, step_mm, MAX_MOVED_SHARE)
+    except SolidError:
+        _refuse_overlap_beneath(mesh, step_mm)
+        raise
     chosen, bodies, changes = chosen_bodies(solid, body, pressed_up, unite)
     return chosen, bodies, notes + changes
+
+
+def _refuse_overlap_beneath(mesh: Mesh, step_mm: float) -> None:
+    """Refuse a mesh with holes for its overlap, if it has any: that would be left with its holes filled."""
+    try:
+        solid, _ = solid_of(mesh, step_mm)
+    except SolidError:
+        return
+    refuse_overlap(solid)
 
 
 def as_read(solid: Solid) -> Solid:

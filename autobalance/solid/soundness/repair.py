@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from functools import partial
+
 import numpy as np
 
 from autobalance.errors import SolidError
@@ -20,14 +23,26 @@ PLACES_SHOWN = 4
 """Open edges that an error names."""
 WELD_SHARE = 1e-7
 """Distance of vertices that are one point, as a share of the diagonal: single precision leaves as much."""
+SEAM_STEPS = 10.0
+"""Rims that lie on one another within so many steps of the file's digits are a seam, ..."""
+SEAM_SHARE = 2e-6
+"""... or within this share of the diagonal: a boolean kernel left seams of 0.0001 mm around journals."""
+MAX_SPLITS = 50
+"""Number of times that triangles at a seam are split, once for each vertex on an edge."""
+MAX_MOVED_SHARE = 1e-4
+"""A hole that may be filled unasked changes the volume by at most this share: an exporter's wrongly
+triangulated face was filled, and the volume moved by 2 %."""
 MAX_RIM_DISTANCE_SHARE = 1e-4
 """Greatest distance of a rim from its plane, as a share of the diagonal."""
 HOLE_MOST = 0.01
 """Area of a hole that may be filled, as a share of the surface."""
 
 
-def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
+def solid_of(welded: Mesh, step_mm: float = 0.0, most_moved: float = math.inf) -> tuple[Solid, list[str]]:
     """Return the solid of a welded mesh, and notes on its repairs, from harmless to doubtful.
+
+    ``step_mm`` is the step between numbers that the file's digits distinguish; a hole is filled if that moves
+    the volume by a share of at most ``most_moved``.
 
     Pairs of triangles that face each other are cancelled, and copies of a triangle dropped if that leaves
     fewer open edges, or none; such a mesh may hold folded triangles as well, which are dropped before it is
@@ -48,7 +63,11 @@ def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
     except SolidError:
         pass
     unfilled = mesh
-    for step in (_weld_near, _wind_consistently, _fill_holes):
+    for step in (
+        partial(_weld_near, step_mm=step_mm),
+        _wind_consistently,
+        partial(_fill_holes, most_moved=most_moved),
+    ):
         if is_closed(mesh.triangles):
             break
         unfilled = mesh
@@ -70,6 +89,8 @@ def without_crowds(mesh: Mesh) -> tuple[Mesh, list[str]]:
     if not len(crowd):
         return mesh, []
     kept = _unpaired(mesh.triangles, crowd)
+    if not kept.any():
+        return _single_shell(mesh)
     pairs = (len(kept) - int(kept.sum())) // 2
     if not pairs:
         return _drop_copies(mesh, crowd)
@@ -77,6 +98,23 @@ def without_crowds(mesh: Mesh) -> tuple[Mesh, list[str]]:
     cancelled = f"{pairs} pairs of triangles that face each other cancelled; {_change(mesh, left)}"
     single, dropped = _drop_copies(left, (np.cumsum(kept) - 1)[crowd[kept[crowd]]])
     return single, [cancelled, *dropped]
+
+
+def _single_shell(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Keep one of the shells of a mesh that consists of a solid and its inside-out copy."""
+    corners = np.sort(mesh.triangles, axis=1)
+    first = np.unique(corners, axis=0, return_index=True)[1]
+    wound, _ = _wind_consistently(Mesh(mesh.vertices, mesh.triangles[np.sort(first)]))
+    if not is_closed(wound.triangles) or signed_volume_mm3(wound) == 0.0:
+        raise SolidError(
+            f"the mesh is {len(first)} triangles, each with a copy that faces it: it bounds no volume;"
+            " expected a closed surface, each triangle once"
+        )
+    shell = wound if signed_volume_mm3(wound) > 0.0 else wound.flipped()
+    copies = len(mesh.triangles) - len(shell.triangles)
+    return shell, [
+        f"{copies} triangles dropped that were an inside-out copy of the others; {_change(mesh, shell)}"
+    ]
 
 
 def _crowded(triangles: Indices) -> Indices:
@@ -114,28 +152,93 @@ def _drop_copies(mesh: Mesh, crowd: Indices) -> tuple[Mesh, list[str]]:
     return single, [f"{copies} triangles dropped that were copies of others; {_change(mesh, single)}"]
 
 
-def _weld_near(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """Weld vertices on open edges that are nearer to each other than ``WELD_SHARE`` of the diagonal."""
+def _weld_near(mesh: Mesh, step_mm: float) -> tuple[Mesh, list[str]]:
+    """Weld what lies on one another at open edges: vertices, and vertices on an edge of another triangle.
+
+    That is within ``WELD_SHARE`` of the diagonal, or a seam's width.
+    """
     from scipy.spatial import cKDTree
 
-    reach = WELD_SHARE * mesh.diagonal_mm
-    loose = np.unique(open_edges(mesh.triangles))
-    pairs = cKDTree(mesh.vertices[loose]).query_pairs(reach, output_type="ndarray")
-    if len(pairs) == 0:
+    notes: list[str] = []
+    reaches = WELD_SHARE * mesh.diagonal_mm, max(SEAM_STEPS * step_mm, SEAM_SHARE * mesh.diagonal_mm)
+    for reach in reaches:
+        loose = np.unique(open_edges(mesh.triangles))
+        if len(loose) == 0:
+            break
+        pairs = cKDTree(mesh.vertices[loose]).query_pairs(reach, output_type="ndarray")
+        if len(pairs) == 0:
+            continue
+        lowest = components(pairs, len(loose))
+        number = np.arange(len(mesh.vertices))
+        number[loose] = loose[lowest]
+        triangles = without_collapsed(number[mesh.triangles])
+        joined = int((lowest != np.arange(len(loose))).sum())
+        notes.append(f"{joined} vertices welded that lay within {reach:.3g} mm of another")
+        dropped = len(mesh.triangles) - len(triangles)
+        if dropped:
+            notes.append(
+                f"{dropped} collapsed triangles dropped; {_change(mesh, Mesh(mesh.vertices, triangles))}"
+            )
+        mesh, single = without_crowds(Mesh(mesh.vertices, triangles))
+        notes += single
+    seamed, split = _split_at_vertices(mesh, reaches[-1])
+    return (seamed, [*notes, *split]) if split else (mesh, notes)
+
+
+def _split_at_vertices(mesh: Mesh, reach: float) -> tuple[Mesh, list[str]]:
+    """Split triangles whose open edge other open vertices lie on, within a reach: the two rims of a seam."""
+    triangles, count = mesh.triangles, 0
+    for _ in range(MAX_SPLITS):
+        edges = open_edges(triangles)
+        if len(edges) == 0:
+            break
+        split = _split_once(mesh.vertices, triangles, edges, reach)
+        if split is None:
+            break
+        count += len(split) - len(triangles)
+        triangles = split
+    if not count:
         return mesh, []
-    lowest = components(pairs, len(loose))
-    number = np.arange(len(mesh.vertices))
-    number[loose] = loose[lowest]
-    triangles = without_collapsed(number[mesh.triangles])
-    joined = int((lowest != np.arange(len(loose))).sum())
-    notes = [f"{joined} vertices welded that lay within {reach:.3g} mm of another"]
-    dropped = len(mesh.triangles) - len(triangles)
-    if dropped:
-        notes.append(
-            f"{dropped} collapsed triangles dropped; {_change(mesh, Mesh(mesh.vertices, triangles))}"
-        )
-    welded, single = without_crowds(Mesh(mesh.vertices, triangles))
-    return welded, notes + single
+    seamed = Mesh(mesh.vertices, triangles)
+    text = f"{count} vertices of a seam's rims that lay on an edge welded into it, within {reach:.3g} mm"
+    return seamed, [f"{text}; {_change(mesh, seamed)}"]
+
+
+def _split_once(vertices: Array, triangles: Indices, edges: Indices, reach: float) -> Indices | None:
+    """Return triangles, each split once where a loose vertex lies on an open edge of it; None without one."""
+    from scipy.spatial import cKDTree
+
+    loose = np.unique(edges)
+    tree = cKDTree(vertices[loose])
+    ends = vertices[edges]
+    along = ends[:, 1] - ends[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    near = tree.query_ball_point(ends.mean(axis=1), 0.5 * length + reach)
+    onto: dict[tuple[int, int], int] = {}
+    for (start, end), origin, direction, size, places in zip(
+        edges.tolist(), ends[:, 0], along, length, near, strict=True
+    ):
+        for vertex in loose[np.array(places, dtype=np.int64)].tolist():
+            if vertex in (start, end):
+                continue
+            arm = vertices[vertex] - origin
+            share = float(arm @ direction) / size**2
+            aside = float(np.linalg.norm(arm - share * direction))
+            if aside <= reach < share * size < size - reach:
+                onto[start, end] = vertex
+                break
+    if not onto:
+        return None
+    result: list[tuple[int, int, int]] = []
+    for a, b, c in triangles.tolist():
+        for start, end, third in ((a, b, c), (b, c, a), (c, a, b)):
+            vertex = onto.get((start, end), onto.get((end, start), -1))
+            if vertex >= 0 and vertex != third:
+                result += [(start, vertex, third), (vertex, end, third)]
+                break
+        else:
+            result.append((a, b, c))
+    return np.array(result, dtype=np.int64)
 
 
 def _wind_consistently(mesh: Mesh) -> tuple[Mesh, list[str]]:
@@ -173,18 +276,25 @@ def _neighbours(triangles: Indices) -> tuple[Indices, Indices, Flags]:
     return one // 3, other // 3, sides.start[one] == sides.start[other]
 
 
-def _fill_holes(mesh: Mesh) -> tuple[Mesh, list[str]]:
+def _fill_holes(mesh: Mesh, most_moved: float) -> tuple[Mesh, list[str]]:
     """Fill holes whose rim is one plane loop around little area."""
     area = float(mesh.doubled_areas.sum()) / 2.0
     caps: list[Indices] = []
     for loop in rims(open_edges(mesh.triangles)):
         cap = _cap(mesh.vertices[loop], MAX_RIM_DISTANCE_SHARE * mesh.diagonal_mm, HOLE_MOST * area)
-        if cap is not None:
+        if cap is not None and _moved_share(mesh, loop[cap]) <= most_moved:
             caps.append(loop[cap])
     if not caps:
         return mesh, []
     filled = Mesh(mesh.vertices, np.concatenate([mesh.triangles, *caps]))
     return filled, [f"{len(caps)} small plane holes filled; {_change(mesh, filled)}"]
+
+
+def _moved_share(mesh: Mesh, cap: Indices) -> float:
+    """Return the volume between a cap and the mesh's middle, as a share of the mesh's own about it."""
+    centred = mesh.vertices - mesh.bounds.mean(axis=0)
+    whole = signed_volume_mm3(Mesh(centred, mesh.triangles))
+    return abs(signed_volume_mm3(Mesh(centred, cap))) / max(abs(whole), 1e-300)
 
 
 def _cap(rim: Array, flat_mm: float, area_most_mm2: float) -> Indices | None:

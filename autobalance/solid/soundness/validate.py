@@ -106,12 +106,22 @@ def _refuse(solid: Solid, share: float, centre_mm: Array, limit: float) -> None:
     if share > limit:
         x, y, z = centre_mm
         volume = share * solid.volume_mm3
+        found, most = _told_apart(100.0 * share, 100.0 * limit)
         raise OverlapError(
-            f"the solid overlaps itself: {100.0 * share:.3g} % of it counts twice, most of that at "
+            f"the solid overlaps itself: {found} % of it counts twice, most of that at "
             f"z = {z:.6g} mm in the file's coordinates, around ({x:.6g}, {y:.6g}, {z:.6g}) mm: "
-            f'{volume:.4g} mm³ in doubt; at most {100.0 * limit:.2g} % may; body = "all" unites it',
+            f'{volume:.4g} mm³ in doubt; at most {most} % may; body = "all" unites it',
             volume,
         )
+
+
+def _told_apart(found: float, limit: float) -> tuple[str, str]:
+    """Return two numbers with as many digits as tell the found one above its limit."""
+    for digits in range(3, 17):
+        texts = f"{found:.{digits}g}", f"{limit:.{digits - 1}g}"
+        if float(texts[0]) > float(texts[1]):
+            return texts
+    return f"{found!r}", f"{limit!r}"
 
 
 def counts_twice_most(solid: Solid) -> float:
