@@ -269,3 +269,22 @@ def test_the_cylinders_of_a_generated_crank_are_those_recognised(name: str, weig
         for some in (found, true)
     )
     assert told == roles
+
+
+def test_a_crank_with_hollow_journals_on_both_sides_of_its_pin_is_no_arm() -> None:
+    """Bores at both ends, as a public crank has them, are no bore of an arm for its shaft."""
+    solid, placed = stepped([Step(36, 40), PIN, Step(36, 40)])
+    low, high = float(solid.bounds[0, 2]), float(solid.bounds[1, 2])
+    for radius, depth in ((13.0, 12.0), (10.0, 30.0)):
+        disc = Region.circle(radius, 96)
+        solid = (
+            solid - Solid.prism(disc, low - 1.0, low + depth) - Solid.prism(disc, high - depth, high + 1.0)
+        )
+    found = recognise(solid, Overrides(crankpin_in_file=None))
+    wanted = [(placed[place].z, 36.0, 40.0) for place in (0, 2)]
+    assert np.array([row_of(each) for each in found.main_journals]) == near(wanted)
+    assert found.doubts == ()
+    bores = [each for each in found.cylinders if each.kind == "bore"]
+    assert sorted((each.diameter_mm, each.width_mm) for each in bores) == [
+        pytest.approx(each, abs=CLOSE_MM) for each in ((20.0, 18.0), (20.0, 18.0), (26.0, 12.0), (26.0, 12.0))
+    ]

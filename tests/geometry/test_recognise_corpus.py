@@ -37,6 +37,10 @@ def test_vhacd_single() -> None:
     assert_axis(found, [0.0, 0.0, 1.0], [-0.0488, 0.0, 0.0], 1e-4)
     assert [t.crank_radius_mm for t in found.throws] == [pytest.approx(0.3947, abs=1e-4)]
     assert [w.counterweight for w in found.webs] == [True, True]
+    mains = [(m.centre_mm[2], m.diameter_mm, m.width_mm) for m in found.main_journals]
+    wanted = [(-0.55733, 0.59593, 0.18266), (0.55733, 0.59593, 0.18266)]
+    assert np.array(mains) == pytest.approx(np.array(wanted), abs=1e-4)
+    assert found.doubts == ()
 
 
 def test_gmsh_overhung() -> None:

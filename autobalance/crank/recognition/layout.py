@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -277,7 +277,10 @@ def _arm(
     long: SectionStack, runs: Sequence[CylinderRun], given_axis: Array | None, rounding_mm: float
 ) -> JournalLayout | None:
     """Return the layout of an arm with a bore for the shaft; None without one, or if it is a shaft's half."""
-    if long.blur_mm > 0.0 or not 1 <= len(_lines(runs, SAME_CENTRE)) <= 2:  # a crankpin's and a boss's
+    lines = _lines(runs, SAME_CENTRE)
+    if long.blur_mm > 0.0 or not 1 <= len(lines) <= 2:  # a crankpin's and a boss's
+        return None
+    if any(_encloses(*both) for both in permutations(lines, 2)):  # a hollow shaft on both sides of a crankpin
         return None
     bores = bore_runs(long, rounding_mm)
     if given_axis is not None:
