@@ -8,12 +8,15 @@ import numpy as np
 
 from autobalance.correction.kind import Candidates
 from autobalance.planning.depths import Plan, judged_plan
+from autobalance.planning.milp import least_share
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
 
 HALVINGS = 6
+CLOSE_RATIO = 1.05
+"""Ratio of what is reached to what is not, from which no further look is worth its time."""
 MAX_GROWTH_SHARE = 1e-3
 """Share by which a judged value may grow, from rounding; of its permissible value, where it was nothing."""
 AIM_SHARE = 0.98
@@ -42,8 +45,13 @@ def harmless(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, 
     best = judged_plan(residual, tolerance, candidates.cuts, nothing)
     low, high = max(plan.share, 1.0), best.share
     for _ in range(HALVINGS):
+        if high <= CLOSE_RATIO * low:
+            break
         share = (low * high) ** 0.5
         lenient = _at_most(tolerance, residual, share)
+        if least_share(residual, lenient, candidates) > 1.0:
+            low = share
+            continue
         start = best.depths_mm if best.depths_mm.any() else None
         here = choose(residual, lenient, candidates, start_mm=start, aim=AIM_SHARE, any_will_do=True)
         if here.share <= 1.0:

@@ -29,7 +29,7 @@ MAX_SEARCHES = 4
 """Searches for metal at most, each four times deeper."""
 MOST_OFFERS = 24
 """Searches for cuts with other limits, at most: of a large crank each takes a second or two."""
-MOST_PLANNED = 2000
+MOST_PLANNED = 1000
 """Cuts in all plans tried for advice, at most: a number, so that advice is the same on every machine. A
 cross-plane V8 with four drills plans 80 to 512 at a time, each in one to three seconds."""
 MOST_LIGHTER = 2
