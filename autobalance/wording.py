@@ -35,6 +35,19 @@ def is_unproven(report: Mapping[str, Any]) -> bool:
     return report["outcome"] != "above_tolerance" and report.get("proven") is False
 
 
+def verdict_class(report: Mapping[str, Any]) -> str:
+    """Return the class of a verdict: ``good``, ``open`` where it is not proven, or ``bad``.
+
+    Examples
+    --------
+    >>> verdict_class({"outcome": "within_tolerance", "proven": False})
+    'open'
+    """
+    if report["outcome"] == "above_tolerance":
+        return "bad"
+    return "open" if is_unproven(report) else "good"
+
+
 def escape(text: object) -> str:
     """Return text escaped for HTML, quotes too."""
     return html.escape(str(text), quote=True)

@@ -10,7 +10,7 @@ from importlib.resources import files
 from typing import Any
 
 from autobalance.report.pictures import polar
-from autobalance.wording import number, outcome_words, verdict
+from autobalance.wording import number, outcome_words, verdict, verdict_class
 
 ROWS = 60
 """Most rows of a table of records; the others are counted."""
@@ -88,11 +88,10 @@ def _text(value: Any) -> str:
 
 def balance(report: Mapping[str, Any]) -> str:
     """Return a run's verdict, residual unbalance and cuts."""
-    good = report["outcome"] != "above_tolerance"
     cuts = report["corrections"]
     removed_g = sum(each["removed_mass_g"] for each in cuts)
     title = f"{len(cuts)} cut{'s' * (len(cuts) != 1)}, {number(removed_g)} g removed"
-    style = "good" if good else "bad"
+    style = verdict_class(report)
     return box(
         f'<h3 class="{style}">{outcome_words(report)}</h3><p>{escape(verdict(report))}</p>',
         f"<p>{escape(report['reason'])}</p>" if report["reason"] else "",

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from autobalance.correction.contract import Limits
 from autobalance.correction.holes.sites import in_sectors
 from autobalance.errors import AutobalanceError, ClaimError
 from autobalance.job import describe
+from autobalance.job.changes import differences
 from autobalance.job.read import load
 from autobalance.verification.claims import Claims
 from autobalance.verification.solids import Files
@@ -48,12 +49,13 @@ def check_limits_of_job(claims: Claims, folder: Path, files: Files) -> None:
         claims.ledger.why_not[KEY] = f"{path.name} can not be read as the job that ran"
         return
     reported = claims.get("job", dict)
-    differs = list(_differences(in_file.get("correction"), reported.get("correction"), KEY))
+    differs = list(differences(reported.get("correction"), in_file.get("correction"), KEY))
     report = folder / claims.name
     if not differs:
         claims.hold(KEY)
     elif report.is_file() and path.stat().st_mtime <= report.stat().st_mtime:
-        raise ClaimError(f"{claims.name}: {differs[0].words()} in {path}")
+        key, claimed, there = differs[0]
+        raise ClaimError(f"{claims.name}: {key} is {claimed!r}, but it is {there!r} in {path}")
     else:
         claims.ledger.why_not[KEY] = f"{path.name} was changed after the run"
     _warn_of_changes(claims, path, in_file)
@@ -94,7 +96,7 @@ def _described(path: Path, settings: Any) -> Mapping[str, Any]:
 def _warn_of_changes(claims: Claims, path: Path, in_file: Mapping[str, Any]) -> None:
     reported = {key: value for key, value in claims.get("job", dict).items() if key != "file"}
     here = {key: value for key, value in in_file.items() if key != "file"}
-    found = [each.words("was", "is", " now") for each in _differences(here, reported, "job")]
+    found = [each.words() for each in differences(reported, here, "job")]
     if not found:
         return
     more = f"; and {len(found) - MOST_LISTED} more" if len(found) > MOST_LISTED else ""
@@ -102,36 +104,6 @@ def _warn_of_changes(claims: Claims, path: Path, in_file: Mapping[str, Any]) -> 
         f"{path.name} was changed after the run: {'; '.join(found[:MOST_LISTED])}{more}. "
         "This report is of the job as it was; balance again for the new one"
     )
-
-
-class _Difference(NamedTuple):
-    """A value that a job file and a report's echo of it have differently; None where one lacks it."""
-
-    place: str
-    reported: Any
-    in_file: Any
-
-    def words(self, was: str = "is", now: str = "but it is", end: str = "") -> str:
-        def shown(value: Any) -> str:
-            return "not set" if value is None else repr(value)
-
-        return f"{self.place} {was} {shown(self.reported)}, {now} {shown(self.in_file)}{end}"
-
-
-def _differences(in_file: Any, reported: Any, place: str) -> Iterator[_Difference]:
-    """Yield the differences between a job file and a report's echo of it."""
-    if isinstance(in_file, dict) and isinstance(reported, dict):
-        for key in [*in_file, *(key for key in reported if key not in in_file)]:
-            yield from _differences(in_file.get(key), reported.get(key), f"{place}.{key}")
-    elif _are_tables(in_file) and _are_tables(reported) and len(in_file) == len(reported):
-        for number, (one, other) in enumerate(zip(in_file, reported, strict=True), 1):
-            yield from _differences(one, other, f"{place}[{number}]")
-    elif in_file != reported:
-        yield _Difference(place, reported, in_file)
-
-
-def _are_tables(value: Any) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(each, dict) for each in value)
 
 
 def check_within_limits(part: Claims, limits: Limits | None) -> None:

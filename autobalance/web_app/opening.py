@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -21,6 +21,13 @@ JOB_BEFORE = "job-before.toml"
 """The job of the crank that was open before another one."""
 OF_ANY_CRANK = ("shop",)
 """Tables of a job that are the same for every crank."""
+ENGINES: Mapping[str, Mapping[str, Any]] = {
+    "v-twin-45": {"rods_per_throw": 2, "layout": {"bank_deg": [-22.5, 22.5]}},
+    "v8-crossplane": {"rods_per_throw": 2, "layout": {"bank_deg": [-45.0, 45.0]}},
+    "v8-flatplane": {"rods_per_throw": 2, "layout": {"bank_deg": [-45.0, 45.0]}},
+    "v12-60": {"rods_per_throw": 2, "layout": {"bank_deg": [-30.0, 30.0]}},
+}
+"""Engines of the presets that are drawn, where they are not one rod a throw in line."""
 WORKBOOK_MB = 1024
 """Memory in which a workbook that was uploaded must be read."""
 
@@ -74,7 +81,8 @@ def open_example(name: str | None, project: Project) -> None:
         (path,) = (each for each in drawn.write(folder) if each.suffix == ".stl")
         kept = project.copied(path)
     table = {"file": kept, "unit": "mm", "density_kg_m3": drawn.design.density_kg_m3}
-    project.write_job(toml_text({**_for_another(project), "crankshaft": table}))
+    engine = {"engine": ENGINES[name]} if name in ENGINES else {}
+    project.write_job(toml_text({**_for_another(project), "crankshaft": table, **engine}))
 
 
 def open_crank(name: str, project: Project) -> None:

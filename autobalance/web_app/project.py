@@ -88,6 +88,17 @@ class Project:
         """Return one of the page's own files of a run; None where there is none."""
         return _inside(self.own_folder(run), run, name)
 
+    @property
+    def job_text(self) -> str:
+        """The text of the job; empty where there is none."""
+        path = self.file(JOB)
+        return "" if path is None else path.read_text(encoding="utf-8", errors="replace")
+
+    @property
+    def job_version(self) -> str:
+        """Fingerprint of the job's text: who saves a job says which one was changed."""
+        return hashlib.sha256(self.job_text.encode("utf-8", "surrogatepass")).hexdigest()
+
     def write_job(self, text: str) -> None:
         """Keep the text of the job."""
         self.write_text(JOB, text)

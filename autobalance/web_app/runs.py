@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import multiprocessing
 import os
@@ -10,10 +11,18 @@ import signal
 import sys
 import threading
 import time
+import tomllib
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from autobalance.errors import AutobalanceError
+from autobalance.job.changes import differences
+from autobalance.job.toml.text import toml_text
 from autobalance.runtime import held_signals
+from autobalance.web_app.answers import jsonable
+from autobalance.web_app.opening import job_of
 from autobalance.web_app.project import APP_FOLDER, RUN_ID, RUNS, Project
 from autobalance.web_app.work import nothing, work
 
@@ -29,6 +38,8 @@ GRACE_S = 1.0
 """How long a process may take to end before it is killed."""
 ENDED_STATES = ("done", "failed", "cancelled")
 ABOVE_EXIT_CODE = 4
+MOST_CHANGES = 20
+"""Changed keys of the job that a run lists."""
 PRELOADED_MODULES = (
     "autobalance.web_app.preload",
     "PIL.ImageDraw",
@@ -52,6 +63,15 @@ class Run:
     exit_code: int | None = None
     error: str | None = None
     started: float = field(default_factory=time.time)
+
+    @cached_property
+    def job(self) -> dict[str, Any] | None:
+        """The job that was asked for, as a file would hold it; None where the run had none of its own."""
+        job = self.asked.get("job")
+        try:
+            return tomllib.loads(toml_text(job)) if isinstance(job, dict) else None
+        except (AutobalanceError, ValueError):
+            return None
 
 
 class Runs:
@@ -86,12 +106,13 @@ class Runs:
         """Return every run, the latest last."""
         with self._lock:
             runs = sorted(self._runs.values(), key=lambda run: run.started)
-        return [self._state(run) for run in runs]
+        job = job_of(self._project)
+        return [self._state(run, job) for run in runs]
 
     def state_of(self, run_id: str) -> dict[str, Any] | None:
         """Return one run; None where there is none."""
         run = self._runs.get(run_id)
-        return None if run is None else self._state(run)
+        return None if run is None else self._state(run, job_of(self._project))
 
     def asked(self, run_id: str) -> dict[str, Any] | None:
         """Return the request of a run; None where there is no such run."""
@@ -161,7 +182,21 @@ class Runs:
             else:
                 self._runs[run.id] = run
 
-    def _state(self, run: Run) -> dict[str, Any]:
+    def _made_of(self, run: Run) -> dict[str, Any] | None:
+        """Return the job behind a run: its own, or that of the run it goes on from."""
+        seen = {run.id}
+        while run.job is None:
+            earlier = self._runs.get(str(run.asked.get("run")))
+            if earlier is None or earlier.id in seen:
+                return None
+            seen.add(earlier.id)
+            run = earlier
+        return run.job
+
+    def _state(self, run: Run, job: dict[str, Any]) -> dict[str, Any]:
+        """Return a run as the page has it; ``changes`` is what the project's ``job`` says otherwise since."""
+        made_of = self._made_of(run)
+        changes = [] if made_of is None else list(differences(made_of, job))
         folder = self._project.run_folder(run.id)
         whole = run.state == "done" and folder.is_dir()
         return {
@@ -172,6 +207,11 @@ class Runs:
             "words": run.words,
             "exit_code": run.exit_code,
             "error": run.error,
+            "started": datetime.fromtimestamp(run.started, UTC).isoformat(timespec="seconds"),
+            "crank": None if made_of is None else made_of.get("crankshaft", {}).get("file"),
+            "job_sha256": None if made_of is None else _fingerprint(made_of),
+            "job_changed": None if made_of is None else bool(changes),
+            "changes": jsonable([each._asdict() for each in changes[:MOST_CHANGES]]),
             "files": sorted(path.name for path in folder.iterdir() if path.is_file()) if whole else [],
         }
 
@@ -236,6 +276,10 @@ class Runs:
             (own / STATE).write_text(json.dumps(kept), encoding="utf-8")
         elif run.state == "cancelled":
             self._project.forget(run.id)
+
+
+def _fingerprint(job: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(job, sort_keys=True, default=str).encode()).hexdigest()
 
 
 def _kept_run(project: Project, run_id: str) -> Run | None:

@@ -15,6 +15,7 @@ from starlette.routing import Route
 from starlette.types import ASGIApp
 
 from autobalance.errors import AutobalanceError
+from autobalance.job.changes import differences
 from autobalance.job.toml.document import toml_of
 from autobalance.job.toml.text import toml_text
 from autobalance.version import __version__
@@ -33,7 +34,7 @@ from autobalance.web_app.opening import (
     open_report,
 )
 from autobalance.web_app.prediction import DRAGGED_KEYS
-from autobalance.web_app.project import JOB, RUN_ID, Project, TooLarge, is_plain
+from autobalance.web_app.project import RUN_ID, Project, TooLarge, is_plain
 from autobalance.web_app.runs import Runs
 from autobalance.web_app.work import MODEL, VERBS
 
@@ -145,10 +146,13 @@ class Pages:
 
     async def project(self, _: Request) -> Response:
         """Return the project: its files, the job as text and as tables."""
-        path = self._project.file(JOB)
-        text = "" if path is None else path.read_text(encoding="utf-8", errors="replace")
         return JSONResponse(
-            {"files": self._project.files(), "job_text": text, "job": jsonable(job_of(self._project))}
+            {
+                "files": self._project.files(),
+                "job_text": self._project.job_text,
+                "job_version": self._project.job_version,
+                "job": jsonable(job_of(self._project)),
+            }
         )
 
     async def keep_job(self, request: Request) -> Response:
@@ -160,8 +164,9 @@ class Pages:
             text = toml_text(values)
         except AutobalanceError as error:
             return refused(str(error), 400)
-        self._project.write_job(text)
-        return JSONResponse({"job_text": text})
+        return self._kept(request, text) or JSONResponse(
+            {"job_text": text, "job_version": self._project.job_version}
+        )
 
     async def type_job(self, request: Request) -> Response:
         """Keep a job as it was typed."""
@@ -173,8 +178,31 @@ class Pages:
             toml_of(text, "job.toml")
         except AutobalanceError as error:
             return refused(str(error), 400)
-        self._project.write_job(text)
-        return JSONResponse({"job": jsonable(job_of(self._project)), "job_text": text})
+        return self._kept(request, text) or JSONResponse(
+            {
+                "job": jsonable(job_of(self._project)),
+                "job_text": text,
+                "job_version": self._project.job_version,
+            }
+        )
+
+    def _kept(self, request: Request, text: str) -> Response | None:
+        """Keep the text of the job; refuse it where ``If-Match`` names another job than the one kept here."""
+        known, here = request.headers.get("if-match"), self._project.job_version
+        if known is None or known == here:
+            self._project.write_job(text)
+            return None
+        mine = toml_of(text, "job.toml")
+        found = list(differences(mine, job_of(self._project)))
+        words = "; ".join(f"{each.key} is {each.now!r} there, {each.was!r} here" for each in found[:3])
+        return JSONResponse(
+            {
+                "error": f"the job was changed in another tab: {words or 'its text'}; load this page again",
+                "changes": jsonable([each._asdict() for each in found]),
+                "job_version": here,
+            },
+            409,
+        )
 
     async def upload(self, request: Request) -> Response:
         """Keep a file that is sent, as it comes in; ``apart``: one of the files of a result."""
@@ -210,7 +238,7 @@ class Pages:
             run = await run_in_threadpool(self._opened, path, apart)
         except AutobalanceError as error:
             return refused(self._project.as_named(str(error)), 400)
-        return JSONResponse({"run": run, "job": jsonable(job_of(self._project))})
+        return JSONResponse({"run": run, **self._job()})
 
     async def example(self, request: Request) -> Response:
         """Make the bundled crank the project's, or one drawn from a preset."""
@@ -222,7 +250,10 @@ class Pages:
             await run_in_threadpool(open_example, name, self._project)
         except AutobalanceError as error:
             return refused(str(error), 400)
-        return JSONResponse({"job": jsonable(job_of(self._project))})
+        return JSONResponse(self._job())
+
+    def _job(self) -> dict[str, Any]:
+        return {"job": jsonable(job_of(self._project)), "job_version": self._project.job_version}
 
     def _opened(self, path: Path, apart: str | None) -> str | None:
         ending = path.suffix.lower()

@@ -149,12 +149,16 @@ def _balance(request: Asked, place: Place, notify: Progress) -> int:
 
 
 def _recut(request: Asked, place: Place, notify: Progress) -> int:
+    """Cut further by a reading; what it leaves empty of the machine is as in a reading.toml to fill in."""
     import autobalance as ab
+    from autobalance.report.shop.reading_template import UMAR_G_MM, URR_PERCENT
 
     report = place.results.parent / request["run"] / REPORT
+    usual = {"urr_percent": URR_PERCENT, "umar_g_mm": UMAR_G_MM}
+    reading = {key: value for key, value in request["reading"].items() if key not in usual or value != ""}
     trusted = bool(request.get("trust_reading"))
     result = ab.recut(
-        report, request["reading"], folder=place.results, trust_reading=trusted, progress=notify
+        report, {**usual, **reading}, folder=place.results, trust_reading=trusted, progress=notify
     )
     return _written(result, place, notify)
 

@@ -423,3 +423,72 @@ def test_wrong_use_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str
     (tmp_path / "file").touch()
     assert jobs.run("app", "--no-browser", "--project", tmp_path / "file") == 3
     assert "cannot make the project" in capsys.readouterr().err
+
+
+def test_two_tabs_do_not_write_over_each_other(app: Served) -> None:
+    """Who saves a job says which one was changed; another one is told, key by key, and nothing is written."""
+    first = app.ask("/api/job", job(), "PUT").json
+    known = first["job_version"]
+    assert app.ask("/api/project").json["job_version"] == known
+    theirs = job(balance={"factor": 0.5, "grade": 6.3, "speed_rpm": 9000.0})
+    newer = app.ask("/api/job", theirs, "PUT", If_Match=known)
+    assert newer.status == 200
+    mine = job(balance={"factor": 0.28, "grade": 6.3, "speed_rpm": 9000.0})
+    answer = app.ask("/api/job", mine, "PUT", If_Match=known)
+    assert answer.status == 409
+    assert "balance.factor is 0.5 there, 0.28 here" in answer.json["error"]
+    assert {"key": "balance.factor", "was": 0.28, "now": 0.5} in answer.json["changes"]
+    assert app.ask("/api/project").json["job_text"] == newer.json["job_text"]
+    assert answer.json["job_version"] == newer.json["job_version"]
+    assert app.ask("/api/job/text", {"toml": "a = 1\n"}, "PUT", If_Match=known).status == 409
+    assert app.ask("/api/job", mine, "PUT", If_Match=answer.json["job_version"]).status == 200
+
+
+def test_a_run_says_whose_crank_it_is_and_what_the_job_says_since(app: Served) -> None:
+    asked = job()
+    app.ask("/api/job", asked, "PUT")
+    told = app.ended(app.ask("/api/runs", {"verb": "balance", "job": asked}).json["id"])
+    assert (told["crank"], told["job_changed"], told["changes"]) == (asked["crankshaft"]["file"], False, [])
+    assert len(told["job_sha256"]) == 64
+    assert told["started"].endswith("+00:00")
+    balance = {**asked["balance"], "factor": 0.77}
+    app.ask("/api/job", {**asked, "balance": balance}, "PUT")
+    since = app.ask(f"/api/runs/{told['id']}").json
+    assert since["job_changed"] is True
+    assert since["changes"] == [{"key": "balance.factor", "was": asked["balance"]["factor"], "now": 0.77}]
+    assert since["job_sha256"] == told["job_sha256"]
+    listed = {each["id"]: each["job_changed"] for each in app.ask("/api/runs").json["runs"]}
+    assert listed[told["id"]] is True
+
+
+def test_a_reading_without_the_machines_figures_takes_the_usual_ones(app: Served) -> None:
+    told = app.ended(app.ask("/api/runs", {"verb": "balance", "job": job()}).json["id"])
+    report = app.ask(f"/api/runs/{told['id']}/report").json
+    permitted = report["tolerance"]["permissible_g_mm"]
+    reading = {
+        "urr_percent": "", "umar_g_mm": "", "rotation": "ccw", "reads": "heavy", "zero_deg": 0,
+        "plane": [{"g_mm": 0.1 * permitted, "angle_deg": 10.0}],
+    }  # fmt: skip
+    body = {"verb": "recut", "run": told["id"], "reading": reading, "trust_reading": True}
+    again = app.ended(app.ask("/api/runs", body).json["id"])
+    assert (again["state"], again["error"]) == ("done", None)
+    read = app.ask(f"/api/runs/{again['id']}/report").json["machine_reading"]["file"]
+    assert (read["umar_g_mm"], read["urr_percent"]) == (0.5, 95.0)
+    assert again["crank"] == told["crank"]
+
+
+@pytest.mark.parametrize(
+    ("preset", "rods", "banks"),
+    [("v8-crossplane", 2, [-45.0, 45.0]), ("inline-4", None, None)],
+)
+def test_a_drawn_crank_comes_with_its_engine(
+    preset: str, rods: int | None, banks: list[float] | None, tmp_path: Path
+) -> None:
+    from autobalance.web_app.opening import job_of, open_example
+    from autobalance.web_app.project import Project
+
+    project = Project.at(tmp_path)
+    open_example(preset, project)
+    engine = job_of(project).get("engine", {})
+    assert engine.get("rods_per_throw") == rods
+    assert engine.get("layout", {}).get("bank_deg") == banks

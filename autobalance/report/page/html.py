@@ -32,6 +32,7 @@ from autobalance.wording import (
     outcome_words,
     part_name,
     verdict,
+    verdict_class,
     weights,
 )
 
@@ -116,7 +117,7 @@ def _verdict(report: Report) -> dict[str, Any]:
         "job_file": str(at(report, "job.file") or "").replace("\\", "/").rpartition("/")[2],
         "stage": stage_words(report),
         "outcome": outcome_words(report),
-        "is_good": report["outcome"] != "above_tolerance",
+        "verdict_class": verdict_class(report),
         "verdict": verdict(report),
         "relaxations": relaxation_lines(report),
         "written": at(report, "outputs.solid"),

@@ -1,6 +1,6 @@
 // The page: what the user knows goes into a job, the server's functions do the work, their numbers are shown.
 import { $ } from "/static/tools.js";
-import { askJson, behind, guarded } from "/static/server.js";
+import { askJson, behind, guarded, knows } from "/static/server.js";
 import { CRANKS, edits, emit, isKeptSince, on, state, taken } from "/static/job.js";
 import { ending } from "/static/tools.js";
 import * as analyse from "/static/analyse.js";
@@ -99,7 +99,7 @@ async function begin() {
 }
 
 function takeProject(found) {
-  state.text = found.job_text;
+  state.text = knows(found).job_text;
   taken(found.job);
   if (!state.file) {
     state.file = found.files.find((name) => CRANKS.includes(ending(name))) || null;

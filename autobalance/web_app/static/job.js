@@ -1,7 +1,7 @@
 // What the page knows: the crank, the parts, what is asked. It becomes the job that the commands take.
 import { redraw } from "/static/store.js";
 import { $, debounced, ending, typed } from "/static/tools.js";
-import { behind, put } from "/static/server.js";
+import { askJson, behind, put } from "/static/server.js";
 import { plain } from "/static/words.js";
 import { correction, takeCorrection } from "/static/limits.js";
 
@@ -99,6 +99,7 @@ const kept = debounced(behind(async () => {
   const now = changes;
   state.text = (await put("/api/job", job())).job_text;
   sent = now;
+  if (state.result?.told) state.result.told = await askJson(`/api/runs/${state.result.id}`);
   redraw();
 }), 250);
 

@@ -73,8 +73,9 @@ function See() {
 function Verdict() {
   const report = state.result?.report;
   if (!report) return html`<p role="status" data-testid="verdict" id="verdict" data-outcome="">${t(none.value)}</p><p data-testid="reason" id="reason"></p>`;
+  const { told } = state.result;
   const unproven = report.outcome !== "above_tolerance" && report.proven === false;
-  return html`<p role="status" data-testid="verdict" id="verdict" data-outcome=${report.outcome} title=${unproven ? t("Residual and uncertainty together exceed the permissible unbalance.") : ""}>${t(OUTCOMES[report.outcome])}${unproven ? t(", not proven") : ""}</p><p data-testid="reason" id="reason">${report.reason || ""}</p>`;
+  return html`<p role="status" data-testid="verdict" id="verdict" data-outcome=${report.outcome} data-proven=${unproven ? "false" : "true"} title=${unproven ? t("Residual and uncertainty together exceed the permissible unbalance.") : ""}>${t(OUTCOMES[report.outcome])}${unproven ? t(", not proven") : ""}</p><p data-testid="reason" id="reason">${report.reason || ""}</p>${told?.crank ? html`<p class="quiet" id="result-of">${told.crank}, ${new Date(told.started).toLocaleString()}</p>` : ""}${told?.job_changed ? html`<p id="job-changed" data-testid="job-changed" role="status">${t("The job has changed since: balance again.")} ${told.changes.slice(0, 3).map(({ key }) => key).join(", ")}</p>` : ""}`;
 }
 
 // What would suffice where the limits do not: each change is a button.

@@ -22,9 +22,16 @@ export const askJson = async (path, options) => (await ask(path, options)).json(
 const left = (read) => async (path) => { const answer = await ask(path); return answer.status === 204 ? null : answer[read](); };
 export const askBuffer = left("arrayBuffer");
 export const askLeft = left("json");
-export const post = (path, body) => askJson(path, { method: "POST", body: JSON.stringify(body) });
+// Fingerprint of the job that this page knows: a job that another tab has changed since is not written over.
+let version = "";
+export const knows = (found) => { version = found.job_version || version; return found; };
+export const post = async (path, body) => knows(await askJson(path, { method: "POST", body: JSON.stringify(body) }));
 export const remove = (path) => askJson(path, { method: "DELETE" });
-export const put = (path, body) => askJson(path, { method: "PUT", body: JSON.stringify(body) });
+let saved = Promise.resolve(); // one after the other: each goes on from the version that the one before made
+export const put = (path, body) => {
+  saved = saved.catch(() => {}).then(async () => knows(await askJson(path, { method: "PUT", body: JSON.stringify(body), headers: version ? { "If-Match": version } : {} })));
+  return saved;
+};
 export const say = (text) => { $("error").textContent = text || ""; };
 
 // Work that a person began: what goes wrong is said, what was said before goes.
