@@ -313,6 +313,10 @@ def densest(values: Array, width: float, otherwise: float) -> float:
     return float(np.median(ranked[best : best + held[best]]))
 
 
+TRIMMED, TRIMMED_FITS = 4.0, 3
+"""Vertices so many times the median off an axis are of no cylinder on it; the next fit leaves them out."""
+
+
 def common_axis(long: SectionStack, runs: Sequence[CylinderRun], rounding_mm: float) -> tuple[Array, Array]:
     """Return the common axis of cylinders nearly along z: point (3,), unit direction (3,).
 
@@ -348,7 +352,13 @@ def common_axis(long: SectionStack, runs: Sequence[CylinderRun], rounding_mm: fl
     rows = np.column_stack([line, is_of])
     keep = off <= slack
     keep = keep if keep.sum() > 0.1 * len(keep) else np.ones(len(rows), dtype=bool)
-    solution = _solved(rows[keep], reach[keep])
+    for _ in range(TRIMMED_FITS):  # those of an oil hole's rim lie on chords, inside the cylinder
+        solution = _solved(rows[keep], reach[keep])
+        left = np.abs(rows @ solution - reach)
+        trimmed = left <= max(TRIMMED * float(np.median(left[keep])), rounding_mm)
+        if np.array_equal(trimmed, keep) or trimmed.sum() < 0.5 * keep.sum():
+            break
+        keep = trimmed
     return _line(start + solution[:2], solution[2:4] / scale, middle)
 
 
