@@ -56,7 +56,9 @@ PASSED_OVER, STEADY = 0.25, 0.015
 """A shaft is a cylinder where its radius changes by less than the second share over more than the first share
 of it; fillets and tapers change by more."""
 MIN_THROW_WIDTH_MM = 0.5
-"""A crankpin is at least so wide: an arm's bore was reported as one of no width."""
+"""A crankpin is at least so wide: an arm's bore was reported as one of no width ..."""
+MIN_THROW_WIDTH_RATIO = 0.2
+"""... or so wide for its diameter: public cranks without a unit are read as 1.6 mm long, pins as 0.4 mm."""
 MAX_IN_WEB = 0.25
 """A journal or crankpin is within a web over less than this share of its width: fillets of typed ones are."""
 MAX_SHARED = 0.25
@@ -117,7 +119,7 @@ def refuse_impossible(
     names = [(f"main journal {number}", run) for number, run in enumerate(layout.journals, 1)]
     named_pins = [(f"crankpin {number}", run) for number, run in enumerate(layout.pins, 1)]
     for name, run in named_pins:
-        if 0.0 < run.width < MIN_THROW_WIDTH_MM:
+        if 0.0 < run.width < min(MIN_THROW_WIDTH_MM, MIN_THROW_WIDTH_RATIO * 2.0 * run.radius):
             raise RecognitionError(
                 f"{name} would be {cylinder_text(long, run)}, less than {MIN_THROW_WIDTH_MM:g} mm wide;"
                 " check the file's unit, or give crankpins with their width_mm"
