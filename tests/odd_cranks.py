@@ -526,6 +526,8 @@ def _inline(kind: str, sizes: Sizes, rng: np.random.Generator) -> tuple[Built, s
             names[1 - place] = kind
         if kind == "ring with an undercut":  # that no ring is the journal is seen by the others
             count = max(count, 2)
+    elif kind == "hollow":  # a bore of half the journal's diameter leaves no snout
+        names = [name if name in ("plain", "collar", "thrust flange") else "plain" for name in names]
     elif kind in ("split pins", "flying webs"):
         pair, count = ("split" if kind == "split pins" else "flying"), min(count, 3)
     elif kind in ("drive seat", "collars both sides", "unequal mains"):

@@ -21,12 +21,10 @@ FRAMES_MM = 5e-3
 """The same crank in another frame: cylinders are fitted to vertices that are rounded elsewhere."""
 
 
-@pytest.mark.parametrize("seed", seeds(2 * len(KINDS), 500))
+@pytest.mark.parametrize("seed", seeds(len(KINDS) + 12, 500))
 def test_an_odd_crank_is_right_doubted_or_refused(seed: int) -> None:
     odd = odd_crank(seed)
     ending, what = outcome(odd)
-    if ending == "WRONG":
-        pytest.xfail(f"not told yet: {what}")
     assert ending in ("right", "doubted", "refused"), f"{odd.kind}, {odd.what}: {what}"
 
 

@@ -37,6 +37,8 @@ MAX_FACET_RATIO, MIN_ARC_FACETS = 0.8, 3
 """Its facets are at most this share of its radius long, and at least so many: a plate's edges are long."""
 MIN_ARC_RAD = 0.7
 """A hub, a boss or a rim goes round a bore by at least this angle."""
+END_RATIO = 1.2
+"""A crankpin's free end, its head or thread included, is at most this many times as wide as itself."""
 MIN_WAIST_RATIO = 0.9
 """Halfway between its bores a web is at least this share as wide as at the narrower end; a connecting rod's
 shank is narrower."""
@@ -76,9 +78,23 @@ def bored_arm(
         in_line = all(_apart(run, stub) < SAME_CENTRE * stub.radius for run in beside)
         sides = {run.z_mid > bore.z_mid for run in beside}
         clear = all(shared_mm(run, bore) < THROUGH_SHARE * min(run.width, bore.width) for run in beside)
-        if in_line and clear and len(sides) == 1 and bore.radius >= MIN_BORE_RATIO * stub.radius:
+        free = _ends_free(long, bore, beside)
+        if in_line and clear and free and len(sides) == 1 and bore.radius >= MIN_BORE_RATIO * stub.radius:
             return BoredWeb(bore, stub, _arm_signs(long, bore, stub, beside))
     return None
+
+
+def _ends_free(long: SectionStack, bore: CylinderRun, beside: Sequence[CylinderRun]) -> bool:
+    """Return whether no second web holds cylinders away from a bore: nothing but their own end follows."""
+    low, high = min(run.z_low for run in beside), max(run.z_high for run in beside)
+    up = beside[0].z_mid > bore.z_mid
+    beyond = [section for section in long.sections if (section.z_mm > high if up else section.z_mm < low)]
+    widest = max(run.radius for run in beside)
+    return all(
+        piece.reach_from(beside[0].centre) <= END_RATIO * widest
+        for section in beyond
+        for piece in section.pieces
+    )
 
 
 def _arm_signs(
