@@ -15,7 +15,8 @@ from autobalance.balancing import measured_crank
 from autobalance.crank.parametric.design import preset
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
 from autobalance.solid.chordal_error.from_edges import chordal_error_from_edges
-from autobalance.solid.chordal_error.look import look_at
+from autobalance.solid.chordal_error.look import lies_on, look_at
+from autobalance.solid.chordal_error.revolved import Revolved as Surface
 from autobalance.solid.csg.shape import Prism, Revolved, Without, circle, polygon, tessellated
 from autobalance.solid.mesh.mesh import Mesh
 from tests.generated import drawn, true_moments
@@ -137,3 +138,14 @@ def test_large_meshes_have_a_facet_error_and_a_share(tmp_path: Path, monkeypatch
     )
     shares = [each["residual"]["uncertainty_shares_g_mm"]["facets"] for each in (every, some)]
     assert 0.8 * shares[0] < shares[1] < every["tolerance"]["permissible_g_mm"] / 3.0
+
+
+def test_no_face_beyond_the_tip_of_a_cone_lies_on_it() -> None:
+    """A cone that is fitted to few corners of a fine mesh may have its tip on the wrong side of a face."""
+    cone = tessellated(Revolved(polygon([(0.0, 0.0), (10.0, 0.0), (4.0, 12.0), (0.0, 12.0)])), 24)
+    look = look_at(cone.mesh)
+    faces = np.arange(look.count)
+    itself = Surface(np.zeros(3), np.array([0.0, 0.0, 1.0]), 10.0, -0.5)
+    assert np.count_nonzero(lies_on(look, itself, faces)) == 24
+    beyond = Surface(np.zeros(3), np.array([0.0, 0.0, 1.0]), -1.0, -0.5)
+    assert not lies_on(look, beyond, faces).any()

@@ -13,12 +13,12 @@ from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import AutobalanceError, RecognitionError
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
-from tests.cranks import make_crank
+from tests.cranks import Shape, make_crank
 from tests.generated import random_placement
 from tests.odd_kinds import KINDS, Bare, bored_arm, differences, disc, in_file, lone_web
 
 ANY = Overrides(crankpin_in_file=None)
-FRAMES = ("as drawn", "upside down", "along x", "anywhere", "mirrored", "inch")
+FRAMES = ("as drawn", "upside down", "along x", "anywhere", "mirrored", "inch", "no unit")
 
 
 def frame(name: str) -> np.ndarray:
@@ -35,6 +35,8 @@ def frame(name: str) -> np.ndarray:
         place[0, 0] = -1.0
     elif name == "inch":
         place[:3, :3] *= 25.4
+    elif name == "no unit":  # public models are drawn two units long
+        place[:3, :3] /= 64.0
     return place
 
 
@@ -168,6 +170,14 @@ def test_what_no_crank_has_is_refused_where_a_job_states_it() -> None:
     double = Overrides(crankpins=(*stated, hint(pins[1], along_mm=2.0)))
     with pytest.raises(RecognitionError, match=r"crankpin 2, .* and crankpin 3, .* would be on one stretch"):
         recognise(solid, double)
+
+
+def test_a_crankpin_that_is_narrow_for_its_diameter_is_refused() -> None:
+    solid, _ = make_crank([0], Shape(pin_width=6.0))
+    found = recognise(solid, ANY)
+    assert found.throws[0].crankpin.width_mm == pytest.approx(6.0, abs=1e-6)
+    with pytest.raises(RecognitionError, match=r"⌀0\.56\d* × 0\.09375 mm at .* less than 0.5 mm wide"):
+        recognise(placed(solid, frame("no unit")), ANY)
 
 
 def test_a_refusal_counts_what_is_there_and_says_what_helps() -> None:

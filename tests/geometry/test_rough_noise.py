@@ -13,6 +13,7 @@ from autobalance.crank.recognition.rough_fits import (
     Region,
     fit_circle_along_z,
     fit_line,
+    fit_plane,
     noise_of,
 )
 from autobalance.types import Array
@@ -78,3 +79,19 @@ def test_the_noise_of_surfaces_without_residual_is_none() -> None:
     still = [Fit(fit.values, fit.rows, fit.weights, 0.0 * fit.residuals, fit.points) for fit in fits]
     assert not np.any(noise_of(still).of(line))
     assert isinstance(noise_of([]), Noise)
+
+
+def test_a_plane_goes_through_most_of_its_area_where_most_points_stand_off_it() -> None:
+    """A drawn face has few corners for much area; the rim of a groove beside it has many for little."""
+    rng = np.random.default_rng(5)
+    face = np.column_stack([rng.uniform(-20.0, 20.0, (40, 2)), np.full(40, 7.0)])
+    face[:, 2] += 1e-3 * face[:, 0] - 2e-3 * face[:, 1]
+    angle = rng.uniform(0.0, 2.0 * math.pi, 400)
+    rim = np.column_stack([12.0 * np.cos(angle), 12.0 * np.sin(angle), np.full(400, 7.04)])
+    rim[:, 2] += 1e-3 * rim[:, 0] - 2e-3 * rim[:, 1]
+    fit = fit_plane(Region(np.concatenate([face, rim]), np.repeat([40.0, 0.01], [40, 400])))
+    assert len(fit.points) == 40
+    assert fit.values[1:] == pytest.approx([1e-3, -2e-3], abs=1e-9)
+    assert np.abs(fit.residuals).max() < 1e-9
+    middle = fit.weights @ fit.points / fit.weights.sum()
+    assert middle[2] == pytest.approx(7.0 + 1e-3 * middle[0] - 2e-3 * middle[1], abs=1e-9)

@@ -15,6 +15,9 @@ OUTLIER = 3.5
 of it: dents, drillings, edges."""
 NO_OUTLIER = 5e-4
 """... but for those that stand off a drawn cylinder by less than this share of its radius."""
+LEAST_IN_PLANE = 0.5
+"""Where the points near a plane stand for less than this share of the area, points are counted by area: faces
+of v-hacd's crank have few corners, and the many of fine rounds beside them all stood off."""
 ROUNDS = 5
 PATCHES = 220
 """Number of patches, about, over which a region's errors are averaged."""
@@ -156,8 +159,17 @@ def fit_plane(region: Region) -> Fit:
     for _ in range(ROUNDS):
         values = weighted(rows[keep], points[keep, 2], weights[keep])
         off = points[:, 2] - rows @ values
-        keep = np.abs(off) < OUTLIER * max(spread_of(off[keep]), 1e-9)
+        near = np.abs(off) < OUTLIER * max(spread_of(off[keep]), 1e-9)
+        if not weights[near].sum() > LEAST_IN_PLANE * weights.sum():
+            near = np.abs(off) < OUTLIER * max(1.4826 * _weighted_median(np.abs(off), weights), 1e-9)
+        keep = near
     return Fit(values, rows[keep], weights[keep], off[keep], points[keep])
+
+
+def _weighted_median(values: Array, weights: Array) -> float:
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    return float(values[order[np.searchsorted(total, 0.5 * total[-1])]])
 
 
 # --- errors that neighbours share -------------------------------------------------------------------------

@@ -210,7 +210,10 @@ def lies_on(look: Look, surface: Revolved, faces: Indices) -> Flags:
     row, point = look.corners(faces)
     off = surface.off(point)
     size = surface.tube_mm or surface.r0 + surface.slope * (point - surface.point) @ surface.axis
-    size = np.maximum(size, TIP * np.max(size, initial=0.0))
+    greatest = float(np.max(size, initial=0.0))
+    if not greatest > 0.0:  # all corners are beyond the tip of a cone
+        return np.zeros(len(faces), dtype=bool)
+    size = np.maximum(size, TIP * greatest)
     deepest = np.zeros(len(faces))
     highest = np.zeros(len(faces))
     np.minimum.at(deepest, row, off / size)
