@@ -6,12 +6,14 @@ import math
 from functools import lru_cache
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from autobalance.crank.parametric.design import preset
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.chordal_error import estimate
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
-from autobalance.solid.csg.shape import tessellated
+from autobalance.solid.csg.shape import Prism, circle, tessellated
 from tests.blunt import BLUNT
 from tests.generated import drawn, true_moments
 
@@ -85,3 +87,23 @@ def test_facets_that_a_hole_cuts_belong_to_their_journal() -> None:
     left = left - error.missing
     assert unbalance(left) < 0.02
     assert abs(left.mass_g) < 0.02
+
+
+@pytest.mark.parametrize("triangles", [0, 10**6])
+def test_the_bar_of_the_mass_covers_polar_inertia_of_long_facets(
+    triangles: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Facets along the radius, as an oil hole's, vary as z² along them, in however large a mesh."""
+    monkeypatch.setattr(estimate, "MANY_TRIANGLES", triangles)
+    radius, half = 5.0, 35.0
+    solid = tessellated(Prism(circle(radius), -half, half), 64)
+    along_x = np.eye(4)[[2, 0, 1, 3]]
+    mesh = solid.mesh.moved(along_x)
+    error = estimate_chordal_error(solid.mesh, 1.0, along_x)
+    mass = 2.0 * math.pi * radius**2 * half
+    polar = mass * (radius**2 / 4.0 + half**2 / 3.0)
+    of_mesh = float(np.trace(solid.moments(1.0).second_g_mm2) - solid.moments(1.0).second_g_mm2[1, 1])
+    left = polar - of_mesh - error.missing.polar_inertia_g_mm2
+    reach_mm = float(np.hypot(*mesh.vertices[:, :2].T).max())
+    assert abs(left) <= error.mass_bar_g * reach_mm**2
+    assert abs(left) < 1e-4 * (polar - of_mesh)

@@ -32,8 +32,11 @@ MAX_SAG_RATIO = 100.0
 """Metal between facets and a surface over the estimate from their angles, at most: slivers hide much at
 small angles, but a surface that was fitted to the wrong facets hundreds of times as much."""
 MANY_TRIANGLES = 30_000
-"""Triangles from which on they are so small that degree 2 is enough over a cylinder, to 3e-5 of its lens;
-over a cone or a torus it is 5e-3 off."""
+"""Triangles from which on degree 2 is enough over a cylinder's narrow facets, to 3e-5 of its lens; over a
+cone or a torus it is 5e-3 off."""
+NARROW_SHARE = 0.03
+"""Extent of such facets across z at most, as a share of the part's: of an oil hole's, which are as long as
+a web, degree 2 is off by 1e-2 of all that facets hide in polar inertia."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,13 +189,21 @@ def _lenses(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
     """Integrate between the facets and their surfaces; release the faces of false ones."""
     parts = _triangles_of(look, surface_of, len(surfaces))
     few = len(look.mesh.triangles) < MANY_TRIANGLES
+    narrow_mm = NARROW_SHARE * float(np.abs(look.mesh.bounds[:, :2]).max())
     lenses = []
     for surface, mine in zip(surfaces, parts, strict=True):
-        rule = SIX_POINTS if few or surface.tube_mm or surface.slope else THREE_POINTS
         corners = look.mesh.vertices.take(look.mesh.triangles.take(mine, axis=0), axis=0)
+        exact = few or surface.tube_mm or surface.slope or _extent_mm(corners) > narrow_mm
+        rule = SIX_POINTS if exact else THREE_POINTS
         lenses.append(lens(surface, corners, look.doubled.take(mine, axis=0), density_g_mm3, rule))
     _drop_false(look, parts, lenses, surface_of, density_g_mm3)
     return lenses
+
+
+def _extent_mm(corners: Array) -> float:
+    """Return the greatest extent of a triangle (m, 3, 3) along x or y."""
+    sides = corners[:, :, :2] - corners[:, (1, 2, 0), :2]
+    return float(np.abs(sides).max(initial=0.0))
 
 
 def _split(look: Look, surfaces: list[Revolved], surface_of: Indices, planes: Flags) -> bool:

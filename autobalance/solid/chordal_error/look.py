@@ -218,7 +218,6 @@ def lies_on(look: Look, surface: Revolved, faces: Indices) -> Flags:
     highest = np.zeros(len(faces))
     np.minimum.at(deepest, row, off / size)
     np.maximum.at(highest, row, off / size)
-    middle = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]]]].mean(axis=1)
-    aligned = np.abs(np.einsum("ij,ij->i", surface.normal(middle), look.normal[faces]))
+    aligned = np.abs(np.einsum("ij,ij->i", surface.normal(look.first_middles[faces]), look.normal[faces]))
     between: Flags = (deepest > -MAX_SAG_RADIUS_RATIO) & (highest < 2.0 * ON_SURFACE)
     return np.asarray(between & (aligned > np.cos(SMOOTH_RAD / 2.0)))
