@@ -83,7 +83,7 @@ def as_file(format: str, mm_per_unit: float) -> Measure:  # noqa: A002
         if adds or len(written.soup) != solid.triangle_count:
             again = _as_read_back(written, measured.moments.mass_g / rotor.density_g_mm3)
             if adds:
-                _refuse_lost_crank(rotor, again)
+                refuse_lost_crank(rotor, again)
         return replace(measured, read_back=again if written.solid is None else written.solid)
 
     return measure
@@ -113,7 +113,7 @@ def _as_read_back(written: Written, own_mm3: float) -> Solid:
     return again
 
 
-def _refuse_lost_crank(rotor: Rotor, written: Solid) -> None:
+def refuse_lost_crank(rotor: Rotor, written: Solid) -> None:
     """Refuse a written solid with added metal in which the crank is lost.
 
     Metal that is taken off leaves journals and pins alone; added metal may hide them.
@@ -172,7 +172,7 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, cut_depths: Made) -> Measur
     data, read_back = written_and_read(exact, machined)
     again = read_back.solid
     if added:
-        _refuse_lost_crank(rotor, read_back.mesh)
+        refuse_lost_crank(rotor, read_back.mesh)
     density, frame = rotor.density_g_mm3, rotor.anatomy.file_to_rotor
     moments, faceted = again.moments(density, frame), in_facets.moments(density, frame)
     hidden = moments - faceted

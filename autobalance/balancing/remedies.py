@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 
+from autobalance.balancing.cut_pass import cut_and_measure, made_cuts
+from autobalance.balancing.measuring import in_memory, refuse_lost_crank
 from autobalance.balancing.offers import BestOffer, best_offer, workpiece
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits, kind_of
 from autobalance.correction.contract import Prefer
 from autobalance.crank.faces import find_faces
-from autobalance.errors import CorrectionError
+from autobalance.errors import CorrectionError, SolidError
 from autobalance.planning.depths import Plan
 from autobalance.planning.milp import least_share
 from autobalance.planning.relaxation import Attempt, Relaxation, lighter, relaxations
@@ -67,11 +70,12 @@ def why_above(
         progress=progress,
     )
     found = relaxations(attempt, more_of_the_same=light_g_mm is None)
-    remedies = _as_run(above, attempt, found)
+    run = partial(_as_run, above, attempt)
+    remedies = _least_metal_first(map(run, found))
     if light_g_mm is not None:
-        remedies += _as_run(above, attempt, heavier(attempt, remedies))
+        remedies += _least_metal_first(heavier(attempt, remedies, run))
     elif not remedies:
-        remedies = _as_run(above, attempt, lighter(attempt))
+        remedies = _least_metal_first(map(run, lighter(attempt)))
     factor = _factor_tried(above, shortfall, attempt)
     text = explain_shortfall(shortfall, [each.text for each in remedies], bound, factor)
     if attempt.left_out:
@@ -79,31 +83,47 @@ def why_above(
     return text, (*remedies, *(() if factor is None else (factor,)))
 
 
-def _as_run(above: Above, attempt: Attempt, found: Iterable[Relaxation]) -> list[Relaxation]:
-    """Return relaxations with what a run of them leaves and takes; those that fail then are left out.
+def _least_metal_first(found: Iterable[Relaxation | None]) -> list[Relaxation]:
+    """Return the relaxations that there are; the one that takes least metal comes first."""
+    return sorted(filter(None, found), key=lambda relaxed: round(relaxed.metal_g or 0.0, 6))
 
-    The one that takes least metal comes first.
-    """
+
+def _as_run(above: Above, attempt: Attempt, relaxed: Relaxation) -> Relaxation | None:
+    """Return a relaxation with what a run of it leaves and takes; None where it fails then."""
     rotor = above.rotor
-    kept: list[Relaxation] = []
-    for each in found:
-        if not each.methods:
-            kept.append(each)
-            continue
-        attempt.progress(f"planning {each.text}")
-        if not rotor.faces and any(kind_of(limits).needs_faces for limits in each.methods):
-            faces = attempt.work.faces or tuple(find_faces(rotor.solid.mesh, rotor.anatomy))
-            rotor = replace(rotor, faces=faces)
-        try:
-            best = best_offer(rotor, above.tolerance, each.methods, above.initial, above.prefer)
-        except CorrectionError:
-            continue
-        if best.plan.share > 1.0:
-            continue
-        cuts = zip(best.candidates.cuts, best.plan.depths_mm.tolist(), strict=True)
-        metal = sum(abs(cut.effect(depth).mass_g) for cut, depth in cuts if depth > 0.0)
-        kept.append(replace(each, used_share=best.plan.share, metal_g=float(metal)))
-    return sorted(kept, key=lambda relaxed: round(relaxed.metal_g or 0.0, 6))
+    if not relaxed.methods:
+        return relaxed
+    attempt.progress(f"planning {relaxed.text}")
+    if not rotor.faces and any(kind_of(limits).needs_faces for limits in relaxed.methods):
+        faces = attempt.work.faces or tuple(find_faces(rotor.solid.mesh, rotor.anatomy))
+        rotor = replace(rotor, faces=faces)
+    try:
+        best = best_offer(rotor, above.tolerance, relaxed.methods, above.initial, above.prefer)
+        if best.plan.share > 1.0 or not _is_crank_after(rotor, above.tolerance, best):
+            return None
+    except (CorrectionError, SolidError):
+        return None
+    cuts = zip(best.candidates.cuts, best.plan.depths_mm.tolist(), strict=True)
+    metal = sum(abs(cut.effect(depth).mass_g) for cut, depth in cuts if depth > 0.0)
+    return replace(relaxed, used_share=best.plan.share, metal_g=float(metal))
+
+
+def _is_crank_after(rotor: Rotor, tolerance: Tolerance, best: BestOffer) -> bool:
+    """Return whether the crank is found, within tolerance, once a plan is carried out.
+
+    Only added metal may hide journals and pins; a plan that only takes metal off is believed.
+
+    Raises
+    ------
+    SolidError
+        If the crank is not found any more, or the metal cannot be added.
+    """
+    cuts, depths = best.candidates.cuts, best.plan.depths_mm
+    if not any(cut.adds_metal for cut, _ in made_cuts(cuts, depths)):
+        return True
+    done = cut_and_measure(rotor, tolerance, cuts, depths, in_memory)
+    refuse_lost_crank(rotor, done.solid)
+    return done.share <= 1.0
 
 
 def _factor_tried(above: Above, shortfall: Shortfall, attempt: Attempt) -> Relaxation | None:

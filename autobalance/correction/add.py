@@ -27,7 +27,7 @@ from autobalance.correction.faces.patches import (
 )
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.refusals import refuse_out_of_range
-from autobalance.crank.anatomy import Anatomy, Face, Pin
+from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin
 from autobalance.errors import CorrectionError
 from autobalance.quantities import mm, said, span
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE
@@ -165,7 +165,7 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
         placed = work.solid.moved(to_face @ anatomy.file_to_rotor)
         beside = BESIDE_SINKS * sink
         standing = placed.section(height + 2.0 * sink + patch.face.spread_mm)
-        grown = (face + (face.grown(beside) & standing)).grown(-sink)
+        grown = _without_skins((face + (face.grown(beside) & standing)).grown(-sink), face)
         low, high = height - sink, height + raised + clearance
         body, free = Solid.prism(grown, low, high), Solid.prism(grown - standing, low, high)
         whole = body
@@ -210,16 +210,30 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
     return add_cuts
 
 
+def _without_skins(grown: Region, face: Region) -> Region:
+    """Return the pieces of a region that lie on a face.
+
+    What stands on it with a fillet is narrower a little farther up: the overlap with it is parted from the
+    face there, and would grow into a skin of hundredths of a millimetre.
+    """
+    return Region.beside_each_other([each for each in grown.pieces() if not (each & face).is_empty])
+
+
 def _contact_heights(
     face: Face, region: Region, to_face: Array, anatomy: Anatomy, limits: AddLimits, clearance_mm: float
 ) -> list[tuple[float, str]]:
     """Return heights at which metal on a face meets rods or the crankcase, each with the limit's name.
 
     A rod is as wide as its crankpin is bare, and sweeps all of that stretch of the axis as the crank turns.
-    The crankcase likewise takes a main journal between the clear ends that the job states.
+    The crankcase likewise takes a main journal between the clear ends that the job states. A main journal
+    from which metal is parted by a fillet's width must stay bare over most of its width, too.
     """
     rods = [_stretch(throw.crankpin, 0.0) for throw in anatomy.throws]
-    limits_beside = [(_room_along_axis_mm(face, rods), "the connecting rod's width on the crankpin")]
+    journals = [_stretch(pin, MOST_BESIDE * pin.width_mm) for pin in _parted_from(region, to_face, anatomy)]
+    limits_beside = [
+        (_room_along_axis_mm(face, rods), "the connecting rod's width on the crankpin"),
+        (_room_along_axis_mm(face, journals), "the main journal, which is bare no more beside it"),
+    ]
     gap, radius = limits.crankcase_gap_mm, limits.crankcase_radius_mm
     if gap is not None:
         walls = [_stretch(pin, gap - clearance_mm) for pin in anatomy.main_journals]
@@ -231,6 +245,17 @@ def _contact_heights(
         inside = _room_inside_mm(places[:, :2], face.normal[:2], radius - clearance_mm)
         limits_beside.append((inside, f"crankcase_radius_mm = {radius:g}"))
     return limits_beside
+
+
+def _parted_from(region: Region, to_face: Array, anatomy: Anatomy) -> list[MainJournal]:
+    """Return the main journals that metal drawn out of a region of a face does not touch."""
+    up, parted = to_face[:3, :3] @ np.array([0.0, 0.0, 1.0]), []
+    for journal in anatomy.main_journals:
+        centre = (to_face[:3, :3] @ journal.centre_mm)[:2]
+        circle = Region.circle(0.5 * journal.diameter_mm, CIRCLE_SEGMENTS, [float(each) for each in centre])
+        if abs(float(up[2])) > 1.0 - MIN_AXIAL_NORMAL and (region & circle).is_empty:
+            parted.append(journal)
+    return parted
 
 
 def _stretch(pin: Pin, less_mm: float) -> tuple[float, float]:
@@ -263,6 +288,10 @@ def _room_inside_mm(places: Array, out: Array, radius_mm: float) -> float:
     return float(((np.sqrt(along**2 + square * free_mm2) - along) / square).min())
 
 
+CIRCLE_SEGMENTS = 96
+MOST_BESIDE = 0.24
+"""Share of a main journal's width along which metal stands beside it at each end: with a quarter, the journal
+is within the web to whoever reads the corrected solid; a V8 with 15 mm on its filleted webs was no crank."""
 MIN_AXIAL_NORMAL = 0.1
 """Least component along the axis of the normal of a face from which metal grows towards rods."""
 

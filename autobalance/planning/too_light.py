@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
 
@@ -44,10 +44,13 @@ def too_light_text(total_g_mm: float) -> str:
     return said("the counterweights are too light by {}, {} at each end", *both)
 
 
-def heavier(tried: Attempt, known: Sequence[Relaxation]) -> Iterator[Relaxation]:
-    """Yield relaxations by metal on the counterweights, each planned and within tolerance: one a kind.
+def heavier(
+    tried: Attempt, known: Sequence[Relaxation], as_run: Callable[[Relaxation], Relaxation | None]
+) -> Iterator[Relaxation]:
+    """Yield relaxations by metal on the counterweights, each run and within tolerance: one a kind.
 
-    Kinds with a ``known`` relaxation are passed over.
+    Kinds with a ``known`` relaxation are passed over. ``as_run`` returns a relaxation with what a run of it
+    leaves and takes; None where it fails, and the next is tried.
     """
     names = tuple(correction.kind_of(limits).name for limits in tried.asked)
     work = tried.work
@@ -62,7 +65,8 @@ def heavier(tried: Attempt, known: Sequence[Relaxation]) -> Iterator[Relaxation]
             tried.progress(f"trying {kind.name} on the counterweights")
         alone = (_relaxation(tried, (), limits) for limits in choices)
         trimmed = (_relaxation(tried, names, limits) for limits in choices[:1] if kind.name not in names)
-        remedy = next((each for each in chain(alone, trimmed) if each is not None), None)
+        planned = (each for each in chain(alone, trimmed) if each is not None)
+        remedy = next(filter(None, map(as_run, planned)), None)
         if remedy is not None:
             yield remedy
 

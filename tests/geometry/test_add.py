@@ -183,3 +183,24 @@ def test_two_heights_on_a_face_grow_together(segments: int) -> None:
     sides = np.sort(corner[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     assert (np.unique(sides, axis=0, return_counts=True)[1] == 2).all()
     assert source_of(soup, "mm").volume_mm3 == pytest.approx(soup_moments(soup, 1.0).mass_g, rel=1e-12)
+
+
+def test_metal_beside_a_fillet_has_no_skin_and_leaves_the_journal_bare() -> None:
+    """Over a fillet's foot a skin of 0.02 mm grew beside the pad; a high pad hid the journal."""
+    data = generate("v8-crossplane", file="crank.stl", settings={"segments": 48}).data
+    solid = source_of_bytes(data, "stl", "mm").solid
+    anatomy = recognise(solid, Overrides())
+    outer = web_face(solid, anatomy, 1, 0)
+    (cut,) = add.KIND.offer(work(solid, anatomy, outer), AddLimits(faces=("w1",), max_depth_mm=40.0), 0).cuts
+    first = anatomy.main_journals[0]
+    beside_mm = anatomy.webs[0].z_min_mm - cut.max_depth_mm, first.z_range_mm[1]
+    assert beside_mm[1] - beside_mm[0] == pytest.approx(add.MOST_BESIDE * first.width_mm, abs=1e-3)
+    assert cut.limit == "the main journal, which is bare no more beside it"
+    top = cut.tool(cut.max_depth_mm)
+    (pad,) = top.section(anatomy.webs[0].z_min_mm - 0.9 * cut.max_depth_mm).pieces()
+    x, y = np.vstack(pad.polygons).T
+    assert np.hypot(x, y).min() > 0.5 * first.diameter_mm + 0.5  # beside the fillet, which is 2.5 mm
+    grown = recognise(solid + top.moved(anatomy.rotor_to_file), Overrides())
+    for before, after in zip(anatomy.main_journals, grown.main_journals, strict=True):
+        assert after.diameter_mm == pytest.approx(before.diameter_mm, abs=1e-4)
+        assert_allclose(after.centre_mm, before.centre_mm, atol=1e-3)
