@@ -178,6 +178,27 @@ def test_within_tolerance_nothing_is_cut(loop: Path, tmp_path: Path) -> None:
     assert ab.recut(tmp_path / "report.json", loop / "second" / "reading.toml").stage == 4
 
 
+def test_a_reading_that_is_a_pure_couple_is_verified(loop: Path, tmp_path: Path) -> None:
+    """Its resultant is rounding, the angle of which is 0 or 180 degrees as it falls out."""
+    report = loop / "out" / "stage-2" / "report.json"
+    reading = tmp_path / "reading.toml"
+    planes = [("A", 40.0, 10.0), ("B", 40.0, 190.0)]
+    rows = "".join(
+        f'[[plane]]\nat = "{at}"\ng_mm = {size}\nangle_deg = {angle}\n' for at, size, angle in planes
+    )
+    reading.write_text(f'rotation = "ccw"\nreads = "heavy"\nurr_percent = 95.0\numar_g_mm = 0.5\n{rows}')
+    assert main(["recut", str(report), str(reading), "-o", str(tmp_path / "out"), NO_PAGES]) in (0, 4)
+    path = tmp_path / "out" / "report.json"
+    (read,) = [each["reading"] for each in values(path)["stages"] if each["stage"] == 3]
+    assert read["magnitude_g_mm"] == pytest.approx(0.0, abs=1e-9)
+    ab.verify(path)
+    spoilt = values(path)
+    spoilt["stages"][-1]["predicted"]["angle_deg"] += 1.0
+    path.write_text(json.dumps(spoilt), encoding="utf-8")
+    with pytest.raises(ab.AutobalanceError, match=r"predicted\.angle_deg"):
+        ab.verify(path)
+
+
 def test_coarse_machine_is_refused_a_verdict(loop: Path, tmp_path: Path) -> None:
     report = loop / "out" / "report.json"
     result = ab.recut(report, spun(report, tmp_path, umar_g_mm=6.0))

@@ -193,12 +193,20 @@ class Claims:
     def alike(self, measured: Mapping[str, Any], rounding: float = ROUNDING, scale: float = 0.0) -> None:
         """Check all values of an object that were not checked before; missing keys are faults.
 
-        Numbers may differ by ``rounding`` of the greatest in the same object or list, at least of ``scale``.
+        Numbers may differ by ``rounding`` of the greatest in the same object or list, at least of ``scale``;
+        the angle of a magnitude by as much as that moves it: that of nearly nothing is no claim.
         """
         numbers = [abs(each) for value in measured.values() for each in _numbers(value)]
         size = max([scale, *numbers])
         for key, value in measured.items():
-            if not self.ledger.knows(self.path(key)):
+            if self.ledger.knows(self.path(key)):
+                continue
+            magnitude = measured.get("magnitude_g_mm")
+            if key == "angle_deg" and _is_number(value) and isinstance(magnitude, int | float):
+                within = rounding * size
+                turn_deg = math.degrees(math.asin(within / magnitude)) if magnitude > within else 180.0
+                self.near_angle(key, float(value), max(within, turn_deg))
+            else:
                 self._alike(key, value, rounding, size, scale)
 
     def _alike(self, key: str, value: Any, rounding: float, size: float, scale: float) -> None:
