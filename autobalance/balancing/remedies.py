@@ -15,7 +15,6 @@ from autobalance.correction.contract import Prefer
 from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError, SolidError
 from autobalance.planning.depths import Plan
-from autobalance.planning.milp import least_share
 from autobalance.planning.relaxation import Attempt, Relaxation, lighter, relaxations
 from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxations
 from autobalance.planning.too_light import heavier, too_light_g_mm, too_light_text
@@ -54,12 +53,6 @@ def why_above(
         _web_places_mm(rotor),
         "" if light_g_mm is None else too_light_text(light_g_mm),
     )
-    bound = least_share(above.initial, above.tolerance, candidates)
-    if not advise:
-        return explain_shortfall(shortfall, bound=bound), ()
-    if bound > 1.0:
-        progress(f"no plan leaves less than {bound:.3g} times the permissible value")
-    progress("looking for limits that would suffice")
     attempt = Attempt(
         work,
         above.chosen.methods,
@@ -69,6 +62,12 @@ def why_above(
         above.tolerance,
         progress=progress,
     )
+    bound = attempt.bound
+    if not advise:
+        return explain_shortfall(shortfall, bound=bound), ()
+    if bound > 1.0:
+        progress(f"no plan leaves less than {bound:.3g} times the permissible value")
+    progress("looking for limits that would suffice")
     found = relaxations(attempt, more_of_the_same=light_g_mm is None)
     run = partial(_as_run, above, attempt)
     remedies = _least_metal_first(map(run, found))

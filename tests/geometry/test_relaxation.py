@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from autobalance import correction
-from autobalance.balancing import comparison
+from autobalance.balancing import comparison, remedies
 from autobalance.balancing.loop import Result, balance
 from autobalance.correction import Limits
 from autobalance.correction.holes.drill_limits import DrillLimits
@@ -18,8 +18,10 @@ from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.slug import Slug
 from autobalance.correction.turn import TurnLimits
 from autobalance.crank.faces import find_faces
-from autobalance.planning.relaxation import MOST_OFFERS, Attempt
-from autobalance.rigid_rotor.tolerance import Judge
+from autobalance.planning import relaxation
+from autobalance.planning.milp import least_share
+from autobalance.planning.relaxation import MOST_OFFERS, Attempt, Relaxation, relaxations
+from autobalance.rigid_rotor.tolerance import Judge, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from tests.cranks import Shape, make_crank
 from tests.geometry.test_layouts import at_end_webs, rotor_with, tolerance
@@ -56,6 +58,43 @@ def test_advice_has_bounds() -> None:
     left, limits, looks = Unbalance(np.ones(2), np.zeros(2)), (FEW_HOLES,), [(FEW_HOLES,)] * MOST_OFFERS
     tried = Attempt(work, limits, limits, Candidates(()), left, tolerance(solid, anatomy), [*looks])
     assert tried.offer_with(FEW_HOLES) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("most_cuts", [1000, 40, 0])
+def test_advice_plans_no_more_cuts_than_its_budget_has(
+    most_cuts: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A count, not seconds: a V8 with 943 holes to choose from was searched on after its budget was spent."""
+    seen: list[Attempt] = []
+    bounds: list[int] = []
+
+    def noted(tried: Attempt, *args: object, **kinds: object) -> list[Relaxation]:
+        seen.append(tried)
+        assert tried.bound > 1.0  # once for all advice
+        monkeypatch.setattr(relaxation, "least_share", counted)
+        return relaxations(tried, *args, **kinds)  # type: ignore[arg-type]
+
+    def counted(residual: Unbalance, judge: Tolerance, candidates: Candidates) -> float:
+        bounds.append(len(candidates.cuts))
+        return least_share(residual, judge, candidates)
+
+    monkeypatch.setattr(remedies, "relaxations", noted)
+    monkeypatch.setattr(relaxation, "MOST_PLANNED", most_cuts)
+    result = run.__wrapped__(1000.0, replace(FEW_HOLES, diameters_mm=(8.0, 10.0)))
+    (tried,) = seen
+    assert sum(tried.planned) <= most_cuts
+    assert max(bounds, default=0) <= most_cuts
+    assert len(tried.looks) <= MOST_OFFERS
+    assert result.outcome == "above_tolerance"
+    assert result.reason is not None
+    assert ("further changes were not tried" in result.reason) == bool(tried.left_out) == (most_cuts < 1000)
+    if not most_cuts:
+        assert tried.planned == []
+        assert bounds == []
+        assert all(each[0] != replace(FEW_HOLES, diameters_mm=(8.0, 10.0)) for each in tried.looks)
+    else:
+        assert result.relaxations
 
 
 @pytest.mark.slow
