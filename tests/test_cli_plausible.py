@@ -156,6 +156,9 @@ SINGLE: dict[str, Any] = {
         "heat_J": 900.0,
         "start_deg": -15.0,
         "duration_deg": 50.0,
+        "wall_heat": "woschni",
+        "gamma_per_K": 7e-5,
+        "flywheel_kg_mm2": 40000.0,
     },
 }
 

@@ -275,7 +275,7 @@ def test_progress_shows_on_a_terminal_only(tmp_path: Path) -> None:
         ("schema job", ">&-", 0, ""),
         ("schema job", ">/dev/full", 3, "cannot write to standard output: no space left on device"),
         ("inspect --help", ">/dev/full", 3, "cannot write to standard output: no space left on device"),
-        ("inspect nope.stl", ">&-", 3, "carries no unit"),
+        ("inspect nope.stl", ">&-", 3, "does not exist"),
         ("inspect nope.stl", "2>&-", 3, ""),
         ("inspect nope.stl", "2>/dev/full", 3, ""),
         ("schema nope", ">&- 2>&-", 2, ""),

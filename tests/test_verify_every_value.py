@@ -71,7 +71,7 @@ def shoulders(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("preset", "method", "listed"),
     [
         ("v-twin-45", '"turn"', set()),
-        ("single", '"mill"', set()),
+        ("single", '"mill"\nmill = { min_wall_mm = 1.0 }', set()),
         ("single", SLUG, {"inertia_change_kg_mm2"}),
     ],
 )

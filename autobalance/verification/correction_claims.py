@@ -14,7 +14,6 @@ from autobalance.balancing.uncertainty_budget import spacing_mm
 from autobalance.correction import KINDS, kind_of
 from autobalance.correction.clearance import clear_of_roughness
 from autobalance.correction.contract import Limits
-from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.trace import Before, Metal, Trace
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.faces import find_faces
@@ -147,9 +146,10 @@ def _check_point(claims: Claims, part: Claims, limits: Limits | None) -> None:
     ClaimError
         If the hole was drilled with another.
     """
-    if not isinstance(limits, DrillLimits) or "plan_kept" in claims.values:
+    stated = getattr(limits, "point_angle_deg", None)
+    if stated is None or "plan_kept" in claims.values:
         return
-    cut, stated = part.get("point_angle_deg", float), limits.point_angle_deg
+    cut = part.get("point_angle_deg", float)
     if claims.get("command", str) == "balance" and not math.isclose(cut, stated, abs_tol=SAME_POINT_DEG):
         raise ClaimError(
             f"{claims.name}: job.correction.drill.point_angle_deg is {stated:g}, "

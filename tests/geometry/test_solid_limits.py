@@ -91,7 +91,7 @@ CLAIMS = {
     "stl, triangles": (
         "stl",
         STL[:80] + HUGE.to_bytes(4, "little") + STL[84:],
-        "states 4000000000 triangles",
+        "4000000000 stands there",
     ),
     "off, vertices": ("off", b"OFF\n%d 4 0\n" % HUGE + b"0 0 0\n" * 9, "states 4000000000 vertices"),
     "off, faces": ("off", b"OFF\n1 %d 0\n" % HUGE + b"0 0 0\n" * 9, "4000000000 faces"),
@@ -213,9 +213,13 @@ def test_a_name_that_no_file_can_have() -> None:
 def test_a_job_is_read_no_farther_than_jobs_go(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     link = tmp_path / "job.toml"
     link.symlink_to("/dev/zero")
-    with pytest.raises(JobError, match=r"is larger than 1048576 bytes; is it a job\?"):
+    with pytest.raises(FileError, match="is not a regular file"):
         job.load(link)
-    assert main(["generate", str(link)]) == 3
+    long = tmp_path / "long.toml"
+    long.write_bytes(b"#" * (2**20 + 1))
+    with pytest.raises(JobError, match=r"is larger than 1048576 bytes; is it a job\?"):
+        job.load(long)
+    assert main(["generate", str(long)]) == 3
     assert "is it a description?" in capsys.readouterr().err
 
 

@@ -167,7 +167,7 @@ def test_the_reason_names_what_fails_and_what_would_mend_it() -> None:
     text = tolerance("expanded").why_not(BALANCED, budget(5.9, 3.1, 2.9), ("max_depth_mm = 2",))
     assert text is not None
     assert "the residual of plane A is 2.00 g·mm, within the permissible 5.00 g·mm" in text
-    assert "may be off by 3.10 g·mm (facets 3.10)" in text
+    assert "may be off by 3.10 g·mm (facets 3.10 g·mm)" in text
     assert "limited by max_depth_mm = 2" in text
     assert text.endswith("export the crank with finer facets, or as STEP")
     hopeless = tolerance("expanded").why_not(BALANCED, budget(10.5, 2.0, 2.0))

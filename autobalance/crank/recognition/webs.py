@@ -61,6 +61,9 @@ MIN_THROW_WIDTH_RATIO = 0.2
 """... or so wide for its diameter: public cranks without a unit are read as 1.6 mm long, pins as 0.4 mm."""
 MAX_IN_WEB = 0.25
 """A journal or crankpin is within a web over less than this share of its width: fillets of typed ones are."""
+MAX_BESIDE_BOSSES = 0.9
+"""The same share of a cylinder that is apart from all other metal: what stands on a web's face beside it, as
+bosses and bolts do, makes the web wider and the cylinder no part of it."""
 MAX_SHARED = 0.25
 """Two of them share less than this part of the narrower one's width."""
 MAX_LISTED = 8
@@ -129,7 +132,8 @@ def refuse_impossible(
     for name, run in (each for each in found if any(each[1] is run for _, run in bare)):
         for web in webs:
             inside = min(run.z_high, web.z_max_mm) - max(run.z_low, web.z_min_mm)
-            if run.width > 0.0 and inside > MAX_IN_WEB * run.width:
+            most = MAX_BESIDE_BOSSES if _is_bare(layout, run) else MAX_IN_WEB
+            if run.width > 0.0 and inside > most * run.width:
                 raise RecognitionError(
                     f"{name}, {cylinder_text(long, run)}, would be within a web over {inside:.4g} mm;"
                     f" main_journals or crankpins must name a bare cylinder: {_bare_ones(long, layout)}"
@@ -140,6 +144,15 @@ def refuse_impossible(
                 f"{name}, {cylinder_text(long, run)}, and {other_name}, {cylinder_text(long, other)},"
                 " would be on one stretch of the axis; correct main_journals or crankpins, or leave them out"
             )
+
+
+def _is_bare(layout: JournalLayout, run: CylinderRun) -> bool:
+    """Return whether the file has a cylinder apart from all other metal where a run is."""
+    return any(
+        shared_mm(run, each) > MAX_BESIDE_BOSSES * run.width
+        and abs(each.radius - run.radius) < SAME_RADIUS * run.radius
+        for each in layout.chosen_from
+    )
 
 
 def _bare_ones(long: SectionStack, layout: JournalLayout) -> str:
