@@ -1,20 +1,15 @@
-"""Every command with ``--json`` writes what ``autobalance schema`` says it writes."""
+"""Every command that has a report, on small inputs of a folder of its own."""
 
 from __future__ import annotations
 
-import argparse
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from runpy import run_path
 from typing import Any
 
 import numpy as np
-import pytest
-from jsonschema import Draft202012Validator
 
 import autobalance as ab
-from autobalance.command.main import full_parser
 from autobalance.job.toml.text import toml_text
 from autobalance.solid.csg.shape import Prism, polygon, tessellated
 from tests import jobs
@@ -48,10 +43,8 @@ FILES: Mapping[str, Mapping[str, Any]] = {
 }
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a crank, jobs, a balanced crank's report, and every other file that a command reads."""
-    folder = tmp_path_factory.mktemp("reports")
+def write_inputs(folder: Path) -> None:
+    """Write a crank, jobs, a balanced crank's report, and whatever else a command of ``CALLS`` reads."""
     for name, values in FILES.items():
         (folder / f"{name}.toml").write_text(toml_text(values), encoding="utf-8")
     ab.generate("single", file=folder / "crank.stl", segments=16).write(folder)
@@ -81,7 +74,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     time_s = np.arange(4000) / 2000.0
     rows = np.stack([time_s, 0.5 * np.cos(2.0 * np.pi * 25.0 * time_s)], axis=1)
     np.savetxt(folder / "signal.csv", rows, delimiter=",", header="time_s,accel_g", comments="")
-    return folder
 
 
 CALLS: Mapping[str, str] = {
@@ -113,44 +105,3 @@ CALLS: Mapping[str, str] = {
     "torsion": "torsion cycle.toml",
     "verify": "verify done/report.json",
 }
-
-
-def test_every_command_with_json_is_called_here() -> None:
-    (commands,) = [each for each in full_parser()._actions if isinstance(each, argparse._SubParsersAction)]
-    offered = {
-        name
-        for name, parser in commands.choices.items()
-        if any("--json" in action.option_strings for action in parser._actions)
-    }
-    assert offered == set(CALLS)
-
-
-@pytest.mark.parametrize("name", CALLS)
-def test_a_report_is_as_its_schema_says(
-    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    check(name, CALLS[name], folder, monkeypatch, capsys)
-
-
-def check(
-    name: str,
-    line: str,
-    folder: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(folder)
-    assert jobs.run(*line.split(), "--json", f"{name}.json") in (0, 4), capsys.readouterr().err
-    capsys.readouterr()
-    assert jobs.run("schema", SCHEMAS.get(name, name)) == 0
-    schema = json.loads(capsys.readouterr().out)
-    report = json.loads(Path(f"{name}.json").read_text(encoding="utf-8"))
-    assert [each.message for each in Draft202012Validator(schema).iter_errors(report)] == []
-    assert list(report)[:3] == ["schema_version", "autobalance", "command"]
-    assert report["command"] == name
-
-
-def test_a_train_with_everything_is_as_the_schema_says(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    check("torsion", "torsion train.toml", folder, monkeypatch, capsys)
