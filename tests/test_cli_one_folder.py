@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import autobalance as ab
 from autobalance.errors import FileError
 from autobalance.report.earlier_files import earlier_report, remove_stale
 from autobalance.report.files import Staging
@@ -163,3 +164,11 @@ def test_a_sheet_is_not_put_beside_the_report_of_another_run(
     assert not (two / "sheet.pdf").exists()
     assert jobs.run("sheet", one / "report.json", "--only", "pdf") == 0
     assert (one / "sheet.pdf").is_file()
+
+
+def test_cranks_and_jobs_that_a_person_names_stay_beside_each_other(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        drawn = ab.generate("single", file=tmp_path / f"{name}.stl", segments=16)
+        drawn.write(tmp_path)
+        ab.init(tmp_path / f"{name}.stl", unit="mm", file=tmp_path / f"{name}.toml").write(tmp_path)
+    assert names(tmp_path) >= {"one.stl", "two.stl", "one.toml", "two.toml"}

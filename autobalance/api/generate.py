@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.progress import telling
@@ -54,6 +54,8 @@ EXACT_SEGMENTS = 64
 @dataclass(frozen=True, eq=False, repr=False)
 class GenerateResult(VerbResult):
     """A crank that was built, as the bytes of its file and as an object."""
+
+    caller_names_files: ClassVar[bool] = True
 
     design: Design
     data: bytes

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.crank import Crank
@@ -49,6 +49,8 @@ JOB_ENDINGS = (".toml", ".xlsx")
 @dataclass(frozen=True, eq=False, repr=False)
 class InitResult(VerbResult):
     """A job that was written for a crank, or a shop's own file, as the bytes of its file."""
+
+    caller_names_files: ClassVar[bool] = True
 
     file: Path
     data: bytes

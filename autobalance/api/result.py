@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from autobalance.api.entry import Entries, is_tables
 from autobalance.errors import FileError, FormatError, UsageError
@@ -33,6 +33,9 @@ class VerbResult:
     ``content`` is the record of it. A verb's own result overrides ``text``, ``plots`` and ``files`` where it
     has any. Results pickle.
     """
+
+    caller_names_files: ClassVar[bool] = False
+    """Whether files have the names that the caller chose: others of them in a folder are no leftovers."""
 
     content: Any
 
@@ -100,7 +103,7 @@ class VerbResult:
         with Staging([folder]) as staging:
             for name, data in files.items():
                 staging.add(folder / name, data)
-            if self.report_name in files:
+            if self.report_name in files and not self.caller_names_files:
                 remove_stale(staging, folder / self.report_name, self.report)
             staging.commit()
         return tuple(folder / name for name in files)

@@ -55,7 +55,7 @@ def finish(
         for path, data in to_write:
             staging.add(path, data)
         notes: tuple[str, ...] = ()
-        if getattr(arguments, "output", None) is not None:
+        if getattr(arguments, "output", None) is not None and not result.caller_names_files:
             notes = remove_stale(staging, Path(arguments.output) / result.report_name, result.report)
         staging.commit()
     for text in (*result.warnings, *notes):
