@@ -303,6 +303,8 @@ def folders(folder: Path, draw: random.Random) -> None:
             held(code, said, text)
             if code in (0, 4):
                 only_the_listed(out, f"turn {turn}: {asked} after {sorted(before)}\n{text}")
+                again, said = ran("verify", out)
+                assert again == code, f"verify: exit code {again}: {said[-500:]}\n{text}"
             else:
                 assert contents(out) == before, f"a refused run changed its folder: {said}"
     finally:
@@ -428,37 +430,12 @@ def good(folder: Path, draw: random.Random) -> None:
     assert not found, "; ".join(found)
 
 
-def one_folder(folder: Path, draw: random.Random) -> None:
-    """Run two jobs into one folder; the files of the second are there, and nothing else."""
-    out = folder / f"one-folder-{draw.randrange(2**32)}"
-    for _ in range(2):
-        kind, papers = (
-            draw.choice(["drill", "mill", "turn"]),
-            draw.choice(["json", "csv", "html,csv", "xlsx"]),
-        )
-        balance = {"factor": round(draw.random(), 3), "grade": draw.choice([2.5, 40.0]), "speed_rpm": 6000.0}
-        asked = small.job(balance=balance, correction={"method": kind})
-        text = "\n".join(_toml(key, value) for key, value in asked.items()).replace(small.NAME, "crank.stl")
-        (folder / "folder.toml").write_text(text, encoding="utf-8")
-        with jobs.without_advice():
-            code, said = ran("balance", folder / "folder.toml", "-o", out, "--only", papers)
-        held(code, said, text)
-        if code not in (0, 4):
-            return
-    values = json.loads((out / "report.json").read_text("utf-8"))
-    listed = {each["file"] for each in values["outputs"].values() if isinstance(each, dict)}
-    assert {each.name for each in out.iterdir()} == {"report.json", *listed}
-    again, said = ran("verify", out)
-    assert again == code, f"verify: exit code {again}: {said[-500:]}"
-
-
 KINDS: dict[str, tuple[Callable[[Path, random.Random], None], float]] = {
     "damaged": (damaged, 10.0),
     "report": (report, 4.0),
     "job": (job, 2.0),
     "kill": (kill, 0.5),
     "good": (good, 0.5),
-    "one_folder": (one_folder, 0.5),
     "requests": (requests, 0.3),
     "folders": (folders, 1.0),
     "slip": (slip, 2.0),
