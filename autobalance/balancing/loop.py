@@ -165,7 +165,7 @@ def balance(
         return run.left_alone(chosen.plan)
     if (
         chosen.plan.share > 1.0
-        and not any(_settles_webs(each) for each in methods)
+        and not any(each.settles_webs for each in methods)
         and (half := cut_half(chosen, workpiece(rotor, tolerance, initial))) is not None
     ):
         return run.half_left(half)
@@ -294,11 +294,6 @@ def _steps(passes: Sequence[tuple[Plan, Pass]], first: Iterable[int]) -> tuple[S
         )
         for number, (plan, done) in enumerate(passes, 1)
     )
-
-
-def _settles_webs(limits: Limits) -> bool:
-    """Return whether a job lists the places of cuts, or allows just one: it settles which webs are cut."""
-    return getattr(limits, "positions", None) is not None or getattr(limits, "max_slugs", None) == 1
 
 
 def left_as_it_is(rotor: Rotor, outcome: Outcome, reason: str | None, steps: Sequence[Step] = ()) -> Result:

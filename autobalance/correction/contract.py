@@ -194,6 +194,11 @@ class Correction:
 class Limits:
     """Limits of a job on one kind of correction: a frozen dataclass, its fields the keys of its table."""
 
+    @property
+    def settles_webs(self) -> bool:
+        """Whether the job settles which webs are cut, so that one of two like webs may be cut alone."""
+        return False
+
 
 class Figures(Protocol):
     """Numbers as a sheet writes them, in the user's units."""

@@ -154,6 +154,11 @@ class DrillLimits(Limits):
         return self.zone if self.positions is None else "anywhere"
 
     @property
+    def settles_webs(self) -> bool:
+        """Whether the job lists the places of holes, and so the webs that are cut."""
+        return self.positions is not None
+
+    @property
     def may_deepen(self) -> bool:
         """Whether existing holes may be deepened."""
         return self.positions is not None if self.deepen is None else self.deepen

@@ -55,3 +55,8 @@ class SlugLimits(Limits):
         refuse_sectors("slug", self.sectors_deg)
         refuse_sizes("slug", "lengths_mm", "length", self.lengths_mm)
         refuse_out_of_range("slug", self)
+
+    @property
+    def settles_webs(self) -> bool:
+        """Whether a single slug is allowed, which one web alone can hold."""
+        return self.max_slugs == 1
