@@ -16,6 +16,7 @@ import pytest
 from autobalance.api.design import design
 from autobalance.balancing.measured_crank import measure_crank
 from autobalance.command import main
+from autobalance.declare import encoded
 from autobalance.design_search import strength
 from autobalance.design_search import written as solids
 from autobalance.design_search.build import with_profiles
@@ -33,7 +34,6 @@ from autobalance.errors import FileError, JobError
 from autobalance.job.files.design import load_design
 from autobalance.machine_models.solid_meshes import bodies_of_solid
 from autobalance.report.design.values import infeasible_reason, step_notes
-from autobalance.report.encoding import encoded
 from autobalance.report.records.design import SearchFigures, StartFigures
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch

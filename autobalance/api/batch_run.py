@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 from autobalance.api.batch_row import FAILED_EXIT_CODE, RowOutcome, RowTask, now
 from autobalance.api.result import Values
+from autobalance.declare import encoded
 from autobalance.errors import AutobalanceError, system_reason
-from autobalance.report.encoding import encoded
 from autobalance.report.files import Staging
 from autobalance.report.records.batch import BatchReport, JournalLine, RowFigures, RowNumbers
 from autobalance.runtime import Progress

@@ -11,9 +11,9 @@ from autobalance import job as jobs
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import Request, job_set, request
 from autobalance.api.result import Values, VerbResult
+from autobalance.declare import ABSENT
 from autobalance.errors import JobError, UsageError
 from autobalance.job import Job, JobSource
-from autobalance.records import ABSENT
 from autobalance.report.plot_files import Plots
 from autobalance.runtime import Progress
 from autobalance.units import RAD_S_PER_RPM

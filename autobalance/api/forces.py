@@ -12,6 +12,7 @@ from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import Request, job_keys, request
 from autobalance.api.options import place_mm
 from autobalance.api.result import VerbResult
+from autobalance.declare import ABSENT
 from autobalance.engine.dead_centres import dead_centres, first_order_counterweight
 from autobalance.engine.factor_advice import advise
 from autobalance.engine.force_summary import (
@@ -28,7 +29,6 @@ from autobalance.engine.whole_engine import Engine, about
 from autobalance.errors import JobError, UsageError
 from autobalance.job import JobSource
 from autobalance.machine_models import engine_from_job, rotor_from_job
-from autobalance.records import ABSENT
 from autobalance.report.plot_files import Drawn, Plot, Plots
 from autobalance.report.records.forces import (
     EngineState,

@@ -18,11 +18,11 @@ from autobalance.balancing.suggestions.wanted import Aim, Wanted
 from autobalance.crank.parametric.design import Design, preset
 from autobalance.crank.parametric.generate import crank_shape, crank_solid, exact_moments
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
+from autobalance.declare import ABSENT, Absent
 from autobalance.errors import JobError, UsageError
 from autobalance.job.files.crank_design import design_from, read_design, table_of, with_settings
 from autobalance.job.toml.document import text_of
 from autobalance.machine_models.rotor_from_job import beside_throws, crank_factor, throw_loads
-from autobalance.records import ABSENT, Absent
 from autobalance.report.records import balance as balance_records
 from autobalance.report.records import crank as records
 from autobalance.report.records import source

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from autobalance.declare import MIN_POSITIVE
 from autobalance.errors import UsageError
 from autobalance.job.toml.convert import MAX_NUMBER
-from autobalance.ranges import MIN_POSITIVE
 
 
 def positive(option: str, value: float) -> float:

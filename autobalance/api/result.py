@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from autobalance.api.entry import Entries, is_tables
+from autobalance.declare import encoded
 from autobalance.errors import FileError, FormatError, UsageError
 from autobalance.report.earlier_files import remove_stale
-from autobalance.report.encoding import encoded
 from autobalance.report.files import Staging
 from autobalance.report.notebook import box, plot, row, text
 from autobalance.report.plot_files import Plots

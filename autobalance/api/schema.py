@@ -102,7 +102,7 @@ def _report(name: str) -> Values:
 
 
 def _of_record(module: str, name: str) -> Values:
-    from autobalance.report.records.schema import schema_of
+    from autobalance.declare.schema import schema_of
 
     record = getattr(import_module(f"autobalance.report.records.{module}"), name)
     head = {"$schema": DRAFT, "title": f"Report of autobalance {record.command}"}

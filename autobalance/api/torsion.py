@@ -11,6 +11,7 @@ from autobalance import job as jobs
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_set, request
 from autobalance.api.result import Values, VerbResult
+from autobalance.declare import ABSENT
 from autobalance.dynamics.torsion_chain import TorsionChain
 from autobalance.errors import UsageError
 from autobalance.job import Job
@@ -27,7 +28,6 @@ from autobalance.machine_models.torsion_from_job import CrankChain, crank_chain
 from autobalance.machine_models.torsion_peaks import order_peaks
 from autobalance.machine_models.torsion_strains import critical_orders, order_responses
 from autobalance.machine_models.torsion_trains import named_train
-from autobalance.records import ABSENT
 from autobalance.report.plot_files import Plots
 from autobalance.report.records.torsion import (
     CriticalFigures,

@@ -28,9 +28,9 @@ from autobalance.correction.faces.patches import (
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.refusals import refuse_out_of_range
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin
+from autobalance.declare import NOT_NEGATIVE, POSITIVE
 from autobalance.errors import CorrectionError
 from autobalance.quantities import mm, said, span
-from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal, get_type_hints
 
 from autobalance.crank.anatomy import Anatomy
+from autobalance.declare import Range
 from autobalance.errors import CorrectionError
-from autobalance.ranges import Rule
 
 Direction = Literal["radial", "axial"]
 Sectors = tuple[tuple[float, float], ...]
@@ -21,7 +21,7 @@ def refuse_direction(kind: str, direction: str) -> None:
 
 FINEST_STEP_MM = 1e-6
 """Finest step of a machine; with a finer one the number of steps is not a number any more."""
-STEP = Rule(f"must be 0 or ≥ {FINEST_STEP_MM:g}", least=FINEST_STEP_MM, besides=(0.0,))
+STEP = Range(f"must be 0 or ≥ {FINEST_STEP_MM:g}", least=FINEST_STEP_MM, besides=(0.0,))
 """Range of a machine's step; 0: any depth."""
 
 
@@ -37,7 +37,7 @@ def refuse_out_of_range(kind: str, limits: Any) -> None:
                 raise CorrectionError(f"{kind}.{name} {verb} {number:g}; {rule.text}")
 
 
-def ranges_of(limits: type[Any]) -> Mapping[str, Rule]:
+def ranges_of(limits: type[Any]) -> Mapping[str, Range]:
     """Return the range of each field of a class of limits that declares one."""
     if limits not in _RANGES:
         hints = get_type_hints(limits, include_extras=True)
@@ -45,12 +45,12 @@ def ranges_of(limits: type[Any]) -> Mapping[str, Rule]:
             name: mark
             for name, hint in hints.items()
             for mark in getattr(hint, "__metadata__", ())
-            if isinstance(mark, Rule)
+            if isinstance(mark, Range)
         }
     return _RANGES[limits]
 
 
-_RANGES: dict[type[Any], Mapping[str, Rule]] = {}
+_RANGES: dict[type[Any], Mapping[str, Range]] = {}
 
 
 def refuse_sizes(kind: str, key: str, one: str, sizes_mm: Sequence[object]) -> None:

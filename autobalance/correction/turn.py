@@ -28,9 +28,9 @@ from autobalance.correction.rings.trace import (
 )
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.declare import POSITIVE
 from autobalance.errors import CorrectionError
 from autobalance.quantities import mm, said
-from autobalance.ranges import POSITIVE
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Joined, Shape, equal_area

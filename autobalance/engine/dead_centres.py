@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from autobalance.declare import Angle, NotNegative, Ordinal, Positive, record
 from autobalance.engine.whole_engine import Engine
-from autobalance.records import Angle, NotNegative, Ordinal, Positive, record
 from autobalance.units import N_PER_G_MM_S2, wrapped_deg
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalance.declare import NotNegative
 from autobalance.engine.loads import Loads, Support, loads, support_of, whole_turn
 from autobalance.engine.whole_engine import Engine, Order
-from autobalance.records import NotNegative
 from autobalance.types import Array
 
 HIGHEST_ORDER = 8

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from autobalance.declare import POSITIVE
 from autobalance.errors import JobError
 from autobalance.job.toml.convert import Large
 from autobalance.job.toml.keys import Key
-from autobalance.ranges import POSITIVE
 
 BEARINGS = Key(
     "bearings",

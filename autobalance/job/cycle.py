@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Literal
 
+from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Range
 from autobalance.engine.cycle.cylinder import Strokes
 from autobalance.engine.cycle.friction import NO_FRICTION, Friction
 from autobalance.engine.cycle.pendulum import Path as PendulumPath
@@ -14,20 +15,19 @@ from autobalance.engine.cycle.pendulum import Pendulum
 from autobalance.errors import JobError
 from autobalance.job.model.cycle import Absorber, Cycle, CylinderGas, Film, Model, Peg, TraceFile
 from autobalance.job.toml.keys import Key, Values, plain
-from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Rule
 from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM
 
 WallHeat = Literal["none", "woschni"]
 ChenFlynn = tuple[float, float, float, float]
 
-BORE = Rule("must be ≥ 1", least=1.0)
-EXPONENT = Rule("must be > 0 and at most 50", above=0.0, most=50.0)
-GAMMA = Rule("must be > 1 and at most 3", above=1.0, most=3.0)
-GAMMA_SLOPE = Rule("must be −0.001 to 0.001", least=-1e-3, most=1e-3)
-RATIO = Rule("must be > 1", above=1.0)
-ABSOLUTE = Rule("must be absolute, ≥ 0 (gauge?)", least=0.0)
-ABSOLUTE_ABOVE_0 = Rule("must be absolute, ≥ 0.001 (gauge?)", least=1e-3)
-STROKES = Rule("must be 2 or 4", one_of=(2, 4))
+BORE = Range("must be ≥ 1", least=1.0)
+EXPONENT = Range("must be > 0 and at most 50", above=0.0, most=50.0)
+GAMMA = Range("must be > 1 and at most 3", above=1.0, most=3.0)
+GAMMA_SLOPE = Range("must be −0.001 to 0.001", least=-1e-3, most=1e-3)
+RATIO = Range("must be > 1", above=1.0)
+ABSOLUTE = Range("must be absolute, ≥ 0 (gauge?)", least=0.0)
+ABSOLUTE_ABOVE_0 = Range("must be absolute, ≥ 0.001 (gauge?)", least=1e-3)
+STROKES = Range("must be 2 or 4", one_of=(2, 4))
 MM3_PER_CM3 = 1e3
 DEAD_CENTRE = "the bottom dead centre beside firing"
 

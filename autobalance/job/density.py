@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
+from autobalance.declare import POSITIVE
 from autobalance.engine.materials import MATERIALS
 from autobalance.job.toml.keys import REQUIRED, Key
-from autobalance.ranges import POSITIVE
 
 Material: Any = Literal[tuple(MATERIALS)]
 

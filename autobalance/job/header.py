@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from autobalance.declare import POSITIVE
 from autobalance.job.toml.keys import Key
-from autobalance.ranges import POSITIVE
 
 DrillSeries = Literal["mm", "inch", "letter", "number"]
 

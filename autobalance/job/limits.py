@@ -17,10 +17,10 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from autobalance.correction import KINDS, Limits
 from autobalance.correction.contract import Prefer
 from autobalance.correction.faces.patches import FaceLimits
+from autobalance.declare import ANY, NOT_NEGATIVE, Range, TypedIn
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job.header import SHOP
 from autobalance.job.toml.keys import Key, Values, read
-from autobalance.ranges import ANY, NOT_NEGATIVE, Rule, TypedIn
 
 FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
 """Keys of the top level, which the kinds share whose limits have ``faces``."""
@@ -37,7 +37,7 @@ USUAL_LIMITS = {
     "min_wall_mm": "a quarter of the web",
 }
 
-PERCENT = Rule("must be 0 to 100", least=0.0, most=100.0)
+PERCENT = Range("must be 0 to 100", least=0.0, most=100.0)
 PREFER = (
     'secondary objective among plans that reach the target: `"simple"` (fewest different cuts of tool and '
     'depth, then fewest cuts, then least metal; `"same_setup"`, usual in `recut`: first the tools of earlier '
@@ -132,7 +132,7 @@ def _keys_of(limits: type[Limits]) -> tuple[Key, ...]:
 def _key(each: Field[Any], hints: Mapping[str, Any], says: str, usual: str) -> Key:
     hint = hints[each.name]
     every = getattr(hint, "__metadata__", ())
-    marks = [mark for mark in every if isinstance(mark, Rule)]
+    marks = [mark for mark in every if isinstance(mark, Range)]
     typed = next((mark.unit for mark in every if isinstance(mark, TypedIn)), "")
     hint = getattr(hint, "__origin__", hint) if hasattr(hint, "__metadata__") else hint
     lists = any(get_origin(arm) is tuple and Ellipsis in get_args(arm) for arm in (hint, *get_args(hint)))

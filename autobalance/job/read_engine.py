@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
+from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.errors import JobError
 from autobalance.job.layout import BANK_DEG, LAYOUT, LINK, ROD, layout_of, links_of, rod_of
 from autobalance.job.model import (
@@ -20,7 +21,6 @@ from autobalance.job.model import (
 from autobalance.job.solid_weights import SOLID
 from autobalance.job.toml.keys import FILLED, Key, Values, plain
 from autobalance.job.toml.typed_units import WEIGHT_TABLES
-from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.units import G_PER, G_PER_MM3_PER_KG_M3
 
 Turns = Literal["ccw", "cw"]

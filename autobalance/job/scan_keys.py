@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from autobalance.declare import NOT_NEGATIVE, POSITIVE
 from autobalance.errors import JobError
 from autobalance.job.model import LengthUnit
 from autobalance.job.model.crank_readings import Calibrate, CrankReadings
 from autobalance.job.toml.keys import Key, Values
-from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.solid.soundness.open_holes import OpenHoles
 
 Vector = tuple[float, float, float]

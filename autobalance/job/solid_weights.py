@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from autobalance.declare import COUNTED, NOT_NEGATIVE
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.job.density import density_keys
 from autobalance.job.model import Distribution, LengthUnit
 from autobalance.job.toml.keys import Key, Values, read
 from autobalance.job.toml.typed_units import WEIGHT_TABLES
-from autobalance.ranges import COUNTED, NOT_NEGATIVE
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 BODY = (

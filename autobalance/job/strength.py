@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Literal
 
+from autobalance.declare import NOT_NEGATIVE, POSITIVE, Range
 from autobalance.errors import JobError
 from autobalance.job.model.strength import FilletFactorPair, Strength
 from autobalance.job.toml.keys import Key, Values
-from autobalance.ranges import NOT_NEGATIVE, POSITIVE, Rule
 
-AT_LEAST_ONE = Rule("must be ≥ 1", least=1.0)
+AT_LEAST_ONE = Range("must be ≥ 1", least=1.0)
 MATERIAL = (
     Key("tensile_MPa", float, "tensile strength", POSITIVE),
     Key("yield_MPa", float, "yield strength", POSITIVE, None),

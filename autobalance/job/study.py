@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from autobalance.declare import NOT_NEGATIVE, Range
 from autobalance.job.model import Distribution, Sampling
 from autobalance.job.toml.keys import FILLED, Key
-from autobalance.ranges import NOT_NEGATIVE, Rule
 
-WANDER = Rule("must be 0 to 45", least=0.0, most=45.0)
+WANDER = Range("must be 0 to 45", least=0.0, most=45.0)
 STUDY = Key(
     "study",
     says="distribution of each ±, and further tolerances of a crank that is made: see "

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Range
 from autobalance.errors import JobError
 from autobalance.job.model.torsion import (
     CrankTorsion,
@@ -20,7 +21,6 @@ from autobalance.job.model.torsion import (
 from autobalance.job.toml.convert import Large
 from autobalance.job.toml.keys import FILLED, Key, Values, read
 from autobalance.job.torsion_train import TRAIN, train_parts
-from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.types import Array
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
@@ -28,7 +28,7 @@ KG_M2_PER_KG_MM2 = 1e-6
 KG_PER_G = 1e-3
 MPA_PER_GPA = 1e3
 
-POINTS = Rule("must be 2 to 100000", least=2, most=100000)
+POINTS = Range("must be 2 to 100000", least=2, most=100000)
 SPEEDS = (
     Key(
         "speed_rpm",
@@ -62,7 +62,7 @@ DAMPING_RATIO = Key(
     "damping_ratio",
     float,
     "share of critical damping in every mode; default 0.01, and 0 where a damper is given",
-    Rule("must be 0 or more and below 1", least=0.0, below=1.0),
+    Range("must be 0 or more and below 1", least=0.0, below=1.0),
     None,
 )
 DRIVEN = (

@@ -6,16 +6,16 @@ from itertools import pairwise
 
 import numpy as np
 
+from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Range
 from autobalance.dynamics.torsion_train import GearPair
 from autobalance.errors import JobError
 from autobalance.job.model.torsion_train import Branch, Coupling, Damper, DamperKind, TrainParts
 from autobalance.job.toml.convert import Large
 from autobalance.job.toml.keys import Key, Values
-from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.units import M_PER_MM
 
 KG_M2_PER_KG_MM2 = 1e-6
-NOT_ZERO = Rule("must not be 0", apart=1e-6)
+NOT_ZERO = Range("must not be 0", apart=1e-6)
 
 INERTIA = (
     Key("name", str, "name of the station", ANY, ""),

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
+from autobalance.declare import ABSENT, Absent, Count, Degrees, NotNegative, Ordinal, record
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.factors import MainLoads
 from autobalance.engine.cycle.firing_engine import FiringEngine
 from autobalance.job.model.cycle import Film
-from autobalance.records import ABSENT, Absent, Count, Degrees, NotNegative, Ordinal, record
 from autobalance.types import Array, Complex
 from autobalance.units import M_PER_MM
 

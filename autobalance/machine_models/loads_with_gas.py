@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Self
 
+from autobalance.declare import NewtonMetres, Rpm, record
 from autobalance.engine.cycle.load_figures import NumberedLoad, numbered_loads
-from autobalance.records import NewtonMetres, Rpm, record
 
 if TYPE_CHECKING:
     from autobalance.engine.cycle.analysis import CycleAnalysis

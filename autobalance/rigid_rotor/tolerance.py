@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from autobalance.declare import Positive
 from autobalance.quantities import Quantity, Text, joined, said
-from autobalance.records import Positive
 from autobalance.rigid_rotor.margin import Judged, Margin, explain_margin
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget, Share

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from autobalance.records import NotNegative, Positive
+from autobalance.declare import NotNegative, Positive
 from autobalance.signal.analysis import Analysis, uncertain_ratio
 from autobalance.signal.levels import Band, band_levels
 from autobalance.signal.sources import Source, candidates, natural_sources

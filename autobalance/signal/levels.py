@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from autobalance.records import NotNegative, Positive
+from autobalance.declare import NotNegative, Positive
 from autobalance.signal.header import spelled
 from autobalance.signal.record import Channel
 from autobalance.signal.spectra import BANDS_HZ, band_rms, quantity, welch

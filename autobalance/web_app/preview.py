@@ -36,10 +36,10 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
     JobError
         If a key of the job is wrong or missing.
     """
+    from autobalance.declare import encoded
     from autobalance.engine.balance_factor import bob_weight_moments
     from autobalance.job import Job
     from autobalance.machine_models import rotor_from_job as from_job
-    from autobalance.report.encoding import encoded
     from autobalance.report.records import balance as records
     from autobalance.rigid_rotor.unbalance import Unbalance
     from autobalance.verification.claims import Claims

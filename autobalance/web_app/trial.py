@@ -94,7 +94,7 @@ def tried(
     """
     from autobalance.balancing.cut_pass import cut_and_measure
     from autobalance.balancing.run import measure_of
-    from autobalance.report.encoding import encoded
+    from autobalance.declare import encoded
     from autobalance.report.records import balance as records
     from autobalance.studies.plan import planned
 

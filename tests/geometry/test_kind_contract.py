@@ -23,10 +23,10 @@ from autobalance.crank.faces import find_faces
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_shape
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.declare import encoded
 from autobalance.report.balance import kinds
 from autobalance.report.balance.values import dumps, schema
 from autobalance.report.display_units import ON_PAPER
-from autobalance.report.encoding import encoded
 from autobalance.report.records.corrections import Correction
 from autobalance.report.sheet.cuts import cut_row
 from autobalance.rigid_rotor.moments import Moments

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import autobalance as ab
+from autobalance.declare import encoded
 from autobalance.errors import SolidError
 from autobalance.machine_models import solid_meshes
 from autobalance.machine_models.web_bending import bending as bending_of
 from autobalance.machine_models.web_bending import weakest_section_MPa
 from autobalance.report.balance.bending_text import bending_text
-from autobalance.report.encoding import encoded
 from autobalance.report.records.bending import Bending as BendingRecord
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 import re
 import types
@@ -17,22 +18,26 @@ from jsonschema import Draft202012Validator
 
 import autobalance as ab
 from autobalance.api.schema import REPORT_RECORDS
-from autobalance.records import (
+from autobalance.declare import (
     ABSENT,
     INLINE,
     Absent,
-    Bound,
     Degrees,
-    Key,
     KgMm2,
     Like,
+    Named,
     Pair,
+    Pattern,
+    Range,
     Rpm,
+    Size,
+    decoded,
+    encoded,
     fields_of,
     record,
 )
-from autobalance.report.encoding import encoded
-from autobalance.report.records.schema import schema_of
+from autobalance.declare.schema import schema_of
+from tests.frozen.outputs import report_differences
 
 BOUNDS = {"minimum": 0.5, "exclusiveMinimum": 0.5}
 
@@ -53,7 +58,7 @@ class Outer:
     unbalance_g_mm: Pair
     inner: Annotated[Inner, INLINE]
     more: Annotated[Mapping[str, float], INLINE]
-    from_: Annotated[int, Key("from")]
+    from_: Annotated[int, Named("from")]
     left_out: str | Absent = ABSENT
 
 
@@ -81,6 +86,37 @@ def test_a_record_is_written_in_the_units_of_its_keys() -> None:
     assert made["required"] == ["angle_deg", "inertias_kg_mm2", "unbalance_g_mm", "speed_rpm", "from"]
     assert made["additionalProperties"] is True  # what stands inline has any keys
     Draft202012Validator(made).validate(encoded(outer()))
+
+
+def test_what_was_written_is_read_again() -> None:
+    again = decoded(Outer, encoded(outer()))
+    assert (again.angle_rad, again.from_, again.left_out, again.more) == (
+        math.pi,
+        7,
+        ABSENT,
+        {"kind_mm": 4.0},
+    )
+    assert again.inner.speed_rad_s == pytest.approx(2.0 * math.pi, rel=1e-15)
+    assert again.inertias_g_mm2 == (2.0e3, 3.0e3)
+    for wrong, place in (
+        ({"angle_deg": "90"}, r"^\.angle_deg is '90'; expected float"),
+        ({"inertias_kg_mm2": [1.0, None]}, r"^\.inertias_kg_mm2\[2\] is None"),
+        ({"from": True}, r"^\.from is True; expected int"),
+        ({"unbalance_g_mm": 1.0}, r"^\.unbalance_g_mm is 1.0; expected a list"),
+    ):
+        with pytest.raises(ValueError, match=place):
+            decoded(Outer, encoded(outer()) | wrong)
+    with pytest.raises(ValueError, match=r"^\.from is missing"):
+        decoded(Outer, {key: each for key, each in encoded(outer()).items() if key != "from"})
+
+
+@pytest.mark.parametrize("name", REPORT_RECORDS)
+def test_every_report_is_read_as_it_was_written(name: str) -> None:
+    module, of = REPORT_RECORDS[name].split(".")
+    record = getattr(import_module(f"autobalance.report.records.{module}"), of)
+    report = json.dumps(example(record))
+    again = encoded(decoded(record, json.loads(report)))
+    assert report_differences(report, json.dumps(again)) == []
 
 
 CHANGED = re.compile(
@@ -125,7 +161,12 @@ def example(hint: Any, bounds: Mapping[str, Any] = types.MappingProxyType({})) -
         return example(inner[0], bounds)
     if origin is Annotated:
         like = [each.record for each in inner[1:] if isinstance(each, Like)]
-        own = {each.keyword: each.value for each in inner[1:] if isinstance(each, Bound)}
+        own = {
+            word: value
+            for each in inner[1:]
+            if isinstance(each, Range | Size | Pattern)
+            for word, value in each.schema().items()
+        }
         return example(like[0] if like else inner[0], {**bounds, **own})
     if origin in (Union, types.UnionType):
         return example(next(each for each in inner if each not in (type(None), Absent)), bounds)

@@ -2,8 +2,8 @@
 
 from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
-from autobalance.records import Bound
-from autobalance.report.records.schema import open_keys, schema_of
+from autobalance.declare import Range
+from autobalance.declare.schema import open_keys, schema_of
 
 
 class Inner(TypedDict):
@@ -16,7 +16,7 @@ class Inner(TypedDict):
 class Outer(TypedDict):
     """One of everything."""
 
-    size_mm: Annotated[float, "how long", Bound("minimum", 0)]
+    size_mm: Annotated[float, "how long", Range(least=0)]
     inner: NotRequired[Inner | None]
     counts: list[int] | None
     free: dict[str, Any]

@@ -8,10 +8,10 @@ import pytest
 from autobalance.balancing.comparison import Row, beaten_by, ranked, wall_left_mm, why_recommended
 from autobalance.correction.contract import Correction, Prefer
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
+from autobalance.declare import encoded
 from autobalance.report.balance.comparison import comparison, comparison_html, comparison_text
 from autobalance.report.balance.values import dumps
 from autobalance.report.display_units import ON_SCREEN
-from autobalance.report.encoding import encoded
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

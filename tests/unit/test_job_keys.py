@@ -14,12 +14,12 @@ from jsonschema import Draft202012Validator
 from autobalance import job
 from autobalance.command.main import main
 from autobalance.correction import KINDS
+from autobalance.declare import ANY, Range
 from autobalance.errors import JobError
 from autobalance.job.tables import job_schema, job_tables
 from autobalance.job.toml.convert import MAX_NUMBER, Large
 from autobalance.job.toml.keys import REQUIRED, Key, read
 from autobalance.job.toml.typed_units import in_base_units
-from autobalance.ranges import ANY, Rule
 from autobalance.units import G_PER
 
 Path_ = tuple[str | int, ...]
@@ -71,7 +71,7 @@ FITTING: Mapping[str, Any] = {
 """Tables and values that fit together, by their path without places in lists."""
 
 
-def number(rule: Rule) -> float:
+def number(rule: Range) -> float:
     return next(each for each in (1, 2, 1.2, 0.5, 50, 5e-4, 10_000) if rule.holds(each))
 
 
@@ -91,7 +91,7 @@ def needed(key: Key) -> bool:
     return key.default is REQUIRED
 
 
-def fitting(hint: Any, rule: Rule) -> Any:
+def fitting(hint: Any, rule: Range) -> Any:
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Literal:
         return inner[0]
@@ -129,7 +129,7 @@ def wrong(key: Key) -> Iterator[Any]:
     yield from beyond(key.rule, numeric[0])
 
 
-def beyond(rule: Rule, kind: Any) -> Iterator[float]:
+def beyond(rule: Range, kind: Any) -> Iterator[float]:
     """Yield numbers out of range."""
     yield 10 * MAX_NUMBER if kind is not Large else 1e16
     step = 1 if kind is int else 1e-3
@@ -268,7 +268,7 @@ def at(raw: Any, path: Path_) -> Any:
 
 
 def test_a_range_is_in_its_words_and_in_the_schema() -> None:
-    rule = Rule("must be 0 or ≥ 0.1", least=0.1, besides=(0.0,))
+    rule = Range("must be 0 or ≥ 0.1", least=0.1, besides=(0.0,))
     validates = Draft202012Validator(rule.schema()).is_valid
     for value in (-1.0, 0.0, 0.05, 0.1, 7.0):
         assert rule.holds(value) == validates(value)

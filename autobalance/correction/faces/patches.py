@@ -12,8 +12,8 @@ import numpy as np
 from autobalance.correction.contract import Limits
 from autobalance.correction.refusals import STEP
 from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.declare import NOT_NEGATIVE, POSITIVE
 from autobalance.errors import CorrectionError
-from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid

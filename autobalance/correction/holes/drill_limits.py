@@ -20,14 +20,14 @@ from autobalance.correction.refusals import (
     refuse_sectors,
     refuse_sizes,
 )
+from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Range, TypedIn
 from autobalance.errors import CorrectionError
-from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE, Rule, TypedIn
 
 SERIES: tuple[Series, ...] = ("mm", "inch", "letter", "number")
-POINT = Rule("must be 30 to 180", least=30.0, most=180.0)
+POINT = Range("must be 30 to 180", least=30.0, most=180.0)
 MOST_OBLIQUITY_DEG = math.degrees(CONTINUATION_RAD)
 ZONES: tuple[Zone, ...] = ("counterweights", "web", "anywhere")
-OBLIQUITY = Rule(f"must be 0 to {MOST_OBLIQUITY_DEG:g}", least=0.0, most=MOST_OBLIQUITY_DEG)
+OBLIQUITY = Range(f"must be 0 to {MOST_OBLIQUITY_DEG:g}", least=0.0, most=MOST_OBLIQUITY_DEG)
 
 
 @dataclass(frozen=True)

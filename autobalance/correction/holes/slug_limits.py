@@ -14,7 +14,7 @@ from autobalance.correction.refusals import (
     refuse_sectors,
     refuse_sizes,
 )
-from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from autobalance.correction.contract import Limits
 from autobalance.correction.refusals import STEP, Sectors, refuse_out_of_range, refuse_sectors
+from autobalance.declare import NOT_NEGATIVE, POSITIVE
 from autobalance.errors import CorrectionError
-from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from autobalance.declare import NewtonMetres, Rpm
 from autobalance.engine.cycle.firing_engine import FiringEngine, LoadParts, pulls_at_mains_n
 from autobalance.engine.whole_engine import CrankUnbalance
-from autobalance.records import NewtonMetres, Rpm
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 

@@ -5,11 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Self
 
-from autobalance.engine.cycle.factors import KeyFigures
-from autobalance.engine.cycle.load_figures import NumberedLoad, TorqueOrder
-from autobalance.engine.cycle.pendulum import Path
-from autobalance.engine.dead_centres import DeadCentres
-from autobalance.records import (
+from autobalance.declare import (
     ABSENT,
     INLINE,
     JOULES,
@@ -29,6 +25,10 @@ from autobalance.records import (
     Rpm,
     record,
 )
+from autobalance.engine.cycle.factors import KeyFigures
+from autobalance.engine.cycle.load_figures import NumberedLoad, TorqueOrder
+from autobalance.engine.cycle.pendulum import Path
+from autobalance.engine.dead_centres import DeadCentres
 
 if TYPE_CHECKING:
     from autobalance.engine.cycle.cylinder import CylinderCycle

@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from autobalance.records import ABSENT, INLINE, Absent, Bound, Degrees, NewtonMetres, Newtons, Ordinal, record
+from autobalance.declare import ABSENT, INLINE, Absent, Degrees, NewtonMetres, Newtons, Ordinal, Range, record
 
 
 @dataclass(frozen=True)
 class LoadPeak:
     """Greatest magnitude of a load, the crank angle where it is, and its mean magnitude over a cycle."""
 
-    greatest_n: Annotated[Newtons, Bound("minimum", 0)]
+    greatest_n: Annotated[Newtons, Range(least=0)]
     at_rad: Degrees
-    mean_n: Annotated[Newtons, Bound("minimum", 0)]
+    mean_n: Annotated[Newtons, Range(least=0)]
 
 
 @dataclass(frozen=True)

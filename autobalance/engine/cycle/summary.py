@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from autobalance.declare import ABSENT, Absent
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.counterweight_search import best_counterweight, best_counterweight_at
 from autobalance.engine.cycle.factors import (
@@ -39,7 +40,6 @@ from autobalance.engine.cycle.load_figures import Carrier, numbered_loads
 from autobalance.engine.cycle.pendulum import Pendulum
 from autobalance.engine.cycle.speed import run_up_s
 from autobalance.engine.dead_centres import dead_centres
-from autobalance.records import ABSENT, Absent
 
 SHARES = (0.9, 1.0, 1.1)
 """Of inertia and of reciprocating mass, for what they do to the key figures."""

@@ -7,8 +7,8 @@ from typing import Any, Literal
 
 from autobalance.bearings.cases import Solver
 from autobalance.bearings.reynolds import Boundary
+from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Range
 from autobalance.job.toml.keys import Key
-from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 
 Pair = tuple[float, float]
 Turns = Literal["ccw", "cw"]
@@ -18,8 +18,8 @@ MOST_CELLS = 100_000
 OIL_POINTS: tuple[Pair, Pair] = ((40.0, 100.0), (100.0, 11.0))
 """Of an oil that names none: an SAE 30."""
 
-UP_TO_ONE = Rule("must be 0 to 1: the journal touches its bush at 1", least=0.0, most=1.0)
-ABOVE_ZERO_KELVIN = Rule("must be above -273.15", above=-273.15)
+UP_TO_ONE = Range("must be 0 to 1: the journal touches its bush at 1", least=0.0, most=1.0)
+ABOVE_ZERO_KELVIN = Range("must be above -273.15", above=-273.15)
 
 OIL_KEYS = (
     Key(

@@ -8,9 +8,9 @@ from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from autobalance.crank.parametric.design import LEAST_SEGMENTS, MOST_SEGMENTS, PRESETS, Design
+from autobalance.declare import ANY, NOT_NEGATIVE, POSITIVE, Range
 from autobalance.job.read_engine import ENGINE
 from autobalance.job.toml.keys import REQUIRED, Key
-from autobalance.ranges import ANY, NOT_NEGATIVE, POSITIVE, Rule
 
 MEANINGS: Mapping[str, str] = {
     "name": "of the crank; the file's name if it is not there",
@@ -53,10 +53,10 @@ MEANINGS: Mapping[str, str] = {
     "bolt_circle_mm": "diameter of the circle of bolt holes",
 }
 """What each field means, by its name."""
-RULES: Mapping[str, Rule] = {
+RULES: Mapping[str, Range] = {
     "stroke_mm": POSITIVE,
     "density_kg_m3": POSITIVE,
-    "segments": Rule(
+    "segments": Range(
         f"must be {LEAST_SEGMENTS} to {MOST_SEGMENTS}", least=LEAST_SEGMENTS, most=MOST_SEGMENTS
     ),
 }

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Range
 from autobalance.job.toml.keys import FILLED, Key
-from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 
 Pair = tuple[float, float]
 Point = tuple[float, float, float]
@@ -15,9 +15,9 @@ OBJECTIVES = ("mass_g", "polar_inertia_kg_mm2")
 ALL_OBJECTIVES = (*OBJECTIVES, "greatest_main_load_N", "greatest_stress_MPa")
 DEFAULT_ANALYSES = 40
 LEAST_POINTS = 4
-ENOUGH_POINTS = Rule(f"must be ≥ {LEAST_POINTS}: the spline is cubic", least=LEAST_POINTS)
-FOUR = Rule("must be ≥ 4", least=4)
-DRAFT = Rule("must be 0 to 30", least=0.0, most=30.0)
+ENOUGH_POINTS = Range(f"must be ≥ {LEAST_POINTS}: the spline is cubic", least=LEAST_POINTS)
+FOUR = Range("must be ≥ 4", least=4)
+DRAFT = Range("must be 0 to 30", least=0.0, most=30.0)
 START_TABLES = ("crankshaft", "engine", "original", "balance", "cycle")
 """Tables of the job that a design starts from."""
 

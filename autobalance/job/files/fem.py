@@ -6,19 +6,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from autobalance.declare import POSITIVE, Range
 from autobalance.errors import JobError
 from autobalance.fem_analysis.elasticity import Material
 from autobalance.fem_analysis.statics import Box, Hold, Load
 from autobalance.job.model import LengthUnit
 from autobalance.job.toml.keys import FILLED, Key, Values, plain, read_document
-from autobalance.ranges import POSITIVE, Rule
 from autobalance.units import STEEL_KG_M3
 
 T_MM3_PER_KG_M3 = 1e-12
 MPA_PER_GPA = 1e3
-POISSON = Rule("must be 0 ≤ nu < 0.5", least=0.0, below=0.5)
+POISSON = Range("must be 0 ≤ nu < 0.5", least=0.0, below=0.5)
 MODES_MOST = 100
-SOME_MODES = Rule(f"must be 1 to {MODES_MOST}", least=1, most=MODES_MOST)
+SOME_MODES = Range(f"must be 1 to {MODES_MOST}", least=1, most=MODES_MOST)
 
 Vector = tuple[float, float, float]
 AnalysisKind = Literal["modes", "static"]

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
+from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Range
 from autobalance.dynamics.balancing_machine import Noise
 from autobalance.dynamics.drilled_depth import DrillPlace, HoleDirection
 from autobalance.dynamics.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric
@@ -23,7 +24,6 @@ from autobalance.job.files.reading_keys import (
     Convention,
 )
 from autobalance.job.toml.keys import FILLED, Key, Values, read_document
-from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM, STEEL_KG_M3
 
 MachineKind = Literal["hard", "soft", "cradle", "nodal", "static"]
@@ -32,8 +32,8 @@ Pair = tuple[float, float]
 G_S2_PER_N_MM = 1e6
 """1 N/mm in g/s², the stiffness of mm, g, s."""
 MOST_RUNS = 100_000
-POINT = Rule("must be > 0 and ≤ 180", above=0.0, most=180.0)
-RUNS = Rule(f"must be 1 to {MOST_RUNS}", least=1, most=MOST_RUNS)
+POINT = Range("must be > 0 and ≤ 180", above=0.0, most=180.0)
+RUNS = Range(f"must be 1 to {MOST_RUNS}", least=1, most=MOST_RUNS)
 
 ROTOR_KEYS = (
     Key("report", str, "report of balance or recut: its solid and its bob-weights", default=None),

@@ -9,19 +9,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from autobalance.declare import NOT_NEGATIVE, POSITIVE, Range
 from autobalance.errors import JobError
 from autobalance.job.toml.document import text_of, toml_of
 from autobalance.job.toml.keys import Key, Values, named_in, read
 from autobalance.job.toml.typed_units import in_base_units, length_mm
-from autobalance.ranges import NOT_NEGATIVE, POSITIVE, Rule
 
 ToolKind = Literal["drill", "end_mill", "turning"]
 LENGTHS = 1e4
-POINT = Rule("must be 30 to 180", least=30.0, most=180.0)
-SIGN = Rule("must be 1 or -1", one_of=(1, -1))
-LENGTH = Rule(f"must be > 0 and at most {LENGTHS:g}", above=0.0, most=LENGTHS)
-TOOL_NUMBER = Rule("must be 1 to 9999", least=1, most=9999)
-PROGRAM = Rule("must be 1 to 9990", least=1, most=9990)
+POINT = Range("must be 30 to 180", least=30.0, most=180.0)
+SIGN = Range("must be 1 or -1", one_of=(1, -1))
+LENGTH = Range(f"must be > 0 and at most {LENGTHS:g}", above=0.0, most=LENGTHS)
+TOOL_NUMBER = Range("must be 1 to 9999", least=1, most=9999)
+PROGRAM = Range("must be 1 to 9990", least=1, most=9990)
 
 MACHINE_PART = (
     Key("post", str, "dialect of the programs: linuxcnc, or fanuc (Fanuc and Haas)"),

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from autobalance.declare import NOT_NEGATIVE, POSITIVE, Range
 from autobalance.job.toml.keys import Key, Values
-from autobalance.ranges import NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.units import wrapped_deg
 
 Rotation = Literal["ccw", "cw"]
 Reads = Literal["heavy", "light"]
 
-PERCENT = Rule("must be > 0 and ≤ 100", above=0.0, most=100.0)
+PERCENT = Range("must be > 0 and ≤ 100", above=0.0, most=100.0)
 
 ROTATION = Key("rotation", Rotation, "sense in which angle_deg counts, seen from +z", default="ccw")
 ZERO_DEG = Key(

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Range
 from autobalance.dynamics.beam_rotor import (
     BeamRotor,
     BeamTheory,
@@ -20,7 +21,6 @@ from autobalance.errors import JobError
 from autobalance.job.files.rotor_bearings import BEARING, PLACE, read_bearing
 from autobalance.job.toml.convert import Large
 from autobalance.job.toml.keys import Key, Values, read_document
-from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.types import Array
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM, STEEL_KG_M3
 
@@ -29,13 +29,13 @@ KG_M2_PER_KG_MM2 = 1e-6
 KG_M_PER_G_MM = 1e-6
 Speeds = float | tuple[float, float]
 
-POISSON = Rule("must be over -1 and at most 0.5", above=-1.0, most=0.5)
-POINTS = Rule("must be 2 to 100000", least=2, most=100000)
-MODES = Rule("must be 1 to 200", least=1, most=200)
+POISSON = Range("must be over -1 and at most 0.5", above=-1.0, most=0.5)
+POINTS = Range("must be 2 to 100000", least=2, most=100000)
+MODES = Range("must be 1 to 200", least=1, most=200)
 STEEPEST, WIDEST, SLENDEREST = 20.0, 200.0, 2000.0
 """Ratios of diameters in a cone and in a shaft, and of length to diameter, that beams can be asked for."""
-SPEED = Rule("must be ≥ 0 and at most 1e6", least=0.0, most=1e6)
-ELEMENTS = Rule("must be 0 (as many as needed) to 2000", least=0, most=2000)
+SPEED = Range("must be ≥ 0 and at most 1e6", least=0.0, most=1e6)
+ELEMENTS = Range("must be 0 (as many as needed) to 2000", least=0, most=2000)
 
 SHAFT = (
     Key("length_mm", float, "length of the section", POSITIVE),

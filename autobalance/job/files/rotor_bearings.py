@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from autobalance.declare import ANY, NOT_NEGATIVE, POSITIVE
 from autobalance.dynamics.beam_rotor import (
     Bearing,
     rigid_bearing,
@@ -15,7 +16,6 @@ from autobalance.errors import JobError
 from autobalance.job.files.film_bearing import film_bearing
 from autobalance.job.toml.convert import Large
 from autobalance.job.toml.keys import Key, Values
-from autobalance.ranges import ANY, NOT_NEGATIVE, POSITIVE
 from autobalance.types import Array
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 

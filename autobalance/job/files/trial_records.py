@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from autobalance.declare import POSITIVE
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.job.toml.keys import Key, Values, read
-from autobalance.ranges import POSITIVE
 from autobalance.units import wrapped_deg
 
 RECORDS_KEYS = (

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args, get_origin
 
+from autobalance.declare import ANY, MIN_POSITIVE, POSITIVE, Range
 from autobalance.errors import JobError
 from autobalance.job.toml.convert import LARGEST_OF_ALL, MAX_NUMBER, Large, shown
 from autobalance.job.toml.document import text_of, toml_of
@@ -19,7 +20,6 @@ from autobalance.job.toml.faults import Faults
 from autobalance.job.toml.table import Table, unknown_keys
 from autobalance.job.toml.typed_units import in_base_units
 from autobalance.job.toml.typed_values import TYPED_UNITS, TypedUnit, unit_of_name
-from autobalance.ranges import ANY, MIN_POSITIVE, POSITIVE, Rule
 
 Values = dict[str, Any]
 T = TypeVar("T")
@@ -56,7 +56,7 @@ class Key:
     name: str
     hint: Any = None
     says: str = ""
-    rule: Rule = ANY
+    rule: Range = ANY
     default: Any = REQUIRED
     keys: tuple[Key, ...] = ()
     many: bool = False
@@ -357,7 +357,7 @@ def _filled(schema: Values, key: Key) -> Values:
     return {"anyOf": arms} if "anyOf" in schema else arms[0]
 
 
-def _hint_schema(hint: Any, rule: Rule, unit: str = "") -> Values:
+def _hint_schema(hint: Any, rule: Range, unit: str = "") -> Values:
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Literal:
         return {"enum": list(inner)}
@@ -372,7 +372,7 @@ def _hint_schema(hint: Any, rule: Rule, unit: str = "") -> Values:
     return every[0] if len(every) == 1 else {"anyOf": every}
 
 
-def _number_schema(hint: Any, rule: Rule, unit: str) -> Values:
+def _number_schema(hint: Any, rule: Range, unit: str) -> Values:
     number = {"type": JSON_TYPES[hint], **_range_schema(hint, rule)}
     typed = TYPED_UNITS.get(unit) if hint is float else None
     if typed is None:
@@ -381,7 +381,7 @@ def _number_schema(hint: Any, rule: Rule, unit: str) -> Values:
     return {"anyOf": [number, {"type": "string", "pattern": f"^{sign}{typed.pattern}$"}]}
 
 
-def _range_schema(hint: Any, rule: Rule) -> Values:
+def _range_schema(hint: Any, rule: Range) -> Values:
     """Return the range of a number, with the size that no number of a file may exceed."""
     if rule.one_of:
         return rule.schema()

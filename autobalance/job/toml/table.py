@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from autobalance.declare import ANY, MIN_POSITIVE, POSITIVE, Range
 from autobalance.errors import JobError
 from autobalance.job.toml.convert import convert, did_you_mean, shown
-from autobalance.ranges import ANY, MIN_POSITIVE, POSITIVE, Rule
 
 
 class Table:
@@ -34,7 +34,7 @@ class Table:
     def __contains__(self, key: str) -> bool:
         return key in self.raw
 
-    def value(self, key: str, hint: Any, rule: Rule = ANY) -> Any:
+    def value(self, key: str, hint: Any, rule: Range = ANY) -> Any:
         """Return a required value as the type ``hint`` asks.
 
         Raises

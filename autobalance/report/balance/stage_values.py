@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autobalance.records import fields_of
+from autobalance.declare import fields_of
 from autobalance.report.files import seen_from
 from autobalance.report.records.balance import Unbalance
 from autobalance.report.records.stage import (

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, Literal
 
 from autobalance.balancing.record import Record
-from autobalance.report.encoding import encoded
+from autobalance.declare import encoded
 from autobalance.report.records.report import Report
 
 Values = dict[str, Any]

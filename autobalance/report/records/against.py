@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Self
 
-from autobalance.records import NotNegative, Pair, Positive, Triple, record
+from autobalance.declare import NotNegative, Pair, Positive, Triple, record
 
 if TYPE_CHECKING:
     from autobalance.crank.against import AgainstDrawing

@@ -6,16 +6,16 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from autobalance.records import (
+from autobalance.declare import (
     ABSENT,
     Absent,
     Angle,
-    Bound,
     NotNegative,
     Ordinal,
     Pair,
     Positive,
     Share,
+    Size,
     record,
 )
 from autobalance.units import wrapped_deg
@@ -128,9 +128,7 @@ class OtherReading:
     """Tolerance planes if something else is meant."""
 
     meant: Annotated[str, "the journal or crankpin that may be meant"]
-    planes: Annotated[
-        Sequence[TolerancePlane], Bound("maxItems", 2), "empty where more than the planes would change"
-    ]
+    planes: Annotated[Sequence[TolerancePlane], Size(most=2), "empty where more than the planes would change"]
 
 
 @record
@@ -141,7 +139,7 @@ class Tolerance:
     speed_rpm: Positive
     rotor_mass_g: Positive
     permissible_g_mm: Positive
-    planes: Annotated[Sequence[TolerancePlane], Bound("maxItems", 2)]
+    planes: Annotated[Sequence[TolerancePlane], Size(most=2)]
     judge: Literal["dynamic", "static"]
     margin: Literal["none", "expanded"] | Absent = ABSENT
     others: Annotated[Sequence[OtherReading], "other readings of the crank (crank.doubts)"] | Absent = ABSENT
@@ -185,7 +183,7 @@ class Unbalance:
     unbalance_g_mm: Pair
     magnitude_g_mm: NotNegative
     angle_deg: Angle
-    planes: Annotated[Sequence[Plane], Bound("maxItems", 2)]
+    planes: Annotated[Sequence[Plane], Size(most=2)]
     moment_g_mm2: Pair
     uncertainty_g_mm: NotNegative | None
     uncertainty_shares_g_mm: Mapping[str, NotNegative] | None

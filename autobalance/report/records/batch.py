@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
-from autobalance.records import INLINE, Count, Key, NotNegative, Ordinal, Positive, Sha256, fields_of, record
+from autobalance.declare import (
+    INLINE,
+    Count,
+    Named,
+    NotNegative,
+    Ordinal,
+    Positive,
+    Sha256,
+    fields_of,
+    record,
+)
 from autobalance.report.records.head import Head
 from autobalance.rigid_rotor.tolerance import Outcome
 
@@ -47,7 +57,7 @@ class JournalLine:
     name: str
     exit_code: Count
     fingerprint: Sha256
-    try_: Annotated[Ordinal, Key("try")]
+    try_: Annotated[Ordinal, Named("try")]
     worker: Annotated[str, "of a row that was never begun, or was lost: nobody"]
     started: str
     finished: str

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from autobalance.bearings.analysis import Analysis, Friction, LoadMeans, PetroffFilm, PlateFilm, State
 from autobalance.bearings.film import Film
 from autobalance.bearings.rolling import FourParts, PalmgrenParts
-from autobalance.records import INLINE, Degrees, Matrix2, NotNegative, Positive, record
+from autobalance.declare import INLINE, Degrees, Matrix2, NotNegative, Positive, record
 from autobalance.report.records.head import Head
 
 MM_PER_M = 1e3

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
-from autobalance.records import Degrees, NotNegative, Ordinal, Positive, record
+from autobalance.declare import Degrees, NotNegative, Ordinal, Positive, record
 from autobalance.report.records.head import Head
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Self
 
-from autobalance.records import ABSENT, Absent, Count, NotNegative, Ordinal, record
+from autobalance.declare import ABSENT, Absent, Count, NotNegative, Ordinal, record
 
 if TYPE_CHECKING:
     from autobalance.machine_models.web_bending import Bending as ComputedBending

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 from autobalance.correction.contract import Prefer
-from autobalance.records import ABSENT, INLINE, Absent, Count, KgMm2, NotNegative, Ordinal, Positive, record
+from autobalance.declare import ABSENT, INLINE, Absent, Count, KgMm2, NotNegative, Ordinal, Positive, record
 from autobalance.report.records.head import Head
 from autobalance.rigid_rotor.margin import Judged
 from autobalance.rigid_rotor.tolerance import Outcome

@@ -8,7 +8,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from autobalance.correction import KINDS
-from autobalance.records import (
+from autobalance.declare import (
     ABSENT,
     INLINE,
     Absent,
@@ -22,7 +22,7 @@ from autobalance.records import (
     Triple,
     record,
 )
-from autobalance.report.records.schema import open_keys
+from autobalance.declare.schema import open_keys
 from autobalance.units import wrapped_deg
 
 if TYPE_CHECKING:

@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from autobalance.crank.anatomy import CylinderKind, CylinderRole, DoubtSubject
 from autobalance.crank.recognition.alignment import run_outs_mm
-from autobalance.records import (
+from autobalance.declare import (
     ABSENT,
     INLINE,
     Absent,
     Angle,
-    Bound,
     Matrix3,
     NotNegative,
     Ordinal,
     Pair,
     Positive,
+    Range,
+    Size,
     Triple,
     record,
 )
@@ -160,9 +161,9 @@ class WebOutline:
     """Outline of a counterweight along the axis."""
 
     rim_radius_mm: Positive
-    fan_angle_deg: Annotated[float, Bound("minimum", 0), Bound("maximum", 360)]
+    fan_angle_deg: Annotated[float, Range(least=0, most=360)]
     thickness_mm: Positive
-    skew_deg: Annotated[float, Bound("minimum", -90), Bound("maximum", 90)] | Absent = ABSENT
+    skew_deg: Annotated[float, Range(least=-90, most=90)] | Absent = ABSENT
     scanned: Annotated[ScannedOutline | None, INLINE] = None
 
 
@@ -361,7 +362,7 @@ class Crank:
     body: Annotated[MassProperties, INLINE]
     axis: Axis
     main_journals: Sequence[Journal]
-    throws: Annotated[Sequence[Throw], Bound("minItems", 1)]
+    throws: Annotated[Sequence[Throw], Size(1)]
     webs: Sequence[Web]
     cylinders: Annotated[
         Sequence[Cylinder], "all bare cylinders and bores along the axis, whatever they were taken for, by z"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
+from autobalance.declare import ABSENT, INLINE, Absent, Positive, record
 from autobalance.engine.cycle.figures import CycleSummary, PendulumFigures, SweepRow
 from autobalance.machine_models.cycle_films import FilmTable
-from autobalance.records import ABSENT, INLINE, Absent, Positive, record
 from autobalance.report.records.flexible import Flexible
 from autobalance.report.records.head import Head, JobEcho
 

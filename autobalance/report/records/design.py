@@ -6,13 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
-from autobalance.design_search.candidates import SearchResult
-from autobalance.design_search.chosen import Chosen
-from autobalance.design_search.envelope import Constraint
-from autobalance.design_search.problem import Problem
-from autobalance.design_search.start import Start
-from autobalance.design_search.written import WrittenDesign
-from autobalance.records import (
+from autobalance.declare import (
     Count,
     Floats,
     NotNegative,
@@ -22,6 +16,12 @@ from autobalance.records import (
     Triple,
     record,
 )
+from autobalance.design_search.candidates import SearchResult
+from autobalance.design_search.chosen import Chosen
+from autobalance.design_search.envelope import Constraint
+from autobalance.design_search.problem import Problem
+from autobalance.design_search.start import Start
+from autobalance.design_search.written import WrittenDesign
 from autobalance.report.records.head import Head
 from autobalance.types import Array
 

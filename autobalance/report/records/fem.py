@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
+from autobalance.declare import ABSENT, Absent, NotNegative, Ordinal, Positive, Sha256, Triple, record
 from autobalance.fem_analysis.modes import Kind
-from autobalance.records import ABSENT, Absent, NotNegative, Ordinal, Positive, Sha256, Triple, record
 from autobalance.report.records.head import Head
 
 

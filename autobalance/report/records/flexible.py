@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 import numpy as np
 
 from autobalance.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO
+from autobalance.declare import ABSENT, INLINE, Absent, NotNegative, Ordinal, Pair, Positive, record
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.load_figures import LoadPeak
-from autobalance.records import ABSENT, INLINE, Absent, NotNegative, Ordinal, Pair, Positive, record
 from autobalance.types import Complex
 
 if TYPE_CHECKING:  # half a second of a cycle whose crank does not bend: scipy.integrate

@@ -8,14 +8,7 @@ from typing import Any, Literal, Self
 
 import numpy as np
 
-from autobalance.engine.dead_centres import DeadCentres, FirstOrderCounterweight
-from autobalance.engine.factor_advice import FactorAdvice, FactorRow
-from autobalance.engine.force_summary import LoadRow, highest_order, load_row
-from autobalance.engine.force_summary import ShakingForce as EngineForce
-from autobalance.engine.loads import Loads, Support, whole_turn
-from autobalance.engine.roll import momentum_roll_n_m, momentum_roll_orders, roll_n_m, roll_orders
-from autobalance.engine.whole_engine import Engine, Order
-from autobalance.records import (
+from autobalance.declare import (
     ABSENT,
     Absent,
     NotNegative,
@@ -23,6 +16,13 @@ from autobalance.records import (
     Positive,
     record,
 )
+from autobalance.engine.dead_centres import DeadCentres, FirstOrderCounterweight
+from autobalance.engine.factor_advice import FactorAdvice, FactorRow
+from autobalance.engine.force_summary import LoadRow, highest_order, load_row
+from autobalance.engine.force_summary import ShakingForce as EngineForce
+from autobalance.engine.loads import Loads, Support, whole_turn
+from autobalance.engine.roll import momentum_roll_n_m, momentum_roll_orders, roll_n_m, roll_orders
+from autobalance.engine.whole_engine import Engine, Order
 from autobalance.report.records.head import JobReport
 from autobalance.types import Array
 

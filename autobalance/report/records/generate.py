@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from autobalance.records import (
+from autobalance.declare import (
     ABSENT,
     Absent,
-    Bound,
     Count,
     Like,
     NotNegative,
     Ordinal,
     Positive,
+    Range,
     Sha256,
+    Size,
     record,
 )
 from autobalance.report.records.balance import Unbalance
@@ -49,8 +50,8 @@ class DesignWeb:
 class DesignBay:
     """Throws and webs between two main journals."""
 
-    crankpins_deg: Annotated[Sequence[float], Bound("minItems", 1)]
-    counterweights: Annotated[Sequence[bool], Bound("minItems", 2), Bound("maxItems", 2)]
+    crankpins_deg: Annotated[Sequence[float], Size(1)]
+    counterweights: Annotated[Sequence[bool], Size(2, 2)]
 
 
 @record
@@ -58,7 +59,7 @@ class DesignCounterweight:
     """The counterweights as drawn."""
 
     radius_mm: Positive
-    fan_angle_deg: Annotated[float, Bound("exclusiveMinimum", 0), Bound("maximum", 180)]
+    fan_angle_deg: Annotated[float, Range(above=0, most=180)]
     thickness_mm: Positive | Absent = ABSENT
     inner_radius_mm: Positive | Absent = ABSENT
     draft_deg: NotNegative
@@ -103,7 +104,7 @@ class Design:
     main_journal: DrawnShaft
     crankpin: DrawnShaft
     web: DesignWeb
-    bays: Annotated[Sequence[DesignBay], Bound("minItems", 1)]
+    bays: Annotated[Sequence[DesignBay], Size(1)]
     counterweight: DesignCounterweight | Absent = ABSENT
     end_journal_width_mm: Positive | Absent = ABSENT
     fillet_mm: NotNegative
@@ -113,7 +114,7 @@ class Design:
     journals: Literal["both", "first"]
     crankpin_in_file: bool
     density_kg_m3: Positive
-    segments: Annotated[int, Bound("minimum", 8)]
+    segments: Annotated[int, Range(least=8)]
 
 
 @record
@@ -138,7 +139,7 @@ class DrawnSolid:
 
     file: str
     sha256: Sha256
-    triangles: Annotated[int, Bound("minimum", 4)] | None
+    triangles: Annotated[int, Range(least=4)] | None
 
 
 @record

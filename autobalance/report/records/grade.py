@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
+from autobalance.declare import NotNegative, Positive, Size, record
 from autobalance.engine.grade import Grade
-from autobalance.records import Bound, NotNegative, Positive, record
 from autobalance.report.records.head import Head
 from autobalance.rigid_rotor.tolerance import TolerancePlane
 
@@ -21,7 +21,7 @@ class GradeReport(Head):
     rotor_mass_g: Positive | None
     permissible_g_mm: Positive | None
     specific_unbalance_um: Positive | None
-    planes: Annotated[Sequence[TolerancePlane], Bound("maxItems", 2)]
+    planes: Annotated[Sequence[TolerancePlane], Size(most=2)]
     residual_g_mm: NotNegative | None
     achieved_grade_mm_s: NotNegative | None
     listed_grade_mm_s: Positive | None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from autobalance.records import ABSENT, Absent, Like, Sha256, record
+from autobalance.declare import ABSENT, Absent, Like, Sha256, record
 from autobalance.report.records.job import Job
 from autobalance.version import SCHEMA_VERSION, __version__
 

@@ -2,8 +2,8 @@
 
 from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
-from autobalance.records import Bound, NotNegative, Ordinal, Pair, Positive, Share, Triple
-from autobalance.report.records.schema import open_keys
+from autobalance.declare import NotNegative, Ordinal, Pair, Pattern, Positive, Share, Size, Triple
+from autobalance.declare.schema import open_keys
 
 
 class JobCrankshaft(TypedDict):
@@ -17,7 +17,7 @@ class JobCrankshaft(TypedDict):
     axis_direction: Triple | None
     crankpins: list[dict[str, Any]] | None
     main_journals: list[dict[str, Any]] | None
-    body: Ordinal | Annotated[str, Bound("minLength", 1)] | None
+    body: Ordinal | Annotated[str, Pattern(least=1)] | None
     density_pm_kg_m3: NotRequired[NotNegative | None]
 
 
@@ -109,7 +109,7 @@ class JobBalance(TypedDict):
 class JobCorrection(TypedDict):
     """Kinds of correction and their preference; each kind's own table stands beside these."""
 
-    method: Annotated[list[str], Bound("minItems", 1)]
+    method: Annotated[list[str], Size(1)]
     depth_tolerance_mm: NotRequired[NotNegative | None]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal, Self
 
-from autobalance.records import Angle, Count, NotNegative, Ordinal, Pair, Positive, record
+from autobalance.declare import Angle, Count, NotNegative, Ordinal, Pair, Positive, record
 from autobalance.report.records.head import Head
 from autobalance.rigid_rotor.tolerance import Outcome
 from autobalance.studies.archive import JobRow

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from autobalance.records import Angle, Bound, Degrees, NotNegative, Pair, Positive, Triple, record
+from autobalance.declare import Angle, Degrees, NotNegative, Pair, Positive, Size, Triple, record
 from autobalance.report.records.head import Head
 
 
@@ -39,7 +39,7 @@ class SpunRotorFigures:
     unbalance_g_mm: Pair
     moment_g_mm2: Pair
     magnitude_g_mm: NotNegative
-    planes: Annotated[Sequence[PlaneReading], Bound("maxItems", 2)]
+    planes: Annotated[Sequence[PlaneReading], Size(most=2)]
     kind: Literal["balanced", "static", "couple", "quasi_static", "dynamic"]
     principal_axis_rad: Degrees | None
 

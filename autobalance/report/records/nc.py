@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from autobalance.records import Floats, NotNegative, Ordinal, Positive, record
+from autobalance.declare import Floats, NotNegative, Ordinal, Positive, record
 from autobalance.report.records.head import Head
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal
 
-from autobalance.records import ABSENT, INLINE, Absent, Count, NotNegative, Ordinal, Pair, Positive, record
+from autobalance.declare import ABSENT, INLINE, Absent, Count, NotNegative, Ordinal, Pair, Positive, record
 from autobalance.report.records.head import Head
 from autobalance.signal.bearing import Defect
 from autobalance.signal.crossings import Crossing

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
-from autobalance.records import (
+from autobalance.declare import (
     ABSENT,
     INLINE,
     Absent,
@@ -13,8 +13,8 @@ from autobalance.records import (
     Sha256,
     record,
 )
+from autobalance.declare.schema import open_keys
 from autobalance.report.records.crank import MassProperties
-from autobalance.report.records.schema import open_keys
 
 if TYPE_CHECKING:
     pass

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-from autobalance.records import (
+from autobalance.declare import (
     Count,
     NotNegative,
     Ordinal,

@@ -10,9 +10,7 @@ import numpy as np
 
 from autobalance.balancing.web_metal import weak_places
 from autobalance.correction import KINDS
-from autobalance.machine_models.loads_with_gas import LoadsWithGas
-from autobalance.quantities import Text, listed
-from autobalance.records import (
+from autobalance.declare import (
     ABSENT,
     INLINE,
     Absent,
@@ -28,6 +26,8 @@ from autobalance.records import (
     fields_of,
     record,
 )
+from autobalance.machine_models.loads_with_gas import LoadsWithGas
+from autobalance.quantities import Text, listed
 from autobalance.report.records.against import Against
 from autobalance.report.records.balance import (
     BalanceFactor,

@@ -7,22 +7,12 @@ from typing import Annotated, Literal, Self
 
 from autobalance.crank.connecting_rod import MeasuredRod, RodUncertainty
 from autobalance.crank.recognition.rod_eyes import Eye, RodEyes
-from autobalance.records import (
-    Bound,
-    Floats,
-    Matrix3,
-    NotNegative,
-    Ordinal,
-    Positive,
-    Sha256,
-    Triple,
-    record,
-)
+from autobalance.declare import Floats, Matrix3, NotNegative, Ordinal, Positive, Sha256, Size, Triple, record
 from autobalance.report.records.head import Head
 from autobalance.types import Array
 
 KG_MM2_PER_G_MM2 = 1e-3
-Row = Annotated[Floats, Bound("minItems", 4), Bound("maxItems", 4)]
+Row = Annotated[Floats, Size(4, 4)]
 
 
 @record
@@ -41,7 +31,7 @@ class RodFile:
 class RodFrame:
     """From file coordinates in mm to the rod's own axes."""
 
-    file_to_rod: Annotated[Sequence[Row] | Array, Bound("minItems", 4), Bound("maxItems", 4)]
+    file_to_rod: Annotated[Sequence[Row] | Array, Size(4, 4)]
 
 
 @record

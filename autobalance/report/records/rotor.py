@@ -7,14 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 
-from autobalance.dynamics.balancing_procedures import Advice, Procedure
-from autobalance.dynamics.beam_rotor import BeamRotor
-from autobalance.dynamics.critical_speeds import CriticalSpeed
-from autobalance.dynamics.rotor_preparation import PreparedRotor
-from autobalance.dynamics.run_up import Motion
-from autobalance.dynamics.unbalance_response import Orbits, Sag
-from autobalance.dynamics.whirl_modes import Whirl, WhirlMode
-from autobalance.records import (
+from autobalance.declare import (
     ABSENT,
     INLINE,
     Absent,
@@ -25,6 +18,13 @@ from autobalance.records import (
     Rpm,
     record,
 )
+from autobalance.dynamics.balancing_procedures import Advice, Procedure
+from autobalance.dynamics.beam_rotor import BeamRotor
+from autobalance.dynamics.critical_speeds import CriticalSpeed
+from autobalance.dynamics.rotor_preparation import PreparedRotor
+from autobalance.dynamics.run_up import Motion
+from autobalance.dynamics.unbalance_response import Orbits, Sag
+from autobalance.dynamics.whirl_modes import Whirl, WhirlMode
 from autobalance.report.records.head import Head
 from autobalance.types import Complex
 from autobalance.units import RAD_S_PER_RPM

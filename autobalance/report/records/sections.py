@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from autobalance.records import Bound, NotNegative, Ordinal, Pair, Triple, record
+from autobalance.declare import NotNegative, Ordinal, Pair, Size, Triple, record
 from autobalance.rigid_rotor.unbalance import Unbalance
 
 if TYPE_CHECKING:
@@ -116,11 +116,11 @@ class SectionTable:
     datum_mm: float
     rows: Sequence[SectionTableRow]
     sums: SectionTableSums
-    planes: Annotated[Sequence[SectionTablePlane], Bound("maxItems", 2)]
+    planes: Annotated[Sequence[SectionTablePlane], Size(most=2)]
     permissible_g_mm: NotNegative | None
     judge: Literal["dynamic", "static", None]
     within: bool | None
-    counterweights_wanted: Annotated[Sequence[CounterweightWanted], Bound("maxItems", 2)]
+    counterweights_wanted: Annotated[Sequence[CounterweightWanted], Size(most=2)]
 
     @classmethod
     def of(cls, table: section_rows.SectionTable, datum_mm: float) -> Self:

@@ -6,17 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
+from autobalance.declare import Angle, Named, NotNegative, Ordinal, Pair, Positive, record
 from autobalance.engine.complete_balance import BoltOnWeight
 from autobalance.engine.shafts import BalanceShaft, CoupleShaft
-from autobalance.records import (
-    Angle,
-    Key,
-    NotNegative,
-    Ordinal,
-    Pair,
-    Positive,
-    record,
-)
 from autobalance.report.records.forces import ForceOrder
 from autobalance.report.records.head import JobReport
 from autobalance.units import wrapped_deg
@@ -160,7 +152,7 @@ class ShaftsReport(JobReport):
     without: OrdersWithout
     proposals: Sequence[Proposal]
     shafts: Sequence[Shaft]
-    with_: Annotated[OrdersWith, Key("with")]
+    with_: Annotated[OrdersWith, Named("with")]
     warnings: Sequence[str]
 
 

@@ -6,15 +6,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Self
 
-from autobalance.records import (
-    ABSENT,
-    INLINE,
-    Absent,
-    Bound,
-    Ordinal,
-    Sha256,
-    record,
-)
+from autobalance.declare import ABSENT, INLINE, Absent, Ordinal, Sha256, Size, record
 from autobalance.types import Array
 from autobalance.version import __version__
 
@@ -87,7 +79,6 @@ class Frame:
     """From file coordinates in mm to the rotor frame."""
 
     file_to_rotor: Annotated[
-        Sequence[Annotated[Sequence[float], Bound("minItems", 4), Bound("maxItems", 4)]] | Array,
-        Bound("minItems", 4),
-        Bound("maxItems", 4),
+        Sequence[Annotated[Sequence[float], Size(4, 4)]] | Array,
+        Size(4, 4),
     ]

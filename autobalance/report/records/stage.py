@@ -9,24 +9,25 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 
-from autobalance.dynamics.staged_assembly import CRANK
-from autobalance.records import (
+from autobalance.declare import (
     INLINE,
     Angle,
-    Bound,
     Count,
     Floats,
-    Key,
     KgMm2,
     Like,
+    Named,
     NotNegative,
     Ordinal,
     Pair,
+    Range,
+    Size,
     fields_of,
     record,
 )
+from autobalance.declare.schema import open_keys
+from autobalance.dynamics.staged_assembly import CRANK
 from autobalance.report.records.balance import Unbalance
-from autobalance.report.records.schema import open_keys
 from autobalance.rigid_rotor import unbalance as rigid_rotor
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
@@ -100,7 +101,7 @@ class StageSuspect:
 class Stage:
     """A stage of the balancing loop."""
 
-    stage: Annotated[int, Bound("minimum", 1), Bound("maximum", 10)]
+    stage: Annotated[int, Range(least=1, most=10)]
     serial: str | None
     report: Annotated[str, "relative to this report's folder"]
     outcome: Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
@@ -143,8 +144,7 @@ class Staged:
     stages: Annotated[
         Sequence[Stage],
         "recut only: all stages so far, this one last",
-        Bound("minItems", 2),
-        Bound("maxItems", 10),
+        Size(2, 10),
     ]
     machine_reading: Annotated[
         ReadUnbalance,
@@ -248,7 +248,7 @@ class SuggestedChange:
     """A size that changes: as it was, by the closed form, and as tried."""
 
     key: str
-    from_: Annotated[float, Key("from")]
+    from_: Annotated[float, Named("from")]
     closed_form: float
     to: float
 

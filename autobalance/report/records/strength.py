@@ -7,12 +7,7 @@ from typing import Literal, Self
 
 import numpy as np
 
-from autobalance.engine.fatigue import ADDITIONAL_BENDING_MPA, LEAST_ACCEPTABILITY
-from autobalance.engine.fillet_factors import FilletShape, polar_modulus_mm3
-from autobalance.machine_models.fillets_from_job import N_MM_PER_N_M, Costs, Fillet, Place, Side
-from autobalance.machine_models.throw_stress import FilletByElements, ThrowByElements
-from autobalance.machine_models.vibration_torques import ThrowVibration
-from autobalance.records import (
+from autobalance.declare import (
     ABSENT,
     Absent,
     Degrees,
@@ -22,6 +17,11 @@ from autobalance.records import (
     Positive,
     record,
 )
+from autobalance.engine.fatigue import ADDITIONAL_BENDING_MPA, LEAST_ACCEPTABILITY
+from autobalance.engine.fillet_factors import FilletShape, polar_modulus_mm3
+from autobalance.machine_models.fillets_from_job import N_MM_PER_N_M, Costs, Fillet, Place, Side
+from autobalance.machine_models.throw_stress import FilletByElements, ThrowByElements
+from autobalance.machine_models.vibration_torques import ThrowVibration
 from autobalance.report.records.head import Head, JobEcho
 from autobalance.types import Array
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
+from autobalance.declare import Count, Floats, NotNegative, Ordinal, Pair, Positive, Sha256, Share, record
 from autobalance.job.model import Distribution, Sampling
-from autobalance.records import Count, Floats, NotNegative, Ordinal, Pair, Positive, Sha256, Share, record
 from autobalance.report.records.balance import Tolerance
 from autobalance.report.records.head import JobReport
 from autobalance.rigid_rotor.tolerance import Outcome

@@ -8,6 +8,21 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 
+from autobalance.declare import (
+    ABSENT,
+    MRAD,
+    Absent,
+    Count,
+    Floats,
+    Hertz,
+    Mpa,
+    Mrad,
+    NotNegative,
+    Ordinal,
+    Positive,
+    Rpm,
+    record,
+)
 from autobalance.dynamics.torsion_chain import HolzerRow, TorsionMode
 from autobalance.job.model.torsion import Formula, PendulumAbsorber
 from autobalance.machine_models.throw_twist import ThrowTwist
@@ -17,29 +32,12 @@ from autobalance.machine_models.torsion_from_job import CrankChain
 from autobalance.machine_models.torsion_peaks import Peak
 from autobalance.machine_models.torsion_strains import CriticalOrder, OrderResponse
 from autobalance.machine_models.torsion_trains import NamedTrain
-from autobalance.records import (
-    ABSENT,
-    HERTZ,
-    MPA,
-    MRAD,
-    Absent,
-    Count,
-    Floats,
-    NotNegative,
-    Ordinal,
-    Positive,
-    Rpm,
-    record,
-)
 from autobalance.report.records.head import Head
 from autobalance.types import Array
 
 KG_MM2_PER_KG_M2 = 1e6
 MM_PER_M = 1e3
 
-Hertz = Annotated[float, HERTZ]
-Mrad = Annotated[float, MRAD]
-Mpa = Annotated[float, MPA]
 Stations = Annotated[Sequence[Ordinal], "from 1"]
 
 
@@ -330,7 +328,7 @@ class DamperFigures:
             N_m_s_rad=damper.n_m_s_rad,
             modal_damping_ratio=fitted.modal_ratio,
             greatest_twist_rad=None if with_it is None else with_it.twist_rad,
-            greatest_twist_without_mrad=None if without is None else MRAD.convert(without.twist_rad),
+            greatest_twist_without_mrad=None if without is None else MRAD.written(without.twist_rad),
             greatest=None if with_it is None else ShaftStrain.of(with_it),
             greatest_without=None if without is None else ShaftStrain.of(without),
             rule=DamperRuleFigures(

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
+from autobalance.declare import Angle, NotNegative, Ordinal, Pair, Size, record
 from autobalance.machine_models import section_rows
-from autobalance.records import Angle, Bound, NotNegative, Ordinal, Pair, record
 from autobalance.types import Array
 from autobalance.wording import angle_deg
 
@@ -38,7 +38,7 @@ class WithBobWeights:
     """The unbalance with all that the job hangs on the crank, nothing planned."""
 
     hung_on: Sequence[HungOn]
-    planes: Annotated[Sequence[OffOrOn], Bound("minItems", 1), "the resultant first"]
+    planes: Annotated[Sequence[OffOrOn], Size(1), "the resultant first"]
     judge: Literal["dynamic", "static"]
     within: bool
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from autobalance.correction import KINDS
+from autobalance.declare.schema import schema_of
 from autobalance.report.records.generate import GenerateReport
 from autobalance.report.records.report import Report
-from autobalance.report.records.schema import schema_of
 
 Values = dict[str, Any]
 

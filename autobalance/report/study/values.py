@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from autobalance import job as jobs
-from autobalance.records import ABSENT
+from autobalance.declare import ABSENT
 from autobalance.report.records.balance import Tolerance
 from autobalance.report.records.study import Advice, KeyFigureCurves, Nominal, Spread, StudyReport
 from autobalance.studies.monte_carlo import StudyAnswer

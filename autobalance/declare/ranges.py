@@ -1,4 +1,4 @@
-"""Ranges of numbers, each declared once: for readers, schemas and messages."""
+"""Ranges of numbers, sizes of lists and patterns of texts: for readers, schemas and messages alike."""
 
 from __future__ import annotations
 
@@ -17,7 +17,33 @@ class TypedIn:
 
 
 @dataclass(frozen=True)
-class Rule:
+class Size:
+    """Least and greatest number of entries of a list."""
+
+    least: int = 0
+    most: int | None = None
+
+    def schema(self) -> dict[str, Any]:
+        """Return the size as keywords of JSON Schema."""
+        least = {"minItems": self.least} if self.least else {}
+        return least if self.most is None else {**least, "maxItems": self.most}
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Regular expression that a text follows, and its least length."""
+
+    expression: str = ""
+    least: int = 0
+
+    def schema(self) -> dict[str, Any]:
+        """Return them as keywords of JSON Schema."""
+        pattern = {"pattern": self.expression} if self.expression else {}
+        return {**pattern, "minLength": self.least} if self.least else pattern
+
+
+@dataclass(frozen=True)
+class Range:
     """Range of a number.
 
     ``text`` names it in a message; ``least`` and ``most`` may be reached, ``above`` and ``below`` may not;
@@ -64,8 +90,8 @@ class Rule:
         return {"anyOf": [limits, {"enum": list(self.besides)}]}
 
 
-ANY = Rule()
-POSITIVE = Rule("must be > 0", above=0.0)
-NOT_NEGATIVE = Rule("must be ≥ 0", least=0.0)
-SHARE = Rule("must be 0 to 1", least=0.0, most=1.0)
-COUNTED = Rule("must be ≥ 1", least=1)
+ANY = Range()
+POSITIVE = Range("must be > 0", above=0.0)
+NOT_NEGATIVE = Range("must be ≥ 0", least=0.0)
+SHARE = Range("must be 0 to 1", least=0.0, most=1.0)
+COUNTED = Range("must be ≥ 1", least=1)

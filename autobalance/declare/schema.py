@@ -1,6 +1,6 @@
 """From typed records to JSON Schema: one place says what a report holds.
 
-A record is a frozen dataclass (``autobalance.records``), or a ``TypedDict`` for what a report repeats of a
+A record is a frozen dataclass (``autobalance.declare``), or a ``TypedDict`` for what a report repeats of a
 file; a bound, a unit or a sentence of explanation stands in ``Annotated``. Every record becomes an entry of
 ``$defs``, named in snake case, and allows no other keys unless it is marked ``open_keys`` or holds a table
 among its own keys.
@@ -18,6 +18,7 @@ from typing import (
     Literal,
     NotRequired,
     Union,
+    cast,
     get_args,
     get_origin,
     get_type_hints,
@@ -26,7 +27,8 @@ from typing import (
 
 import numpy as np
 
-from autobalance.records import Absent, Bound, Field, Like, fields_of
+from autobalance.declare.fields import Absent, Field, Like, bare, fields_of
+from autobalance.declare.ranges import Pattern, Range, Size
 
 Values = dict[str, Any]
 
@@ -111,7 +113,7 @@ def _fields(fields: Sequence[Field], definitions: Definitions) -> tuple[Values, 
     opened = False
     for each in fields:
         if not each.inline:
-            properties[each.key] = _schema(each.hint, definitions)
+            properties[each.key] = _schema(_hint_where_written(each), definitions)
             required += [each.key] if each.required else []
             continue
         record = _record_in(each.hint)
@@ -122,6 +124,16 @@ def _fields(fields: Sequence[Field], definitions: Definitions) -> tuple[Values, 
         required += [] if _may_lack(each.hint) else inner_required
         opened |= open_inside or getattr(record, "open_keys", False)
     return properties, required, opened
+
+
+def _hint_where_written(field: Field) -> Any:
+    """Return the type of a field where it has a key: one that is left out without a value is never null."""
+    if not field.omitted:
+        return field.hint
+    hint, *marks = get_args(field.hint)
+    arms = tuple(each for each in get_args(hint) if each is not type(None))
+    union, annotated = cast(Any, Union), cast(Any, Annotated)
+    return annotated[(union[arms], *marks)]
 
 
 def _record_in(hint: Any) -> type | None:
@@ -135,8 +147,7 @@ def _record_in(hint: Any) -> type | None:
 
 def _may_lack(hint: Any) -> bool:
     """Return whether a record that stands inline may be None."""
-    bare = get_args(hint)[0] if get_origin(hint) is Annotated else hint
-    return type(None) in get_args(bare)
+    return type(None) in get_args(bare(hint))
 
 
 def _schema(hint: Any, definitions: Definitions) -> Values:  # noqa: PLR0911 - one return a form
@@ -185,7 +196,10 @@ def _branches(arguments: Sequence[Any], definitions: Definitions) -> list[Values
 
 
 def _extras(extras: tuple[Any, ...]) -> Values:
-    bounds = {each.keyword: each.value for each in extras if isinstance(each, Bound)}
+    bounds: Values = {}
+    for each in extras:
+        if isinstance(each, Range | Size | Pattern):
+            bounds |= each.schema()
     words = [each for each in extras if isinstance(each, str)]
     return bounds | ({"description": words[0]} if words else {})
 
