@@ -155,7 +155,7 @@ def analysed(request: RotorRequest) -> RotorResult:
     upper = float(speeds[-1]) if len(speeds) > 1 else SPEED_MULTIPLE * float(speeds[0])
     planes = request.balancing.planes_m if request.balancing else ()
     modes = max(request.max_modes, 2 * request.balancing.modes + 2 if request.balancing else 0)
-    ends = [] if request.run_up is None else [request.run_up.start_rad_s, request.run_up.end_rad_s]
+    ends = [] if request.run_up is None else [request.run_up.from_rad_s, request.run_up.to_rad_s]
     ready = prepared(request.rotor, max([upper, *ends]), modes, (*request.probes_m, *planes))
     criticals = critical_speeds(ready, upper)
     lowest = float(speeds[0])
@@ -198,7 +198,7 @@ def _mapped(request: RotorRequest, rotor_now: BeamRotor, upper_rad_s: float) -> 
     stiffness_map = request.stiffness_map
     if stiffness_map is None:
         return []
-    stiffness = np.geomspace(stiffness_map.low_n_m, stiffness_map.high_n_m, stiffness_map.points)
+    stiffness = np.geomspace(*stiffness_map.k_n_m, stiffness_map.points)
     rows: list[list[CriticalSpeed]] = undamped_map(rotor_now, stiffness, upper_rad_s, request.max_modes)
     return [
         StiffnessRow(k_n_m=float(k), criticals=Criticals.of(row))
@@ -211,6 +211,6 @@ def _run(request: RotorRequest, ready: PreparedRotor) -> list[RunUp]:
     if stated is None:
         return []
     motion = run_up(
-        ready.reduced, stated.start_rad_s, stated.end_rad_s, stated.time_s, request.probes_m, stated.points
+        ready.reduced, stated.from_rad_s, stated.to_rad_s, stated.time_s, request.probes_m, stated.points
     )
     return run_ups(request.probes_m, motion)

@@ -39,6 +39,7 @@ from autobalance.declare.fields import (
     marks_of,
     record,
 )
+from autobalance.declare.keys import FILLED, REQUIRED, InFile, Key, Large, keys_of, made, names, optional
 from autobalance.declare.ranges import (
     ANY,
     COUNTED,
@@ -68,6 +69,7 @@ from autobalance.declare.units import (
     NEWTONS,
     RPM,
     UM,
+    UNIT_BY_ENDING,
     Bar,
     Degrees,
     Hertz,
@@ -79,6 +81,7 @@ from autobalance.declare.units import (
     Newtons,
     Rpm,
     Unit,
+    unit_of_name,
 )
 
 __all__ = [
@@ -87,6 +90,7 @@ __all__ = [
     "BAR",
     "COUNTED",
     "DEGREES",
+    "FILLED",
     "GPA",
     "G_MM",
     "HERTZ",
@@ -104,9 +108,11 @@ __all__ = [
     "NOT_NEGATIVE",
     "OMITTED",
     "POSITIVE",
+    "REQUIRED",
     "RPM",
     "SHARE",
     "UM",
+    "UNIT_BY_ENDING",
     "UNWRITTEN",
     "Absent",
     "Angle",
@@ -116,8 +122,11 @@ __all__ = [
     "Field",
     "Floats",
     "Hertz",
+    "InFile",
     "Joules",
+    "Key",
     "KgMm2",
+    "Large",
     "Like",
     "Matrix2",
     "Matrix3",
@@ -146,6 +155,11 @@ __all__ = [
     "derived",
     "encoded",
     "fields_of",
+    "keys_of",
+    "made",
     "marks_of",
+    "names",
+    "optional",
     "record",
+    "unit_of_name",
 ]

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
+from autobalance.declare import G_MM, KG_MM2_OF_SI, MM, NOT_NEGATIVE, Degrees, Named
 from autobalance.types import Array
 from autobalance.units import STEEL_KG_M3
 
 BeamTheory = Literal["timoshenko", "euler"]
 Constraint = Literal["pinned", "clamped"]
+Place = Annotated[float, MM, "place on the shaft, from its start"]
 
 
 @dataclass(frozen=True)
@@ -49,10 +51,10 @@ class ShaftSection:
 class Disc:
     """A rigid disc at one place of the shaft."""
 
-    z_m: float
-    mass_kg: float
-    polar_kg_m2: float = 0.0
-    diametral_kg_m2: float = 0.0
+    z_m: Place
+    mass_kg: Annotated[float, NOT_NEGATIVE, "mass"]
+    polar_kg_m2: Annotated[float, KG_MM2_OF_SI, NOT_NEGATIVE, "moment of inertia about the shaft"] = 0.0
+    diametral_kg_m2: Annotated[float, KG_MM2_OF_SI, NOT_NEGATIVE, "moment of inertia about a diameter"] = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,9 +106,9 @@ def spring_bearing(z_m: float, stiffness_n_m: Array) -> Bearing:
 class PointUnbalance:
     """A point unbalance: mass × distance from the axis, at an angle of the rotor frame."""
 
-    z_m: float
-    unbalance_kg_m: float
-    angle_rad: float
+    z_m: Place
+    unbalance_kg_m: Annotated[float, G_MM, Named("g_mm"), "mass times distance from the axis"]
+    angle_rad: Annotated[Degrees, "angle in the rotor frame"] = 0.0
 
     @property
     def phasor_kg_m(self) -> complex:

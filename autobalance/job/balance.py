@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from autobalance.declare import ANY, NOT_NEGATIVE, POSITIVE, SHARE
+from autobalance.declare import ANY, FILLED, NOT_NEGATIVE, POSITIVE, SHARE, Key, Values
 from autobalance.errors import JobError
 from autobalance.job.model import Attached, Balance, External, ExternalPart
-from autobalance.job.toml.keys import FILLED, Key, Values
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
 from autobalance.units import RAD_S_PER_RPM

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from autobalance.declare import POSITIVE
+from autobalance.declare import POSITIVE, Key, Large
 from autobalance.errors import JobError
-from autobalance.job.toml.convert import Large
-from autobalance.job.toml.keys import Key
 
 BEARINGS = Key(
     "bearings",

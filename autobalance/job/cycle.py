@@ -7,14 +7,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Literal
 
-from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Range
+from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Key, Range, Values
 from autobalance.engine.cycle.cylinder import Strokes
 from autobalance.engine.cycle.friction import NO_FRICTION, Friction
 from autobalance.engine.cycle.pendulum import Path as PendulumPath
 from autobalance.engine.cycle.pendulum import Pendulum
 from autobalance.errors import JobError
 from autobalance.job.model.cycle import Absorber, Cycle, CylinderGas, Film, Model, Peg, TraceFile
-from autobalance.job.toml.keys import Key, Values, plain
+from autobalance.job.toml.keys import plain
 from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM
 
 WallHeat = Literal["none", "woschni"]

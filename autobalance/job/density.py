@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from autobalance.declare import POSITIVE
+from autobalance.declare import POSITIVE, REQUIRED, Key
 from autobalance.engine.materials import MATERIALS
-from autobalance.job.toml.keys import REQUIRED, Key
 
 Material: Any = Literal[tuple(MATERIALS)]
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.errors import JobError
-from autobalance.job.toml.keys import Key, Values, read_document
+from autobalance.job.toml.keys import read_document
 from autobalance.signal.drive_sources import Belt, Drive, DrivenShaft, Gear
 
 NAME = Key("name", str, "name in reports")

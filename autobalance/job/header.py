@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from autobalance.declare import POSITIVE
-from autobalance.job.toml.keys import Key
+from autobalance.declare import POSITIVE, Key
 
 DrillSeries = Literal["mm", "inch", "letter", "number"]
 

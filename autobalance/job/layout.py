@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
-from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.declare import ANY, COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.errors import JobError
 from autobalance.job.model import BalanceShaftEntry, Bolted, CylinderLayout, LinkRod, RodOnScales
 from autobalance.job.solid_weights import SOLID_ROD
-from autobalance.job.toml.keys import FILLED, Key, Values, plain
+from autobalance.job.toml.keys import plain
 from autobalance.units import G_MM2_PER_KG_MM2
 
 Sense = Literal["forward", "backward"]

@@ -17,10 +17,10 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from autobalance.correction import KINDS, Limits
 from autobalance.correction.contract import Prefer
 from autobalance.correction.faces.patches import FaceLimits
-from autobalance.declare import ANY, NOT_NEGATIVE, Range, TypedIn
+from autobalance.declare import ANY, NOT_NEGATIVE, Key, Range, TypedIn, Values
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job.header import SHOP
-from autobalance.job.toml.keys import Key, Values, read
+from autobalance.job.toml.keys import read
 
 FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
 """Keys of the top level, which the kinds share whose limits have ``faces``."""

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.engine.mounts import Mount, MountedEngine
 from autobalance.errors import JobError
 from autobalance.job.model.mounts import Mounts
-from autobalance.job.toml.keys import Key, Values
 from autobalance.units import G_MM2_PER_KG_MM2, RAD_S_PER_RPM
 
 Vector = tuple[float, float, float]

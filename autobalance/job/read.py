@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from autobalance.correction import Limits
 from autobalance.correction.contract import Prefer
+from autobalance.declare import Values
 from autobalance.errors import JobError
 from autobalance.job.balance import balance_of, fitted_parts
 from autobalance.job.layout import shaft_values, shafts_of
@@ -30,7 +31,7 @@ from autobalance.job.solid_weights import with_weighed_solids
 from autobalance.job.tables import OF_TORSION, TOP_KEYS, job_tables
 from autobalance.job.toml.document import text_of, toml_of
 from autobalance.job.toml.faults import Faults
-from autobalance.job.toml.keys import Values, plain, read, value_of
+from autobalance.job.toml.keys import plain, read, value_of
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.toml.table import Table, unknown_keys
 from autobalance.job.toml.typed_units import gathered_in_base_units, in_base_units, refuse_unfilled

@@ -10,13 +10,13 @@ from typing import Any, Literal
 import numpy as np
 
 from autobalance.crank.anatomy import Overrides, PinHint
-from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.declare import COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.errors import JobError
 from autobalance.job.density import density_keys
 from autobalance.job.model import Crankshaft, LengthUnit
 from autobalance.job.scan_keys import SCAN, holes_of, readings_of
 from autobalance.job.toml.convert import convert
-from autobalance.job.toml.keys import FILLED, Key, Values, read
+from autobalance.job.toml.keys import read
 from autobalance.runtime import note_read
 from autobalance.solid.formats.registry import names_bodies, needs_unit
 from autobalance.units import G_PER_MM3_PER_KG_M3

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
-from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.declare import ANY, COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.errors import JobError
 from autobalance.job.layout import BANK_DEG, LAYOUT, LINK, ROD, layout_of, links_of, rod_of
 from autobalance.job.model import (
@@ -19,7 +19,7 @@ from autobalance.job.model import (
     Weight,
 )
 from autobalance.job.solid_weights import SOLID
-from autobalance.job.toml.keys import FILLED, Key, Values, plain
+from autobalance.job.toml.keys import plain
 from autobalance.job.toml.typed_units import WEIGHT_TABLES
 from autobalance.units import G_PER, G_PER_MM3_PER_KG_M3
 

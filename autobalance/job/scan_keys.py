@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from autobalance.declare import NOT_NEGATIVE, POSITIVE
+from autobalance.declare import NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.errors import JobError
 from autobalance.job.model import LengthUnit
 from autobalance.job.model.crank_readings import Calibrate, CrankReadings
-from autobalance.job.toml.keys import Key, Values
 from autobalance.solid.soundness.open_holes import OpenHoles
 
 Vector = tuple[float, float, float]

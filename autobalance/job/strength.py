@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Literal
 
-from autobalance.declare import NOT_NEGATIVE, POSITIVE, Range
+from autobalance.declare import NOT_NEGATIVE, POSITIVE, Key, Range, Values
 from autobalance.errors import JobError
 from autobalance.job.model.strength import FilletFactorPair, Strength
-from autobalance.job.toml.keys import Key, Values
 
 AT_LEAST_ONE = Range("must be ≥ 1", least=1.0)
 MATERIAL = (

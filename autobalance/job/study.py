@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from autobalance.declare import NOT_NEGATIVE, Range
+from autobalance.declare import FILLED, NOT_NEGATIVE, Key, Range
 from autobalance.job.model import Distribution, Sampling
-from autobalance.job.toml.keys import FILLED, Key
 
 WANDER = Range("must be 0 to 45", least=0.0, most=45.0)
 STUDY = Key(

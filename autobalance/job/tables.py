@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
+from autobalance.declare import Key
 from autobalance.job.balance import BALANCE
 from autobalance.job.header import JOB, SHOP
 from autobalance.job.layout import SHAFTS
@@ -12,7 +13,7 @@ from autobalance.job.limits import correction_key
 from autobalance.job.read_crankshaft import CRANKSHAFT
 from autobalance.job.read_engine import ENGINE, ORIGINAL
 from autobalance.job.study import STUDY
-from autobalance.job.toml.keys import Key, json_schema
+from autobalance.job.toml.keys import json_schema
 
 OF_TORSION = (
     *("torsion", "excitation", "pendulum", "speed_rpm", "points"),

@@ -7,13 +7,14 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args, get_origin
 
+from autobalance.declare import REQUIRED, Key
 from autobalance.job.balance import BALANCE
 from autobalance.job.header import JOB
 from autobalance.job.limits import correction_key
 from autobalance.job.read_crankshaft import CRANKSHAFT
 from autobalance.job.read_engine import ENGINE
 from autobalance.job.tables import key_at
-from autobalance.job.toml.keys import REQUIRED, Key, plain
+from autobalance.job.toml.keys import plain
 from autobalance.job.toml.text import toml_value
 from autobalance.job.toml.typed_units import FILL_IN
 from autobalance.job.workbook import Row

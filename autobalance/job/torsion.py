@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Range
+from autobalance.declare import ANY, COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Large, Range, Values
 from autobalance.errors import JobError
 from autobalance.job.model.torsion import (
     CrankTorsion,
@@ -18,8 +18,7 @@ from autobalance.job.model.torsion import (
     PendulumAbsorber,
     TorsionQuestion,
 )
-from autobalance.job.toml.convert import Large
-from autobalance.job.toml.keys import FILLED, Key, Values, read
+from autobalance.job.toml.keys import read
 from autobalance.job.torsion_train import TRAIN, train_parts
 from autobalance.types import Array
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM

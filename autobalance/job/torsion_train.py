@@ -6,12 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Range
+from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Key, Large, Range, Values
 from autobalance.dynamics.torsion_train import GearPair
 from autobalance.errors import JobError
 from autobalance.job.model.torsion_train import Branch, Coupling, Damper, DamperKind, TrainParts
-from autobalance.job.toml.convert import Large
-from autobalance.job.toml.keys import Key, Values
 from autobalance.units import M_PER_MM
 
 KG_M2_PER_KG_MM2 = 1e-6

@@ -9,9 +9,9 @@ from typing import Any
 
 from autobalance import verbs
 from autobalance.api.declaration import REQUIRED, Parameter, parameters_of
+from autobalance.declare import UNIT_BY_ENDING
 from autobalance.errors import AutobalanceError, UsageError
 from autobalance.job.toml.document import text_of, toml_of
-from autobalance.job.toml.typed_values import UNIT_BY_ENDING
 from autobalance.web_app.forms import Form, file_tables
 from autobalance.web_app.named_files import FILE_KEYS, named_files
 from autobalance.web_app.project import Project

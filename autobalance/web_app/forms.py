@@ -7,13 +7,12 @@ from collections.abc import Iterator
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
 
+from autobalance.declare import FILLED, REQUIRED, UNIT_BY_ENDING, Key, unit_of_name
 from autobalance.job.files.declared import forms_of
 from autobalance.job.files.design_keys import START_TABLES
 from autobalance.job.limits import correction_key
 from autobalance.job.tables import job_tables
 from autobalance.job.template import in_plain_text
-from autobalance.job.toml.keys import FILLED, REQUIRED, Key
-from autobalance.job.toml.typed_values import UNIT_BY_ENDING, unit_of_name
 
 BY_ITSELF = "correction"
 """The table that has separate forms, by the kinds of correction."""

@@ -10,9 +10,10 @@ from jsonschema import Draft202012Validator
 
 import autobalance as ab
 from autobalance.api.schema import READ_FILES
+from autobalance.declare import Key
 from autobalance.errors import JobError
 from autobalance.job.files.declared import DECLARATIONS, forms_of
-from autobalance.job.toml.keys import Key, read
+from autobalance.job.toml.keys import read
 from autobalance.job.toml.typed_units import in_base_units
 from tests.unit import test_job_keys
 from tests.unit.test_job_keys import both_refuse, dotted, every_key, needed, sample, told, with_value, wrong

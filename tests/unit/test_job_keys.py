@@ -14,11 +14,11 @@ from jsonschema import Draft202012Validator
 from autobalance import job
 from autobalance.command.main import main
 from autobalance.correction import KINDS
-from autobalance.declare import ANY, Range
+from autobalance.declare import ANY, REQUIRED, Key, Large, Range
 from autobalance.errors import JobError
 from autobalance.job.tables import job_schema, job_tables
-from autobalance.job.toml.convert import MAX_NUMBER, Large
-from autobalance.job.toml.keys import REQUIRED, Key, read
+from autobalance.job.toml.convert import MAX_NUMBER
+from autobalance.job.toml.keys import read
 from autobalance.job.toml.typed_units import in_base_units
 from autobalance.units import G_PER
 

@@ -22,6 +22,7 @@ from autobalance.bearings.film import JournalBearing
 from autobalance.bearings.heat_balance import Supply
 from autobalance.bearings.oil import Oil
 from autobalance.bearings.rolling import FourSources, Palmgren, RollingBearing
+from autobalance.declare import Values, names
 from autobalance.errors import JobError
 from autobalance.job.files.bearing_keys import (
     FEWEST_CELLS,
@@ -34,7 +35,7 @@ from autobalance.job.files.bearing_keys import (
 )
 from autobalance.job.files.history import history_of_arrays, read_history
 from autobalance.job.toml.document import text_of, toml_of
-from autobalance.job.toml.keys import Values, names, plain, read
+from autobalance.job.toml.keys import plain, read
 from autobalance.job.toml.table import Table
 from autobalance.job.toml.typed_units import in_base_units
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM

@@ -7,8 +7,7 @@ from typing import Any, Literal
 
 from autobalance.bearings.cases import Solver
 from autobalance.bearings.reynolds import Boundary
-from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Range
-from autobalance.job.toml.keys import Key
+from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Key, Range
 
 Pair = tuple[float, float]
 Turns = Literal["ccw", "cw"]

@@ -11,6 +11,7 @@ from typing import Any
 
 from autobalance.bearings.cases import RollingCase
 from autobalance.bearings.film import JournalBearing
+from autobalance.declare import Values, names
 from autobalance.dynamics.bench_rotor import (
     BenchBearings,
     DiscOnShaft,
@@ -24,7 +25,7 @@ from autobalance.dynamics.speed_control import SpeedControl
 from autobalance.errors import JobError
 from autobalance.job.files.bearing import parse_bearing
 from autobalance.job.files.bench_keys import BENCH_KEYS, DRY_KEYS, PLAIN_KEYS, ROLLING_KEYS, Pair
-from autobalance.job.toml.keys import Values, names, read_document
+from autobalance.job.toml.keys import read_document
 from autobalance.units import (
     G_MM2_PER_KG_MM2,
     G_PER_KG,

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Literal
 
-from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.declare import COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key
 from autobalance.job.files.bearing_keys import PALMGREN_KEYS, SKF_KEYS
-from autobalance.job.toml.keys import FILLED, Key
 from autobalance.units import STEEL_KG_M3
 
 Pair = tuple[float, float]

@@ -7,12 +7,13 @@ from dataclasses import fields, is_dataclass
 from typing import Any, get_args, get_type_hints
 
 from autobalance.crank.parametric.design import Design, preset
+from autobalance.declare import Values, names
 from autobalance.errors import JobError
 from autobalance.job.files.crank_keys import DESIGN
 from autobalance.job.model import EngineParts
 from autobalance.job.read_engine import ENGINE, engine_of
 from autobalance.job.toml.document import toml_of
-from autobalance.job.toml.keys import Values, names, read
+from autobalance.job.toml.keys import read
 from autobalance.job.toml.table import Table, unknown_keys
 from autobalance.job.toml.typed_units import in_base_units
 

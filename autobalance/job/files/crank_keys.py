@@ -8,9 +8,8 @@ from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from autobalance.crank.parametric.design import LEAST_SEGMENTS, MOST_SEGMENTS, PRESETS, Design
-from autobalance.declare import ANY, NOT_NEGATIVE, POSITIVE, Range
+from autobalance.declare import ANY, NOT_NEGATIVE, POSITIVE, REQUIRED, Key, Range
 from autobalance.job.read_engine import ENGINE
-from autobalance.job.toml.keys import REQUIRED, Key
 
 MEANINGS: Mapping[str, str] = {
     "name": "of the crank; the file's name if it is not there",

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib import import_module
 
+from autobalance.declare import Key
 from autobalance.job.files.design_keys import DESIGN_KEYS, START_TABLES
 from autobalance.job.tables import job_tables
-from autobalance.job.toml.keys import Key
 
 DECLARATIONS: Mapping[str, str] = {
     "reading": "files.reading:READING_KEYS",

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from autobalance.declare import Values, names
 from autobalance.errors import JobError
 from autobalance.job.files.design_keys import (
     ALL_OBJECTIVES,
@@ -21,7 +22,7 @@ from autobalance.job.files.design_keys import (
 )
 from autobalance.job.read import Job, parse, tables_of
 from autobalance.job.toml.faults import Faults
-from autobalance.job.toml.keys import Values, names, read
+from autobalance.job.toml.keys import read
 from autobalance.job.toml.table import Table, unknown_keys
 from autobalance.job.toml.typed_units import in_base_units
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Range
-from autobalance.job.toml.keys import FILLED, Key
+from autobalance.declare import COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Range
 
 Pair = tuple[float, float]
 Point = tuple[float, float, float]

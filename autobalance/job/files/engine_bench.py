@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from autobalance.declare import POSITIVE, SHARE
+from autobalance.declare import POSITIVE, SHARE, Key, Values
 from autobalance.errors import JobError
-from autobalance.job.toml.keys import Key, Values, read_document
+from autobalance.job.toml.keys import read_document
 
 ENGINE = (
     Key("job", str, "job of the engine, with [cycle]; relative to this file"),

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from autobalance.declare import POSITIVE, Range
+from autobalance.declare import FILLED, POSITIVE, Key, Range, Values
 from autobalance.errors import JobError
 from autobalance.fem_analysis.elasticity import Material
 from autobalance.fem_analysis.statics import Box, Hold, Load
 from autobalance.job.model import LengthUnit
-from autobalance.job.toml.keys import FILLED, Key, Values, plain, read_document
+from autobalance.job.toml.keys import plain, read_document
 from autobalance.units import STEEL_KG_M3
 
 T_MM3_PER_KG_M3 = 1e-12

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Range
+from autobalance.declare import COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Range, Values
 from autobalance.dynamics.balancing_machine import Noise
 from autobalance.dynamics.drilled_depth import DrillPlace, HoleDirection
 from autobalance.dynamics.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric
@@ -23,7 +23,7 @@ from autobalance.job.files.reading_keys import (
     ZERO_DEG,
     Convention,
 )
-from autobalance.job.toml.keys import FILLED, Key, Values, read_document
+from autobalance.job.toml.keys import read_document
 from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM, STEEL_KG_M3
 
 MachineKind = Literal["hard", "soft", "cradle", "nodal", "static"]

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from autobalance.declare import Values
 from autobalance.dynamics.live_reading import ONE_PLANE_GROUPS, TWO_PLANE_GROUPS, LineFormat, Settling
 from autobalance.errors import JobError
 from autobalance.job.files.machine import MACHINE_KEYS
-from autobalance.job.toml.keys import Values, read_document
+from autobalance.job.toml.keys import read_document
 from autobalance.job.toml.typed_units import unbalance_unit
 from autobalance.units import G_MM_PER
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from autobalance.declare import NOT_NEGATIVE, POSITIVE, Range
+from autobalance.declare import NOT_NEGATIVE, POSITIVE, Key, Range, Values
 from autobalance.errors import JobError
 from autobalance.job.toml.document import text_of, toml_of
-from autobalance.job.toml.keys import Key, Values, named_in, read
+from autobalance.job.toml.keys import named_in, read
 from autobalance.job.toml.typed_units import in_base_units, length_mm
 
 ToolKind = Literal["drill", "end_mill", "turning"]

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from autobalance.declare import NOT_NEGATIVE, POSITIVE
+from autobalance.declare import NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.errors import JobError
 from autobalance.job.files.reading_keys import AS_READ, READS, Convention
-from autobalance.job.toml.keys import Key, Values, read_document
+from autobalance.job.toml.keys import read_document
 from autobalance.job.toml.typed_units import refuse_unfilled
 from autobalance.units import G_MM_PER_OZ_IN
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from autobalance.declare import NOT_NEGATIVE, POSITIVE, Range
-from autobalance.job.toml.keys import Key, Values
+from autobalance.declare import NOT_NEGATIVE, POSITIVE, Key, Range, Values
 from autobalance.units import wrapped_deg
 
 Rotation = Literal["ccw", "cw"]

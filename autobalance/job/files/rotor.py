@@ -5,28 +5,39 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Range
+from autobalance.declare import (
+    ANY,
+    COUNTED,
+    MM,
+    NOT_NEGATIVE,
+    POSITIVE,
+    RPM,
+    Key,
+    Large,
+    Range,
+    Values,
+    keys_of,
+    made,
+)
 from autobalance.dynamics.beam_rotor import (
     BeamRotor,
     BeamTheory,
     Disc,
+    Place,
     PointUnbalance,
     ShaftSection,
 )
 from autobalance.errors import JobError
-from autobalance.job.files.rotor_bearings import BEARING, PLACE, read_bearing
-from autobalance.job.toml.convert import Large
-from autobalance.job.toml.keys import Key, Values, read_document
+from autobalance.job.files.rotor_bearings import BEARING, read_bearing
+from autobalance.job.toml.keys import read_document
 from autobalance.types import Array
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM, STEEL_KG_M3
 
 PA_PER_GPA = 1e9
-KG_M2_PER_KG_MM2 = 1e-6
-KG_M_PER_G_MM = 1e-6
 Speeds = float | tuple[float, float]
 
 POISSON = Range("must be over -1 and at most 0.5", above=-1.0, most=0.5)
@@ -50,32 +61,42 @@ SHAFT = (
     Key("shear_factor", float, "Timoshenko's shear factor; 0: Cowper's", NOT_NEGATIVE, 0.0),
     Key("elements", int, "classical elements; 0: as many as 1e-5 of a frequency needs", ELEMENTS, 0),
 )
-DISC = (
-    PLACE,
-    Key("mass_kg", float, "mass", NOT_NEGATIVE),
-    Key("polar_kg_mm2", float, "moment of inertia about the shaft", NOT_NEGATIVE, 0.0),
-    Key("diametral_kg_mm2", float, "moment of inertia about a diameter", NOT_NEGATIVE, 0.0),
-)
-UNBALANCE = (
-    PLACE,
-    Key("g_mm", float, "mass times distance from the axis"),
-    Key("angle_deg", float, "angle in the rotor frame", ANY, 0.0),
-)
-BALANCING = (
-    Key("planes_mm", tuple[float, ...], "correction planes"),
-    Key("modes", int, "how many of the lowest planar modes", COUNTED, 1),
-    Key("rigid", bool, "whether resultant and moment vanish too (N + 2)", ANY, False),
-)
-STIFFNESS_MAP = (
-    Key("k_n_m", tuple[Large, Large], "range of the stiffness of all bearings", POSITIVE),
-    Key("points", int, "stiffnesses in the range", POINTS, 31),
-)
-RUN_UP = (
-    Key("from_rpm", float, "first speed", NOT_NEGATIVE, 0.0),
-    Key("to_rpm", float, "last speed", POSITIVE),
-    Key("time_s", float, "how long it takes", POSITIVE),
-    Key("points", int, "times in the result", POINTS, 2001),
-)
+
+
+@dataclass(frozen=True)
+class Balancing:
+    """Planes for added unbalance, and modes to be left without excitation."""
+
+    planes_m: Annotated[tuple[float, ...], MM, "correction planes"]
+    modes: Annotated[int, COUNTED, "how many of the lowest planar modes"] = 1
+    rigid: Annotated[bool, "whether resultant and moment vanish too (N + 2)"] = False
+
+
+@dataclass(frozen=True)
+class StiffnessMap:
+    """Range of a bearing stiffness that all bearings shall have in turn."""
+
+    k_n_m: Annotated[tuple[Large, Large], POSITIVE, "range of the stiffness of all bearings"]
+    points: Annotated[int, POINTS, "stiffnesses in the range"] = 31
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunUp:
+    """A run from one speed to another at constant acceleration."""
+
+    from_rad_s: Annotated[float, RPM, NOT_NEGATIVE, "first speed"] = 0.0
+    to_rad_s: Annotated[float, RPM, POSITIVE, "last speed"]
+    time_s: Annotated[float, POSITIVE, "how long it takes"]
+    points: Annotated[int, POINTS, "times in the result"] = 2001
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A place where motion is computed."""
+
+    z_m: Place
+
+
 ROTOR = (
     Key("speed_rpm", Speeds, "a speed, or the lowest and highest", SPEED, 3000.0),
     Key("points", int, "speeds in a range", POINTS, 101),
@@ -83,54 +104,26 @@ ROTOR = (
     Key("gravity_m_s2", tuple[float, float], "along x and y", ANY, (0.0, 0.0)),
     Key("max_modes", int, "modes listed at each speed", MODES, 12),
     Key("shaft", says="sections on end, from z = 0", keys=SHAFT, many=True),
-    Key("disc", says="rigid discs", keys=DISC, many=True, default=()),
+    Key("disc", says="rigid discs", keys=keys_of(Disc), many=True, default=()),
     Key("bearing", says="supports", keys=BEARING, many=True, default=()),
-    Key("unbalance", says="heavy spots", keys=UNBALANCE, many=True, default=()),
+    Key("unbalance", says="heavy spots", keys=keys_of(PointUnbalance), many=True, default=()),
     Key(
         "probe",
         says="where motion is computed; default: every disc and bearing",
-        keys=(PLACE,),
+        keys=keys_of(Probe),
         many=True,
         default=(),
     ),
-    Key("balancing", says="modal balancing", keys=BALANCING, default=None),
+    Key("balancing", says="modal balancing", keys=keys_of(Balancing), default=None),
     Key(
         "stiffness_map",
         says="undamped critical speeds over bearing stiffness",
-        keys=STIFFNESS_MAP,
+        keys=keys_of(StiffnessMap),
         default=None,
     ),
-    Key("run_up", says="a run through critical speeds in time", keys=RUN_UP, default=None),
+    Key("run_up", says="a run through critical speeds in time", keys=keys_of(RunUp), default=None),
 )
 """Every key of a rotor file."""
-
-
-@dataclass(frozen=True)
-class Balancing:
-    """Planes for added unbalance, and modes to be left without excitation."""
-
-    planes_m: tuple[float, ...]
-    modes: int
-    rigid: bool
-
-
-@dataclass(frozen=True)
-class StiffnessMap:
-    """Range of a bearing stiffness that all bearings shall have in turn."""
-
-    low_n_m: float
-    high_n_m: float
-    points: int
-
-
-@dataclass(frozen=True)
-class RunUp:
-    """A run from one speed to another at constant acceleration."""
-
-    start_rad_s: float
-    end_rad_s: float
-    time_s: float
-    points: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,9 +164,9 @@ def _request(filled: Values) -> RotorRequest:
     _check_proportions(filled["shaft"])
     rotor = BeamRotor(
         tuple(_section(each) for each in filled["shaft"]),
-        tuple(_disc(each) for each in filled["disc"]),
+        tuple(made(Disc, each) for each in filled["disc"]),
         tuple(read_bearing(f"bearing[{n}]", each, speeds) for n, each in enumerate(filled["bearing"], 1)),
-        tuple(_unbalance(each) for each in filled["unbalance"]),
+        tuple(made(PointUnbalance, each) for each in filled["unbalance"]),
         filled["beam"],
         filled["gravity_m_s2"],
     )
@@ -264,17 +257,6 @@ def _section(values: Mapping[str, Any]) -> ShaftSection:
     )
 
 
-def _disc(values: Mapping[str, Any]) -> Disc:
-    polar, diametral = (values[key] * KG_M2_PER_KG_MM2 for key in ("polar_kg_mm2", "diametral_kg_mm2"))
-    return Disc(values["z_mm"] * M_PER_MM, values["mass_kg"], polar, diametral)
-
-
-def _unbalance(values: Mapping[str, Any]) -> PointUnbalance:
-    return PointUnbalance(
-        values["z_mm"] * M_PER_MM, values["g_mm"] * KG_M_PER_G_MM, float(np.radians(values["angle_deg"]))
-    )
-
-
 # --- places and the other tables ----------------------------------------------------------------------------
 
 
@@ -290,8 +272,7 @@ def _balancing(values: Values | None, length_mm: float) -> Balancing | None:
         raise JobError("balancing.planes_mm is an empty list; name at least one plane")
     for z_mm in values["planes_mm"]:
         _check_place("balancing.planes_mm", z_mm, length_mm)
-    planes = tuple(M_PER_MM * z for z in values["planes_mm"])
-    return Balancing(planes, values["modes"], values["rigid"])
+    return made(Balancing, values)
 
 
 def _stiffness_map(filled: Values) -> StiffnessMap | None:
@@ -303,13 +284,12 @@ def _stiffness_map(filled: Values) -> StiffnessMap | None:
         raise JobError(f"stiffness_map.k_n_m is [{low:g}, {high:g}]; the first must be the lower one")
     if all(each["kind"] is not None for each in filled["bearing"]):
         raise JobError("stiffness_map needs a [[bearing]] with a stiffness; none of those here gives")
-    return StiffnessMap(low, high, values["points"])
+    return made(StiffnessMap, values)
 
 
 def _run_up(values: Values | None) -> RunUp | None:
     if values is None:
         return None
-    start, end = (values[key] * RAD_S_PER_RPM for key in ("from_rpm", "to_rpm"))
-    if start == end:
+    if values["from_rpm"] == values["to_rpm"]:
         raise JobError("run_up.to_rpm is the speed it starts from; must be another")
-    return RunUp(start, end, values["time_s"], values["points"])
+    return made(RunUp, values)

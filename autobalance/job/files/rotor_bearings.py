@@ -7,20 +7,17 @@ from typing import Literal
 
 import numpy as np
 
-from autobalance.declare import ANY, NOT_NEGATIVE, POSITIVE
+from autobalance.declare import ANY, NOT_NEGATIVE, POSITIVE, Key, Large, Values
 from autobalance.dynamics.beam_rotor import (
     Bearing,
     rigid_bearing,
 )
 from autobalance.errors import JobError
 from autobalance.job.files.film_bearing import film_bearing
-from autobalance.job.toml.convert import Large
-from autobalance.job.toml.keys import Key, Values
 from autobalance.types import Array
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
 PerSpeed = Large | tuple[Large, ...]
-PLACE = Key("z_mm", float, "place on the shaft, from its start")
 STIFFNESS = ("kxx_n_m", "kxy_n_m", "kyx_n_m", "kyy_n_m")
 DAMPING = ("cxx_n_s_m", "cxy_n_s_m", "cyx_n_s_m", "cyy_n_s_m")
 LINEAR = ("k_n_m", *STIFFNESS, "c_n_s_m", *DAMPING)
@@ -33,7 +30,7 @@ FILM = (
     Key("solver", Literal["ocvirk", "reynolds"], "as in `bearing`", ANY, "reynolds"),
 )
 BEARING = (
-    PLACE,
+    Key("z_mm", float, "place on the shaft, from its start"),
     Key("film", says="an oil film, its coefficients over the speed", keys=FILM, default=None),
     Key("kind", Literal["pinned", "clamped"], "a rigid support, instead of a stiffness", ANY, None),
     *(Key(name, PerSpeed, "one number, or one for each of speeds_rpm", ANY, None) for name in LINEAR),

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from autobalance.declare import FILLED, Key, Values
 from autobalance.dynamics.torsion_chain import TorsionChain
 from autobalance.errors import JobError
 from autobalance.job.model.torsion import TorsionQuestion
-from autobalance.job.toml.keys import FILLED, Key, Values, read_document
+from autobalance.job.toml.keys import read_document
 from autobalance.job.torsion import DAMPING_RATIO, KG_M2_PER_KG_MM2, SHARED, question_of
 from autobalance.job.torsion_train import INERTIA, SPRING
 from autobalance.units import M_PER_MM

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from autobalance.declare import POSITIVE
+from autobalance.declare import POSITIVE, Key, Values
 from autobalance.errors import AutobalanceError, JobError
-from autobalance.job.toml.keys import Key, Values, read
+from autobalance.job.toml.keys import read
 from autobalance.units import wrapped_deg
 
 RECORDS_KEYS = (

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.dynamics.fitted_weights import Fitting
 from autobalance.dynamics.influence_coefficients import Trial, changes
 from autobalance.dynamics.limited_weights import Goal
@@ -18,7 +18,7 @@ from autobalance.errors import JobError
 from autobalance.job.files.reading_keys import AS_READ
 from autobalance.job.files.trial_records import RECORDS_KEYS, with_recorded_readings
 from autobalance.job.toml.document import text_of, toml_of
-from autobalance.job.toml.keys import Key, Values, named_in, read_document
+from autobalance.job.toml.keys import named_in, read_document
 from autobalance.types import Array, Complex
 
 Reading = tuple[float, float]

@@ -6,15 +6,14 @@ import math
 from collections.abc import Sequence
 from difflib import get_close_matches
 from types import UnionType
-from typing import Any, Literal, NewType, Union, get_args, get_origin
+from typing import Any, Literal, Union, get_args, get_origin
 
+from autobalance.declare import Large
 from autobalance.errors import JobError
 
 MAX_NUMBER = 1e9
 """Size of a number at most: beyond is not a mass, length or speed of a crankshaft, and squares overflow."""
 
-Large = NewType("Large", float)
-"""Type hint of a number that may be larger, such as a stiffness [N/m]."""
 LARGEST_OF_ALL = 1e15
 
 

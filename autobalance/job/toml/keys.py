@@ -8,93 +8,30 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args, get_origin
 
-from autobalance.declare import ANY, MIN_POSITIVE, POSITIVE, Range
+from autobalance.declare import (
+    FILLED,
+    MIN_POSITIVE,
+    POSITIVE,
+    REQUIRED,
+    Key,
+    Large,
+    Range,
+    Values,
+    names,
+)
 from autobalance.errors import JobError
-from autobalance.job.toml.convert import LARGEST_OF_ALL, MAX_NUMBER, Large, shown
+from autobalance.job.toml.convert import LARGEST_OF_ALL, MAX_NUMBER, shown
 from autobalance.job.toml.document import text_of, toml_of
 from autobalance.job.toml.faults import Faults
 from autobalance.job.toml.table import Table, unknown_keys
 from autobalance.job.toml.typed_units import in_base_units
-from autobalance.job.toml.typed_values import TYPED_UNITS, TypedUnit, unit_of_name
+from autobalance.job.toml.typed_values import TYPED_UNITS, TypedUnit
 
-Values = dict[str, Any]
 T = TypeVar("T")
-
-
-class _Required:
-    """Mark of a key that has no default."""
-
-    def __repr__(self) -> str:
-        return "REQUIRED"
-
-
-REQUIRED = _Required()
-FILLED: Any = ()
-
-
-@dataclass(frozen=True)
-class Key:
-    """One key of a table: its name, type, rule and default, and what it means.
-
-    ``keys`` makes it a separate table; with ``many``, an array of tables; with ``hint`` beside them, a
-    plain value or a table. ``named`` makes it a table whose keys are free names, and says what each is. A
-    table that may be missing has the default None, or ``FILLED``: then it is there with the defaults of its
-    keys. ``forms`` are the tables that a file may hold in its place, where what is read was brought to one
-    form before; ``instead`` is the key that may stand in its place, and then only one of both.
-
-    ``typed`` is the unit of a number that may be typed with it, where the name does not end in one.
-    ``not_empty`` says what to do instead of leaving a list or text empty, ``missing`` what more to say where
-    a key is not there, ``usual`` what a default is that is not a value, ``verbs`` which verbs read it,
-    ``example`` what a template shows of it where it has no default, ``shape`` what JSON Schema has to say
-    beyond all that.
-    """
-
-    name: str
-    hint: Any = None
-    says: str = ""
-    rule: Range = ANY
-    default: Any = REQUIRED
-    keys: tuple[Key, ...] = ()
-    many: bool = False
-    named: Key | None = None
-    forms: tuple[Key, ...] = ()
-    instead: str = ""
-    typed: str = ""
-    not_empty: str = ""
-    missing: str = ""
-    usual: str = ""
-    verbs: str = ""
-    example: Any = None
-    shape: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def unit(self) -> str:
-        """Unit of its numbers, by its name unless said otherwise; empty where they have none."""
-        return self.typed or unit_of_name(self.name)
-
-    @property
-    def read_by(self) -> tuple[str, ...]:
-        """The verbs that read it, where not every one does."""
-        return () if self.verbs in ("", "all") else tuple(self.verbs.split(", "))
-
-    @property
-    def is_table(self) -> bool:
-        """Whether its value is a table, or a list of them."""
-        return bool(self.keys) or self.named is not None
-
-
-def names(keys: tuple[Key, ...]) -> tuple[str, ...]:
-    """Return the names of keys, in their order."""
-    return tuple(key.name for key in keys)
-
-
-def optional(keys: tuple[Key, ...]) -> tuple[Key, ...]:
-    """Return keys of which none is required: where other keys stand in for them, or they overrule."""
-    return tuple(replace(key, default=None) if key.default is REQUIRED else key for key in keys)
 
 
 def read_document(

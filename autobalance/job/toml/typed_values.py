@@ -1,4 +1,4 @@
-"""Units of a key's numbers, and how a number is typed with one."""
+"""Numbers typed with their unit."""
 
 from __future__ import annotations
 
@@ -8,60 +8,6 @@ from dataclasses import dataclass
 
 from autobalance.job.toml.typed_units import LENGTHS, NUMBER, length_mm, unbalance_g_mm
 from autobalance.units import G_MM_PER
-
-UNIT_BY_ENDING = {
-    "_kg_mm2": "kg·mm²",
-    "_kg_m3": "kg/m³",
-    "_J_kg_K": "J/(kg·K)",
-    "_mm2_s": "mm²/s",
-    "_N_m_s_rad": "N·m·s/rad",
-    "_N_m_rad": "N·m/rad",
-    "_N_um": "N/µm",
-    "_k_N_mm": "N/mm",  # of a spring
-    "_N_mm": "N·mm",
-    "_N_m": "N·m",
-    "_n_mm": "N/mm",
-    "_n_s_m": "N·s/m",
-    "_n_m": "N/m",
-    "_m_s2": "m/s²",
-    "_Pa_s": "Pa·s",
-    "_per_K": "1/K",
-    "_cm3": "cm³",
-    "_g_mm": "g·mm",
-    "_oz_in": "oz·in",
-    "_percent": "%",
-    "_kg_mm": "kg·mm",
-    "_rpm": "1/min",
-    "_deg": "°",
-    "_bar": "bar",
-    "_gpa": "GPa",
-    "_MPa": "MPa",
-    "_um": "µm",
-    "_mm": "mm",
-    "_kg": "kg",
-    "_oz": "oz",
-    "_lb": "lb",
-    "_hz": "Hz",
-    "_g": "g",
-    "_J": "J",
-    "_K": "K",
-    "_C": "°C",
-    "_N": "N",
-    "_s": "s",
-}
-"""Unit of a key's numbers, by the ending of its name; the first that fits."""
-
-
-def unit_of_name(name: str) -> str:
-    """Return the unit that a key's name ends in; empty: none.
-
-    Examples
-    --------
-    >>> unit_of_name("pm_g_mm"), unit_of_name("flywheel_kg_mm2"), unit_of_name("g"), unit_of_name("order")
-    ('g·mm', 'kg·mm²', 'g', '')
-    """
-    whole = f"_{name}"
-    return next((unit for ending, unit in UNIT_BY_ENDING.items() if whole.endswith(ending)), "")
 
 
 @dataclass(frozen=True)
