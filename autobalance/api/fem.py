@@ -10,19 +10,10 @@ from autobalance.api.common_parameters import documented
 from autobalance.api.result import VerbResult
 from autobalance.errors import UsageError
 from autobalance.report.plot_files import Plots
-from autobalance.report.records.fem import (
-    FemDisplacement,
-    FemFile,
-    FemLevel,
-    FemMesh,
-    FemMode,
-    FemReport,
-    FemStress,
-)
+from autobalance.report.records.fem import FemFile, FemReport
 from autobalance.runtime import Progress, no_progress
 
 if TYPE_CHECKING:
-    from autobalance.fem_analysis.analysis import Answer, Level
     from autobalance.fem_analysis.mesher import SurfaceSolid
     from autobalance.job.files.fem import FemJob
 
@@ -35,17 +26,19 @@ FINEST_MM = 1e-3
 class FemResult(VerbResult):
     """Modes or stress of a solid, with the meshes they were found on."""
 
+    content: FemReport
+
     def text(self, units: str = "metric") -> str:
         """Return the analysis as lines for people; always metric."""
         from autobalance.report.fem.text import fem_text
 
-        return fem_text(self.report)
+        return fem_text(self.content)
 
     def plots(self) -> Plots:
         """Return plots of the result from mesh to mesh."""
         from autobalance.report.fem.plots import fem_plots
 
-        return Plots(fem_plots(self.report))
+        return Plots(fem_plots(self.content))
 
 
 @documented
@@ -121,7 +114,8 @@ def fem(
     surface, read = _read(job)
     question = Question(surface, job.material, job.kind, job.modes, job.size_mm, job.holds, job.loads)
     answer = analysed(question, progress)
-    return FemResult(_report(job, read, answer, time.perf_counter() - started))
+    seconds = time.perf_counter() - started
+    return FemResult(FemReport(analysis=job.described, input=read, answer=answer, seconds=seconds))
 
 
 def _read(job: FemJob) -> tuple[SurfaceSolid | Path, FemFile]:
@@ -157,44 +151,3 @@ def _with_crankpins(job: FemJob) -> tuple[SurfaceSolid, FemFile]:
     repairs = [*source.repairs, "crankpins put in, one piece with the webs"]
     entry = FemFile(file=job.file.name, sha256=source.sha256, format=source.format, repairs=repairs)
     return SurfaceSolid(mesh.vertices, mesh.triangles), entry
-
-
-def _report(job: FemJob, read: FemFile, answer: Answer, seconds: float) -> FemReport:
-    last, stress = answer.levels[-1], answer.stress
-    return FemReport(
-        analysis=job.described,
-        input=read,
-        mesh=FemMesh(
-            tetrahedra=last.tetrahedra, nodes=last.nodes, size_mm=last.size_mm, volume_error=last.volume_error
-        ),
-        modes=None
-        if stress is not None
-        else [
-            FemMode(number=n, frequency_hz=mode.frequency_hz, error_hz=mode.error_hz, kind=mode.kind)
-            for n, mode in enumerate(answer.modes, 1)
-        ],
-        convergence=[_level(level, static=stress is not None) for level in answer.levels],
-        stress=None
-        if stress is None
-        else FemStress(
-            greatest_von_mises_MPa=stress.greatest_von_mises_MPa,
-            greatest_principal_MPa=stress.greatest_principal_MPa,
-            at_mm=stress.at_mm,
-            error_MPa=stress.error_MPa,
-        ),
-        displacement=None if stress is None else FemDisplacement(greatest_mm=stress.greatest_displacement_mm),
-        reactions_N=None if stress is None else stress.reactions_N,
-        seconds=seconds,
-    )
-
-
-def _level(level: Level, *, static: bool) -> FemLevel:
-    if not static:
-        return FemLevel(size_mm=level.size_mm, nodes=level.nodes, frequencies_hz=level.values)
-    principal, mises = level.values
-    return FemLevel(
-        size_mm=level.size_mm,
-        nodes=level.nodes,
-        greatest_principal_MPa=principal,
-        greatest_von_mises_MPa=mises,
-    )

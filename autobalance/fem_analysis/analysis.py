@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
+from autobalance.declare import OMITTED, Like, NotNegative, Ordinal, Positive, Triple
 from autobalance.fem_analysis.elasticity import STEEL, ElasticBody, Material
 from autobalance.fem_analysis.mesher import (
     SHARE_OF_RADIUS,
@@ -17,7 +18,7 @@ from autobalance.fem_analysis.mesher import (
     meshes_of,
     need_libraries,
 )
-from autobalance.fem_analysis.modes import Kind, modes_of
+from autobalance.fem_analysis.modes import Kind, Mode, modes_of
 from autobalance.fem_analysis.statics import Hold, Load, StaticResult, held_dofs, static_analysis
 from autobalance.runtime import Progress, no_progress
 
@@ -25,6 +26,8 @@ SHARE_OF_RADIUS_FOR_STRESS = 0.12
 """Stress concentrates where a surface is curved: 52 elements a turn, at a fillet 13."""
 COARSENING = (2.0, 1.4, 1.0)
 """Sizes of the meshes over that of the last."""
+ErrorOfMeshes = Annotated[float, Like(NotNegative | None)]
+"""Error by the change from mesh to mesh; who reads reports must also expect null, which none has today."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,45 +56,69 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Level:
-    """One mesh of the series and what was found on it."""
+class FemMesh:
+    """The finest mesh; ``volume_error`` is a share of the solid's volume."""
 
-    size_mm: float
-    tetrahedra: int
-    nodes: int
+    tetrahedra: Ordinal
+    nodes: Ordinal
+    size_mm: Positive
     volume_error: float
-    values: tuple[float, ...]
-    """Frequencies [Hz], or the greatest principal and von Mises' stress [MPa]."""
 
 
 @dataclass(frozen=True)
-class FoundMode:
+class FemLevel:
+    """One mesh of the series and what was found on it: the frequencies, or the greatest stress."""
+
+    size_mm: Positive
+    nodes: Ordinal
+    frequencies_hz: Annotated[tuple[float, ...] | None, OMITTED] = None
+    greatest_principal_MPa: Annotated[float | None, OMITTED] = None
+    greatest_von_mises_MPa: Annotated[float | None, OMITTED] = None
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """What is compared from mesh to mesh."""
+        stress = (self.greatest_principal_MPa, self.greatest_von_mises_MPa)
+        return self.frequencies_hz or tuple(each for each in stress if each is not None)
+
+
+@dataclass(frozen=True)
+class FemMode:
     """A mode on the last mesh."""
 
-    frequency_hz: float
-    error_hz: float
+    number: Ordinal
+    frequency_hz: NotNegative
+    error_hz: ErrorOfMeshes
     kind: Kind
 
 
-@dataclass(frozen=True, eq=False)
-class Stress:
+@dataclass(frozen=True)
+class FemStress:
     """The greatest stress on the last mesh."""
 
-    greatest_von_mises_MPa: float
+    greatest_von_mises_MPa: NotNegative
     greatest_principal_MPa: float
-    at_mm: tuple[float, float, float]
-    error_MPa: float
-    greatest_displacement_mm: float
-    reactions_N: tuple[float, float, float]
+    at_mm: Triple
+    error_MPa: ErrorOfMeshes
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
+class FemDisplacement:
+    """The greatest displacement on the last mesh."""
+
+    greatest_mm: NotNegative
+
+
+@dataclass(frozen=True, kw_only=True)
 class Answer:
     """Result of an analysis: the meshes, and modes or stress of the last."""
 
-    levels: tuple[Level, ...]
-    modes: tuple[FoundMode, ...] = ()
-    stress: Stress | None = None
+    mesh: FemMesh
+    modes: tuple[FemMode, ...] | None = None
+    convergence: tuple[FemLevel, ...]
+    stress: FemStress | None = None
+    displacement: FemDisplacement | None = None
+    reactions_N: Sequence[float] | None = None
 
 
 def analysed(question: Question, progress: Progress = no_progress) -> Answer:
@@ -108,46 +135,43 @@ def analysed(question: Question, progress: Progress = no_progress) -> Answer:
     """
     need_libraries()
     progress("meshing", 0.0)
-    levels, last = [], _MeshResults()
     share = SHARE_OF_RADIUS if question.kind == "modes" else SHARE_OF_RADIUS_FOR_STRESS
     meshes = meshes_of(question.solid, question.size_mm, COARSENING, share)
+    levels = []
     for number, mesh in enumerate(meshes):
         progress(f"solving, mesh {number + 1} of {len(meshes)}", (1.0 + number) / (1.0 + len(meshes)))
         body = ElasticBody.of(mesh)
-        last = _solved(question, body)
-        levels.append(_level(mesh, body, last.values))
-    if last.static is not None:
-        return Answer(tuple(levels), stress=_stress(levels, last.static))
-    errors = _errors(levels)
-    modes = [FoundMode(*each) for each in zip(last.values, errors, last.kinds, strict=True)]
-    return Answer(tuple(levels), modes=tuple(modes))
+        found = _found(question, body)
+        levels.append(_level(mesh, body, found))
+    volume_error = abs(body.volume_mm3 / mesh.solid_volume_mm3 - 1.0)
+    last = FemMesh(len(mesh.tetrahedra), body.nodes, mesh.size_mm, volume_error)
+    errors = _errors(levels, volume_error)
+    if isinstance(found, StaticResult):
+        return _of_static(last, levels, errors, found)
+    modes = [
+        FemMode(n, mode.frequency_hz, error, mode.kind)
+        for n, (mode, error) in enumerate(zip(found, errors, strict=True), 1)
+    ]
+    return Answer(mesh=last, modes=tuple(modes), convergence=tuple(levels))
 
 
-@dataclass(frozen=True, eq=False)
-class _MeshResults:
-    """Results of one mesh."""
-
-    values: tuple[float, ...] = ()
-    kinds: tuple[Kind, ...] = ()
-    static: StaticResult | None = None
-
-
-def _solved(question: Question, body: ElasticBody) -> _MeshResults:
+def _found(question: Question, body: ElasticBody) -> StaticResult | list[Mode]:
     if question.kind == "static":
-        static = static_analysis(body, question.material, question.holds, question.loads)
-        worst = float(static.von_mises_MPa.max())
-        return _MeshResults((static.greatest_principal_MPa, worst), static=static)
+        return static_analysis(body, question.material, question.holds, question.loads)
     held = held_dofs(body, question.holds) if question.holds else None
-    modes = modes_of(body, question.material, question.modes, held)
-    return _MeshResults(tuple(mode.frequency_hz for mode in modes), tuple(mode.kind for mode in modes))
+    return modes_of(body, question.material, question.modes, held)
 
 
-def _level(mesh: TetrahedronMesh, body: ElasticBody, values: tuple[float, ...]) -> Level:
-    lost = abs(body.volume_mm3 / mesh.solid_volume_mm3 - 1.0)
-    return Level(mesh.size_mm, len(mesh.tetrahedra), body.nodes, lost, values)
+def _level(mesh: TetrahedronMesh, body: ElasticBody, found: StaticResult | list[Mode]) -> FemLevel:
+    if isinstance(found, StaticResult):
+        principal, mises = found.greatest_principal_MPa, float(found.von_mises_MPa.max())
+        return FemLevel(
+            mesh.size_mm, body.nodes, greatest_principal_MPa=principal, greatest_von_mises_MPa=mises
+        )
+    return FemLevel(mesh.size_mm, body.nodes, tuple(mode.frequency_hz for mode in found))
 
 
-def _errors(levels: Sequence[Level]) -> list[float]:
+def _errors(levels: Sequence[FemLevel], volume_error: float) -> list[float]:
     """Return the uncertainty of each value of the last mesh.
 
     The greater of the last change and of what Richardson's extrapolation of the last three leaves, and the
@@ -157,21 +181,26 @@ def _errors(levels: Sequence[Level]) -> list[float]:
     before, after = np.abs(middle - rough), np.abs(fine - middle)
     with np.errstate(divide="ignore", invalid="ignore"):
         left = np.where(before > after, after**2 / (before - after), after)
-    bound = np.maximum(after, np.minimum(left, before)) + levels[-1].volume_error * np.abs(fine)
+    bound = np.maximum(after, np.minimum(left, before)) + volume_error * np.abs(fine)
     return [float(value) for value in bound]
 
 
-def _stress(levels: Sequence[Level], static: StaticResult) -> Stress:
+def _of_static(
+    mesh: FemMesh, levels: Sequence[FemLevel], errors: Sequence[float], static: StaticResult
+) -> Answer:
+    principal, _ = levels[-1].values
     mises = static.von_mises_MPa
     worst = int(mises.argmax())
-    x, y, z = (float(value) for value in static.body.places_mm[worst])
     moved = np.linalg.norm(static.displacement_mm, axis=1)
-    rx, ry, rz = (float(value) for value in static.reactions_N)
-    return Stress(
-        greatest_von_mises_MPa=float(mises[worst]),
-        greatest_principal_MPa=levels[-1].values[0],
-        at_mm=(x, y, z),
-        error_MPa=max(*_errors(levels), float(static.apart_MPa[worst])),
-        greatest_displacement_mm=float(moved.max()),
-        reactions_N=(rx, ry, rz),
+    return Answer(
+        mesh=mesh,
+        convergence=tuple(levels),
+        stress=FemStress(
+            greatest_von_mises_MPa=float(mises[worst]),
+            greatest_principal_MPa=principal,
+            at_mm=static.body.places_mm[worst].tolist(),
+            error_MPa=max(*errors, float(static.apart_MPa[worst])),
+        ),
+        displacement=FemDisplacement(float(moved.max())),
+        reactions_N=static.reactions_N.tolist(),
     )

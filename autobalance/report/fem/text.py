@@ -2,46 +2,48 @@
 
 from __future__ import annotations
 
-from autobalance.types import Values
+from collections.abc import Sequence
+
+from autobalance.fem_analysis.analysis import Answer, FemMode
+from autobalance.report.records.fem import FemReport
 
 
-def fem_text(values: Values) -> str:
-    mesh = values["mesh"]
+def fem_text(report: FemReport) -> str:
+    answer = report.answer
+    mesh = answer.mesh
     lines = [
-        f"{mesh['tetrahedra']} quadratic tetrahedra, {mesh['nodes']} nodes, size {mesh['size_mm']:.4g} mm; "
-        f"volume off by {100.0 * mesh['volume_error']:.2g} %",
+        f"{mesh.tetrahedra} quadratic tetrahedra, {mesh.nodes} nodes, size {mesh.size_mm:.4g} mm; "
+        f"volume off by {100.0 * mesh.volume_error:.2g} %",
         "",
-        *(_modes(values) if values["modes"] is not None else _stress(values)),
+        *(_static(answer) if answer.modes is None else _modes(answer.modes)),
         "",
-        "mesh size [mm]   nodes   "
-        + ("frequencies [Hz]" if values["modes"] is not None else "principal [MPa]"),
+        "mesh size [mm]   nodes   " + ("principal [MPa]" if answer.modes is None else "frequencies [Hz]"),
     ]
-    for level in values["convergence"]:
-        results = level.get("frequencies_hz") or [level["greatest_principal_MPa"]]
-        lines.append(
-            f"{level['size_mm']:14.4g} {level['nodes']:7d}   "
-            + "  ".join(f"{value:.2f}" for value in results)
-        )
+    for level in answer.convergence:
+        shown = level.frequencies_hz or level.values[:1]
+        values = "  ".join(f"{value:.2f}" for value in shown)
+        lines.append(f"{level.size_mm:14.4g} {level.nodes:7d}   {values}")
     return "\n".join(lines)
 
 
-def _modes(values: Values) -> list[str]:
-    lines = ["mode   frequency [Hz]        ±   kind"]
-    for mode in values["modes"]:
-        lines.append(
-            f"{mode['number']:4d} {mode['frequency_hz']:16.2f} {mode['error_hz']:8.2g}   {mode['kind']}"
-        )
-    return lines
-
-
-def _stress(values: Values) -> list[str]:
-    stress, moved = values["stress"], values["displacement"]["greatest_mm"]
-    mises, principal = stress["greatest_von_mises_MPa"], stress["greatest_principal_MPa"]
-    at = ", ".join(f"{value:.2f}" for value in stress["at_mm"])
-    reactions = ", ".join(f"{value:.1f}" for value in values["reactions_N"])
-    return [
-        f"greatest von Mises stress    {mises:.2f} MPa at ({at}) mm",
-        f"greatest principal stress    {principal:.2f} MPa, ± {stress['error_MPa']:.2g} MPa",
-        f"greatest displacement        {moved:.4g} mm",
-        f"reactions                    ({reactions}) N",
+def _modes(modes: Sequence[FemMode]) -> list[str]:
+    return ["mode   frequency [Hz]        ±   kind"] + [
+        f"{mode.number:4d} {mode.frequency_hz:16.2f} {mode.error_hz:8.2g}   {mode.kind}" for mode in modes
     ]
+
+
+def _static(answer: Answer) -> list[str]:
+    lines = []
+    if stress := answer.stress:
+        principal, error = stress.greatest_principal_MPa, stress.error_MPa
+        at = ", ".join(f"{value:.2f}" for value in stress.at_mm)
+        lines += [
+            f"greatest von Mises stress    {stress.greatest_von_mises_MPa:.2f} MPa at ({at}) mm",
+            f"greatest principal stress    {principal:.2f} MPa, ± {error:.2g} MPa",
+        ]
+    if answer.displacement is not None:
+        lines.append(f"greatest displacement        {answer.displacement.greatest_mm:.4g} mm")
+    if answer.reactions_N is not None:
+        reactions = ", ".join(f"{value:.1f}" for value in answer.reactions_N)
+        lines.append(f"reactions                    ({reactions}) N")
+    return lines
