@@ -5,27 +5,33 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from autobalance.api.result import VerbResult
 from autobalance.errors import FileError
+
+if TYPE_CHECKING:
+    from autobalance.report.records.jobs import JobsReport
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class JobsResult(VerbResult):
     """Jobs of a folder, and statistics of series."""
 
+    content: JobsReport
+
     def text(self, units: str = "metric") -> str:
         """Return a line for each job, and the series."""
         from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.shop.jobs_text import jobs_text
 
-        return jobs_text(self.report, ON_SCREEN[units])
+        return jobs_text(self.content, ON_SCREEN[units])
 
     def files(self) -> Mapping[str, bytes]:
         """Return the jobs as CSV."""
         from autobalance.report.shop.jobs_text import jobs_csv
 
-        return {"jobs.csv": jobs_csv(self.report)}
+        return {"jobs.csv": jobs_csv(self.content)}
 
 
 def jobs(folder: str | Path = ".", *, find: str | None = None) -> JobsResult:
@@ -50,7 +56,7 @@ def jobs(folder: str | Path = ".", *, find: str | None = None) -> JobsResult:
     FileError
         If the folder is not there.
     """
-    from autobalance.report.records.jobs import ArchivedJob, JobSeries, JobsReport
+    from autobalance.report.records.jobs import JobsReport
     from autobalance.studies.archive import archive
     from autobalance.studies.series import series_of
 
@@ -60,11 +66,5 @@ def jobs(folder: str | Path = ".", *, find: str | None = None) -> JobsResult:
     listed = archive(place)
     rows = [row for row in listed.rows if find is None or row.holds(find)]
     return JobsResult(
-        JobsReport(
-            folder=str(folder),
-            find=find,
-            jobs=[ArchivedJob.of(row) for row in rows],
-            series=[JobSeries.of(each) for each in series_of(rows)],
-            warnings=listed.warnings,
-        )
+        JobsReport(folder=str(folder), find=find, jobs=rows, series=series_of(rows), warnings=listed.warnings)
     )

@@ -10,45 +10,46 @@ from contextlib import closing, suppress
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+from autobalance.declare import UNWRITTEN, NotNegative, Ordinal, Pair, Positive
 from autobalance.errors import AutobalanceError
+from autobalance.rigid_rotor.tolerance import Outcome
 from autobalance.verification.report_file import read_report
 from autobalance.wording import worst_judged
 
 INDEX = ".autobalance-jobs.sqlite"
 """Beside the results; what it says is read from the reports, and it may be deleted at any time."""
-LAYOUT = 2
+LAYOUT = 3
 REPORT = "report.json"
 OF_RUNS = ("balance", "recut")
 
 
 @dataclass(frozen=True)
-class JobRow:
+class ArchivedJob:
     """One crank's job, with its last stage; unbalance of the resultant, planes as [x, y] [g·mm].
 
-    ``share_before`` and ``share_after`` are the worst judged unbalance over its permissible value,
-    ``place_before`` and ``place_after`` where that is: "the resultant", or "plane A".
+    ``share_before`` and ``share_after`` are the worst judged unbalance over its permissible value.
     """
 
     report: str
     customer: str | None
     engine: str | None
     serial: str | None
-    date: str
-    stage: int
-    before_g_mm: float
-    after_g_mm: float
-    permissible_g_mm: float
-    share_before: float
-    share_after: float
-    place_before: str
+    date: Annotated[str, "when the report's file was written"]
+    stage: Ordinal
+    before_g_mm: NotNegative
+    after_g_mm: NotNegative
+    permissible_g_mm: Positive
+    share_before: NotNegative
+    share_after: NotNegative
+    place_before: Annotated[str, "of share_before: the resultant, or a plane"]
     place_after: str
-    outcome: str
-    planes_before: dict[str, tuple[float, float]]
-    planes_after: dict[str, tuple[float, float]]
-    permissible_planes_g_mm: dict[str, float]
-    searched: str
+    outcome: Outcome
+    planes_before_g_mm: Mapping[str, Pair]
+    planes_after_g_mm: Mapping[str, Pair]
+    permissible_planes_g_mm: Annotated[Mapping[str, float], UNWRITTEN]
+    searched: Annotated[str, UNWRITTEN]
 
     def holds(self, text: str) -> bool:
         """Return whether a text stands in the header of the job, whatever its case."""
@@ -59,7 +60,7 @@ class JobRow:
 class Archive:
     """The jobs of a folder, in the order of their dates, and what could not be read, a line each."""
 
-    rows: tuple[JobRow, ...]
+    rows: tuple[ArchivedJob, ...]
     warnings: tuple[str, ...]
 
 
@@ -103,7 +104,7 @@ def _entry(name: str, values: Mapping[str, Any], changed_s: float) -> dict[str, 
     header = values["job"].get("job") or {}
     stages = values.get("stages") or ()
     first = stages[0]["report"] if stages else None
-    row = JobRow(
+    row = ArchivedJob(
         name,
         header.get("customer"),
         header.get("engine"),
@@ -127,7 +128,7 @@ def _entry(name: str, values: Mapping[str, Any], changed_s: float) -> dict[str, 
     return {"of": posixpath.normpath(of), "row": json.loads(json.dumps(asdict(row)))}
 
 
-def _last_stages(entries: Mapping[str, dict[str, Any]]) -> Iterator[JobRow]:
+def _last_stages(entries: Mapping[str, dict[str, Any]]) -> Iterator[ArchivedJob]:
     """Yield the last stage of each crank, its before that of the first stage."""
     stages: dict[str, list[dict[str, Any]]] = {}
     for entry in entries.values():
@@ -136,9 +137,10 @@ def _last_stages(entries: Mapping[str, dict[str, Any]]) -> Iterator[JobRow]:
         rows.sort(key=lambda row: row["stage"])
         first, last = rows[0], rows[-1]
         header = {key: last[key] or first[key] for key in ("customer", "engine", "serial")}
-        before = {key: first[key] for key in ("before_g_mm", "share_before", "place_before", "planes_before")}
+        keys = ("before_g_mm", "share_before", "place_before", "planes_before_g_mm")
+        before = {key: first[key] for key in keys}
         searched = "\n".join(row["searched"] for row in rows)
-        yield JobRow(**{**last, **header, **before, "searched": searched})
+        yield ArchivedJob(**{**last, **header, **before, "searched": searched})
 
 
 # --- the index ----------------------------------------------------------------------------------------------

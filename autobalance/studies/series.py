@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from autobalance.studies.archive import JobRow
+from autobalance.declare import Angle, Count, NotNegative, derived
+from autobalance.studies.archive import ArchivedJob
 from autobalance.types import Array
 from autobalance.wording import angle_deg
 
@@ -18,81 +20,72 @@ LEAST_JOBS = 2
 
 
 @dataclass(frozen=True)
-class PlaneSeries:
+class SeriesPlane:
     """A plane over a series: mean and scatter of the cranks as they come and as they go.
 
-    Attributes
-    ----------
-    mean_before_g_mm, mean_before_deg : float
-        The mean vector before: what all of them share.
-    scatter_before_g_mm, scatter_after_g_mm : float
-        Standard deviation of x and of y, both together.
-    mean_after_g_mm : float
-        Mean of the magnitudes left.
-    capability : float or None
-        (U_per - mean left) / (3 standard deviations of what is left); None where nothing scatters.
-    drift_g_mm, drift_in_errors : float or None
-        From the mean before of the first half to that of the second, and over its standard error; None of
-        fewer than four.
+    The mean before is a vector, what all of them share; the mean after is of the magnitudes left. A scatter
+    is the standard deviation of x and of y, both together. ``capability`` is None where nothing scatters,
+    the drift of fewer than four cranks.
     """
 
     plane: str
-    mean_before_g_mm: float
-    mean_before_deg: float
-    scatter_before_g_mm: float
-    mean_after_g_mm: float
-    scatter_after_g_mm: float
-    capability: float | None
-    drift_g_mm: float | None
-    drift_in_errors: float | None
+    mean_before_g_mm: NotNegative
+    mean_before_deg: Angle
+    scatter_before_g_mm: NotNegative
+    mean_after_g_mm: NotNegative
+    scatter_after_g_mm: NotNegative
+    capability: Annotated[float | None, "(permitted - mean left) / (3 standard deviations of what is left)"]
+    drift_g_mm: Annotated[NotNegative | None, "between the means before of the two halves of the series"]
+    drift_in_errors: Annotated[NotNegative | None, "the same over its standard error"]
 
-    @property
+    @derived
     def drifts(self) -> bool:
         return self.drift_in_errors is not None and self.drift_in_errors >= LEAST_DRIFT
 
 
 @dataclass(frozen=True)
-class Series:
+class JobSeries:
     """Cranks of one engine, in the order of their dates."""
 
     engine: str
-    jobs: int
-    within: int
-    planes: tuple[PlaneSeries, ...]
+    jobs: Count
+    within: Count
+    planes: tuple[SeriesPlane, ...]
 
 
-def series_of(rows: Sequence[JobRow]) -> tuple[Series, ...]:
+def series_of(rows: Sequence[ArchivedJob]) -> tuple[JobSeries, ...]:
     """Return the statistics of each engine of which there are two jobs or more."""
-    by_engine: dict[str, list[JobRow]] = {}
+    by_engine: dict[str, list[ArchivedJob]] = {}
     for row in rows:
         by_engine.setdefault(row.engine or "", []).append(row)
     return tuple(
-        Series(engine, len(jobs), sum("within" in each.outcome for each in jobs), _planes(jobs))
+        JobSeries(engine, len(jobs), sum("within" in each.outcome for each in jobs), _planes(jobs))
         for engine, jobs in sorted(by_engine.items())
         if len(jobs) >= LEAST_JOBS
     )
 
 
-def _planes(jobs: Sequence[JobRow]) -> tuple[PlaneSeries, ...]:
-    names = [name for name in jobs[0].planes_before if all(name in each.planes_before for each in jobs)]
+def _planes(jobs: Sequence[ArchivedJob]) -> tuple[SeriesPlane, ...]:
+    first = jobs[0].planes_before_g_mm
+    names = [name for name in first if all(name in each.planes_before_g_mm for each in jobs)]
     return tuple(
         plane_series(
             name,
-            np.array([each.planes_before[name] for each in jobs]),
-            np.array([each.planes_after[name] for each in jobs]),
+            np.array([each.planes_before_g_mm[name] for each in jobs]),
+            np.array([each.planes_after_g_mm[name] for each in jobs]),
             min(each.permissible_planes_g_mm.get(name, math.inf) for each in jobs),
         )
         for name in names
     )
 
 
-def plane_series(name: str, before: Array, after: Array, permissible_g_mm: float) -> PlaneSeries:
+def plane_series(name: str, before: Array, after: Array, permissible_g_mm: float) -> SeriesPlane:
     """Return the statistics of one plane; ``before`` and ``after`` (n, 2) are vectors [g·mm]."""
     mean, left = before.mean(axis=0), np.hypot(*after.T)
     spread = float(left.std(ddof=1))
     capable = spread > 0.0 and math.isfinite(permissible_g_mm)
     drift = _drift(before)
-    return PlaneSeries(
+    return SeriesPlane(
         plane=name,
         mean_before_g_mm=float(np.hypot(*mean)),
         mean_before_deg=angle_deg(mean),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
-from typing import Any
 
 from autobalance.report.display_units import DisplayUnits
+from autobalance.report.records.jobs import JobsReport
 from autobalance.report.tables import table
+from autobalance.studies.series import JobSeries
 from autobalance.wording import percent
 
 VERDICTS = {
@@ -22,64 +22,64 @@ COLUMNS = (
 )
 
 
-def jobs_text(values: Mapping[str, Any], units: DisplayUnits) -> str:
+def jobs_text(report: JobsReport, units: DisplayUnits) -> str:
     """Return the jobs, one a line, the latest last, then the series."""
-    if not values["jobs"]:
-        what = "" if values["find"] is None else f" with {values['find']!r}"
-        return f"{values['folder']}: no report of balance or recut{what} in this folder or below it"
-    words = ("customer", "engine", "serial")
+    if not report.jobs:
+        what = "" if report.find is None else f" with {report.find!r}"
+        return f"{report.folder}: no report of balance or recut{what} in this folder or below it"
+    words = ("customer", "engine", "serial", "stage")
     rows: list[tuple[str, ...]] = [
-        ("Date", *words, "stage", "before, of permitted", "after, of permitted", "verdict", "report")
+        ("Date", *words, "before, of permitted", "after, of permitted", "verdict", "report")
     ]
-    for job in values["jobs"]:
-        shares = (
-            f"{percent(job[f'share_{when}'])} in {job[f'place_{when}'].removeprefix('the ')}"
-            for when in ("before", "after")
+    rows += [
+        (
+            job.date,
+            *(each or "" for each in (job.customer, job.engine, job.serial)),
+            str(job.stage),
+            _share(job.share_before, job.place_before),
+            _share(job.share_after, job.place_after),
+            VERDICTS[job.outcome],
+            job.report,
         )
-        rows.append(
-            (
-                job["date"],
-                *(job[key] or "" for key in words),
-                str(job["stage"]),
-                *shares,
-                VERDICTS[job["outcome"]],
-                job["report"],
-            )
-        )
-    parts = [table(rows), *(_series(each, units) for each in values["series"])]
-    return "\n\n".join(parts)
+        for job in report.jobs
+    ]
+    return "\n\n".join([table(rows), *(_series(each, units) for each in report.series)])
 
 
-def _series(series: Mapping[str, Any], units: DisplayUnits) -> str:
-    name = series["engine"] or "jobs that name no engine"
-    head = f"{name}: {series['jobs']} jobs, {series['within']} within"
+def _share(share: float, place: str) -> str:
+    return f"{percent(share)} in {place.removeprefix('the ')}"
+
+
+def _series(series: JobSeries, units: DisplayUnits) -> str:
+    name = series.engine or "jobs that name no engine"
+    head = f"{name}: {series.jobs} jobs, {series.within} within"
     rows: list[tuple[str, ...]] = [
         (head, "mean before", "at", "scatter", "mean after", "capability", "drift")
     ]
-    for plane in series["planes"]:
-        of = units.of_unbalance
-        drift = "" if plane["drift_g_mm"] is None else of(plane["drift_g_mm"])
-        if plane["drift_in_errors"] is not None:
-            drift += f" ({plane['drift_in_errors']:.1f} standard errors)"
+    of = units.of_unbalance
+    for plane in series.planes:
+        drift = "" if plane.drift_g_mm is None else of(plane.drift_g_mm)
+        if plane.drift_in_errors is not None:
+            drift += f" ({plane.drift_in_errors:.1f} standard errors)"
         rows.append(
             (
-                f"  plane {plane['plane']}",
-                of(plane["mean_before_g_mm"]),
-                f"{plane['mean_before_deg']:.1f}°",
-                of(plane["scatter_before_g_mm"]),
-                of(plane["mean_after_g_mm"]),
-                "" if plane["capability"] is None else f"{plane['capability']:.2f}",
+                f"  plane {plane.plane}",
+                of(plane.mean_before_g_mm),
+                f"{plane.mean_before_deg:.1f}°",
+                of(plane.scatter_before_g_mm),
+                of(plane.mean_after_g_mm),
+                "" if plane.capability is None else f"{plane.capability:.2f}",
                 drift,
             )
         )
-    drifting = [plane["plane"] for plane in series["planes"] if plane["drifts"]]
+    drifting = [plane.plane for plane in series.planes if plane.drifts]
     return table(rows) + (f"\n  plane {' and '.join(drifting)} drifts" if drifting else "")
 
 
-def jobs_csv(values: Mapping[str, Any]) -> bytes:
+def jobs_csv(report: JobsReport) -> bytes:
     """Return the jobs as CSV, one a row."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(values["jobs"])
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows([getattr(job, name) for name in COLUMNS] for job in report.jobs)
     return text.getvalue().encode()
