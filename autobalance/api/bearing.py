@@ -8,23 +8,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.result import VerbResult
+from autobalance.declare import MM
 from autobalance.report.plot_files import Plots
 
 if TYPE_CHECKING:
     from autobalance.bearings.analysis import Analysis
+    from autobalance.report.records.bearing import BearingReport
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BearingResult(VerbResult):
     """A bearing's friction and film."""
 
+    content: BearingReport
     analysis: Analysis
 
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people; always metric."""
         from autobalance.report.bearing.text import bearing_text
 
-        return bearing_text(self.report)
+        return bearing_text(self.content)
 
     def plots(self) -> Plots:
         """Return the film's pressure, its orbit and the moment over the speed, as far as there are any."""
@@ -33,9 +36,11 @@ class BearingResult(VerbResult):
         return Plots(bearing_plots(self.analysis))
 
     def __repr__(self) -> str:
-        moment, film = self.report["friction"]["moment_N_m"], self.report["film"] or {}
-        shown = {"kind": self.report["kind"], "moment_N_m": moment}
-        shown |= {key: film.get(key) for key in ("eccentricity_ratio", "least_film_mm")}
+        found = self.content
+        shown: dict[str, object] = {"kind": found.kind, "moment_N_m": found.friction.moment_N_m}
+        if found.film is not None and found.film.least_film_m is not None:
+            shown["eccentricity_ratio"] = found.film.eccentricity_ratio
+            shown["least_film_mm"] = MM.written(found.film.least_film_m)
         words = (f"{key}={_short(value)}" for key, value in shown.items() if value is not None)
         return f"<autobalance bearing: {', '.join(words)}>"
 
@@ -56,7 +61,7 @@ class BearingResult(VerbResult):
         """
         from autobalance.report.bearing.values import rotor_bearing
 
-        return rotor_bearing([row.speed_rpm for row in self.content.rows], self.analysis, z_mm, load_deg)
+        return rotor_bearing(self.analysis, z_mm, load_deg)
 
     def series(self) -> bytes | None:
         """Return the orbit by angle as CSV; None without a history of loads."""
@@ -116,4 +121,4 @@ def bearing(
     else:
         file = load_bearing(bearing, history)
     analysis = analyse(file.case, file.speeds_rad_s)
-    return BearingResult(BearingReport.of(file.kind, file.described, file.speeds_rpm, analysis), analysis)
+    return BearingResult(BearingReport.of(file.kind, file.described, analysis), analysis)

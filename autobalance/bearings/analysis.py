@@ -9,10 +9,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from autobalance.bearings import dry, loads, rolling, squeeze_film
+from autobalance.bearings.answer import (
+    BearingRow,
+    FilmOrbit,
+    Friction,
+    LoadMeans,
+    Oil,
+    OilFilm,
+    Plates,
+)
 from autobalance.bearings.cases import Case, DryCase, Lubricant, PlainCase, PlatesCase, RollingCase
 from autobalance.bearings.film import (
     Film,
-    JournalBearing,
     film_at_eccentricity,
     film_at_load,
     friction_moment_N_m,
@@ -24,49 +32,7 @@ from autobalance.bearings.reynolds import reynolds
 from autobalance.bearings.short_bearing import ocvirk
 from autobalance.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO, FilmModel
 
-
-@dataclass(frozen=True)
-class Friction:
-    """Friction at one speed; None where a number does not apply."""
-
-    moment_N_m: float | None = None
-    power_W: float | None = None
-    coefficient: float | None = None
-    """Moment over load times half the diameter."""
-    mu: float | None = None
-    mu_small_angle: float | None = None
-    mu_equivalent: float | None = None
-    small_angle_N_m: float | None = None
-
-
-@dataclass(frozen=True)
-class LoadMeans:
-    """Means of a constant and a turning load [N]."""
-
-    mean_N: float
-    cubic_mean_N: float
-    equivalent_N: float
-    f_m: float | None
-
-
-@dataclass(frozen=True)
-class PlateFilm:
-    """Stiffness and damping of a squeeze film."""
-
-    stiffness_N_m: float
-    damping_source_N_s_m: float
-    damping_N_s_m: float
-
-
-@dataclass(frozen=True)
-class PetroffFilm:
-    """Eccentricity, attitude and load for Petroff's formula, with the numbers of these alone."""
-
-    eccentricity_ratio: float
-    attitude_rad: float
-    load_N: float | None
-    sommerfeld: float | None
-    least_film_m: float
+NO_OIL, NO_PLATES = Oil(), Plates()
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,16 +41,30 @@ class State:
 
     speed_rad_s: float
     friction: Friction
-    lubricant: Lubricant | None = None
+    oil: Oil = NO_OIL
     load: LoadMeans | None = None
     attitude_rad: float | None = None
     film: Film | None = None
-    petroff_film: PetroffFilm | None = None
+    oil_film: OilFilm | None = None
     petroff_N_m: float | None = None
-    outlet_C: float | None = None
     parts: rolling.PalmgrenParts | rolling.FourParts | None = None
-    plates: PlateFilm | None = None
+    plates: Plates = NO_PLATES
     contact: bool = False
+
+    @property
+    def row(self) -> BearingRow:
+        """The state among those at other speeds."""
+        film = self.film
+        return BearingRow(
+            speed_rad_s=self.speed_rad_s,
+            moment_N_m=self.friction.moment_N_m,
+            power_W=self.friction.power_W,
+            eccentricity_ratio=None if film is None else film.eccentricity_ratio,
+            least_film_m=None if film is None else film.least_film_m,
+            stiffness_N_m=None if film is None else film.stiffness_N_m,
+            damping_N_s_m=None if film is None else film.damping_N_s_m,
+            limit="contact" if self.contact else None,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +82,19 @@ class Analysis:
     def orbit_breaks(self) -> bool:
         """Whether the film breaks somewhere in the cycle."""
         return self.orbit is not None and bool(self.orbit.contact[0])
+
+    @property
+    def film_orbit(self) -> FilmOrbit | None:
+        """Figures of the orbit; None without a history of loads."""
+        if self.orbit is None or self.orbit_breaks:
+            return None if self.orbit is None else FilmOrbit()
+        return FilmOrbit(
+            least_film_m=float(self.orbit.least_film_m[0]),
+            at_rad=float(self.orbit.least_at_rad[0]),
+            greatest_eccentricity_ratio=float(self.orbit.ratio.max()),
+            mean_friction_N_m=float(self.orbit.mean_moment_N_m[0]),
+            turns_to_settle=int(self.orbit.turns_to_settle[0]) or None,
+        )
 
 
 def analyse(case: Case, speeds_rad_s: tuple[float, ...]) -> Analysis:
@@ -144,13 +137,13 @@ def _dry(case: DryCase, speed_rad_s: float) -> State:
         small = dry.small_angle_mu(moment, mean, diameter)
         equivalent = dry.small_angle_mu(moment, means.equivalent_N, diameter)
     friction = Friction(
-        moment,
-        moment * speed_rad_s,
-        _coefficient(moment, case.load_N, diameter),
-        mu,
-        small,
-        equivalent,
-        None if mu is None else float(dry.small_angle_moment_N_m(mean, diameter, mu)),
+        moment_N_m=moment,
+        power_W=moment * speed_rad_s,
+        coefficient=_coefficient(moment, case.load_N, diameter),
+        mu=mu,
+        mu_small_angle=small,
+        mu_equivalent=equivalent,
+        small_angle_N_m=None if mu is None else float(dry.small_angle_moment_N_m(mean, diameter, mu)),
     )
     attitude = None if mu is None else dry.attitude_angle_rad(mu)
     return State(speed_rad_s, friction, load=means, attitude_rad=attitude)
@@ -161,10 +154,10 @@ def load_means(constant_N: float, rotating_N: float) -> LoadMeans:
     total = constant_N + rotating_N
     equivalent = float(loads.equivalent_load_N(constant_N, rotating_N))
     return LoadMeans(
-        float(loads.mean_load_N(constant_N, rotating_N)),
-        float(loads.cubic_mean_load_N(constant_N, rotating_N)),
-        equivalent,
-        equivalent / total if total > 0.0 else None,
+        mean_N=float(loads.mean_load_N(constant_N, rotating_N)),
+        cubic_mean_N=float(loads.cubic_mean_load_N(constant_N, rotating_N)),
+        equivalent_N=equivalent,
+        f_m=equivalent / total if total > 0.0 else None,
     )
 
 
@@ -173,39 +166,38 @@ def _rolling(case: RollingCase, speed_rad_s: float) -> State:
     parts = rolling.friction_parts(case.bearing, case.load_N, rpm, case.lubricant.needed_mm2_s)
     moment = case.count * parts.moment_N_m
     diameter = 1e-3 * case.bearing.mean_diameter_mm
-    coefficient = _coefficient(moment, case.count * case.load_N, diameter)
-    friction = Friction(moment, moment * speed_rad_s, coefficient)
-    return State(speed_rad_s, friction, case.lubricant, parts=parts)
+    friction = _friction(moment, speed_rad_s, case.count * case.load_N, diameter)
+    return State(speed_rad_s, friction, _oil(case.lubricant), parts=parts)
 
 
 def _plates(case: PlatesCase, speed_rad_s: float) -> State:
     shape = case.lubricant.needed_Pa_s, case.length_m, case.width_m, case.film_m
-    film = PlateFilm(
-        squeeze_film.stiffness_N_m(case.load_N, case.film_m),
-        squeeze_film.uniform_pressure_damping_N_s_m(*shape),
-        squeeze_film.damping_N_s_m(*shape),
+    plates = Plates(
+        stiffness_N_m=squeeze_film.stiffness_N_m(case.load_N, case.film_m),
+        damping_source_N_s_m=squeeze_film.uniform_pressure_damping_N_s_m(*shape),
+        damping_N_s_m=squeeze_film.damping_N_s_m(*shape),
     )
-    return State(speed_rad_s, Friction(), case.lubricant, plates=film)
+    return State(speed_rad_s, Friction(), _oil(case.lubricant), plates=plates)
 
 
 def _petroff(case: PlainCase, speed_rad_s: float) -> State:
     ratio, load = case.eccentricity_ratio or 0.0, case.load_N
     viscosity = case.lubricant.needed_Pa_s
     if ratio > CONTACT_ECCENTRICITY_RATIO:
-        return State(speed_rad_s, Friction(), case.lubricant, contact=True)
+        return _broken(speed_rad_s, case.lubricant)
     bearing = case.bearing
     moment = friction_moment_N_m(bearing, viscosity, speed_rad_s, ratio, load or 0.0, case.attitude_rad)
     unit = bearing.force_unit_N(viscosity, speed_rad_s)
     return State(
         speed_rad_s,
-        _oiled(moment, speed_rad_s, load, bearing),
-        case.lubricant,
-        petroff_film=PetroffFilm(
-            ratio,
-            case.attitude_rad,
-            load,
-            unit / (math.pi * load) if load else None,
-            bearing.clearance_m * (1.0 - ratio),
+        _friction(moment, speed_rad_s, load, bearing.diameter_m),
+        _oil(case.lubricant),
+        oil_film=OilFilm(
+            eccentricity_ratio=ratio,
+            attitude_angle_rad=case.attitude_rad,
+            sommerfeld=unit / (math.pi * load) if load else None,
+            load_N=load,
+            least_film_m=bearing.clearance_m * (1.0 - ratio),
         ),
         petroff_N_m=petroff_moment_N_m(bearing, viscosity, speed_rad_s),
     )
@@ -227,7 +219,7 @@ def _films(case: PlainCase, speeds_rad_s: tuple[float, ...]) -> tuple[State, ...
 def _unloaded(case: PlainCase, speed_rad_s: float) -> State:
     """Return a state without a steady load: Petroff's moment alone."""
     petroff = petroff_moment_N_m(case.bearing, case.lubricant.needed_Pa_s, speed_rad_s)
-    return State(speed_rad_s, Friction(), case.lubricant, petroff_N_m=petroff)
+    return State(speed_rad_s, Friction(), _oil(case.lubricant), oil_film=OilFilm(), petroff_N_m=petroff)
 
 
 def _film_state(case: PlainCase, model: FilmModel, speed_rad_s: float, guess: Film | None) -> State:
@@ -245,16 +237,46 @@ def _film_state(case: PlainCase, model: FilmModel, speed_rad_s: float, guess: Fi
 
     running = _running(case.lubricant, film_in)
     if running is None:
-        return State(speed_rad_s, Friction(), case.lubricant, contact=True)
+        return _broken(speed_rad_s, case.lubricant)
     film, lubricant, outlet = running
     load = film.load_N if case.load_N is None else case.load_N
     return State(
         speed_rad_s,
-        _oiled(film.moment_N_m, speed_rad_s, load, bearing),
-        lubricant,
+        _friction(film.moment_N_m, speed_rad_s, load, bearing.diameter_m),
+        _oil(lubricant, outlet),
         film=film,
+        oil_film=_oil_film(film),
         petroff_N_m=petroff_moment_N_m(bearing, film.viscosity_Pa_s, speed_rad_s),
-        outlet_C=outlet,
+    )
+
+
+def _broken(speed_rad_s: float, lubricant: Lubricant) -> State:
+    return State(speed_rad_s, Friction(), _oil(lubricant), oil_film=OilFilm(), contact=True)
+
+
+def _oil(lubricant: Lubricant, outlet_C: float | None = None) -> Oil:
+    return Oil(
+        viscosity_Pa_s=lubricant.viscosity_Pa_s,
+        kinematic_mm2_s=lubricant.kinematic_mm2_s,
+        temperature_C=lubricant.celsius,
+        outlet_C=outlet_C,
+    )
+
+
+def _oil_film(film: Film) -> OilFilm:
+    whirl = film.whirl
+    return OilFilm(
+        eccentricity_ratio=film.eccentricity_ratio,
+        attitude_angle_rad=film.attitude_rad,
+        sommerfeld=film.sommerfeld,
+        load_N=film.load_N,
+        least_film_m=film.least_film_m,
+        greatest_pressure_pa=film.greatest_pressure_Pa,
+        side_flow_m3_s=film.side_flow_m3_s,
+        stiffness_N_m=film.stiffness_N_m,
+        damping_N_s_m=film.damping_N_s_m,
+        whirl_ratio=whirl.whirl_ratio,
+        critical_mass_kg=whirl.critical_mass_kg,
     )
 
 
@@ -273,9 +295,12 @@ def _running(
     return film, lubricant.at(celsius), supply.celsius + outlet_rise_K(film, oil, supply)
 
 
-def _oiled(moment_N_m: float, speed_rad_s: float, load_N: float | None, bearing: JournalBearing) -> Friction:
-    coefficient = _coefficient(moment_N_m, load_N or 0.0, bearing.diameter_m)
-    return Friction(moment_N_m, moment_N_m * speed_rad_s, coefficient)
+def _friction(moment_N_m: float, speed_rad_s: float, load_N: float | None, diameter_m: float) -> Friction:
+    return Friction(
+        moment_N_m=moment_N_m,
+        power_W=moment_N_m * speed_rad_s,
+        coefficient=_coefficient(moment_N_m, load_N or 0.0, diameter_m),
+    )
 
 
 def _coefficient(moment_N_m: float, load_N: float, diameter_m: float) -> float | None:
@@ -288,10 +313,7 @@ def _with_orbit(case: PlainCase, states: tuple[State, ...]) -> Analysis:
         return Analysis(states)
     bearing, history = case.bearing, case.history
     alone = case.load_N is None and case.eccentricity_ratio is None and case.solver != "petroff"
-    viscosities = [
-        state.lubricant.viscosity_Pa_s if state.lubricant else None
-        for state in (states if alone else states[:1])
-    ]
+    viscosities = [state.oil.viscosity_Pa_s for state in (states if alone else states[:1])]
     known = [viscosity for viscosity in viscosities if viscosity is not None]
     if not known:  # no temperature balances the heat
         return Analysis(states)
@@ -309,7 +331,7 @@ def _with_orbit(case: PlainCase, states: tuple[State, ...]) -> Analysis:
     if alone:
         load = float(np.hypot(*history.force_N.T).mean())
         frictions = [
-            Friction() if broken else _oiled(float(moment), state.speed_rad_s, load, bearing)
+            Friction() if broken else _friction(float(moment), state.speed_rad_s, load, bearing.diameter_m)
             for state, moment, broken in zip(states, orbits.mean_moment_N_m, orbits.contact, strict=True)
         ]
         states = tuple(replace(each, friction=own) for each, own in zip(states, frictions, strict=True))

@@ -9,7 +9,7 @@ import numpy as np
 
 from autobalance.bearings.film import JournalBearing
 from autobalance.bearings.heat_balance import Supply
-from autobalance.bearings.oil import Oil
+from autobalance.bearings.oil import WaltherOil
 from autobalance.bearings.reynolds import Boundary
 from autobalance.bearings.rolling import RollingBearing
 from autobalance.types import Array
@@ -23,7 +23,7 @@ class Lubricant:
 
     given_Pa_s: float | None = None
     given_mm2_s: float | None = None
-    oil: Oil | None = None
+    oil: WaltherOil | None = None
     celsius: float | None = None
     supply: Supply | None = None
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from scipy.optimize import brentq
 
 from autobalance.bearings.film import Film
-from autobalance.bearings.oil import Oil
+from autobalance.bearings.oil import WaltherOil
 
 HOTTEST_RISE_K = 400.0
 """Greatest rise above the supply at which a balance is sought."""
@@ -23,14 +23,14 @@ class Supply:
     heat_capacity_J_kg_K: float = 2000.0
 
 
-def outlet_rise_K(film: Film, oil: Oil, supply: Supply) -> float:
+def outlet_rise_K(film: Film, oil: WaltherOil, supply: Supply) -> float:
     """Return the temperature rise of the side flow that carries off the whole heat of friction [K]."""
     carried = oil.density_kg_m3 * supply.heat_capacity_J_kg_K * film.side_flow_m3_s
     return film.moment_N_m * film.speed_rad_s / carried
 
 
 def running_temperature_C(
-    film_at: Callable[[float], Film | None], oil: Oil, supply: Supply
+    film_at: Callable[[float], Film | None], oil: WaltherOil, supply: Supply
 ) -> tuple[float, Film] | None:
     """Return the film's mean temperature, half way from supply to outlet, and the film at it.
 
@@ -41,7 +41,7 @@ def running_temperature_C(
     ----------
     film_at : callable
         Film at an oil temperature [°C], None at contact.
-    oil : Oil
+    oil : WaltherOil
     supply : Supply
 
     Returns

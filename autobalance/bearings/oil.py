@@ -11,7 +11,7 @@ PA_S_PER_MM2_S_KG_M3 = 1e-6
 
 
 @dataclass(frozen=True)
-class Oil:
+class WaltherOil:
     """An oil by Walther's law and a constant density.
 
     log₁₀ log₁₀(ν + 0.7) = A − B log₁₀ T, with ν in mm²/s and T in kelvin.
@@ -24,7 +24,7 @@ class Oil:
     @classmethod
     def of_points(
         cls, points: tuple[tuple[float, float], tuple[float, float]], density_kg_m3: float = 860.0
-    ) -> Oil:
+    ) -> WaltherOil:
         """Return the oil that has two viscosities.
 
         Parameters
@@ -46,7 +46,7 @@ class Oil:
 
         Examples
         --------
-        >>> oil = Oil.of_points(((40.0, 100.0), (100.0, 11.0)))
+        >>> oil = WaltherOil.of_points(((40.0, 100.0), (100.0, 11.0)))
         >>> round(oil.kinematic_mm2_s(40.0), 9), round(oil.kinematic_mm2_s(100.0), 9)
         (100.0, 11.0)
         """

@@ -34,8 +34,16 @@ class Unit:
         return name.removesuffix(self.inside) + self.outside
 
     def written(self, number: float) -> float:
-        """Return a number of the field's unit in the key's."""
-        return number * self.times / self.over
+        """Return a number of the field's unit in the key's: of those that are read as it, one that was typed.
+
+        Examples
+        --------
+        >>> RPM.read(3000.0) / RAD_S_PER_RPM, RPM.written(RPM.read(3000.0))
+        (3000.0000000000005, 3000.0)
+        """
+        written = number * self.times / self.over
+        typed = float(f"{written:.15g}")
+        return typed if self.read(typed) == number else written
 
     def read(self, number: float) -> float:
         """Return a number of the key's unit in the field's."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from autobalance.bearings import dry, film, loads, rolling
 from autobalance.bearings import squeeze_film as plates
-from autobalance.bearings.oil import Oil
+from autobalance.bearings.oil import WaltherOil
 from autobalance.bearings.short_bearing import ocvirk
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
@@ -302,7 +302,7 @@ def oil_viscosity_mm2_s(
     >>> round(oil_viscosity_mm2_s(60.0), 2)
     39.5
     """
-    oil = Oil.of_points(((cold_C, cold_mm2_s), (hot_C, hot_mm2_s)))
+    oil = WaltherOil.of_points(((cold_C, cold_mm2_s), (hot_C, hot_mm2_s)))
     if not temperature_C > -273.15:
         raise ValueError(f"temperature_C is {temperature_C:g}; must be above -273.15")
     return oil.kinematic_mm2_s(temperature_C)

@@ -15,7 +15,7 @@ from autobalance.bearings.film import (
     film_coefficients,
 )
 from autobalance.bearings.heat_balance import Supply, outlet_rise_K, running_temperature_C
-from autobalance.bearings.oil import Oil
+from autobalance.bearings.oil import WaltherOil
 from autobalance.bearings.reynolds import Boundary, reynolds
 from autobalance.bearings.short_bearing import ocvirk
 from autobalance.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO, FilmModel, film_for_load
@@ -228,7 +228,7 @@ def test_coefficients_over_the_speed_turn_with_the_load() -> None:
 
 
 def test_heat_of_friction_leaves_with_the_oil() -> None:
-    oil, supply = Oil.of_points(((40.0, 100.0), (100.0, 11.0))), Supply(60.0)
+    oil, supply = WaltherOil.of_points(((40.0, 100.0), (100.0, 11.0))), Supply(60.0)
     model = ocvirk(0.5)
 
     def film_at(celsius: float) -> Film | None:
@@ -244,5 +244,5 @@ def test_heat_of_friction_leaves_with_the_oil() -> None:
 
 
 def test_heat_has_no_balance_where_the_film_breaks() -> None:
-    oil = Oil.of_points(((40.0, 100.0), (100.0, 11.0)))
+    oil = WaltherOil.of_points(((40.0, 100.0), (100.0, 11.0)))
     assert running_temperature_C(lambda _: None, oil, Supply(60.0)) is None

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import quad
 
 from autobalance.bearings import dry, loads
-from autobalance.bearings.oil import Oil
+from autobalance.bearings.oil import WaltherOil
 from autobalance.bearings.rolling import (
     FourParts,
     FourSources,
@@ -24,7 +24,7 @@ from autobalance.bearings.squeeze_film import damping_N_s_m, uniform_pressure_da
 
 PALMGREN_6204_N_M = {3000.0: 0.067, 6000.0: 0.107, 9000.0: 0.140}
 """Two 6204, d_m 33.5 mm, f0 2, 100 mm²/s, no load."""
-OIL = Oil.of_points(((40.0, 100.0), (100.0, 11.0)))
+OIL = WaltherOil.of_points(((40.0, 100.0), (100.0, 11.0)))
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_walther_falls_with_the_temperature_and_passes_its_points() -> None:
 
 
 def test_the_order_of_an_oils_points_does_not_matter() -> None:
-    assert Oil.of_points(((100.0, 11.0), (40.0, 100.0))) == OIL
+    assert WaltherOil.of_points(((100.0, 11.0), (40.0, 100.0))) == OIL
 
 
 @pytest.mark.parametrize(
@@ -132,7 +132,7 @@ def test_an_impossible_oil_is_refused(
     points: tuple[tuple[float, float], tuple[float, float]], words: str
 ) -> None:
     with pytest.raises(ValueError, match=words):
-        Oil.of_points(points)
+        WaltherOil.of_points(points)
 
 
 def test_squeeze_film_does_not_mind_which_side_is_longer_and_ends_at_the_strip() -> None:

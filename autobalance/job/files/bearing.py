@@ -20,7 +20,7 @@ from autobalance.bearings.cases import (
 )
 from autobalance.bearings.film import JournalBearing
 from autobalance.bearings.heat_balance import Supply
-from autobalance.bearings.oil import Oil
+from autobalance.bearings.oil import WaltherOil
 from autobalance.bearings.rolling import FourSources, Palmgren, RollingBearing
 from autobalance.declare import Values, names
 from autobalance.errors import JobError
@@ -198,7 +198,7 @@ def _lubricant(values: Values, key: str, heats: bool = True) -> Lubricant:
         value = values[key]
         return Lubricant(value, None) if key == "viscosity_Pa_s" else Lubricant(None, value)
     try:
-        oil = Oil.of_points(table["viscosity_mm2_s"], table["density_kg_m3"])
+        oil = WaltherOil.of_points(table["viscosity_mm2_s"], table["density_kg_m3"])
     except ValueError as error:
         raise JobError(f"oil.viscosity_mm2_s: {error}") from None
     celsius, supply = table["temperature_C"], table["supply_C"]
@@ -219,7 +219,7 @@ def _lubricant(values: Values, key: str, heats: bool = True) -> Lubricant:
     return Lubricant(oil=oil, supply=Supply(supply, table["heat_capacity_J_kg_K"]))
 
 
-def _flows(oil: Oil, celsius: float, where: str) -> None:
+def _flows(oil: WaltherOil, celsius: float, where: str) -> None:
     """Refuse a temperature at which the law gives no viscosity."""
     try:
         flows = 0.0 < oil.kinematic_mm2_s(celsius) < math.inf

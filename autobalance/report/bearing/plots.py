@@ -7,11 +7,10 @@ import numpy as np
 from autobalance.bearings.analysis import Analysis
 from autobalance.bearings.film import Film
 from autobalance.bearings.orbit import Orbits
+from autobalance.declare import MPA, RPM, UM
 from autobalance.report import plots
 from autobalance.report.plot_files import Plot
-from autobalance.report.records.bearing import MM_PER_M, MPA_PER_PA
 from autobalance.types import Array
-from autobalance.units import RAD_S_PER_RPM
 
 Drawn = dict[str, Plot]
 PLACES = (0.0, 0.5, 0.8)
@@ -36,7 +35,7 @@ def bearing_plots(analysis: Analysis) -> Drawn:
 def _pressure(film: Film) -> Plot:
     """Return the pressure around the bush, angles from the load's direction."""
     unit = film.unit.pressure
-    scale = MPA_PER_PA * film.bearing.pressure_unit_Pa(film.viscosity_Pa_s, film.speed_rad_s)
+    scale = MPA.written(film.bearing.pressure_unit_Pa(film.viscosity_Pa_s, film.speed_rad_s))
     angle = np.linspace(-np.pi, np.pi, POINTS)
     from_widest = np.mod(angle - film.attitude_rad - np.pi, 2.0 * np.pi)
     curves = []
@@ -58,12 +57,12 @@ def _path(orbit: Orbits) -> Plot:
 
 def _thickness(orbit: Orbits) -> Plot:
     degrees = np.degrees(orbit.angle_rad)
-    curve = plots.Curve("least film", degrees, MM_PER_M * 1e3 * orbit.film_m[:, 0])
+    curve = plots.Curve("least film", degrees, UM.times * orbit.film_m[:, 0])
     return plots.lines("Least film through the cycle", ("crank angle [°]", "film [µm]"), [curve])
 
 
 def _moment(analysis: Analysis) -> Plot:
-    speeds = np.array([state.speed_rad_s / RAD_S_PER_RPM for state in analysis.states])
+    speeds = np.array([RPM.written(state.speed_rad_s) for state in analysis.states])
     moments = np.array(
         [
             np.nan if state.friction.moment_N_m is None else state.friction.moment_N_m

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 from autobalance.bearings.analysis import Analysis
+from autobalance.declare import MM, RPM
 from autobalance.errors import JobError
 
 Values = dict[str, Any]
-MM_PER_M = 1e3
 
 
 def orbit_series(analysis: Analysis) -> bytes | None:
@@ -22,11 +21,11 @@ def orbit_series(analysis: Analysis) -> bytes | None:
     for angle, (x, y), film in zip(
         orbit.angle_rad, orbit.eccentricity[:, 0], orbit.film_m[:, 0], strict=True
     ):
-        lines.append(f"{round(math.degrees(angle), 9):.10g},{x:.9g},{y:.9g},{MM_PER_M * film:.9g}")
+        lines.append(f"{round(math.degrees(angle), 9):.10g},{x:.9g},{y:.9g},{MM.written(film):.9g}")
     return ("\n".join(lines) + "\n").encode()
 
 
-def rotor_bearing(speeds_rpm: Sequence[float], analysis: Analysis, z_mm: float, load_deg: float) -> Values:
+def rotor_bearing(analysis: Analysis, z_mm: float, load_deg: float) -> Values:
     """Return the film's coefficients as the keys of a rotor's ``[[bearing]]``, speeds ascending.
 
     Raises
@@ -35,7 +34,8 @@ def rotor_bearing(speeds_rpm: Sequence[float], analysis: Analysis, z_mm: float, 
         If there is no film at one of the speeds.
     """
     states = {}
-    for speed_rpm, state in sorted(zip(speeds_rpm, analysis.states, strict=True), key=lambda pair: pair[0]):
+    for state in sorted(analysis.states, key=lambda state: state.speed_rad_s):
+        speed_rpm = RPM.written(state.speed_rad_s)
         if state.film is None:
             raise JobError(f"no film carries the journal at {speed_rpm:g} 1/min; its stiffness needs one")
         states[speed_rpm] = state.film.turned(math.radians(load_deg))

@@ -1,0 +1,107 @@
+"""What an analysis of a bearing finds: friction, oil, film and orbit, as a report lists them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from autobalance.declare import (
+    MM,
+    MM3_S,
+    MPA,
+    RPM,
+    Degrees,
+    Matrix2,
+    NotNegative,
+    Positive,
+    record,
+)
+
+Limit = Literal["contact"] | None
+FilmThickness = Annotated[NotNegative | None, MM]
+
+
+@record
+class Friction:
+    """Friction at one speed; None where a number does not apply.
+
+    ``coefficient`` is the moment over the load times half the diameter.
+    """
+
+    moment_N_m: float | None = None
+    power_W: float | None = None
+    coefficient: float | None = None
+    mu: float | None = None
+    mu_small_angle: float | None = None
+    mu_equivalent: float | None = None
+    small_angle_N_m: float | None = None
+
+
+@record
+class LoadMeans:
+    """Means of a constant and a turning load."""
+
+    mean_N: float
+    cubic_mean_N: float
+    equivalent_N: float
+    f_m: float | None
+
+
+@record
+class Oil:
+    """The oil as it runs."""
+
+    viscosity_Pa_s: Positive | None = None
+    kinematic_mm2_s: Positive | None = None
+    temperature_C: float | None = None
+    outlet_C: float | None = None
+
+
+@record
+class OilFilm:
+    """A film in steady running; for Petroff's formula, what is known of one without Reynolds' equation."""
+
+    eccentricity_ratio: NotNegative | None = None
+    attitude_angle_rad: Degrees | None = None
+    sommerfeld: float | None = None
+    load_N: float | None = None
+    least_film_m: FilmThickness = None
+    greatest_pressure_pa: Annotated[float | None, MPA] = None
+    side_flow_m3_s: Annotated[float | None, MM3_S] = None
+    stiffness_N_m: Matrix2 | None = None
+    damping_N_s_m: Matrix2 | None = None
+    whirl_ratio: float | None = None
+    critical_mass_kg: float | None = None
+
+
+@record
+class Plates:
+    """Stiffness and damping of a squeeze film; None of other bearings."""
+
+    stiffness_N_m: float | None = None
+    damping_source_N_s_m: float | None = None
+    damping_N_s_m: float | None = None
+
+
+@record
+class FilmOrbit:
+    """The journal's orbit through a cycle; no numbers where the film breaks."""
+
+    least_film_m: FilmThickness = None
+    at_rad: Degrees | None = None
+    greatest_eccentricity_ratio: NotNegative | None = None
+    mean_friction_N_m: float | None = None
+    turns_to_settle: int | None = None
+
+
+@record
+class BearingRow:
+    """A bearing at one speed."""
+
+    speed_rad_s: Annotated[NotNegative, RPM]
+    moment_N_m: float | None
+    power_W: float | None
+    eccentricity_ratio: NotNegative | None
+    least_film_m: FilmThickness
+    stiffness_N_m: Matrix2 | None
+    damping_N_s_m: Matrix2 | None
+    limit: Limit
