@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
 from autobalance.api.common_parameters import documented
@@ -12,12 +12,12 @@ from autobalance.api.engine_case import job_keys, request
 from autobalance.api.result import VerbResult
 from autobalance.balancing import plausibility
 from autobalance.engine.conrod import ConnectingRod
-from autobalance.engine.parts import sum_of_parts
+from autobalance.engine.parts import PartWeight, RolledUp, rolled_up, sum_of_parts
 from autobalance.errors import JobError
 from autobalance.job import Job, JobSource
 from autobalance.job.model import ThrowParts, Weight
 from autobalance.report.plot_files import Drawn, Plots
-from autobalance.report.records.parts import PartsReport, PartWeight, RodEnds, RolledUp, ThrowWeights
+from autobalance.report.records.parts import PartsReport, RodEnds, ThrowWeights
 from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
@@ -28,16 +28,18 @@ if TYPE_CHECKING:
 class PartsResult(VerbResult):
     """Weights of a job, with their uncertainty."""
 
+    content: PartsReport
+
     def text(self, units: str = "metric") -> str:
         """Return tables of weights and bob-weights."""
         from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.engine.force_text import parts_text
 
-        return parts_text(self.report, ON_SCREEN[units])
+        return parts_text(self.content, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return bars of the weights on each throw."""
-        return Plots(_plots(self.report["throws"]))
+        return Plots(_plots(self.content.throws))
 
 
 @documented
@@ -79,22 +81,24 @@ def parts(job: JobSource, crank: Crank | None = None, *, progress: Progress | No
     )
 
 
-def _plots(throws: list[dict[str, Any]]) -> Drawn:
+def _plots(throws: Sequence[ThrowWeights]) -> Drawn:
     from autobalance.report import plots
 
-    roles = {
-        "rotating": "rotating,\neach rod",
-        "reciprocating": "reciprocating,\neach rod",
-        "crankpin": "crankpin",
+    named = {
+        f"throw {each.number}" if each.number else "every throw": (
+            each.rotating,
+            each.reciprocating,
+            each.crankpin,
+        )
+        for each in throws
     }
-    named = {f"throw {each['number']}" if each["number"] else "every throw": each for each in throws}
     return {
         "parts-weights": plots.named_bars(
             "Weights on a throw",
             ("motion of the parts [-]", "mass [g]"),
-            list(roles.values()),
-            {name: [each[role]["mass_g"] for role in roles] for name, each in named.items()},
-            {name: [each[role]["pm_g"] for role in roles] for name, each in named.items()},
+            ["rotating,\neach rod", "reciprocating,\neach rod", "crankpin"],
+            {name: [each.mass_g for each in roles] for name, roles in named.items()},
+            {name: [each.pm_g for each in roles] for name, roles in named.items()},
         )
     }
 
@@ -125,9 +129,7 @@ def _throw(number: int | None, parts: ThrowParts, factor: float) -> ThrowWeights
 
 
 def _rolled_up(named: Mapping[str, Weight]) -> RolledUp:
-    total = sum_of_parts([each.mass_g for each in named.values()], [each.pm_g for each in named.values()])
-    parts = [PartWeight(name=name, mass_g=each.mass_g, pm_g=each.pm_g) for name, each in named.items()]
-    return RolledUp(mass_g=total.mass_g, pm_g=total.pm_g, parts=parts)
+    return rolled_up([PartWeight(name, each.mass_g, each.pm_g) for name, each in named.items()])
 
 
 def _rod(job: Job) -> RodEnds | None:
@@ -143,9 +145,9 @@ def _rod(job: Job) -> RodEnds | None:
     known = length is not None
     couple = known and ends.inertia_g_mm2 is not None
     return RodEnds(
-        mass_g=rod.mass_g,
-        big_end_g=rod.big_end_g,
-        small_end_g=rod.small_end_g,
-        centre_from_big_end_mm=rod.centre_from_big_end_mm if known else None,
-        couple_inertia_kg_mm2=rod.couple_inertia_g_mm2 * 1e-3 if couple else None,
+        rod.mass_g,
+        rod.big_end_g,
+        rod.small_end_g,
+        rod.centre_from_big_end_mm if known else None,
+        rod.couple_inertia_g_mm2 if couple else None,
     )

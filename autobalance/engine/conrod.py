@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalance.declare import NotNegative, Positive
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.types import Array
 
@@ -121,6 +122,16 @@ class ConnectingRod:
     def couple_inertia_g_mm2(self) -> float:
         """I − m a b: times the rod's angular acceleration, the couple that the two masses miss [g·mm²]."""
         return 0.0 if self.inertia_g_mm2 is None else self.inertia_g_mm2 - self.two_mass_inertia_g_mm2
+
+
+@dataclass(frozen=True)
+class TwoMasses:
+    """A rod as two masses at its eyes; no centre of mass where its length is not known."""
+
+    mass_g: Positive
+    big_end_g: NotNegative
+    small_end_g: NotNegative
+    centre_from_big_end_mm: float | None
 
 
 @dataclass(frozen=True)

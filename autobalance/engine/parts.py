@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from autobalance.declare import NotNegative
+
 
 @dataclass(frozen=True)
 class Parts:
@@ -90,8 +92,24 @@ def bob_weight_g(
 class Sum:
     """A mass with its uncertainty."""
 
-    mass_g: float
-    pm_g: float
+    mass_g: NotNegative
+    pm_g: NotNegative
+
+
+@dataclass(frozen=True)
+class PartWeight:
+    """A part's weight and by how much it may be off."""
+
+    name: str
+    mass_g: NotNegative
+    pm_g: NotNegative
+
+
+@dataclass(frozen=True)
+class RolledUp(Sum):
+    """Weights of parts that move alike, summed up."""
+
+    parts: tuple[PartWeight, ...]
 
 
 def sum_of_parts(g: Sequence[float], pm_g: Sequence[float] = ()) -> Sum:
@@ -120,3 +138,9 @@ def sum_of_parts(g: Sequence[float], pm_g: Sequence[float] = ()) -> Sum:
     if len(off) != len(g):
         raise ValueError(f"g has {len(g)} entries, pm_g {len(off)}; must be as many")
     return Sum(sum(g), math.hypot(*off))
+
+
+def rolled_up(parts: Sequence[PartWeight]) -> RolledUp:
+    """Return parts that move alike with their sum."""
+    total = sum_of_parts([each.mass_g for each in parts], [each.pm_g for each in parts])
+    return RolledUp(total.mass_g, total.pm_g, tuple(parts))

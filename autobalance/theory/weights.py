@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance.engine import balance_factor as factors
 from autobalance.engine import forces
-from autobalance.engine.conrod import ConnectingRod
+from autobalance.engine.conrod import ConnectingRod, TwoMasses
 from autobalance.engine.parts import Parts, ThrowLoad
 from autobalance.engine.section_table import cylinder_mass_g
 from autobalance.engine.shafts import BalanceShaft, roll_moment_n_m
@@ -37,12 +37,9 @@ class DrillStep:
 
 
 @dataclass(frozen=True)
-class RodMasses:
+class RodMasses(TwoMasses):
     """A rod as two masses at its eyes, and the couple inertia that they leave out."""
 
-    mass_g: float
-    big_end_g: float
-    small_end_g: float
     centre_from_big_end_mm: float
     two_mass_inertia_kg_mm2: float
     couple_inertia_kg_mm2: float | None

@@ -3,35 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
-from autobalance.declare import (
-    Count,
-    NotNegative,
-    Ordinal,
-    Positive,
-    Share,
-    record,
-)
+from autobalance.declare import Count, KgMm2, NotNegative, Ordinal, Share, record
+from autobalance.engine.conrod import TwoMasses
+from autobalance.engine.parts import RolledUp
 from autobalance.report.records.head import JobReport
-
-
-@record
-class PartWeight:
-    """A part's weight and by how much it may be off."""
-
-    name: str
-    mass_g: NotNegative
-    pm_g: NotNegative
-
-
-@record
-class RolledUp:
-    """Weights of parts that move alike, summed up."""
-
-    mass_g: NotNegative
-    pm_g: NotNegative
-    parts: Sequence[PartWeight]
 
 
 @record
@@ -49,15 +27,11 @@ class ThrowWeights:
     bob_weight_pin_fitted_g: float
 
 
-@record
-class RodEnds:
+@dataclass(frozen=True)
+class RodEnds(TwoMasses):
     """A connecting rod as two masses, and what these miss of its inertia."""
 
-    mass_g: Positive
-    big_end_g: NotNegative
-    small_end_g: NotNegative
-    centre_from_big_end_mm: float | None
-    couple_inertia_kg_mm2: float | None
+    couple_inertia_g_mm2: KgMm2 | None
 
 
 @record
