@@ -30,6 +30,7 @@ from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM, STEEL_KG_M3
 class RodResult(VerbResult):
     """A connecting rod's measures; ``measured`` has them as objects."""
 
+    content: RodReport
     measured: MeasuredRod
 
     def text(self, units: str = "metric") -> str:
@@ -37,7 +38,7 @@ class RodResult(VerbResult):
         from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.shop.rod_text import rod_text
 
-        return rod_text(self.report, ON_SCREEN[units])
+        return rod_text(self.content, ON_SCREEN[units])
 
 
 @documented
@@ -147,7 +148,7 @@ def _couple(measured: MeasuredRod, stroke_mm: float | None, speed_rpm: float | N
         stroke_mm=float(stroke_mm),
         speed_rpm=float(speed_rpm),
         greatest_n_m=greatest,
-        at_deg=math.degrees(at_rad),
+        at_rad=at_rad,
     )
 
 

@@ -110,7 +110,7 @@ def _crank(body: BodySource) -> Anatomy | None:
 
 def _carries(anatomy: Anatomy, rods: Sequence[RodEyes]) -> bool:
     for eyes in rods:
-        centre = anatomy.file_to_rotor[:3, :3] @ eyes.big.centre_mm + anatomy.file_to_rotor[:3, 3]
+        centre = anatomy.file_to_rotor[:3, :3] @ eyes.big.file_centre_mm + anatomy.file_to_rotor[:3, 3]
         for throw in anatomy.throws:
             pin = throw.crankpin
             low, high = pin.z_range_mm

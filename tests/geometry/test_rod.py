@@ -86,9 +86,11 @@ def test_density_is_uncertain_in_every_mass() -> None:
 def test_the_frame_lies_in_the_big_end_and_points_to_the_small_one() -> None:
     placement = random_placement(np.random.default_rng(5))
     eyes = measured(placement=placement).eyes
-    np.testing.assert_allclose(eyes.placed(placement[:3, 3]), 0.0, atol=1e-3)
-    small = placement[:3, :3] @ [ROD.length, 0.0, 0.0] + placement[:3, 3]
-    np.testing.assert_allclose(eyes.placed(small), [ROD.length, 0.0, 0.0], atol=1e-3)
+    for eye, here in ((eyes.big, [0.0, 0.0, 0.0]), (eyes.small, [ROD.length, 0.0, 0.0])):
+        np.testing.assert_allclose(eye.centre_mm, here, atol=1e-3)
+        in_file = placement[:3, :3] @ here + placement[:3, 3]
+        np.testing.assert_allclose(eye.file_centre_mm, in_file, atol=1e-3)
+        np.testing.assert_allclose(eyes.file_to_rod[:3] @ [*in_file, 1.0], here, atol=1e-3)
     assert np.linalg.det(eyes.file_to_rod[:3, :3]) == pytest.approx(1.0, abs=1e-12)
 
 

@@ -18,6 +18,7 @@ from autobalance.crank.recognition.cylinder_runs import (
 from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.exact_cylinders import own_cylinder, own_direction
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise
+from autobalance.declare import Positive, Triple
 from autobalance.errors import RecognitionError
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.mesh.mesh import Mesh
@@ -39,12 +40,13 @@ SAME_DIAMETER = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Eye:
-    """A bore of a rod: its centre (3,) midway along it, in the file's coordinates [mm], diameter, width."""
+class RodEye:
+    """One of the two bores; its centre, midway along it, in the rod's axes and in the file's."""
 
-    centre_mm: Array
-    diameter_mm: float
-    width_mm: float
+    centre_mm: Triple
+    file_centre_mm: Triple
+    diameter_mm: Positive
+    width_mm: Positive
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,30 +55,25 @@ class RodEyes:
 
     Attributes
     ----------
-    big, small : Eye
+    big, small : RodEye
     file_to_rod : (4, 4) float
         From the file's coordinates [mm] to the rod's: origin in the big end's centre, z along the eyes, x
         towards the small end. z has a crank axis's sense: its greatest component in the file is positive.
     """
 
-    big: Eye
-    small: Eye
+    big: RodEye
+    small: RodEye
     file_to_rod: Array
 
     @property
     def length_mm(self) -> float:
         """Distance of the eyes' axes [mm]."""
-        return float(self.placed(self.small.centre_mm)[0])
+        return float(self.small.centre_mm[0])
 
     @property
     def offset_mm(self) -> float:
         """Height of the small end's middle over the big end's along the eyes [mm]."""
-        return float(self.placed(self.small.centre_mm)[2])
-
-    def placed(self, point_mm: Array) -> Array:
-        """Return a point (3,) of the file in the rod's axes."""
-        here: Array = self.file_to_rod[:3, :3] @ point_mm + self.file_to_rod[:3, 3]
-        return here
+        return float(self.small.centre_mm[2])
 
 
 def find_eyes(mesh: Mesh, centre_mm: Array, cylinders: Sequence[CylinderFace] = ()) -> RodEyes:
@@ -211,7 +208,7 @@ def _why_no_rod(long: SectionStack, bores: Sequence[CylinderRun]) -> str | None:
 
 
 def _eyes(long: SectionStack, ends: tuple[CylinderRun, CylinderRun], centre: Array) -> RodEyes:
-    """Return the eyes in the file's coordinates, and the frame between them."""
+    """Return the eyes and the frame between them."""
     one, other = ends
     if abs(one.radius - other.radius) <= SAME_DIAMETER * one.radius:
         near = [float(np.linalg.norm(end.centre - centre[:2])) for end in ends]
@@ -224,8 +221,10 @@ def _eyes(long: SectionStack, ends: tuple[CylinderRun, CylinderRun], centre: Arr
     local[1, :2] = [-along[1], along[0]]
     local[:3, 3] = -local[:3, :3] @ np.array([*big.centre, big.z_mid])
     back = long.turn[:3, :3].T
-    eyes = [
-        Eye(back @ (np.array([*end.centre, end.z_mid]) - long.turn[:3, 3]), 2.0 * end.radius, end.width)
-        for end in (big, small)
-    ]
-    return RodEyes(eyes[0], eyes[1], local @ long.turn)
+
+    def eye(end: CylinderRun) -> RodEye:
+        at = np.array([*end.centre, end.z_mid])
+        here, in_file = local[:3, :3] @ at + local[:3, 3], back @ (at - long.turn[:3, 3])
+        return RodEye(here, in_file, 2.0 * end.radius, end.width)
+
+    return RodEyes(eye(big), eye(small), local @ long.turn)

@@ -6,12 +6,24 @@ from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 from autobalance.crank.connecting_rod import MeasuredRod, RodUncertainty
-from autobalance.crank.recognition.rod_eyes import Eye, RodEyes
-from autobalance.declare import Floats, Matrix3, NotNegative, Ordinal, Positive, Sha256, Size, Triple, record
+from autobalance.crank.recognition.rod_eyes import RodEye
+from autobalance.declare import (
+    KG_MM2,
+    Degrees,
+    Floats,
+    KgMm2,
+    Matrix3,
+    NotNegative,
+    Ordinal,
+    Positive,
+    Sha256,
+    Size,
+    Triple,
+    record,
+)
 from autobalance.report.records.head import Head
 from autobalance.types import Array
 
-KG_MM2_PER_G_MM2 = 1e-3
 Row = Annotated[Floats, Size(4, 4)]
 
 
@@ -35,26 +47,6 @@ class RodFrame:
 
 
 @record
-class RodEye:
-    """One of the two bores."""
-
-    centre_mm: Triple
-    file_centre_mm: Triple
-    diameter_mm: Positive
-    width_mm: Positive
-
-    @classmethod
-    def of(cls, eyes: RodEyes, eye: Eye) -> Self:
-        """Return a bore in the rod's own axes."""
-        return cls(
-            centre_mm=eyes.placed(eye.centre_mm),
-            file_centre_mm=eye.centre_mm,
-            diameter_mm=eye.diameter_mm,
-            width_mm=eye.width_mm,
-        )
-
-
-@record
 class RodMeasures:
     """Measures of a rod, in its own axes."""
 
@@ -68,30 +60,30 @@ class RodMeasures:
     centre_from_big_end_mm: float
     big_end_g: float
     small_end_g: float
-    inertia_kg_mm2: Positive
-    inertia_tensor_kg_mm2: Matrix3
-    two_mass_inertia_kg_mm2: Positive
-    couple_inertia_kg_mm2: float
+    inertia_g_mm2: Annotated[Positive, KG_MM2]
+    inertia_tensor_g_mm2: Annotated[Matrix3, KG_MM2]
+    two_mass_inertia_g_mm2: Annotated[Positive, KG_MM2]
+    couple_inertia_g_mm2: KgMm2
 
     @classmethod
     def of(cls, measured: MeasuredRod) -> Self:
         """Return the measures of a rod."""
-        rod, eyes, about_centre = measured.rod, measured.eyes, measured.about_centre
+        rod, about_centre = measured.rod, measured.about_centre
         return cls(
             length_mm=rod.length_mm,
-            offset_mm=eyes.offset_mm,
-            big_end=RodEye.of(eyes, eyes.big),
-            small_end=RodEye.of(eyes, eyes.small),
+            offset_mm=measured.eyes.offset_mm,
+            big_end=measured.eyes.big,
+            small_end=measured.eyes.small,
             mass_g=rod.mass_g,
             volume_mm3=measured.volume_mm3,
             centre_of_mass_mm=measured.moments.centre_mm,
             centre_from_big_end_mm=rod.centre_from_big_end_mm,
             big_end_g=rod.big_end_g,
             small_end_g=rod.small_end_g,
-            inertia_kg_mm2=about_centre.polar_inertia_g_mm2 * KG_MM2_PER_G_MM2,
-            inertia_tensor_kg_mm2=about_centre.inertia_g_mm2 * KG_MM2_PER_G_MM2,
-            two_mass_inertia_kg_mm2=rod.two_mass_inertia_g_mm2 * KG_MM2_PER_G_MM2,
-            couple_inertia_kg_mm2=rod.couple_inertia_g_mm2 * KG_MM2_PER_G_MM2,
+            inertia_g_mm2=about_centre.polar_inertia_g_mm2,
+            inertia_tensor_g_mm2=about_centre.inertia_g_mm2,
+            two_mass_inertia_g_mm2=rod.two_mass_inertia_g_mm2,
+            couple_inertia_g_mm2=rod.couple_inertia_g_mm2,
         )
 
 
@@ -102,7 +94,7 @@ class RodCouple:
     stroke_mm: Positive
     speed_rpm: Positive
     greatest_n_m: NotNegative
-    at_deg: float
+    at_rad: Degrees
 
 
 @record
