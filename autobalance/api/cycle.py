@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from autobalance.machine_models.cycle_films import CycleFilms
     from autobalance.machine_models.flexible_cycle import FlexibleCycle
     from autobalance.machine_models.flexible_twist import ShaftTwist
+    from autobalance.report.records.cycle import CycleReport
 
 DEFAULT_FACTORS = (0.0, 0.28, 0.5, 0.64, 1.0)
 SERIES = "cycle.csv"
@@ -34,6 +35,7 @@ SERIES = "cycle.csv"
 class CycleResult(VerbResult):
     """A cycle at one speed; ``analysis`` has its arrays."""
 
+    content: CycleReport
     analysis: CycleAnalysis
     factors: tuple[float, ...]
     films: CycleFilms | None = None
@@ -43,13 +45,13 @@ class CycleResult(VerbResult):
         """Return the cycle as lines for people; always metric."""
         from autobalance.report.engine.cycle_text import cycle_text
 
-        return cycle_text(self.report)
+        return cycle_text(self.content)
 
     def plots(self) -> Plots:
         """Return pressure, indicator diagrams, torque, orders, polar loads and speed."""
         from autobalance.report.engine.cycle_plots import cycle_plots, flexible_plots
 
-        plots = cycle_plots(self.analysis, self.factors, self.films, self.report["sweep"])
+        plots = cycle_plots(self.analysis, self.factors, self.films, self.content.sweep)
         bent = {} if self.flexible is None else flexible_plots(self.analysis, self.flexible)
         return Plots({**plots, **bent})
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM, RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.bearings.orbit import Orbits
+    from autobalance.engine.cycle.figures import SweepRow
     from autobalance.machine_models.cycle_films import CycleFilms
     from autobalance.machine_models.flexible_cycle import FlexibleCycle
 
@@ -28,7 +29,7 @@ def cycle_plots(
     cycle: CycleAnalysis,
     factors: Sequence[float],
     films: CycleFilms | None = None,
-    sweep: Sequence[Mapping[str, Any]] | None = None,
+    sweep: Sequence[SweepRow] | None = None,
 ) -> Plots:
     """Return every plot of a cycle, by its name; the indicator diagrams are of cylinder 1."""
     from autobalance.report import plots
@@ -145,26 +146,31 @@ def _factors(cycle: CycleAnalysis, factors: Sequence[float], at: str) -> Plots:
     }
 
 
-SWEEP_PLOTS = {
-    "greatest_main_N": ("greatest-load-over-speed", "Greatest load of a main", "load [N]"),
-    "mean_main_N": ("mean-load-over-speed", "Mean load of the mains", "load [N]"),
-    "friction_mean_N_m": ("friction-over-speed", "Mean friction", "torque [N·m]"),
-    "least_film_mm": ("film-over-speed", "Least film of the mains", "film [mm]"),
-}
-"""Key of a sweep's rows → file, title and axis of its plot."""
-
-
-def _sweep(rows: Sequence[Mapping[str, Any]]) -> Plots:
+def _sweep(rows: Sequence[SweepRow]) -> Plots:
     """Return loads, friction and film over the speed, a curve for each factor."""
     from autobalance.report import plots
 
     drawn: Plots = {}
-    for key, (name, title, label) in SWEEP_PLOTS.items():
+    for name, title, label, figures in (
+        (
+            "greatest-load-over-speed",
+            "Greatest load of a main",
+            "load [N]",
+            [row.greatest_main_n for row in rows],
+        ),
+        ("mean-load-over-speed", "Mean load of the mains", "load [N]", [row.mean_main_n for row in rows]),
+        ("friction-over-speed", "Mean friction", "torque [N·m]", [row.friction_mean_n_m for row in rows]),
+        ("film-over-speed", "Least film of the mains", "film [mm]", [row.least_film_mm for row in rows]),
+    ):
         curves = []
-        for factor in dict.fromkeys(row["factor"] for row in rows):
-            known = [row for row in rows if row["factor"] == factor and row[key] is not None]
-            x, y = ([row[axis] for row in known] for axis in ("speed_rpm", key))
-            curves.append(plots.Curve(f"{100.0 * factor:g} %", np.array(x), np.array(y)))
+        for factor in dict.fromkeys(row.factor for row in rows):
+            known = [
+                (row.speed_rad_s / RAD_S_PER_RPM, figure)
+                for row, figure in zip(rows, figures, strict=True)
+                if row.factor == factor and figure is not None
+            ]
+            x, y = np.array(known).reshape(-1, 2).T
+            curves.append(plots.Curve(f"{100.0 * factor:g} %", x, y))
         if any(curve.x.size for curve in curves):
             drawn[name] = plots.lines(f"{title} by balance factor", ("speed [1/min]", label), curves)
     return drawn
