@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import Request, job_keys, request
@@ -32,24 +30,24 @@ from autobalance.machine_models import engine_from_job, rotor_from_job
 from autobalance.report.plot_files import Drawn, Plot, Plots
 from autobalance.report.records.forces import (
     EngineState,
-    Factors,
-    ForceOrder,
     ForcesReport,
     InertiaLoads,
     Roll,
-    ShakingForce,
     WithShafts,
 )
 from autobalance.runtime import Progress
+from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
+    from autobalance.machine_models.mounted_engine import MountedAnalysis
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ForcesResult(VerbResult):
     """Inertia forces of an engine, with its crank as the file has it and balanced."""
 
+    content: ForcesReport
     found: Request
     engines: dict[str, Engine]
     factors: tuple[float, ...]
@@ -58,12 +56,13 @@ class ForcesResult(VerbResult):
         """Return tables of forces, orders and loads."""
         from autobalance.report.engine.force_text import forces_text
 
-        return forces_text(self.report)
+        return forces_text(self.content)
 
     def plots(self) -> Plots:
         """Return forces over the angle, polar plots and orders."""
         drawn = _plots(self.found, self.engines, self.engines["as the file is"], list(self.factors))
-        return Plots({**drawn, **_mount_plots(self.report["mounts"])} if "mounts" in self.report else drawn)
+        mounts = self.content.mounts
+        return Plots(drawn if mounts is ABSENT else {**drawn, **_mount_plots(mounts)})
 
 
 FACTORS_ON_MOUNTS = (-0.5, 1.5)
@@ -153,17 +152,18 @@ def forces(
         first_order_counterweight=first_order_counterweight(as_file),
         roll=Roll.of(as_file, case.speed_rad_s),
         states=states,
-        factors=Factors.of(advice, transverse_weight),
+        factors=advice,
         mounts=_mounted(case, as_file, compared, reference) if mounts else ABSENT,
         warnings=case.warnings,
     )
     return ForcesResult(report, case, engines, tuple(compared))
 
 
-def _mounted(case: Request, as_file: Engine, factors: Sequence[float], reference_mm: float) -> dict[str, Any]:
+def _mounted(
+    case: Request, as_file: Engine, factors: Sequence[float], reference_mm: float
+) -> MountedAnalysis:
     """Return the engine on its mounts, by factor; with its balance shafts, and gas where it has a cycle."""
     from autobalance.machine_models.mounted_engine import Torque, analysed, inertia_torque
-    from autobalance.report.records.mounts import mounts_values
 
     held = case.job.mounts
     if held is None:
@@ -181,14 +181,12 @@ def _mounted(case: Request, as_file: Engine, factors: Sequence[float], reference
             return {float(n): complex(each) for n, each in zip(torques.orders, total, strict=True)}
 
         torque = fired
-    return mounts_values(
-        analysed(
-            held,
-            lambda factor: engine_from_job.balanced_to(as_file, case.job, case.crank.anatomy, factor),
-            torque,
-            factors,
-            engine_from_job.shafts_beside(as_file, case.job, reference_mm),
-        )
+    return analysed(
+        held,
+        lambda factor: engine_from_job.balanced_to(as_file, case.job, case.crank.anatomy, factor),
+        torque,
+        factors,
+        engine_from_job.shafts_beside(as_file, case.job, reference_mm),
     )
 
 
@@ -199,7 +197,7 @@ def _state(
     return EngineState(
         name=name,
         balance_factor=factor,
-        force=ShakingForce.of(replace(force, orders=tuple(about(force.orders, reference_mm)))),
+        force=replace(force, orders=tuple(about(force.orders, reference_mm))),
         with_shafts=_with_shafts(engine, case, reference_mm) if case.job.shafts else ABSENT,
         loads=_loads(engine, engine_from_job.mains_z_mm(case.crank.anatomy), case, reference_mm),
     )
@@ -213,7 +211,7 @@ def _with_shafts(engine: Engine, case: Request, reference_mm: float) -> WithShaf
     orders = orders_with_shafts(engine.orders(speed, highest), shafts, speed)
     roll = momentum_roll_n_m(engine, angle, speed) + roll_moment_n_m(shafts, angle, speed)
     return WithShafts(
-        orders=[ForceOrder.of(each) for each in about(orders, reference_mm)],
+        orders=about(orders, reference_mm),
         greatest_roll_besides_torque_n_m=float(abs(roll).max()),
     )
 
@@ -227,21 +225,21 @@ def _loads(engine: Engine, mains_z_mm: tuple[float, ...], case: Request, referen
     return InertiaLoads.of(engine, loads, mains_z_mm, support)
 
 
-def _mount_plots(mounts: dict[str, Any]) -> Drawn:
+def _mount_plots(mounts: MountedAnalysis) -> Drawn:
     """Draw the velocity of each named place, or of the centre, over the speed by factor."""
     from autobalance.report import plots
 
-    speeds = np.array(mounts["speeds_rpm"])
-    names = list(mounts["best_factor_for"]) or ["centre"]
+    speeds = mounts.speeds_rad_s / RAD_S_PER_RPM
+    names = list(mounts.best_factor_for) or ["centre"]
     drawn: dict[str, Plot] = {}
     for number, name in enumerate(names, 1):
         curves = [
             plots.Curve(
-                f"factor {row['factor']:g}",
+                f"factor {row.factor:g}",
                 speeds,
-                np.array(next(p["velocity_rms_mm_s"] for p in row["places"] if p["name"] == name)),
+                next(place.velocity_rms_mm_s for place in row.places if place.name == name),
             )
-            for row in mounts["responses"]
+            for row in mounts.responses
         ]
         labels = ("speed [1/min]", "velocity, RMS of all orders [mm/s]")
         drawn[f"mounts-{number}"] = plots.lines(f"On its mounts: {name}", labels, curves)

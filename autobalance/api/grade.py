@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -32,16 +31,18 @@ USUAL_SPEEDS_RPM = (100.0, 20000.0)
 class GradeResult(VerbResult):
     """Permissible unbalance of a grade, and the grade that a residual achieves."""
 
+    content: GradeReport
+
     def text(self, units: str = "metric") -> str:
         """Return the table of grades."""
         from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.engine.force_text import grade_text
 
-        return grade_text(self.report, ON_SCREEN[units])
+        return grade_text(self.content, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return e_per and U_per over the speed."""
-        return Plots(_plots(self.report))
+        return Plots(_plots(self.content))
 
 
 @dataclass(frozen=True)
@@ -111,12 +112,12 @@ def grade(
         raise UsageError(str(error)) from None
 
 
-def _plots(values: dict[str, Any]) -> Drawn:
+def _plots(report: GradeReport) -> Drawn:
     """Draw e_per, and U_per where the rotor is known, for the grade and its neighbours over the speed."""
     from autobalance.report import plots
 
-    stated_grade, rpm, mass = values["grade_mm_s"], values["speed_rpm"], values["rotor_mass_g"]
-    grade = values["achieved_grade_mm_s"] if stated_grade is None else stated_grade
+    rpm, mass = report.speed_rpm, report.rotor_mass_g
+    grade = report.achieved_grade_mm_s if report.grade_mm_s is None else report.grade_mm_s
     low, high = USUAL_SPEEDS_RPM if rpm is None else (0.1 * rpm, 10.0 * rpm)
     speeds = np.geomspace(low, high, 61)
     specific = {
@@ -125,7 +126,7 @@ def _plots(values: dict[str, Any]) -> Drawn:
     }
     thick = f"G {grade:.4g}" if grade else None
     lines = [plots.Curve(f"G {each:.4g}", speeds, e) for each, e in specific.items()]
-    at = None if not grade else (rpm, 1e3 * specific_unbalance_mm(grade, rpm * RAD_S_PER_RPM))
+    at = None if not grade or rpm is None else (rpm, 1e3 * specific_unbalance_mm(grade, rpm * RAD_S_PER_RPM))
     title = "Permissible specific unbalance"
     drawn = {"grade-specific": plots.over_speed(title, "e_per [µm]", lines, thick, at)}
     if mass is None:
@@ -138,7 +139,11 @@ def _plots(values: dict[str, Any]) -> Drawn:
         )
         for each in specific
     ]
-    at = None if not grade else (rpm, permissible_unbalance_g_mm(mass, grade, rpm * RAD_S_PER_RPM))
+    at = (
+        None
+        if not grade or rpm is None
+        else (rpm, permissible_unbalance_g_mm(mass, grade, rpm * RAD_S_PER_RPM))
+    )
     title = f"Permissible residual unbalance of {mass:g} g"
     drawn["grade-permissible"] = plots.over_speed(title, "U_per [g·mm]", lines, thick, at)
     return drawn

@@ -10,7 +10,7 @@ from autobalance.api.engine_case import job_keys, request
 from autobalance.api.options import place_mm
 from autobalance.api.result import VerbResult
 from autobalance.engine.balance_factor import LEAST_DIRECTION
-from autobalance.engine.complete_balance import BoltOnWeight
+from autobalance.engine.complete_balance import ShaftWeight
 from autobalance.engine.force_summary import HIGHEST_ORDER
 from autobalance.engine.forces import centrifugal_force_n
 from autobalance.engine.loads import whole_turn
@@ -25,7 +25,7 @@ from autobalance.engine.shafts import (
     roll_moment_n_m,
     under_the_pistons,
 )
-from autobalance.engine.whole_engine import Engine, Order, about
+from autobalance.engine.whole_engine import Engine, ForceOrder, about
 from autobalance.job import JobSource
 from autobalance.job.model import BalanceShaftEntry
 from autobalance.machine_models import engine_from_job
@@ -36,7 +36,6 @@ from autobalance.machine_models.engine_from_job import (
     shafts_beside,
 )
 from autobalance.report.plot_files import Drawn, Plots
-from autobalance.report.records.forces import ForceOrder
 from autobalance.report.records.shafts import (
     CoupleOfShaft,
     OrdersWith,
@@ -58,19 +57,20 @@ ROLL_ANGLES = 360
 class ShaftsResult(VerbResult):
     """Orders without and with shafts, and shafts that would cancel them."""
 
-    orders: tuple[Order, ...]
-    left: tuple[Order, ...]
+    content: ShaftsReport
+    orders: tuple[ForceOrder, ...]
+    left: tuple[ForceOrder, ...]
 
     def text(self, units: str = "metric") -> str:
         """Return tables of orders and shafts."""
         from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.engine.force_text import shafts_text
 
-        return shafts_text(self.report, ON_SCREEN[units])
+        return shafts_text(self.content, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return bars of the orders."""
-        rpm, shafts = self.report["speed_rpm"], bool(self.report["shafts"])
+        rpm, shafts = self.content.speed_rpm, bool(self.content.shafts)
         return Plots(_plots(list(self.orders), list(self.left), rpm, has_shafts=shafts))
 
 
@@ -137,13 +137,13 @@ def shafts(
         balance_factor=case.factor,
         moments_about_z_mm=reference,
         without=OrdersWithout(
-            orders=[ForceOrder.of(order) for order in orders],
+            orders=orders,
             greatest_roll_n_m=float(abs(pistons_roll).max()),
         ),
         proposals=_proposals(bare, engine, speed, shaft_ends_mm(anatomy)),
         shafts=[Shaft.of(shaft, _weights(entry)) for shaft, entry in zip(own, case.job.shafts, strict=True)],
         with_=OrdersWith(
-            orders=[ForceOrder.of(order) for order in left],
+            orders=left,
             greatest_roll_n_m=float(abs(pistons_roll + shafts_roll).max()),
             greatest_shaft_roll_n_m=float(abs(shafts_roll).max()),
         ),
@@ -152,14 +152,14 @@ def shafts(
     return ShaftsResult(report, tuple(orders), tuple(left))
 
 
-def _weights(shaft: BalanceShaftEntry) -> list[BoltOnWeight]:
+def _weights(shaft: BalanceShaftEntry) -> list[ShaftWeight]:
     return [
-        BoltOnWeight(item.name, item.eccentricity_mm, item.cad_g, item.weighed_g) for item in shaft.weights
+        ShaftWeight(item.name, item.eccentricity_mm, item.cad_g, item.weighed_g) for item in shaft.weights
     ]
 
 
 def _proposals(
-    orders: list[Order], engine: Engine, speed: float, ends_mm: tuple[float, float]
+    orders: list[ForceOrder], engine: Engine, speed: float, ends_mm: tuple[float, float]
 ) -> list[Proposal]:
     """Return shafts for what is left of orders 1 and 2, force and couple, where more than rounding is.
 
@@ -214,12 +214,12 @@ def _roll_left(engine: Engine, shafts: list[BalanceShaft], speed: float) -> floa
     return float(abs(roll).max())
 
 
-def _plots(orders: list[Order], left: list[Order], rpm: float, *, has_shafts: bool) -> Drawn:
+def _plots(orders: list[ForceOrder], left: list[ForceOrder], rpm: float, *, has_shafts: bool) -> Drawn:
     from autobalance.report import plots
 
     whole = [order.order for order in orders if order.order % 1.0 == 0.0]
 
-    def heights(of: list[Order]) -> list[float]:
+    def heights(of: list[ForceOrder]) -> list[float]:
         return [order.greatest_force_n for order in of if order.order % 1.0 == 0.0]
 
     groups = {"without shafts": heights(orders)}

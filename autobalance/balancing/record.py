@@ -149,7 +149,6 @@ class Forces:
 
     before: ShakingForce
     after: ShakingForce
-    all_orders: bool
 
 
 @dataclass(frozen=True, eq=False)

@@ -122,7 +122,7 @@ def with_forces(record: Record, job: Job, crank: Crank, result: Result) -> Recor
     after = engine_from_job.shaking(job, crank.anatomy, result.final_moments)
     if before is None or after is None or record.balanced is None:
         return record
-    forces = Forces(before, after, job.engine.rod_length_mm is not None)
+    forces = Forces(before, after)
     return replace(record, balanced=replace(record.balanced, forces=forces))
 
 

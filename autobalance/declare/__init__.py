@@ -15,6 +15,7 @@ from autobalance.declare.encode import Values, converted, decoded, encoded
 from autobalance.declare.fields import (
     ABSENT,
     INLINE,
+    LAST,
     OMITTED,
     UNWRITTEN,
     Absent,
@@ -98,6 +99,7 @@ __all__ = [
     "JOULES",
     "KG_MM2",
     "KG_MM2_OF_SI",
+    "LAST",
     "MIN_POSITIVE",
     "MM",
     "MM3_S",

@@ -9,6 +9,7 @@ from enum import Enum
 from functools import cache
 from types import UnionType
 from typing import (
+    TYPE_CHECKING,
     Annotated,
     Any,
     Final,
@@ -68,6 +69,8 @@ OMITTED: Final = _Marker("omitted")
 """Mark of a field that has no key where it is None."""
 UNWRITTEN: Final = _Marker("unwritten")
 """Mark of a field that no report has."""
+LAST: Final = _Marker("last")
+"""Mark of a field that is written behind what is derived."""
 
 NotNegative = Annotated[float, NOT_NEGATIVE]
 Positive = Annotated[float, POSITIVE]
@@ -104,14 +107,18 @@ class _Derived(property):
     """Property of a record that is one of its keys."""
 
 
-def derived(method: Callable[[Any], T]) -> property:
-    """Make a method a property of its record that is written behind the fields."""
-    return _Derived(method)
+if TYPE_CHECKING:
+    derived = property
+else:
+
+    def derived(method: Callable[[Any], T]) -> property:
+        """Make a method a property of its record that is written behind the fields."""
+        return _Derived(method)
 
 
 @cache
 def fields_of(of: type) -> tuple[Field, ...]:
-    """Return the fields of a record that are written, in their order; what is derived stands last."""
+    """Return the fields of a record that are written, in their order; what is derived stands behind them."""
     hints = get_type_hints(of, include_extras=True)
     fields = [_field(each.name, hints[each.name]) for each in dataclasses.fields(of)]
     found = {name: each for base in reversed(of.__mro__) for name, each in vars(base).items()}
@@ -119,6 +126,7 @@ def fields_of(of: type) -> tuple[Field, ...]:
         if isinstance(each, _Derived):
             hint = get_type_hints(each.fget, include_extras=True)["return"]
             fields.append(_field(name, hint)._replace(derived=True))
+    fields.sort(key=lambda each: LAST in marks_of(each.hint))
     return tuple(each for each in fields if UNWRITTEN not in marks_of(each.hint))
 
 

@@ -49,14 +49,15 @@ class Definitions(dict[str, Values]):
         self.records: dict[str, type] = {}
 
     def name_of(self, record: type) -> str:
-        """Return the name of a record in a schema.
+        """Return the name of a record in a schema: that of its class, or the one it says.
 
         Raises
         ------
         TypeError
             If another record of this report has that name.
         """
-        name = re.sub(r"(?<!^)(?=[A-Z])", "_", record.__name__).lower()
+        own = vars(record).get("schema_name", record.__name__)
+        name = re.sub(r"(?<!^)(?=[A-Z])", "_", own).lower()
         if self.records.setdefault(name, record) is not record:
             raise TypeError(f"two records of a report are called {name}; rename one")
         return name

@@ -5,30 +5,32 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from autobalance.declare import derived
+
 
 @dataclass(frozen=True)
-class BoltOnWeight:
-    """A weight on a balance shaft; negative eccentricity is on the other side of the shaft's axis."""
+class ShaftWeight:
+    """A weight bolted on a balance shaft; negative eccentricity: on the other side of the shaft's axis."""
 
     name: str
     eccentricity_mm: float
     cad_g: float
     weighed_g: float | None = None
 
-    @property
+    @derived
+    def deviation(self) -> float | None:
+        """Weighed over drawn mass, less one; None where it was not weighed."""
+        return None if self.weighed_g is None else self.weighed_g / self.cad_g - 1.0
+
+    @derived
     def cad_product_g_mm(self) -> float:
         """Unbalance from the drawn mass [g·mm]."""
         return self.cad_g * self.eccentricity_mm
 
-    @property
+    @derived
     def product_g_mm(self) -> float:
         """Unbalance from the weighed mass, the drawn one where it was not weighed [g·mm]."""
         return (self.cad_g if self.weighed_g is None else self.weighed_g) * self.eccentricity_mm
-
-    @property
-    def deviation(self) -> float | None:
-        """Weighed over drawn mass, less one; None where it was not weighed."""
-        return None if self.weighed_g is None else self.weighed_g / self.cad_g - 1.0
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from autobalance.declare import NotNegative
 from autobalance.engine.balance_factor import LEAST_DIRECTION
 from autobalance.engine.forces import centrifugal_force_n
 from autobalance.engine.loads import whole_turn
@@ -53,8 +55,6 @@ class FactorAdvice:
 
     Attributes
     ----------
-    rows : tuple of FactorRow
-        The trade, one row a factor.
     least_first_order : float
         Least greatest force of the first order; exact.
     least_greatest : float
@@ -64,22 +64,26 @@ class FactorAdvice:
     for_mount : float
         Least greatest force where the mount takes force across the cylinder ``transverse_weight`` times as
         badly as along it.
-
     least_moment : float
         Least greatest moment about the reference, all orders counted.
     least_in_planes : float
         Least greatest force in the planes of the outermost mains: force and couple weighed together.
+    rows : tuple of FactorRow
+        The trade, one row a factor.
 
     A factor is None where none is better than another: the throws of an inline-four cancel each other out.
     """
 
-    rows: tuple[FactorRow, ...]
+    schema_name: ClassVar[str] = "factors"
+
     least_first_order: float | None
     least_greatest: float | None
     least_transverse: float | None
     for_mount: float | None
-    least_moment: float | None = None
-    least_in_planes: float | None = None
+    least_moment: float | None
+    least_in_planes: float | None
+    transverse_weight: NotNegative
+    rows: tuple[FactorRow, ...]
 
 
 def advise(
@@ -149,13 +153,14 @@ def advise(
 
     lever = max(abs(low - middle), abs(high - middle)) * 1e-3
     return FactorAdvice(
-        tuple(row(factor) for factor in factors),
         least_first_order=_without_forward_part(engine, speed_rad_s, scale),
         least_greatest=best(1.0, 1.0),
         least_transverse=best(0.0, 1.0),
         for_mount=best(1.0, transverse_weight),
         least_moment=_best_of(*moments, LEAST_DIRECTION * scale * lever),
         least_in_planes=_best_of(*in_planes, LEAST_DIRECTION * scale),
+        transverse_weight=transverse_weight,
+        rows=tuple(row(factor) for factor in factors),
     )
 
 

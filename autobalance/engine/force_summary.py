@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
-from autobalance.declare import NotNegative
+from autobalance.declare import LAST, UNWRITTEN, NotNegative, derived
 from autobalance.engine.loads import Loads, Support, loads, support_of, whole_turn
-from autobalance.engine.whole_engine import Engine, Order
+from autobalance.engine.whole_engine import Engine, ForceOrder
 from autobalance.types import Array
 
 HIGHEST_ORDER = 8
@@ -26,29 +27,38 @@ class ShakingForce:
     angle_rad : (n,) float
         Crank angles of ``force_n`` [rad].
     force_n : (n, 2) float
-        All orders, along and across the first cylinder [N].
-    orders : tuple of Order
+        All orders, along and across the first cylinder; (0, 2) where no more than order 1 is known [N].
+    orders : tuple of ForceOrder
         ½ to 8, with link rods to 12, in the engine's frame.
     """
 
-    angle_rad: Array
-    force_n: Array
-    orders: tuple[Order, ...]
+    angle_rad: Annotated[Array, UNWRITTEN]
+    force_n: Annotated[Array, UNWRITTEN]
+    orders: Annotated[tuple[ForceOrder, ...], LAST]
 
-    @property
-    def greatest_n(self) -> float:
+    @derived
+    def greatest_n(self) -> NotNegative | None:
         """Greatest magnitude over a turn [N]."""
-        return float(np.hypot(self.force_n[:, 0], self.force_n[:, 1]).max())
+        return _greatest(np.hypot(self.force_n[:, 0], self.force_n[:, 1]))
 
-    @property
-    def greatest_inline_n(self) -> float:
+    @derived
+    def greatest_inline_n(self) -> NotNegative | None:
         """Greatest force along the first cylinder [N]."""
-        return float(np.abs(self.force_n[:, 0]).max())
+        return _greatest(self.force_n[:, 0])
 
-    @property
-    def greatest_transverse_n(self) -> float:
+    @derived
+    def greatest_transverse_n(self) -> NotNegative | None:
         """Greatest force across the first cylinder [N]."""
-        return float(np.abs(self.force_n[:, 1]).max())
+        return _greatest(self.force_n[:, 1])
+
+    def first_order(self) -> ShakingForce:
+        """Return the first order alone: that of an engine whose rods are of unknown length."""
+        orders = tuple(each for each in self.orders if each.order == 1.0)
+        return replace(self, force_n=self.force_n[:0], orders=orders)
+
+
+def _greatest(force_n: Array) -> float | None:
+    return float(np.abs(force_n).max()) if force_n.size else None
 
 
 def highest_order(engine: Engine) -> int:

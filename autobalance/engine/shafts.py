@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from autobalance.engine.slider_crank import harmonic_coefficient
-from autobalance.engine.whole_engine import Order
+from autobalance.engine.whole_engine import ForceOrder
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
@@ -207,14 +207,14 @@ def counter_rotating_shaft_g_mm(reciprocating_g: float, crank_radius_mm: float) 
     return 0.5 * reciprocating_g * crank_radius_mm
 
 
-def counter_rotating_shaft(force: Order, speed_rad_s: float) -> BalanceShaft:
+def counter_rotating_shaft(force: ForceOrder, speed_rad_s: float) -> BalanceShaft:
     """Return the one shaft, turning against the crank, that cancels the backward part of an order.
 
     With counterweights at a factor of one half, that is the whole first order of a single (Task 5, Eq. 5.29).
 
     Parameters
     ----------
-    force : Order
+    force : ForceOrder
         Of a whole engine; a whole order.
     speed_rad_s : float
         Crank speed that its force was taken at [rad/s].
@@ -222,7 +222,7 @@ def counter_rotating_shaft(force: Order, speed_rad_s: float) -> BalanceShaft:
     return _against(force, speed_rad_s, forward=False)
 
 
-def cancelling_shafts(force: Order, speed_rad_s: float) -> tuple[BalanceShaft, ...]:
+def cancelling_shafts(force: ForceOrder, speed_rad_s: float) -> tuple[BalanceShaft, ...]:
     """Return the shafts, one for each way that is there, that cancel an order's force altogether.
 
     The forward shaft takes the forward circle, the backward one the backward; for a force along a line the
@@ -230,7 +230,7 @@ def cancelling_shafts(force: Order, speed_rad_s: float) -> tuple[BalanceShaft, .
 
     Parameters
     ----------
-    force : Order
+    force : ForceOrder
         Of a whole engine; a whole order.
     speed_rad_s : float
         Crank speed that its force was taken at [rad/s].
@@ -243,7 +243,7 @@ def cancelling_shafts(force: Order, speed_rad_s: float) -> tuple[BalanceShaft, .
     )
 
 
-def _against(force: Order, speed_rad_s: float, *, forward: bool) -> BalanceShaft:
+def _against(force: ForceOrder, speed_rad_s: float, *, forward: bool) -> BalanceShaft:
     order = round(force.order)
     product, phase_rad = _turning(force.force_n, forward, (order * speed_rad_s) ** 2 * N_PER_G_MM_S2)
     return BalanceShaft(order, forward, product, phase_rad)
@@ -257,8 +257,8 @@ def _turning(vector: Complex, forward: bool, per_unit: float) -> tuple[float, fl
 
 
 def orders_with_shafts(
-    orders: Sequence[Order], shafts: Sequence[BalanceShaft], speed_rad_s: float
-) -> list[Order]:
+    orders: Sequence[ForceOrder], shafts: Sequence[BalanceShaft], speed_rad_s: float
+) -> list[ForceOrder]:
     """Return an engine's orders with the forces of shafts added, and their moments about z = 0."""
     with_shafts = []
     for order in orders:
@@ -268,7 +268,7 @@ def orders_with_shafts(
                 amplitude = shaft.amplitude_g_mm * speed_rad_s**2
                 force += amplitude * N_PER_G_MM_S2
                 moment += shaft.z_mm * amplitude * N_M_PER_G_MM2_S2
-        with_shafts.append(Order(order.order, force, moment))
+        with_shafts.append(ForceOrder(order.order, force, moment))
     return with_shafts
 
 
@@ -302,14 +302,14 @@ class CoupleShaft:
         return replace(far, phase_rad=self.phase_rad + math.pi, z_mm=z_low_mm), far
 
 
-def couple_shafts(order: Order, speed_rad_s: float) -> tuple[CoupleShaft, ...]:
+def couple_shafts(order: ForceOrder, speed_rad_s: float) -> tuple[CoupleShaft, ...]:
     """Return the shafts, one for each way that is there, that cancel an order's moment altogether.
 
     The moment is a couple where the order's force is gone; else it depends on the place it is taken about.
 
     Parameters
     ----------
-    order : Order
+    order : ForceOrder
         Of a whole engine; a whole order.
     speed_rad_s : float
         Crank speed that its moment was taken at [rad/s].
@@ -326,7 +326,7 @@ def couple_shafts(order: Order, speed_rad_s: float) -> tuple[CoupleShaft, ...]:
     return tuple(shafts)
 
 
-def place_of_least_moment_mm(order: Order) -> float:
+def place_of_least_moment_mm(order: ForceOrder) -> float:
     """Return the z about which an order's moment is least: where shafts against its force belong [mm]."""
     force, moment = order.force_n, order.moment_n_m
     size = float((np.abs(force) ** 2).sum())

@@ -11,10 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
 import numpy as np
 
+from autobalance.declare import UNWRITTEN, NotNegative, derived
 from autobalance.engine.articulated import LinkCrank
 from autobalance.engine.parts import Parts
 from autobalance.engine.slider_crank import Motion, SliderCrank
@@ -99,15 +100,15 @@ class CrankUnbalance:
 
 
 @dataclass(frozen=True, eq=False)
-class Order:
+class ForceOrder:
     """Force and moment of one order: real part of amplitude times exp(i order θ).
 
     ``force_n`` (2,) complex along x and y; ``moment_n_m`` (2,) complex, Σ z F about z = 0.
     """
 
-    order: float
-    force_n: Complex
-    moment_n_m: Complex
+    order: NotNegative
+    force_n: Annotated[Complex, UNWRITTEN]
+    moment_n_m: Annotated[Complex, UNWRITTEN]
 
     @property
     def circles_n(self) -> tuple[float, float]:
@@ -115,22 +116,52 @@ class Order:
         return _circles(self.force_n)
 
     @property
-    def greatest_force_n(self) -> float:
-        """Greatest magnitude over a turn [N]."""
-        return sum(_circles(self.force_n))
-
-    @property
     def moment_circles_n_m(self) -> tuple[float, float]:
         """Radii of the forward and the backward rotating part of the moment [N·m]."""
         return _circles(self.moment_n_m)
 
-    @property
-    def greatest_moment_n_m(self) -> float:
+    @derived
+    def force_x_n(self) -> NotNegative:
+        """Amplitude along x [N]."""
+        return float(abs(self.force_n[0]))
+
+    @derived
+    def force_y_n(self) -> NotNegative:
+        """Amplitude along y [N]."""
+        return float(abs(self.force_n[1]))
+
+    @derived
+    def greatest_force_n(self) -> NotNegative:
+        """Greatest magnitude over a turn [N]."""
+        return sum(_circles(self.force_n))
+
+    @derived
+    def forward_n(self) -> NotNegative:
+        """Radius of the force's part that turns with the crank [N]."""
+        return _circles(self.force_n)[0]
+
+    @derived
+    def backward_n(self) -> NotNegative:
+        """Radius of the force's part that turns against the crank [N]."""
+        return _circles(self.force_n)[1]
+
+    @derived
+    def moment_x_n_m(self) -> NotNegative:
+        """Amplitude of Σ z Fx [N·m]."""
+        return float(abs(self.moment_n_m[0]))
+
+    @derived
+    def moment_y_n_m(self) -> NotNegative:
+        """Amplitude of Σ z Fy [N·m]."""
+        return float(abs(self.moment_n_m[1]))
+
+    @derived
+    def greatest_moment_n_m(self) -> NotNegative:
         """Greatest magnitude over a turn [N·m]."""
         return sum(_circles(self.moment_n_m))
 
 
-def about(orders: Sequence[Order], z_mm: float) -> list[Order]:
+def about(orders: Sequence[ForceOrder], z_mm: float) -> list[ForceOrder]:
     """Return orders with their moments about another place of the axis, M − z F; forces stay."""
     return [
         replace(order, moment_n_m=order.moment_n_m - z_mm * N_M_PER_N_MM * order.force_n) for order in orders
@@ -207,7 +238,7 @@ class Engine:
         )
         return replace(self, crank=crank)
 
-    def orders(self, speed_rad_s: float, highest: int = 8) -> list[Order]:
+    def orders(self, speed_rad_s: float, highest: int = 8) -> list[ForceOrder]:
         """Return force and moment of the orders ½, 1, 1½ … ``highest``.
 
         Half orders are zero: inertia repeats every turn. They stand in the list because gas does not.
@@ -215,11 +246,11 @@ class Engine:
         force, moment = self._amplitudes(highest)
         square = speed_rad_s**2
         nothing = np.zeros(2, dtype=np.complex128)
-        orders: list[Order] = []
+        orders: list[ForceOrder] = []
         for order in range(1, highest + 1):
-            orders.append(Order(order - 0.5, nothing, nothing))
+            orders.append(ForceOrder(order - 0.5, nothing, nothing))
             orders.append(
-                Order(
+                ForceOrder(
                     float(order),
                     force[order] * square * N_PER_G_MM_S2,
                     moment[order] * square * N_M_PER_G_MM2_S2,

@@ -194,7 +194,7 @@ def shaking(job: Job, anatomy: Anatomy, crank: Moments) -> ShakingForce | None:
     """Return the shaking force of the job's engine at its top speed with a crank of those moments.
 
     None where several rods share a throw and the job does not say where their cylinders stand. Without a
-    rod length only the first order is right.
+    rod length only the first order is right, and there are no others.
 
     Raises
     ------
@@ -210,7 +210,8 @@ def shaking(job: Job, anatomy: Anatomy, crank: Moments) -> ShakingForce | None:
     ):
         return None
     engine = with_moments(job, anatomy, crank, rod_needed=False)
-    return shaking_force(engine, job.balance.service_speed_rad_s)
+    force = shaking_force(engine, job.balance.service_speed_rad_s)
+    return force.first_order() if job.engine.rod_length_mm is None else force
 
 
 def moment_reference_mm(anatomy: Anatomy, chosen_mm: float | None = None) -> float:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
+from autobalance.declare import HERTZ, LAST, NEWTONS, RPM, UNWRITTEN, derived
 from autobalance.engine.force_summary import highest_order
 from autobalance.engine.loads import loads, whole_turn
 from autobalance.engine.mounts import moment_of_orders, rms
@@ -21,6 +23,7 @@ ANGLES = 720
 FACTOR_SEARCH_RANGE = (-0.5, 1.5)
 """Factors between which the best is looked for: beyond 0 and 1 the crank is under- or overbalanced."""
 STEPS = 201
+SHAPE_UNKNOWNS = ("x_mm", "y_mm", "z_mm", "about_x_rad", "about_y_rad", "about_z_rad")
 Torque = Callable[[float], Mapping[float, complex]]
 """Speed [rad/s] → order → torque that drives the crank, T cos(nθ + φ) as T exp(iφ) [N·m]."""
 
@@ -30,8 +33,8 @@ class PlaceResponse:
     """Motion of a place over the speeds, RMS of all orders: velocity [mm/s], displacement [mm], (k,) each."""
 
     name: str
-    velocity_mm_s: Array
-    displacement_mm: Array
+    velocity_rms_mm_s: Array
+    displacement_rms_mm: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,16 +43,36 @@ class MountedResponse:
 
     factor: float
     places: tuple[PlaceResponse, ...]
-    mount_forces_n: tuple[Array, ...]
+    mount_force_rms_n: Annotated[tuple[Array, ...], NEWTONS]
 
 
 @dataclass(frozen=True, eq=False)
 class MountedAnalysis:
-    """Responses by factor, and the factor of the least greatest velocity at each named place."""
+    """Natural frequencies and shapes, responses by factor, and the best factor for each named place.
 
-    mounts: Mounts
-    responses: tuple[MountedResponse, ...]
-    best: Mapping[str, float]
+    That is the one of the least greatest velocity. ``shape_unknowns`` name the motion of the centre of mass
+    in each of ``shapes``.
+    """
+
+    mounts: Annotated[Mounts, UNWRITTEN]
+    responses: Annotated[tuple[MountedResponse, ...], LAST]
+    best_factor_for: Annotated[Mapping[str, float], LAST]
+
+    @derived
+    def natural_frequencies_rad_s(self) -> Annotated[Array, HERTZ]:
+        return self.mounts.engine.modes()[0]
+
+    @derived
+    def shape_unknowns(self) -> tuple[str, ...]:
+        return SHAPE_UNKNOWNS
+
+    @derived
+    def shapes(self) -> tuple[Array, ...]:
+        return tuple(self.mounts.engine.modes()[1].T)
+
+    @derived
+    def speeds_rad_s(self) -> Annotated[Array, RPM]:
+        return self.mounts.speeds_rad_s
 
 
 def inertia_torque(engine: Engine) -> Torque:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from autobalance.engine.whole_engine import Engine, Order
+from autobalance.engine.whole_engine import Engine, ForceOrder
 from autobalance.signal.rolling_bearing import MAX_SLIP, RollingBearing
 
 UNEXPLAINED = "unexplained"
@@ -58,7 +58,7 @@ def mass_sources(
     engine: Engine,
     speed_rad_s: float,
     max_order: float,
-    shafts: Sequence[Order] = (),
+    shafts: Sequence[ForceOrder] = (),
     *,
     first_only: bool = False,
 ) -> list[Source]:
@@ -68,7 +68,7 @@ def mass_sources(
     ----------
     engine : Engine
         Engine with its present crank.
-    shafts : sequence of Order
+    shafts : sequence of ForceOrder
         The engine's orders with its balance shafts, where it has any.
     first_only : bool
         Whether only the first order is known, as without a rod length.
@@ -100,7 +100,7 @@ def mass_sources(
     return sources + _rotating(engine, speed_rad_s)
 
 
-def _masses_text(order: Order, alone: float, cylinders: int, shafts: bool) -> str:
+def _masses_text(order: ForceOrder, alone: float, cylinders: int, shafts: bool) -> str:
     forward, backward = order.circles_n
     what = "moving masses with the balance shafts" if shafts else "moving masses"
     each = f"; of {cylinders} cylinders, {alone:.4g} N each" if cylinders > 1 else ""

@@ -18,7 +18,7 @@ from autobalance.engine.shafts import (
     second_order_pair,
 )
 from autobalance.engine.slider_crank import SliderCrank
-from autobalance.engine.whole_engine import Engine, Order, about, inline, vee
+from autobalance.engine.whole_engine import Engine, ForceOrder, about, inline, vee
 from tests.shafts import placed
 
 SPEED = 600.0
@@ -26,7 +26,7 @@ CRANK, PARTS = SliderCrank(45.0, 144.0), Parts(500.0, 480.0, 0.0)
 EXACT = 1e-9
 
 
-def order_of(engine: Engine, number: float) -> Order:
+def order_of(engine: Engine, number: float) -> ForceOrder:
     return next(order for order in engine.orders(SPEED) if order.order == number)
 
 

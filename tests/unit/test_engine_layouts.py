@@ -12,7 +12,7 @@ from autobalance.engine.factor_advice import advise
 from autobalance.engine.loads import whole_turn
 from autobalance.engine.parts import Parts
 from autobalance.engine.slider_crank import SliderCrank
-from autobalance.engine.whole_engine import Cylinder, Engine, Order, inline, vee
+from autobalance.engine.whole_engine import Cylinder, Engine, ForceOrder, inline, vee
 
 CRANK = SliderCrank(43.0, 140.0)
 PARTS = Parts(500.0, 450.0, 0.0)
@@ -23,7 +23,7 @@ ZERO_N_M = 1e-9 * PRIMARY_N
 FACTORS = tuple(np.linspace(0.0, 1.0, 11))
 
 
-def order(engine: Engine, number: float) -> Order:
+def order(engine: Engine, number: float) -> ForceOrder:
     return next(found for found in engine.orders(SPEED) if found.order == number)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from autobalance.engine.balance_factor import correction_mass_g
-from autobalance.engine.complete_balance import BoltOnWeight, bolted_pair, complete_balance
+from autobalance.engine.complete_balance import ShaftWeight, bolted_pair, complete_balance
 from autobalance.engine.conrod import ConnectingRod, cut_at_centre_of_mass
 from autobalance.engine.counterweight import Fan, fan_counterweight, fan_counterweight_for
 from autobalance.engine.grade import GRADES, listed_grade, specific_unbalance_mm
@@ -124,7 +124,7 @@ def test_a_pair_at_one_height_beside_the_cylinder_rolls_by_its_distance() -> Non
 
 
 def test_bolt_on_weights_are_weighed_where_they_can_be() -> None:
-    weights = (BoltOnWeight("main", 20.0, 100.0, 101.0), BoltOnWeight("screws", 10.0, 8.0))
+    weights = (ShaftWeight("main", 20.0, 100.0, 101.0), ShaftWeight("screws", 10.0, 8.0))
     masses, places = [101.0, 8.0], [20.0, 10.0]
     pair = bolted_pair(1, 5000.0, masses, places)
     assert [weight.product_g_mm for weight in weights] == [2020.0, 80.0]

@@ -4,82 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 
 from autobalance.declare import (
     ABSENT,
     Absent,
+    Like,
     NotNegative,
     Ordinal,
     Positive,
     record,
 )
 from autobalance.engine.dead_centres import DeadCentres, FirstOrderCounterweight
-from autobalance.engine.factor_advice import FactorAdvice, FactorRow
-from autobalance.engine.force_summary import LoadRow, highest_order, load_row
-from autobalance.engine.force_summary import ShakingForce as EngineForce
+from autobalance.engine.factor_advice import FactorAdvice
+from autobalance.engine.force_summary import LoadRow, ShakingForce, highest_order, load_row
 from autobalance.engine.loads import Loads, Support, whole_turn
 from autobalance.engine.roll import momentum_roll_n_m, momentum_roll_orders, roll_n_m, roll_orders
-from autobalance.engine.whole_engine import Engine, Order
+from autobalance.engine.whole_engine import Engine, ForceOrder
+from autobalance.machine_models.mounted_engine import MountedAnalysis
 from autobalance.report.records.head import JobReport
 from autobalance.types import Array
 
 ROLL_ANGLES = 720
-
-
-@record
-class ForceOrder:
-    """An order of the shaking force."""
-
-    order: NotNegative
-    force_x_n: NotNegative
-    force_y_n: NotNegative
-    greatest_force_n: NotNegative
-    forward_n: NotNegative
-    backward_n: NotNegative
-    moment_x_n_m: NotNegative
-    moment_y_n_m: NotNegative
-    greatest_moment_n_m: NotNegative
-
-    @classmethod
-    def of(cls, order: Order) -> Self:
-        """Return amplitudes along x and y, greatest magnitude, rotating circles, moment."""
-        forward, backward = order.circles_n
-        x, y = np.abs(order.force_n)
-        moment_x, moment_y = np.abs(order.moment_n_m)
-        return cls(
-            order=order.order,
-            force_x_n=float(x),
-            force_y_n=float(y),
-            greatest_force_n=order.greatest_force_n,
-            forward_n=forward,
-            backward_n=backward,
-            moment_x_n_m=float(moment_x),
-            moment_y_n_m=float(moment_y),
-            greatest_moment_n_m=order.greatest_moment_n_m,
-        )
-
-
-@record
-class ShakingForce:
-    """Inertia forces of the engine."""
-
-    greatest_n: NotNegative | None
-    greatest_inline_n: NotNegative | None
-    greatest_transverse_n: NotNegative | None
-    orders: Sequence[ForceOrder]
-
-    @classmethod
-    def of(cls, force: EngineForce, *, all_orders: bool = True) -> Self:
-        """Return a force; without ``all_orders`` (no rod length) only the first order."""
-        return cls(
-            greatest_n=force.greatest_n if all_orders else None,
-            greatest_inline_n=force.greatest_inline_n if all_orders else None,
-            greatest_transverse_n=force.greatest_transverse_n if all_orders else None,
-            orders=[ForceOrder.of(each) for each in force.orders if all_orders or each.order == 1.0],
-        )
 
 
 @record
@@ -266,25 +214,6 @@ class EngineState:
 
 
 @record
-class Factors:
-    """The trade between balance factors, and the best for each aim (None: none is better)."""
-
-    least_first_order: float | None
-    least_greatest: float | None
-    least_transverse: float | None
-    for_mount: float | None
-    least_moment: float | None
-    least_in_planes: float | None
-    transverse_weight: NotNegative
-    rows: Sequence[FactorRow]
-
-    @classmethod
-    def of(cls, advice: FactorAdvice, transverse_weight: float) -> Self:
-        """Return an advice with the weight that it was made for."""
-        return cls(**vars(advice), transverse_weight=transverse_weight)
-
-
-@record
 class ForcesReport(JobReport):
     """Shaking forces, loads and factors."""
 
@@ -295,11 +224,6 @@ class ForcesReport(JobReport):
     first_order_counterweight: FirstOrderCounterweight
     roll: Roll
     states: Sequence[EngineState]
-    factors: Factors
-    mounts: dict[str, Any] | Absent = ABSENT
+    factors: FactorAdvice
+    mounts: Annotated[MountedAnalysis, Like(dict[str, Any])] | Absent = ABSENT
     warnings: Sequence[str]
-
-
-# --- balance shafts -----------------------------------------------------------------------------------------
-
-Sense = Literal["forward", "backward"]

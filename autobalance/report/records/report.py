@@ -26,6 +26,7 @@ from autobalance.declare import (
     fields_of,
     record,
 )
+from autobalance.engine.force_summary import ShakingForce
 from autobalance.machine_models.loads_with_gas import LoadsWithGas
 from autobalance.quantities import Text, listed
 from autobalance.report.records.against import Against
@@ -47,7 +48,6 @@ from autobalance.report.records.corrections import (
     kept_corrections,
 )
 from autobalance.report.records.crank import Crank
-from autobalance.report.records.forces import ShakingForce
 from autobalance.report.records.head import JobEcho
 from autobalance.report.records.outputs import Outputs
 from autobalance.report.records.sections import Section, SectionTable
@@ -194,8 +194,8 @@ class Forces:
         """Return the forces of a run; ``job`` as the report describes it."""
         return cls(
             speed_rpm=job["balance"]["speed_rpm"],
-            before=ShakingForce.of(forces.before, all_orders=forces.all_orders),
-            after=ShakingForce.of(forces.after, all_orders=forces.all_orders),
+            before=forces.before,
+            after=forces.after,
         )
 
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 from autobalance.declare import Angle, Named, NotNegative, Ordinal, Pair, Positive, record
-from autobalance.engine.complete_balance import BoltOnWeight
+from autobalance.engine.complete_balance import ShaftWeight
 from autobalance.engine.shafts import BalanceShaft, CoupleShaft
-from autobalance.report.records.forces import ForceOrder
+from autobalance.engine.whole_engine import ForceOrder
 from autobalance.report.records.head import JobReport
 from autobalance.units import wrapped_deg
 
@@ -25,29 +25,6 @@ def _phase_deg(angle_rad: float) -> float:
 
 
 @record
-class ShaftWeight:
-    """A weight that is bolted on a balance shaft."""
-
-    name: str
-    eccentricity_mm: float
-    cad_g: float
-    weighed_g: float | None
-    deviation: float | None
-    cad_product_g_mm: float
-    product_g_mm: float
-
-    @classmethod
-    def of(cls, weight: BoltOnWeight) -> Self:
-        """Return a weight with its products."""
-        return cls(
-            **vars(weight),
-            deviation=weight.deviation,
-            cad_product_g_mm=weight.cad_product_g_mm,
-            product_g_mm=weight.product_g_mm,
-        )
-
-
-@record
 class Shaft:
     """A balance shaft."""
 
@@ -60,7 +37,7 @@ class Shaft:
     weights: Sequence[ShaftWeight]
 
     @classmethod
-    def of(cls, shaft: BalanceShaft, weights: Sequence[BoltOnWeight] = ()) -> Self:
+    def of(cls, shaft: BalanceShaft, weights: Sequence[ShaftWeight] = ()) -> Self:
         """Return a shaft with what is bolted on it."""
         return cls(
             order=shaft.order,
@@ -69,7 +46,7 @@ class Shaft:
             phase_deg=_phase_deg(shaft.phase_rad),
             place_mm=[shaft.x_mm, shaft.y_mm],
             z_mm=shaft.z_mm,
-            weights=[ShaftWeight.of(each) for each in weights],
+            weights=weights,
         )
 
 
@@ -154,6 +131,3 @@ class ShaftsReport(JobReport):
     shafts: Sequence[Shaft]
     with_: Annotated[OrdersWith, Named("with")]
     warnings: Sequence[str]
-
-
-# --- weights ------------------------------------------------------------------------------------------------

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from autobalance.crank.recognition.rod_eyes import RodEye
 from autobalance.report.display_units import DisplayUnits
-from autobalance.report.records.rod import RodEye, RodReport
+from autobalance.report.records.rod import RodReport
 from autobalance.report.tables import table
 from autobalance.units import G_MM2_PER_KG_MM2
 
@@ -17,10 +18,7 @@ def rod_text(report: RodReport, units: DisplayUnits) -> str:
         ("Centre distance", units.of_length(rod.length_mm)),
         ("Big end: bore, width", _eye(rod.big_end, units)),
         ("Small end: bore, width", _eye(rod.small_end, units)),
-        *(
-            [("Small end stands aside by", units.of_length(rod.offset_mm))]
-            * (abs(rod.offset_mm) > 0.005)
-        ),
+        *([("Small end stands aside by", units.of_length(rod.offset_mm))] * (abs(rod.offset_mm) > 0.005)),
         ("Mass", _weight(rod.mass_g, off.mass_g, units)),
         ("Centre of mass from the big end", units.of_length(rod.centre_from_big_end_mm)),
         ("Big end weighs (turns with the crankpin)", _weight(rod.big_end_g, off.big_end_g, units)),
