@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, Throw, Web
-from autobalance.crank.parametric.design import CounterweightSize, WebSize
+from autobalance.crank.parametric.design import DesignCounterweight, DesignWeb
 from autobalance.crank.parametric.webs import web_outline
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import AutobalanceError
@@ -219,8 +219,8 @@ def outline_of(sizes: Sizes, kind: str) -> Outline:
     if kind == "bar":
         half = max(hub, pin_end)
         return polygon([(-hub, -half), (reach, -half), (reach, half), (-hub, half)])
-    web = WebSize(sizes.web, "pear", pin_end_radius_mm=pin_end, hub_radius_mm=hub)
-    weight = CounterweightSize(1.1 * reach, 110.0) if kind == "sector" else None
+    web = DesignWeb(sizes.web, "pear", pin_end_radius_mm=pin_end, hub_radius_mm=hub)
+    weight = DesignCounterweight(1.1 * reach, 110.0) if kind == "sector" else None
     return web_outline(web, sizes.radius, weight)
 
 

@@ -20,7 +20,7 @@ from autobalance.crank.parametric.generate import crank_shape, crank_solid, exac
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.declare import ABSENT, Absent
 from autobalance.errors import JobError, UsageError
-from autobalance.job.files.crank_design import design_from, read_design, table_of, with_settings
+from autobalance.job.files.crank_design import design_from, read_design, with_settings
 from autobalance.job.toml.document import text_of
 from autobalance.machine_models.rotor_from_job import beside_throws, crank_factor, throw_loads
 from autobalance.report.records import balance as balance_records
@@ -57,6 +57,7 @@ class GenerateResult(VerbResult):
 
     caller_names_files: ClassVar[bool] = True
 
+    content: GenerateReport
     design: Design
     data: bytes
     file: Path
@@ -74,7 +75,7 @@ class GenerateResult(VerbResult):
         from autobalance.report.balance.crank_text import generate_text
         from autobalance.report.display_units import ON_SCREEN
 
-        return generate_text(self.report, ON_SCREEN[units])
+        return generate_text(self.content, self.report, ON_SCREEN[units])
 
     def files(self) -> Mapping[str, bytes]:
         """Return the crank's file."""
@@ -140,7 +141,7 @@ def generate(
     solid = DrawnSolid(file=str(target), sha256=sha256(data).hexdigest(), triangles=triangles)
     report = GenerateReport(
         autobalance=source.Versions.here(),
-        design=table_of(drawn_design),
+        design=drawn_design,
         frame=source.Frame(file_to_rotor=crank.anatomy.file_to_rotor),
         crank=records.Crank.of(crank),
         initial=balance_records.Unbalance.of(Unbalance.of(crank.moments), None),

@@ -157,7 +157,7 @@ def _schema(hint: Any, definitions: Definitions) -> Values:  # noqa: PLR0911 - o
         return _schema(arguments[0], definitions)
     if origin is Annotated:
         like = next((each.record for each in arguments[1:] if isinstance(each, Like)), arguments[0])
-        return _schema(like, definitions) | _extras(arguments[1:])
+        return _schema(_as_list(like, arguments[1:]), definitions) | _extras(arguments[1:])
     if origin in (Union, types.UnionType):
         return _one_of(_branches(arguments, definitions))
     if origin is Literal:
@@ -182,6 +182,12 @@ def _schema(hint: Any, definitions: Definitions) -> Values:  # noqa: PLR0911 - o
             definitions[name] = _object(hint, definitions)
         return {"$ref": f"#/$defs/{name}"}
     return {} if hint is Any or hint is object else {"type": NAMES[hint]}
+
+
+def _as_list(hint: Any, marks: Sequence[Any]) -> Any:
+    """Return a tuple of a size that is marked as a list of what it holds."""
+    is_sized = get_origin(hint) is tuple and any(isinstance(each, Size) for each in marks)
+    return cast(Any, Sequence)[get_args(hint)[0]] if is_sized else hint
 
 
 ITERABLE = (list, tuple, Sequence)

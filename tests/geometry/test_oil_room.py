@@ -12,7 +12,7 @@ import pytest
 import autobalance as ab
 from autobalance.command.main import main
 from autobalance.crank.oil_room import oil_rooms
-from autobalance.crank.parametric.design import PRESETS, PinSize
+from autobalance.crank.parametric.design import PRESETS, DrawnShaft
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.errors import JobError
@@ -20,7 +20,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 
 SEGMENTS = 48
-CROSSED = replace(PRESETS["single"], crankpin=PinSize(32.0, 24.0, 14.0), segments=SEGMENTS)
+CROSSED = replace(PRESETS["single"], crankpin=DrawnShaft(32.0, 24.0, 14.0), segments=SEGMENTS)
 """An oil hole crosses the crankpin's bore."""
 
 

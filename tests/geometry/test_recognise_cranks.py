@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Anatomy, Overrides, PinHint
-from autobalance.crank.parametric.design import CounterweightSize, preset
+from autobalance.crank.parametric.design import DesignCounterweight, preset
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError
@@ -158,7 +158,7 @@ def test_a_round_hub_about_the_axis_is_no_counterweight(hub: float, pin_end: flo
 @pytest.mark.parametrize("fan_deg", [60.0, 130.0, 178.0])
 @pytest.mark.parametrize("radius", [34.0, 52.0])
 def test_a_sector_that_stands_out_of_its_hub_is_a_counterweight(radius: float, fan_deg: float) -> None:
-    single = replace(preset("single"), counterweight=CounterweightSize(radius, fan_deg))
+    single = replace(preset("single"), counterweight=DesignCounterweight(radius, fan_deg))
     found = recognise(crank_solid(single, 48), Overrides())
     rims = [each.outline.rim_radius_mm for each in found.webs if each.outline is not None]
     assert rims == pytest.approx([radius] * 2, abs=1e-3)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Anatomy, Overrides
-from autobalance.crank.parametric.design import PRESETS, Bay
+from autobalance.crank.parametric.design import PRESETS, DesignBay
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.crank.recognition.recognise import recognise
@@ -154,7 +154,8 @@ def test_overhung_cranks_are_recognised_as_drawn(name: str) -> None:
 
 def test_webs_without_counterweight_are_told_apart() -> None:
     design = replace(
-        PRESETS["inline-3"], bays=(Bay((0.0,), (True, False)), Bay((240.0,)), Bay((120.0,), (False, False)))
+        PRESETS["inline-3"],
+        bays=(DesignBay((0.0,), (True, False)), DesignBay((240.0,)), DesignBay((120.0,), (False, False))),
     )
     found = recognise(crank_solid(design, 24), Overrides())
     assert [web.counterweight for web in found.webs] == [True, False, True, True, False, False]
@@ -174,7 +175,7 @@ def test_the_counterweights_outline_is_measured() -> None:
 @pytest.mark.slow
 def test_twelve_throws_are_counted_and_placed() -> None:
     angles = [0.0, 120.0, 240.0, 240.0, 120.0, 0.0]
-    design = replace(PRESETS["inline-4"], bays=tuple(Bay((angle,)) for angle in 2 * angles))
+    design = replace(PRESETS["inline-4"], bays=tuple(DesignBay((angle,)) for angle in 2 * angles))
     place = placement(12)
     solid = Solid.from_mesh(crank_solid(design, 24).mesh.moved(place))
     found = recognise(solid, Overrides())

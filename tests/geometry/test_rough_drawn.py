@@ -9,7 +9,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.crank.anatomy import Anatomy, Overrides
-from autobalance.crank.parametric.design import PRESETS, Keyway, Nose
+from autobalance.crank.parametric.design import PRESETS, DesignNose, DesignNoseKeyway
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.recognition import recognise as recognition
 from autobalance.crank.recognition import scanned
@@ -86,7 +86,7 @@ def test_a_journal_goes_on_past_its_keyway_where_vertices_lie_in_rows() -> None:
     keyed = replace(
         single,
         main_journal=replace(single.main_journal, diameter_mm=34.0),
-        nose=Nose(34.0, 22.0, end_diameter_mm=34.0, keyway=Keyway(6.0, 3.0, 14.0)),
+        nose=DesignNose(34.0, 22.0, end_diameter_mm=34.0, keyway=DesignNoseKeyway(6.0, 3.0, 14.0)),
     )
     found = recognise(
         Solid.from_mesh(split_scan(keyed, 0.05, edge_mm=1.3, segments=96, seed=2).mesh), Overrides()

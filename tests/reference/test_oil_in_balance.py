@@ -12,7 +12,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.api.inspect_sections import TableOptions
-from autobalance.crank.parametric.design import PRESETS, PinSize
+from autobalance.crank.parametric.design import PRESETS, DrawnShaft
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.errors import ClaimError, FormatError
 from autobalance.report.balance.workbook import xlsx
@@ -20,7 +20,7 @@ from autobalance.rigid_rotor.moments import Moments
 from tests.report.test_workbook import lines
 
 SEGMENTS = 24
-CRANK = replace(PRESETS["single"], crankpin=PinSize(32.0, 24.0, 14.0), segments=SEGMENTS)
+CRANK = replace(PRESETS["single"], crankpin=DrawnShaft(32.0, 24.0, 14.0), segments=SEGMENTS)
 """An oil hole crosses the crankpin's bore."""
 OIL = 870e-6
 

@@ -12,7 +12,7 @@ import pytest
 import autobalance as ab
 from autobalance.api.crank import read_crank
 from autobalance.bundled import bundled_folder
-from autobalance.crank.parametric.design import PRESETS, Bay
+from autobalance.crank.parametric.design import PRESETS, DesignBay
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.errors import UsageError
 from autobalance.fem_analysis.analysis import COARSENING
@@ -41,7 +41,7 @@ def test_a_round_shaft_is_as_stiff_as_its_polygon() -> None:
 
 
 def test_a_throw_is_as_stiff_as_the_formulas_say_within_what_they_are_worth() -> None:
-    throws = (Bay((0.0,)), Bay((180.0,)))
+    throws = (DesignBay((0.0,)), DesignBay((180.0,)))
     plain = replace(
         PRESETS["inline-4"],
         bays=throws,

@@ -9,18 +9,19 @@ import pytest
 
 from autobalance.crank.parametric.design import (
     PRESETS,
-    Bay,
-    CounterweightSize,
     Design,
-    Flange,
-    PinSize,
-    WebSize,
+    DesignBay,
+    DesignCounterweight,
+    DesignFlange,
+    DesignWeb,
+    DrawnShaft,
     preset,
 )
 from autobalance.crank.parametric.generate import crank_solid, exact_moments
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
+from autobalance.declare import encoded
 from autobalance.errors import JobError
-from autobalance.job.files.crank_design import read_design, table_of, with_settings
+from autobalance.job.files.crank_design import read_design, with_settings
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Bar, tessellated
 from autobalance.solid.csg.solid import Solid
@@ -44,16 +45,16 @@ def straight_fixture() -> tuple[Design, make.Dimensions]:
         Design(
             name="crf",
             stroke_mm=53.8,
-            main_journal=PinSize(28.0, size.journal_length),
-            crankpin=PinSize(28.0, 16.0, bore_mm=size.pin_bore),
-            web=WebSize(size.web_thickness, "disc", disc_radius_mm=size.web_radius),
-            counterweight=CounterweightSize(
+            main_journal=DrawnShaft(28.0, size.journal_length),
+            crankpin=DrawnShaft(28.0, 16.0, bore_mm=size.pin_bore),
+            web=DesignWeb(size.web_thickness, "disc", disc_radius_mm=size.web_radius),
+            counterweight=DesignCounterweight(
                 size.counterweight_radius,
                 180.0,
                 thickness_mm=size.web_thickness + size.shoulder_height,
                 inner_radius_mm=size.shoulder_inner_radius,
             ),
-            bays=(Bay(),),
+            bays=(DesignBay(),),
         ),
         size,
     )
@@ -72,8 +73,8 @@ def test_a_counterweight_is_a_sector_of_a_ring() -> None:
     """U = ρ T 2/3 sin(A/2) (R³ − ri³) for each of the two."""
     base = replace(
         plain("single"),
-        main_journal=PinSize(30.0, 60.0),
-        counterweight=CounterweightSize(60.0, 120.0, thickness_mm=15.0, inner_radius_mm=25.0),
+        main_journal=DrawnShaft(30.0, 60.0),
+        counterweight=DesignCounterweight(60.0, 120.0, thickness_mm=15.0, inner_radius_mm=25.0),
     )
     thick = with_settings(base, {"counterweight.thickness_mm": 35.0})
     change = exact_moments(thick) - exact_moments(base)
@@ -119,7 +120,7 @@ def test_every_corner_of_a_drafted_crank_lies_on_its_cylinders() -> None:
 
 def test_a_draft_takes_the_wedges_it_should() -> None:
     """Both flanks lean: each wedge has the section h² tan δ / 2 and the length from ri to R, nearly."""
-    upright = replace(plain("pressed-up-single"), bays=(Bay(counterweights=(True, False)),))
+    upright = replace(plain("pressed-up-single"), bays=(DesignBay(counterweights=(True, False)),))
     upright = with_settings(upright, {"counterweight.draft_deg": 0.0})
     leaning = with_settings(upright, {"counterweight.draft_deg": 14.0})
     slope, height = math.tan(math.radians(14.0)), 3.0
@@ -140,7 +141,7 @@ def test_a_draft_takes_the_wedges_it_should() -> None:
 @pytest.mark.parametrize("name", ["inline-3", "inline-4", "inline-6", "v6-60", "v8-crossplane", "v12-60"])
 def test_cranks_of_even_throws_have_no_resultant(name: str) -> None:
     moments = crank_solid(plain(name), 64).moments(RHO)
-    one = crank_solid(replace(plain(name), bays=(Bay(),)), 64).moments(RHO)
+    one = crank_solid(replace(plain(name), bays=(DesignBay(),)), 64).moments(RHO)
     scale = float(np.linalg.norm(one.first_g_mm[:2]))
     np.testing.assert_allclose(moments.first_g_mm[:2], 0.0, atol=2e-3 * scale)
 
@@ -300,7 +301,7 @@ def test_a_description_starts_from_a_preset() -> None:
 @pytest.mark.parametrize("name", PRESETS)
 def test_a_preset_survives_its_own_table(name: str) -> None:
     assert with_settings(PRESETS[name], {}) == PRESETS[name]
-    assert table_of(PRESETS[name])["name"] == name
+    assert encoded(PRESETS[name])["name"] == name
 
 
 @pytest.mark.parametrize(
@@ -366,7 +367,7 @@ def test_impossible_descriptions_are_refused(settings: dict[str, Any], message: 
 def test_what_does_not_fit_together_is_refused_when_built() -> None:
     crank = PRESETS["inline-4"]
     with pytest.raises(JobError, match=r"flange.bolt_circle_mm is 60; the holes need metal"):
-        crank_solid(replace(crank, flange=Flange(90.0, 14.0, 6, 10.5, 60.0)))
+        crank_solid(replace(crank, flange=DesignFlange(90.0, 14.0, 6, 10.5, 60.0)))
     with pytest.raises(JobError, match="oil_hole_mm: a straight hole would break out"):
         crank_solid(with_settings(crank, {"crankpin.width_mm": 100.0}))
     broad = {"counterweight.fan_angle_deg": 180.0, "web.pin_end_radius_mm": 75.0}

@@ -5,42 +5,44 @@ from __future__ import annotations
 import difflib
 import math
 from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
+from autobalance.declare import OMITTED, POSITIVE, Count, NotNegative, Positive, Range, Size
 from autobalance.errors import JobError
 from autobalance.units import STEEL_KG_M3
 
 Ends = Literal["both", "first"]
 WebOutline = Literal["pear", "disc"]
+IfPositive = Annotated[float | None, POSITIVE, OMITTED]
 
 
 @dataclass(frozen=True)
-class PinSize:
+class DrawnShaft:
     """A main journal or crankpin; ``width_mm`` from web to web, fillets included."""
 
-    diameter_mm: float
-    width_mm: float
-    bore_mm: float = 0.0
+    diameter_mm: Positive
+    width_mm: Positive
+    bore_mm: NotNegative = 0.0
 
 
 @dataclass(frozen=True)
-class WebSize:
+class DesignWeb:
     """The arm between journal and crankpin.
 
     A ``pear`` is the convex hull of a disc of ``hub_radius_mm`` about the crank axis and one of
     ``pin_end_radius_mm`` about the crankpin; a ``disc`` lies about the crank axis.
     """
 
-    thickness_mm: float
+    thickness_mm: Positive
     outline: WebOutline = "pear"
-    pin_end_radius_mm: float | None = None
-    hub_radius_mm: float | None = None
-    disc_radius_mm: float | None = None
-    between_pins_mm: float = 8.0
+    pin_end_radius_mm: IfPositive = None
+    hub_radius_mm: IfPositive = None
+    disc_radius_mm: IfPositive = None
+    between_pins_mm: Positive = 8.0
 
 
 @dataclass(frozen=True)
-class CounterweightSize:
+class DesignCounterweight:
     """A sector of a circle about the crank axis, opposite the crankpin.
 
     ``thickness_mm`` counts from the web's crankpin side. Thickness beyond the web's stands out on the journal
@@ -48,52 +50,52 @@ class CounterweightSize:
     narrower on top.
     """
 
-    radius_mm: float
-    fan_angle_deg: float
-    thickness_mm: float | None = None
-    inner_radius_mm: float | None = None
-    draft_deg: float = 0.0
+    radius_mm: Positive
+    fan_angle_deg: Annotated[float, Range(above=0, most=180)]
+    thickness_mm: IfPositive = None
+    inner_radius_mm: IfPositive = None
+    draft_deg: NotNegative = 0.0
 
 
 @dataclass(frozen=True)
-class Keyway:
+class DesignNoseKeyway:
     """A slot along the nose, from its free end."""
 
-    width_mm: float
-    depth_mm: float
-    length_mm: float
+    width_mm: Positive
+    depth_mm: Positive
+    length_mm: Positive
 
 
 @dataclass(frozen=True)
-class Nose:
+class DesignNose:
     """The free end at the first main journal: a cylinder, or a taper down to ``end_diameter_mm``."""
 
-    diameter_mm: float
-    length_mm: float
-    end_diameter_mm: float | None = None
-    keyway: Keyway | None = None
+    diameter_mm: Positive
+    length_mm: Positive
+    end_diameter_mm: IfPositive = None
+    keyway: Annotated[DesignNoseKeyway | None, OMITTED] = None
 
 
 @dataclass(frozen=True)
-class Flange:
+class DesignFlange:
     """The disc at the last main journal, with bolt holes."""
 
-    diameter_mm: float
-    thickness_mm: float
-    bolts: int = 0
-    bolt_diameter_mm: float = 0.0
-    bolt_circle_mm: float = 0.0
+    diameter_mm: Positive
+    thickness_mm: Positive
+    bolts: Count = 0
+    bolt_diameter_mm: NotNegative = 0.0
+    bolt_circle_mm: NotNegative = 0.0
 
 
 @dataclass(frozen=True)
-class Bay:
+class DesignBay:
     """Crankpins between two main journals: one, or several at angles of their own.
 
     ``counterweights`` holds for its first and last web whether they carry one.
     """
 
-    crankpins_deg: tuple[float, ...] = (0.0,)
-    counterweights: tuple[bool, bool] = (True, True)
+    crankpins_deg: Annotated[tuple[float, ...], Size(1)] = (0.0,)
+    counterweights: Annotated[tuple[bool, bool], Size(2, 2)] = (True, True)
 
 
 @dataclass(frozen=True)
@@ -105,21 +107,21 @@ class Design:
     """
 
     name: str
-    stroke_mm: float
-    main_journal: PinSize
-    crankpin: PinSize
-    web: WebSize
-    bays: tuple[Bay, ...]
-    counterweight: CounterweightSize | None = None
-    end_journal_width_mm: float | None = None
-    fillet_mm: float = 0.0
-    oil_hole_mm: float = 0.0
-    nose: Nose | None = None
-    flange: Flange | None = None
+    stroke_mm: Positive
+    main_journal: DrawnShaft
+    crankpin: DrawnShaft
+    web: DesignWeb
+    bays: Annotated[tuple[DesignBay, ...], Size(1)]
+    counterweight: Annotated[DesignCounterweight | None, OMITTED] = None
+    end_journal_width_mm: IfPositive = None
+    fillet_mm: NotNegative = 0.0
+    oil_hole_mm: NotNegative = 0.0
+    nose: Annotated[DesignNose | None, OMITTED] = None
+    flange: Annotated[DesignFlange | None, OMITTED] = None
     journals: Ends = "both"
     crankpin_in_file: bool = True
-    density_kg_m3: float = STEEL_KG_M3
-    segments: int = 128
+    density_kg_m3: Positive = STEEL_KG_M3
+    segments: Annotated[int, Range(least=8)] = 128
 
     @property
     def crank_radius_mm(self) -> float:
@@ -253,90 +255,90 @@ def preset(name: str) -> Design:
     return PRESETS[name]
 
 
-def _bays(*angles_deg: float) -> tuple[Bay, ...]:
-    return tuple(Bay((angle,)) for angle in angles_deg)
+def _bays(*angles_deg: float) -> tuple[DesignBay, ...]:
+    return tuple(DesignBay((angle,)) for angle in angles_deg)
 
 
 _SINGLE = Design(
     name="single",
     stroke_mm=58.0,
-    main_journal=PinSize(30.0, 26.0),
-    crankpin=PinSize(32.0, 24.0),
-    web=WebSize(14.0, "pear", pin_end_radius_mm=20.0, hub_radius_mm=22.0),
-    counterweight=CounterweightSize(52.0, 130.0, thickness_mm=18.0, inner_radius_mm=26.0, draft_deg=10.0),
+    main_journal=DrawnShaft(30.0, 26.0),
+    crankpin=DrawnShaft(32.0, 24.0),
+    web=DesignWeb(14.0, "pear", pin_end_radius_mm=20.0, hub_radius_mm=22.0),
+    counterweight=DesignCounterweight(52.0, 130.0, thickness_mm=18.0, inner_radius_mm=26.0, draft_deg=10.0),
     bays=_bays(0.0),
     fillet_mm=2.0,
     oil_hole_mm=5.0,
-    nose=Nose(26.0, 48.0, end_diameter_mm=20.0, keyway=Keyway(5.0, 3.0, 18.0)),
+    nose=DesignNose(26.0, 48.0, end_diameter_mm=20.0, keyway=DesignNoseKeyway(5.0, 3.0, 18.0)),
 )
 _PRESSED = Design(
     name="pressed-up-single",
     stroke_mm=53.8,
-    main_journal=PinSize(28.0, 24.0),
-    crankpin=PinSize(28.0, 16.0, bore_mm=18.0),
-    web=WebSize(15.0, "disc", disc_radius_mm=48.0),
-    counterweight=CounterweightSize(51.5, 170.0, thickness_mm=18.0, inner_radius_mm=19.0, draft_deg=14.0),
+    main_journal=DrawnShaft(28.0, 24.0),
+    crankpin=DrawnShaft(28.0, 16.0, bore_mm=18.0),
+    web=DesignWeb(15.0, "disc", disc_radius_mm=48.0),
+    counterweight=DesignCounterweight(51.5, 170.0, thickness_mm=18.0, inner_radius_mm=19.0, draft_deg=14.0),
     bays=_bays(0.0),
     end_journal_width_mm=30.0,
-    nose=Nose(24.0, 40.0, end_diameter_mm=18.0, keyway=Keyway(4.0, 2.5, 14.0)),
+    nose=DesignNose(24.0, 40.0, end_diameter_mm=18.0, keyway=DesignNoseKeyway(4.0, 2.5, 14.0)),
 )
 _V_TWIN = Design(
     name="v-twin-45",
     stroke_mm=96.8,
-    main_journal=PinSize(38.0, 40.0),
-    crankpin=PinSize(38.0, 46.0, bore_mm=12.0),
-    web=WebSize(24.0, "disc", disc_radius_mm=92.0),
-    counterweight=CounterweightSize(100.0, 150.0, thickness_mm=30.0, inner_radius_mm=34.0, draft_deg=7.0),
+    main_journal=DrawnShaft(38.0, 40.0),
+    crankpin=DrawnShaft(38.0, 46.0, bore_mm=12.0),
+    web=DesignWeb(24.0, "disc", disc_radius_mm=92.0),
+    counterweight=DesignCounterweight(100.0, 150.0, thickness_mm=30.0, inner_radius_mm=34.0, draft_deg=7.0),
     bays=_bays(0.0),
     fillet_mm=1.5,
-    nose=Nose(32.0, 50.0, end_diameter_mm=27.0, keyway=Keyway(6.0, 3.5, 20.0)),
+    nose=DesignNose(32.0, 50.0, end_diameter_mm=27.0, keyway=DesignNoseKeyway(6.0, 3.5, 20.0)),
 )
 _TWIN = Design(
     name="parallel-twin-360",
     stroke_mm=80.0,
-    main_journal=PinSize(44.0, 28.0),
-    crankpin=PinSize(40.0, 26.0),
-    web=WebSize(17.0, "pear", pin_end_radius_mm=27.0, hub_radius_mm=31.0),
-    counterweight=CounterweightSize(66.0, 130.0),
+    main_journal=DrawnShaft(44.0, 28.0),
+    crankpin=DrawnShaft(40.0, 26.0),
+    web=DesignWeb(17.0, "pear", pin_end_radius_mm=27.0, hub_radius_mm=31.0),
+    counterweight=DesignCounterweight(66.0, 130.0),
     bays=_bays(0.0, 0.0),
     fillet_mm=2.5,
     oil_hole_mm=5.0,
-    nose=Nose(34.0, 50.0, end_diameter_mm=28.0),
-    flange=Flange(76.0, 12.0, bolts=6, bolt_diameter_mm=8.5, bolt_circle_mm=58.0),
+    nose=DesignNose(34.0, 50.0, end_diameter_mm=28.0),
+    flange=DesignFlange(76.0, 12.0, bolts=6, bolt_diameter_mm=8.5, bolt_circle_mm=58.0),
 )
 _INLINE = replace(
     _TWIN,
     name="inline-4",
     stroke_mm=86.0,
-    main_journal=PinSize(54.0, 27.0),
-    crankpin=PinSize(48.0, 25.0),
-    web=WebSize(18.0, "pear", pin_end_radius_mm=31.0, hub_radius_mm=35.0),
-    counterweight=CounterweightSize(72.0, 120.0),
+    main_journal=DrawnShaft(54.0, 27.0),
+    crankpin=DrawnShaft(48.0, 25.0),
+    web=DesignWeb(18.0, "pear", pin_end_radius_mm=31.0, hub_radius_mm=35.0),
+    counterweight=DesignCounterweight(72.0, 120.0),
     bays=_bays(0.0, 180.0, 180.0, 0.0),
     fillet_mm=2.5,
-    nose=Nose(38.0, 55.0, end_diameter_mm=32.0, keyway=Keyway(6.0, 3.5, 30.0)),
-    flange=Flange(90.0, 14.0, bolts=6, bolt_diameter_mm=10.5, bolt_circle_mm=70.0),
+    nose=DesignNose(38.0, 55.0, end_diameter_mm=32.0, keyway=DesignNoseKeyway(6.0, 3.5, 30.0)),
+    flange=DesignFlange(90.0, 14.0, bolts=6, bolt_diameter_mm=10.5, bolt_circle_mm=70.0),
 )
 _V8 = replace(
     _INLINE,
     name="v8-crossplane",
     stroke_mm=88.4,
-    main_journal=PinSize(62.0, 27.0),
-    crankpin=PinSize(53.0, 47.0, bore_mm=20.0),
-    web=WebSize(20.0, "pear", pin_end_radius_mm=34.0, hub_radius_mm=39.0),
-    counterweight=CounterweightSize(86.0, 130.0),
+    main_journal=DrawnShaft(62.0, 27.0),
+    crankpin=DrawnShaft(53.0, 47.0, bore_mm=20.0),
+    web=DesignWeb(20.0, "pear", pin_end_radius_mm=34.0, hub_radius_mm=39.0),
+    counterweight=DesignCounterweight(86.0, 130.0),
     bays=_bays(0.0, 90.0, 270.0, 180.0),
-    flange=Flange(104.0, 14.0, bolts=8, bolt_diameter_mm=10.5, bolt_circle_mm=84.0),
+    flange=DesignFlange(104.0, 14.0, bolts=8, bolt_diameter_mm=10.5, bolt_circle_mm=84.0),
 )
 _V6 = replace(
     _INLINE,
     name="v6-60",
-    main_journal=PinSize(64.0, 27.0),
-    crankpin=PinSize(52.0, 23.0),
-    web=WebSize(16.0, "pear", pin_end_radius_mm=34.0, hub_radius_mm=40.0, between_pins_mm=8.0),
-    counterweight=CounterweightSize(80.0, 120.0),
-    flange=Flange(104.0, 14.0, bolts=8, bolt_diameter_mm=10.5, bolt_circle_mm=84.0),
-    bays=tuple(Bay((base, base + 60.0)) for base in (0.0, 240.0, 120.0)),
+    main_journal=DrawnShaft(64.0, 27.0),
+    crankpin=DrawnShaft(52.0, 23.0),
+    web=DesignWeb(16.0, "pear", pin_end_radius_mm=34.0, hub_radius_mm=40.0, between_pins_mm=8.0),
+    counterweight=DesignCounterweight(80.0, 120.0),
+    flange=DesignFlange(104.0, 14.0, bolts=8, bolt_diameter_mm=10.5, bolt_circle_mm=84.0),
+    bays=tuple(DesignBay((base, base + 60.0)) for base in (0.0, 240.0, 120.0)),
 )
 PRESETS: dict[str, Design] = {
     crank.name: crank

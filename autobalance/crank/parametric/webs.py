@@ -6,7 +6,7 @@ import math
 from itertools import pairwise
 
 from autobalance.crank.parametric.axial_plan import PAST_MM, Span, shoulder_height_mm
-from autobalance.crank.parametric.design import CounterweightSize, Design, WebSize
+from autobalance.crank.parametric.design import Design, DesignCounterweight, DesignWeb
 from autobalance.errors import JobError
 from autobalance.solid.csg.shape import (
     Arc,
@@ -24,18 +24,18 @@ from autobalance.solid.csg.shape import (
 
 
 def web_outline(
-    web: WebSize,
+    web: DesignWeb,
     crank_radius_mm: float,
-    counterweight: CounterweightSize | None,
+    counterweight: DesignCounterweight | None,
     splits: tuple[float, ...] = (),
 ) -> Outline:
     """Return a web's outline, its crankpin at +x.
 
     Parameters
     ----------
-    web : WebSize
+    web : DesignWeb
     crank_radius_mm : float
-    counterweight : CounterweightSize or None
+    counterweight : DesignCounterweight or None
         The sector on the other side.
     splits : tuple of float
         Angles from the sector's edges at which its rim has corners besides [rad].
@@ -60,19 +60,19 @@ def _rim(radius: float, edge: float, splits: tuple[float, ...]) -> tuple[Arc, ..
     return tuple(Arc((0.0, 0.0), radius, a, b) for a, b in pairwise(stations))
 
 
-def _tangent_angle(web: WebSize, crank_radius: float) -> float:
+def _tangent_angle(web: DesignWeb, crank_radius: float) -> float:
     """Return the angle of the normal of the pear's straight flank, from the crankpin's direction."""
     return math.acos((float(web.hub_radius_mm or 0.0) - float(web.pin_end_radius_mm or 0.0)) / crank_radius)
 
 
-def _pear(web: WebSize, crank_radius: float) -> Outline:
+def _pear(web: DesignWeb, crank_radius: float) -> Outline:
     angle = _tangent_angle(web, crank_radius)
     pin_end = Arc((crank_radius, 0.0), float(web.pin_end_radius_mm or 0.0), -angle, angle)
     hub = Arc((0.0, 0.0), float(web.hub_radius_mm or 0.0), angle, 2.0 * math.pi - angle)
     return (pin_end, Line(pin_end.end, hub.start), hub, Line(hub.end, pin_end.start))
 
 
-def _pear_and_sector(web: WebSize, crank_radius: float, edge: float, rim: tuple[Arc, ...]) -> Outline:
+def _pear_and_sector(web: DesignWeb, crank_radius: float, edge: float, rim: tuple[Arc, ...]) -> Outline:
     """Return the pear with the sector's two radial edges standing on its hub or on its straight flanks."""
     angle, hub = _tangent_angle(web, crank_radius), float(web.hub_radius_mm or 0.0)
     pin_end = Arc((crank_radius, 0.0), float(web.pin_end_radius_mm or 0.0), -angle, angle)
@@ -94,7 +94,7 @@ def _pear_and_sector(web: WebSize, crank_radius: float, edge: float, rim: tuple[
     )  # fmt: skip
 
 
-def _between_outline(web: WebSize, crank_radius: float, first: float, second: float, pin: float) -> Outline:
+def _between_outline(web: DesignWeb, crank_radius: float, first: float, second: float, pin: float) -> Outline:
     """Return the hull of two equal discs about crankpins at two angles."""
     radius = float(web.pin_end_radius_mm) if web.pin_end_radius_mm is not None else pin
     a, b = sorted((first, second))
@@ -132,18 +132,18 @@ def web_shapes(crank: Design, web: Span) -> list[Shape]:
     ]
 
 
-def _edge_angle(size: CounterweightSize) -> float:
+def _edge_angle(size: DesignCounterweight) -> float:
     """Return the angle between crankpin and the sector's edge [rad]."""
     return math.pi - math.radians(size.fan_angle_deg) / 2.0
 
 
-def _inner_radius(crank: Design, size: CounterweightSize) -> float:
+def _inner_radius(crank: Design, size: DesignCounterweight) -> float:
     if size.inner_radius_mm is not None:
         return size.inner_radius_mm
     return crank.main_journal.diameter_mm / 2.0 + crank.fillet_mm + PAST_MM
 
 
-def _shoulder_outline(crank: Design, size: CounterweightSize, height: float) -> Outline:
+def _shoulder_outline(crank: Design, size: DesignCounterweight, height: float) -> Outline:
     """Return the part of a ring that stands on the web: rim, edge, inner arc, edge."""
     inner, edge = _inner_radius(crank, size), _edge_angle(size)
     lean = math.tan(math.radians(size.draft_deg))
@@ -155,7 +155,7 @@ def _shoulder_outline(crank: Design, size: CounterweightSize, height: float) -> 
     return (*rim, Line(rim[-1].end, back[0].start), *back, Line(back[-1].end, rim[0].start))
 
 
-def _shoulder(size: CounterweightSize, web: Span, height: float, outline: Outline) -> Shape:
+def _shoulder(size: DesignCounterweight, web: Span, height: float, outline: Outline) -> Shape:
     """Return the part of a counterweight that stands on the web's face."""
     face = web.high if web.journal_side > 0 else web.low
     top = on_grid(face + web.journal_side * height)

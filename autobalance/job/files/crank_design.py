@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from typing import Any, get_args, get_type_hints
 
 from autobalance.crank.parametric.design import Design, preset
-from autobalance.declare import Values, names
+from autobalance.declare import Values, encoded, names
 from autobalance.errors import JobError
 from autobalance.job.files.crank_keys import DESIGN
 from autobalance.job.model import EngineParts
@@ -55,7 +55,7 @@ def design_from(values: Mapping[str, Any]) -> tuple[Design, EngineParts | None]:
 def _design_and_engine(raw: dict[str, Any], name: str) -> tuple[Design, EngineParts | None]:
     own = ("preset", "engine")
     described = {key: value for key, value in raw.items() if key not in own}
-    base = table_of(preset(Table(raw, "", None).value("preset", str))) if "preset" in raw else {}
+    base = encoded(preset(Table(raw, "", None).value("preset", str))) if "preset" in raw else {}
     design = _design({"name": name, **_merged(base, described)}, own)
     if "engine" not in raw:
         return design, None
@@ -80,15 +80,7 @@ def with_settings(design: Design, settings: Mapping[str, Any]) -> Design:
             if not isinstance(place, dict):
                 raise JobError(f"{dotted} is set inside {key}, which is set to a value too")
         place[last] = value
-    return _design(_merged(table_of(design), change))
-
-
-def table_of(value: Any) -> Any:
-    """Return a design as the table that describes it, keys without a value left out."""
-    if is_dataclass(value):
-        pairs = ((item.name, getattr(value, item.name)) for item in fields(value))
-        return {key: table_of(item) for key, item in pairs if item is not None}
-    return [table_of(item) for item in value] if isinstance(value, tuple) else value
+    return _design(_merged(encoded(design), change))
 
 
 def _merged(base: Mapping[str, Any], change: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from autobalance.report.balance.scan_text import against_text, scan_lines
 from autobalance.report.balance.section_text import section_heads
 from autobalance.report.balance.suggestion_text import suggestions_text
 from autobalance.report.display_units import ON_SCREEN, DisplayUnits, fixed
+from autobalance.report.records.generate import DrawnEngine, GenerateReport
 from autobalance.report.tables import table
 from autobalance.types import Values
 from autobalance.wording import degrees
@@ -34,44 +35,45 @@ def inspect_text(report: Values, units: DisplayUnits) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def generate_text(report: Values, units: DisplayUnits) -> str:
-    """Return the summary of a generated crank: dimensions in, mass, unbalance and balance factor out."""
-    parts = [_generated(report, units), _anatomy(report, units), _bare(report, units)]
-    return "\n\n".join([*parts, *filter(None, [suggestions_text(report.get("suggestions"))])])
+def generate_text(report: GenerateReport, values: Values, units: DisplayUnits) -> str:
+    """Return the summary of a generated crank: dimensions in, mass, unbalance and balance factor out.
+
+    ``values`` is the report as it is written.
+    """
+    parts = [_generated(report, units), _anatomy(values, units), _bare(values, units)]
+    return "\n\n".join([*parts, *filter(None, [suggestions_text(values.get("suggestions"))])])
 
 
-def _generated(report: Values, units: DisplayUnits) -> str:
-    design, crank, solid = report["design"], report["crank"], report["outputs"]["solid"]
-    centre = ", ".join(units.of_length(value) for value in crank["centre_of_mass_mm"])
-    surface = "exact surfaces" if solid["triangles"] is None else f"{solid['triangles']} triangles"
-    weight = design.get("counterweight")
+def _generated(report: GenerateReport, units: DisplayUnits) -> str:
+    design, body, solid = report.design, report.crank.body, report.outputs.solid
+    centre = ", ".join(units.of_length(value) for value in body.centre_of_mass_mm)
+    surface = "exact surfaces" if solid.triangles is None else f"{solid.triangles} triangles"
+    weight = design.counterweight
     lines = [
-        f"{solid['file']}: {design['name']}, {surface}",
-        f"  stroke {units.of_length(design['stroke_mm'])}",
-        f"  web {design['web']['outline']}, {units.of_length(design['web']['thickness_mm'])} thick",
+        f"{solid.file}: {design.name}, {surface}",
+        f"  stroke {units.of_length(design.stroke_mm)}",
+        f"  web {design.web.outline}, {units.of_length(design.web.thickness_mm)} thick",
         "  no counterweights"
         if weight is None
-        else f"  counterweight radius {units.of_length(weight['radius_mm'])}, {weight['fan_angle_deg']:g}°",
-        f"  mass {units.of_mass(crank['mass_g'])}, volume {units.of_volume(crank['volume_mm3'])}",
+        else f"  counterweight radius {units.of_length(weight.radius_mm)}, {weight.fan_angle_deg:g}°",
+        f"  mass {units.of_mass(body.mass_g)}, volume {units.of_volume(body.volume_mm3)}",
         f"  centre of mass {centre} (rotor frame)",
-        f"  polar inertia {units.of_inertia(crank['polar_inertia_kg_mm2'])}",
+        f"  polar inertia {units.of_inertia(body.polar_inertia_kg_mm2)}",
     ]
-    error = crank["facet_error"]
+    error = report.crank.facet_error
     if error is not None:
-        unbalance = units.of_unbalance(error["unbalance_g_mm"])
-        lines.append(f"  the facets hide {units.of_mass(error['mass_g'])} and {unbalance}")
-    return "\n".join(lines + _achieved(report, units))
+        unbalance = units.of_unbalance(error.unbalance_g_mm)
+        lines.append(f"  the facets hide {units.of_mass(error.mass_g)} and {unbalance}")
+    return "\n".join(lines + _achieved(report.engine, units))
 
 
-def _achieved(report: Values, units: DisplayUnits) -> list[str]:
-    engine = report["engine"]
+def _achieved(engine: DrawnEngine | None, units: DisplayUnits) -> list[str]:
     if engine is None:
         return []
-    factor = engine["balance_factor"]
-    if factor is None:
+    if engine.balance_factor is None:
         return ["  no balance factor: the throws cancel each other out"]
-    bob = engine["bob_weights"][0]["mass_g"]
-    return [f"  balance factor {100.0 * factor:.2f} %, bob-weight {units.of_mass(bob)} on throw 1"]
+    bob = units.of_mass(engine.bob_weights[0].mass_g)
+    return [f"  balance factor {100.0 * engine.balance_factor:.2f} %, bob-weight {bob} on throw 1"]
 
 
 def _counterweights(report: Values, units: DisplayUnits) -> str:
