@@ -37,30 +37,32 @@ TARGET_TOLERANCE = 1e-9
 class InfluenceResult(VerbResult):
     """Influence coefficients, the weights to add and what they leave."""
 
+    content: InfluenceReport
+
     def files(self) -> Mapping[str, bytes]:
         """Return ``reading.toml`` for ``recut``, the unbalance found, if ``[reading]`` names the planes."""
         from autobalance.report.balance.reading_toml import unbalance_toml
 
-        has_reading = self.report["input"]["reading"] is not None
-        return {"reading.toml": unbalance_toml(self.report).encode()} if has_reading else {}
+        has_reading = self.content.input["reading"] is not None
+        return {"reading.toml": unbalance_toml(self.content).encode()} if has_reading else {}
 
     @property
     def exit_code(self) -> int:
         """Exit code of the command: 4 where a residual is above the target."""
-        return 4 if self.report["outcome"] == "above_tolerance" else 0
+        return 4 if self.content.outcome == "above_tolerance" else 0
 
     def text(self, units: str = "metric") -> str:
         """Return the corrections as lines for people."""
         from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.shop.influence_text import influence_text
 
-        return influence_text(self.report, ON_SCREEN[units])
+        return influence_text(self.content, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return a polar plot of the readings before and after."""
         from autobalance.report.shop.machine_plots import readings_plot
 
-        return Plots(readings_plot(self.report))
+        return Plots(readings_plot(self.content))
 
 
 def influence(trials: str | Path | Mapping[str, Any]) -> InfluenceResult:

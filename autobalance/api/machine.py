@@ -20,17 +20,17 @@ from autobalance.report.records.machine import (
     MachineReport,
     MachineRun,
     PlaneNode,
-    PlaneReading,
     PlaneSpread,
     PlaneVector,
+    ReadUnbalance,
     SensorReading,
     SpunRotorFigures,
-    StaticStand,
 )
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2, wrapped_deg
 
 if TYPE_CHECKING:
     from autobalance.dynamics.spun_rotor import SpunRotor
+    from autobalance.dynamics.static_stand import StaticStand
     from autobalance.job.files.machine import Machine
     from autobalance.verification.reported_rotor import ReportedRotor
 
@@ -41,24 +41,26 @@ Pair = tuple[float, float]
 class MachineResult(VerbResult):
     """Sensors, readings and corrections; ``reading_toml`` is the first reading as a file for ``recut``."""
 
+    content: MachineReport
+
     def text(self, units: str = "metric") -> str:
         """Return the reading as lines for people."""
         from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.shop.machine_text import machine_text
 
-        return machine_text(self.report, ON_SCREEN[units])
+        return machine_text(self.content, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return a polar plot of the readings of all runs."""
         from autobalance.report.shop.machine_plots import runs_plot
 
-        return Plots(runs_plot(self.report))
+        return Plots(runs_plot(self.content))
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``reading.toml``, the first reading in the machine's own way of counting."""
         from autobalance.report.balance.reading_toml import reading_toml
 
-        return {"reading.toml": reading_toml(self.report).encode()}
+        return {"reading.toml": reading_toml(self.content).encode()}
 
 
 def machine(machine_file: str | Path | Mapping[str, Any]) -> MachineResult:
@@ -145,8 +147,8 @@ def _planes(
     return ("A", "B"), planes_mm, rotor.in_planes(*planes_mm)
 
 
-def _plane(name: str, z_mm: float | None, value: complex) -> PlaneReading:
-    return PlaneReading(
+def _plane(name: str, z_mm: float | None, value: complex) -> ReadUnbalance:
+    return ReadUnbalance(
         name=name,
         z_mm=z_mm,
         unbalance_g_mm=[value.real, value.imag],
@@ -248,7 +250,7 @@ def _static(case: Machine, rotor: SpunRotor) -> tuple[StaticStand | None, list[s
         polar = float(around + abs(rotor.unbalance_g_mm) ** 2 / rotor.mass_g)
     elif polar is not None:
         polar += sum(each.mass_g * abs(each.offset_mm) ** 2 for each in case.masses)
-    stand_result = static_stand(
+    found = static_stand(
         abs(rotor.unbalance_g_mm),
         rotor.mass_g,
         stand.friction_lever_mm,
@@ -256,21 +258,15 @@ def _static(case: Machine, rotor: SpunRotor) -> tuple[StaticStand | None, list[s
         stand.start_rad,
         polar,
     )
-    shown = StaticStand(
-        rolls=stand_result.rolls,
-        least_g_mm=stand_result.least_g_mm,
-        rest_within_rad=stand_result.rest_within_rad,
-        roll_time_s=stand_result.roll_time_s,
-    )
-    if not stand_result.rolls:
+    if not found.rolls:
         still = (
             f"the rotor does not roll: its unbalance of {abs(rotor.unbalance_g_mm):.4g} g·mm is not over the "
-            f"{stand_result.least_g_mm:.4g} g·mm of rolling friction"
+            f"{found.least_g_mm:.4g} g·mm of rolling friction"
         )
-        return shown, [still]
+        return found, [still]
     if polar is None:
-        return shown, ["rotor.polar_kg_mm2 is not given, so there is no roll_time_s"]
-    return shown, []
+        return found, ["rotor.polar_kg_mm2 is not given, so there is no roll_time_s"]
+    return found, []
 
 
 def _left(names: Sequence[str], true: Sequence[complex], read: Sequence[complex]) -> LeftUnbalance:
@@ -290,7 +286,7 @@ def _left(names: Sequence[str], true: Sequence[complex], read: Sequence[complex]
     )
 
 
-def _corrections(case: Machine, planes: Sequence[PlaneReading]) -> tuple[list[MachineCorrection], list[str]]:
+def _corrections(case: Machine, planes: Sequence[ReadUnbalance]) -> tuple[list[MachineCorrection], list[str]]:
     """Return amounts to take off for the first reading, at the heavy side, and warnings."""
     corrections, warnings = [], []
     for plane in planes:

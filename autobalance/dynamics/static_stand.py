@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from scipy.integrate import quad
 
+from autobalance.declare import Degrees, NotNegative
+
 STANDARD_GRAVITY_MM_S2 = 9806.65
 
 
@@ -15,9 +17,9 @@ class StaticStand:
     """Behaviour of a rotor on the stand; None where it does not move, or does not get there."""
 
     rolls: bool
-    least_g_mm: float
-    rest_within_rad: float | None
-    roll_time_s: float | None
+    least_g_mm: NotNegative
+    rest_within_rad: Degrees | None
+    roll_time_s: NotNegative | None
 
 
 def static_stand(

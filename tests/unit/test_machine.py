@@ -271,12 +271,12 @@ def test_reading_file_says_what_was_read() -> None:
     import tomllib
 
     asked = {"rotation": "cw", "zero_deg": 20.0, "reads": "light", "urr_percent": 95.0, "umar_g_mm": 2.0}
-    found = report(reading=asked)
-    written = tomllib.loads(reading_toml(found))
+    found = machine({**FILE, "reading": asked})
+    written = tomllib.loads(reading_toml(found.content))
     convention = Convention("cw", 20.0, "light")
-    for plane, read in zip(written["plane"], found["runs"][0]["planes"], strict=True):
-        assert convention.rotor_deg(plane["angle_deg"]) == pytest.approx(read["angle_deg"])
-        assert plane["g_mm"] == read["g_mm"]
+    for plane, read in zip(written["plane"], found.content.runs[0].planes, strict=True):
+        assert convention.rotor_deg(plane["angle_deg"]) == pytest.approx(read.angle_deg)
+        assert plane["g_mm"] == read.g_mm
     assert {key: written[key] for key in asked} == asked
 
 

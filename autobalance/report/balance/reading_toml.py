@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from autobalance.job.files.reading_keys import Convention
-from autobalance.types import Values
+
+if TYPE_CHECKING:
+    from autobalance.report.records.influence import InfluenceReport
+    from autobalance.report.records.machine import MachineReport
 
 
-def reading_toml(report: Values) -> str:
+def reading_toml(report: MachineReport) -> str:
     """Return the first reading of ``machine`` as TOML, in the machine's own way of counting angles."""
-    reading = report["input"]["reading"]
+    reading = report.input["reading"]
     convention = Convention.of(reading)
-    lines = [
-        f"# Readings of the {report['input']['kind']} machine, seed {report['input']['seed']}, first run."
-    ]
-    if report["serial"] is not None:
-        lines.append(f"serial = {_text(report['serial'])}")
-    if report["input"]["speed_rpm"] is not None:
-        lines.append(f"speed_rpm = {report['input']['speed_rpm']!r}")
-    if report["bob_weights_g"] is not None:
-        lines.append(f"bob_weights_g = [{', '.join(repr(each) for each in report['bob_weights_g'])}]")
+    lines = [f"# Readings of the {report.input['kind']} machine, seed {report.input['seed']}, first run."]
+    if report.serial is not None:
+        lines.append(f"serial = {_text(report.serial)}")
+    if report.input["speed_rpm"] is not None:
+        lines.append(f"speed_rpm = {report.input['speed_rpm']!r}")
+    if report.bob_weights_g is not None:
+        lines.append(f"bob_weights_g = [{', '.join(repr(each) for each in report.bob_weights_g)}]")
     for key, what in (("urr_percent", "unbalance reduction ratio"), ("umar_g_mm", "least residual")):
         value = reading[key]
         lines.append(f"# {key}: {what} of the machine, to fill in" if value is None else f"{key} = {value!r}")
@@ -27,20 +30,20 @@ def reading_toml(report: Values) -> str:
         f"zero_deg = {convention.zero_deg!r}",
         f"reads = {_text(convention.reads)}",
     ]
-    for plane in report["runs"][0]["planes"]:
+    for plane in report.runs[0].planes:
         lines += ["", "[[plane]]"]
-        if plane["z_mm"] is not None:
-            lines.append(f"z_mm = {plane['z_mm']!r}")
+        if plane.z_mm is not None:
+            lines.append(f"z_mm = {plane.z_mm!r}")
         lines += [
-            f"g_mm = {plane['g_mm']!r}",
-            f"angle_deg = {convention.machine_deg(plane['angle_deg'])!r}",
+            f"g_mm = {plane.g_mm!r}",
+            f"angle_deg = {convention.machine_deg(plane.angle_deg)!r}",
         ]
     return "\n".join(lines) + "\n"
 
 
-def unbalance_toml(report: Values) -> str:
+def unbalance_toml(report: InfluenceReport) -> str:
     """Return the unbalance from ``influence`` as a reading, heavy where its weights come off."""
-    reading = report["input"]["reading"]
+    reading = report.input["reading"]
     lines = ["# The unbalance that trial weights and influence coefficients found."]
     if reading["serial"] is not None:
         lines.append(f"serial = {_text(reading['serial'])}")
@@ -56,13 +59,13 @@ def unbalance_toml(report: Values) -> str:
         f"zero_deg = {reading['zero_deg']!r}",
         'reads = "heavy"',
     ]
-    for number, weight in enumerate(report["corrections"]):
+    for number, weight in enumerate(report.corrections):
         lines += ["", "[[plane]]"]
         if reading["at"] is not None:
             lines.append(f"at = {_text(reading['at'][number])}")
         if reading["z_mm"] is not None:
             lines.append(f"z_mm = {reading['z_mm'][number]!r}")
-        lines += [f"g_mm = {weight['g_mm']!r}", f"angle_deg = {weight['remove_angle_deg']!r}"]
+        lines += [f"g_mm = {weight.g_mm!r}", f"angle_deg = {weight.remove_angle_deg!r}"]
     return "\n".join(lines) + "\n"
 
 

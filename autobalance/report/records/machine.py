@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from autobalance.declare import Angle, Degrees, NotNegative, Pair, Positive, Size, Triple, record
+from autobalance.dynamics.static_stand import StaticStand
 from autobalance.report.records.head import Head
 
 
@@ -20,8 +21,10 @@ class PlaneVector:
 
 
 @record
-class PlaneReading:
+class ReadUnbalance:
     """Reading, or true unbalance, in a plane; without a place on a static stand."""
+
+    schema_name: ClassVar[str] = "plane_reading"
 
     name: str
     z_mm: float | None
@@ -39,7 +42,7 @@ class SpunRotorFigures:
     unbalance_g_mm: Pair
     moment_g_mm2: Pair
     magnitude_g_mm: NotNegative
-    planes: Annotated[Sequence[PlaneReading], Size(most=2)]
+    planes: Annotated[Sequence[ReadUnbalance], Size(most=2)]
     kind: Literal["balanced", "static", "couple", "quasi_static", "dynamic"]
     principal_axis_rad: Degrees | None
 
@@ -65,16 +68,6 @@ class PlaneNode:
 
 
 @record
-class StaticStand:
-    """Reading of a static stand."""
-
-    rolls: bool
-    least_g_mm: NotNegative
-    rest_within_rad: Degrees | None
-    roll_time_s: NotNegative | None
-
-
-@record
 class LeftUnbalance:
     """Residual unbalance where a reading is followed to the letter."""
 
@@ -86,7 +79,7 @@ class LeftUnbalance:
 class MachineRun:
     """A spin of the rotor."""
 
-    planes: Sequence[PlaneReading]
+    planes: Sequence[ReadUnbalance]
     left: LeftUnbalance
 
 
