@@ -21,7 +21,6 @@ from autobalance.report.records.bench import (
     BenchRotor,
     BenchRun,
     DrilledHole,
-    SpeedLoop,
     WrittenRotor,
 )
 from autobalance.runtime import Progress
@@ -45,6 +44,7 @@ SERIES = ("time_s", "speed_rpm", "wanted_rpm", "torque_N_m", "friction_N_m")
 class BenchResult(VerbResult):
     """Runs, readings and their comparison; ``traces`` by speed of the schedule."""
 
+    content: BenchReport
     traces: tuple[Trace, ...] = ()
     solids: Mapping[str, bytes] = field(default_factory=dict)
 
@@ -52,17 +52,17 @@ class BenchResult(VerbResult):
         """Return the bench as lines for people; always SI."""
         from autobalance.report.rotor.bench_text import bench_text
 
-        return bench_text(self.report)
+        return bench_text(self.content)
 
     def plots(self) -> Plots:
         """Return speed and torque over time."""
         from autobalance.report.rotor.bench_plots import bench_plots
 
-        return Plots(bench_plots(self.report, self.traces))
+        return Plots(bench_plots(self.content, self.traces))
 
     def series(self) -> bytes:
         """Return all runs over time as CSV, one after the other; the time runs on."""
-        repeats = self.report["input"]["schedule"]["repeats"]
+        repeats = self.content.input["schedule"]["repeats"]
         lines, start = [",".join(SERIES)], 0.0
         for trace in [each for each in self.traces for _ in range(repeats)]:
             columns = (
@@ -160,11 +160,7 @@ def _result(case: Bench, solids: bool) -> BenchResult:
     report = BenchReport(
         input=case.values,
         rotor=_rotor(case, unbalance, written),
-        loop=SpeedLoop(
-            phase_margin_rad=margin.phase_margin_rad,
-            crossover_rad_s=margin.crossover_rad_s,
-            stable=margin.stable,
-        ),
+        loop=margin,
         runs=[replace(run, repeat=repeat) for run in runs for repeat in range(1, case.repeats + 1)],
         readings=readings,
         comparison=_comparison(case, runs, readings),
@@ -187,7 +183,7 @@ def _rotor(case: Bench, unbalance_g_mm: float, written: Sequence[WrittenRotor]) 
     return BenchRotor(
         mass_kg=case.mass_g / G_PER_KG,
         weight_N=case.weight_N,
-        inertia_kg_mm2=case.polar_g_mm2 / 1000.0,
+        inertia_g_mm2=case.polar_g_mm2,
         disc_thickness_mm=None if case.shape is None else case.shape.thickness_mm,
         shaft_each_side_mm=None if case.shape is None else case.shape.shaft_each_side_mm,
         holes=[DrilledHole(mass_g=mass, unbalance_g_mm=mass * radius) for mass, radius in holes],

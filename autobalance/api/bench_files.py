@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.dynamics.bench_rotor import DiscOnShaft, DrilledHole
+from autobalance.dynamics.bench_rotor import DiscHole, DiscOnShaft
 from autobalance.dynamics.bench_solid import rotor_shape
 from autobalance.report.records.bench import WrittenRotor
 from autobalance.rigid_rotor.moments import Moments
@@ -16,19 +16,18 @@ from autobalance.solid.csg.shape import Shape, tessellated
 Values = dict[str, Any]
 SEGMENTS = 720
 """Corners of a full circle in the STL: its inertia is light by 5e-5."""
-KG_MM2_PER_G_MM2 = 1e-3
 KG_PER_G = 1e-3
 
 
 def rotor_files(
-    rotor: DiscOnShaft, holes: Sequence[DrilledHole], wanted_g_mm2: float
+    rotor: DiscOnShaft, holes: Sequence[DiscHole], wanted_g_mm2: float
 ) -> tuple[dict[str, bytes], list[WrittenRotor]]:
     """Return the files of a rotor by name, and what each solid among them was measured to have.
 
     Parameters
     ----------
     rotor : DiscOnShaft
-    holes : sequence of DrilledHole
+    holes : sequence of DiscHole
         Of the drilled rotor, which has separate files.
     wanted_g_mm2 : float
         Inertia to compare with [g·mm²].
@@ -69,7 +68,7 @@ def _measured(file: str, moments: Moments, wanted_g_mm2: float) -> WrittenRotor:
     return WrittenRotor(
         file=file,
         mass_kg=KG_PER_G * moments.mass_g,
-        inertia_kg_mm2=KG_MM2_PER_G_MM2 * polar,
+        inertia_g_mm2=polar,
         inertia_difference_percent=100.0 * (polar / wanted_g_mm2 - 1.0),
         unbalance_g_mm=float(np.hypot(*moments.first_g_mm[:2])),
     )

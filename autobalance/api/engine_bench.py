@@ -19,7 +19,6 @@ from autobalance.report.records.bench import (
     BenchVariant,
     BesideFirst,
     EngineBenchReport,
-    VariantFigures,
     VariantRunUp,
 )
 from autobalance.runtime import Progress, no_progress
@@ -27,28 +26,27 @@ from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.engine.cycle.free_run import FreeRun
-    from autobalance.machine_models.engine_variants import FiringVariant, VariantCurves, VariantPoint
-
-KG_MM2_PER_G_MM2 = 1e-3
+    from autobalance.machine_models.engine_variants import FiringVariant, VariantCurves
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EngineBenchResult(VerbResult):
     """Variants of a crank in one engine."""
 
+    content: EngineBenchReport
     curves: tuple[VariantCurves, ...] = ()
 
     def text(self, units: str = "metric") -> str:
         """Return the variants as lines for people; always metric."""
         from autobalance.report.engine.engine_bench_text import engine_bench_text
 
-        return engine_bench_text(self.report)
+        return engine_bench_text(self.content)
 
     def plots(self) -> Plots:
         """Return torque over the cycle, bearing loads and acceleration over the speed, and the run-up."""
         from autobalance.report.engine.engine_bench_plots import engine_bench_plots
 
-        return Plots(engine_bench_plots(self.report, self.curves))
+        return Plots(engine_bench_plots(self.content, self.curves))
 
     def series(self) -> bytes:
         """Return the torque of every variant over the cycle at the last speed as CSV."""
@@ -105,8 +103,8 @@ def _variant(
     cranks.setdefault(key, Crank(case.crank, job.crankshaft))
     tried = FiringVariant(job, case.crank, variant.factor)
     speeds = (case.speed_rpm,) if stand.speeds_rpm is None else stand.speeds_rpm
-    points = [tried.point(speed * RAD_S_PER_RPM) for speed in speeds]
-    last, analysis = points[-1]
+    points = [tried.point(speed) for speed in speeds]
+    _, torque, analysis = points[-1]
     run = None
     if stand.run_up_rpm is not None:
         run = tried.run_up(*(speed * RAD_S_PER_RPM for speed in stand.run_up_rpm))
@@ -115,13 +113,13 @@ def _variant(
         crank=None if job.crankshaft.file is None else job.crankshaft.file.name,
         factor=variant.factor,
         balance_factor=_factor(tried),
-        inertia_kg_mm2=KG_MM2_PER_G_MM2 * analysis.mean_inertia_g_mm2,
-        points=[_point(speed, each) for speed, (each, _) in zip(speeds, points, strict=True)],
+        inertia_g_mm2=analysis.mean_inertia_g_mm2,
+        points=[figures for figures, _, _ in points],
         run_up=None if stand.run_up_rpm is None else _run_up(stand.run_up_rpm, run),
     )
     even = analysis.grid.even
     angles = np.degrees(analysis.grid.even_rad)
-    curves = VariantCurves(variant.name, angles, even(last.torque_n_m), run)
+    curves = VariantCurves(variant.name, angles, even(torque), run)
     return values, curves, case.warnings
 
 
@@ -132,22 +130,6 @@ def _factor(tried: FiringVariant) -> float | None:
     if tried.factor is not None:
         return tried.factor
     return crank_factor(tried.crank.moments, *hung_on(tried.job, tried.crank.anatomy))
-
-
-def _point(speed_rpm: float, point: VariantPoint) -> VariantFigures:
-    return VariantFigures(
-        speed_rpm=speed_rpm,
-        acceleration_rad_s2=point.acceleration_rad_s2,
-        greatest_main_N=float(point.greatest_mains_n.max()),
-        mean_main_N=float(point.mean_mains_n.mean()),
-        greatest_mains_N=[float(each) for each in point.greatest_mains_n],
-        torque_mean_N_m=point.torque_mean_n_m,
-        torque_greatest_N_m=float(point.torque_n_m.max()),
-        torque_least_N_m=float(point.torque_n_m.min()),
-        friction_mean_N_m=point.friction_mean_n_m,
-        power_W=point.torque_mean_n_m * point.speed_rad_s,
-        fluctuation=point.fluctuation,
-    )
 
 
 def _run_up(speeds_rpm: tuple[float, float], run: FreeRun | None) -> VariantRunUp:
@@ -169,10 +151,10 @@ def _beside(rows: Sequence[BenchVariant]) -> list[BesideFirst]:
             name=row.name,
             speed_rpm=point.speed_rpm,
             acceleration_percent=_percent(point.acceleration_rad_s2, base.acceleration_rad_s2),
-            greatest_main_percent=_percent(point.greatest_main_N, base.greatest_main_N),
-            mean_main_percent=_percent(point.mean_main_N, base.mean_main_N),
-            torque_mean_percent=_percent(point.torque_mean_N_m, base.torque_mean_N_m),
-            friction_mean_percent=_percent(point.friction_mean_N_m, base.friction_mean_N_m),
+            greatest_main_percent=_percent(point.greatest_main_n, base.greatest_main_n),
+            mean_main_percent=_percent(point.mean_main_n, base.mean_main_n),
+            torque_mean_percent=_percent(point.torque_mean_n_m, base.torque_mean_n_m),
+            friction_mean_percent=_percent(point.friction_mean_n_m, base.friction_mean_n_m),
         )
         for row in rows[1:]
         for point, base in zip(row.points, rows[0].points, strict=True)

@@ -83,7 +83,7 @@ def disc_thickness_mm(
 
 
 @dataclass(frozen=True)
-class DrilledHole:
+class DiscHole:
     """A hole through or into the disc, at a radius and an angle."""
 
     diameter_mm: float
@@ -96,7 +96,7 @@ class DrilledHole:
         return 0.25 * math.pi * density_g_mm3 * self.diameter_mm**2 * self.depth_mm
 
 
-def missing_unbalance_g_mm(holes: Sequence[DrilledHole], density_g_mm3: float) -> float:
+def missing_unbalance_g_mm(holes: Sequence[DiscHole], density_g_mm3: float) -> float:
     """Return the magnitude of the unbalance of missing metal."""
     x = sum(each.mass_g(density_g_mm3) * each.radius_mm * math.cos(each.angle_rad) for each in holes)
     y = sum(each.mass_g(density_g_mm3) * each.radius_mm * math.sin(each.angle_rad) for each in holes)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from autobalance.dynamics.bench_rotor import DiscOnShaft, DrilledHole
+from autobalance.dynamics.bench_rotor import DiscHole, DiscOnShaft
 from autobalance.solid.csg.shape import Line, Prism, Revolved, Shape, Without, circle, on_grid
 
 PAST_MM = 1.0
 
 
-def rotor_shape(rotor: DiscOnShaft, holes: Sequence[DrilledHole] = ()) -> Shape:
+def rotor_shape(rotor: DiscOnShaft, holes: Sequence[DiscHole] = ()) -> Shape:
     """Return the exact shape of a rotor; holes go down from the disc's upper face, flat-bottomed."""
     side = rotor.shaft_each_side_mm
     low, high = on_grid(side), on_grid(side + rotor.thickness_mm)
@@ -27,7 +27,7 @@ def rotor_shape(rotor: DiscOnShaft, holes: Sequence[DrilledHole] = ()) -> Shape:
     return Without(body, tuple(_hole(each, low, high) for each in holes))
 
 
-def _hole(hole: DrilledHole, low: float, high: float) -> Prism:
+def _hole(hole: DiscHole, low: float, high: float) -> Prism:
     place = (hole.radius_mm * math.cos(hole.angle_rad), hole.radius_mm * math.sin(hole.angle_rad))
     bottom = high - hole.depth_mm
     through = bottom <= low

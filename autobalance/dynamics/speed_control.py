@@ -10,9 +10,11 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from autobalance.declare import Degrees, NotNegative, derived
 from autobalance.types import Array
 
 LONGEST_STEP_S = 1e-3
@@ -44,10 +46,12 @@ class SpeedControl:
 class LoopMargin:
     """Margin to instability of the loop (kp + ki/s) e^(−s delay)/(J s)."""
 
-    phase_margin_rad: float
-    crossover_rad_s: float
+    schema_name: ClassVar[str] = "speed_loop"
 
-    @property
+    phase_margin_rad: Degrees
+    crossover_rad_s: NotNegative
+
+    @derived
     def stable(self) -> bool:
         """Whether the closed loop is stable: its gain falls monotonically, so the phase margin decides."""
         return self.phase_margin_rad > 0.0

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
+from autobalance.declare import NEWTONS, Floats, NewtonMetres, NotNegative, Positive
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.factors import MainLoads
 from autobalance.engine.cycle.firing_engine import FiringEngine
@@ -17,34 +19,37 @@ from autobalance.machine_models.engine_from_job import as_measured
 from autobalance.machine_models.firing_from_job import firing_engine
 from autobalance.machine_models.measured import Crank
 from autobalance.types import Array
-from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
+from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM, RAD_S_PER_RPM
 
 
 @dataclass(frozen=True, eq=False)
-class VariantPoint:
+class VariantFigures:
     """An engine with one crank at one speed.
 
     Attributes
     ----------
-    speed_rad_s : float
-    greatest_mains_n, mean_mains_n : (m,) float
-        Greatest and mean magnitude of each main's load over the cycle [N].
-    torque_n_m : (n,) float
-        Gas − friction + inertia at each angle of the grid [N·m].
-    torque_mean_n_m, friction_mean_n_m : float
     acceleration_rad_s2 : float
         (gas − friction)/J, means, without load [rad/s²].
+    greatest_main_n, mean_main_n : float
+        Greatest and mean magnitude of the mains' loads over the cycle [N].
+    greatest_mains_n : (m,) float
+        Greatest magnitude of each [N].
+    torque_mean_n_m, torque_greatest_n_m, torque_least_n_m : float
+        Of gas − friction + inertia at the angles of the grid [N·m].
     fluctuation : float or None
         Of the speed under a constant load; None where the crank would stop.
     """
 
-    speed_rad_s: float
-    greatest_mains_n: Array
-    mean_mains_n: Array
-    torque_n_m: Array
-    torque_mean_n_m: float
-    friction_mean_n_m: float
+    speed_rpm: Positive
     acceleration_rad_s2: float
+    greatest_main_n: Annotated[NotNegative, NEWTONS]
+    mean_main_n: Annotated[NotNegative, NEWTONS]
+    greatest_mains_n: Annotated[Floats, NEWTONS]
+    torque_mean_n_m: NewtonMetres
+    torque_greatest_n_m: NewtonMetres
+    torque_least_n_m: NewtonMetres
+    friction_mean_n_m: NewtonMetres
+    power_W: float
     fluctuation: float | None
 
 
@@ -74,25 +79,33 @@ class FiringVariant:
     def _engine(self) -> Engine:
         return as_measured(self.job, self.crank)
 
-    def point(self, speed_rad_s: float) -> tuple[VariantPoint, CycleAnalysis]:
-        """Return the figures at a speed, and the analysis whose torque of gas and inertia they have."""
+    def point(self, speed_rpm: float) -> tuple[VariantFigures, Array, CycleAnalysis]:
+        """Return figures and torque [N·m] at a speed, and the analysis whose gas and inertia they have."""
+        speed_rad_s = speed_rpm * RAD_S_PER_RPM
         analysis = CycleAnalysis(self.firing(speed_rad_s), speed_rad_s)
         firing, grid = analysis.firing, analysis.grid
         sizes = MainLoads.of(firing).sizes_n(self.factor, speed_rad_s)
         lever = firing.friction.main_lever_mm(firing.main_diameters_mm)
         friction = lever @ sizes * N_M_PER_N_MM + firing.piston_friction_n_m(speed_rad_s)
         lost = float(grid.mean(friction))
-        uneven = analysis.uneven_speed
-        return VariantPoint(
-            speed_rad_s,
-            sizes.max(axis=1),
-            np.asarray(grid.mean(sizes)),
-            analysis.gas_n_m - friction + analysis.inertia_n_m,
-            firing.gas_mean_n_m - lost + analysis.inertia_mean_n_m,
-            lost,
-            (firing.gas_mean_n_m - lost) / (analysis.mean_inertia_g_mm2 * N_M_PER_G_MM2_S2),
-            None if uneven is None else uneven.fluctuation,
-        ), analysis
+        uneven, torque = analysis.uneven_speed, analysis.gas_n_m - friction + analysis.inertia_n_m
+        mean = firing.gas_mean_n_m - lost + analysis.inertia_mean_n_m
+        greatest = sizes.max(axis=1)
+        figures = VariantFigures(
+            speed_rpm=speed_rpm,
+            acceleration_rad_s2=(firing.gas_mean_n_m - lost)
+            / (analysis.mean_inertia_g_mm2 * N_M_PER_G_MM2_S2),
+            greatest_main_n=float(greatest.max()),
+            mean_main_n=float(np.mean(grid.mean(sizes))),
+            greatest_mains_n=greatest,
+            torque_mean_n_m=mean,
+            torque_greatest_n_m=float(torque.max()),
+            torque_least_n_m=float(torque.min()),
+            friction_mean_n_m=lost,
+            power_W=mean * speed_rad_s,
+            fluctuation=None if uneven is None else uneven.fluctuation,
+        )
+        return figures, torque, analysis
 
     def run_up(self, start_rad_s: float, end_rad_s: float) -> FreeRun | None:
         """Return the run from one speed to another without load."""

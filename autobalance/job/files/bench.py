@@ -14,8 +14,8 @@ from autobalance.bearings.film import JournalBearing
 from autobalance.declare import Values, names
 from autobalance.dynamics.bench_rotor import (
     BenchBearings,
+    DiscHole,
     DiscOnShaft,
-    DrilledHole,
     DryBearings,
     PlainBearings,
     RollingBearings,
@@ -73,7 +73,7 @@ class Bench:
     polar_g_mm2: float
     shape: DiscOnShaft | None
     density_g_mm3: float
-    holes: tuple[DrilledHole, ...]
+    holes: tuple[DiscHole, ...]
     bearings: BenchBearings | None
     control: SpeedControl
     speeds_rpm: tuple[float, ...]
@@ -145,7 +145,7 @@ def _bench(values: Values) -> Bench:
         shape,
         density,
         tuple(
-            DrilledHole(
+            DiscHole(
                 each["diameter_mm"], each["depth_mm"], each["radius_mm"], math.radians(each["angle_deg"])
             )
             for each in values["hole"]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,28 +12,37 @@ from autobalance.report.plot_files import Plot
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
-    from autobalance.machine_models.engine_variants import VariantCurves
+    from autobalance.machine_models.engine_variants import VariantCurves, VariantFigures
+    from autobalance.report.records.bench import EngineBenchReport
 
-FIGURES = {
-    "engine-bearing-force": ("Greatest load of a main bearing", "greatest_main_N", "load [N]"),
-    "engine-acceleration": ("Acceleration without load", "acceleration_rad_s2", "acceleration [rad/s²]"),
-    "engine-mean-torque": ("Mean torque at the shaft", "torque_mean_N_m", "torque [N·m]"),
+FIGURES: dict[str, tuple[str, Callable[[VariantFigures], float], str]] = {
+    "engine-bearing-force": (
+        "Greatest load of a main bearing",
+        lambda point: point.greatest_main_n,
+        "load [N]",
+    ),
+    "engine-acceleration": (
+        "Acceleration without load",
+        lambda point: point.acceleration_rad_s2,
+        "acceleration [rad/s²]",
+    ),
+    "engine-mean-torque": ("Mean torque at the shaft", lambda point: point.torque_mean_n_m, "torque [N·m]"),
 }
 
 
-def engine_bench_plots(report: Mapping[str, Any], curves: Sequence[VariantCurves]) -> dict[str, Plot]:
+def engine_bench_plots(report: EngineBenchReport, curves: Sequence[VariantCurves]) -> dict[str, Plot]:
     """Return the plots by name; plots over the speed only for several speeds."""
     torque = [plots.Curve(each.name, each.angle_deg, each.torque_N_m) for each in curves]
     drawn = {"engine-torque": plots.lines("Output torque", ("crank angle [°]", "torque [N·m]"), torque)}
-    if len(report["variants"][0]["points"]) > 1:
-        for name, (title, key, axis) in FIGURES.items():
+    if len(report.variants[0].points) > 1:
+        for name, (title, figure, axis) in FIGURES.items():
             lines = [
                 plots.Curve(
-                    each["name"],
-                    np.array([point["speed_rpm"] for point in each["points"]]),
-                    np.array([point[key] for point in each["points"]]),
+                    each.name,
+                    np.array([point.speed_rpm for point in each.points]),
+                    np.array([figure(point) for point in each.points]),
                 )
-                for each in report["variants"]
+                for each in report.variants
             ]
             drawn[name] = plots.lines(title, ("speed [1/min]", axis), lines)
     runs = [

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from autobalance.declare import Degrees, NotNegative, Ordinal, Positive, record
+from autobalance.declare import KG_MM2, NotNegative, Ordinal, Positive, record
+from autobalance.dynamics.speed_control import LoopMargin
+from autobalance.machine_models.engine_variants import VariantFigures
 from autobalance.report.records.head import Head
 
 
@@ -23,7 +25,7 @@ class WrittenRotor:
 
     file: str
     mass_kg: Positive
-    inertia_kg_mm2: Positive
+    inertia_g_mm2: Annotated[Positive, KG_MM2]
     inertia_difference_percent: float
     unbalance_g_mm: NotNegative
 
@@ -34,21 +36,12 @@ class BenchRotor:
 
     mass_kg: Positive
     weight_N: Positive
-    inertia_kg_mm2: Positive
+    inertia_g_mm2: Annotated[Positive, KG_MM2]
     disc_thickness_mm: Positive | None
     shaft_each_side_mm: Positive | None
     holes: Sequence[DrilledHole]
     unbalance_g_mm: NotNegative
     written: Sequence[WrittenRotor]
-
-
-@record
-class SpeedLoop:
-    """The loop of the speed control."""
-
-    phase_margin_rad: Degrees
-    crossover_rad_s: NotNegative
-    stable: bool
 
 
 @record
@@ -103,30 +96,13 @@ class BenchReport(Head):
     command: Literal["bench"] = "bench"
     input: Mapping[str, Any]
     rotor: BenchRotor
-    loop: SpeedLoop
+    loop: LoopMargin
     runs: Sequence[BenchRun]
     readings: Sequence[BenchReading]
     comparison: Sequence[BenchComparison]
 
 
 # --- crank variants in one engine ---------------------------------------------------------------------------
-
-
-@record
-class VariantFigures:
-    """The engine at a speed with a variant of the crank."""
-
-    speed_rpm: Positive
-    acceleration_rad_s2: float
-    greatest_main_N: NotNegative
-    mean_main_N: NotNegative
-    greatest_mains_N: Sequence[float]
-    torque_mean_N_m: float
-    torque_greatest_N_m: float
-    torque_least_N_m: float
-    friction_mean_N_m: float
-    power_W: float
-    fluctuation: float | None
 
 
 @record
@@ -150,7 +126,7 @@ class BenchVariant:
     crank: str | None
     factor: float | None
     balance_factor: float | None
-    inertia_kg_mm2: Positive
+    inertia_g_mm2: Annotated[Positive, KG_MM2]
     points: Sequence[VariantFigures]
     run_up: VariantRunUp | None
 

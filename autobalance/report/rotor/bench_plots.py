@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from autobalance.report import plots
 from autobalance.report.plot_files import Plot
@@ -11,13 +11,14 @@ from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.dynamics.speed_control import Trace
+    from autobalance.report.records.bench import BenchReport
 
 
-def bench_plots(report: Mapping[str, Any], traces: Sequence[Trace]) -> dict[str, Plot]:
+def bench_plots(report: BenchReport, traces: Sequence[Trace]) -> dict[str, Plot]:
     """Return speed and torque of each run over time; empty without runs."""
     if not traces:
         return {}
-    names = [f"{speed:g} rpm" for speed in report["input"]["schedule"]["speeds_rpm"]]
+    names = [f"{speed:g} rpm" for speed in report.input["schedule"]["speeds_rpm"]]
     pairs = list(zip(names, traces, strict=True))
     speeds = [plots.Curve(name, trace.time_s, trace.speed / RAD_S_PER_RPM) for name, trace in pairs]
     torques = [plots.Curve(name, trace.time_s, trace.torque_N_m) for name, trace in pairs]

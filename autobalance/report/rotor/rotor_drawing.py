@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from html import escape
 
-from autobalance.dynamics.bench_rotor import DiscOnShaft, DrilledHole
+from autobalance.dynamics.bench_rotor import DiscHole, DiscOnShaft
 
 MARGIN, GAP, BELOW = 30.0, 40.0, 42.0
 STYLE = (
@@ -16,7 +16,7 @@ STYLE = (
 )
 
 
-def rotor_drawing(rotor: DiscOnShaft, holes: Sequence[DrilledHole]) -> bytes:
+def rotor_drawing(rotor: DiscOnShaft, holes: Sequence[DiscHole]) -> bytes:
     """Return the drawing as SVG, one unit a millimetre."""
     width = rotor.length_mm + GAP + rotor.disc_mm + 2.0 * MARGIN
     height = rotor.disc_mm + BELOW + 2.0 * MARGIN
@@ -32,7 +32,7 @@ def rotor_drawing(rotor: DiscOnShaft, holes: Sequence[DrilledHole]) -> bytes:
     return "\n".join(parts).encode()
 
 
-def _side(rotor: DiscOnShaft, holes: Sequence[DrilledHole], y: float) -> list[str]:
+def _side(rotor: DiscOnShaft, holes: Sequence[DiscHole], y: float) -> list[str]:
     shaft, disc, end = 0.5 * rotor.shaft_mm, 0.5 * rotor.disc_mm, rotor.shaft_each_side_mm
     left, right = MARGIN, MARGIN + rotor.length_mm
     bottom = y + disc
@@ -49,7 +49,7 @@ def _side(rotor: DiscOnShaft, holes: Sequence[DrilledHole], y: float) -> list[st
     ]
 
 
-def _hidden(hole: DrilledHole, face: float, y: float, thickness: float) -> str:
+def _hidden(hole: DiscHole, face: float, y: float, thickness: float) -> str:
     height, depth = hole.radius_mm * math.sin(hole.angle_rad), min(hole.depth_mm, thickness)
     top = y - height - 0.5 * hole.diameter_mm
     return (
@@ -58,7 +58,7 @@ def _hidden(hole: DrilledHole, face: float, y: float, thickness: float) -> str:
     )
 
 
-def _end(rotor: DiscOnShaft, holes: Sequence[DrilledHole], x: float, y: float) -> list[str]:
+def _end(rotor: DiscOnShaft, holes: Sequence[DiscHole], x: float, y: float) -> list[str]:
     disc = 0.5 * rotor.disc_mm
     shapes = [
         _circle("m", x, y, disc),
