@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from autobalance.job import Job
+    from autobalance.report.records.orders import OrdersReport
     from autobalance.runtime import Progress
     from autobalance.signal.analysis import Analysis, Question
     from autobalance.signal.drive_sources import Drive
@@ -33,6 +34,7 @@ BEARING_KEYS = ("balls", "ball", "pitch", "contact", "speed")
 class OrdersResult(VerbResult):
     """Orders, levels and sources of a record; with the analysis itself, for plots and the page."""
 
+    content: OrdersReport
     analysis: Analysis | None = field(default=None)
     predicted: tuple[tuple[float | None, float], ...] = ()
     """Speeds [1/min] (None: any) and natural frequencies [Hz] computed elsewhere, for the waterfall."""
@@ -41,14 +43,14 @@ class OrdersResult(VerbResult):
         """Return the analysis as lines for people; always metric."""
         from autobalance.report.orders.text import orders_text
 
-        return orders_text(self.report)
+        return orders_text(self.content.found)
 
     def plots(self) -> Plots:
         """Return spectrum, waterfall, order map, cuts, and the envelope and circles that were asked for."""
         from autobalance.report.orders.plots import orders_plots
 
         return Plots(
-            {} if self.analysis is None else orders_plots(self.analysis, self.report, self.predicted)
+            {} if self.analysis is None else orders_plots(self.analysis, self.content.found, self.predicted)
         )
 
     def files(self) -> Mapping[str, bytes]:
@@ -58,7 +60,7 @@ class OrdersResult(VerbResult):
 
         if self.analysis is None:
             return {}
-        page = orders_page(self.analysis, self.report)
+        page = orders_page(self.analysis, self.content)
         return {"orders.html": page.encode(), "psd.csv": psd_csv(self.analysis)}
 
     def reading(self, order: float = 1.0) -> list[float]:
@@ -72,15 +74,15 @@ class OrdersResult(VerbResult):
         FormatError
             If the record has no such order, or counts its angle from anywhere else than one pulse a turn.
         """
-        speed = self.report["speed"]
-        once = speed["source"] == "tacho" and self.report["input"]["pulses_per_rev"] == 1
+        found = self.content.found
+        once = found.speed.source == "tacho" and self.content.input.pulses_per_rev == 1
         if not once:
             raise FormatError(
                 "a reading for influence needs a tacho with one pulse a turn: its phase counts from there"
             )
-        for row in self.report["orders"]:
-            if row["order"] == order and row["amplitude"] is not None:
-                return [row["amplitude"], row["phase_deg"]]
+        for row in found.orders:
+            if row.order == order and row.amplitude is not None and row.phase_deg is not None:
+                return [row.amplitude, row.phase_deg]
         raise FormatError(f"order {order:g} is none of the record's")
 
 

@@ -66,6 +66,8 @@ UM: Final = Unit("_m", "_um", times=1e6)
 MM3_S: Final = Unit("_m3_s", "_mm3_s", times=1e9)
 G_MM: Final = Unit("_kg_m", "_g_mm", times=1e6)
 KG_MM2_OF_SI: Final = Unit("_kg_m2", "_kg_mm2", times=1e6)
+PERCENT: Final = Unit("", "_percent", times=100.0)
+"""Of a share, whose name ends in no unit."""
 
 Degrees = Annotated[float, DEGREES]
 Mrad = Annotated[float, MRAD]

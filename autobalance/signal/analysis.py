@@ -20,7 +20,7 @@ from autobalance.signal.rolling_bearing import RollingBearing
 from autobalance.signal.sines import Sine
 from autobalance.signal.spectra import Welch, welch
 from autobalance.signal.speed import speed_of_record
-from autobalance.signal.tacho import Pulses, pulses
+from autobalance.signal.tacho import TachoPulses, pulses
 from autobalance.signal.turning import TURN, Turning
 from autobalance.signal.windows import COSINES
 
@@ -76,7 +76,7 @@ class Speed:
     source: str | None
     turning: Turning | None
     uncertainty_rpm: float | None = None
-    pulses: Pulses | None = None
+    pulses: TachoPulses | None = None
 
     @property
     def is_steady(self) -> bool:
@@ -257,7 +257,7 @@ def _constant_speed(record: Record, speed_rpm: float, duration_s: float) -> Turn
     return Turning(np.array([0.0, duration_s]), start + np.array([0.0, TURN * speed_rpm / 60.0 * duration_s]))
 
 
-def _pulse_notes(train: Pulses, name: str) -> list[str]:
+def _pulse_notes(train: TachoPulses, name: str) -> list[str]:
     notes = []
     if train.missing:
         notes.append(

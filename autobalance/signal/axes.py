@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
+
+from autobalance.declare import NotNegative, Positive, derived
 
 ROTATING_BELOW = 0.2
 RECIPROCATING_ABOVE = 0.8
@@ -12,11 +15,13 @@ RECIPROCATING_ABOVE = 0.8
 class Circles:
     """Radii of the two circles of X + iY at an order; forward is from X to Y."""
 
-    order: float
-    forward: float
-    backward: float
+    schema_name: ClassVar[str] = "circle_figures"
 
-    @property
+    order: Positive
+    forward: NotNegative
+    backward: NotNegative
+
+    @derived
     def verdict(self) -> str:
         """Return rotating, reciprocating or mixed.
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.declare import PERCENT, UNWRITTEN, Count, NotNegative
 from autobalance.errors import FormatError
 from autobalance.signal.record import BLOCK, Channel
 from autobalance.signal.turning import TURN, Turning
@@ -25,23 +27,23 @@ PATTERN_TURNS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Pulses:
+class TachoPulses:
     """Pulses of a tacho and their faults.
 
     ``times_s`` are mended; ``smooth_s`` lack the encoder's pattern and are as smooth as the scatter allows.
     """
 
-    times_s: Array
-    smooth_s: Array
-    per_turn: int
-    found: int
-    missing: int
-    extra: int
-    jitter: float
+    times_s: Annotated[Array, UNWRITTEN]
+    smooth_s: Annotated[Array, UNWRITTEN]
+    per_turn: Annotated[int, UNWRITTEN]
+    found: Count
+    missing: Count
+    extra: Count
+    jitter: Annotated[NotNegative, PERCENT]
     """Standard deviation of the intervals' error over the interval."""
-    pattern: float
+    pattern: Annotated[NotNegative, PERCENT]
     """Standard deviation of the encoder's own pattern over the interval; 0 without one."""
-    repeats: int = 0
+    repeats: Annotated[int, UNWRITTEN] = 0
     """Number of pulses after which the missing ones recur; 0 where they do not."""
 
     def turning(self) -> Turning:
@@ -55,7 +57,7 @@ class Pulses:
         return mean_rpm * self.jitter / intervals
 
 
-def pulses(channel: Channel, per_turn: int, threshold: float | None = None) -> Pulses | str:
+def pulses(channel: Channel, per_turn: int, threshold: float | None = None) -> TachoPulses | str:
     """Return a tacho's pulses; for fewer than three a message, as the record is worth more than its orders.
 
     Parameters
@@ -198,11 +200,13 @@ def _repeats(times: Array) -> int:
     return int(np.median(steps)) if even else 0
 
 
-def _evened(times: Array, per_turn: int, count: int, missing: int, extra: int, repeats: int = 0) -> Pulses:
+def _evened(
+    times: Array, per_turn: int, count: int, missing: int, extra: int, repeats: int = 0
+) -> TachoPulses:
     """Return the pulses without the pattern of each turn, smoothed."""
     offsets, pattern = _pattern(times, per_turn)
     clean = times - offsets
-    return Pulses(
+    return TachoPulses(
         times, _smoothed(clean), per_turn, count, missing, extra, _interval_error(clean), pattern, repeats
     )
 

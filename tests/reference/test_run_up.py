@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 import autobalance as ab
 from autobalance.signal.maps import order_cuts
 from autobalance.signal.record import Channel
-from autobalance.signal.tacho import Pulses, pulses
+from autobalance.signal.tacho import TachoPulses, pulses
 from tests.jobs import BUNDLED
 from tests.signals import TURN, Array, instants, orders_of, ramp, smooth_tacho, turning
 
@@ -94,7 +94,7 @@ def test_unbalance_from_a_run_up(torque: dict[float, tuple[float, float]]) -> No
     sensor = unbalanced + orders_of(angle, torque) + 0.05 * unbalanced.std() * noise[0]
     tacho = smooth_tacho(angle) + 0.02 * noise[1]
     found = pulses(Channel("tacho", "V", RATE, tacho), 1, 0.0)
-    assert isinstance(found, Pulses)
+    assert isinstance(found, TachoPulses)
     cut = order_cuts(Channel("x", "um", RATE, sensor), found.turning(), 12.0)[1]
     response = per_g_mm(cut.speeds_rpm)
     told = (response.conj() @ cut.amplitudes) / (response.conj() @ response)

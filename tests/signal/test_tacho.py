@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from autobalance.errors import FormatError
-from autobalance.signal.tacho import Pulses, crossings_s, mend, pulses
+from autobalance.signal.tacho import TachoPulses, crossings_s, mend, pulses
 from tests.signals import TURN, channel, instants, ramp, smooth_tacho, tacho
 
 RATE = 20_000.0
 
 
-def _pulses(values: object, per_turn: int, threshold: float | None = None) -> Pulses:
+def _pulses(values: object, per_turn: int, threshold: float | None = None) -> TachoPulses:
     found = pulses(channel(np.asarray(values), RATE, "tacho"), per_turn, threshold)
-    assert isinstance(found, Pulses)
+    assert isinstance(found, TachoPulses)
     return found
 
 

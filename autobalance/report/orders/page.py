@@ -3,49 +3,50 @@
 from __future__ import annotations
 
 import base64
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from autobalance.report.orders.text import SHOWN_SHARE
+from autobalance.report.orders.text import shown_orders
 from autobalance.report.page.templates import rendered
 from autobalance.signal.analysis import Analysis
 from autobalance.signal.record import Channel
 from autobalance.signal.sines import amplitude_spectrum
 from autobalance.types import Array, Values
 
+if TYPE_CHECKING:
+    from autobalance.report.records.orders import OrdersReport, RecordAnalysis
+
 MOST_POINTS = 1 << 18
 """Most points of a curve; longer records are thinned to least and greatest of neighbours."""
 SPECTRUM_SAMPLES = 1 << 21
 
 
-def orders_page(analysis: Analysis, values: Values) -> str:
+def orders_page(analysis: Analysis, report: OrdersReport) -> str:
     """Return the whole page; it needs no other file."""
+    values = report.found
     return rendered(
         "orders.html",
-        file=values["record"]["file"],
+        file=values.record.file,
         headline=_headline(values),
-        warnings=values["warnings"],
+        warnings=values.warnings,
         channel=analysis.channel.name,
         sines=_sines(values),
         orders=_orders(values),
-        modes=[
-            (f"{each['frequency_hz']:.4f}", f"{each['damping_ratio']:.5f}")
-            for each in values["natural_modes"]
-        ],
+        modes=[(f"{each.frequency_hz:.4f}", f"{each.damping_ratio:.5f}") for each in values.natural_modes],
         bearing=_bearing(values),
-        version=values["autobalance"]["version"],
+        version=report.autobalance.version,
         curves={"record": _record_curve(analysis), "spectrum": _spectrum_curve(analysis, values)},
     )
 
 
-def _headline(values: Values) -> str:
-    speed = values["speed"]["mean_rpm"]
-    rows = [row for row in values["orders"] if row["amplitude"] is not None]
-    if speed is None or not rows:
-        peaks = values["spectrum"]["peaks"]
-        return f"{peaks[0]['frequency_hz']:.5g} Hz is the strongest sine" if peaks else "No sine stands out"
-    best = max(rows, key=lambda row: row["amplitude"])
-    return f"{speed:.5g} 1/min; order {best['order']:g} is the strongest"
+def _headline(values: RecordAnalysis) -> str:
+    speed = values.speed.mean_rpm
+    sizes = {row.order: row.amplitude for row in values.orders if row.amplitude is not None}
+    if speed is None or not sizes:
+        peaks = values.spectrum.peaks
+        return f"{peaks[0].frequency_hz:.5g} Hz is the strongest sine" if peaks else "No sine stands out"
+    return f"{speed:.5g} 1/min; order {max(sizes, key=sizes.__getitem__):g} is the strongest"
 
 
 def _encoded(values: Array) -> str:
@@ -75,7 +76,7 @@ def _extremes(channel: Channel, few: int) -> tuple[Array, Array]:
     return np.concatenate(low), np.concatenate(high)
 
 
-def _spectrum_curve(analysis: Analysis, values: Values) -> Values:
+def _spectrum_curve(analysis: Analysis, values: RecordAnalysis) -> Values:
     channel = analysis.channel
     f, size = amplitude_spectrum(
         channel.values(0, SPECTRUM_SAMPLES), channel.sample_rate_hz, analysis.question.window
@@ -84,11 +85,11 @@ def _spectrum_curve(analysis: Analysis, values: Values) -> Values:
     rows = np.pad(size, (0, -len(size) % few), "edge").reshape(-1, few)
     marks = [
         {
-            "at": peak["frequency_hz"],
-            "value": peak["amplitude"],
-            "text": f"{peak['order']:.4g}" if peak["order"] is not None else f"{peak['frequency_hz']:.5g}",
+            "at": peak.frequency_hz,
+            "value": peak.amplitude,
+            "text": f"{peak.order:.4g}" if peak.order is not None else f"{peak.frequency_hz:.5g}",
         }
-        for peak in values["spectrum"]["peaks"]
+        for peak in values.spectrum.peaks
     ]
     return {
         "low": _encoded(rows.min(axis=1)), "high": _encoded(rows.max(axis=1)), "first": 0.0,
@@ -97,36 +98,33 @@ def _spectrum_curve(analysis: Analysis, values: Values) -> Values:
     }  # fmt: skip
 
 
-def _sines(values: Values) -> list[tuple[str, ...]]:
+def _sines(values: RecordAnalysis) -> list[tuple[str, ...]]:
     return [
         (
-            f"{peak['frequency_hz']:.5f}",
-            f"{peak['amplitude']:.6g}",
-            f"{peak['phase_deg']:.2f}",
-            "" if peak["order"] is None else f"{peak['order']:.5g}",
-            "; ".join(peak["sources"] or ()),
+            f"{peak.frequency_hz:.5f}",
+            f"{peak.amplitude:.6g}",
+            f"{peak.phase_deg:.2f}",
+            "" if peak.order is None else f"{peak.order:.5g}",
+            "; ".join(peak.sources or ()),
         )
-        for peak in values["spectrum"]["peaks"]
+        for peak in values.spectrum.peaks
     ]
 
 
-def _orders(values: Values) -> list[tuple[str, ...]]:
-    known = [row for row in values["orders"] if row["amplitude"] is not None]
-    least = SHOWN_SHARE * max((row["amplitude"] for row in known), default=0.0)
+def _orders(values: RecordAnalysis) -> list[tuple[str, ...]]:
     return [
-        (f"{row['order']:g}", f"{row['amplitude']:.6g}", f"{row['phase_deg']:.2f}", "; ".join(row["sources"]))
-        for row in known
-        if row["amplitude"] >= least
+        (f"{row.order:g}", f"{row.amplitude:.6g}", f"{row.phase_deg:.2f}", "; ".join(row.sources))
+        for row in shown_orders(values.orders)
     ]
 
 
-def _bearing(values: Values) -> list[tuple[str, ...]]:
+def _bearing(values: RecordAnalysis) -> list[tuple[str, ...]]:
     return [
         (
-            each["name"],
-            f"{each['order']:.4f}",
-            f"{each['frequency_hz']:.4f}",
-            f"{each['amplitude']:.4g}" if each["found"] else "–",
+            each.name,
+            f"{each.order:.4f}",
+            f"{each.frequency_hz:.4f}",
+            f"{each.amplitude:.4g}" if each.found else "–",
         )
-        for each in (values["bearing"] or {}).get("envelope", ())
+        for each in (() if values.bearing is None else values.bearing.envelope)
     ]

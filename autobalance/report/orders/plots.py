@@ -13,10 +13,12 @@ from autobalance.signal.analysis import Analysis
 from autobalance.signal.maps import Map, OrderCut, order_cuts, order_map, waterfall
 from autobalance.signal.record import Channel
 from autobalance.signal.sines import amplitude_spectrum
-from autobalance.types import Array, Values
+from autobalance.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from autobalance.report.records.orders import RecordAnalysis
 
 Files = dict[str, Plot]
 SHOWN_SAMPLES = 1 << 21
@@ -32,7 +34,7 @@ DOTTED_LINE: dict[str, Any] = {"color": "0.5", "linestyle": ":", "linewidth": 1.
 
 
 def orders_plots(
-    analysis: Analysis, values: Values, predicted: Sequence[tuple[float | None, float]] = ()
+    analysis: Analysis, values: RecordAnalysis, predicted: Sequence[tuple[float | None, float]] = ()
 ) -> Files:
     """Return every plot that the record allows; ``predicted`` (speed, frequency) are on the waterfall."""
     unit = f" [{analysis.channel.unit}]" if analysis.channel.unit else ""
@@ -54,8 +56,8 @@ def orders_plots(
             drawn |= _cuts(strongest, label, steady=analysis.speed.is_steady)
     if analysis.envelope is not None:
         drawn["envelope"] = _envelope(analysis, values, label)
-    if values["axes"] is not None:
-        drawn["full-spectrum"] = _full_spectrum(analysis, values)
+    if values.axes is not None:
+        drawn["full-spectrum"] = _full_spectrum(analysis, values.axes.verdict)
     return drawn
 
 
@@ -85,20 +87,20 @@ def _top_hz(analysis: Analysis) -> float:
     return min(half, max(1.05 * analysis.question.max_order * fastest, 1.5 * highest))
 
 
-def _spectrum(analysis: Analysis, values: Values, label: str) -> Plot:
+def _spectrum(analysis: Analysis, values: RecordAnalysis, label: str) -> Plot:
     channel = analysis.channel
     f, size = amplitude_spectrum(
         channel.values(0, SHOWN_SAMPLES), channel.sample_rate_hz, analysis.question.window
     )
-    top = max([peak["frequency_hz"] for peak in values["spectrum"]["peaks"]] + [_top_hz(analysis)])
+    top = max([peak.frequency_hz for peak in values.spectrum.peaks] + [_top_hz(analysis)])
     shown = f <= min(1.1 * top, 0.5 * channel.sample_rate_hz)
 
     def draw(axes: Axes) -> None:
         x, y = _envelope_of(f[shown][1:], size[shown][1:])
         axes.semilogy(x, np.maximum(y, 1e-12 * size.max() + 1e-300), color="black", linewidth=0.8)
-        peaks = values["spectrum"]["peaks"]
+        peaks = values.spectrum.peaks
         axes.plot(
-            [p["frequency_hz"] for p in peaks], [p["amplitude"] for p in peaks], "o", color="0.35",
+            [p.frequency_hz for p in peaks], [p.amplitude for p in peaks], "o", color="0.35",
             fillstyle="none", label="sines, between bins too",
         )  # fmt: skip
         axes.set_xlabel("frequency [Hz]")
@@ -132,16 +134,16 @@ def _envelope_of(x: Array, y: Array) -> tuple[Array, Array]:
     return x[:kept:few], y[:kept].reshape(-1, few).max(axis=1)
 
 
-def _orders(values: Values, label: str) -> Plot:
-    rows = [row for row in values["orders"] if row["amplitude"] is not None]
+def _orders(values: RecordAnalysis, label: str) -> Plot:
+    rows = [(row, row.amplitude) for row in values.orders if row.amplitude is not None]
 
     def draw(axes: Axes) -> None:
-        at = [row["order"] for row in rows]
-        sizes = [row["amplitude"] for row in rows]
+        at = [row.order for row, _ in rows]
+        sizes = [amplitude for _, amplitude in rows]
         axes.bar(
             at, sizes, 0.35, color=["0.2" if order % 1.0 == 0.0 else "0.7" for order in at], edgecolor="black"
         )
-        errors = [(row["order"], row["amplitude"], row["uncertainty"]) for row in rows if row["uncertainty"]]
+        errors = [(row.order, amplitude, row.uncertainty) for row, amplitude in rows if row.uncertainty]
         if errors:
             x, y, off = zip(*errors, strict=True)
             axes.errorbar(x, y, off, fmt="none", color="black", capsize=3.0, label="± from turn to turn")
@@ -168,7 +170,7 @@ def _waterfall(
     fall: Map,
     label: str,
     analysis: Analysis,
-    values: Values,
+    values: RecordAnalysis,
     predicted: Sequence[tuple[float | None, float]],
 ) -> Plot:
     rising = fall.speeds_rpm is not None and not analysis.speed.is_steady
@@ -179,18 +181,18 @@ def _waterfall(
         place = np.argsort(over, kind="stable")
         _colours(axes, fall.columns, over[place], fall.amplitudes[place], label)
         axes.set_xlabel("frequency [Hz]")
-        for mode in values["natural_modes"]:
-            axes.axvline(mode["frequency_hz"], **DOTTED_LINE, label=f"natural {mode['frequency_hz']:.4g} Hz")
+        for mode in values.natural_modes:
+            axes.axvline(mode.frequency_hz, **DOTTED_LINE, label=f"natural {mode.frequency_hz:.4g} Hz")
         _predictions(axes, predicted, fall, rising=rising)
         if rising:
-            strong = sorted(
-                (r for r in values["orders"] if r["amplitude"]), key=lambda row: -row["amplitude"]
-            )
-            strong = [row for row in strong[:CUTS] if row["amplitude"] > SHOWN_SHARE * strong[0]["amplitude"]]
+            sizes = {row.order: row.amplitude for row in values.orders if row.amplitude}
+            strong = sorted(sizes, key=lambda order: -sizes[order])[:CUTS]
             ends = np.array([over.min(), over.max()])
-            for row in strong:
-                axes.plot(row["order"] * ends / 60.0, ends, color="0.4", linestyle="--", linewidth=0.8)
-                axes.annotate(f"{row['order']:g}", (row["order"] * ends[1] / 60.0, ends[1]), fontsize="small")
+            for order in strong:
+                if sizes[order] <= SHOWN_SHARE * sizes[strong[0]]:
+                    continue
+                axes.plot(order * ends / 60.0, ends, color="0.4", linestyle="--", linewidth=0.8)
+                axes.annotate(f"{order:g}", (order * ends[1] / 60.0, ends[1]), fontsize="small")
         axes.set_xlim(0.0, float(fall.columns[-1]))
 
     return drawn("Waterfall" + (f" of {label}"), "speed [1/min]" if rising else "time [s]", draw)
@@ -264,33 +266,31 @@ def _cuts(cuts: list[OrderCut], label: str, *, steady: bool) -> Files:
     }
 
 
-def _envelope(analysis: Analysis, values: Values, label: str) -> Plot:
+def _envelope(analysis: Analysis, values: RecordAnalysis, label: str) -> Plot:
     envelope = analysis.envelope
     if envelope is None:
         raise ValueError("there is no envelope")
     channel = Channel("envelope", analysis.channel.unit, envelope.sample_rate_hz, envelope.values)
     f, size = amplitude_spectrum(channel.values() - channel.values().mean(), channel.sample_rate_hz)
-    marks = [] if values["bearing"] is None else values["bearing"]["envelope"]
-    top = 3.0 * max([mark["frequency_hz"] for mark in marks], default=channel.sample_rate_hz / 20.0)
+    marks = () if values.bearing is None else values.bearing.envelope
+    top = 3.0 * max([mark.frequency_hz for mark in marks], default=channel.sample_rate_hz / 20.0)
 
     def draw(axes: Axes) -> None:
         shown = f <= min(top, 0.5 * channel.sample_rate_hz)
         axes.plot(*_envelope_of(f[shown], size[shown]), color="black", linewidth=0.8)
         for number, mark in enumerate(marks):
             style: dict[str, Any] = {
-                "color": "0.3" if mark["found"] else "0.7",
+                "color": "0.3" if mark.found else "0.7",
                 "linestyle": ("--", ":", "-.")[number % 3],
             }
-            axes.axvline(
-                mark["frequency_hz"], label=f"{mark['name']} {mark['order']:.4g}", linewidth=1.0, **style
-            )
+            axes.axvline(mark.frequency_hz, label=f"{mark.name} {mark.order:.4g}", linewidth=1.0, **style)
         axes.set_xlabel("frequency [Hz]")
 
     low, high = envelope.band_hz
     return drawn(f"Envelope of {low:g} to {high:g} Hz", label, draw)
 
 
-def _full_spectrum(analysis: Analysis, values: Values) -> Plot:
+def _full_spectrum(analysis: Analysis, verdict: str) -> Plot:
     """Return the orders of X + iY with and against the shaft, the verdict in the title."""
     from autobalance.signal.order_lines import order_lines
 
@@ -309,6 +309,4 @@ def _full_spectrum(analysis: Analysis, values: Values) -> Plot:
         axes.set_xlabel("order of the crank speed [-]")
 
     unit = f" [{analysis.channel.unit}]" if analysis.channel.unit else ""
-    return drawn(
-        f"Full spectrum: order 1 is {values['axes']['verdict']}", f"radius of the circle{unit}", draw
-    )
+    return drawn(f"Full spectrum: order 1 is {verdict}", f"radius of the circle{unit}", draw)

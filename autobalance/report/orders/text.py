@@ -2,135 +2,139 @@
 
 from __future__ import annotations
 
-from autobalance.types import Values
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from autobalance.report.records.orders import BearingFigures, RecordAnalysis, TurningSpeed
+    from autobalance.signal.axes import Circles
+    from autobalance.signal.explained import ComparedOrder, OrderFigures
+    from autobalance.signal.levels import Band
 
 SHOWN_PEAKS = 10
 SHOWN_SHARE = 0.01
 """Orders below this share of the greatest are left out of the summary; the JSON lists every one."""
 
 
-def orders_text(values: Values) -> str:
-    parts = [_record(values), _speed(values["speed"]), _peaks(values), _orders(values), _modes(values)]
-    parts += [_crossings(values), _bearing(values["bearing"]), _axes(values["axes"]), _bands(values["bands"])]
-    parts.append(_comparison(values["comparison"]))
+def orders_text(values: RecordAnalysis) -> str:
+    parts = [_record(values), _speed(values.speed), _peaks(values), _orders(values), _modes(values)]
+    parts += [_crossings(values), _bearing(values.bearing), _axes(values.axes), _bands(values.bands)]
+    parts.append(_comparison(values.comparison))
     return "\n\n".join("\n".join(lines) for lines in parts if lines)
 
 
-def _record(values: Values) -> list[str]:
-    record = values["record"]
-    lines = [f"{record['file']} ({record['format']}), {record['duration_s']:.6g} s"]
-    for each in record["channels"]:
-        unit = f" [{each['unit']}]" if each["unit"] else ""
-        mark = "  <- this one" if each["name"] == values["channel"] else ""
-        lines.append(
-            f"  {each['name']}{unit}, {each['samples']} samples at {each['sample_rate_hz']:.8g} Hz{mark}"
-        )
+def _record(values: RecordAnalysis) -> list[str]:
+    record = values.record
+    lines = [f"{record.file} ({record.format}), {record.duration_s:.6g} s"]
+    for each in record.channels:
+        unit = f" [{each.unit}]" if each.unit else ""
+        mark = "  <- this one" if each.name == values.channel else ""
+        lines.append(f"  {each.name}{unit}, {each.samples} samples at {each.sample_rate_hz:.8g} Hz{mark}")
     return lines
 
 
-def _speed(speed: Values) -> list[str]:
-    if speed["mean_rpm"] is None:
+def _speed(speed: TurningSpeed) -> list[str]:
+    if speed.mean_rpm is None:
         return []
-    doubt = "" if speed["uncertainty_rpm"] is None else f" ± {speed['uncertainty_rpm']:.2g}"
-    line = f"speed ({speed['source']})  mean {speed['mean_rpm']:.6g}{doubt} 1/min"
-    if speed["greatest_rpm"] > 1.00001 * speed["least_rpm"]:
-        line += f", from {speed['least_rpm']:.6g} to {speed['greatest_rpm']:.6g}"
-    pulses = speed["pulses"]
+    doubt = "" if speed.uncertainty_rpm is None else f" ± {speed.uncertainty_rpm:.2g}"
+    line = f"speed ({speed.source})  mean {speed.mean_rpm:.6g}{doubt} 1/min"
+    least, greatest = speed.least_rpm, speed.greatest_rpm
+    if least is not None and greatest is not None and greatest > 1.00001 * least:
+        line += f", from {least:.6g} to {greatest:.6g}"
+    pulses = speed.pulses
     if pulses is None:
         return [line]
     return [
         line,
-        f"  {pulses['found']} pulses, {pulses['missing']} missing, {pulses['extra']} too many, "
-        f"jitter {pulses['jitter_percent']:.2g} %",
+        f"  {pulses.found} pulses, {pulses.missing} missing, {pulses.extra} too many, "
+        f"jitter {100.0 * pulses.jitter:.2g} %",
     ]
 
 
-def _peaks(values: Values) -> list[str]:
-    peaks = values["spectrum"]["peaks"]
+def _peaks(values: RecordAnalysis) -> list[str]:
+    peaks = values.spectrum.peaks
     if not peaks:
         return ["no sine stands out of the spectrum"]
     lines = ["frequency [Hz]    amplitude   phase [°]   order"]
     for peak in peaks[:SHOWN_PEAKS]:
-        order = "" if peak["order"] is None else f"{peak['order']:.4g}"
-        lines.append(
-            f"{peak['frequency_hz']:14.5f} {peak['amplitude']:12.6g} {peak['phase_deg']:11.2f}   {order}"
-        )
+        order = "" if peak.order is None else f"{peak.order:.4g}"
+        lines.append(f"{peak.frequency_hz:14.5f} {peak.amplitude:12.6g} {peak.phase_deg:11.2f}   {order}")
     if len(peaks) > SHOWN_PEAKS:
         lines.append(f"and {len(peaks) - SHOWN_PEAKS} more in the JSON")
     return lines
 
 
-def _orders(values: Values) -> list[str]:
-    rows = [row for row in values["orders"] if row["amplitude"] is not None]
+def _orders(values: RecordAnalysis) -> list[str]:
+    rows = shown_orders(values.orders)
     if not rows:
         return []
-    least = SHOWN_SHARE * max(row["amplitude"] for row in rows)
     lines = ["order    amplitude   phase [°]   may be"]
     for row in rows:
-        if row["amplitude"] >= least:
-            first, *others = row["sources"]
-            lines.append(f"{row['order']:5g} {row['amplitude']:12.6g} {row['phase_deg']:11.2f}   {first}")
-            lines += [" " * 33 + other for other in others]
+        first, *others = row.sources
+        lines.append(f"{row.order:5g} {row.amplitude:12.6g} {row.phase_deg:11.2f}   {first}")
+        lines += [" " * 33 + other for other in others]
     return lines
 
 
-def _modes(values: Values) -> list[str]:
-    if not values["natural_modes"]:
+def shown_orders(orders: Sequence[OrderFigures]) -> list[OrderFigures]:
+    """Return the orders that are known and no less than ``SHOWN_SHARE`` of the greatest."""
+    known = [(row, row.amplitude) for row in orders if row.amplitude is not None]
+    least = SHOWN_SHARE * max((amplitude for _, amplitude in known), default=0.0)
+    return [row for row, amplitude in known if amplitude >= least]
+
+
+def _modes(values: RecordAnalysis) -> list[str]:
+    if not values.natural_modes:
         return []
     lines = ["natural frequency [Hz]   damping ratio"]
-    return lines + [
-        f"{each['frequency_hz']:22.4f} {each['damping_ratio']:15.5f}" for each in values["natural_modes"]
-    ]
+    return lines + [f"{each.frequency_hz:22.4f} {each.damping_ratio:15.5f}" for each in values.natural_modes]
 
 
-def _crossings(values: Values) -> list[str]:
-    if not values["crossings"]:
+def _crossings(values: RecordAnalysis) -> list[str]:
+    if not values.crossings:
         return []
     lines = ["crossings: frequency [Hz] at order: speed [1/min]"]
-    frequencies = sorted({each["frequency_hz"] for each in values["crossings"]})
+    frequencies = sorted({each.frequency_hz for each in values.crossings})
     for f in frequencies:
-        causes = [
-            f"{c['order']:g}: {c['speed_rpm']:.0f}" for c in values["crossings"] if c["frequency_hz"] == f
-        ]
+        causes = [f"{c.order:g}: {c.speed_rpm:.0f}" for c in values.crossings if c.frequency_hz == f]
         lines.append(f"{f:10.4g}  " + ", ".join(causes))
     return lines
 
 
-def _bearing(bearing: Values | None) -> list[str]:
+def _bearing(bearing: BearingFigures | None) -> list[str]:
     if bearing is None:
         return []
     lines = ["bearing        order   frequency [Hz]   in the envelope"]
-    for each in bearing["envelope"]:
-        seen = f"{each['amplitude']:.4g}" if each["found"] else "nothing"
-        lines.append(f"{each['name']:12s} {each['order']:7.4f} {each['frequency_hz']:16.4f}   {seen}")
+    for each in bearing.envelope:
+        seen = f"{each.amplitude:.4g}" if each.found else "nothing"
+        lines.append(f"{each.name:12s} {each.order:7.4f} {each.frequency_hz:16.4f}   {seen}")
     return lines
 
 
-def _axes(axes: Values | None) -> list[str]:
+def _axes(axes: Circles | None) -> list[str]:
     if axes is None:
         return []
     return [
-        f"order {axes['order']:g} in the plane: forward {axes['forward']:.5g}, "
-        f"backward {axes['backward']:.5g}: {axes['verdict']}"
+        f"order {axes.order:g} in the plane: forward {axes.forward:.5g}, "
+        f"backward {axes.backward:.5g}: {axes.verdict}"
     ]
 
 
-def _bands(bands: list[Values]) -> list[str]:
+def _bands(bands: Sequence[Band]) -> list[str]:
     return [
-        f"RMS {each['low_hz']:g} to {each['high_hz']:g} Hz  "
-        f"{each['quantity']} {each['rms']:.4g} {each['unit']}"
+        f"RMS {each.low_hz:g} to {each.high_hz:g} Hz  {each.quantity} {each.rms:.4g} {each.unit}"
         for each in bands
     ]
 
 
-def _comparison(rows: list[Values] | None) -> list[str]:
+def _comparison(rows: Sequence[ComparedOrder] | None) -> list[str]:
     if not rows:
         return []
     lines = ["order            a            b        a/b"]
     for row in rows:
-        ratio = "" if row["ratio"] is None else f"{row['ratio']:10.4f}"
-        if row["absent"]:
-            ratio = f"absent in {' and '.join(row['absent'])}"
-        doubt = "" if row["uncertainty"] is None else f" ± {row['uncertainty']:.2g}"
-        lines.append(f"{row['order']:5g} {row['a']:12.5g} {row['b']:12.5g} {ratio}{doubt}")
+        ratio = "" if row.ratio is None else f"{row.ratio:10.4f}"
+        if row.absent:
+            ratio = f"absent in {' and '.join(row.absent)}"
+        doubt = "" if row.uncertainty is None else f" ± {row.uncertainty:.2g}"
+        lines.append(f"{row.order:5g} {row.a:12.5g} {row.b:12.5g} {ratio}{doubt}")
     return lines

@@ -7,11 +7,9 @@ import numpy as np
 from autobalance.report.records.orders import (
     BearingFigures,
     ChannelFigures,
-    CircleFigures,
     RecordAnalysis,
     RecordFigures,
     Spectrum,
-    TachoPulses,
     TurningSpeed,
 )
 from autobalance.signal.analysis import Analysis
@@ -31,7 +29,7 @@ def orders_values(analysis: Analysis, explained: Explained, other: Analysis | No
         natural_modes=analysis.modes,
         crossings=analysis.crossings,
         bearing=_bearing(analysis),
-        axes=_axes(analysis),
+        axes=analysis.circles,
         bands=explained.bands,
         comparison=explained.comparison,
         record_b=None if other is None else record_values(other),
@@ -66,22 +64,13 @@ def _speed(analysis: Analysis) -> TurningSpeed:
     mean = None if turning is None else turning.mean_rpm
     if analysis.question.speed_rpm is not None:  # as it was given, without the rounding of an angle
         mean, speeds = analysis.question.speed_rpm, np.array([analysis.question.speed_rpm])
-    pulses = speed.pulses
     return TurningSpeed(
         source=speed.source,
         mean_rpm=mean,
         least_rpm=None if speeds is None else float(speeds.min()),
         greatest_rpm=None if speeds is None else float(speeds.max()),
         uncertainty_rpm=finite(speed.uncertainty_rpm),
-        pulses=None
-        if pulses is None
-        else TachoPulses(
-            found=pulses.found,
-            missing=pulses.missing,
-            extra=pulses.extra,
-            jitter_percent=100.0 * pulses.jitter,
-            pattern_percent=100.0 * pulses.pattern,
-        ),
+        pulses=speed.pulses,
     )
 
 
@@ -105,13 +94,6 @@ def _bearing(analysis: Analysis) -> BearingFigures | None:
         band_hz=None if analysis.envelope is None else list(analysis.envelope.band_hz),
         envelope=analysis.defects or (),
     )
-
-
-def _axes(analysis: Analysis) -> CircleFigures | None:
-    if analysis.circles is None:
-        return None
-    each = analysis.circles
-    return CircleFigures(order=each.order, forward=each.forward, backward=each.backward, verdict=each.verdict)
 
 
 def psd_csv(analysis: Analysis) -> bytes:

@@ -7,11 +7,13 @@ from typing import Annotated, Literal
 
 from autobalance.declare import ABSENT, INLINE, Absent, Count, NotNegative, Ordinal, Pair, Positive, record
 from autobalance.report.records.head import Head
+from autobalance.signal.axes import Circles
 from autobalance.signal.bearing import Defect
 from autobalance.signal.crossings import Crossing
 from autobalance.signal.explained import ComparedOrder, OrderFigures, Peak
 from autobalance.signal.levels import Band
 from autobalance.signal.modes import Mode
+from autobalance.signal.tacho import TachoPulses
 
 
 @record
@@ -33,17 +35,6 @@ class RecordFigures:
     format: str
     duration_s: NotNegative
     channels: Sequence[ChannelFigures]
-
-
-@record
-class TachoPulses:
-    """Oddities of a tacho's pulses."""
-
-    found: Count
-    missing: Count
-    extra: Count
-    jitter_percent: NotNegative
-    pattern_percent: NotNegative
 
 
 @record
@@ -83,16 +74,6 @@ class BearingFigures:
 
 
 @record
-class CircleFigures:
-    """The two circles of an order in two directions."""
-
-    order: Positive
-    forward: NotNegative
-    backward: NotNegative
-    verdict: str
-
-
-@record
 class RecordAnalysis:
     """Results of the analysis of a record."""
 
@@ -105,7 +86,7 @@ class RecordAnalysis:
     natural_modes: Sequence[Mode]
     crossings: Sequence[Crossing]
     bearing: BearingFigures | None
-    axes: CircleFigures | None
+    axes: Circles | None
     bands: Sequence[Band]
     comparison: Sequence[ComparedOrder] | None
     record_b: RecordFigures | None
