@@ -13,33 +13,17 @@ import numpy as np
 from autobalance.api.crank import Crank, read_crank
 from autobalance.api.result import VerbResult
 from autobalance.dynamics.balancing_procedures import advice
-from autobalance.dynamics.critical_speeds import CriticalSpeed, critical_speeds
-from autobalance.dynamics.modal_balancing import modal_correction
+from autobalance.dynamics.critical_speeds import Criticals, critical_speeds
+from autobalance.dynamics.modal_balancing import AddedUnbalance, modal_correction
 from autobalance.dynamics.rotor_preparation import PreparedRotor, prepared
-from autobalance.dynamics.run_up import run_up
-from autobalance.dynamics.stiffness_map import undamped_map
+from autobalance.dynamics.run_up import RunUpMotion, run_up
+from autobalance.dynamics.stiffness_map import StiffnessRow, undamped_map
 from autobalance.dynamics.unbalance_response import sag, unbalance_response
-from autobalance.dynamics.whirl_modes import modes_at, refined
+from autobalance.dynamics.whirl_modes import campbell, modes_at, refined
 from autobalance.errors import JobError, UsageError
 from autobalance.job.files.rotor import RotorRequest, read_rotor
 from autobalance.report.plot_files import Plots
-from autobalance.report.records.rotor import (
-    AddedUnbalance,
-    BalancingAdvice,
-    CampbellRow,
-    Criticals,
-    EquivalentShaft,
-    RotorMass,
-    RotorReport,
-    RunUp,
-    ShapedMode,
-    Static,
-    StiffnessRow,
-    ThrowStiffness,
-    added_unbalances,
-    responses,
-    run_ups,
-)
+from autobalance.report.records.rotor import RotorReport
 from autobalance.solid.formats.table import endings
 from autobalance.units import STEEL_KG_M3
 
@@ -56,17 +40,19 @@ SPEED_MULTIPLE = 10.0
 class RotorResult(VerbResult):
     """Result of ``rotor``."""
 
+    content: RotorReport
+
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people."""
         from autobalance.report.rotor.rotor_text import rotor_text
 
-        return rotor_text(self.report)
+        return rotor_text(self.content)
 
     def plots(self) -> Plots:
         """Return Campbell diagram, shapes, response and, where they were asked for, map and run-up."""
         from autobalance.report.rotor.rotor_plots import rotor_plots
 
-        return Plots(rotor_plots(self.report))
+        return Plots(rotor_plots(self.content))
 
 
 def rotor(
@@ -125,7 +111,7 @@ def rotor(
 
 def _of_crank(crank: Crank, speed_rpm: float | None, bearing_n_m: float | None) -> RotorResult:
     """Compute the straight rotor in a crank's place."""
-    from autobalance.machine_models.rotor_from_crank import MEANING, N_M2_PER_N_MM2, straight_rotor
+    from autobalance.machine_models.rotor_from_crank import straight_rotor
 
     if bearing_n_m is not None and not 0.0 <= bearing_n_m < math.inf:
         raise UsageError(f"--bearing is {bearing_n_m:g}; must be ≥ 0")
@@ -133,20 +119,8 @@ def _of_crank(crank: Crank, speed_rpm: float | None, bearing_n_m: float | None) 
         raise UsageError(f"--speed-rpm is {speed_rpm:g}; must be ≥ 0")
     straight = straight_rotor(crank.measured, SPEED_RPM if speed_rpm is None else speed_rpm, bearing_n_m)
     result = analysed(read_rotor(straight.file))
-    equivalent = EquivalentShaft(
-        worth=MEANING,
-        z_of_start_mm=straight.z_of_start_mm,
-        throws=[
-            ThrowStiffness(
-                number=number,
-                in_plane_N_m2=N_M2_PER_N_MM2 * each.in_plane_n_mm2,
-                across_N_m2=N_M2_PER_N_MM2 * each.across_n_mm2,
-                used_N_m2=N_M2_PER_N_MM2 * each.mean_n_mm2,
-            )
-            for number, each in enumerate(straight.throws, 1)
-        ],
-    )
-    return RotorResult(replace(result.content, equivalent=equivalent, notes=[MEANING]))
+    content = replace(result.content, equivalent=straight.equivalent, notes=[straight.equivalent.worth])
+    return RotorResult(content)
 
 
 def analysed(request: RotorRequest) -> RotorResult:
@@ -163,19 +137,14 @@ def analysed(request: RotorRequest) -> RotorResult:
     return RotorResult(
         RotorReport(
             input=request.filled,
-            mass=RotorMass.of(ready),
+            mass=ready.mass,
             criticals=Criticals.of(criticals),
-            modes=[ShapedMode.of(ready, each) for each in listed],
-            campbell=[
-                CampbellRow.of(float(speed), modes_at(ready.reduced, float(speed), request.max_modes))
-                for speed in speeds
-            ],
-            response=responses(
-                request.probes_m, unbalance_response(ready.matrices, speeds, request.probes_m)
-            ),
-            static=Static.of(request.rotor, sag(ready.matrices, float(speeds[0]))),
+            modes=[each.shaped(ready.matrices) for each in listed],
+            campbell=campbell(ready.reduced, speeds, request.max_modes),
+            response=unbalance_response(ready.matrices, speeds, request.probes_m),
+            static=sag(ready.matrices, lowest),
             balancing=_balanced(request, ready),
-            advice=BalancingAdvice.of(advice(float(speeds[-1]), criticals)),
+            advice=advice(float(speeds[-1]), criticals),
             stiffness_map=_mapped(request, request.rotor, upper),
             run_up=_run(request, ready),
         )
@@ -191,7 +160,7 @@ def _balanced(request: RotorRequest, ready: PreparedRotor) -> list[AddedUnbalanc
         added = modal_correction(ready.reduced, balancing.planes_m, balancing.modes, balancing.rigid, there)
     except ValueError as error:
         raise JobError(f"balancing: {error}") from None
-    return added_unbalances(balancing.planes_m, added)
+    return [AddedUnbalance.of(z, complex(each)) for z, each in zip(balancing.planes_m, added, strict=True)]
 
 
 def _mapped(request: RotorRequest, rotor_now: BeamRotor, upper_rad_s: float) -> list[StiffnessRow]:
@@ -199,18 +168,13 @@ def _mapped(request: RotorRequest, rotor_now: BeamRotor, upper_rad_s: float) -> 
     if stiffness_map is None:
         return []
     stiffness = np.geomspace(*stiffness_map.k_n_m, stiffness_map.points)
-    rows: list[list[CriticalSpeed]] = undamped_map(rotor_now, stiffness, upper_rad_s, request.max_modes)
-    return [
-        StiffnessRow(k_n_m=float(k), criticals=Criticals.of(row))
-        for k, row in zip(stiffness, rows, strict=True)
-    ]
+    return undamped_map(rotor_now, stiffness, upper_rad_s, request.max_modes)
 
 
-def _run(request: RotorRequest, ready: PreparedRotor) -> list[RunUp]:
+def _run(request: RotorRequest, ready: PreparedRotor) -> list[RunUpMotion]:
     stated = request.run_up
     if stated is None:
         return []
-    motion = run_up(
+    return run_up(
         ready.reduced, stated.from_rad_s, stated.to_rad_s, stated.time_s, request.probes_m, stated.points
     )
-    return run_ups(request.probes_m, motion)

@@ -70,6 +70,8 @@ PERCENT: Final = Unit("", "_percent", times=100.0)
 """Of a share, whose name ends in no unit."""
 
 Degrees = Annotated[float, DEGREES]
+Mm = Annotated[float, MM]
+Um = Annotated[float, UM]
 Mrad = Annotated[float, MRAD]
 Rpm = Annotated[float, RPM]
 Hertz = Annotated[float, HERTZ]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
+from autobalance.declare import Count
 from autobalance.dynamics.critical_speeds import CriticalSpeed
 
 RIGID_BELOW = 0.7
@@ -33,16 +35,17 @@ PROCEDURES = (
 
 
 @dataclass(frozen=True)
-class Advice:
-    """Consequences for balancing of a service speed relative to the critical speeds."""
+class BalancingAdvice:
+    """The balancing procedures that fit the service speed."""
 
     behaviour: str
-    procedures: tuple[Procedure, ...]
-    planes: int
     reason: str
+    planes: Count
+    standard: Literal["ISO 21940-12"]
+    procedures: tuple[Procedure, ...]
 
 
-def advice(service_speed_rad_s: float, criticals: Sequence[CriticalSpeed]) -> Advice:
+def advice(service_speed_rad_s: float, criticals: Sequence[CriticalSpeed]) -> BalancingAdvice:
     """Return the procedures that fit a service speed, and the planes of modal balancing (N + 2).
 
     Only critical speeds driven by unbalance count: those of forward whirl or of motion in a plane.
@@ -52,18 +55,19 @@ def advice(service_speed_rad_s: float, criticals: Sequence[CriticalSpeed]) -> Ad
         reason = f"the service speed is at most {100 * RIGID_BELOW:.0f} % of the first critical speed"
         if not driven:
             reason = "no critical speed that unbalance drives was found"
-        return Advice("rigid", _named("AB"), 2, reason)
+        return _advice("rigid", reason, 2, "AB")
     passed = sum(1 for each in driven if each <= service_speed_rad_s)
     near = max(1, passed)
     planes = near + 2
     if not passed:
         reason = "the service speed is near the first critical speed, below it"
-        return Advice("flexible, one mode", _named("CDEFH"), planes, reason)
+        return _advice("flexible, one mode", reason, planes, "CDEFH")
     reason = (
         f"the rotor passes {passed} critical speed{'s' if passed > 1 else ''} on its way to service speed"
     )
-    return Advice("flexible", _named("G" if passed > 1 else "FG"), planes, reason)
+    return _advice("flexible", reason, planes, "G" if passed > 1 else "FG")
 
 
-def _named(letters: str) -> tuple[Procedure, ...]:
-    return tuple(each for each in PROCEDURES if each.letter in letters)
+def _advice(behaviour: str, reason: str, planes: int, letters: str) -> BalancingAdvice:
+    procedures = tuple(each for each in PROCEDURES if each.letter in letters)
+    return BalancingAdvice(behaviour, reason, planes, "ISO 21940-12", procedures)

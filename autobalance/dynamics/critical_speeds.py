@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar, Self
 
 import numpy as np
 from scipy import sparse
 from scipy.optimize import brentq
 from scipy.sparse.linalg import splu
 
+from autobalance.declare import Rpm, record
 from autobalance.dynamics.rotor_matrices import Sparse
 from autobalance.dynamics.rotor_preparation import KEPT_FREQUENCIES, SPARE_MODES, PreparedRotor
 from autobalance.dynamics.rotor_reduction import ReducedRotor, reduced_rotor
@@ -34,9 +37,22 @@ SECANT_STEPS = 4
 class CriticalSpeed:
     """A speed that excites a mode by its own unbalance, with the mode's whirl and decrement there."""
 
-    speed_rad_s: float
+    schema_name: ClassVar[str] = "Critical"
+    speed_rad_s: Rpm
     whirl: Whirl
     log_decrement: float
+
+
+@record
+class Criticals:
+    """Critical speeds, bare and with whirl and decrement."""
+
+    critical_speeds_rad_s: Sequence[Rpm]
+    criticals: Sequence[CriticalSpeed]
+
+    @classmethod
+    def of(cls, criticals: Sequence[CriticalSpeed]) -> Self:
+        return cls(critical_speeds_rad_s=[each.speed_rad_s for each in criticals], criticals=criticals)
 
 
 def critical_speeds(prepared: PreparedRotor, upper_rad_s: float) -> list[CriticalSpeed]:

@@ -15,15 +15,31 @@ References
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Annotated, Self
 
 import numpy as np
 
+from autobalance.declare import G_MM, Degrees, Mm, Named, NotNegative, record
 from autobalance.dynamics.critical_speeds import EQUAL_SPEED_SHARE
+from autobalance.dynamics.phasors import phase_rad, place_m
 from autobalance.dynamics.rotor_reduction import ReducedRotor
 from autobalance.types import Array, Complex
 
 MIN_SINGULAR_VALUE_RATIO = 1e-9
 """Least over greatest singular value below which the planes cannot balance the modes."""
+
+
+@record
+class AddedUnbalance:
+    """The unbalance to add in a plane."""
+
+    z_m: Mm
+    kg_m: Annotated[NotNegative, G_MM, Named("g_mm")]
+    angle_rad: Degrees
+
+    @classmethod
+    def of(cls, z_m: float, phasor_kg_m: complex) -> Self:
+        return cls(z_m=place_m(z_m), kg_m=abs(phasor_kg_m), angle_rad=phase_rad(phasor_kg_m))
 
 
 def modal_shapes(reduced: ReducedRotor, count: int) -> tuple[Array, Complex]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalance.declare import Count, Mm, Ordinal, Positive, record
 from autobalance.dynamics.beam_rotor import BeamRotor
 from autobalance.dynamics.rotor_matrices import RotorMatrices, rotor_matrices
 from autobalance.dynamics.rotor_mesh import REFINED_DEGREE, mesh_of, wave_number_per_m
@@ -27,6 +28,16 @@ SPARE_MODES = 2
 TRIES = 5
 
 
+@record
+class RotorMass:
+    """Mass, its centre, and how the rotor was divided."""
+
+    mass_kg: Positive
+    centre_of_mass_m: Mm
+    elements: Ordinal
+    rigid_body_modes: Count
+
+
 @dataclass(frozen=True, eq=False)
 class PreparedRotor:
     """A rotor ready for analysis: whole matrices for loads, reduced ones for modes."""
@@ -42,6 +53,16 @@ class PreparedRotor:
     @property
     def elements(self) -> int:
         return len(self.matrices.nodes_m) - 1
+
+    @property
+    def mass(self) -> RotorMass:
+        mass, moment = self.rotor.mass_and_moment()
+        return RotorMass(
+            mass_kg=mass,
+            centre_of_mass_m=moment / mass,
+            elements=self.elements,
+            rigid_body_modes=self.reduced.rigid_body_modes,
+        )
 
 
 def prepared(

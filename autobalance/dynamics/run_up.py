@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Annotated, ClassVar
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from autobalance.declare import UM, Mm, NotNegative, Rpm, Um, record
+from autobalance.dynamics.phasors import place_m
 from autobalance.dynamics.rotor_reduction import ReducedRotor
 from autobalance.types import Array, Complex
 
@@ -18,19 +21,27 @@ STIFF_FREQUENCY_RATIO = 10.0
 """Ratio of the highest frequency to the highest speed above which implicit steps are cheaper."""
 
 
-@dataclass(frozen=True, eq=False)
-class Motion:
-    """Displacements (times, places) during a change of speed, and the greatest of the whole run.
+@record
+class RunUpInstant:
+    """The motion of a probe at an instant."""
 
-    ``greatest_m`` and ``greatest_at_s`` (places,) are sought on all steps of the integration.
-    """
+    schema_name: ClassVar[str] = "RunUpPoint"
+    time_s: NotNegative
+    speed_rad_s: Rpm
+    x_m: Um
+    y_m: Um
 
-    time_s: Array
-    speed_rad_s: Array
-    x_m: Array
-    y_m: Array
-    greatest_m: Array
-    greatest_at_s: Array
+
+@record
+class RunUpMotion:
+    """The motion of a probe while the speed changes, and its greatest on all steps of the integration."""
+
+    schema_name: ClassVar[str] = "RunUp"
+    z_m: Mm
+    greatest_m: Annotated[NotNegative, UM]
+    at_s: NotNegative
+    at_rad_s: Rpm
+    points: Sequence[RunUpInstant]
 
 
 def run_up(
@@ -40,8 +51,8 @@ def run_up(
     duration_s: float,
     places_m: Sequence[float],
     points: int = 2001,
-) -> Motion:
-    """Return a rotor's motion at constant angular acceleration.
+) -> list[RunUpMotion]:
+    """Return a rotor's motion at constant angular acceleration, at each place.
 
     M q̈ + (C + ΩG) q̇ + (K + Ω̇G) q = Re[(Ω² − iΩ̇) u exp(iθ)], from the steady motion at the first speed.
 
@@ -102,15 +113,19 @@ def run_up(
     fine = np.append((solution.t[:-1, None] + np.diff(solution.t)[:, None] * steps).ravel(), duration_s)
     seen = solution.sol(fine)[:size]
     radius = np.hypot(look @ seen[0::2], look @ seen[1::2])
-    at = radius.argmax(axis=1)
-    return Motion(
-        times,
-        start_rad_s + acceleration * times,
-        (look @ states[0::2]).T,
-        (look @ states[1::2]).T,
-        radius[np.arange(len(at)), at],
-        fine[at],
-    )
+    return [
+        RunUpMotion(
+            z_m=place_m(z),
+            greatest_m=float(far.max()),
+            at_s=float(fine[far.argmax()]),
+            at_rad_s=speed_at(float(fine[far.argmax()])),
+            points=[
+                RunUpInstant(time_s=float(t), speed_rad_s=speed_at(float(t)), x_m=float(x), y_m=float(y))
+                for t, x, y in zip(times, row @ states[0::2], row @ states[1::2], strict=True)
+            ],
+        )
+        for z, row, far in zip(places_m, look, radius, strict=True)
+    ]
 
 
 def _lowest(reduced: ReducedRotor, keep_rad_s: float) -> ReducedRotor:

@@ -3,35 +3,65 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Annotated, Self
 
 import numpy as np
 from scipy import sparse
 from scipy.linalg import LinAlgError, solve_banded
 from scipy.sparse.linalg import splu
 
+from autobalance.declare import UM, Degrees, Mm, Newtons, NotNegative, Rpm, Um, record
+from autobalance.dynamics.phasors import phase_rad, place_m
 from autobalance.dynamics.rotor_matrices import RotorMatrices
 from autobalance.dynamics.rotor_reduction import rigid_body_modes
 from autobalance.types import Array, Complex
 
 
-@dataclass(frozen=True, eq=False)
-class Orbits:
-    """Steady orbits: x = Re(``x_m`` exp iΩt), likewise y; arrays (speeds, places)."""
+@record
+class OrbitPoint:
+    """The orbit of a place at a speed; None where it has no steady response.
 
-    speeds_rad_s: Array
-    x_m: Complex
-    y_m: Complex
+    x = ``x_m`` cos(Ωt + ``x_phase_rad``), likewise y. Half the ellipse's axes: ``major_m``, and ``minor_m``,
+    negative where the orbit runs backward.
+    """
+
+    speed_rad_s: Rpm
+    x_m: Annotated[NotNegative, UM] | None = None
+    x_phase_rad: Degrees | None = None
+    y_m: Annotated[NotNegative, UM] | None = None
+    y_phase_rad: Degrees | None = None
+    major_m: Annotated[NotNegative, UM] | None = None
+    minor_m: Um | None = None
+
+    @classmethod
+    def of(cls, speed_rad_s: float, x_m: complex, y_m: complex) -> Self:
+        """Return the orbit x = Re(x_m exp iΩt), likewise y."""
+        if not np.isfinite([x_m, y_m]).all():
+            return cls(speed_rad_s=speed_rad_s)
+        forward, backward = abs(x_m + 1j * y_m), abs(x_m - 1j * y_m)
+        return cls(
+            speed_rad_s=speed_rad_s,
+            x_m=abs(x_m),
+            x_phase_rad=phase_rad(x_m),
+            y_m=abs(y_m),
+            y_phase_rad=phase_rad(y_m),
+            major_m=0.5 * (forward + backward),
+            minor_m=0.5 * (forward - backward),
+        )
+
+
+@record
+class Response:
+    """The orbits of a probe over the speeds."""
+
+    z_m: Mm
+    points: Sequence[OrbitPoint]
 
     @property
-    def major_m(self) -> Array:
-        """Half the longer axis of each orbit's ellipse."""
-        return np.asarray(0.5 * (np.abs(self.x_m + 1j * self.y_m) + np.abs(self.x_m - 1j * self.y_m)))
-
-    @property
-    def minor_m(self) -> Array:
-        """Half the shorter axis, negative where the orbit runs backward."""
-        return np.asarray(0.5 * (np.abs(self.x_m + 1j * self.y_m) - np.abs(self.x_m - 1j * self.y_m)))
+    def greatest(self) -> OrbitPoint | None:
+        """The orbit with the longest axis; None where there is no steady response."""
+        known = [point for point in self.points if point.major_m is not None]
+        return max(known, key=lambda point: point.major_m or 0.0, default=None)
 
 
 def unbalance_response(
@@ -39,8 +69,8 @@ def unbalance_response(
     speeds_rad_s: Array,
     places_m: Sequence[float],
     unbalances: Sequence[tuple[float, complex]] | None = None,
-) -> Orbits:
-    """Return the steady orbits under unbalances.
+) -> list[Response]:
+    """Return the steady orbits under unbalances, at each place.
 
     Parameters
     ----------
@@ -65,7 +95,16 @@ def unbalance_response(
             answer = np.full(len(load), np.nan, dtype=complex)
         for plane in (0, 1):
             deflections[row, plane] = np.where(at >= 0, answer[2 * at + plane], 0.0)
-    return Orbits(np.asarray(speeds_rad_s), deflections[:, 0], deflections[:, 1])
+    return [
+        Response(
+            z_m=place_m(z),
+            points=[
+                OrbitPoint.of(float(speed), complex(x), complex(y))
+                for speed, (x, y) in zip(speeds_rad_s, deflections[:, :, at_place], strict=True)
+            ],
+        )
+        for at_place, z in enumerate(places_m)
+    ]
 
 
 class _Band:
@@ -100,17 +139,34 @@ class _Band:
         return answer
 
 
-@dataclass(frozen=True, eq=False)
-class Sag:
-    """Deflection under gravity at ``z_m`` (m,), (m, 2), and each bearing's force on the shaft (b, 2)."""
+@record
+class Deflection:
+    """Deflection of the rotor by gravity at a place."""
 
-    z_m: Array
-    deflection_m: Array
-    reactions_n: Array
+    z_m: Mm
+    x_m: Um
+    y_m: Um
 
 
-def sag(matrices: RotorMatrices, speed_rad_s: float) -> Sag | None:
-    """Return the sag under the rotor's gravity; None if nothing holds the rotor against it.
+@record
+class Reaction:
+    """A bearing's force on the shaft under gravity; None where nothing holds it."""
+
+    z_m: Mm
+    x_n: Newtons | None
+    y_n: Newtons | None
+
+
+@record
+class Static:
+    """The rotor under gravity."""
+
+    deflections: Sequence[Deflection]
+    reactions: Sequence[Reaction]
+
+
+def sag(matrices: RotorMatrices, speed_rad_s: float) -> Static:
+    """Return the sag under the rotor's gravity; without deflections if nothing holds the rotor against it.
 
     The stiffness of bearings is that at ``speed_rad_s``. The weight acts along the shaft, exactly.
     """
@@ -118,9 +174,10 @@ def sag(matrices: RotorMatrices, speed_rad_s: float) -> Sag | None:
     gravity = np.array(rotor.gravity_m_s2)
     bearings = len(rotor.bearings)
     if not gravity.any():
-        return Sag(matrices.shape_z_m, np.zeros((len(matrices.shape_z_m), 2)), np.zeros((bearings, 2)))
+        return _static(matrices, np.zeros((len(matrices.shape_z_m), 2)), np.zeros((bearings, 2)))
     if rigid_body_modes(matrices):
-        return None
+        free = [Reaction(z_m=place_m(each.z_m), x_n=None, y_n=None) for each in rotor.bearings]
+        return Static(deflections=(), reactions=free)
     weight = np.outer(matrices.load_1, gravity)
     answer = splu(matrices.stiffness(speed_rad_s)).solve(weight.ravel()).reshape(-1, 2)
     whole = np.zeros((len(matrices.full_load_1), 2))
@@ -133,4 +190,18 @@ def sag(matrices: RotorMatrices, speed_rad_s: float) -> Sag | None:
             reactions[row] = held[matrices.first_unknown[node]]
         elif matrices.deflection_at[node] >= 0:
             reactions[row] = -bearing.stiffness_at(speed_rad_s) @ answer[matrices.deflection_at[node]]
-    return Sag(matrices.shape_z_m, np.asarray(matrices.shape @ answer), reactions)
+    return _static(matrices, np.asarray(matrices.shape @ answer), reactions)
+
+
+def _static(matrices: RotorMatrices, deflections_m: Array, reactions_n: Array) -> Static:
+    """Return deflections (m, 2) along the rotor and the forces (b, 2) of its bearings."""
+    return Static(
+        deflections=[
+            Deflection(z_m=place_m(z), x_m=float(x), y_m=float(y))
+            for z, (x, y) in zip(matrices.shape_z_m, deflections_m, strict=True)
+        ],
+        reactions=[
+            Reaction(z_m=place_m(each.z_m), x_n=float(x), y_n=float(y))
+            for each, (x, y) in zip(matrices.rotor.bearings, reactions_n, strict=True)
+        ],
+    )

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from autobalance.declare import HERTZ, INLINE, Degrees, Mm, NotNegative, Rpm, record
+from autobalance.dynamics.phasors import phase_rad, place_m
 from autobalance.dynamics.rotor_matrices import RotorMatrices
 from autobalance.dynamics.rotor_reduction import ReducedRotor
 from autobalance.types import Array, Complex
@@ -29,6 +31,42 @@ ONE_VECTOR = 1e-6
 """Share of a second vector beside the first below which the two are one mode."""
 NEWTON_STEPS = 3
 CLOSE_SHARE = 1e-12
+
+
+@record
+class ModeFigures:
+    """A damped mode without its shape."""
+
+    frequency_rad_s: Annotated[NotNegative, HERTZ]
+    log_decrement: float
+    whirl: Whirl
+
+
+@record
+class ShapePoint:
+    """A mode's amplitude and phase at a place."""
+
+    z_m: Mm
+    x: NotNegative
+    y: NotNegative
+    x_phase_rad: Degrees
+    y_phase_rad: Degrees
+
+
+@record
+class ShapedMode:
+    """A damped mode with its shape, the greatest amplitude 1 with phase 0."""
+
+    figures: Annotated[ModeFigures, INLINE]
+    shape: Sequence[ShapePoint]
+
+
+@record
+class CampbellRow:
+    """A speed with its modes."""
+
+    speed_rad_s: Rpm
+    modes: Sequence[ModeFigures]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +90,32 @@ class WhirlMode:
         """δ = −2π Re λ / |Im λ|; negative is unstable."""
         return -2.0 * np.pi * self.eigenvalue.real / abs(self.eigenvalue.imag) + 0.0
 
+    @property
+    def figures(self) -> ModeFigures:
+        """The mode without its shape."""
+        return ModeFigures(
+            frequency_rad_s=self.frequency_rad_s, log_decrement=self.log_decrement, whirl=self.whirl
+        )
+
+    def shaped(self, matrices: RotorMatrices) -> ShapedMode:
+        """Return the mode with its shape along the rotor of these matrices."""
+        x, y = matrices.deflections(self.vector)
+        both = np.concatenate([x, y])
+        greatest = both[int(np.argmax(np.abs(both)))]
+        if greatest != 0.0:
+            x, y = x / greatest, y / greatest
+        shape = [
+            ShapePoint(
+                z_m=place_m(z),
+                x=float(abs(a)),
+                y=float(abs(b)),
+                x_phase_rad=phase_rad(complex(a)),
+                y_phase_rad=phase_rad(complex(b)),
+            )
+            for z, a, b in zip(matrices.shape_z_m, x, y, strict=True)
+        ]
+        return ShapedMode(figures=self.figures, shape=shape)
+
 
 def modes_at(reduced: ReducedRotor, speed_rad_s: float, count: int) -> list[WhirlMode]:
     """Return the lowest modes at a speed, ascending; rigid-body and overdamped ones left out.
@@ -70,6 +134,17 @@ def modes_at(reduced: ReducedRotor, speed_rad_s: float, count: int) -> list[Whir
         full = reduced.expand(vector)
         modes.append(WhirlMode(complex(value), full, whirl_of(reduced.matrices, full, speed_rad_s)))
     return modes
+
+
+def campbell(reduced: ReducedRotor, speeds_rad_s: Array, count: int) -> list[CampbellRow]:
+    """Return the lowest modes at each speed (k,); see ``modes_at``."""
+    return [
+        CampbellRow(
+            speed_rad_s=float(speed),
+            modes=[each.figures for each in modes_at(reduced, float(speed), count)],
+        )
+        for speed in speeds_rad_s
+    ]
 
 
 def reduced_modes(reduced: ReducedRotor, speed_rad_s: float) -> tuple[Complex, Complex]:

@@ -6,10 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, Self
 
 from autobalance.crank.anatomy import Pin
 from autobalance.crank.sections import Section, sections
+from autobalance.declare import Ordinal, Positive, record
 from autobalance.dynamics.crank_bending import ThrowBending, throw_bending, web_bending
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.torsion_from_job import sides_of_throws, throw_shapes, webs_beside
@@ -32,13 +33,40 @@ MEANING = (
 )
 
 
+@record
+class ThrowStiffness:
+    """Bending stiffness of a throw as its equivalent straight shaft has it."""
+
+    number: Ordinal
+    in_plane_N_m2: Positive
+    across_N_m2: Positive
+    used_N_m2: Positive
+
+    @classmethod
+    def of(cls, number: int, throw: ThrowBending) -> Self:
+        return cls(
+            number=number,
+            in_plane_N_m2=N_M2_PER_N_MM2 * throw.in_plane_n_mm2,
+            across_N_m2=N_M2_PER_N_MM2 * throw.across_n_mm2,
+            used_N_m2=N_M2_PER_N_MM2 * throw.mean_n_mm2,
+        )
+
+
+@record
+class EquivalentShaft:
+    """The straight rotor in a crank's place, and what it is worth."""
+
+    worth: str
+    z_of_start_mm: float
+    throws: Sequence[ThrowStiffness]
+
+
 @dataclass(frozen=True, eq=False)
 class StraightRotor:
-    """A rotor file's structure for a crank, z from the crank's lower end; and its throws' stiffness."""
+    """A rotor file's structure for a crank, z from the crank's lower end."""
 
     file: dict[str, Any]
-    throws: tuple[ThrowBending, ...]
-    z_of_start_mm: float
+    equivalent: EquivalentShaft
 
 
 def straight_rotor(crank: Crank, speed_rpm: float, bearing_n_m: float | None) -> StraightRotor:
@@ -80,7 +108,8 @@ def straight_rotor(crank: Crank, speed_rpm: float, bearing_n_m: float | None) ->
         "disc": [_disc(moments, low) for moments in _stations(parts)],
         "bearing": bearings,
     }
-    return StraightRotor(file, throws, low)
+    stiffness = [ThrowStiffness.of(number, each) for number, each in enumerate(throws, 1)]
+    return StraightRotor(file, EquivalentShaft(worth=MEANING, z_of_start_mm=low, throws=stiffness))
 
 
 def _reach_mm(crank: Crank) -> tuple[float, float]:
