@@ -23,8 +23,9 @@ from autobalance.job.files.crank_keys import DESIGN, PRESET  # noqa: E402
 from autobalance.job.files.declared import DECLARATIONS, forms_of  # noqa: E402
 from autobalance.job.files.design_keys import DESIGN_KEYS  # noqa: E402
 from autobalance.job.read_engine import WEIGHTS  # noqa: E402
-from autobalance.job.tables import OF_TORSION, job_tables  # noqa: E402
+from autobalance.job.tables import job_tables  # noqa: E402
 from autobalance.job.toml.text import toml_value  # noqa: E402
+from autobalance.job.torsion import OF_A_JOB  # noqa: E402
 
 DOCS = ROOT / "docs"
 PAGES = tuple(
@@ -39,8 +40,9 @@ HEAD = "| key | value | default | meaning |\n|---|---|---|---|"
 def blocks() -> dict[str, str]:
     """Return what stands in each block, by the name in its first line."""
     tables = {key.name: key for key in job_tables()}
-    found = {name: of_tables((key,)) for name, key in tables.items() if name not in OF_TORSION}
-    found["torsion"] = of_tables(tuple(tables[name] for name in OF_TORSION))
+    of_torsion = [key.name for key in OF_A_JOB]
+    found = {name: of_tables((key,)) for name, key in tables.items() if name not in of_torsion}
+    found["torsion"] = of_tables(tuple(tables[name] for name in of_torsion))
     found["a weight"] = "\n\n".join(
         f"`{{ ... }}` {form.says}:\n\n{HEAD}\n" + "\n".join(rows(form.keys))
         for named in WEIGHTS[:1]

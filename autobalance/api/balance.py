@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from autobalance import job as jobs
+from autobalance import registry
 from autobalance.api.common_parameters import documented
 from autobalance.api.entry import Entries, Entry, entries
 from autobalance.api.progress import telling
@@ -143,9 +144,7 @@ class BalanceResult(VerbResult):
 
     def show(self) -> Any:
         """Return the app's view of what was cut for a notebook; a picture without anywidget."""
-        from autobalance.api.views import view
-
-        return view(self, self.crank.measured)
+        return registry.loaded(registry.VIEW)(self, self.crank.measured)
 
     def _repr_html_(self) -> str:
         from autobalance.report import notebook

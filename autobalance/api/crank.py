@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance import registry
 from autobalance.balancing.measured_crank import measure_crank
 from autobalance.crank.faces import find_faces
 from autobalance.errors import FileError, FormatError
@@ -223,9 +224,7 @@ class Crank:
 
     def show(self) -> Any:
         """Return the app's view of the crank for a notebook; a still picture without anywidget."""
-        from autobalance.api.views import view
-
-        return view(self, self.measured)
+        return registry.loaded(registry.VIEW)(self, self.measured)
 
     def _repr_html_(self) -> str:
         from autobalance.report.notebook import box, facts, picture, row

@@ -14,6 +14,7 @@ from autobalance.api.result import Values, VerbResult
 from autobalance.declare import ABSENT
 from autobalance.errors import JobError, UsageError
 from autobalance.job import Job, JobSource
+from autobalance.job.model.cycle import Cycle
 from autobalance.report.plot_files import Plots
 from autobalance.runtime import Progress
 from autobalance.units import RAD_S_PER_RPM
@@ -131,15 +132,16 @@ def cycle(
         case.job, case.crank.anatomy, case.speed_rad_s, lambda: as_measured(case.job, case.crank)
     )
     analysis = CycleAnalysis(firing, case.speed_rad_s)
-    assert case.job.cycle is not None  # the firing engine needs it
+    cycle = case.job.table(Cycle)
+    assert cycle is not None  # the firing engine needs it
     films, of_factors, of_sweep = _films(case, analysis, compared_factors, speeds)
-    absorber = case.job.cycle.absorber
+    absorber = cycle.absorber
     bent = _flexible(case, analysis) if flexible else None
     report = CycleReport(
         **job_set(case.job),
         input=_input(case.job, analysis),
         speed_rpm=case.speed_rpm,  # as it was asked, without the rounding of its conversion
-        summary=cycle_summary(analysis, compared_factors, case.job.cycle.fluctuation_wanted, of_factors),
+        summary=cycle_summary(analysis, compared_factors, cycle.fluctuation_wanted, of_factors),
         pendulum=None
         if absorber is None
         else pendulum_figures(analysis, absorber.pendulum, absorber.swing_rad, absorber.reduction),
@@ -155,14 +157,14 @@ def _flexible(
     case: Request, analysis: CycleAnalysis
 ) -> tuple[FlexibleCycle, FlexibleCycle | None, tuple[ShaftTwist, ...] | None]:
     """Return the cycle of the crank as it bends; without counterweights, if it has any; and how it twists."""
-    from autobalance.job.bearings import stiffnesses_n_mm
+    from autobalance.job.bearings import MainSprings, stiffnesses_n_mm
     from autobalance.machine_models.flexible_cycle import flexible_cycle
     from autobalance.machine_models.flexible_twist import shaft_twists
 
-    stiffness, cycle = case.job.bearings_n_mm, case.job.cycle
+    springs, cycle = case.job.table(MainSprings), case.job.table(Cycle)
     on: tuple[float, ...] | Film
-    if stiffness is not None:
-        on = stiffnesses_n_mm(stiffness, len(case.crank.anatomy.main_journals))
+    if springs is not None:
+        on = stiffnesses_n_mm(springs.k_n_mm, len(case.crank.anatomy.main_journals))
     elif cycle is not None and cycle.film is not None:
         on = cycle.film
     else:
@@ -209,8 +211,9 @@ def _films(
     """Return the oil films, where the job asks for them, and the least of the mains by factor and sweep."""
     from autobalance.machine_models.cycle_films import cycle_films, least_films_mm
 
-    assert case.job.cycle is not None  # the firing engine needs it
-    film, anatomy = case.job.cycle.film, case.crank.anatomy
+    cycle = case.job.table(Cycle)
+    assert cycle is not None  # the firing engine needs it
+    film, anatomy = cycle.film, case.crank.anatomy
     if film is None:
         return None, None, None
     films, firing = cycle_films(analysis, anatomy, film), analysis.firing

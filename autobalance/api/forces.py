@@ -26,6 +26,8 @@ from autobalance.engine.shafts import orders_with_shafts, roll_moment_n_m
 from autobalance.engine.whole_engine import Engine, about
 from autobalance.errors import JobError, UsageError
 from autobalance.job import JobSource
+from autobalance.job.model.cycle import Cycle
+from autobalance.job.model.mounts import Mounts
 from autobalance.machine_models import engine_from_job, rotor_from_job
 from autobalance.report.plot_files import Drawn, Plot, Plots
 from autobalance.report.records.forces import (
@@ -165,13 +167,13 @@ def _mounted(
     """Return the engine on its mounts, by factor; with its balance shafts, and gas where it has a cycle."""
     from autobalance.machine_models.mounted_engine import Torque, analysed, inertia_torque
 
-    held = case.job.mounts
+    held = case.job.table(Mounts)
     if held is None:
         raise JobError(
             f"{case.job.path.name}: [mounts] is missing; --mounts needs the engine's mass and mounts"
         )
     torque: Torque = inertia_torque(as_file)
-    if case.job.cycle is not None:
+    if case.job.table(Cycle) is not None:
         from autobalance.machine_models.cycle_torques import throw_torques
 
         torques = throw_torques(case.job, case.crank)

@@ -321,7 +321,7 @@ def _drive(file: str | Path | Mapping[str, Any] | None, job: Job | None) -> list
     from autobalance.job.drive import read_drive
 
     own = [] if file is None else [read_drive(file)]
-    return own if job is None or job.drive is None else [*own, job.drive]
+    return own if job is None else [*own, *filter(None, (job.table(Drive),))]
 
 
 def _sources(

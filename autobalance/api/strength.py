@@ -15,6 +15,7 @@ from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult
 from autobalance.errors import SolidError, UsageError
 from autobalance.job import Job, JobSource
+from autobalance.job.model.torsion import CrankTorsion
 from autobalance.report.plot_files import Plots
 from autobalance.runtime import Progress, no_progress
 from autobalance.units import RAD_S_PER_RPM
@@ -182,7 +183,7 @@ def _vibration(
     """Return what torsional vibration adds by throw, None where it is left out; and what to say of it."""
     from autobalance.machine_models.vibration_torques import throw_vibrations
 
-    if asked.job.torsion is None:
+    if asked.job.table(CrankTorsion) is None:
         return None, [
             "torsional vibration is left out, whose alternating torque IACS UR M53 counts: near a critical"
             " speed stresses are too low; a [torsion] table in the job, empty or not, counts it"

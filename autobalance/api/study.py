@@ -12,6 +12,7 @@ from autobalance.api.common_parameters import documented
 from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult
 from autobalance.errors import UsageError
+from autobalance.job.study import study_options
 from autobalance.report.plot_files import Plots
 from autobalance.runtime import Progress, no_progress
 from autobalance.types import Array
@@ -116,7 +117,7 @@ def study(
     with workers_of(workers, cluster, cluster_timeout_s) as pool:
         studied = studied_plan(job, crank, telling(progress), settings)
         plan = studied.plan
-        sampler = Sampler(samples, seed, plan.job.study.sampling, exact)
+        sampler = Sampler(samples, seed, study_options(plan.job).sampling, exact)
         answer = study_of(plan, sampler, target, pool, progress or no_progress)
     missed = plan.result.outcome == ABOVE_OUTCOME or (target is not None and answer.probability < target)
     report = study_report(answer, seed, studied.report_sha256, time.perf_counter() - started)

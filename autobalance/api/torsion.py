@@ -16,6 +16,7 @@ from autobalance.dynamics.torsion_chain import TorsionChain
 from autobalance.errors import UsageError
 from autobalance.job import Job
 from autobalance.job.files.torsion import ChainFile, read_chain
+from autobalance.job.model.cycle import Cycle
 from autobalance.job.model.torsion import CrankTorsion, TorsionQuestion
 from autobalance.job.read import tables_of
 from autobalance.job.toml.keys import named_in
@@ -137,7 +138,7 @@ def _of_chain(file: ChainFile, settings: Sequence[str] = ()) -> TorsionResult:
 
 def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress | None) -> TorsionResult:
     case = request(job, crank, None, progress)
-    torsion = case.job.torsion or crank_torsion(case.job.raw)
+    torsion = case.job.table(CrankTorsion) or crank_torsion(case.job.raw)
     with_fem = torsion.fem if fem is None else fem
     chain = crank_chain(case.job, case.crank, torsion)
     torques = _cycle_torques(case.job, case.crank)
@@ -213,7 +214,7 @@ def _check_stations(question: TorsionQuestion, stations: int) -> None:
 
 
 def _cycle_torques(job: Job, crank: MeasuredCrank) -> ThrowTorques | None:
-    if job.cycle is None:
+    if job.table(Cycle) is None:
         return None
     from autobalance.machine_models.cycle_torques import throw_torques
 

@@ -38,6 +38,7 @@ from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import AutobalanceError, CorrectionError, JobError
 from autobalance.job import Job
 from autobalance.job.limits import limits_of_every_kind
+from autobalance.job.model.cycle import Cycle
 from autobalance.machine_models import engine_from_job, rotor_from_job
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.oil_from_job import with_oil
@@ -128,7 +129,7 @@ def with_forces(record: Record, job: Job, crank: Crank, result: Result) -> Recor
 
 def _before_with_gas(job: Job, crank: Crank) -> tuple[CycleAnalysis | None, tuple[str, ...]]:
     """Return the cycle before balancing, or a warning why it cannot be computed; neither without a cycle."""
-    if job.cycle is None:
+    if job.table(Cycle) is None:
         return None, ()
     try:
         return _gas_loads(job, crank, crank.source.solid, crank.moments), ()

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from autobalance.declare import POSITIVE, Key, Large
 from autobalance.errors import JobError
+from autobalance.job.addon_tables import AddonTables, TablesRead
 
 BEARINGS = Key(
     "bearings",
@@ -12,6 +15,21 @@ BEARINGS = Key(
     verbs="cycle",
     keys=(Key("k_N_mm", Large | tuple[Large, ...], "stiffness of every main, or of each [N/mm]", POSITIVE),),
 )
+
+
+@dataclass(frozen=True)
+class MainSprings:
+    """The main bearings as springs: stiffness of every one, or of each [N/mm]."""
+
+    k_n_mm: float | tuple[float, ...]
+
+
+def _made(read: TablesRead) -> MainSprings | None:
+    table = read.values.get("bearings")
+    return None if table is None else MainSprings(table["k_N_mm"])
+
+
+TABLES = AddonTables((BEARINGS,), _made)
 
 
 def stiffnesses_n_mm(stated: float | tuple[float, ...], mains: int) -> tuple[float, ...]:

@@ -13,6 +13,7 @@ from autobalance.engine.cycle.friction import NO_FRICTION, Friction
 from autobalance.engine.cycle.pendulum import Path as PendulumPath
 from autobalance.engine.cycle.pendulum import Pendulum
 from autobalance.errors import JobError
+from autobalance.job.addon_tables import AddonTables, TablesRead
 from autobalance.job.model.cycle import Absorber, Cycle, CylinderGas, Film, Model, Peg, TraceFile
 from autobalance.job.toml.keys import plain
 from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM
@@ -157,6 +158,18 @@ CYCLE = Key(
         ]
     },
 )
+
+
+def _made(read: TablesRead) -> Cycle | None:
+    table = read.values.get("cycle")
+    return None if table is None else cycle_of(table, read.raw["cycle"])
+
+
+def _filled(_: AddonTables, __: TablesRead, cycle: Cycle) -> Values:
+    return {"cycle": dict(cycle.values)}
+
+
+TABLES = AddonTables((CYCLE,), _made, filled=_filled)
 
 
 def cycle_of(values: Values, raw: Mapping[str, Any]) -> Cycle:

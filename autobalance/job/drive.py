@@ -9,6 +9,7 @@ from typing import Any
 
 from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.errors import JobError
+from autobalance.job.addon_tables import AddonTables, TablesRead
 from autobalance.job.toml.keys import read_document
 from autobalance.signal.drive_sources import Belt, Drive, DrivenShaft, Gear
 
@@ -49,6 +50,14 @@ DRIVE = Key(
     verbs="orders",
     shape={"minProperties": 1},
 )
+
+
+def _made(read: TablesRead) -> Drive | None:
+    table = read.values.get("drive")
+    return None if table is None else drive_of(table)
+
+
+TABLES = AddonTables((DRIVE,), _made)
 
 
 def read_drive(source: str | Path | Mapping[str, Any]) -> Drive:

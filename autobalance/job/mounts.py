@@ -7,6 +7,7 @@ import numpy as np
 from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.engine.mounts import Mount, MountedEngine
 from autobalance.errors import JobError
+from autobalance.job.addon_tables import AddonTables, TablesRead
 from autobalance.job.model.mounts import Mounts
 from autobalance.units import G_MM2_PER_KG_MM2, RAD_S_PER_RPM
 
@@ -55,6 +56,17 @@ MOUNTS = Key(
         MOUNT,
     ),
 )  # fmt: skip
+
+
+def _made(read: TablesRead) -> Mounts | None:
+    values = read.values
+    if not values.get("mounts") and not values.get("mount"):
+        return None
+    top = values["balance"]["speed_rpm"] * RAD_S_PER_RPM
+    return mounts_of(values.get("mounts"), values.get("mount") or [], top)
+
+
+TABLES = AddonTables((MOUNTS, MOUNT), _made, needs=("balance",))
 
 
 def mounts_of(values: Values | None, listed: list[Values], top_rad_s: float) -> Mounts | None:

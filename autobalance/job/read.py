@@ -6,12 +6,13 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from autobalance.correction import Limits
 from autobalance.correction.contract import Prefer
 from autobalance.declare import Values
 from autobalance.errors import JobError
+from autobalance.job.addon_tables import AddonTables, TablesRead, addon_tables
 from autobalance.job.balance import balance_of, fitted_parts
 from autobalance.job.layout import shaft_values, shafts_of
 from autobalance.job.limits import correction_of, drills_of_shop, slugs_of_shop
@@ -21,14 +22,13 @@ from autobalance.job.model import (
     Crankshaft,
     EngineParts,
     PartWeights,
-    StudyOptions,
 )
 from autobalance.job.read_crankshaft import CRANKSHAFT, crankshaft_of, of_no_file
 from autobalance.job.read_engine import engine_of, engine_values, original_of, weight_values
 from autobalance.job.rod_solid import with_measured_rod
 from autobalance.job.shop import located, with_shop
 from autobalance.job.solid_weights import with_weighed_solids
-from autobalance.job.tables import OF_TORSION, TOP_KEYS, job_tables
+from autobalance.job.tables import TOP_KEYS, job_tables
 from autobalance.job.toml.document import text_of, toml_of
 from autobalance.job.toml.faults import Faults
 from autobalance.job.toml.keys import plain, read, value_of
@@ -41,12 +41,8 @@ from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.job.model.assembly import AssemblyEntry
-    from autobalance.job.model.cycle import Cycle
-    from autobalance.job.model.mounts import Mounts
-    from autobalance.job.model.strength import Strength
-    from autobalance.job.model.torsion import CrankTorsion
-    from autobalance.signal.drive_sources import Drive
 
+T = TypeVar("T")
 ALWAYS_THERE = ("crankshaft", "engine", "original", "balance", "correction", "shafts")
 """Tables that are read of every job, with their defaults where it has none."""
 WITH_SOLIDS = ("engine", "original")
@@ -64,7 +60,7 @@ class Job:
     ``settings`` are the keys that were set from outside, as given.
     ``filled`` are the tables as the report has them, defaults filled in.
     ``keep`` is the report whose cuts are kept, or its values.
-    ``study`` is what only ``study`` reads, ``torsion`` what only ``torsion`` does, ``drive`` only ``orders``.
+    ``addons`` are what add-ons made of their tables, by type (``table``).
     """
 
     path: Path
@@ -79,15 +75,9 @@ class Job:
     min_gain: float = 0.0
     shafts: tuple[BalanceShaftEntry, ...] = ()
     depth_tolerance_mm: float | None = None
-    cycle: Cycle | None = None
     settings: tuple[str, ...] = ()
-    study: StudyOptions = field(default_factory=StudyOptions)
-    torsion: CrankTorsion | None = None
     assembly: tuple[AssemblyEntry, ...] = ()
-    drive: Drive | None = None
-    mounts: Mounts | None = None
-    strength: Strength | None = None
-    bearings_n_mm: float | tuple[float, ...] | None = None
+    addons: Mapping[type, Any] = field(default_factory=dict)
     filled: Mapping[str, Any] = field(default_factory=dict)
     keep: Path | Mapping[str, Any] | None = None
 
@@ -124,6 +114,11 @@ class Job:
         0.5
         """
         return parse(dict(values), Path(folder) / "job.toml", crank_given=True)
+
+    def table(self, of: type[T]) -> T | None:
+        """Return what an add-on made of its table, as ``job.table(Cycle)``; None where the job has none."""
+        found: T | None = self.addons.get(of)
+        return found
 
     @property
     def name(self) -> str:
@@ -298,19 +293,20 @@ def _job(
             ),
         ),
         "shafts": (("shafts",), lambda: shafts_of(values["shafts"])),
-        "cycle": ((), lambda: _cycle(values, raw)),
-        "torsion": (OF_TORSION, lambda: _torsion(values, raw)),
         "assembly": ((), lambda: _assembly(values, path.parent)),
-        "drive": ((), lambda: _drive(values)),
-        "mounts": (("balance",), lambda: _mounts(values)),
-        "strength": ((), lambda: _strength(values)),
-        "bearings_n_mm": ((), lambda: (values.get("bearings") or {}).get("k_N_mm")),
     }
     for name, (needs, maker) in makers.items():
         if any(key not in values for key in needs if key in raw or key in ALWAYS_THERE):
             continue  # that table is wrong by itself
         with later.gathered():
             parsed[name] = maker()
+    read, addons = TablesRead(values, raw), addon_tables(raw)
+    made: list[tuple[AddonTables, Any]] = []
+    for tables in addons:
+        if any(key not in values for key in tables.needs if key in raw or key in ALWAYS_THERE):
+            continue
+        with later.gathered():
+            made.append((tables, tables.made(read)))
     faults.with_more(later).refuse()
     method_names, methods = parsed.pop("correction")
     job = Job(
@@ -323,28 +319,14 @@ def _job(
         depth_tolerance_mm=values["correction"]["depth_tolerance_mm"],
         keep=None if values["correction"]["keep"] is None else path.parent / values["correction"]["keep"],
         settings=settings,
-        study=StudyOptions(**values["study"]),
+        addons={type(each): each for _, each in made if each is not None},
         **parsed,
     )
     engine = replace(job.engine, attached=(*job.engine.attached, *fitted_parts(job.balance)))
-    return replace(job, filled=_filled(job, values), engine=engine)
-
-
-def _cycle(values: Values, raw: Mapping[str, Any]) -> Cycle | None:
-    if values.get("cycle") is None:
-        return None
-    from autobalance.job.cycle import cycle_of
-
-    return cycle_of(values["cycle"], raw["cycle"])
-
-
-def _torsion(values: Values, raw: Mapping[str, Any]) -> CrankTorsion | None:
-    """Return the keys for ``torsion``, which other verbs pass over; None: the job has none of its tables."""
-    if not any(key in raw for key in OF_TORSION):
-        return None
-    from autobalance.job.torsion import OF_A_JOB, torsion_of
-
-    return torsion_of({key.name: values[key.name] for key in OF_A_JOB}, raw)
+    filled: Values = {}
+    for tables, each in made:
+        filled |= {} if each is None else tables.filled(tables, read, each)
+    return replace(job, filled=_filled(job, values, filled), engine=engine)
 
 
 def _assembly(values: Values, folder: Path) -> tuple[AssemblyEntry, ...]:
@@ -355,43 +337,14 @@ def _assembly(values: Values, folder: Path) -> tuple[AssemblyEntry, ...]:
     return assembly_of(values["assembly"], folder)
 
 
-def _drive(values: Values) -> Drive | None:
-    if values.get("drive") is None:
-        return None
-    from autobalance.job.drive import drive_of
-
-    return drive_of(values["drive"])
-
-
-def _mounts(values: Values) -> Mounts | None:
-    if not values.get("mounts") and not values.get("mount"):
-        return None
-    from autobalance.job.mounts import mounts_of
-
-    top = values["balance"]["speed_rpm"] * RAD_S_PER_RPM
-    return mounts_of(values.get("mounts"), values.get("mount") or [], top)
-
-
-def _strength(values: Values) -> Strength | None:
-    if values.get("strength") is None:
-        return None
-    from autobalance.job.strength import strength_of
-
-    return strength_of(values["strength"])
-
-
-def _filled(job: Job, values: Values) -> Values:
+def _filled(job: Job, values: Values, addons: Values) -> Values:
     """Return the tables for the report: in the job file's own words, defaults filled in."""
     return {
         "engine": engine_values(job.engine, values["engine"]),
         "original": None if job.original is None else weight_values(job.original),
         "balance": plain(values["balance"]),
-        **({} if job.cycle is None else {"cycle": dict(job.cycle.values)}),
         **({"shafts": [shaft_values(each) for each in values["shafts"]]} if job.shafts else {}),
-        **({} if job.torsion is None else job.torsion.filled),
-        **({"study": plain(values["study"])} if "study" in job.raw else {}),
-        **({} if job.drive is None else {"drive": plain(values["drive"])}),
-        **{key: plain(values[key]) for key in ("mounts", "mount", "strength", "bearings") if key in job.raw},
+        **addons,
         **({"job": plain(values["job"])} if "job" in job.raw else {}),
         **({"shop": located(plain(values["shop"]), job.path.parent)} if "shop" in job.raw else {}),
         **({"assembly": [dict(each.values) for each in job.assembly]} if job.assembly else {}),

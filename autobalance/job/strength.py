@@ -6,6 +6,7 @@ from typing import Literal
 
 from autobalance.declare import NOT_NEGATIVE, POSITIVE, Key, Range, Values
 from autobalance.errors import JobError
+from autobalance.job.addon_tables import AddonTables, TablesRead
 from autobalance.job.model.strength import FilletFactorPair, Strength
 
 AT_LEAST_ONE = Range("must be ≥ 1", least=1.0)
@@ -40,6 +41,14 @@ STRENGTH = Key(
             default="iacs", keys=FACTORS),
     ),
 )  # fmt: skip
+
+
+def _made(read: TablesRead) -> Strength | None:
+    table = read.values.get("strength")
+    return None if table is None else strength_of(table)
+
+
+TABLES = AddonTables((STRENGTH,), _made)
 
 
 def strength_of(values: Values) -> Strength:

@@ -5,26 +5,30 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
+from autobalance import registry
 from autobalance.declare import Key
+from autobalance.job.addon_tables import addon_tables
 from autobalance.job.balance import BALANCE
 from autobalance.job.header import JOB, SHOP
 from autobalance.job.layout import SHAFTS
 from autobalance.job.limits import correction_key
 from autobalance.job.read_crankshaft import CRANKSHAFT
 from autobalance.job.read_engine import ENGINE, ORIGINAL
-from autobalance.job.study import STUDY
 from autobalance.job.toml.keys import json_schema
 
-OF_TORSION = (
-    *("torsion", "excitation", "pendulum", "speed_rpm", "points"),
-    *("gear", "branch", "coupling", "damper"),
+ASSEMBLY_TABLE = "assembly"
+OWN_KEYS = (
+    "crankshaft",
+    "engine",
+    "original",
+    "balance",
+    "correction",
+    "shafts",
+    "job",
+    "shop",
+    ASSEMBLY_TABLE,
 )
-OF_FEW = ("cycle", "assembly", "drive", "mounts", "mount", "strength", "bearings", *OF_TORSION)
-"""Tables that few jobs hold; their declarations load what they are about."""
-TOP_KEYS = (
-    *("crankshaft", "engine", "original", "balance", "correction", "shafts", "study", "job", "shop"),
-    *OF_FEW,
-)
+TOP_KEYS = (*OWN_KEYS, *registry.JOB_TABLES)
 """Keys of the top level of a job."""
 
 
@@ -36,40 +40,18 @@ def job_tables(held: Mapping[str, Any] | None = None) -> tuple[Key, ...]:
     names = TOP_KEYS if held is None else held
     tables = None if held is None else held.get("correction")
     correction = correction_key(tables if isinstance(tables, Mapping) else None)
-    return (CRANKSHAFT, ENGINE, ORIGINAL, BALANCE, correction, SHAFTS, STUDY, JOB, SHOP, *_of_few(names))
+    usual = (CRANKSHAFT, ENGINE, ORIGINAL, BALANCE, correction, SHAFTS, JOB, SHOP)
+    addons = (key for each in addon_tables(names) for key in each.keys)
+    return (*usual, *_assembly(names), *addons)
 
 
-def _of_few(held: Collection[str]) -> tuple[Key, ...]:
-    keys: list[Key] = []
-    if "cycle" in held:
-        from autobalance.job.cycle import CYCLE
+def _assembly(held: Collection[str]) -> tuple[Key, ...]:
+    """Return ``[[assembly]]``, which few jobs hold: its declaration loads what it is about."""
+    if ASSEMBLY_TABLE not in held:
+        return ()
+    from autobalance.job.assembly import ASSEMBLY
 
-        keys.append(CYCLE)
-    if "assembly" in held:
-        from autobalance.job.assembly import ASSEMBLY
-
-        keys.append(ASSEMBLY)
-    if "drive" in held:
-        from autobalance.job.drive import DRIVE
-
-        keys.append(DRIVE)
-    if "mounts" in held or "mount" in held:
-        from autobalance.job.mounts import MOUNT, MOUNTS
-
-        keys += [MOUNTS, MOUNT]
-    if "strength" in held:
-        from autobalance.job.strength import STRENGTH
-
-        keys.append(STRENGTH)
-    if "bearings" in held:
-        from autobalance.job.bearings import BEARINGS
-
-        keys.append(BEARINGS)
-    if any(key in held for key in OF_TORSION):
-        from autobalance.job.torsion import OF_A_JOB
-
-        keys += OF_A_JOB
-    return tuple(keys)
+    return (ASSEMBLY,)
 
 
 def key_at(path: str) -> Key:

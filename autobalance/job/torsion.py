@@ -10,6 +10,7 @@ import numpy as np
 
 from autobalance.declare import ANY, COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Large, Range, Values
 from autobalance.errors import JobError
+from autobalance.job.addon_tables import AddonTables, TablesRead
 from autobalance.job.model.torsion import (
     CrankTorsion,
     Driven,
@@ -91,6 +92,17 @@ OF_A_JOB = tuple(
     for key in (*SHARED, Key("torsion", says="the crank's own model", keys=CRANK, default=FILLED))
 )
 """Every key that a job adds."""
+
+
+def _made(read: TablesRead) -> CrankTorsion:
+    return torsion_of({key.name: read.values[key.name] for key in OF_A_JOB}, read.raw)
+
+
+def _filled(_: AddonTables, __: TablesRead, torsion: CrankTorsion) -> Values:
+    return torsion.filled
+
+
+TABLES = AddonTables(OF_A_JOB, _made, needs=tuple(key.name for key in OF_A_JOB), filled=_filled)
 
 
 def crank_torsion(raw: Mapping[str, Any]) -> CrankTorsion:

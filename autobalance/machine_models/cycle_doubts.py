@@ -9,6 +9,8 @@ import numpy as np
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.figures import CylinderFigures
 from autobalance.job import Job
+from autobalance.job.bearings import MainSprings
+from autobalance.job.model.cycle import Cycle
 from autobalance.machine_models.flexible_cycle import FlexibleCycle
 from autobalance.units import RAD_S_PER_RPM
 
@@ -28,7 +30,7 @@ def model_doubts(analysis: CycleAnalysis, job: Job, bent: FlexibleCycle | None) 
 
 
 def _gas(analysis: CycleAnalysis, job: Job) -> Iterator[str]:
-    cycle = job.cycle
+    cycle = job.table(Cycle)
     assert cycle is not None
     for number, each in enumerate(analysis.firing.cycles, 1):
         gas, found = cycle.of_cylinder(number), CylinderFigures.of(each)
@@ -60,8 +62,8 @@ def _speed(analysis: CycleAnalysis, job: Job) -> Iterator[str]:
 
 def _orbits(analysis: CycleAnalysis, job: Job, bent: FlexibleCycle) -> Iterator[str]:
     """Compare the mains' orbits on springs with the clearance of their bearings."""
-    cycle = job.cycle
-    if job.bearings_n_mm is None or cycle is None:
+    cycle = job.table(Cycle)
+    if job.table(MainSprings) is None or cycle is None:
         return
     film = cycle.film
     diameters = analysis.firing.main_diameters_mm

@@ -124,11 +124,12 @@ def checked_strength(job: Job) -> Strength:
     JobError
         If it has none.
     """
-    if job.strength is None:
+    strength = job.table(Strength)
+    if strength is None:
         raise JobError(
             f"{job.path.name}: [strength] is missing; it needs pin_fillet_mm and material.tensile_MPa"
         )
-    return job.strength
+    return strength
 
 
 def fillets(

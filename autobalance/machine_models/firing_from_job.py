@@ -86,11 +86,12 @@ def check_cycle(job: Job) -> Cycle:
     JobError
         If it is missing, or the rod length that it needs.
     """
-    if job.cycle is None:
+    cycle = job.table(Cycle)
+    if cycle is None:
         raise JobError(f"{job.path.name}: [cycle] is missing; it needs bore_mm, compression_ratio and heat_J")
     if job.engine.rod_length_mm is None:
         raise JobError(f"{job.path.name}: engine.rod_length_mm is missing; the cycle needs it")
-    return job.cycle
+    return cycle
 
 
 def odd_firing(job: Job, anatomy: Anatomy) -> tuple[str, ...]:
@@ -98,7 +99,7 @@ def odd_firing(job: Job, anatomy: Anatomy) -> tuple[str, ...]:
 
     Two cylinders that fire at once are named. Orders that cannot be kept are refused elsewhere.
     """
-    cycle = job.cycle
+    cycle = job.table(Cycle)
     if cycle is None or cycle.strokes != 4 or cycle.firing_order is None or job.engine.rod_length_mm is None:
         return ()
     try:

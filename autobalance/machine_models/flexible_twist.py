@@ -9,6 +9,7 @@ import numpy as np
 from autobalance.dynamics.torsion_train import train_response
 from autobalance.engine.cycle.analysis import CycleAnalysis, torque_orders
 from autobalance.job import Job
+from autobalance.job.model.torsion import CrankTorsion
 from autobalance.job.torsion import crank_torsion
 from autobalance.machine_models.cycle_torques import torques_on_throws
 from autobalance.machine_models.measured import Crank
@@ -35,7 +36,7 @@ def shaft_twists(
     Orders up to the 12th swing by the chain's inertias; the mean torque goes out behind the last throw.
     ``stiffer``: times which the springs are as stiff as they are.
     """
-    torsion = job.torsion or crank_torsion(job.raw)
+    torsion = job.table(CrankTorsion) or crank_torsion(job.raw)
     question = torsion.question
     if not question.parts.plain:
         return None

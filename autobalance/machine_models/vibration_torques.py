@@ -9,6 +9,7 @@ import numpy as np
 
 from autobalance.engine.cycle.analysis import CycleAnalysis, torque_orders
 from autobalance.job import Job
+from autobalance.job.model.torsion import CrankTorsion
 from autobalance.machine_models.cycle_torques import ThrowTorques, throw_torques, torques_on_throws
 from autobalance.machine_models.excited_crank import excited_crank
 from autobalance.machine_models.measured import Crank
@@ -48,9 +49,10 @@ def throw_vibrations(cycle: CycleAnalysis, job: Job, crank: Crank) -> tuple[Thro
         With a table of `torsion`.
     crank : Crank
     """
-    assert job.torsion is not None  # asked only then
-    chain = crank_chain(job, crank, job.torsion)
-    model, _ = with_dampers(excited_crank(chain, job.torsion.question, throw_torques(job, crank)))
+    torsion = job.table(CrankTorsion)
+    assert torsion is not None  # asked only then
+    chain = crank_chain(job, crank, torsion)
+    model, _ = with_dampers(excited_crank(chain, torsion.question, throw_torques(job, crank)))
     if not (model.damped or model.damping_ratio):
         return None
     radii = [throw.crank_radius_mm for throw in crank.anatomy.throws]

@@ -13,6 +13,7 @@ from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import JobError
 from autobalance.job import PartWeights, Weight
 from autobalance.job.model import Distribution
+from autobalance.job.study import study_options
 from autobalance.machine_models import rotor_from_job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.studies.linear_model import Draw, axis_effect, effect_of, shift_effect, turn_effect
@@ -72,6 +73,7 @@ class _Collected:
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.job, self.anatomy = plan, plan.job, plan.crank.anatomy
+        self.options = study_options(plan.job)
         self.draws: list[Draw] = []
         self.factor_rates: dict[str, float] = {}
         self.direction_rates: dict[str, Array] = {}
@@ -115,7 +117,7 @@ class _Collected:
         )
 
     def _distribution(self, weight: Weight) -> Distribution:
-        return weight.distribution or self.job.study.distribution
+        return weight.distribution or self.options.distribution
 
     def original_weights(self) -> None:
         """Add the parts that the crank was balanced for, where they make the target factor."""
@@ -155,7 +157,7 @@ class _Collected:
             DENSITY,
             "kg/m³",
             pm / G_PER_MM3_PER_KG_M3,
-            self.job.study.distribution,
+            self.options.distribution,
             effect[None],
             nominal,
         )
@@ -179,7 +181,7 @@ class _Collected:
                         for unit in ((1.0, 0.0), (0.0, 1.0))
                     ]
                 )
-                self._add(Draw(label, label, "g·mm", part.pm_g_mm, self.job.study.distribution, effect))
+                self._add(Draw(label, label, "g·mm", part.pm_g_mm, self.options.distribution, effect))
 
     def depths(self) -> None:
         """Add the depth of each cut."""
@@ -194,11 +196,11 @@ class _Collected:
             assert cut.rate is not None
             label = DEPTH if len(cuts) == 1 else f"{DEPTH}[cut {number}]"
             effect = effect_of(cut.rate)[None]
-            self._add(Draw(DEPTH, label, "mm", pm, self.job.study.distribution, effect, cut.depth_mm))
+            self._add(Draw(DEPTH, label, "mm", pm, self.options.distribution, effect, cut.depth_mm))
 
     def holes(self) -> None:
         """Add the place of each hole or slug, and the wander of each drill."""
-        options = self.job.study
+        options = self.options
         holes = [cut for cut in self.plan.result.corrections if KINDS[cut.kind].has_axis]
         for number, hole in enumerate(holes, 1):
             axes = square_to(np.asarray(hole.details["inward"]))
@@ -231,7 +233,7 @@ class _Collected:
 
     def journals(self) -> None:
         """Add the offset from the axis of each of the outermost main journals."""
-        options, journals = self.job.study, self.anatomy.main_journals
+        options, journals = self.options, self.anatomy.main_journals
         if not options.journal_pm_mm > 0.0:
             return
         if len(journals) < 2:
@@ -248,7 +250,7 @@ class _Collected:
     def measurement(self) -> None:
         """Add facets, rounding and axis of the error budget, as vectors where the crank's mass centre is."""
         budget = self.plan.result.doubt
-        if not self.job.study.measurement or budget is None:
+        if not self.options.measurement or budget is None:
             return
         z = float(self.plan.crank.moments.centre_mm[2])
         effect = np.stack(
@@ -258,7 +260,7 @@ class _Collected:
             pm = budget.shares[name].resultant_g_mm
             if pm > 0.0:
                 label = f"study.{name}"
-                self._add(Draw(label, label, "g·mm", pm, self.job.study.distribution, effect))
+                self._add(Draw(label, label, "g·mm", pm, self.options.distribution, effect))
 
 
 def turning_about_the_axis(plan: Plan) -> Moments:

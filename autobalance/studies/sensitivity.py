@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from autobalance.engine.cycle.analysis import CycleAnalysis
+from autobalance.job.model.cycle import Cycle
 from autobalance.machine_models.engine_from_job import with_moments
 from autobalance.machine_models.firing_from_job import firing_engine
 from autobalance.studies import causes
@@ -64,7 +65,7 @@ def key_figures(
         if not draw.is_vector:
             numbers.setdefault(draw.cause, []).append(draw)
     figures = _of_residual(model, numbers, factors)
-    return figures + (_of_cycle(plan, numbers) if plan.job.cycle is not None else [])
+    return figures + (_of_cycle(plan, numbers) if plan.job.table(Cycle) is not None else [])
 
 
 def _of_residual(

@@ -13,6 +13,7 @@ from autobalance.balancing.record import Record
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import AutobalanceError, FormatError
 from autobalance.job import Job
+from autobalance.job.model.cycle import Cycle
 from autobalance.machine_models import rotor_from_job
 from autobalance.machine_models.gas_loads import gas_loads
 from autobalance.machine_models.loads_with_gas import LoadsWithGas
@@ -198,7 +199,8 @@ def _check_as_recorded(
     webs = held.files.once(("counterweights", id(crank)), lambda: run.counterweights_of(crank))
     record = run.record_of(job, crank, factor, tolerance, result, webs)
     record = run.with_forces(record, job, crank, result)
-    if job.cycle is not None and job.cycle.measured:
+    cycle = job.table(Cycle)
+    if cycle is not None and cycle.measured:
         claims.ledger.why_not["loads_with_gas"] = "the measured pressure is not kept with the report"
     else:
         record = _with_gas_loads(record, job, crank_before, left, ends)
@@ -207,7 +209,7 @@ def _check_as_recorded(
 
 def _with_gas_loads(record: Record, job: Job, crank_before: OriginalCrank, left: Left, ends: Ends) -> Record:
     """Return a record with loads with gas; unchanged without a cycle or where they cannot be computed."""
-    if job.cycle is None or record.balanced is None:
+    if job.table(Cycle) is None or record.balanced is None:
         return record
     density = job.crankshaft.density_g_mm3
     try:

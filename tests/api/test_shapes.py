@@ -174,12 +174,12 @@ def test_the_tools_make_the_corrected_crank_of_the_one_before(milled: ab.Balance
 def test_tools_are_written_as_named_solids(
     milled: ab.BalanceResult, tmp_path: Path, has_it: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from autobalance.report import output_kinds
+    from autobalance.report import kinds_of_report, output_kinds
 
     name = "tools.step" if has_it else "tools.3mf"
     kind = output_kinds.KINDS["tools"]._replace(files={"tools": name})
     monkeypatch.setitem(output_kinds._KINDS, "tools", kind)
-    monkeypatch.setattr(output_kinds, "TOOLS", name)
+    monkeypatch.setattr(kinds_of_report, "TOOLS", name)
     milled.write(tmp_path, only=("tools",))
     assert ab.verify(tmp_path / "report.json").holds
     labels = [entry["label"] for entry in milled.report["corrections"]]

@@ -15,6 +15,7 @@ from autobalance.crank.parametric.generate import crank_solid
 from autobalance.dynamics.crank_torsion import ThrowShape, throw_stiffness_n_m_rad
 from autobalance.dynamics.torsion_chain import TorsionChain, holzer_table, torsion_modes
 from autobalance.errors import JobError
+from autobalance.job.model.torsion import CrankTorsion
 from autobalance.machine_models.cycle_torques import throw_torques
 
 Values = dict[str, Any]
@@ -267,8 +268,8 @@ def test_the_cycles_torque_orders_excite_the_crank(inline_four: ab.Crank) -> Non
 
 def test_other_verbs_pass_over_the_tables_of_torsion() -> None:
     job = crank_job(torsion={"flywheel_kg_mm2": 10}, pendulum={"order": 2, "distance_mm": 5, "mass_g": 3})
-    assert job.torsion is not None
-    assert crank_job().torsion is None
+    assert job.table(CrankTorsion) is not None
+    assert crank_job().table(CrankTorsion) is None
 
 
 # --- what is refused ----------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import autobalance as ab
+from autobalance.signal.drive_sources import Drive
 from autobalance.job.read import load
 from autobalance.signal.drive_sources import MAX_BELT_SLIP, Belt, Drive, DrivenShaft, Gear
 from tests import jobs
@@ -101,10 +102,10 @@ def test_the_same_stands_in_a_job(record: Path, tmp_path: Path, capsys: pytest.C
     job = jobs.pin_job(tmp_path)
     text = job.read_text(encoding="utf-8") + DRIVE.replace("[[", "[[drive.")
     job.write_text(text, encoding="utf-8")
-    read = load(job)
-    assert read.drive is not None
-    assert (read.drive.gears[0].name, read.drive.belts[0].name) == ("timing", "fan")
-    assert read.drive.shafts[0].name == "pump"
+    drive = load(job).table(Drive)
+    assert drive is not None
+    assert (drive.gears[0].name, drive.belts[0].name) == ("timing", "fan")
+    assert drive.shafts[0].name == "pump"
     options = ("--speed-rpm", str(60.0 * SPEED_HZ), "--job", job, "--json", "-")
     assert jobs.run("orders", record, *options) == 0
     report = json.loads(capsys.readouterr().out)

@@ -61,23 +61,6 @@ class Crankshaft:
 
 
 @dataclass(frozen=True)
-class StudyOptions:
-    """Reading of a ± by ``study``, and other uncertainties of a crank as manufactured.
-
-    ``distribution``: of a ± without its own, 95 % lie within (normal) or all, evenly (rectangular).
-    ``position_pm_mm`` and ``wander_pm_deg`` are of holes, ``journal_pm_mm`` of the outermost main journals;
-    ``measurement`` adds what the mesh and the axis make uncertain.
-    """
-
-    distribution: Distribution = "normal"
-    sampling: Sampling = "random"
-    position_pm_mm: float = 0.0
-    wander_pm_deg: float = 0.0
-    journal_pm_mm: float = 0.0
-    measurement: bool = False
-
-
-@dataclass(frozen=True)
 class Weight:
     """A mass on the scale, and its uncertainty [g].
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from autobalance import job as jobs
 from autobalance.declare import ABSENT
+from autobalance.job.study import study_options
 from autobalance.report.records.balance import Tolerance
 from autobalance.report.records.study import Advice, KeyFigureCurves, Nominal, Spread, StudyReport
 from autobalance.studies.monte_carlo import StudyAnswer
@@ -27,8 +28,8 @@ def study_report(answer: StudyAnswer, seed: int, report_sha256: str | None, seco
         tolerance=Tolerance.of(answer.plan.tolerance, described),
         samples=len(answer.states),
         seed=seed,
-        distribution=job.study.distribution,
-        sampling=job.study.sampling,
+        distribution=study_options(job).distribution,
+        sampling=study_options(job).sampling,
         within=answer.within,
         probability_within=answer.probability,
         interval=answer.interval,
