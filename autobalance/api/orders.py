@@ -319,6 +319,7 @@ def _bearing(geometry: Mapping[str, float]) -> RollingBearing:
 def _drive(file: str | Path | Mapping[str, Any] | None, job: Job | None) -> list[Drive]:
     """Return the gears, belts and shafts that the crank drives, of a separate file and of the job."""
     from autobalance.job.drive import read_drive
+    from autobalance.signal.drive_sources import Drive
 
     own = [] if file is None else [read_drive(file)]
     return own if job is None else [*own, *filter(None, (job.table(Drive),))]

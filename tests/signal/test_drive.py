@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.signal.drive_sources import Drive
 from autobalance.job.read import load
 from autobalance.signal.drive_sources import MAX_BELT_SLIP, Belt, Drive, DrivenShaft, Gear
 from tests import jobs
