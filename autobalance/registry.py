@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
+
+
+class RunSection(NamedTuple):
+    """Place of a ``Section``, and the table of a job that asks for it; empty: only an option does."""
+
+    place: str
+    table: str = ""
+
 
 TORSION: Final = "job.torsion:TABLES"
 JOB_TABLES: Final = {
@@ -38,6 +46,13 @@ OUTPUT_KINDS: Final[list[str]] = [
     "report.kinds_of_report:READING",
 ]
 """Kinds of files that a run writes for people, in the order in which they are made."""
+RUN_SECTIONS: Final = {
+    "bending": RunSection("report.balance.bending_section:SECTION"),
+    "loads_with_gas": RunSection("report.engine.gas_section:SECTION", "cycle"),
+}
+"""Parts of the main report that add-ons compute, by key."""
+DRAWINGS: Final = "report.sheet.drawing:drawings"
+"""Outlines of the crank and of the removed metal, for the papers."""
 VIEW: Final = "api.views:view"
 """The view of a crank in a notebook."""
 

@@ -48,6 +48,10 @@ ABOVE_TOLERANCE = 4
 SAME_DENSITY = 1e-9
 
 
+BENDING = "bending"
+"""Section that `--fem` asks for."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class BalanceResult(VerbResult):
     """The end of a balancing run; what is read off it are values of its report.
@@ -268,9 +272,9 @@ def run(job: Job, crank: Crank | None, notify: Notify, watch: Stopwatch, fem: bo
     from autobalance.api.crank import Crank
 
     if fem:
-        from autobalance.fem_analysis.mesher import need_libraries
+        from autobalance.balancing.sections import section
 
-        need_libraries()
+        section(BENDING).require()
     notify("reading the crank")
     if crank is None:
         measured = measure_crank(job.crankshaft, watch, job.balance, work_on_faces(job))
@@ -292,13 +296,16 @@ def run(job: Job, crank: Crank | None, notify: Notify, watch: Stopwatch, fem: bo
 
 def _with_bending(record: Record, job: Job, crank: MeasuredCrank, notify: Notify) -> Record:
     """Return a run's record with the stress of its webs."""
-    from autobalance.machine_models.web_bending import bending, inertia_forces_N
+    from autobalance.balancing.sections import State, ended, section
 
     balanced = record.balanced
     assert balanced is not None  # a record of balance has it
-    forces = inertia_forces_N(job, crank.anatomy)
-    stress = bending(crank, balanced.result.solid, forces, lambda text, _: notify(text))
-    return replace(record, balanced=replace(balanced, bending=stress))
+    before = State(job, crank, crank.source.solid, crank.moments)
+    after = before._replace(
+        solid=balanced.result.solid or before.solid, moments=balanced.result.final_moments
+    )
+    found = ended({BENDING: section(BENDING).begun(before)}, after, notify)
+    return replace(record, balanced=replace(balanced, sections={**balanced.sections, **found}))
 
 
 def _kept(job: Job) -> KeptPlan | None:

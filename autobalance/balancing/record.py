@@ -21,10 +21,8 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.dynamics.staged_assembly import AssemblyStage
     from autobalance.engine.force_summary import ShakingForce
     from autobalance.job.model import ThrowOil
-    from autobalance.machine_models.loads_with_gas import LoadsWithGas
     from autobalance.machine_models.scan_calibration import Calibration
     from autobalance.machine_models.section_rows import SectionTable
-    from autobalance.machine_models.web_bending import Bending
     from autobalance.rigid_rotor.moments import Moments
     from autobalance.rigid_rotor.tolerance import Tolerance
     from autobalance.rigid_rotor.unbalance import Unbalance
@@ -155,8 +153,8 @@ class Forces:
 class Balanced:
     """Findings of a balancing run only.
 
-    ``faces`` are those that corrections name; ``forces`` are None where the job lacks a cylinder's direction,
-    ``loads_with_gas`` where it has no cycle, ``bending`` where it was not asked for;
+    ``faces`` are those that corrections name; ``forces`` are None where the job lacks a cylinder's direction;
+    ``sections`` are the records of add-ons by their key in the report;
     ``job_set`` are the keys of the job that were set from outside, as given; ``kept`` is the earlier plan
     whose cuts were kept, if one was.
     """
@@ -169,7 +167,6 @@ class Balanced:
     result: Result
     overbalance: Overbalance | None = None
     forces: Forces | None = None
-    loads_with_gas: LoadsWithGas | None = None
     external: tuple[CarriedUnbalance, ...] = ()
     oil: Mapping[int, ThrowOil] = field(default_factory=dict)
     job_set: tuple[str, ...] = ()
@@ -177,7 +174,7 @@ class Balanced:
     faces: tuple[Face, ...] = ()
     kept: KeptPlan | None = None
     web_metal: tuple[WebMetal, ...] = ()
-    bending: Bending | None = None
+    sections: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
-from autobalance.balancing import chordal_correction, measured_crank, uncertainty_budget
+from autobalance.balancing import chordal_correction, measured_crank, sections, uncertainty_budget
 from autobalance.balancing.comparison import Row, compare
 from autobalance.balancing.external import carried_unbalances, with_external
 from autobalance.balancing.kept import KeptPlan, balanced_as_kept, refuse_other_crank
@@ -29,16 +29,16 @@ from autobalance.balancing.record import (
 )
 from autobalance.balancing.rotor import Rotor
 from autobalance.balancing.scan_share import scan_share
+from autobalance.balancing.sections import State
 from autobalance.balancing.web_metal import web_metal
 from autobalance.correction import Limits, finishing
 from autobalance.correction.faces.cut import FaceCut
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.sections import counterweight_moments
 from autobalance.engine.balance_factor import bob_weight_moments
-from autobalance.errors import AutobalanceError, CorrectionError, JobError
+from autobalance.errors import CorrectionError, JobError
 from autobalance.job import Job
 from autobalance.job.limits import limits_of_every_kind
-from autobalance.job.model.cycle import Cycle
 from autobalance.machine_models import engine_from_job, rotor_from_job
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.oil_from_job import with_oil
@@ -47,12 +47,10 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Notify, Stopwatch
-from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
 
 if TYPE_CHECKING:
     from autobalance.dynamics.staged_assembly import AssemblyStage
-    from autobalance.engine.cycle.analysis import CycleAnalysis
 
 
 def balanced_record(
@@ -73,7 +71,7 @@ def balanced_record(
         tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
         job = with_external(job, crank, tolerance, factor)
         rotor = rotor_of(job, crank, tolerance, factor)
-        with_gas, missing = _before_with_gas(job, crank)
+        begun, missing = sections.begun(State(job, crank, crank.source.solid, crank.moments))
     with _Stages(watch, progress) as stages:
         if kept is not None:
             refuse_other_crank(kept, job, crank.anatomy)
@@ -97,12 +95,10 @@ def balanced_record(
         record = replace(record, balanced=replace(record.balanced, kept=kept, faces=kept.faces))
     record = replace(record, warnings=(*odd, *missing))
     record = with_forces(record, job, crank, result)
-    if with_gas is not None and record.balanced is not None:
-        after = _gas_loads(job, crank, result.as_written or crank.source.solid, result.final_moments)
-        from autobalance.machine_models.loads_with_gas import LoadsWithGas
-
-        loads = LoadsWithGas.of(with_gas, after)
-        record = replace(record, balanced=replace(record.balanced, loads_with_gas=loads))
+    if record.balanced is not None:
+        after = State(job, crank, result.as_written or crank.source.solid, result.final_moments)
+        found = sections.ended(begun, after, progress)
+        record = replace(record, balanced=replace(record.balanced, sections=found))
     if job.balance.overbalance_g_mm > 0.0 and record.balanced is not None:
         progress("placing the last holes")
         left = _overbalance(job, rotor, tolerance, result)
@@ -125,22 +121,6 @@ def with_forces(record: Record, job: Job, crank: Crank, result: Result) -> Recor
         return record
     forces = Forces(before, after)
     return replace(record, balanced=replace(record.balanced, forces=forces))
-
-
-def _before_with_gas(job: Job, crank: Crank) -> tuple[CycleAnalysis | None, tuple[str, ...]]:
-    """Return the cycle before balancing, or a warning why it cannot be computed; neither without a cycle."""
-    if job.table(Cycle) is None:
-        return None, ()
-    try:
-        return _gas_loads(job, crank, crank.source.solid, crank.moments), ()
-    except AutobalanceError as error:
-        return None, (f"loads with gas are left out: {error}",)
-
-
-def _gas_loads(job: Job, crank: Crank, solid: Solid, moments: Moments) -> CycleAnalysis:
-    from autobalance.machine_models.gas_loads import gas_loads  # only where there is gas
-
-    return gas_loads(job, crank.anatomy, solid, crank.density_g_mm3, moments)
 
 
 def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -> Overbalance:

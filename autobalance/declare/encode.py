@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 import numpy as np
 
-from autobalance.declare.fields import ABSENT, Absent, Field, bare, fields_of
+from autobalance.declare.fields import ABSENT, Absent, Field, Registered, bare, fields_of, marks_of
 from autobalance.declare.units import Unit
 
 Values = dict[str, Any]
@@ -154,6 +154,10 @@ def _decoded_table(of: Any, value: Any) -> Any:
 def _decoded_inline(of: Any, field: Field, value: Mapping[str, Any]) -> Any:
     """Return a record whose keys stand among another's, or a mapping of the keys that no field has."""
     record = _record_in(field.hint)
+    registered = [mark for mark in marks_of(field.hint) if isinstance(mark, Registered)]
+    if registered:
+        types = registered[0].types()
+        return {key: _at(f".{key}", hint, value[key], None) for key, hint in types.items() if key in value}
     if record is None:
         return {key: each for key, each in value.items() if key not in set(_keys(of))}
     there = any(key in value for key in _keys(record))
@@ -168,6 +172,8 @@ def _record_in(hint: Any) -> Any:
 
 def _keys(of: Any) -> Iterator[str]:
     for each in fields_of(of):
+        for mark in marks_of(each.hint):
+            yield from mark.types() if isinstance(mark, Registered) else ()
         inner = _record_in(each.hint) if each.inline else None
         if inner is not None:
             yield from _keys(inner)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
@@ -56,6 +56,13 @@ class Like:
     """Mark of a table that comes from elsewhere, as from a file: the record with the same keys."""
 
     record: Any
+
+
+@dataclass(frozen=True)
+class Registered:
+    """Mark of a mapping inline whose keys others register: their types by key, asked for when needed."""
+
+    types: Callable[[], Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -137,6 +144,12 @@ def _field(name: str, hint: Any) -> Field:
     key = names[0] if names else name if unit is None else unit.key(name)
     may_lack = OMITTED in marks or Absent in get_args(bare(hint))
     return Field(name, key, hint, unit, INLINE in marks, not may_lack, OMITTED in marks, False)
+
+
+def described(hint: Any, meaning: str) -> Any:
+    """Return a type with its meaning, as ``Annotated`` has it."""
+    annotated: Any = Annotated
+    return annotated[(hint, meaning)]
 
 
 def bare(hint: Any) -> Any:

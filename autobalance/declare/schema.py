@@ -27,7 +27,7 @@ from typing import (
 
 import numpy as np
 
-from autobalance.declare.fields import Absent, Field, Like, bare, fields_of
+from autobalance.declare.fields import Absent, Field, Like, Registered, bare, fields_of, marks_of
 from autobalance.declare.ranges import Pattern, Range, Size
 
 Values = dict[str, Any]
@@ -116,6 +116,10 @@ def _fields(fields: Sequence[Field], definitions: Definitions) -> tuple[Values, 
         if not each.inline:
             properties[each.key] = _schema(_hint_where_written(each), definitions)
             required += [each.key] if each.required else []
+            continue
+        if registered := [mark for mark in marks_of(each.hint) if isinstance(mark, Registered)]:
+            others = registered[0].types()
+            properties |= {key: _schema(hint, definitions) for key, hint in others.items()}
             continue
         record = _record_in(each.hint)
         inner, inner_required, open_inside = (

@@ -6,10 +6,12 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Throw, Web
+from autobalance.declare import Count, NotNegative, Ordinal
 from autobalance.errors import AutobalanceError
 from autobalance.job import Job
 from autobalance.machine_models.crankpins import with_crankpins
@@ -40,10 +42,10 @@ TIE_TOLERANCE = 1e-6
 class WebBending:
     """Nominal stress of a web's weakest section across the throw: M c/I + Q/A, before and after [MPa]."""
 
-    web: int
-    throw: int
-    before_MPa: float
-    after_MPa: float
+    web: Ordinal
+    throw: Ordinal
+    before_MPa: NotNegative
+    after_MPa: NotNegative
 
 
 @dataclass(frozen=True)
@@ -53,21 +55,21 @@ class ThrowElements:
     ``before_MPa`` and ``after_MPa`` are what 1 % of the surface exceeds.
     """
 
-    throw: int
-    before_MPa: float | None
-    after_MPa: float | None
-    nodes: int | None
-    seconds: float
-    failed: str | None = None
+    throw: Ordinal
+    before_MPa: NotNegative | None
+    after_MPa: NotNegative | None
+    nodes: Count | None
+    seconds: Annotated[NotNegative, "processor time"]
+    failed: Annotated[str | None, "why there is none"] = None
 
 
 @dataclass(frozen=True)
 class Bending:
     """A force on each crankpin, across the axis, and the stress it makes in the webs."""
 
-    force_N: tuple[float, ...]
-    webs: tuple[WebBending, ...]
-    elements: ThrowElements | None
+    force_N: Annotated[tuple[NotNegative, ...], "m r Ω² on each crankpin at service speed"]
+    webs: Annotated[tuple[WebBending, ...], "beside throws that have a bay of their own"]
+    elements: Annotated[ThrowElements | None, "the throw whose webs lose most"]
 
 
 def inertia_forces_N(job: Job, anatomy: Anatomy) -> tuple[float, ...]:

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from autobalance import registry
 from autobalance.runtime import Notify
 
 if TYPE_CHECKING:
     from autobalance.machine_models.measured import Crank
     from autobalance.report.page.shown import Shown
-    from autobalance.report.sheet.drawing import Drawings
     from autobalance.solid.csg.solid import Solid
 
 
@@ -42,7 +42,7 @@ class Material:
         The tool body of each correction, file coordinates.
     notify : callable
         Called with what runs, in a few words.
-    drawn : Drawings or None
+    drawn : object or None
         The outlines, where they are there already.
     crank : Crank or None
         As it was measured before it was cut: where it was scanned, its surface is shown.
@@ -54,7 +54,7 @@ class Material:
     after: Solid | None
     tools: Sequence[Solid]
     notify: Notify
-    drawn: Drawings | None = None
+    drawn: Any = None
     crank: Crank | None = None
 
     @cached_property
@@ -85,12 +85,10 @@ class Material:
         return None if image is None else png(image)
 
     @cached_property
-    def drawings(self) -> Drawings:
-        """The outlines of the crank and of the removed metal."""
-        from autobalance.report.sheet.drawing import drawings
-
+    def drawings(self) -> Any:
+        """The outlines of the crank and of the removed metal, as the papers draw them."""
         if self.drawn is not None:
             return self.drawn
         pieces = self.shown.pieces
         self.notify("drawing the shop sheet")
-        return drawings(self.report, self.before, pieces)
+        return registry.loaded(registry.DRAWINGS)(self.report, self.before, pieces)

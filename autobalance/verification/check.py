@@ -8,15 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from autobalance.balancing import run
+from autobalance.balancing import run, sections
 from autobalance.balancing.record import Record
+from autobalance.balancing.sections import State
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import AutobalanceError, FormatError
 from autobalance.job import Job
-from autobalance.job.model.cycle import Cycle
 from autobalance.machine_models import rotor_from_job
-from autobalance.machine_models.gas_loads import gas_loads
-from autobalance.machine_models.loads_with_gas import LoadsWithGas
+from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.machine_models.oil_from_job import with_oil
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -199,25 +198,31 @@ def _check_as_recorded(
     webs = held.files.once(("counterweights", id(crank)), lambda: run.counterweights_of(crank))
     record = run.record_of(job, crank, factor, tolerance, result, webs)
     record = run.with_forces(record, job, crank, result)
-    cycle = job.table(Cycle)
-    if cycle is not None and cycle.measured:
-        claims.ledger.why_not["loads_with_gas"] = "the measured pressure is not kept with the report"
-    else:
-        record = _with_gas_loads(record, job, crank_before, left, ends)
+    record = _with_sections(record, job, crank, left, ends, claims)
     check_like(held, record)
 
 
-def _with_gas_loads(record: Record, job: Job, crank_before: OriginalCrank, left: Left, ends: Ends) -> Record:
-    """Return a record with loads with gas; unchanged without a cycle or where they cannot be computed."""
-    if job.table(Cycle) is None or record.balanced is None:
+def _no_notice(_: str) -> None:
+    """Say nothing of what runs."""
+
+
+def _with_sections(
+    record: Record, job: Job, crank: MeasuredCrank, left: Left, ends: Ends, claims: Claims
+) -> Record:
+    """Return a record with the sections that a job's tables ask for; one that fails is left out."""
+    if record.balanced is None:
         return record
-    density = job.crankshaft.density_g_mm3
-    try:
-        before = gas_loads(job, crank_before.anatomy, crank_before.source.solid, density, ends.before)
-    except AutobalanceError:
-        return record
-    after = gas_loads(job, crank_before.anatomy, left.source.solid, density, ends.after)
-    return replace(record, balanced=replace(record.balanced, loads_with_gas=LoadsWithGas.of(before, after)))
+    found: dict[str, Any] = {}
+    for key, each in sections.of_job(job):
+        if why := each.unchecked(job):
+            claims.ledger.why_not[key] = why
+            continue
+        try:
+            begun = each.begun(State(job, crank, crank.source.solid, ends.before))
+        except AutobalanceError:
+            continue
+        found[key] = each.ended(begun, State(job, crank, left.source.solid, ends.after), _no_notice)
+    return replace(record, balanced=replace(record.balanced, sections=found))
 
 
 def _check_overbalance(claims: Claims, job: Job, tolerance: Tolerance) -> None:

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.declare import encoded
+from autobalance.declare import decoded
 from autobalance.errors import SolidError
 from autobalance.machine_models import solid_meshes
+from autobalance.machine_models.web_bending import Bending as BendingRecord
 from autobalance.machine_models.web_bending import bending as bending_of
 from autobalance.machine_models.web_bending import weakest_section_MPa
 from autobalance.report.balance.bending_text import bending_text
-from autobalance.report.records.bending import Bending as BendingRecord
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from tests.cranks import Shape, make_crank
@@ -54,7 +54,7 @@ def test_balance_shows_stress_before_and_after(tmp_path: Path, monkeypatch: pyte
     assert elements["after_MPa"] == pytest.approx(elements["before_MPa"], rel=0.1)  # as the summary says
     nominal = max(each["before_MPa"] for each in bending["webs"])
     assert 0.25 * nominal < elements["before_MPa"] < 2.0 * nominal
-    text = bending_text(bending)
+    text = bending_text(decoded(BendingRecord, bending))
     assert "throw 1, finite elements" in text
     assert f"{elements['nodes']} nodes" in text
 
@@ -62,9 +62,7 @@ def test_balance_shows_stress_before_and_after(tmp_path: Path, monkeypatch: pyte
         raise SolidError("the mesher ended with exit code -6")
 
     monkeypatch.setattr(solid_meshes, "bodies_of_solid", fails)
-    refused = BendingRecord.of(bending_of(result.before.measured, None, bending["force_N"]))
+    refused = bending_of(result.before.measured, None, bending["force_N"])
     assert isinstance(refused, BendingRecord)
     assert [each.before_MPa for each in refused.webs] == [each["before_MPa"] for each in bending["webs"]]
-    assert "no finite elements of throw 1: the mesher ended with exit code -6" in bending_text(
-        encoded(refused)
-    )
+    assert "no finite elements of throw 1: the mesher ended with exit code -6" in bending_text(refused)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from autobalance.balancing.sections import section, sections_in
 from autobalance.correction.holes import drill_words
 from autobalance.quantities import g
 from autobalance.report.balance.kinds import angle_deg, verb
@@ -39,8 +40,7 @@ def balance_text(report: Values, units: DisplayUnits, folder: Path | None = None
         _before_and_after(report, units),
         _factor(report, units),
         _forces(report),
-        _loads_with_gas(report),
-        _bending(report),
+        *_sections(report),
         _changes(report, units),
         _overbalance(report, units),
         _external(report, units),
@@ -50,12 +50,10 @@ def balance_text(report: Values, units: DisplayUnits, folder: Path | None = None
     return "\n\n".join(part for part in parts if part)
 
 
-def _bending(report: Values) -> str:
-    if not report.get("bending"):
-        return ""
-    from autobalance.report.balance.bending_text import bending_text
-
-    return bending_text(report["bending"])
+def _sections(report: Values) -> Iterator[str]:
+    """Yield the lines of the sections that add-ons have put into a report."""
+    for key, found in sections_in(report):
+        yield section(key).text(found)
 
 
 def _assembly(report: Values, units: DisplayUnits) -> str:
@@ -252,19 +250,6 @@ def _oil(report: Values, units: DisplayUnits) -> str:
         units.of_mass(sum(each[key] for each in oil)) for key in ("mass_g", "on_crankpin_g")
     )
     return f"Oil in bores and drillings: {all_of_it}; in the bob-weights {in_bobs}"
-
-
-def _loads_with_gas(report: Values) -> str:
-    loads = report.get("loads_with_gas")
-    if loads is None:
-        return ""
-    rows: list[Sequence[str]] = [("With gas", "before", "after", "mean after")]
-    for before, after in zip(*(loads[key]["main_journals"] for key in ("before", "after")), strict=True):
-        cells = f"{before['greatest_N']:.0f} N", f"{after['greatest_N']:.0f} N", f"{after['mean_N']:.0f} N"
-        rows.append((f"  main journal {after['number']}", *cells))
-    frictions = (f"{loads[key]['friction_mean_N_m']:.3f} N·m" for key in ("before", "after"))
-    rows.append(("  mean friction", *frictions, ""))
-    return table(rows) + f"\n  greatest load over the cycle at {loads['speed_rpm']:g} rpm"
 
 
 def _forces(report: Values) -> str:

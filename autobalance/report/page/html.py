@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
+from autobalance.balancing.sections import section, sections_in
 from autobalance.report.balance import kinds
-from autobalance.report.balance.bending_text import bending_rows, bending_words
 from autobalance.report.balance.relaxation_text import relaxation_lines
 from autobalance.report.balance.text import remarks
 from autobalance.report.display_units import ON_SCREEN, UnitSystem, in_units
@@ -90,8 +90,7 @@ def page(
             **_inputs(report),
             polars=polar.figures(report),
             forces=force_rows(report),
-            bending=_bending(report),
-            loads=report.get("loads_with_gas"),
+            sections=[section(key).page(found) for key, found in sections_in(report)],
             external_words=external_words(report) if report.get("external") else "",
             size=lambda vector: math.hypot(*vector),
             corrections=list(_corrections(report)),
@@ -153,11 +152,6 @@ def _inputs(report: Report) -> dict[str, Any]:
         ],
         "bob_weights": at(report, "engine.bob_weights") or (),
     }
-
-
-def _bending(report: Report) -> dict[str, Any] | None:
-    found = report.get("bending")
-    return {"rows": bending_rows(found), "words": bending_words(found)} if found else None
 
 
 def _corrections(report: Report) -> Iterator[dict[str, Any]]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 
+from autobalance.balancing.sections import section_types
 from autobalance.balancing.web_metal import weak_places
 from autobalance.correction import KINDS
 from autobalance.declare import (
@@ -22,12 +24,12 @@ from autobalance.declare import (
     Ordinal,
     Pair,
     Positive,
+    Registered,
     Triple,
     fields_of,
     record,
 )
 from autobalance.engine.force_summary import ShakingForce
-from autobalance.machine_models.loads_with_gas import LoadsWithGas
 from autobalance.quantities import Text, listed
 from autobalance.report.records.against import Against
 from autobalance.report.records.balance import (
@@ -38,7 +40,6 @@ from autobalance.report.records.balance import (
     Tolerance,
     Unbalance,
 )
-from autobalance.report.records.bending import Bending
 from autobalance.report.records.corrections import (
     Correction,
     Overbalance,
@@ -269,17 +270,11 @@ class Report:
         ]
         | Absent
     ) = ABSENT
-    bending: Annotated[Bending, "with --fem: stress of the webs, before and after"] | Absent = ABSENT
     plan_kept: Annotated[PlanKept, "the earlier report whose cuts were kept, with new depths"] | Absent = (
         ABSENT
     )
     final_with_slugs: WithSlugs | Absent = ABSENT
-    loads_with_gas: (
-        Annotated[
-            LoadsWithGas, "Of jobs with a cycle: loads over it at top speed, of the crank before and after."
-        ]
-        | Absent
-    ) = ABSENT
+    of_addons: Annotated[Mapping[str, Any], INLINE, Registered(section_types)] = field(default_factory=dict)
     external: (
         Annotated[
             Sequence[ExternalPart], "Share of the crank's unbalance that damper, flexplate or flywheel carry."
@@ -390,9 +385,8 @@ def _balanced(balanced: run.Balanced, record: run.Record) -> dict[str, Any]:
         "notes": result.notes,
         "web_metal": [WebMetal(**vars(each)) for each in balanced.web_metal],
         "weak_places": weak_places(balanced.web_metal, result.corrections, anatomy, record.cuts_before + 1),
-        "bending": Bending.of(balanced.bending),
         "final_with_slugs": WithSlugs.of(result),
-        "loads_with_gas": balanced.loads_with_gas or ABSENT,
+        "of_addons": balanced.sections,
         "external": [ExternalPart.of(each) for each in balanced.external] or ABSENT,
         "oil": [ThrowOil.of(*each) for each in sorted(balanced.oil.items())] or ABSENT,
         "assembly": [

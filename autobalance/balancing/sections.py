@@ -1,0 +1,87 @@
+"""Parts of the main report that add-ons compute of the crank before and after its cuts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from autobalance import registry
+from autobalance.declare import decoded, described
+from autobalance.errors import AutobalanceError
+from autobalance.job import Job
+from autobalance.machine_models.measured import Crank
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.runtime import Notify
+from autobalance.solid.csg.solid import Solid
+
+
+class State(NamedTuple):
+    """The crank as it was measured, and the solid and moments that it has at one end of the run."""
+
+    job: Job
+    crank: Crank
+    solid: Solid
+    moments: Moments
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the report: ``record`` declares what stands in it, ``meaning`` says what it is.
+
+    ``begun`` computes what is needed of the crank before; with it ``ended`` makes the record of the crank
+    after. ``text`` and ``page`` show a record, on the terminal and as (template, values). ``unchecked`` says
+    why ``verify`` cannot compute it again, empty where it can; ``require`` raises where an extra is missing.
+    """
+
+    record: type
+    meaning: str
+    begun: Callable[[State], Any]
+    ended: Callable[[Any, State, Notify], Any]
+    text: Callable[[Any], str]
+    page: Callable[[Any], tuple[str, Mapping[str, Any]]]
+    unchecked: Callable[[Job], str] = lambda _: ""
+    require: Callable[[], None] = lambda: None
+
+
+def section(key: str) -> Section:
+    """Return the section that the report has under a key."""
+    found: Section = registry.loaded(registry.RUN_SECTIONS[key].place)
+    return found
+
+
+def of_job(job: Job) -> Iterator[tuple[str, Section]]:
+    """Yield key and section of those that a job asks for by one of its tables."""
+    for key, each in registry.RUN_SECTIONS.items():
+        if each.table in job.raw:
+            yield key, section(key)
+
+
+def begun(state: State) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return what a job's sections need of the crank before it is cut, and a warning of each left out."""
+    found: dict[str, Any] = {}
+    warnings = []
+    for key, each in of_job(state.job):
+        try:
+            found[key] = each.begun(state)
+        except AutobalanceError as error:
+            warnings.append(f"{key.replace('_', ' ')} are left out: {error}")
+    return found, tuple(warnings)
+
+
+def ended(found: Mapping[str, Any], state: State, notify: Notify) -> dict[str, Any]:
+    """Return the records of the sections that were begun, of the crank after its cuts."""
+    return {key: section(key).ended(each, state, notify) for key, each in found.items()}
+
+
+def sections_in(report: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield key and record of each section of a report as written."""
+    for key in registry.RUN_SECTIONS:
+        if report.get(key):
+            yield key, decoded(section(key).record, report[key])
+
+
+def section_types() -> dict[str, Any]:
+    """Return the record of each section by its key in the report."""
+    found = {key: section(key) for key in registry.RUN_SECTIONS}
+    return {key: described(each.record, each.meaning) for key, each in found.items()}
