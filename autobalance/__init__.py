@@ -9,7 +9,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from autobalance import verbs
+from autobalance import registry
 from autobalance.version import __version__ as __version__
 
 PUBLIC = {
@@ -21,7 +21,7 @@ PUBLIC = {
     "crank_from_shape": "api.crank_in_memory",
     "read_crank": "api.crank",
     "read_job": "api.job",
-    **verbs.public(),
+    **registry.functions(),
 }
 """Public name → the module that holds it."""
 __all__ = sorted([*PUBLIC, "__version__", "theory"])  # noqa: PLE0605, mypy reads the imports below

@@ -22,7 +22,7 @@ os.environ["COLUMNS"] = "100"  # argparse wraps its help at the terminal's width
 
 from autobalance import PUBLIC, theory  # noqa: E402
 from autobalance.command.main import full_parser  # noqa: E402
-from autobalance.verbs import VERBS as COMMANDS  # noqa: E402
+from autobalance.registry import VERBS as COMMANDS  # noqa: E402
 from autobalance.version import __version__  # noqa: E402
 
 if TYPE_CHECKING:

@@ -20,12 +20,13 @@ sys.path.insert(0, str(ROOT))
 
 from autobalance.declare import FILLED, REQUIRED, Key  # noqa: E402
 from autobalance.job.files.crank_keys import DESIGN, PRESET  # noqa: E402
-from autobalance.job.files.declared import DECLARATIONS, forms_of  # noqa: E402
+from autobalance.job.files.declared import forms_of  # noqa: E402
 from autobalance.job.files.design_keys import DESIGN_KEYS  # noqa: E402
 from autobalance.job.read_engine import WEIGHTS  # noqa: E402
 from autobalance.job.tables import job_tables  # noqa: E402
 from autobalance.job.toml.text import toml_value  # noqa: E402
 from autobalance.job.torsion import OF_A_JOB  # noqa: E402
+from autobalance.registry import FILES  # noqa: E402
 
 DOCS = ROOT / "docs"
 PAGES = tuple(
@@ -49,7 +50,7 @@ def blocks() -> dict[str, str]:
         if named.named is not None
         for form in named.named.forms
     )
-    files = {name: {"": DESIGN_KEYS} if name == "design-file" else forms_of(name) for name in DECLARATIONS}
+    files = {name: {"": DESIGN_KEYS} if name == "design-file" else forms_of(name) for name in FILES}
     files["crank-file"] = {"": (replace(PRESET, default=None), *DESIGN)}
     return found | {name: of_forms(forms) for name, forms in files.items()}
 

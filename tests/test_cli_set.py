@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from autobalance.command.main import full_parser
-from autobalance.verbs import VERBS as COMMANDS
+from autobalance.registry import VERBS as COMMANDS
 from tests import jobs
 
 TAKES_A_JOB = {"balance", "batch", "compare", "cycle", "forces", "inspect", "orders", "parts", "shafts"}

@@ -7,7 +7,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from autobalance import verbs
+from autobalance import registry
 from autobalance.report.pictures.anatomy import crank_picture
 
 if TYPE_CHECKING:
@@ -32,6 +32,6 @@ def view(source: object, crank: Crank) -> Any:
     if find_spec("anywidget") is None:
         return Still(crank_picture(crank.source.solid.mesh, crank.anatomy, crank.faces))
     app = import_module(
-        f"autobalance.{verbs.public()['app']}"
+        f"autobalance.{registry.functions()['app']}"
     ).app  # by its name: the app stands on this room
     return app(source)

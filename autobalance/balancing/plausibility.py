@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from autobalance import registry
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.balance_factor import factor_direction_g_mm
 from autobalance.engine.conrod import ConnectingRod
@@ -16,7 +17,6 @@ from autobalance.errors import JobError
 from autobalance.job import Job
 from autobalance.job.model import PartWeights
 from autobalance.machine_models.crank_size import refuse_density, usual_units
-from autobalance.machine_models.firing_from_job import odd_firing
 from autobalance.machine_models.rotor_from_job import (
     crank_factor,
     hung_on,
@@ -78,7 +78,14 @@ def oddities(job: Job, crank: Crank) -> tuple[str, ...]:
     """
     odd = (*_bob_weights(job, crank), *odd_parts(job), *_crankpins(job, crank), *_oil(job))
     odd = (*odd, *_factor(job, crank), *_rod_length(job, crank.anatomy), *_pitch(job, crank.anatomy))
-    return (*odd, *_rods(job, crank), *_speed(job), *_tolerance(job, crank), *odd_firing(job, crank.anatomy))
+    return (*odd, *_rods(job, crank), *_speed(job), *_tolerance(job, crank), *_of_addons(job, crank.anatomy))
+
+
+def _of_addons(job: Job, anatomy: Anatomy) -> Iterator[str]:
+    """Yield what add-ons find odd in their tables of a job."""
+    for table, place in registry.ODDITIES.items():
+        if table in job.raw:
+            yield from registry.loaded(place)(job, anatomy)
 
 
 def odd_parts(job: Job) -> tuple[str, ...]:

@@ -12,9 +12,11 @@ from importlib import import_module
 from io import TextIOWrapper
 from typing import Any, NoReturn
 
+from autobalance import registry
 from autobalance.command import objects
 from autobalance.command.console import complain, fail, open_closed_streams, written
 from autobalance.errors import AutobalanceError, UsageError, system_reason
+from autobalance.registry import VERBS
 from autobalance.runtime import (
     ended_in_time,
     interruptible,
@@ -24,7 +26,6 @@ from autobalance.runtime import (
     reading_noted,
     silence_loggers,
 )
-from autobalance.verbs import VERBS
 from autobalance.version import __version__
 
 WAYS_IN = """\
@@ -122,11 +123,10 @@ def _run(arguments: list[str], is_alone: bool) -> int:
     if not arguments:
         complain(WAYS_IN)
         return UsageError.exit_code
-    if arguments[:1] == ["calc"]:
-        from autobalance.command.calc import help_for
+    if arguments[0] in registry.OWN_HELP:
         from autobalance.command.console import say
 
-        text = help_for(arguments)
+        text = registry.loaded(registry.OWN_HELP[arguments[0]])(arguments)
         if text is not None:
             say(text)
             return 0
@@ -200,8 +200,8 @@ def _parser(listed: Iterable[str], is_loaded: Callable[[str], bool]) -> argparse
     for name in listed:
         subparser = subparsers.add_parser(
             name,
-            help=VERBS[name],
-            description=VERBS[name],
+            help=VERBS[name].says,
+            description=VERBS[name].says,
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         if is_loaded(name):
@@ -213,13 +213,12 @@ def _parser(listed: Iterable[str], is_loaded: Callable[[str], bool]) -> argparse
 
 def _command(name: str) -> tuple[Callable[[argparse.ArgumentParser], None], Callable[[Any], int]]:
     """Return the functions that add a command's options, and that run it."""
-    from importlib.util import find_spec
-
     from autobalance.command.verb import Verb
 
-    if find_spec(f"autobalance.command.{name}") is None:  # it is what its function is
-        verb = Verb(f"api.{name}:{name}")
+    listed = VERBS[name]
+    if not listed.command:  # it is what its function is
+        verb = Verb(f"{listed.function}:{name}")
         return verb.add_arguments, verb.run
-    module: Any = import_module(f"autobalance.command.{name}")
+    module: Any = import_module(f"autobalance.{listed.command}")
     declared = getattr(module, "VERB", module)
     return declared.add_arguments, getattr(module, "run", declared.run)

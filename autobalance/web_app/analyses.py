@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
-from autobalance import verbs
+from autobalance import registry
 from autobalance.api.declaration import REQUIRED, Parameter, parameters_of
 from autobalance.declare import UNIT_BY_ENDING
 from autobalance.errors import AutobalanceError, UsageError
@@ -80,7 +80,7 @@ def analyses() -> list[Form]:
     return [
         {
             "verb": verb,
-            "says": verbs.VERBS[verb],
+            "says": registry.VERBS[verb].says,
             "reads": analysis.reads,
             "tables": file_tables(analysis.schema) if analysis.schema else [],
             "options": [_field(each) for each in _options(verb)],
@@ -96,7 +96,7 @@ def example(verb: str) -> str:
 
 def _options(verb: str) -> Iterator[Parameter]:
     """Yield the parameters that the page asks for: not the job or the file, which it has."""
-    declared = list(parameters_of(f"api.{verb}:{verb}").values())
+    declared = list(parameters_of(f"{registry.VERBS[verb].function}:{verb}").values())
     own = declared if ANALYSES[verb].reads == "records" else declared[1:]
     if verb != "rotor":  # whose options are for a crank in place of its file
         yield from (each for each in own if each.name not in NOT_ASKED)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from autobalance import registry
 from autobalance.api.declaration import parameters_of
 from autobalance.job.files.design_keys import START_TABLES
 from autobalance.runtime import own_standard_output
@@ -298,7 +299,7 @@ def _analysed(verb: str) -> Callable[[Asked, Place, Progress], int]:
 
         os.chdir(place.project)  # what a file names is in the project; the run is a separate process
         keywords = keywords_of(verb, request.get("options", {}), Project(place.project))
-        declared = parameters_of(f"api.{verb}:{verb}")
+        declared = parameters_of(f"{registry.VERBS[verb].function}:{verb}")
         if "workers" in declared:
             keywords["workers"] = 1  # the run is a separate process already
         if "progress" in declared:

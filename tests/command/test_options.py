@@ -5,7 +5,6 @@ import re
 import subprocess
 import sys
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any, get_args
@@ -16,18 +15,18 @@ import autobalance
 from autobalance.api.declaration import REQUIRED, parameters_of
 from autobalance.command.main import full_parser
 from autobalance.command.verb import Verb
-from autobalance.verbs import VERBS as COMMANDS
+from autobalance.registry import VERBS as COMMANDS
 from tests import jobs
 
 
 def _module(name: str) -> ModuleType | None:
     """Return the command's own file, where its function is not all there is to it."""
-    place = f"autobalance.command.{name}"
-    return import_module(place) if find_spec(place) else None
+    place = COMMANDS[name].command
+    return import_module(f"autobalance.{place}") if place else None
 
 
 VERBS: dict[str, Verb] = {
-    name: getattr(module, "VERB", None) or Verb(f"api.{name}:{name}")
+    name: getattr(module, "VERB", None) or Verb(f"{COMMANDS[name].function}:{name}")
     for name in COMMANDS
     if hasattr(module := _module(name), "VERB") or module is None
 }

@@ -20,7 +20,7 @@ import pytest
 
 from autobalance.command.main import full_parser
 from autobalance.command.objects import Objects
-from autobalance.verbs import public
+from autobalance.registry import functions
 from tests import jobs
 from tests.test_cli_warnings import shift_one_half
 
@@ -99,7 +99,7 @@ def test_two_threads_never_let_the_share_fall() -> None:
 def test_every_verb_with_progress_takes_it() -> None:
     (commands,) = (each for each in full_parser()._actions if isinstance(each, argparse._SubParsersAction))
     shown = {verb for verb, parser in commands.choices.items() if "--progress {" in parser.format_help()}
-    modules = {verb: import_module(f"autobalance.{module}") for verb, module in public().items()}
+    modules = {verb: import_module(f"autobalance.{module}") for verb, module in functions().items()}
     long = {verb for verb, each in modules.items() if "progress" in signature(getattr(each, verb)).parameters}
     assert {"demo", *long} <= shown
 

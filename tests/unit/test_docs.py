@@ -12,9 +12,9 @@ import pytest
 from autobalance import PUBLIC, job
 from autobalance.command.main import full_parser
 from autobalance.job.tables import job_tables
+from autobalance.registry import VERBS as COMMANDS
 from autobalance.report.output_kinds import KINDS
 from autobalance.solid.formats.table import ENTRIES, endings
-from autobalance.verbs import VERBS as COMMANDS
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [

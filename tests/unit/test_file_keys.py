@@ -12,9 +12,10 @@ import autobalance as ab
 from autobalance.api.schema import READ_FILES
 from autobalance.declare import Key
 from autobalance.errors import JobError
-from autobalance.job.files.declared import DECLARATIONS, forms_of
+from autobalance.job.files.declared import forms_of
 from autobalance.job.toml.keys import read
 from autobalance.job.toml.typed_units import in_base_units
+from autobalance.registry import FILES
 from tests.unit import test_job_keys
 from tests.unit.test_job_keys import both_refuse, dotted, every_key, needed, sample, told, with_value, wrong
 
@@ -35,10 +36,10 @@ def complaint(keys: tuple[Key, ...], raw: Raw) -> list[str]:
 
 
 def test_every_file_has_its_schema() -> None:
-    assert set(READ_FILES) == {"job", *DECLARATIONS}
+    assert set(READ_FILES) == {"job", *FILES}
 
 
-@pytest.mark.parametrize(("name", "form"), [(name, form) for name in DECLARATIONS for form in forms_of(name)])
+@pytest.mark.parametrize(("name", "form"), [(name, form) for name in FILES for form in forms_of(name)])
 def test_what_the_reader_refuses_the_schema_refuses(
     name: str, form: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from autobalance.declare import COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Range
+from autobalance.job.tables import job_tables
 
 Pair = tuple[float, float]
 Point = tuple[float, float, float]
@@ -151,3 +152,8 @@ DESIGN_KEYS = (
     ),
 )
 """Every key of a DESIGN.toml beside those of the job it starts from."""
+
+
+def design_keys() -> tuple[Key, ...]:
+    """Return every key of a design file: the tables of the job that it starts from, and its own."""
+    return (*(key for key in job_tables() if key.name in START_TABLES), *DESIGN_KEYS)
