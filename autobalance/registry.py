@@ -253,6 +253,8 @@ ODDITIES: Final = {"cycle": "machine_models.firing_from_job:odd_firing"}
 """Table of a job → function of job and anatomy that says what is odd about it."""
 OWN_HELP: Final = {"calc": "command.calc:help_for"}
 """Verb → function of the words of the command line that returns its help, or None."""
+CYCLE_SECTIONS: Final = {"flexible": "report.engine.flexible_section:SECTION"}
+"""Parts of a cycle's report that add-ons compute, by key."""
 VIEW: Final = "api.views:view"
 """The view of a crank in a notebook."""
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import Request, job_set, request
 from autobalance.api.result import Values, VerbResult
-from autobalance.declare import ABSENT
-from autobalance.errors import JobError, UsageError
+from autobalance.errors import UsageError
 from autobalance.job import Job, JobSource
 from autobalance.job.model.cycle import Cycle
 from autobalance.report.plot_files import Plots
@@ -22,14 +21,13 @@ from autobalance.units import RAD_S_PER_RPM
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
     from autobalance.engine.cycle.analysis import CycleAnalysis
-    from autobalance.job.model.cycle import Film
     from autobalance.machine_models.cycle_films import CycleFilms
-    from autobalance.machine_models.flexible_cycle import FlexibleCycle
-    from autobalance.machine_models.flexible_twist import ShaftTwist
     from autobalance.report.records.cycle import CycleReport
 
 DEFAULT_FACTORS = (0.0, 0.28, 0.5, 0.64, 1.0)
 SERIES = "cycle.csv"
+FLEXIBLE = "flexible"
+"""Section that `--flexible` asks for."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -40,7 +38,13 @@ class CycleResult(VerbResult):
     analysis: CycleAnalysis
     factors: tuple[float, ...]
     films: CycleFilms | None = None
-    flexible: FlexibleCycle | None = None
+    sections: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def flexible(self) -> Any:
+        """The crank as it bends, where that was asked for."""
+        bent = self.sections.get(FLEXIBLE)
+        return None if bent is None else bent.cycle
 
     def text(self, units: str = "metric") -> str:
         """Return the cycle as lines for people; always metric."""
@@ -50,11 +54,13 @@ class CycleResult(VerbResult):
 
     def plots(self) -> Plots:
         """Return pressure, indicator diagrams, torque, orders, polar loads and speed."""
-        from autobalance.report.engine.cycle_plots import cycle_plots, flexible_plots
+        from autobalance.machine_models.cycle_sections import cycle_section
+        from autobalance.report.engine.cycle_plots import cycle_plots
 
         plots = cycle_plots(self.analysis, self.factors, self.films, self.content.sweep)
-        bent = {} if self.flexible is None else flexible_plots(self.analysis, self.flexible)
-        return Plots({**plots, **bent})
+        for key, found in self.sections.items():
+            plots |= cycle_section(key).plots(self.analysis, found)
+        return Plots(plots)
 
     def files(self) -> Mapping[str, bytes]:
         """Return the series by angle as a CSV file."""
@@ -119,10 +125,10 @@ def cycle(
     from autobalance.engine.cycle.summary import cycle_summary, pendulum_figures, sweep_rows
     from autobalance.machine_models.cycle_doubts import model_doubts
     from autobalance.machine_models.cycle_films import film_table
+    from autobalance.machine_models.cycle_sections import cycle_section
     from autobalance.machine_models.engine_from_job import as_measured
     from autobalance.machine_models.firing_from_job import check_cycle, firing_engine
     from autobalance.report.records.cycle import CycleReport
-    from autobalance.report.records.flexible import Flexible
 
     compared_factors, speeds = checked_factors(factors), _checked_sweep(sweep_rpm)
     read = jobs.as_job(job)
@@ -136,7 +142,9 @@ def cycle(
     assert cycle is not None  # the firing engine needs it
     films, of_factors, of_sweep = _films(case, analysis, compared_factors, speeds)
     absorber = cycle.absorber
-    bent = _flexible(case, analysis) if flexible else None
+    asked = {FLEXIBLE: cycle_section(FLEXIBLE)} if flexible else {}
+    found = {key: each.computed(analysis, case.job, case.crank) for key, each in asked.items()}
+    doubts = [line for key, each in asked.items() for line in each.doubts(analysis, case.job, found[key])]
     report = CycleReport(
         **job_set(case.job),
         input=_input(case.job, analysis),
@@ -147,36 +155,10 @@ def cycle(
         else pendulum_figures(analysis, absorber.pendulum, absorber.swing_rad, absorber.reduction),
         sweep=sweep_rows(analysis, speeds, compared_factors, of_sweep) if speeds else None,
         films=None if films is None else film_table(films),
-        flexible=ABSENT if bent is None else Flexible.of(*bent, analysis),
-        warnings=[*case.warnings, *model_doubts(analysis, case.job, None if bent is None else bent[0])],
+        of_addons={key: each.answer(found[key], analysis) for key, each in asked.items()},
+        warnings=[*case.warnings, *model_doubts(analysis, case.job), *doubts],
     )
-    return CycleResult(report, analysis, compared_factors, films, None if bent is None else bent[0])
-
-
-def _flexible(
-    case: Request, analysis: CycleAnalysis
-) -> tuple[FlexibleCycle, FlexibleCycle | None, tuple[ShaftTwist, ...] | None]:
-    """Return the cycle of the crank as it bends; without counterweights, if it has any; and how it twists."""
-    from autobalance.job.bearings import MainSprings, stiffnesses_n_mm
-    from autobalance.machine_models.flexible_cycle import flexible_cycle
-    from autobalance.machine_models.flexible_twist import shaft_twists
-
-    springs, cycle = case.job.table(MainSprings), case.job.table(Cycle)
-    on: tuple[float, ...] | Film
-    if springs is not None:
-        on = stiffnesses_n_mm(springs.k_n_mm, len(case.crank.anatomy.main_journals))
-    elif cycle is not None and cycle.film is not None:
-        on = cycle.film
-    else:
-        raise JobError(
-            f"{case.job.path.name}: [bearings] is missing; --flexible needs k_N_mm, the mains' stiffness, or"
-            " [cycle.film], their oil films"
-        )
-    bent = flexible_cycle(analysis, case.job, case.crank, on)
-    twists, bare = shaft_twists(analysis, case.job, case.crank), None
-    if any(web.counterweight for web in case.crank.anatomy.webs):
-        bare = flexible_cycle(analysis, case.job, case.crank, on, counterweights=False)
-    return bent, bare, twists
+    return CycleResult(report, analysis, compared_factors, films, found)
 
 
 def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.figures import CylinderFigures
 from autobalance.job import Job
-from autobalance.job.bearings import MainSprings
 from autobalance.job.model.cycle import Cycle
-from autobalance.machine_models.flexible_cycle import FlexibleCycle
 from autobalance.units import RAD_S_PER_RPM
 
 GREATEST_EFFICIENCY = 0.45
@@ -19,14 +15,11 @@ GREATEST_EFFICIENCY = 0.45
 compression ratio of 8."""
 GREATEST_SWING = 0.2
 """Speed swing within a cycle above which loads at constant speed are off by as much."""
-USUAL_CLEARANCE = 1e-3
-"""Radial clearance of a plain bearing over its diameter, at most."""
 
 
-def model_doubts(analysis: CycleAnalysis, job: Job, bent: FlexibleCycle | None) -> tuple[str, ...]:
-    """Return what to doubt of a cycle: its gas, its constant speed, springs softer than the bearings."""
-    doubts = [*_gas(analysis, job), *_speed(analysis, job)]
-    return (*doubts, *(() if bent is None else _orbits(analysis, job, bent)))
+def model_doubts(analysis: CycleAnalysis, job: Job) -> tuple[str, ...]:
+    """Return what to doubt of a cycle: its gas, its constant speed."""
+    return (*_gas(analysis, job), *_speed(analysis, job))
 
 
 def _gas(analysis: CycleAnalysis, job: Job) -> Iterator[str]:
@@ -58,24 +51,3 @@ def _speed(analysis: CycleAnalysis, job: Job) -> Iterator[str]:
             f" ({100.0 * uneven.fluctuation:.0f} %), but loads and torque are those of constant speed; give"
             " cycle.flywheel_kg_mm2 all that turns with the crank (flywheel, clutch, propeller)"
         )
-
-
-def _orbits(analysis: CycleAnalysis, job: Job, bent: FlexibleCycle) -> Iterator[str]:
-    """Compare the mains' orbits on springs with the clearance of their bearings."""
-    cycle = job.table(Cycle)
-    if job.table(MainSprings) is None or cycle is None:
-        return
-    film = cycle.film
-    diameters = analysis.firing.main_diameters_mm
-    for number, (path, diameter) in enumerate(zip(bent.orbit_mm, diameters, strict=True), 1):
-        usual = film is None
-        clearance = USUAL_CLEARANCE * diameter if film is None else film.main_clearance_mm
-        reach = float(np.abs(path).max())
-        if reach > clearance:
-            what = "a usual radial clearance" if usual else "the radial clearance"
-            yield (
-                f"{job.path.name}: main {number} moves {1e3 * reach:.0f} µm on its spring, more than {what}"
-                f" of {1e3 * clearance:.0f} µm: its bearing would be in contact; make bearings.k_N_mm"
-                " stiffer, or take [cycle.film] in its place"
-            )
-            return

@@ -17,11 +17,9 @@ if TYPE_CHECKING:
     from autobalance.bearings.orbit import Orbits
     from autobalance.engine.cycle.figures import SweepRow
     from autobalance.machine_models.cycle_films import CycleFilms
-    from autobalance.machine_models.flexible_cycle import FlexibleCycle
 
 Plots = dict[str, Plot]
 HIGHEST_DRAWN = 8
-UM_PER_MM = 1e3
 AXES = ("load along x [N]", "load along y [N]")
 
 
@@ -174,25 +172,6 @@ def _sweep(rows: Sequence[SweepRow]) -> Plots:
         if any(curve.x.size for curve in curves):
             drawn[name] = plots.lines(f"{title} by balance factor", ("speed [1/min]", label), curves)
     return drawn
-
-
-def flexible_plots(rigid: CycleAnalysis, bent: FlexibleCycle) -> Plots:
-    """Return the orbits of the journals, and the bending moments of the webs."""
-    from autobalance.report import plots
-
-    at = f"at {rigid.speed_rad_s / RAD_S_PER_RPM:g} rpm"
-    held = "in their films" if bent.stiffness_n_mm is None else "on their springs"
-    count = rigid.grid.even_rad.size
-    paths = UM_PER_MM * bent.orbit_mm[:, :count]
-    paths = paths.conj() if rigid.firing.engine.clockwise else paths
-    curves = [plots.Curve(f"main {n}", path.real, path.imag) for n, path in enumerate(paths, 1)]
-    moments = {f"web {each.web}": rigid.grid.even(each.bending_n_m) for each in bent.webs}
-    labels, span = ("along x [µm]", "along y [µm]"), 180 * rigid.firing.strokes
-    angle = rigid.grid.even_rad
-    return {
-        "journal-orbits": plots.polar(f"Journals {held} {at}", labels, curves),
-        "web-bending": plots.over_angle(f"Bending of the webs {at}", "moment [N·m]", angle, moments, span),
-    }
 
 
 def _films(films: CycleFilms, at: str) -> Plots:

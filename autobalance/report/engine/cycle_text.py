@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from autobalance.declare import ABSENT, Absent
+from autobalance.machine_models.cycle_sections import cycle_section
 from autobalance.report.tables import table
 from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM, RAD_S_PER_RPM
 
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     )
     from autobalance.machine_models.cycle_films import FilmTable
     from autobalance.report.records.cycle import CycleReport
-    from autobalance.report.records.flexible import Flexible, FlexibleMain, FlexibleWeb
 
 
 def cycle_text(report: CycleReport) -> str:
@@ -44,8 +44,7 @@ def cycle_text(report: CycleReport) -> str:
         blocks.append(_sweep(report.sweep))
     if report.films is not None:
         blocks.append(_films(report.films))
-    if report.flexible is not ABSENT:
-        blocks.append(_flexible(report.flexible))
+    blocks += [cycle_section(key).text(found) for key, found in report.of_addons.items()]
     if report.pendulum is not None:
         blocks.append(_pendulum(report.pendulum))
     return "\n\n".join(blocks)
@@ -60,7 +59,7 @@ def _rpm(speed_rad_s: float) -> float:
     return speed_rad_s / RAD_S_PER_RPM
 
 
-def _degrees(angle_rad: float, digits: int = 1) -> str:
+def degrees_of(angle_rad: float, digits: int = 1) -> str:
     return f"{math.degrees(angle_rad):.{digits}f}°"
 
 
@@ -74,11 +73,11 @@ def _cylinders(found: CycleSummary) -> str:
         rows.append(
             (
                 f"  {cylinder.places.number}",
-                _degrees(fires_rad),
+                degrees_of(fires_rad),
                 f"{each.work_n_mm * N_M_PER_N_MM:.1f} J",
                 f"{each.imep_mpa * BAR_PER_MPA:.2f} bar",
                 f"{each.peak_pressure_mpa * BAR_PER_MPA:.1f} bar",
-                _degrees(each.peak_angle_rad),
+                degrees_of(each.peak_angle_rad),
                 number(None if efficiency is None else 100.0 * efficiency, ".1f", " %"),
                 number(each.peak_temperature_K, ".0f", " K"),
             )
@@ -106,7 +105,7 @@ def _torque(torque: CycleTorque, power_W: float) -> str:
     rows: list[Sequence[str]] = [("  Order", "gas", "inertia", "total", "phase")]
     for order in torque.orders:
         cells = [f"{each:.2f} N·m" for each in (order.gas_n_m, order.inertia_n_m, order.total_n_m)]
-        rows.append((f"  {order.order:g}", *cells, _degrees(order.phase_rad)))
+        rows.append((f"  {order.order:g}", *cells, degrees_of(order.phase_rad)))
     return "\n".join([*lines, table(rows)])
 
 
@@ -150,7 +149,7 @@ def _loads(loads: CycleLoads) -> str:
     ):
         for row in carried:
             peak, what = row.load, name if row.on is ABSENT else CARRIED[row.on]
-            cells = f"{peak.greatest_n:.0f} N", _degrees(peak.at_rad), f"{peak.mean_n:.0f} N"
+            cells = f"{peak.greatest_n:.0f} N", degrees_of(peak.at_rad), f"{peak.mean_n:.0f} N"
             rows.append((f"  {what} {row.number}", *cells))
     return table(rows)
 
@@ -165,7 +164,7 @@ def _factors(factors: Sequence[FactorLoads]) -> str:
                 f"{row.greatest_main_n:.0f} N",
                 f"{row.mean_main_n:.0f} N",
                 f"{row.friction_mean_n_m:.3f} N·m",
-                _micrometres(row.least_film_mm),
+                micrometres(row.least_film_mm),
             )
         )
     return table(rows)
@@ -183,7 +182,7 @@ def _sweep(points: Sequence[SweepRow]) -> str:
                 f"{row.mean_main_n:.0f} N",
                 f"{row.friction_mean_n_m:.3f} N·m",
                 f"{row.torque_mean_n_m:.2f} N·m",
-                _micrometres(row.least_film_mm),
+                micrometres(row.least_film_mm),
             )
         )
     return table(rows)
@@ -197,7 +196,7 @@ def _counterweights(proposals: Sequence[ThrowCounterweight]) -> str:
             (
                 f"  throw {row.throw}",
                 f"{row.unbalance_g_mm:.0f} g·mm",
-                _degrees(row.angle_rad),
+                degrees_of(row.angle_rad),
                 f"{row.greatest_n:.0f} N",
                 f"{row.opposite_g_mm:.0f} g·mm",
                 f"{row.opposite_greatest_n:.0f} N",
@@ -232,8 +231,8 @@ def _films(films: FilmTable) -> str:
             rows.append(
                 (
                     f"  {name} {row.number}" + (f", {row.limit}" if row.limit else ""),
-                    _micrometres(row.least_film_mm),
-                    "-" if row.at_rad is None else _degrees(row.at_rad, 0),
+                    micrometres(row.least_film_mm),
+                    "-" if row.at_rad is None else degrees_of(row.at_rad, 0),
                     number(row.greatest_eccentricity_ratio, ".4f"),
                     number(row.mean_friction_N_m, ".3f", " N·m"),
                 )
@@ -241,59 +240,7 @@ def _films(films: FilmTable) -> str:
     return table(rows)
 
 
-def _flexible(flexible: Flexible) -> str:
-    bare = flexible.without_counterweights
-    last = () if bare is None else ("without counterweights",)
-    films = flexible.main_journals[0].stiffness_N_mm is None
-    head = "Bends, in films" if films else "Bends, on springs"
-    rows: list[Sequence[str]] = [(head, "greatest load", "at", "mean", "rigid", "orbit up to", *last)]
-    for place, each in enumerate(flexible.main_journals):
-        rows.append(
-            (
-                _on(each),
-                f"{each.load.greatest_n:.0f} N",
-                _degrees(each.load.at_rad),
-                f"{each.load.mean_n:.0f} N",
-                f"{each.rigid_greatest_N:.0f} N",
-                f"{each.greatest_orbit_um:.1f} µm",
-                *(() if bare is None else (f"{bare.main_journals[place].load.greatest_n:.0f} N",)),
-            )
-        )
-    webs: list[Sequence[str]] = [("Web", "throw", "bending moment", *last)]
-    for place, web in enumerate(flexible.webs):
-        others = () if bare is None else (_moments(bare.webs[place]),)
-        webs.append((f"{web.web}", f"{web.throw}", _moments(web), *others))
-    off = f"Main loads differ by up to {100.0 * flexible.rigid_difference:.3g} % from a rigid crank's"
-    blocks = [f"{table(rows)}\n{off}", table(webs)]
-    if flexible.shafts:
-        shafts: list[Sequence[str]] = [("Twists between", "twist", "torque")]
-        for shaft in flexible.shafts:
-            twist, torque = shaft.twist_mrad, shaft.torque_N_m
-            shafts.append(
-                (
-                    " and ".join(shaft.between),
-                    f"{twist[0]:.3f} to {twist[1]:.3f} mrad",
-                    f"{torque[0]:.1f} to {torque[1]:.1f} N·m",
-                )
-            )
-        blocks.append(table(shafts))
-    return "\n\n".join(blocks)
-
-
-def _on(main: FlexibleMain) -> str:
-    """Return a main journal with its spring, film or limit."""
-    if main.stiffness_N_mm is not None:
-        return f"main {main.number}, {main.stiffness_N_mm:g} N/mm"
-    film = "film " + _micrometres(main.least_film_mm)
-    return f"main {main.number}, {film if main.limit is ABSENT else main.limit or film}"
-
-
-def _moments(web: FlexibleWeb) -> str:
-    low, high = web.bending_N_m
-    return f"{low:.1f} to {high:.1f} N·m"
-
-
-def _micrometres(film_mm: float | Absent | None) -> str:
+def micrometres(film_mm: float | Absent | None) -> str:
     return "-" if film_mm is None or film_mm is ABSENT else f"{1e3 * film_mm:.2f} µm"
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Annotated, Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+from typing import Annotated, Any, Literal
 
-from autobalance.declare import ABSENT, INLINE, Absent, Positive, record
+from autobalance.declare import ABSENT, INLINE, Absent, Positive, Registered, record
 from autobalance.engine.cycle.figures import CycleSummary, PendulumFigures, SweepRow
 from autobalance.machine_models.cycle_films import FilmTable
-from autobalance.report.records.flexible import Flexible
+from autobalance.machine_models.cycle_sections import cycle_section_types
 from autobalance.report.records.head import Head, JobEcho
 
 
@@ -24,5 +25,7 @@ class CycleReport(Head):
     pendulum: PendulumFigures | None
     sweep: Sequence[SweepRow] | None
     films: FilmTable | None
-    flexible: Flexible | Absent = ABSENT
+    of_addons: Annotated[Mapping[str, Any], INLINE, Registered(cycle_section_types)] = field(
+        default_factory=dict
+    )
     warnings: Sequence[str]
