@@ -229,6 +229,36 @@ FILES: Final = {
     "design-file": "job.files.design_keys:design_keys",
 }
 """Schema of a file that is read beside a job → its keys at the top level, by form, or what makes them."""
+REPORTS: Final = {
+    "generate": "report.records.generate:GenerateReport",
+    "batch": "report.records.batch:BatchReport",
+    "bearing": "report.records.bearing:BearingReport",
+    "bench": "report.records.bench:BenchReport",
+    "engine-bench": "report.records.bench:EngineBenchReport",
+    "calc": "report.records.answers:CalcReport",
+    "compare": "report.records.compare:CompareReport",
+    "cycle": "report.records.cycle:CycleReport",
+    "design": "report.records.design:DesignReport",
+    "fem": "report.records.fem:FemReport",
+    "forces": "report.records.forces:ForcesReport",
+    "grade": "report.records.grade:GradeReport",
+    "init": "report.records.answers:InitReport",
+    "influence": "report.records.influence:InfluenceReport",
+    "jobs": "report.records.jobs:JobsReport",
+    "machine-report": "report.records.machine:MachineReport",
+    "nc": "report.records.nc:NcReport",
+    "orders": "report.records.orders:OrdersReport",
+    "parts": "report.records.parts:PartsReport",
+    "rod": "report.records.rod:RodReport",
+    "rotor": "report.records.rotor:RotorReport",
+    "shafts": "report.records.shafts:ShaftsReport",
+    "sheet": "report.records.answers:SheetReport",
+    "study": "report.records.study:StudyReport",
+    "torsion": "report.records.torsion:TorsionReport",
+    "strength": "report.records.strength:StrengthReport",
+    "verify": "report.records.answers:VerifyReport",
+}
+"""Schema of what a verb writes with ``--json`` → its record."""
 OUTPUT_KINDS: Final[list[str]] = [
     "report.kinds_of_report:PAGE",
     "report.sheet.kinds:SHEET",

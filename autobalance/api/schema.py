@@ -2,53 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from importlib import import_module
 from typing import Any
 
+from autobalance import registry
 from autobalance.errors import UsageError
 
 Values = dict[str, Any]
 
-REPORT_RECORDS: Mapping[str, str] = {
-    "batch": "batch.BatchReport",
-    "bearing": "bearing.BearingReport",
-    "bench": "bench.BenchReport",
-    "engine-bench": "bench.EngineBenchReport",
-    "calc": "answers.CalcReport",
-    "compare": "compare.CompareReport",
-    "cycle": "cycle.CycleReport",
-    "design": "design.DesignReport",
-    "fem": "fem.FemReport",
-    "forces": "forces.ForcesReport",
-    "grade": "grade.GradeReport",
-    "init": "answers.InitReport",
-    "influence": "influence.InfluenceReport",
-    "jobs": "jobs.JobsReport",
-    "machine-report": "machine.MachineReport",
-    "nc": "nc.NcReport",
-    "orders": "orders.OrdersReport",
-    "parts": "parts.PartsReport",
-    "rod": "rod.RodReport",
-    "rotor": "rotor.RotorReport",
-    "shafts": "shafts.ShaftsReport",
-    "sheet": "answers.SheetReport",
-    "study": "study.StudyReport",
-    "torsion": "torsion.TorsionReport",
-    "strength": "strength.StrengthReport",
-    "verify": "answers.VerifyReport",
-}
-"""Name → module of ``report.records`` and record of what a verb writes with ``--json``."""
 READ_FILES = (
     *("job", "reading", "trials", "machine", "machine-tool-file", "crank-file", "bearing-file"),
     *("rotor-file", "chain-file", "drive-file", "bench-file", "engine-bench-file", "fem-file", "design-file"),
 )
 """TOML files that are read."""
-NAMES = (
-    *READ_FILES,
-    *("report", "inspect", "recut", "generate"),
-    *REPORT_RECORDS,
-)
+NAMES = (*READ_FILES, *("report", "inspect", "recut"), *registry.REPORTS)
 """Files that have a schema: what is read first, then what is written."""
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -77,8 +43,8 @@ def schema(name: str) -> Values:
         return _job()
     if name in READ_FILES:
         return _read(name)
-    if name in REPORT_RECORDS:
-        return _of_record(*REPORT_RECORDS[name].split("."))
+    if name in registry.REPORTS:
+        return _of_record(registry.loaded(registry.REPORTS[name]))
     return _report(name)
 
 
@@ -92,8 +58,6 @@ def _read(name: str) -> Values:
 def _report(name: str) -> Values:
     from autobalance.report.balance.values import schema as report_schema
 
-    if name == "generate":
-        return report_schema("generate")
     whole = report_schema()
     if name == "report":
         return whole
@@ -101,12 +65,11 @@ def _report(name: str) -> Values:
     return {**whole, "title": f"Report of autobalance {name}", "properties": properties}
 
 
-def _of_record(module: str, name: str) -> Values:
+def _of_record(record: Any) -> Values:
     from autobalance.declare.schema import schema_of
 
-    record = getattr(import_module(f"autobalance.report.records.{module}"), name)
-    head = {"$schema": DRAFT, "title": f"Report of autobalance {record.command}"}
-    return schema_of(record, head, [])
+    head = {"title": f"Report of autobalance {record.command}", **getattr(record, "SCHEMA_HEAD", {})}
+    return schema_of(record, {"$schema": DRAFT, **head}, [])
 
 
 def _job() -> Values:

@@ -76,6 +76,8 @@ def decoded(of: type[T], value: Any) -> T:
     ------
     ValueError
         If a key is missing or of another type; the message begins with its place, as ``.planes[2].g_mm``.
+    TypeError
+        If the record has a field that is unwritten, and no default of it.
     """
     result: T = _decoded(of, value, None)
     return result
@@ -148,6 +150,10 @@ def _decoded_table(of: Any, value: Any) -> Any:
             arguments[each.name] = None
         else:
             arguments[each.name] = ABSENT
+    for held in dataclasses.fields(of):
+        is_needed = held.default is dataclasses.MISSING and held.default_factory is dataclasses.MISSING
+        if is_needed and held.name not in arguments:
+            raise TypeError(f"{of.__name__}.{held.name} is in no report: it cannot be read again")
     return of(**arguments)
 
 

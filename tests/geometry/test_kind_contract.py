@@ -12,6 +12,7 @@ import jsonschema
 import numpy as np
 import pytest
 
+import autobalance as ab
 from autobalance.correction import KINDS, joined, offer
 from autobalance.correction.apart import keep_apart
 from autobalance.correction.contract import Cut
@@ -25,7 +26,7 @@ from autobalance.crank.parametric.generate import crank_shape
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.declare import encoded
 from autobalance.report.balance import kinds
-from autobalance.report.balance.values import dumps, schema
+from autobalance.report.balance.values import dumps
 from autobalance.report.display_units import ON_PAPER
 from autobalance.report.records.corrections import Correction
 from autobalance.report.sheet.cuts import cut_row
@@ -196,7 +197,7 @@ def near_pairs(cuts: Sequence[Cut], first: int, rng: np.random.Generator) -> Ite
 @pytest.mark.parametrize("name", KINDS)
 def test_what_is_told_is_complete_and_valid(bench: Bench, name: str) -> None:
     kind = KINDS[name]
-    whole = schema("report")
+    whole = ab.schema("report")
     validator = jsonschema.Draft202012Validator({"$defs": whole["$defs"], "$ref": "#/$defs/correction"})
     for cut in bench.samples(name):
         made = cut.correction(depths_of(cut)[0])

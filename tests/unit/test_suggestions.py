@@ -11,7 +11,6 @@ import autobalance as ab
 from autobalance.command import main
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_solid
-from autobalance.report.balance.values import schema
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 
@@ -52,7 +51,7 @@ def test_the_weight_suggested_is_mass_times_radius(to_half: dict[str, Any]) -> N
 
 
 def test_a_report_with_suggestions_keeps_to_its_schema(to_half: dict[str, Any]) -> None:
-    jsonschema.validate(to_half, schema("generate"))
+    jsonschema.validate(to_half, ab.schema("generate"))
 
 
 def test_the_hole_suggested_takes_from_the_solid_what_it_says() -> None:
@@ -82,7 +81,7 @@ def test_factor_and_inertia_are_met_together() -> None:
 def test_an_inertia_alone_keeps_the_unbalance() -> None:
     crank = ab.generate("pressed-up-single", segments=32).crank
     report = ab.inspect(crank, suggest={"inertia_kg_mm2": 2500.0}).report
-    whole = schema("report")
+    whole = ab.schema("report")
     part = {"$ref": "#/$defs/suggestions", "$defs": whole["$defs"]}
     jsonschema.validate(report["suggestions"], part)
     hole = of_kind(report, "hole")["leaves"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any
 
 from autobalance.balancing.record import Record
 from autobalance.declare import encoded
@@ -36,8 +36,8 @@ def showable(values: Values) -> Values:
     return shown_values
 
 
-def schema(of: Literal["report", "generate"] = "report") -> Values:
-    """Return the JSON Schema (draft 2020-12) of reports, or of the values of ``generate``."""
+def schema() -> Values:
+    """Return the JSON Schema (draft 2020-12) of reports."""
     from autobalance.report.records.written import written_schema
 
-    return written_schema(of)
+    return written_schema()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from autobalance.crank.parametric.design import Design
 from autobalance.declare import ABSENT, Absent, NotNegative, Ordinal, Range, Sha256, record
@@ -50,6 +50,13 @@ class DrawnOutputs:
 class GenerateReport:
     """Report of `generate --json`: dimensions in, mass properties out."""
 
+    SCHEMA_HEAD: ClassVar = {
+        "$id": "https://autobalance.invalid/generate-1.schema.json",
+        "title": "Report of autobalance generate, schema_version 1",
+        "description": "What `autobalance generate --json` writes: the dimensions of the crank that was "
+        "built, and its true mass properties; `crank`, `initial` and `frame` are those of "
+        "any other report.",
+    }
     schema_version: Literal[1] = SCHEMA_VERSION
     autobalance: Versions
     command: Literal["generate"] = "generate"

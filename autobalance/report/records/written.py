@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 from autobalance.correction import KINDS
 from autobalance.declare.schema import schema_of
-from autobalance.report.records.generate import GenerateReport
 from autobalance.report.records.report import Report
 
 Values = dict[str, Any]
@@ -17,14 +16,6 @@ REPORT_HEAD: Values = {
     "title": "Report of autobalance, schema_version 1",
     "description": "Numbers are in the unit that a key ends with; positions and vectors in the rotor "
     "frame unless the key begins with file_; angles counter-clockwise seen from +z.",
-}
-GENERATE_HEAD: Values = {
-    "$schema": "https://json-schema.org/draft/2020-12/schema",
-    "$id": "https://autobalance.invalid/generate-1.schema.json",
-    "title": "Report of autobalance generate, schema_version 1",
-    "description": "What `autobalance generate --json` writes: the dimensions of the crank that was "
-    "built, and its true mass properties; `crank`, `initial` and `frame` are those of "
-    "any other report.",
 }
 RULES: list[Values] = [
     {
@@ -65,13 +56,11 @@ RULES: list[Values] = [
 """What depends on the values themselves: a balanced crank has a job, an unreached tolerance a reason."""
 
 
-def written_schema(of: Literal["report", "generate"]) -> Values:
-    """Return the JSON Schema (draft 2020-12) of reports, or of what ``generate`` says, from the records.
+def written_schema() -> Values:
+    """Return the JSON Schema (draft 2020-12) of reports, from the records.
 
     The kinds of correction in it are those that are there.
     """
-    if of == "generate":
-        return schema_of(GenerateReport, GENERATE_HEAD, [])
     schema = schema_of(Report, REPORT_HEAD, RULES)
     method = schema["$defs"]["job_correction"]["properties"]["method"]
     method["items"]["enum"] = list(KINDS)
