@@ -15,7 +15,7 @@ from autobalance.balancing.offers import BestOffer, Offers, best_offer, why_not_
 from autobalance.balancing.remedies import Above, why_above
 from autobalance.balancing.rotor import Rotor
 from autobalance.balancing.taken import taken_of_scan
-from autobalance.correction import Limits
+from autobalance.correction import Limits, remarks
 from autobalance.correction.contract import Correction, Cut, Prefer
 from autobalance.correction.kind import Candidates
 from autobalance.correction.overlap import Overlap, taken_in_turn
@@ -270,7 +270,7 @@ class _Run:
             initial_doubt=self.initial_doubt,
             doubt=doubt,
             made=tuple(cuts[k] for k in order),
-            notes=self.chosen.notes + unused,
+            notes=self.chosen.notes + unused + remarks(corrections, rotor.anatomy, self.methods),
             relaxations=remedies,
         )
 
