@@ -225,7 +225,7 @@ class _Run:
         """Return the end of a run that would cut one of two like webs and not reach the tolerance either."""
         nothing = replace(self.chosen.plan, depths_mm=np.zeros(len(self.chosen.candidates.cuts)))
         result = self.left_alone(nothing)
-        return replace(result, reason=f"{result.reason}; {half}: nothing is cut")
+        return replace(result, reason=said("{}; {}: nothing is cut", result.reason, half))
 
     def not_worth_it(self, gain: float, least: float) -> Result:
         """Return the end of a run whose cuts would not reach the tolerance and bring next to nothing."""
