@@ -77,7 +77,7 @@ def _lone_web(
     """Return the layout of one web of a built-up crank, whose bores are the shaft's and the crankpin's."""
     if long.blur_mm > 0.0 or not all(section.pieces for section in long.sections):
         return None
-    web = single_web(long, runs, bore_runs(long, rounding_mm))
+    web = single_web(long, runs, bore_runs(long, rounding_mm), is_web=given_axis is not None)
     if web is None:
         return None
     if given_axis is not None:
