@@ -13,14 +13,13 @@ import numpy as np
 import pytest
 
 from autobalance import job
-from autobalance.correction import KINDS
+from autobalance.correction import KINDS, registry
 from autobalance.correction.add import AddLimits
 from autobalance.correction.contract import Limits
 from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.errors import FileError, JobError
-from autobalance.job import limits
 from autobalance.job.tables import job_schema
 from autobalance.report.balance.text import _correction
 from autobalance.report.display_units import ON_SCREEN
@@ -461,7 +460,8 @@ def test_wrong_jobs_name_the_key(name: str) -> None:
 
 
 def test_a_method_that_is_not_there_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(limits, "KINDS", {"shoulder": KINDS["shoulder"]})
+    for name in set(KINDS) - {"shoulder"}:
+        monkeypatch.delitem(registry._KINDS, name)
     with pytest.raises(JobError, match="'drill'; must be 'shoulder'"):
         parsed(put("correction.method", ["shoulder", "drill"]))
 
@@ -475,7 +475,7 @@ class OneAngleLimits(Limits):
 
 def test_a_kind_may_have_one_angle_for_a_sector(monkeypatch: pytest.MonkeyPatch) -> None:
     kind = SimpleNamespace(limits=OneAngleLimits, noun="Groove", datum="the rim")
-    monkeypatch.setattr(limits, "KINDS", {**KINDS, "groove": kind})
+    monkeypatch.setitem(registry._KINDS, "groove", kind)
     found = parsed(both(put("correction.method", "groove"), put("correction.groove.sector_deg", 60.0)))
     assert found.methods == (OneAngleLimits(60.0),)
     with pytest.raises(JobError, match=r"groove.sector_deg is a list; must be a number"):
