@@ -12,7 +12,7 @@ import pytest
 def uninstalled(patch: pytest.MonkeyPatch, *names: str) -> None:
     """Let Python find no library of these names."""
     for name in names:
-        patch.setitem(sys.modules, name, None)  # type: ignore[arg-type]  # neither found nor imported
+        patch.setitem(sys.modules, name, None)  # neither found nor imported
 
 
 def installed_instead(

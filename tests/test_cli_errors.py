@@ -13,9 +13,14 @@ from typing import Any, BinaryIO
 import numpy as np
 import pytest
 
+from autobalance.balancing import loop
+from autobalance.balancing.measured_crank import measure_crank
 from autobalance.errors import FileError
+from autobalance.report.balance import values
 from autobalance.report.files import Staging
+from autobalance.solid.mesh.measure import soup_moments
 from tests import jobs
+from tests.watched import interrupted_in
 
 Spoil = Callable[[Path], None]
 """Makes something wrong in the folder of a job."""
@@ -357,11 +362,15 @@ def test_a_disk_that_is_full_leaves_the_earlier_results(
 def test_not_enough_memory_is_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def read(*_: object, **__: object) -> None:
-        raise MemoryError
-
     job = jobs.bundled_job(tmp_path)
-    monkeypatch.setattr("autobalance.balancing.measured_crank.read", read)
+    read = Path.read_bytes
+
+    def too_large(path: Path) -> bytes:
+        if path.name == "crank.stl":
+            raise MemoryError
+        return read(path)
+
+    monkeypatch.setattr(Path, "read_bytes", too_large)
     assert jobs.run("balance", job, "-o", tmp_path / "out") == 3
     assert "not enough memory" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
@@ -403,24 +412,17 @@ def test_little_memory_ends_in_one_line(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "where",
-    [
-        "api.balance.measure_crank",
-        "balancing.run.balance",
-        "balancing.measuring.soup_moments",
-        "report.balance.values.report",
-    ],
+    [measure_crank, loop.balance, soup_moments, values.report],
+    ids=lambda each: each.__name__,
 )
 def test_an_interrupted_run_leaves_nothing(
-    where: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    where: Callable[..., Any], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     job = jobs.bundled_job(tmp_path)
     before = jobs.folder_state(tmp_path)
 
-    def interrupt(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(f"autobalance.{where}", interrupt)
-    assert jobs.run("balance", job, "-o", tmp_path / "out") == 130
+    with interrupted_in(where):
+        assert jobs.run("balance", job, "-o", tmp_path / "out") == 130
     assert "interrupted" in capsys.readouterr().err
     assert jobs.folder_state(tmp_path) == before
     assert not (tmp_path / "out").exists()
