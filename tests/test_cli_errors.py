@@ -287,6 +287,7 @@ def test_a_folder_that_refuses_files(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job = jobs.bundled_job(tmp_path)
+    opened: Any = Path.open
 
     def refuse(path: Path, mode: str = "r", *args: Any, **kinds: Any) -> Any:
         if "x" in mode:
@@ -294,7 +295,6 @@ def test_a_folder_that_refuses_files(
         return opened(path, mode, *args, **kinds)
 
     damage(tmp_path)
-    opened = Path.open
     monkeypatch.setattr(Path, "open", refuse)
     assert jobs.run("balance", job, "-o", tmp_path / "out") == 3
     assert "cannot write into the folder" in capsys.readouterr().err
@@ -347,7 +347,7 @@ def test_a_disk_that_is_full_leaves_the_earlier_results(
     job = jobs.bundled_job(tmp_path)
     jobs.computed(job, tmp_path / "out")
     before = jobs.folder_state(tmp_path)
-    opened = Path.open
+    opened: Any = Path.open
 
     def full(path: Path, mode: str = "r", *args: Any, **kinds: Any) -> Any:
         file = opened(path, mode, *args, **kinds)
