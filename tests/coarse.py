@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -43,6 +44,5 @@ def bundled_corners(variant: str = "drafted", segments: int = 128, pin: bool = F
     """Return the corners (m, 3, 3) of a bundled crank, in fewer than its 512 segments."""
     from fixtures import make  # it solves for the dimensions: scipy takes its time to load
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(make, "SEGMENTS", segments)
-        return make.as_written(make.crank(make.VARIANTS[variant][0](), pin=pin))[0]
+    size = replace(make.VARIANTS[variant][0](), segments=segments)
+    return make.as_written(make.crank(size, pin=pin))[0]

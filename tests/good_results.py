@@ -215,12 +215,14 @@ def main(count: int, seed: int = 1) -> int:
     draw, held = random.Random(seed), 0
     for number in range(1, count + 1):
         with tempfile.TemporaryDirectory() as name:
-            began, case = time.process_time(), random.Random(draw.randrange(2**32))
+            began, case_seed = time.process_time(), draw.randrange(2**32)
+            case = random.Random(case_seed)
             good = good_job(Path(name), case)
             found = faults(good, case)
             held += not found
             sys.stdout.write(
-                f"{number}: {good.what}, {time.process_time() - began:.0f} s: {found or 'holds'}\n"
+                f"{number}: seed {case_seed}, {good.what}, {_ended(good)}, "
+                f"{time.process_time() - began:.0f} s: {found or 'holds'}\n"
             )
             sys.stdout.flush()
             if found:

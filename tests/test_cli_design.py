@@ -29,7 +29,6 @@ from autobalance.design_search.problem import MAX_SHARE, Problem
 from autobalance.design_search.remedies import remedies
 from autobalance.design_search.search import Generation, searched
 from autobalance.design_search.start import judged_start
-from autobalance.design_search.written import WrittenDesign
 from autobalance.errors import FileError, JobError
 from autobalance.job.files.design import load_design
 from autobalance.machine_models.solid_meshes import bodies_of_solid
@@ -43,9 +42,9 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
 from autobalance.studies.workers import Done, Work
-from autobalance.types import Array
 from tests.coarse import roughen
 from tests.cranks import Shape, make_crank
+from tests.watched import calls_of
 
 DESIGN = """
 [crankshaft]
@@ -547,19 +546,11 @@ def test_webs_of_one_profile_that_cannot_take_a_couple_are_told_what_helps(
     assert solids.written(plain, variables).used_share <= MAX_SHARE < least_violated.used_share
 
 
-def test_where_nothing_that_is_tried_helps_it_says_so(
-    tmp_path: Path, crank: bytes, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made, make = [], solids._written_design
-
-    def counted(problem: Problem, variables: Array) -> WrittenDesign:
-        made.append(variables)
-        return make(problem, variables)
-
-    monkeypatch.setattr(solids, "_written_design", counted)
+def test_where_nothing_that_is_tried_helps_it_says_so(tmp_path: Path, crank: bytes) -> None:
     heavy = COUPLE.replace("-400.0", "-90000.0")
     text = LIGHT.replace("[balance]", heavy + "[balance]") + SMALL_SEARCH + "refine = false\n"
-    report = design(written(tmp_path, text, crank), workers=1).report
+    with calls_of(solids._written_design) as made:
+        report = design(written(tmp_path, text, crank), workers=1).report
     assert report["outcome"] == "infeasible"
     assert "none of these meets it, tried: a profile of its own" in report["reason"]
     assert "envelope.radius_mm = 80" in report["reason"]

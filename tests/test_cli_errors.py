@@ -1,19 +1,26 @@
 """Wrong files, jobs and folders: one clear line, the right exit code, nothing left, old results kept."""
 
+from __future__ import annotations
+
 import os
 import re
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 import pytest
 
+from autobalance.balancing import loop
+from autobalance.balancing.measured_crank import measure_crank
 from autobalance.errors import FileError
-from autobalance.report import files
+from autobalance.report.balance import values
 from autobalance.report.files import Staging
+from autobalance.solid.mesh.measure import soup_moments
 from tests import jobs
+from tests.watched import interrupted_in
 
 Spoil = Callable[[Path], None]
 """Makes something wrong in the folder of a job."""
@@ -232,11 +239,11 @@ def test_help_and_version(arguments: list[str], capsys: pytest.CaptureFixture[st
 
 
 def test_an_output_folder_that_is_a_file_is_found_before_the_work(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     job = jobs.bundled_job(tmp_path)
     (tmp_path / "file").write_text("mine")
-    no_reading(monkeypatch)
+    damage(tmp_path)
     assert jobs.run("balance", job, "-o", tmp_path / "file") == 3
     assert "it is a file, not a folder" in capsys.readouterr().err
     assert jobs.run("balance", job, "-o", tmp_path / "file" / "below") == 3
@@ -246,11 +253,11 @@ def test_an_output_folder_that_is_a_file_is_found_before_the_work(
 
 @pytest.mark.parametrize("name", ["report.json", "balanced.stl"])
 def test_a_folder_in_the_place_of_a_result(
-    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     job = jobs.bundled_job(tmp_path)
     (tmp_path / "out" / name).mkdir(parents=True)
-    no_reading(monkeypatch)
+    damage(tmp_path)
     assert jobs.run("balance", job, "-o", tmp_path / "out") == 3
     assert f"{name}: a folder has this name" in capsys.readouterr().err
 
@@ -280,24 +287,23 @@ def test_a_folder_that_refuses_files(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job = jobs.bundled_job(tmp_path)
+    opened: Any = Path.open
 
-    def refuse(path: Path, data: bytes) -> None:
-        raise PermissionError(13, "Permission denied")
+    def refuse(path: Path, mode: str = "r", *args: Any, **kinds: Any) -> Any:
+        if "x" in mode:
+            raise PermissionError(13, "Permission denied")
+        return opened(path, mode, *args, **kinds)
 
-    no_reading(monkeypatch)
-    monkeypatch.setattr("autobalance.report.files._write_new", refuse)
+    damage(tmp_path)
+    monkeypatch.setattr(Path, "open", refuse)
     assert jobs.run("balance", job, "-o", tmp_path / "out") == 3
     assert "cannot write into the folder" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
-def no_reading(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Make reading the crank fail the test."""
-
-    def read(*_: object, **__: object) -> None:
-        raise AssertionError("the crank was read before the output folder was found impossible")
-
-    monkeypatch.setattr("autobalance.balancing.measured_crank.read", read)
+def damage(folder: Path) -> None:
+    """Let who reads the crank end by an error of its own: the folder for the results is looked at before."""
+    (folder / "crank.stl").write_bytes(b"no solid")
 
 
 @pytest.mark.parametrize("target", ["crank.stl", "factor-0.28.toml"])
@@ -318,21 +324,36 @@ def test_the_solid_does_not_destroy_the_crank(tmp_path: Path, capsys: pytest.Cap
     assert "would destroy" in capsys.readouterr().err
 
 
+class Full:
+    """A file on a disk with room for ten more bytes."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self.file = file
+
+    def __enter__(self) -> Full:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.file.close()
+
+    def write(self, data: bytes) -> None:
+        self.file.write(data[:10])
+        raise OSError(28, "No space left on device")
+
+
 def test_a_disk_that_is_full_leaves_the_earlier_results(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job = jobs.bundled_job(tmp_path)
     jobs.computed(job, tmp_path / "out")
     before = jobs.folder_state(tmp_path)
-    write = files._write_new
+    opened: Any = Path.open
 
-    def full(path: Path, data: bytes) -> None:
-        if ".report.json" in path.name:
-            write(path, data[:10])
-            raise OSError(28, "No space left on device")
-        write(path, data)
+    def full(path: Path, mode: str = "r", *args: Any, **kinds: Any) -> Any:
+        file = opened(path, mode, *args, **kinds)
+        return Full(file) if "x" in mode and ".report.json" in path.name else file
 
-    monkeypatch.setattr(files, "_write_new", full)
+    monkeypatch.setattr(Path, "open", full)
     assert jobs.run("balance", job, "-o", tmp_path / "out") == 3
     assert "no space left on device" in capsys.readouterr().err
     assert jobs.folder_state(tmp_path) == before
@@ -341,11 +362,15 @@ def test_a_disk_that_is_full_leaves_the_earlier_results(
 def test_not_enough_memory_is_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def read(*_: object, **__: object) -> None:
-        raise MemoryError
-
     job = jobs.bundled_job(tmp_path)
-    monkeypatch.setattr("autobalance.balancing.measured_crank.read", read)
+    read = Path.read_bytes
+
+    def too_large(path: Path) -> bytes:
+        if path.name == "crank.stl":
+            raise MemoryError
+        return read(path)
+
+    monkeypatch.setattr(Path, "read_bytes", too_large)
     assert jobs.run("balance", job, "-o", tmp_path / "out") == 3
     assert "not enough memory" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
@@ -387,24 +412,17 @@ def test_little_memory_ends_in_one_line(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "where",
-    [
-        "api.balance.measure_crank",
-        "balancing.run.balance",
-        "balancing.measuring.soup_moments",
-        "report.balance.values.report",
-    ],
+    [measure_crank, loop.balance, soup_moments, values.report],
+    ids=lambda each: each.__name__,
 )
 def test_an_interrupted_run_leaves_nothing(
-    where: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    where: Callable[..., Any], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     job = jobs.bundled_job(tmp_path)
     before = jobs.folder_state(tmp_path)
 
-    def interrupt(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(f"autobalance.{where}", interrupt)
-    assert jobs.run("balance", job, "-o", tmp_path / "out") == 130
+    with interrupted_in(where):
+        assert jobs.run("balance", job, "-o", tmp_path / "out") == 130
     assert "interrupted" in capsys.readouterr().err
     assert jobs.folder_state(tmp_path) == before
     assert not (tmp_path / "out").exists()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import secrets
 import shutil
 import subprocess
 import sys
@@ -92,8 +93,8 @@ def test_links_in_the_folder_are_replaced_not_followed(tmp_path: Path) -> None:
 @needs_links
 def test_a_link_under_a_temporary_name_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nobody can know the name; where it is taken all the same, nothing is followed."""
-    monkeypatch.setattr("autobalance.report.files.secrets.token_hex", lambda size: "0" * 2 * size)
-    monkeypatch.setattr("autobalance.report.files.os.getpid", lambda: 1)
+    monkeypatch.setattr(secrets, "token_hex", lambda size: "0" * 2 * size)
+    monkeypatch.setattr(os, "getpid", lambda: 1)
     victim = tmp_path / "victim"
     out = tmp_path / "out"
     out.mkdir()

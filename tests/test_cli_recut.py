@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -53,13 +53,13 @@ COUNTS = {"rotation": "cw", "zero_deg": 30.0, "urr_percent": 95.0, "umar_g_mm": 
 NO_PAGES = "--no-report"
 
 
-def spun(report: Path, folder: Path, **reading: Any) -> Path:
-    """Let a machine read a report's crank with its hidden unbalance; return the reading file."""
+def spun(report: Path, folder: Path, hidden: Sequence[Mapping[str, Any]] = HIDDEN, **reading: Any) -> Path:
+    """Let a machine read a report's crank with some hidden unbalance; return the reading file."""
     task = {
         "kind": "hard",
         "speed_rpm": 600.0,
         "rotor": {"report": str(report)},
-        "unbalance": HIDDEN,
+        "unbalance": hidden,
         "reading": {**COUNTS, **reading},
     }
     ab.machine(task).write(folder, only=("toml",))
@@ -400,9 +400,7 @@ def test_what_is_wrong_with_recorded_trials_is_one_line(
     assert not (tmp_path / "found").exists()
 
 
-def test_a_third_stage_of_turned_sectors_verifies(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_third_stage_of_turned_sectors_verifies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Faces are cut in parts that are turned to the heavy side of the stage; a good report was refused."""
     text = JOB.replace("factor = 0.28", "factor = 0.2")
     text = text[: text.index("[correction]")] + '[correction]\nmethod = "shoulder"\n'
@@ -416,8 +414,7 @@ def test_a_third_stage_of_turned_sectors_verifies(
             {"z_mm": 20.0, "g_mm": 18.0 * stage, "angle_deg": 180.0 + 15.0 * stage},
             {"z_mm": -20.0, "g_mm": 14.0 * stage, "angle_deg": 180.0 - 10.0 * stage},
         ]
-        monkeypatch.setattr("tests.test_cli_recut.HIDDEN", hidden)
-        reading = spun(report, tmp_path / f"read-{stage}")
+        reading = spun(report, tmp_path / f"read-{stage}", hidden)
         with without_advice():
             code = main(["recut", str(report), str(reading), "--trust-reading", NO_PAGES])
         report = next(iter(tmp_path.rglob(f"stage-{stage}/report.json")))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import re
 import subprocess
@@ -80,11 +82,18 @@ def test_a_terminal_shows_the_same_words_in_colour_and_a_pipe_gets_plain_text(jo
     assert on_a_terminal("parts", job, "--json", "-") == piped("parts", job, "--json", "-")
 
 
+class Terminal(io.StringIO):
+    """A standard output that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
 def test_tables_are_plain_unless_the_command_line_draws_them(monkeypatch: pytest.MonkeyPatch) -> None:
     assert table(ROWS) == plain_table(ROWS)
     assert table(ROWS).splitlines()[1] == "  rod            95.04 g"
-    monkeypatch.setattr(terminal, "is_terminal", lambda: True)
-    with terminal.drawn_tables():
+    monkeypatch.setenv("TERM", "xterm-256color")
+    with contextlib.redirect_stdout(Terminal()), terminal.drawn_tables():
         drawn = table(ROWS)
     assert DRAWN_BY.get() is None
     assert "\x1b[" in drawn

@@ -17,6 +17,7 @@ from autobalance.engine.slider_crank import harmonic_coefficient
 from autobalance.report.plots import FILLS, STYLES
 from tests.coarse import bundled_corners
 from tests.jobs import BUNDLED, main, write_stl
+from tests.libraries import uninstalled
 
 SPEED = 15200 * 2.0 * math.pi / 60.0
 PRIMARY_N = 261.5 * 26.9 * SPEED**2 * 1e-6
@@ -220,7 +221,7 @@ def test_plots_are_svg_and_png_with_axes_and_units(
 def test_without_matplotlib_one_line_says_what_to_install(
     job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
+    uninstalled(monkeypatch, "matplotlib")
     error = refused(capsys, 3, "forces", job, "--plots", tmp_path / "plots")
     assert "pip install 'autobalance[plots]'" in error
     assert not (tmp_path / "plots").exists()

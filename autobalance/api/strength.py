@@ -98,6 +98,7 @@ def strength(
         For anything wrong with the crank, the trace or the report.
     """
     from autobalance.machine_models.fillets_from_job import fillets
+    from autobalance.machine_models.oil_bores import oil_bores
     from autobalance.report.records.strength import FilletState, StrengthReport, TorsionalVibration
 
     request = _strength_case(source, speed_rpm, crank, settings, progress)
@@ -115,8 +116,11 @@ def strength(
     if request.before is not None:
         earlier = _cycle(request, request.before)
         swinging, _ = _vibration(request, request.before, earlier)
-        before = FilletState.of(fillets(request.job, request.before, earlier, vibration=swinging))
-    state = FilletState.of(after)
+        before = FilletState.of(
+            fillets(request.job, request.before, earlier, vibration=swinging),
+            oil_bores(request.job, request.before, earlier, swinging),
+        )
+    state = FilletState.of(after, oil_bores(request.job, request.crank, analysis, vibration))
     content = StrengthReport(
         **job_set(request.job),
         input=jobs.describe(request.job),
@@ -125,6 +129,7 @@ def strength(
         torsional_vibration=TorsionalVibration.of(vibration),
         fillets=state.fillets,
         least=state.least,
+        oil_bores=state.oil_bores,
         before=before,
         fem=elements,
         warnings=warnings,

@@ -42,7 +42,7 @@ from autobalance.report.records.torsion import (
     TorsionReport,
     TrainFigures,
 )
-from autobalance.runtime import Progress
+from autobalance.runtime import Progress, no_progress
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -202,8 +202,8 @@ def _twisted(
 
     shear = torsion.shear_modulus_mpa
     youngs = 2.0 * (1.0 + POISSON) * shear
-    notify = {} if progress is None else {"progress": progress}
-    return tuple(throw_twists(crank, youngs, shear, torsion.fem_size_mm, **notify))
+    notify = no_progress if progress is None else progress
+    return tuple(throw_twists(crank, youngs, shear, torsion.fem_size_mm, notify))
 
 
 def _check_stations(question: TorsionQuestion, stations: int) -> None:

@@ -20,6 +20,7 @@ from autobalance.errors import CorrectionError
 from autobalance.planning.milp import greatest_multiple
 from autobalance.planning.milp import least_share as bound_share
 from autobalance.planning.too_light import too_light_g_mm
+from autobalance.quantities import Text, g, mm, said
 from autobalance.rigid_rotor.tolerance import Outcome, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Notify
@@ -236,19 +237,19 @@ def why_recommended(order: Sequence[Row], rows: Sequence[Row], prefer: Prefer) -
     first = order[0]
     if first.outcome == "already_within_tolerance":
         return "the crank is within tolerance; nothing is to be cut"
-    text = f"{first.name}: {_figures(first)}; ranked by {WORDS[prefer]}"
+    text = said("{}: {}; ranked by {}", first.name, _figures(first), WORDS[prefer])
     if any(row.adds_to_heavy for row in order) and not first.adds_to_heavy:
         text += ", metal taken off before metal added"
     if len(order) > 1:
-        text += f"; next is {order[1].name}: {_figures(order[1])}"
+        text += said("; next is {}: {}", order[1].name, _figures(order[1]))
     return text
 
 
-def _figures(row: Row) -> str:
+def _figures(row: Row) -> Text:
     cuts = f"{row.cuts} cut{'' if row.cuts == 1 else 's'}, {row.different} different"
-    wall = "" if row.wall_left_mm is None else f", {row.wall_left_mm:.1f} mm of wall left"
+    wall = "" if row.wall_left_mm is None else said(", {} of wall left", mm(row.wall_left_mm, ".1f"))
     thin = "" if row.thinnest_share is None else f", {100.0 * row.thinnest_share:.0f} % of webs' metal kept"
-    return f"{cuts}, {row.moved_g or 0.0:.1f} g moved{wall}{thin}"
+    return said("{}, {} moved{}{}", cuts, g(row.moved_g or 0.0, ".1f"), wall, thin)
 
 
 def _row(

@@ -15,7 +15,7 @@ from autobalance.balancing.offers import BestOffer, Offers, best_offer, why_not_
 from autobalance.balancing.remedies import Above, why_above
 from autobalance.balancing.rotor import Rotor
 from autobalance.balancing.taken import taken_of_scan
-from autobalance.correction import Limits
+from autobalance.correction import Limits, remarks
 from autobalance.correction.contract import Correction, Cut, Prefer
 from autobalance.correction.kind import Candidates
 from autobalance.correction.overlap import Overlap, taken_in_turn
@@ -225,7 +225,7 @@ class _Run:
         """Return the end of a run that would cut one of two like webs and not reach the tolerance either."""
         nothing = replace(self.chosen.plan, depths_mm=np.zeros(len(self.chosen.candidates.cuts)))
         result = self.left_alone(nothing)
-        return replace(result, reason=f"{result.reason}; {half}: nothing is cut")
+        return replace(result, reason=said("{}; {}: nothing is cut", result.reason, half))
 
     def not_worth_it(self, gain: float, least: float) -> Result:
         """Return the end of a run whose cuts would not reach the tolerance and bring next to nothing."""
@@ -270,7 +270,7 @@ class _Run:
             initial_doubt=self.initial_doubt,
             doubt=doubt,
             made=tuple(cuts[k] for k in order),
-            notes=self.chosen.notes + unused,
+            notes=self.chosen.notes + unused + remarks(corrections, rotor.anatomy, self.methods),
             relaxations=remedies,
         )
 

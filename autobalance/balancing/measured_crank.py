@@ -312,10 +312,15 @@ def _facets_of(source: Source, density_g_mm3: float, anatomy: Anatomy, fit: bool
     return facets_of_mesh(mesh.moved(frame), density_g_mm3, fit)
 
 
-def facets_of_mesh(mesh: Mesh, density_g_mm3: float, fit: bool = False) -> ChordalError:
-    """Estimate the chordal error of a mesh in the rotor frame; ``fit`` surfaces to any number of facets."""
+def facets_of_mesh(
+    mesh: Mesh, density_g_mm3: float, fit: bool = False, most: int | None = None
+) -> ChordalError:
+    """Estimate the chordal error of a mesh in the rotor frame.
+
+    Surfaces are fitted to at most so many curved facets (`FACETS_MOST` where None), or to any with ``fit``.
+    """
     look = look_at(mesh)
-    if fit or look.curved_count <= FACETS_MOST:
+    if fit or look.curved_count <= (FACETS_MOST if most is None else most):
         return chordal_error_of(look, density_g_mm3)
     return chordal_error_from_edges(look, density_g_mm3)
 

@@ -100,6 +100,7 @@ def film_orbits(
     length_m: npt.ArrayLike,
     clearance_m: npt.ArrayLike,
     bush_speed_rad_s: npt.ArrayLike = 0.0,
+    most_turns: int | None = None,
 ) -> Orbits:
     """Return the periodic orbits of journals under loads by angle.
 
@@ -115,6 +116,8 @@ def film_orbits(
         Dynamic viscosity [Pa·s]; journal diameter, bearing length, radial clearance [m]; positive.
     bush_speed_rad_s : float, (k,) or (n, k)
         Of the bush about its own axis, in the same axes; by angle for a rod that swings [rad/s].
+    most_turns : int, optional
+        Turns after which a path that has not settled is closed by Newton's method; 120 where None.
 
     Returns
     -------
@@ -135,7 +138,7 @@ def film_orbits(
     radius = 0.5 * diameter
     unit = short_film_unit_n(viscosity, speed, radius, length, clearance)
     motion = _Motion(angle, force / unit[:, None], 0.5 * (1.0 + bush / speed))
-    path, turns, off = _periodic(motion)
+    path, turns, off = _periodic(motion, MOST_TURNS if most_turns is None else most_turns)
     petroff = 2.0 * np.pi * viscosity * (speed - bush) * radius**3 * length / clearance
     pull = path[..., 1] * force[..., 0] - path[..., 0] * force[..., 1]
     ratio = np.minimum(np.hypot(path[..., 0], path[..., 1]), MAX_ECCENTRICITY_RATIO)
@@ -202,7 +205,7 @@ def _turned(vector: Polar, by: Polar) -> Polar:
     return vector[0] * by[0] - vector[1] * by[1], vector[0] * by[1] + vector[1] * by[0]
 
 
-def _periodic(motion: _Motion) -> tuple[Array, npt.NDArray[np.int64], Array]:
+def _periodic(motion: _Motion, most_turns: int) -> tuple[Array, npt.NDArray[np.int64], Array]:
     """Return periodic paths (n, k, 2), turns that each took, last changes (k,)."""
     count, cases = motion.force.shape[:2]
     size = np.hypot(motion.force[..., 0], motion.force[..., 1])
@@ -213,7 +216,7 @@ def _periodic(motion: _Motion) -> tuple[Array, npt.NDArray[np.int64], Array]:
     start = np.zeros((2, cases))
     left = np.nonzero(~hopeless)[0]
     each = max(round(count * motion.step / (2.0 * np.pi)), 1)
-    for done in range(each, MOST_TURNS + 1, each):
+    for done in range(each, most_turns + 1, each):
         if not len(left):
             break
         passed, end = _cycle(motion.of(left), start[:, left])
@@ -224,14 +227,16 @@ def _periodic(motion: _Motion) -> tuple[Array, npt.NDArray[np.int64], Array]:
         turns[left[change < CYCLE_CHANGE_TOLERANCE]] = done
         left = left[change >= CYCLE_CHANGE_TOLERANCE]
     if len(left):
-        closed, turns_done, change = _closed(motion.of(left), start[:, left], each)
+        closed, turns_done, change = _closed(motion.of(left), start[:, left], each, most_turns)
         done_now = turns_done > 0
         path[:, left[done_now]] = closed[:, done_now]
         turns[left], off[left[done_now]] = turns_done, change[done_now]
     return path, turns, off
 
 
-def _closed(motion: _Motion, start: Array, each: int) -> tuple[Array, npt.NDArray[np.int64], Array]:
+def _closed(
+    motion: _Motion, start: Array, each: int, most_turns: int
+) -> tuple[Array, npt.NDArray[np.int64], Array]:
     """Return unsettled paths, closed by Newton's method on the start (2, k) of a cycle.
 
     A path counts as periodic where neighbours tend to it; one that repels them no journal follows.
@@ -260,7 +265,7 @@ def _closed(motion: _Motion, start: Array, each: int) -> tuple[Array, npt.NDArra
         change = middle - start
         off = np.hypot(*change)
         attracts = np.abs(np.linalg.eigvals(slopes)).max(axis=1) < 1.0
-        turns[:] = np.where((off < CYCLE_CHANGE_TOLERANCE) & attracts, MOST_TURNS + 3 * each * step, 0)
+        turns[:] = np.where((off < CYCLE_CHANGE_TOLERANCE) & attracts, most_turns + 3 * each * step, 0)
         if (off < CYCLE_CHANGE_TOLERANCE).all() or step == CLOSING_STEPS:
             break
         moved = np.linalg.solve(np.eye(2) - slopes, change.T[..., None])[..., 0].T

@@ -6,10 +6,11 @@ from typing import TypeVar
 
 from autobalance.correction import add, drill, mill, shoulder, slug, turn
 from autobalance.correction.apart import between_kinds
-from autobalance.correction.contract import Apart, Count, Cut, Limits, SharedDepth, Variety
+from autobalance.correction.contract import Apart, Correction, Count, Cut, Limits, SharedDepth, Variety
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.overlap import Overlap
 from autobalance.correction.registry import KINDS, face_depths_mm, finishing, kind_of, mixes, register
+from autobalance.crank.anatomy import Anatomy
 
 __all__ = [
     "KINDS",
@@ -38,6 +39,20 @@ def search_levels(limits: Limits) -> int:
 
 def offer(work: Workpiece, limits: Limits, search_level: int) -> Candidates:
     return kind_of(limits).offer(work, limits, search_level)
+
+
+def remarks(
+    corrections: Sequence[Correction], anatomy: Anatomy, methods: Sequence[Limits]
+) -> tuple[str, ...]:
+    """Return what a person should check of a plan's corrections, one line each."""
+    of_kinds = {kind_of(limits).name: limits for limits in methods}
+    return tuple(
+        line
+        for name, limits in of_kinds.items()
+        for line in kind_of(limits).remarks(
+            [each for each in corrections if each.kind == name], anatomy, limits
+        )
+    )
 
 
 def joined(parts: Sequence[Candidates]) -> Candidates:

@@ -74,7 +74,9 @@ class AddLimits(FaceLimits):
     crankcase_radius_mm : float or None
         Inner radius of the crankcase about the crank axis; added metal keeps ``min_wall_mm`` from it.
     crankcase_gap_mm : float or None
-        Length of each main journal, from the web on, that is clear of the crankcase; likewise.
+        Length of each main journal, from the web on, that is clear of the crankcase; likewise. Not set:
+        metal beside a filleted main journal ends at 24 % of the journal's width, other metal may go on along
+        it, and a note names each journal with the length that has metal beside it.
     """
 
     crankcase_radius_mm: Annotated[float | None, POSITIVE] = None
@@ -343,8 +345,49 @@ class Add(FaceKind[AddLimits]):
         text = said("{} {}, which is {} thicker (method add)", mass, each, height)
         return text, {"max_depth_mm": math.ceil(10.0 * max(depths)) / 10.0}
 
+    def remarks(
+        self, corrections: Sequence[Correction], anatomy: Anatomy, limits: AddLimits
+    ) -> tuple[str, ...]:
+        """Return the main journals beside which metal stands, where no gap to the crankcase is stated."""
+        if limits.crankcase_gap_mm is not None:
+            return ()
+        beside = [(journal, _beside_mm(journal, corrections)) for journal in anatomy.main_journals]
+        return tuple(
+            said(
+                "added metal stands beside {} of main journal {}, which is {} wide; check that its bearing "
+                "is clear, or set crankcase_gap_mm",
+                mm(covered, ".1f"),
+                journal.number,
+                mm(journal.width_mm, ".1f"),
+            )
+            for journal, covered in beside
+            if covered > NOTED_BESIDE_MM
+        )
+
     def instruction(self, item: Item, figures: Figures) -> str:
         return f"Add metal on face {item.get('face')}"
+
+
+NOTED_BESIDE_MM = 0.05
+"""Length of a main journal beside which metal stands, from which it is noted: the text has tenths."""
+
+
+def _beside_mm(journal: MainJournal, corrections: Sequence[Correction]) -> float:
+    """Return the length of a main journal, at both ends together, beside which added metal stands."""
+    low, high = _stretch(journal, 0.0)
+    from_low, from_high = 0.0, 0.0
+    for each in corrections:
+        up = float(each.details["normal"][2])
+        if abs(up) < 1.0 - MIN_AXIAL_NORMAL:
+            continue
+        ends = sorted(float(each.details[key]) / up for key in ("face_height_mm", "new_height_mm"))
+        if min(ends[1], high) <= max(ends[0], low):
+            continue
+        if up > 0.0:
+            from_low = max(from_low, min(ends[1], high) - low)
+        else:
+            from_high = max(from_high, high - max(ends[0], low))
+    return min(from_low + from_high, high - low)
 
 
 MOST_ADDED_MM = 40.0

@@ -271,6 +271,11 @@ class Kind(ABC, Generic[L]):
         ]
         return min(walls, default=None)
 
+    def remarks(self, corrections: Sequence[Correction], anatomy: Anatomy, limits: L) -> tuple[str, ...]:
+        """Return what a person should check of a plan's corrections of this kind, one line each."""
+        del corrections, anatomy, limits
+        return ()
+
     def trace(self, item: Item) -> Trace | None:
         """Return the trace of a listed correction, by which it can be verified; None if unknown.
 

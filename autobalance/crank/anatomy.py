@@ -16,6 +16,11 @@ from autobalance.units import wrapped_deg
 CylinderKind = Literal["outside", "bore"]
 CylinderRole = Literal["main_journal", "crankpin", "collar", "shaft", "web", "none"]
 DoubtSubject = Literal["main_journal", "crankpin", "axis"]
+PIN_SETTINGS = {
+    "crankshaft.crankpin_in_file = true": True,
+    "crankshaft.crankpin_in_file = false": False,
+}
+"""Lines of a job that take another reading of a crank whose crankpin may be in the file, or not."""
 ON_AXIS_MM = 1e-3
 """The middle of a cylinder nearer to the axis than this has no angle: files are rounded to as much."""
 
@@ -185,6 +190,11 @@ class Doubt:
     chosen: Pin
     other: Pin
     setting: str
+
+    @property
+    def pin_in_file(self) -> bool | None:
+        """What ``crankpin_in_file`` is in the other reading, if that is its setting, else None."""
+        return PIN_SETTINGS.get(self.setting)
 
 
 @dataclass(frozen=True, eq=False)

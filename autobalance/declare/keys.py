@@ -77,6 +77,11 @@ class Key:
         return self.typed or unit_of_name(self.name)
 
     @property
+    def typed_unit(self) -> str:
+        """Unit with which its numbers may be typed; none if its name is that unit, as ``g`` in a weight."""
+        return "" if self.name == self.unit else self.unit
+
+    @property
     def read_by(self) -> tuple[str, ...]:
         """The verbs that read it, where not every one does."""
         return () if self.verbs in ("", "all") else tuple(self.verbs.split(", "))

@@ -98,6 +98,24 @@ class Fatigue:
         )
 
 
+def oil_bore_equivalent_MPa(bending_MPa: float, torsion_MPa: float) -> float:
+    """Return the equivalent alternating stress at an oil bore's outlet: its greatest principal stress [MPa].
+
+    σ_v = σ/3 (1 + 2 √(1 + 9/4 (τ/σ)²)) of the local alternating stresses, whose peaks lie at different places
+    of the edge; no σ_add is counted [1]_. A small hole in a plate has exactly this (Kirsch).
+
+    References
+    ----------
+    .. [1] IACS UR M53, Sec. 5.2.
+
+    Examples
+    --------
+    >>> oil_bore_equivalent_MPa(90.0, 0.0), oil_bore_equivalent_MPa(0.0, 90.0)
+    (90.0, 90.0)
+    """
+    return (bending_MPa + 2.0 * math.hypot(bending_MPa, 1.5 * torsion_MPa)) / 3.0
+
+
 def _range(values: Array) -> tuple[float, float]:
     """Return the middle and the half of a range."""
     low, high = float(values.min()), float(values.max())

@@ -197,6 +197,29 @@ def _polynomial(x: float, coefficients: Sequence[float]) -> float:
     return float(sum(each * x**power for power, each in enumerate(coefficients)))
 
 
+MAX_OIL_BORE_RATIO = 0.2
+"""Greatest diameter of an oil bore over the crankpin's for which its factors were measured: IACS UR M53."""
+
+
+def oil_bore_factors(bore_mm: float, pin_mm: float) -> FilletFactors:
+    """Return the factors of the outlet of a radial oil bore in a crankpin, local over nominal stress.
+
+    γ_B = 3 − 5.88 d + 34.6 d², γ_T = 4 − 6 d + 30 d² with d the bore's diameter over the crankpin's [1]_.
+
+    References
+    ----------
+    .. [1] IACS UR M53, Sec. 3.4; d up to 0.2. A small hole in a plate has 3 (Kirsch) and 4.
+
+    Examples
+    --------
+    >>> factors = oil_bore_factors(5.0, 50.0)
+    >>> round(factors.bending, 3), round(factors.torsion, 3)
+    (2.758, 3.7)
+    """
+    ratio = bore_mm / pin_mm
+    return FilletFactors(_polynomial(ratio, (3.0, -5.88, 34.6)), 0.0, _polynomial(ratio, (4.0, -6.0, 30.0)))
+
+
 def polar_modulus_mm3(diameter_mm: float, bore_mm: float) -> float:
     """Return the polar section modulus of a round bar, torque over shear stress, π/16 (D⁴ − d⁴)/D."""
     return math.pi / 16.0 * (diameter_mm**4 - bore_mm**4) / diameter_mm

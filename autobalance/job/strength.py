@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from autobalance.declare import NOT_NEGATIVE, POSITIVE, Key, Range, Values
 from autobalance.errors import JobError
 from autobalance.job.addon_tables import AddonTables, TablesRead
-from autobalance.job.model.strength import FilletFactorPair, Strength
+from autobalance.job.model.strength import FilletFactorPair, OilBore, Strength
 
 AT_LEAST_ONE = Range("must be ≥ 1", least=1.0)
 MATERIAL = (
@@ -26,6 +27,22 @@ FACTORS = (
     Key("bending", float, "of bending, local over nominal stress", AT_LEAST_ONE),
     Key("torsion", float, "of torsion", AT_LEAST_ONE),
 )
+OIL_BORE = Key(
+    "oil_bore",
+    says="radial oil bore in the middle of each crankpin, for the stress at its outlet",
+    default=None,
+    keys=(
+        Key("diameter_mm", float, "of the bore", POSITIVE),
+        Key(
+            "angle_deg",
+            float,
+            "direction of the outlet from the crankpin's axis: 0 away from the crank axis, counter-clockwise "
+            "seen from +z",
+            default=None,
+            usual="the worst one",
+        ),
+    ),
+)
 STRENGTH = Key(
     "strength",
     says="fillets of crankpins and journals, and the strength of their metal",
@@ -39,6 +56,7 @@ STRENGTH = Key(
         Key("material", says="strengths of the crank's metal", keys=MATERIAL),
         Key("factor", Literal["iacs"], "stress concentration: IACS UR M53, or a table of given ones",
             default="iacs", keys=FACTORS),
+        OIL_BORE,
     ),
 )  # fmt: skip
 
@@ -67,7 +85,7 @@ def strength_of(values: Values) -> Strength:
             raise JobError(
                 f"strength.material.{name} is {value:g}, above tensile_MPa = {tensile:g}; expected less"
             )
-    pin = values["pin_fillet_mm"]
+    pin, bore = values["pin_fillet_mm"], values["oil_bore"]
     journal = values["journal_fillet_mm"]
     return Strength(
         pin,
@@ -77,4 +95,10 @@ def strength_of(values: Values) -> Strength:
         metal["yield_MPa"],
         fatigue,
         None if factors == "iacs" else FilletFactorPair(factors["bending"], factors["torsion"]),
+        None if bore is None else _oil_bore(bore),
     )
+
+
+def _oil_bore(values: Values) -> OilBore:
+    angle = values["angle_deg"]
+    return OilBore(values["diameter_mm"], None if angle is None else math.radians(angle))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Doubt, MainJournal, Pin
+from autobalance.crank.exchanged import exchanged
 from autobalance.engine.balance_factor import balance_factor, bob_weight_moments
 from autobalance.engine.parts import Parts, ThrowLoad
 from autobalance.errors import JobError
@@ -16,10 +18,12 @@ from autobalance.job import Attached, EngineParts, Job, PartWeights, Weight
 from autobalance.job.model import LinkRod, ThrowParts
 from autobalance.quantities import Quantity, joined, said
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.tolerance import OtherRotor, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import MM_PER
 
+CRANKPIN = "crankpin"
+"""The part in ``crankpin_g`` that is the pin itself, of a crank whose file does not hold it."""
 STROKE_SLACK_MM = 0.1
 STROKE_SLACK_SHARE = 0.005
 
@@ -56,7 +60,7 @@ def fitted_bob_weights_g(job: Job, anatomy: Anatomy, factor: float) -> tuple[flo
 
     The bob-weight less a crankpin that is not in the file: on the machine it is in.
     """
-    pins = [job.engine.of_throw(throw.number).weights.crankpin.get("crankpin") for throw in anatomy.throws]
+    pins = [job.engine.of_throw(throw.number).weights.crankpin.get(CRANKPIN) for throw in anatomy.throws]
     loads = throw_loads(anatomy, job.engine)
     return tuple(
         load.parts.bob_weight_g(factor) - (0.0 if pin is None else pin.mass_g)
@@ -231,26 +235,69 @@ def tolerance_of(job: Job, anatomy: Anatomy, crank: Moments) -> Tolerance:
         planes_z_mm=planes,
         judge=balance.judge,
         margin=balance.margin,
-        others_z_mm=other_readings(job, anatomy),
+        others_z_mm=other_readings(job, anatomy, crank),
     )
 
 
-OtherPlanes = tuple[str, tuple[float, float] | None]
-"""What may be meant, and planes A and B [mm] then; None where more than these would change."""
+OtherPlanes = tuple[str, tuple[float, float] | OtherRotor | None]
+"""What may be meant, and planes A and B [mm] then, or the rotor about another axis; None if not known."""
 
 
-def other_readings(job: Job, anatomy: Anatomy) -> list[OtherPlanes]:
-    """Return what else could be meant by a crank.
+def other_readings(job: Job, anatomy: Anatomy, crank: Moments) -> list[OtherPlanes]:
+    """Return what else could be meant by a crank of some moments.
 
     Planes that the job states stay where they are, whichever cylinders are the main journals.
     """
     others: list[OtherPlanes] = [
-        (said("the {} is {}", _part(doubt), _cylinder(doubt.other)), None)
+        (
+            said("the {} is {}", _part(doubt), _cylinder(doubt.other)),
+            _about_other_axis(job, anatomy, crank, doubt),
+        )
         for doubt in anatomy.doubts
         if doubt.about != "main_journal"
     ]
     stated = job.balance.tolerance_planes_mm is not None
     return others if stated or len(anatomy.main_journals) < 2 else others + _other_ends(anatomy)
+
+
+def _about_other_axis(job: Job, anatomy: Anatomy, crank: Moments, doubt: Doubt) -> OtherRotor | None:
+    """Return the rotor as it is if its crankpin is the shaft and its main journal the crankpin.
+
+    None if the job has oil in bores or parts that carry what the crank lacks: both are found for one axis.
+    """
+    if doubt.about != "axis" or len(anatomy.throws) != 1 or job.engine.oil or job.balance.external != "none":
+        return None
+    there = exchanged(anatomy)
+    engine = job.engine if doubt.pin_in_file is not True else _without_crankpins(job.engine)
+    other = replace(job, engine=engine)
+    from_here = there.file_to_rotor @ anatomy.rotor_to_file
+    moved = crank.moved(from_here)
+    try:
+        tolerance = tolerance_of(other, there, moved)
+        loads = _all_loads(other, there, moved, tolerance)
+        here = _all_loads(job, anatomy, crank, tolerance_of(job, replace(anatomy, doubts=()), crank))
+    except JobError:  # of an original factor outside 0 to 1 about that axis
+        return None
+    pin = there.throws[0].crankpin.centre_mm if doubt.pin_in_file is False else None
+    return OtherRotor(tolerance, from_here, here, loads, pin, job.balance.rotor_mass_g is None)
+
+
+def _all_loads(job: Job, anatomy: Anatomy, crank: Moments, tolerance: Tolerance) -> Moments:
+    """Return the moments of all that is not the crank's solid, less an unbalance left on purpose."""
+    factor = target_factor(job, anatomy, crank)
+    bobs = bob_weight_moments(throw_loads(anatomy, job.engine), factor)
+    return bobs + beside_throws(job.engine) - overbalance_moments(job, tolerance)
+
+
+def _without_crankpins(engine: EngineParts) -> EngineParts:
+    """Return an engine whose crankpins are metal of the file, and no parts."""
+
+    def bare(throw: ThrowParts) -> ThrowParts:
+        parts = {name: each for name, each in throw.weights.crankpin.items() if name != CRANKPIN}
+        return replace(throw, weights=replace(throw.weights, crankpin=parts))
+
+    by_throw = {number: bare(throw) for number, throw in engine.by_throw.items()}
+    return replace(engine, default=bare(engine.default), by_throw=by_throw)
 
 
 def _other_ends(anatomy: Anatomy) -> list[OtherPlanes]:
@@ -285,7 +332,7 @@ def _cylinder(pin: Pin) -> Quantity:
 def _crankpins_not_in_file(job: Job, anatomy: Anatomy) -> Moments:
     total = Moments.zero()
     for throw in anatomy.throws:
-        pin = job.engine.of_throw(throw.number).weights.crankpin.get("crankpin")
+        pin = job.engine.of_throw(throw.number).weights.crankpin.get(CRANKPIN)
         if pin is not None:
             total = total + Moments.point(pin.mass_g, throw.crankpin.centre_mm)
     return total

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass
 from functools import partial
 from itertools import groupby
@@ -92,12 +92,40 @@ class _BayKey:
         )
 
 
+def twisted(
+    piece: Solid, material: Material, size_mm: float | None, deadline: Deadline, error_share: float | None
+) -> TwistStiffness:
+    """Return the stiffness of a bay by finite elements; with the share of another's error, on one mesh.
+
+    Raises
+    ------
+    SolidError
+        If it cannot be meshed, or not in time.
+    """
+    if size_mm is None:
+        mesh = piece.mesh
+        area = 0.5 * float(mesh.doubled_areas.sum())
+        size_mm = ELEMENT_SIZE_RATIO * default_size_mm(piece.volume_mm3, area)
+    for share in SHARES_OF_RADIUS:
+        try:
+            bodies = (
+                bodies_of_solid(piece, factor * size_mm, (1.0,), factor * share, deadline, rough=True)[0]
+                for factor in (COARSENING if error_share is None else COARSENING[-1:])
+            )
+            return twist_stiffness(bodies, piece.volume_mm3, material, error_share)
+        except SolidError:
+            if share == SHARES_OF_RADIUS[-1]:
+                raise
+    raise AssertionError  # the last share has returned or raised
+
+
 def throw_twists(
     crank: Crank,
     youngs_mpa: float,
     shear_mpa: float,
     size_mm: float | None,
     progress: Progress = no_progress,
+    stiffness_of_bay: Callable[..., TwistStiffness] = twisted,
 ) -> list[ThrowTwist]:
     """Return the torsional stiffness of every throw by quadratic tetrahedra on three meshes.
 
@@ -134,7 +162,7 @@ def throw_twists(
         alike = [each.with_error(looks.lost(other)) for other, each in known if looks.is_like(other)]
         try:
             error = known[0][1].error_share if known else None
-            stiffness = alike[0] if alike else _twisted(piece, material, size_mm, deadline, error)
+            stiffness = alike[0] if alike else stiffness_of_bay(piece, material, size_mm, deadline, error)
         except SolidError as error:  # the formulas still hold: the rest of the report is worth having
             twists += [ThrowTwist(None, str(error))] * len(throws)
             continue
@@ -147,26 +175,6 @@ def _shared(whole: TwistStiffness, shapes: Sequence[ThrowShape]) -> list[TwistSt
     """Return the stiffness of each throw of a bay: in series they are as stiff as all of it."""
     flexibilities = [shape.ker_wilson_per_mm3() for shape in shapes]
     return [whole.scaled(sum(flexibilities) / each) for each in flexibilities]
-
-
-def _twisted(
-    piece: Solid, material: Material, size_mm: float | None, deadline: Deadline, error_share: float | None
-) -> TwistStiffness:
-    if size_mm is None:
-        mesh = piece.mesh
-        area = 0.5 * float(mesh.doubled_areas.sum())
-        size_mm = ELEMENT_SIZE_RATIO * default_size_mm(piece.volume_mm3, area)
-    for share in SHARES_OF_RADIUS:
-        try:
-            bodies = (
-                bodies_of_solid(piece, factor * size_mm, (1.0,), factor * share, deadline, rough=True)[0]
-                for factor in (COARSENING if error_share is None else COARSENING[-1:])
-            )
-            return twist_stiffness(bodies, piece.volume_mm3, material, error_share)
-        except SolidError:
-            if share == SHARES_OF_RADIUS[-1]:
-                raise
-    raise AssertionError  # the last share has returned or raised
 
 
 def bay_ends_mm(anatomy: Anatomy, throw: Throw) -> tuple[float, float] | str:

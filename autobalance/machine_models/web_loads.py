@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy
+from autobalance.crank.anatomy import Anatomy, Throw
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.firing_engine import as_complex
 from autobalance.job import Job
@@ -52,6 +52,38 @@ class WebLoads:
     radial_n: Array
     pin_torque_n_m: Array
     journal_torque_n_m: Array
+
+
+@dataclass(frozen=True, eq=False)
+class CrankpinLoads:
+    """Loads in the middle of a crankpin over the crank angle.
+
+    Attributes
+    ----------
+    throw : int
+        Number of its throw.
+    bending_n_m : (n, 2) float
+        Moment of the forces along the throw, away from the crank axis, and across it, counter-clockwise seen
+        from +z: what lies on that side of the crankpin is pressed where it is positive [N·m].
+    torque_n_m : (n,) float
+        About the crankpin's own axis [N·m].
+    """
+
+    throw: int
+    bending_n_m: Array
+    torque_n_m: Array
+
+
+@dataclass(frozen=True, eq=False)
+class _ThrowAtRest:
+    """A throw with its bay, the factor that turns loads into its frame, and torques over the angle (n,)."""
+
+    throw: Throw
+    bay: _Bay
+    turned: complex
+    torque_before_n_mm: Array
+    torque_after_n_mm: Array
+    pin_torque_n_mm: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +162,41 @@ def web_loads(
     JobError
         If a throw has no web on a side.
     """
+    return [
+        WebLoads(
+            each.throw.number,
+            web.number,
+            is_above,
+            z,
+            N_M_PER_N_MM * (moment * each.turned).real,
+            (-1.0 if is_above else 1.0) * (force * each.turned).real,
+            N_M_PER_N_MM * each.pin_torque_n_mm,
+            N_M_PER_N_MM * (each.torque_after_n_mm if is_above else each.torque_before_n_mm),
+        )
+        for each in _throws(cycle, job, anatomy, solid, density_g_mm3)
+        for web, is_above in zip(webs_beside(anatomy, each.throw), (False, True), strict=True)
+        for z in (0.5 * (web.z_min_mm + web.z_max_mm),)
+        for force, moment in (each.bay.at(z),)
+    ]
+
+
+def crankpin_loads(
+    cycle: CycleAnalysis, job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float
+) -> list[CrankpinLoads]:
+    """Return the loads in the middle of each crankpin; parameters as of `web_loads`."""
+    sense = -1.0 if job.engine.clockwise else 1.0  # such an engine is computed as its mirror image
+    listed = []
+    for each in _throws(cycle, job, anatomy, solid, density_g_mm3):
+        moment = each.bay.at(float(each.throw.crankpin.centre_mm[2]))[1] * each.turned
+        both = N_M_PER_N_MM * np.column_stack([moment.real, sense * moment.imag])
+        listed.append(CrankpinLoads(each.throw.number, both, N_M_PER_N_MM * each.pin_torque_n_mm))
+    return listed
+
+
+def _throws(
+    cycle: CycleAnalysis, job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float
+) -> Iterator[_ThrowAtRest]:
+    """Yield every throw with the loads that it hands on, in the order of the axis."""
     back = np.exp(-1j * cycle.grid.angle_rad)
     rods_of = [
         (cylinder.z_mm, as_complex(load) * back)
@@ -138,7 +205,6 @@ def web_loads(
     metal = solid.moved(anatomy.file_to_rotor)
     pull = cycle.speed_rad_s**2 * N_PER_G_MM_S2
     bays = _bays(job, anatomy, rods_of, metal, density_g_mm3, pull)
-    loads: list[WebLoads] = []
     before = np.zeros(cycle.grid.angle_rad.size)
     for throw, place, load in zip(anatomy.throws, cycle.firing.throws, cycle.crankpins_n, strict=True):
         turned = np.exp(-1j * place.angle_rad)
@@ -148,24 +214,8 @@ def web_loads(
         bay = next((each for each in bays if place.z_mm <= each.high_mm), bays[-1])
         rods = [rods_of[number] for number in place.cylinders]
         at_pin = (bay.at(place.z_mm)[0] - sum(each for z, each in rods if z < place.z_mm)) * turned
-        pin_torque = before - radius * at_pin.imag
-        for web, is_above in zip(webs_beside(anatomy, throw), (False, True), strict=True):
-            z = 0.5 * (web.z_min_mm + web.z_max_mm)
-            force, moment = (each * turned for each in bay.at(z))
-            loads.append(
-                WebLoads(
-                    throw.number,
-                    web.number,
-                    is_above,
-                    z,
-                    N_M_PER_N_MM * moment.real,
-                    -force.real if is_above else force.real,
-                    N_M_PER_N_MM * pin_torque,
-                    N_M_PER_N_MM * (after if is_above else before),
-                )
-            )
+        yield _ThrowAtRest(throw, bay, turned, before, after, before - radius * at_pin.imag)
         before = after
-    return loads
 
 
 def _bays(

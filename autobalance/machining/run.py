@@ -27,6 +27,8 @@ from autobalance.solid.csg.solid import union
 
 THIN_MM = 0.02
 """Half the thickness of what is rounding between two solids, not metal: facets of one round wall."""
+THIN_MM3 = THIN_MM**3
+"""Volume of such a piece: what a cut that is planned to take nothing may seem to take."""
 GOUGED_SHARE = 2e-3
 """Share of the metal cut that may be taken beyond the plan before a program is refused."""
 HOLE_SHARE, AREA_SHARE = 5e-3, 0.1
@@ -157,7 +159,7 @@ def simulated(part: Part, machine: MachineTool, plan: NcPlan, programs: Sequence
         _refuse_missing(part, programs, result, expected)
     gouged, left = differences(part, plan, result)
     cut_mm3 = sum((each.mass_g for each in result.taken.values()), 0.0)
-    if gouged > GOUGED_SHARE * cut_mm3 + THIN_MM * THIN_MM * THIN_MM:
+    if gouged > GOUGED_SHARE * cut_mm3 + THIN_MM3:
         raise JobError(
             f"the programs take {gouged:.3g} mm3 beyond the plan; expected a narrower tool, or other cuts"
         )
@@ -203,7 +205,7 @@ def _refuse_missing(
                 planned_mm3[cut.number].mass_g,
             )
             share = HOLE_SHARE if isinstance(cut.operation, HoleOperation) else AREA_SHARE
-            if abs(cut_mm3 - due_mm3) > share * due_mm3 + THIN_MM:
+            if abs(cut_mm3 - due_mm3) > share * due_mm3 + THIN_MM3:
                 density = part.density_g_mm3
                 raise JobError(
                     f"cut {cut.number} with tool {tool.number} takes {density * cut_mm3:.4g} g of the "

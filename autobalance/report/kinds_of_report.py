@@ -39,10 +39,12 @@ def _pictures(material: Material) -> dict[str, bytes]:
 
 
 def _tools(material: Material) -> dict[str, bytes]:
+    from autobalance.report.output_kinds import KINDS
     from autobalance.report.tool_bodies import tool_bodies
 
     made = any(each["depth_mm"] != 0.0 for each in material.report["corrections"])
-    return {"tools": tool_bodies(material, TOOLS.endswith("step"))} if made else {}
+    exact = KINDS["tools"].files["tools"].endswith("step")
+    return {"tools": tool_bodies(material, exact)} if made else {}
 
 
 def _reading(material: Material) -> dict[str, bytes]:

@@ -8,10 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from autobalance.declare import Positive
-from autobalance.quantities import Quantity, Text, joined, said
+from autobalance.quantities import Quantity, Text, g, joined, said
 from autobalance.rigid_rotor.margin import Judged, Margin, explain_margin
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget, Share
+from autobalance.types import Array
 
 Judge = Literal["dynamic", "static"]
 Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
@@ -20,6 +22,9 @@ INBOARD_SHARES = (0.3, 0.7)
 """Least and greatest share of U_per that a plane may get, centre of mass between the planes."""
 OVERHUNG_SHARES = (0.3, 1.3)
 """The same with the centre of mass outside the planes: the near plane at most 1.3, the far at least 0.3."""
+
+MOST_PIN_SHARE, PIN_G_SHARE = 4.0, 1e-7
+"""A crankpin of unknown weight is sought up to so many times the rotor's mass, to this share of it."""
 
 
 def permissible_unbalance_g_mm(mass_g: float, grade_mm_s: float, service_speed_rad_s: float) -> float:
@@ -138,15 +143,80 @@ class TolerancePlane:
     permissible_g_mm: Positive
 
 
+@dataclass(frozen=True, eq=False)
+class OtherRotor:
+    """A rotor about another axis, with the loads that it has then.
+
+    Attributes
+    ----------
+    tolerance : Tolerance
+    from_here : (4, 4) float
+        From the rotor's own frame to that about the other axis.
+    loads_here, loads : Moments
+        All that is not the solid: as the rotor has it, and about the other axis in that one's frame.
+    pin_mm : (3,) float or None
+        Place of a crankpin whose weight is not known, in the other frame; None: it is.
+    has_own_mass : bool
+        Whether the permissible value is of the rotor's own mass, and grows with the crankpin's.
+    """
+
+    tolerance: Tolerance
+    from_here: Array
+    loads_here: Moments
+    loads: Moments
+    pin_mm: Array | None = None
+    has_own_mass: bool = True
+
+    def unbalance(self, rotor: Moments, pin_g: float = 0.0) -> Unbalance:
+        """Return the unbalance about the other axis of a rotor with its loads, and of a crankpin's weight."""
+        moved = (rotor - self.loads_here).moved(self.from_here) + self.loads
+        return Unbalance.of(moved if self.pin_mm is None else moved + Moments.point(pin_g, self.pin_mm))
+
+    def with_pin(self, pin_g: float) -> Tolerance:
+        """Return the tolerance of the rotor with a crankpin."""
+        here, factor = self.tolerance, 1.0
+        if self.has_own_mass:
+            factor = 1.0 + pin_g / here.rotor_mass_g
+        planes = tuple(
+            replace(plane, permissible_g_mm=factor * plane.permissible_g_mm) for plane in here.planes
+        )
+        return replace(
+            here,
+            rotor_mass_g=factor * here.rotor_mass_g,
+            permissible_g_mm=factor * here.permissible_g_mm,
+            planes=planes,
+        )
+
+    def best_pin_g(self, rotor: Moments) -> float:
+        """Return the weight of the crankpin with which the worst judged value is least over its permissible.
+
+        That ratio has one least value: a convex function over a linear one.
+        """
+
+        def share(pin_g: float) -> float:
+            return self.with_pin(pin_g).used_share(self.unbalance(rotor, pin_g))
+
+        low, high = 0.0, MOST_PIN_SHARE * self.tolerance.rotor_mass_g
+        while high - low > PIN_G_SHARE * self.tolerance.rotor_mass_g:
+            third = (high - low) / 3.0
+            if share(low + third) <= share(high - third):
+                high -= third
+            else:
+                low += third
+        return min((low, 0.5 * (low + high), high), key=share)
+
+
 @dataclass(frozen=True)
 class OtherReading:
     """Tolerance planes of the rotor if something else is meant; ``meant`` names it, to follow "if".
 
-    Without ``planes`` more than these would change, so that the verdict on it is not known.
+    Without ``planes`` more than these would change: ``rotor`` is as it would be then; None if that is not
+    known.
     """
 
     meant: str
     planes: tuple[TolerancePlane, ...]
+    rotor: OtherRotor | None = None
 
 
 @dataclass(frozen=True)
@@ -178,11 +248,12 @@ class Tolerance:
         planes_z_mm: tuple[float, float] | None,
         judge: Judge,
         margin: Margin = "none",
-        others_z_mm: Sequence[tuple[str, tuple[float, float] | None]] = (),
+        others_z_mm: Sequence[tuple[str, tuple[float, float] | OtherRotor | None]] = (),
     ) -> Tolerance:
         """Return the tolerance of a rotor whose centre of mass stands at ``z_centre_mm``.
 
-        ``others_z_mm`` names each other reading of the rotor, with its planes if these alone would change.
+        ``others_z_mm`` names each other reading of the rotor, with its planes if these alone would change,
+        else with the rotor as it would be; None if that is not known.
 
         Raises
         ------
@@ -200,7 +271,12 @@ class Tolerance:
         if planes_z_mm is None and judge == "dynamic":
             raise ValueError("a dynamic verdict needs two tolerance planes")
         planes = planes_at(planes_z_mm)
-        others = tuple(OtherReading(meant, planes_at(places)) for meant, places in others_z_mm)
+        others = tuple(
+            OtherReading(meant, (), there)
+            if isinstance(there, OtherRotor)
+            else OtherReading(meant, planes_at(there))
+            for meant, there in others_z_mm
+        )
         return cls(grade_mm_s, service_speed_rad_s, rotor_mass_g, permissible, planes, judge, margin, others)
 
     @property
@@ -257,18 +333,19 @@ class Tolerance:
     def doubts(self, residual: Unbalance, budget: Budget | None) -> tuple[str, ...]:
         """Return a text for each other reading of the rotor by which the verdict would differ.
 
-        The uncertainty in the other planes is taken as in the rotor's own.
+        The uncertainty about another axis and in other planes is taken as in the rotor's own.
         """
         within = self.is_met_by(residual, budget)
         texts: list[str] = []
         for other in self.others:
             there = replace(self, planes=other.planes, others=())
-            if not other.planes:
+            if other.rotor is not None and residual.of_moments is not None:
+                differs = _about_other_axis(other.rotor, residual.of_moments, budget, within)
+                texts += [] if differs is None else [said("if {}: {}", other.meant, differs)]
+            elif not other.planes:
                 texts.append(said("if {}: not tried, the axis or the loads change", other.meant))
             elif there.is_met_by(residual, budget) != within:
-                rows = there.judged(residual)
-                told = [row for row in rows if row.share > 1.0] or [there.worst(residual)]
-                texts.append(said("if {}: {}", other.meant, joined(", ", map(_of_permissible, told))))
+                texts.append(said("if {}: {}", other.meant, _told(there, residual)))
         return tuple(texts)
 
     def why_not(self, residual: Unbalance, budget: Budget | None, ends: tuple[str, ...] = ()) -> str | None:
@@ -291,6 +368,34 @@ class Tolerance:
         if budget is None:
             raise ValueError('margin = "expanded" needs the uncertainty of the residual')
         return budget.total
+
+
+def _told(tolerance: Tolerance, residual: Unbalance) -> Text:
+    """Return a text on the judged values that are above tolerance, else on the worst."""
+    rows = tolerance.judged(residual)
+    return joined(
+        ", ", map(_of_permissible, [row for row in rows if row.share > 1.0] or [tolerance.worst(residual)])
+    )
+
+
+def _about_other_axis(other: OtherRotor, rotor: Moments, budget: Budget | None, within: bool) -> Text | None:
+    """Return a text on the verdict about another axis; None where it is the same.
+
+    A crankpin of unknown weight leaves it open, unless the rotor is above tolerance with any.
+    """
+    residual = other.unbalance(rotor)
+    if other.pin_mm is None:
+        return (
+            None
+            if other.tolerance.is_met_by(residual, budget) is within
+            else _told(other.tolerance, residual)
+        )
+    best_g = other.best_pin_g(rotor)
+    met = other.with_pin(best_g).is_met_by(other.unbalance(rotor, best_g), budget)
+    if not within and not met:
+        return None
+    told = said("{} without its crankpin, whose weight is not in the job", _told(other.tolerance, residual))
+    return said("{}; within with one of about {}", told, g(best_g, ".4g")) if met else told
 
 
 def _of_permissible(row: Judged) -> Text:

@@ -22,14 +22,17 @@ class Unbalance:
         U = ∫ (x, y) dm [g·mm].
     moment_g_mm2 : (2,) float
         P = ∫ z (x, y) dm, about z = 0 [g·mm²]. A couple only where the resultant is zero.
+    of_moments : Moments or None
+        The moments that it is of; None for sums and readings. Another axis needs the mass as well.
     """
 
     resultant_g_mm: Array
     moment_g_mm2: Array
+    of_moments: Moments | None = None
 
     @classmethod
     def of(cls, moments: Moments) -> Unbalance:
-        return cls(moments.first_g_mm[:2].copy(), moments.second_g_mm2[:2, 2].copy())
+        return cls(moments.first_g_mm[:2].copy(), moments.second_g_mm2[:2, 2].copy(), moments)
 
     @property
     def components(self) -> Array:

@@ -16,27 +16,29 @@ MODE_SAMPLES = 1 << 22
 SAME_BINS = 0.5
 
 
-def sines_of(channel: Channel, window_name: str, most: int) -> list[Sine]:
-    """Return the sines of a whole record; of a long one, those of its pieces combined.
+def sines_of(
+    channel: Channel, window_name: str, most: int, whole: int = MAX_WHOLE, piece: int = PIECE
+) -> list[Sine]:
+    """Return the sines of a whole record; of one of more than ``whole`` samples, those of pieces combined.
 
     Then an amplitude is the RMS over the pieces, and the phase that of the strongest piece, extrapolated to
     the first sample.
     """
     if most == 0:
         return []
-    if len(channel) <= MAX_WHOLE:
+    if len(channel) <= whole:
         return find_sines(channel.values(), channel.sample_rate_hz, window_name, most)
     rate = channel.sample_rate_hz
-    starts = range(0, len(channel) - PIECE + 1, PIECE)
+    starts = range(0, len(channel) - piece + 1, piece)
     seen = [
         (sine, start / rate)
         for start in starts
-        for sine in find_sines(channel.values(start, start + PIECE), rate, window_name, most)
+        for sine in find_sines(channel.values(start, start + piece), rate, window_name, most)
     ]
     groups: list[list[tuple[Sine, float]]] = []
     for sine, start in sorted(seen, key=lambda each: each[0].frequency_hz):
         last = groups[-1][-1][0].frequency_hz if groups else -np.inf
-        if sine.frequency_hz - last > SAME_BINS * rate / PIECE:
+        if sine.frequency_hz - last > SAME_BINS * rate / piece:
             groups.append([])
         groups[-1].append((sine, start))
     sines = [_together(group, len(starts)) for group in groups]

@@ -15,6 +15,7 @@ from autobalance.solid.cad.installed import has_kernel
 from tests.coarse import ROUGH, coarse_facets
 from tests.generated import single_step
 from tests.jobs import without_advice
+from tests.libraries import installed_instead
 
 pytestmark = [
     pytest.mark.slow,
@@ -134,11 +135,9 @@ def test_what_is_no_shape_is_refused(step: bytes, of_file: ab.Crank, tmp_path: P
 
 
 def test_a_kernel_of_another_generation_is_one_line(
-    shape: Any, monkeypatch: pytest.MonkeyPatch, of_file: ab.Crank
+    shape: Any, monkeypatch: pytest.MonkeyPatch, of_file: ab.Crank, tmp_path: Path
 ) -> None:
-    from autobalance.solid.cad import kernel
-
-    monkeypatch.setattr(kernel, "installed_versions", lambda: ("7.9.3",))
+    installed_instead(monkeypatch, tmp_path, "OCP", packages=["cadquery_ocp-7.9.3"])
     with pytest.raises(ab.AutobalanceError, match=r"needs the CAD kernel OCP 8; found OCP 7\.9\.3"):
         ab.crank_from_shape(shape)
     mesh = ab.crank_from_mesh(of_file.vertices_mm, of_file.triangles)
@@ -174,12 +173,11 @@ def test_the_tools_make_the_corrected_crank_of_the_one_before(milled: ab.Balance
 def test_tools_are_written_as_named_solids(
     milled: ab.BalanceResult, tmp_path: Path, has_it: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from autobalance.report import kinds_of_report, output_kinds
+    from autobalance.report import output_kinds
 
     name = "tools.step" if has_it else "tools.3mf"
     kind = output_kinds.KINDS["tools"]._replace(files={"tools": name})
     monkeypatch.setitem(output_kinds._KINDS, "tools", kind)
-    monkeypatch.setattr(kinds_of_report, "TOOLS", name)
     milled.write(tmp_path, only=("tools",))
     assert ab.verify(tmp_path / "report.json").holds
     labels = [entry["label"] for entry in milled.report["corrections"]]

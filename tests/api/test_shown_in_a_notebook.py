@@ -9,10 +9,10 @@ import pytest
 from matplotlib.figure import Figure
 
 import autobalance as ab
-from autobalance.api import views
 from autobalance.api.entry import Entries
 from autobalance.errors import JobError, UsageError
 from autobalance.report.plot_files import Plots
+from tests.libraries import uninstalled
 
 CHAIN = {
     "inertia": [{"name": "flywheel", "kg_mm2": 20000.0}, {"name": "pulley", "kg_mm2": 4000.0}],
@@ -116,7 +116,7 @@ def test_a_crank_shows_its_numbers_and_a_picture(balanced: ab.BalanceResult) -> 
 def test_a_view_without_the_widget_is_a_picture(
     balanced: ab.BalanceResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(views, "find_spec", lambda name: None)
+    uninstalled(monkeypatch, "anywidget")
     for each in (balanced, balanced.crank):
         assert each.show()._repr_png_().startswith(b"\x89PNG")
 

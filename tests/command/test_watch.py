@@ -58,7 +58,7 @@ def test_ctrl_c_and_a_folder_that_cannot_be_written_leave_nothing(
     def pressed(_: float) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("autobalance.command.watch.time.sleep", pressed)
+    monkeypatch.setattr(time, "sleep", pressed)
     file = machine(tmp_path)
     assert main(["machine", file, "--watch", str(lines), "-o", str(tmp_path / "out")]) == 130
     assert len(capsys.readouterr().err.splitlines()) == 1

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autobalance.api.generate import generate
-from autobalance.correction import add
+from autobalance.correction import add, remarks
 from autobalance.correction.add import AddLimits
 from autobalance.correction.kind import Workpiece
 from autobalance.crank.anatomy import Anatomy, Face, Overrides
@@ -122,6 +122,25 @@ def test_nothing_grows_into_the_crankcase() -> None:
     reach = float(np.hypot(corners[..., 0], corners[..., 1]).max())
     assert greatest(None, reach + 3.1) == [40.0]
     assert greatest(None, reach + 2.9) == []
+
+
+def test_metal_beside_a_main_journal_is_noted_unless_the_crankcase_is_known() -> None:
+    solid, anatomy = make_crank([0.0])
+    lower, upper = web_face(solid, anatomy, 1, 0), web_face(solid, anatomy, 2, 1)
+    below, above = (
+        add.KIND.offer(work(solid, anatomy, face), AddLimits(faces=(face.id,)), 0).cuts[0]
+        for face in (lower, upper)
+    )
+    cuts = [below.correction(4.0), above.correction(7.5)]
+    assert [round(add._beside_mm(each, cuts), 9) for each in anatomy.main_journals] == [4.0, 7.5]
+    widths = [each.width_mm for each in anatomy.main_journals]
+    assert remarks(cuts, anatomy, [AddLimits()]) == (
+        f"added metal stands beside 4.0 mm of main journal 1, which is {widths[0]:.1f} mm wide; check that "
+        "its bearing is clear, or set crankcase_gap_mm",
+        f"added metal stands beside 7.5 mm of main journal 2, which is {widths[1]:.1f} mm wide; check that "
+        "its bearing is clear, or set crankcase_gap_mm",
+    )
+    assert remarks(cuts, anatomy, [AddLimits(crankcase_gap_mm=12.0)]) == ()
 
 
 def test_room_inside_a_circle() -> None:

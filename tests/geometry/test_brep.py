@@ -9,7 +9,6 @@ import pytest
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_shape, exact_moments
 from autobalance.errors import FormatError, SolidError
-from autobalance.solid.cad import kernel
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.csg.shape import (
@@ -25,6 +24,7 @@ from autobalance.solid.csg.shape import (
     tessellated,
 )
 from tests.generated import AT_OTHER_ANGLES, true_moments
+from tests.libraries import uninstalled
 from tests.sweeps import SWEPT
 
 needs_kernel = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
@@ -125,7 +125,7 @@ def test_a_leaning_edge_needs_corners_at_the_top() -> None:
 
 
 def test_without_the_kernel_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kernel, "has_kernel", lambda: False)
+    uninstalled(monkeypatch, "OCP")
     with pytest.raises(FormatError, match=r"pip install 'autobalance\[step\]'"):
         ExactSolid(Prism(circle(1.0), 0.0, 1.0))
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import signal
-from importlib.machinery import ModuleSpec
+import threading
 from pathlib import Path
 
 import pytest
 
+from autobalance.child_process import Child
 from autobalance.errors import FormatError, SolidError
-from autobalance.solid.cad import foreign_files, installed, kernel
+from autobalance.solid.cad import foreign_files, kernel
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.foreign_files import read_foreign_file
 from autobalance.solid.cad.installed import has_kernel
@@ -19,6 +21,7 @@ from autobalance.solid.cad.kernel import properties
 from autobalance.solid.cad.tessellation import bounds_mm
 from autobalance.solid.csg.shape import Bar, Prism, Without, circle
 from autobalance.solid.formats.read import read
+from tests.libraries import installed_instead
 
 pytestmark = pytest.mark.skipif(not has_kernel(), reason="the CAD kernel is not installed")
 
@@ -65,33 +68,35 @@ def test_a_file_that_brings_the_kernel_down_says_so(step: bytes) -> None:
         read_foreign_file("step", without(step, "VECTOR"))
 
 
-def test_a_reader_that_is_killed_is_one_line(step: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def reader(step: bytes) -> Child:
+    """The process that reads the next file, which it will not before it is let go on."""
     read_foreign_file("step", step)
     (child,) = foreign_files.readers._idle
-    monkeypatch.setattr(child, "send", lambda *_message: child.process.send_signal(signal.SIGKILL))
+    child.process.send_signal(signal.SIGSTOP)
+    return child
+
+
+def test_a_reader_that_is_killed_is_one_line(step: bytes, reader: Child) -> None:
+    threading.Timer(0.2, reader.process.kill).start()
     with pytest.raises(FormatError, match="SIGKILL"):
         read_foreign_file("step", step)
     assert read_foreign_file("step", step).unit == "mm"
 
 
-def test_who_is_interrupted_leaves_no_reader_behind(step: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
-    read_foreign_file("step", step)
-    (child,) = foreign_files.readers._idle
+def test_who_is_interrupted_leaves_no_reader_behind(step: bytes, reader: Child) -> None:
+    def read_until_interrupted() -> None:
+        threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+        read_foreign_file("step", step)
 
-    def interrupted() -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(child, "receive", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        read_foreign_file("step", step)
-    assert child.process.poll() is not None
+        read_until_interrupted()
+    assert reader.process.poll() is not None
 
 
-def test_a_reader_that_takes_too_long_is_one_line(step: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(foreign_files, "LEAST_S", 1e-3)
-    monkeypatch.setattr(foreign_files, "S_PER_MB", 0.0)
+def test_a_reader_that_takes_too_long_is_one_line(step: bytes) -> None:
     with pytest.raises(FormatError, match=r"keeps the CAD kernel busy for more than 0\.001 s; expected"):
-        read_foreign_file("step", step)
+        read_foreign_file("step", step, longest_s=1e-3)
 
 
 def test_a_number_without_bounds_is_refused_and_such_a_name_is_not(step: bytes) -> None:
@@ -124,17 +129,19 @@ def test_a_point_far_away_is_refused(step: bytes, number: str, tmp_path: Path) -
 def test_the_generation_of_a_kernel_is_known_without_loading_it(
     packages: tuple[str, ...], expected: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name in packages:
-        (tmp_path / f"{name}.dist-info").mkdir()
-    spec = ModuleSpec("OCP", None, is_package=True)
-    spec.submodule_search_locations = [str(tmp_path / "OCP")]
-    monkeypatch.setattr(installed, "find_spec", lambda _: spec)
-    assert installed.has_kernel() is expected
+    installed_instead(monkeypatch, tmp_path, "OCP", "raise AssertionError('it was loaded')", packages)
+    assert has_kernel() is expected
 
 
-@pytest.mark.parametrize("where", ["installed_versions", "loaded_version"])
-def test_a_kernel_of_another_generation_is_named(monkeypatch: pytest.MonkeyPatch, where: str) -> None:
-    monkeypatch.setattr(kernel, where, lambda: "7.9.3.1" if where == "loaded_version" else ("7.9.3.1",))
+@pytest.mark.parametrize(
+    "packages",
+    [["cadquery_ocp-7.9.3.1"], ["cadquery_ocp-7.9.3.1", "cadquery_ocp_novtk-8.0.1"]],
+    ids=["alone", "unpacked over the right one"],
+)
+def test_a_kernel_of_another_generation_is_named(
+    packages: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    installed_instead(monkeypatch, tmp_path, "OCP", "__version__ = '7.9.3.1'", packages)
     with pytest.raises(FormatError, match=r"kernel OCP 8; found OCP 7\.9\.3\.1; .*pip install"):
         kernel.require_kernel("STEP")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.pockets.limits import MillLimits
 from autobalance.crank.faces import find_faces
 from autobalance.planning.task import Task, part_of
+from autobalance.report.display_units import ON_SCREEN, in_units
 from autobalance.rigid_rotor.moments import Moments
 from tests.geometry.test_plans import judge, rotor, single
 
@@ -54,6 +56,7 @@ def test_one_of_two_like_webs_is_left_as_it_is_where_it_does_not_suffice(limits:
         f"the cuts at hand reach web {web} and not web {3 - web}, which is like it: nothing is cut"
         in half.reason
     )
+    assert not re.search(r"\d (mm|g·mm|g·m)\b", in_units(half.reason, ON_SCREEN["inch"]))
 
 
 def test_a_web_that_alone_is_heavy_is_cut_alone() -> None:

@@ -9,8 +9,7 @@ from autobalance.correction.faces.layer import FaceLayer
 from autobalance.correction.faces.lowering import clear_of, lowering
 from autobalance.correction.outline import listed_outline, outline_shape
 from autobalance.errors import CorrectionError, SolidError
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.cad import machining, taken
+from autobalance.solid.cad import taken
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.build import built, moved
 from autobalance.solid.cad.installed import has_kernel
@@ -37,6 +36,7 @@ from autobalance.solid.csg.shape import (
 )
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Drilling, Lowering, Raising, Tool, placed, ring, twist_drill, wedge
+from tests.watched import calls_of
 
 pytestmark = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
 
@@ -123,11 +123,10 @@ def test_what_stands_keeps_its_footprint_up_to_where_its_fillet_meets_the_face()
     assert done.face_kinds()["torus"] == whole.face_kinds()["torus"]
 
 
-def test_what_a_tool_took_higher_in_the_fillet_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_tool_took_higher_in_the_fillet_is_measured() -> None:
     """Where the kernel makes no sound cut just over the face, the fillet loses its foot to the tool."""
-    monkeypatch.setattr(machining, "CLEAR_SHARES", (1e-4,))
     whole = filleted()
-    done, (taken,) = whole.machined_as_taken([lowered_by(3.0)])
+    done, (taken,) = whole.machined_as_taken([lowered_by(3.0)], shares=(1e-4,))
     area = SIDE**2 - math.pi * foot_of_fillet_mm(1e-4) ** 2
     assert taken is not None
     assert taken.floor.mass_g == pytest.approx(area, rel=1e-6)
@@ -137,13 +136,11 @@ def test_what_a_tool_took_higher_in_the_fillet_is_measured(monkeypatch: pytest.M
 
 
 @pytest.mark.parametrize("share", [1e-7, 1e-3])
-def test_a_tool_begun_up_in_a_fillet_can_be_drawn_again(
-    share: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_tool_begun_up_in_a_fillet_can_be_drawn_again(share: float) -> None:
     """Its outline, drawn out from the new face to where it began, takes what is listed."""
-    monkeypatch.setattr(machining, "CLEAR_SHARES", (share,))
     whole, tool = filleted(), lowered_by(3.0)
-    each = whole.each_taken([tool], [], whole.machined([tool]))
+    done, _ = whole.machined_as_taken([tool], shares=(share,))
+    each = whole.each_taken([tool], [], done, shares=(share,))
     assert each is not None
     ((took,), _) = each
     assert took.lift_mm == (0.0 if share <= 1e-6 else pytest.approx(share * math.hypot(SIDE, SIDE, 30.0)))
@@ -169,17 +166,11 @@ def test_what_tools_took_adds_up_where_parts_do_not(monkeypatch: pytest.MonkeyPa
         assert other.volume.mass_g == pytest.approx(one.volume.mass_g, rel=1e-6)
 
 
-def test_holes_are_measured_once_where_no_face_is_lowered(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_holes_are_measured_once_where_no_face_is_lowered() -> None:
     """How high over a face it is looked makes no other hole."""
     whole, tools = filleted(), [Bar((0.0, 0.0, 40.0), (0.0, 0.0, 20.0), 2.0)]
-    counted = []
-
-    def in_turn(*shapes: object) -> list[Moments]:
-        counted.append(shapes)
-        return [Moments.zero()]
-
-    monkeypatch.setattr(taken, "_in_turn", in_turn)
-    assert taken.each_taken(whole.body, tools, [], -1.0) is None
+    with calls_of(taken._in_turn) as counted:
+        assert taken.each_taken(whole.body, tools, [], -1.0) is None  # whatever is measured
     assert len(counted) == 1
 
 

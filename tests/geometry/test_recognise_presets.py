@@ -135,13 +135,20 @@ def test_an_overhung_cranks_journal_is_told_from_its_crankpin(name: str) -> None
 
 @pytest.mark.parametrize("segments", [12, 40])
 def test_a_half_without_its_pin_has_its_throw_at_the_bore(segments: int) -> None:
-    """Its crankpin has no width that the file could tell."""
+    """Of the crankpin the file has the bore that it is pressed into: as wide as that is deep, in the web."""
     design = replace(PRESETS["pressed-up-single-no-pin"], journals="first")
     half = generated_crank(design, seed=segments, segments=segments)
     found = recognise(half.solid, Overrides(crankpin_in_file=None))
     assert differences(found, half.truth) == []
-    assert found.throws[0].crankpin.width_mm == pytest.approx(0.0, abs=1e-6)
-    assert found.throws[0].crankpin.diameter_mm == pytest.approx(design.crankpin.diameter_mm, abs=1e-4)
+    pin, (web,) = found.throws[0].crankpin, found.webs
+    assert pin.width_mm == pytest.approx(design.web.thickness_mm, abs=1e-4)
+    assert pin.z_range_mm == pytest.approx((-0.5 * pin.width_mm, 0.5 * pin.width_mm), abs=1e-9)
+    assert web.z_min_mm < pin.z_range_mm[0] + 1e-4
+    assert web.z_max_mm > pin.z_range_mm[1] - 1e-4
+    assert pin.diameter_mm == pytest.approx(design.crankpin.diameter_mm, abs=1e-4)
+    (bore,) = [each for each in found.cylinders if each.role == "crankpin"]
+    assert (bore.kind, bore.number) == ("bore", 1)
+    assert bore.width_mm == pytest.approx(pin.width_mm, abs=1e-4)
 
 
 @pytest.mark.parametrize("name", ["single", "pressed-up-single", "v-twin-45", "inline-4", "v6-60"])

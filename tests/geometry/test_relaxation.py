@@ -3,12 +3,13 @@
 import re
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
 from autobalance import correction
-from autobalance.balancing import comparison, remedies
+from autobalance.balancing import comparison
 from autobalance.balancing.loop import Result, balance
 from autobalance.correction import Limits
 from autobalance.correction.holes.drill_limits import DrillLimits
@@ -20,11 +21,12 @@ from autobalance.correction.turn import TurnLimits
 from autobalance.crank.faces import find_faces
 from autobalance.planning import relaxation
 from autobalance.planning.milp import least_share
-from autobalance.planning.relaxation import MOST_OFFERS, Attempt, Relaxation, relaxations
-from autobalance.rigid_rotor.tolerance import Judge, Tolerance
+from autobalance.planning.relaxation import MOST_OFFERS, Attempt, relaxations
+from autobalance.rigid_rotor.tolerance import Judge
 from autobalance.rigid_rotor.unbalance import Unbalance
 from tests.cranks import Shape, make_crank
 from tests.geometry.test_layouts import at_end_webs, rotor_with, tolerance
+from tests.watched import calls_of, watched
 
 WIDE = Shape(web_width=24.0, segments=24)
 FEW_HOLES = DrillLimits(diameters_mm=(10.0,), max_holes=1, depth_step_mm=0.0)
@@ -69,19 +71,16 @@ def test_advice_plans_no_more_cuts_than_its_budget_has(
     seen: list[Attempt] = []
     bounds: list[int] = []
 
-    def noted(tried: Attempt, *args: object, **kinds: object) -> list[Relaxation]:
-        seen.append(tried)
-        assert tried.bound > 1.0  # once for all advice
-        monkeypatch.setattr(relaxation, "least_share", counted)
-        return relaxations(tried, *args, **kinds)  # type: ignore[arg-type]
+    def told(name: str, arguments: dict[str, Any]) -> None:
+        if name == "relaxations":
+            seen.append(arguments["tried"])
+            assert seen[0].bound > 1.0  # once for all advice
+        elif seen:
+            bounds.append(len(arguments["candidates"].cuts))
 
-    def counted(residual: Unbalance, judge: Tolerance, candidates: Candidates) -> float:
-        bounds.append(len(candidates.cuts))
-        return least_share(residual, judge, candidates)
-
-    monkeypatch.setattr(remedies, "relaxations", noted)
     monkeypatch.setattr(relaxation, "MOST_PLANNED", most_cuts)
-    result = run.__wrapped__(1000.0, replace(FEW_HOLES, diameters_mm=(8.0, 10.0)))
+    with watched(relaxations, least_share, tell=told):
+        result = run.__wrapped__(1000.0, replace(FEW_HOLES, diameters_mm=(8.0, 10.0)))
     (tried,) = seen
     assert sum(tried.planned) <= most_cuts
     assert max(bounds, default=0) <= most_cuts
@@ -145,10 +144,11 @@ def test_a_slug_of_some_size() -> None:
 
 
 @pytest.mark.parametrize("judge", ["static", "dynamic"])
-def test_no_slug_is_looked_for_that_could_not_do(judge: Judge, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_slug_is_looked_for_that_could_not_do(judge: Judge) -> None:
     """What the remedy moves at most is told before the whole crank is searched for its places."""
-    monkeypatch.setattr(Slug, "offer", None)
-    result = run(1e5, TurnLimits(min_radius_mm=61.5), judge=judge)
+    with calls_of(Slug.offer) as looked:
+        result = run.__wrapped__(1e5, TurnLimits(min_radius_mm=61.5), judge=judge)
+    assert looked == []
     assert result.outcome == "above_tolerance"
     assert not result.relaxations
 

@@ -11,6 +11,7 @@ from autobalance.correction.kind import Workpiece
 from autobalance.correction.shoulder import KIND, ShoulderCut, ShoulderLimits, cuts, shared_depths
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
 from autobalance.errors import CorrectionError
+from autobalance.report.display_units import ON_SCREEN, in_units
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
@@ -170,6 +171,7 @@ def test_a_wall_is_left_before_a_cavity() -> None:
     cut = cut_of(hollow, ShoulderLimits(min_wall_mm=3.0))
     assert cut.max_depth_mm == pytest.approx(20.0 - 12.0 - 3.0, abs=1e-9)
     assert "wall of 3 mm" in cut.limit
+    assert in_units(cut.limit, ON_SCREEN["inch"]) == "the wall of 0.1181 in behind it"
     through = cut_of(block_with_boss(), ShoulderLimits(min_wall_mm=4.0), reach=50.0)
     assert through.max_depth_mm == pytest.approx(16.0, abs=1e-9)
     default = cut_of(block_with_boss(), ShoulderLimits(), reach=50.0)

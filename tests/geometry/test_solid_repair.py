@@ -2,6 +2,7 @@
 
 from collections import Counter
 
+import manifold3d
 import numpy as np
 import pytest
 
@@ -176,6 +177,6 @@ def test_an_odd_number_of_triangles_does_not_reach_the_kernel(monkeypatch: pytes
     def crash(*_: object) -> None:
         raise AssertionError("the kernel was asked")
 
-    monkeypatch.setattr("autobalance.solid.csg.solid.m3.Manifold", crash)
+    monkeypatch.setattr(manifold3d, "Manifold", crash)
     with pytest.raises(SolidError, match="11 triangles, an odd number"):
         Solid.from_mesh(odd)

@@ -84,3 +84,28 @@ def test_a_hole_whose_filling_moves_the_volume_is_filled_on_request_alone() -> N
         source_of(soup[~end], "mm")
     closed = source_of(soup[~end], "mm", holes=OpenHoles(9.0, ()))
     assert closed.volume_mm3 == pytest.approx(shaft.volume_mm3, rel=1e-6)
+
+
+def without_facets(solid: Solid, count: int) -> np.ndarray:
+    """Return the corners (m, 3, 3) of a shaft of 360 sides without some neighbouring facets below z 10 mm."""
+    soup = solid.mesh.corners.astype(np.float64)
+    middle = soup.mean(axis=1)
+    angle = np.degrees(np.arctan2(middle[:, 1], middle[:, 0]))
+    low, high = (soup[:, :, 2].min(axis=1), soup[:, :, 2].max(axis=1))
+    side = (high > low) & (high <= 10.0) & (angle > 0.0) & (angle < count)
+    assert side.sum() == 2 * count
+    return np.asarray(soup[~side])
+
+
+def test_a_hole_over_facets_of_a_journal_is_not_closed_by_a_plane_unasked() -> None:
+    """Three facets of a shaft of 40 mm: a plane would take 3 µm off a bearing, and 1e-8 of the volume.
+
+    One facet is plane; it comes back as it was.
+    """
+    shaft = Solid.prism(Region.circle(20.0, 360), 0.0, 10.0)
+    shaft = shaft + Solid.prism(Region.circle(120.0, 360), 10.0, 50.0)
+    whole = source_of(without_facets(shaft, 1), "mm")
+    assert whole.volume_mm3 == pytest.approx(shaft.volume_mm3, rel=1e-12)
+    assert any("1 small plane holes filled" in note for note in whole.repairs)
+    with pytest.raises(SolidError, match=r"1 hole: 10.1 mm around \(19.99, 0.5234, 5\) mm; fill_holes_mm"):
+        source_of(without_facets(shaft, 3), "mm")

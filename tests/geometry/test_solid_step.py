@@ -22,6 +22,7 @@ from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
 from autobalance.solid.mesh.mesh import Mesh
 from tests.assemblies import assembly
+from tests.libraries import installed_instead, uninstalled
 
 needs_kernel = pytest.mark.skipif(not has_kernel(), reason="the CAD kernel is not installed")
 
@@ -231,17 +232,14 @@ def test_triangles_that_miss_the_solid_are_refused(cylinder: Path, monkeypatch: 
 
 
 def test_without_the_kernel_one_line_names_the_install_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kernel, "has_kernel", lambda: False)
+    uninstalled(monkeypatch, "OCP")
     with pytest.raises(FormatError, match=r"not installed: pip install 'autobalance\[step\]'"):
         read_step_file(b"ISO-10303-21;")
 
 
-def test_a_kernel_that_cannot_be_loaded_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken() -> None:
-        raise ImportError("libGL.so.1: cannot open shared object file")
-
-    monkeypatch.setattr(kernel, "has_kernel", lambda: True)
-    monkeypatch.setattr(kernel, "silence", broken)
+def test_a_kernel_that_cannot_be_loaded_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    code = "raise ImportError('libGL.so.1: cannot open shared object file')"
+    installed_instead(monkeypatch, tmp_path, "OCP", code)
     with pytest.raises(FormatError, match=r"cannot be loaded \(libGL.so.1: .*\): pip install 'autobalance"):
         read_step_file(b"ISO-10303-21;")
 

@@ -14,10 +14,10 @@ from scipy.optimize import brentq
 from autobalance.api.fem import FemResult, fem
 from autobalance.command import main
 from autobalance.errors import FileError, JobError, SolidError
-from autobalance.fem_analysis import mesher
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import encode
+from tests.libraries import uninstalled
 
 E_PA, NU, DENSITY = 210e9, 0.3, 7850.0
 G_PA = E_PA / (2.0 * (1.0 + NU))
@@ -168,7 +168,7 @@ def test_an_impossible_analysis_is_refused(plate: dict[str, Any], change: dict[s
 def test_without_a_wheel_of_the_mesher_one_line_says_so(
     monkeypatch: pytest.MonkeyPatch, plate: dict[str, Any], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(mesher, "find_spec", lambda _name: None)
+    uninstalled(monkeypatch, "netgen")
     with pytest.raises(FileError, match="wheels"):
         fem(plate)
     assert main(["fem", plate["solid"]["file"], "--unit", "mm"]) == 3

@@ -72,9 +72,7 @@ def test_a_throw_is_as_stiff_as_the_formulas_say_within_what_they_are_worth() ->
     assert ratio == pytest.approx(math.sqrt(metal / first["ker_wilson_N_m_rad"]), rel=1e-6)
 
 
-def test_throws_alike_but_for_the_side_of_their_drillings_are_solved_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_throws_alike_but_for_the_side_of_their_drillings_are_solved_once() -> None:
     """The end throws have longer outer journals; what volumes differ by counts as error of the others."""
     seen: list[float] = []
 
@@ -82,11 +80,14 @@ def test_throws_alike_but_for_the_side_of_their_drillings_are_solved_once(
         seen.append(piece.volume_mm3)
         return TwistStiffness(float(len(seen)), 0.0, 1, (1.0,))
 
-    monkeypatch.setattr("autobalance.machine_models.throw_twist._twisted", twisted)
     design = PRESETS["inline-4"]
     mesh = crank_solid(design, 32).mesh
     crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, 7850.0).measured
-    found = [each.stiffness for each in throw_twists(crank, 210e3, 80e3, None) if each.stiffness]
+    found = [
+        each.stiffness
+        for each in throw_twists(crank, 210e3, 80e3, None, stiffness_of_bay=twisted)
+        if each.stiffness
+    ]
     assert len(seen) == 1
     assert [each.n_m_rad for each in found] == [1.0] * 4
     first, *others = (each.error_n_m_rad for each in found)
@@ -98,9 +99,7 @@ def test_throws_alike_but_for_the_side_of_their_drillings_are_solved_once(
     assert others == pytest.approx([softer, softer, 0.0], abs=2e-4)
 
 
-def test_throws_of_one_bay_are_twisted_together_and_in_series_as_stiff(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_throws_of_one_bay_are_twisted_together_and_in_series_as_stiff() -> None:
     """Bays that are turned about the axis are alike; both throws have their share of the twist."""
     pieces: list[Solid] = []
 
@@ -108,10 +107,13 @@ def test_throws_of_one_bay_are_twisted_together_and_in_series_as_stiff(
         pieces.append(piece)
         return TwistStiffness(3e5, 3e3, 1, (2.8e5, 2.9e5, 3e5))
 
-    monkeypatch.setattr("autobalance.machine_models.throw_twist._twisted", twisted)
     mesh = crank_solid(replace(PRESETS["v6-60"], oil_hole_mm=0.0), 24).mesh
     crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, 7850.0).measured
-    found = [each.stiffness for each in throw_twists(crank, 210e3, 80e3, None) if each.stiffness]
+    found = [
+        each.stiffness
+        for each in throw_twists(crank, 210e3, 80e3, None, stiffness_of_bay=twisted)
+        if each.stiffness
+    ]
     mains = [float(main.centre_mm[2]) for main in crank.anatomy.main_journals]
     assert [tuple(piece.bounds[:, 2]) for piece in pieces] == [
         pytest.approx(each) for each in pairwise(mains[: len(pieces) + 1])

@@ -11,11 +11,12 @@ from typing import Any
 
 import ezdxf
 import pytest
+from pypdf import PdfReader
 
 import autobalance as ab
 from autobalance.planning.too_light import too_light_text
 from autobalance.quantities import from_listed, g_mm, joined, listed, mm, said, span
-from autobalance.report.display_units import ON_PAPER, ON_SCREEN, DisplayUnits, in_units
+from autobalance.report.display_units import ON_PAPER, ON_SCREEN, in_units
 from tests import jobs
 
 METRIC = re.compile(r"(?<![\w.])(mm²?|mm³|g·mm²?|kg·mm²)(?!\w)")
@@ -120,13 +121,7 @@ def test_a_reason_is_in_inches_wholly_on_a_sheet_of_a_report_too(tmp_path: Path)
     shown = in_units(text, ON_SCREEN["inch"])
     assert not METRIC.findall(shown)
     assert shown.count("oz·in") == report["reason"].count("g·mm")
-    seen: list[str] = []
-
-    def noted(shown: str, u: DisplayUnits) -> str:
-        seen.append(in_units(shown, u))
-        return seen[-1]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("autobalance.report.sheet.sheet.in_units", noted)
-        ab.sheet(tmp_path / "out" / "report.json", units="inch")
-    assert in_units(text, ON_PAPER["inch"]) in seen
+    ab.sheet(tmp_path / "out" / "report.json", units="inch").write(tmp_path / "sheet", only=("pdf",))
+    (file,) = (tmp_path / "sheet").glob("*.pdf")
+    drawn = " ".join(each.extract_text() for each in PdfReader(file).pages)
+    assert "".join(in_units(text, ON_PAPER["inch"]).split()) in "".join(drawn.split())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from scipy.io import savemat, wavfile
 from autobalance.errors import FileError, FormatError
 from autobalance.signal.formats import read
 from autobalance.signal.header import named
+from tests.libraries import uninstalled
 from tests.signals import instants, write_csv
 
 RATE = 1000.0
@@ -158,7 +158,7 @@ def test_uff58(tmp_path: Path) -> None:
 def test_extra_that_is_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: str, ending: str, package: str
 ) -> None:
-    monkeypatch.setitem(sys.modules, module, None)
+    uninstalled(monkeypatch, module)
     (tmp_path / f"r.{ending}").write_bytes(b"x")
     with pytest.raises(
         FormatError, match=rf"need {package}, which is not installed: pip install 'autobalance\[signals\]'"

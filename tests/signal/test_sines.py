@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.signal import get_window
 
-from autobalance.signal import long_records
 from autobalance.signal.long_records import sines_of
 from autobalance.signal.record import Channel
 from autobalance.signal.sines import amplitude_spectrum, find_sines
@@ -91,11 +90,9 @@ def test_spectrum_reads_a_sine_s_amplitude_on_a_bin(name: str) -> None:
     assert (f[50], size[50]) == pytest.approx((50.0, 2.5), rel=1e-9)
 
 
-def test_long_record_is_put_together_from_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(long_records, "MAX_WHOLE", 1 << 17)
-    monkeypatch.setattr(long_records, "PIECE", 1 << 16)
+def test_long_record_is_put_together_from_pieces() -> None:
     t = np.arange((1 << 18) + 5000) / 50_000.0
     values = (0.5 * np.cos(2.0 * np.pi * 1234.567 * t + 0.4)).astype(np.float32)
-    [sine] = sines_of(Channel("a", None, 50_000.0, values), "hann", 1)
+    [sine] = sines_of(Channel("a", None, 50_000.0, values), "hann", 1, whole=1 << 17, piece=1 << 16)
     assert sine.frequency_hz == pytest.approx(1234.567, abs=1e-5)
     assert (sine.amplitude, sine.phase_rad) == pytest.approx((0.5, 0.4), abs=1e-4)

@@ -21,9 +21,15 @@ RATIO_ERROR = 3e-5
 """What integration and the test of repeating leave, in the clearance."""
 
 
-def orbits(angle: np.ndarray, force: np.ndarray, speed: float = SPEED_RAD_S, bush: float = 0.0) -> Orbits:
+def orbits(
+    angle: np.ndarray,
+    force: np.ndarray,
+    speed: float = SPEED_RAD_S,
+    bush: float = 0.0,
+    most_turns: int | None = None,
+) -> Orbits:
     size = BEARING.diameter_m, BEARING.length_m, BEARING.clearance_m
-    return film_orbits(angle, force, speed, VISCOSITY_PA_S, *size, bush)
+    return film_orbits(angle, force, speed, VISCOSITY_PA_S, *size, bush, most_turns)
 
 
 def engine_force(angle: np.ndarray) -> np.ndarray:
@@ -126,10 +132,9 @@ def test_a_bush_that_swings_is_told_by_angle() -> None:
         assert np.hypot(*(made * unit - force[row])) < 0.01 * np.hypot(*force[row]) + 5.0
 
 
-def test_squeezing_without_turning_follows_its_closed_form(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_squeezing_without_turning_follows_its_closed_form() -> None:
     """A constant load on a bush that turns against its journal: straight down, at the rate of J(ε)."""
-    monkeypatch.setattr(orbit, "MOST_TURNS", 1)
-    path = orbits(TURN, np.tile([4000.0, 0.0], (len(TURN), 1)), bush=-SPEED_RAD_S)
+    path = orbits(TURN, np.tile([4000.0, 0.0], (len(TURN), 1)), bush=-SPEED_RAD_S, most_turns=1)
     unit = VISCOSITY_PA_S * SPEED_RAD_S * 0.025 * 0.02**3 / 25e-6**2
 
     def rate(_angle: float, ratio: np.ndarray) -> np.ndarray:

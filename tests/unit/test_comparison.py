@@ -1,4 +1,5 @@
 import math
+import re
 from dataclasses import replace
 from typing import get_args
 
@@ -9,6 +10,7 @@ from autobalance.balancing.comparison import Row, beaten_by, ranked, wall_left_m
 from autobalance.correction.contract import Correction, Prefer
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.declare import encoded
+from autobalance.quantities import mm, said
 from autobalance.report.balance.comparison import comparison, comparison_html, comparison_text
 from autobalance.report.balance.values import dumps
 from autobalance.report.display_units import ON_SCREEN
@@ -145,6 +147,27 @@ def test_table_and_values_tell_the_same() -> None:
     assert "add: no face" in text
     assert text.endswith("Nothing beats: turn")
     assert "oz·in" in comparison_text(values, ON_SCREEN["inch"])
+
+
+def test_reasons_and_what_recommends_a_kind_are_in_the_units_of_the_table() -> None:
+    tolerance = Tolerance.of(
+        grade_mm_s=10.0,
+        service_speed_rad_s=1.0,
+        rotor_mass_g=1.0,
+        z_centre_mm=0.0,
+        planes_z_mm=None,
+        judge="static",
+    )
+    above = replace(ABOVE, reason=said("limited by the wall of {} behind it", mm(4.5, "g")))
+    found = encoded(comparison("job.toml", tolerance, off(345.6), [row("drill", 12.0, 6e5, 3), above]))
+    assert found["rows"][1]["reason"] == "limited by the wall of 4.5 mm behind it"
+    inch = comparison_text(found, ON_SCREEN["inch"])
+    assert "limited by the wall of 0.1772 in behind it" in inch
+    assert "0.423 oz (12.00 g) moved" in inch
+    assert "in of wall left" in inch
+    assert "lb·in²" in inch
+    assert not re.search(r"\d mm\b|kg·mm²|\d g·mm", inch)
+    assert "12.0 g moved" in comparison_text(found, ON_SCREEN["metric"])
 
 
 def test_what_thins_a_web_ranks_behind_its_like_that_does_not() -> None:

@@ -1,9 +1,10 @@
+import os
 from pathlib import Path
 
 import pytest
 
 from autobalance.errors import FileError, JobError, file_errors
-from autobalance.job.files import history
+from autobalance.job.files.history import read_history
 
 
 @pytest.mark.parametrize(
@@ -15,11 +16,9 @@ def test_what_the_system_refuses_is_one_line(tmp_path: Path, name: str, reason: 
     assert str(raised.value) == f"cannot read the trace a.csv: {reason}"
 
 
-def test_a_series_too_large_is_no_failure_of_the_system(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_series_too_large_is_no_failure_of_the_system(tmp_path: Path) -> None:
     file = tmp_path / "history.csv"
-    file.write_text("angle_deg,force_n\n" * 10)
-    monkeypatch.setattr(history, "LARGEST_BYTES", 100)
-    with pytest.raises(JobError, match=r"^history\.csv is larger than 100 bytes; is it a series\?$"):
-        history.read_history(file, "x_N", "y_N")
+    file.touch()
+    os.truncate(file, (1 << 27) + 1)  # a hole: it takes no room on the disk
+    with pytest.raises(JobError, match=r"^history\.csv is larger than 134217728 bytes; is it a series\?$"):
+        read_history(file, "x_N", "y_N")

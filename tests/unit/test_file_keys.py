@@ -16,8 +16,17 @@ from autobalance.job.files.declared import forms_of
 from autobalance.job.toml.keys import read
 from autobalance.job.toml.typed_units import in_base_units
 from autobalance.registry import FILES
-from tests.unit import test_job_keys
-from tests.unit.test_job_keys import both_refuse, dotted, every_key, needed, sample, told, with_value, wrong
+from tests.unit.test_job_keys import (
+    FITTING,
+    both_refuse,
+    dotted,
+    every_key,
+    needed,
+    sample,
+    told,
+    with_value,
+    wrong,
+)
 
 Raw = dict[str, Any]
 START: Raw = {
@@ -40,21 +49,18 @@ def test_every_file_has_its_schema() -> None:
 
 
 @pytest.mark.parametrize(("name", "form"), [(name, form) for name in FILES for form in forms_of(name)])
-def test_what_the_reader_refuses_the_schema_refuses(
-    name: str, form: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    if name == "drive-file":  # its gears are no torsional train's
-        monkeypatch.setattr(test_job_keys, "FITTING", {})
+def test_what_the_reader_refuses_the_schema_refuses(name: str, form: str) -> None:
+    known = {} if name == "drive-file" else FITTING  # its gears are no torsional train's
     keys, schema = forms_of(name)[form], Draft202012Validator(ab.schema(name))
     said = partial(complaint, keys)
-    base = {key.name: sample(key, key.name) for key in keys if needed(key)}
+    base = {key.name: sample(key, key.name, known) for key in keys if needed(key)}
     base |= {"solid": {"file": "body.stl"}} if name == "fem-file" else {}
     own = tuple(key for key in keys if not key.verbs)
     if own != keys:  # the others are a job's, whose test they have
         base |= START if name == "design-file" else {}
     assert said(base) == []
-    for key, path, held in every_key(own, base):
-        raw, where, good = held, told(path), sample(key, dotted(path))
+    for key, path, held in every_key(own, base, known=known):
+        raw, where, good = held, told(path), sample(key, dotted(path), known)
         for other in (each.name for each in own if each.instead == path[0]):
             if len(path) == 1:
                 both_refuse(with_value(raw, path, good), f"{other} and ", said, schema)

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -101,16 +102,14 @@ def test_files_measure_what_the_dimensions_say(variant: str, file: str, bodies: 
 
 
 @pytest.mark.parametrize("variant", ["straight", "drafted"])
-def test_facet_error_falls_with_the_square_of_the_segments(
-    variant: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_facet_error_falls_with_the_square_of_the_segments(variant: str) -> None:
     dimensions, webs = make.VARIANTS[variant]
     size = dimensions()
     _, product, _ = make.whole(size, webs(size))
     errors = []
     for segments in (128, 256):
-        monkeypatch.setattr(make, "SEGMENTS", segments)
-        errors.append(-make.crank(size, pin=False).moments(RHO).first_g_mm[1] - product)
+        drawn = make.crank(replace(size, segments=segments), pin=False)
+        errors.append(-drawn.moments(RHO).first_g_mm[1] - product)
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.02)
 
 

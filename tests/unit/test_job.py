@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 
 from autobalance import job
-from autobalance.correction import KINDS
+from autobalance.correction import KINDS, registry
 from autobalance.correction.add import AddLimits
 from autobalance.correction.contract import Limits
 from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.errors import FileError, JobError
-from autobalance.job import limits
+from autobalance.job.tables import job_schema
 from autobalance.report.balance.text import _correction
 from autobalance.report.display_units import ON_SCREEN
 
@@ -170,9 +170,39 @@ def test_numbers_may_be_typed_with_their_unit() -> None:
     )
     assert found.balance == parsed().balance
     assert job.describe(found)["balance"] == job.describe(parsed())["balance"]
+    assert parsed(put("balance.grade", "G6.3")).balance == parsed().balance
     for key, text in (("factor", "128 %"), ("speed_rpm", "-9 rpm"), ("speed_rpm", "9 rpx"), ("grade", "G")):
         with pytest.raises(JobError, match=rf"balance.{key} is "):
             parsed(put(f"balance.{key}", text))
+
+
+def test_a_weight_may_be_typed_with_its_unit() -> None:
+    typed = {"rod": "0.2210 kg", "oil": "7.8 oz", "clip": "40 g"}
+    found = parsed(put("engine.rotating_g", typed)).engine.default.weights.rotating
+    assert {name: each.mass_g for name, each in found.items()} == pytest.approx(
+        {"rod": 221.0, "oil": 7.8 * 28.349523125, "clip": 40.0}, rel=1e-15
+    )
+    for weight in ("221", "7 lbs", "-7 oz"):
+        with pytest.raises(JobError, match=r"engine.rotating_g.rod is "):
+            parsed(put("engine.rotating_g", {"rod": weight}))
+    with pytest.raises(JobError, match=r"is '221'; must be a number, or with its unit: \"7.8 oz\"$"):
+        parsed(put("engine.rotating_g", {"rod": "221"}))
+    with pytest.raises(JobError, match=r"rotating_g.rod.g is '7 oz'; must be a number$"):  # ± of what unit?
+        parsed(put("engine.rotating_g", {"rod": {"g": "7 oz", "pm": 1.0, "pieces": 2}}))
+
+
+def test_the_schema_takes_weights_as_the_reader_does() -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+    schema = job_schema()["properties"]["engine"]["properties"]["rotating_g"]
+    jsonschema.validate({"rod": "7.8 oz", "oil": {"oz": 1.0}}, schema)
+    for weight in ("221", "-7 oz", {"g": "7 oz"}):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate({"rod": weight}, schema)
+
+
+def test_one_number_in_place_of_a_list_is_told_how_a_list_is_written() -> None:
+    with pytest.raises(JobError, match=r"drill.diameters_mm is 8; must be a list, .*: \[8\]$"):
+        parsed(both(put("correction.method", "drill"), put("correction.drill", {"diameters_mm": 8})))
 
 
 def test_attached_parts() -> None:
@@ -336,8 +366,8 @@ WRONG: dict[str, tuple[Edit, str]] = {
     "rod length": (put("engine.rod_length_mm", 0), "engine.rod_length_mm is 0; must be > 0"),
     "weight": (put("engine.rotating_g.rod", -1), "engine.rotating_g.rod is -1; must be ≥ 0"),
     "weight text": (
-        put("engine.rotating_g.rod", "95 g"),
-        "engine.rotating_g.rod is '95 g'; must be a number",
+        put("engine.rotating_g.rod", "95"),
+        "engine.rotating_g.rod is '95'; must be a number, or with its unit",
     ),
     "weight table": (put("engine.rotating_g.rod", {"pm": 1}), "engine.rotating_g.rod.g is missing"),
     "weight pm": (put("engine.rotating_g.rod", {"g": 1, "pm": -1}), "rotating_g.rod.pm is -1; must be ≥ 0"),
@@ -375,7 +405,7 @@ WRONG: dict[str, tuple[Edit, str]] = {
     "grade 0": (put("balance.grade", 0), "balance.grade is 0; must be > 0"),
     "grade < 0": (put("balance.grade", -6.3), "balance.grade is -6.3; must be > 0"),
     "grade NaN": (put("balance.grade", math.nan), "balance.grade is nan; must be a finite number"),
-    "grade text": (put("balance.grade", "G6.3"), "balance.grade is 'G6.3'; must be a number"),
+    "grade text": (put("balance.grade", "6.3 G"), "balance.grade is '6.3 G'; must be a number"),
     "grade absent": (drop("balance.grade"), "balance.grade is missing"),
     "speed 0": (put("balance.speed_rpm", 0), "balance.speed_rpm is 0; must be > 0"),
     "speed < 0": (put("balance.speed_rpm", -1), "balance.speed_rpm is -1; must be > 0"),
@@ -430,7 +460,8 @@ def test_wrong_jobs_name_the_key(name: str) -> None:
 
 
 def test_a_method_that_is_not_there_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(limits, "KINDS", {"shoulder": KINDS["shoulder"]})
+    for name in set(KINDS) - {"shoulder"}:
+        monkeypatch.delitem(registry._KINDS, name)
     with pytest.raises(JobError, match="'drill'; must be 'shoulder'"):
         parsed(put("correction.method", ["shoulder", "drill"]))
 
@@ -444,7 +475,7 @@ class OneAngleLimits(Limits):
 
 def test_a_kind_may_have_one_angle_for_a_sector(monkeypatch: pytest.MonkeyPatch) -> None:
     kind = SimpleNamespace(limits=OneAngleLimits, noun="Groove", datum="the rim")
-    monkeypatch.setattr(limits, "KINDS", {**KINDS, "groove": kind})
+    monkeypatch.setitem(registry._KINDS, "groove", kind)
     found = parsed(both(put("correction.method", "groove"), put("correction.groove.sector_deg", 60.0)))
     assert found.methods == (OneAngleLimits(60.0),)
     with pytest.raises(JobError, match=r"groove.sector_deg is a list; must be a number"):

@@ -75,14 +75,14 @@ def number(rule: Range) -> float:
     return next(each for each in (1, 2, 1.2, 0.5, 50, 5e-4, 10_000) if rule.holds(each))
 
 
-def sample(key: Key, path: str) -> Any:
-    """Return a value that fits, as TOML has it."""
-    if path in FITTING:
-        return copy.deepcopy(FITTING[path])
+def sample(key: Key, path: str, known: Mapping[str, Any] = FITTING) -> Any:
+    """Return a value that fits, as TOML has it; ``known`` are those of tables that must fit together."""
+    if path in known:
+        return copy.deepcopy(known[path])
     if key.named is not None:
-        return {"part": sample(key.named, f"{path}.part")}
+        return {"part": sample(key.named, f"{path}.part", known)}
     if key.keys and key.hint is None:
-        table = {each.name: sample(each, f"{path}.{each.name}") for each in key.keys if needed(each)}
+        table = {each.name: sample(each, f"{path}.{each.name}", known) for each in key.keys if needed(each)}
         return [table] if key.many else table
     return fitting(key.hint, key.rule)
 
@@ -140,32 +140,34 @@ def beyond(rule: Range, kind: Any) -> Iterator[float]:
             yield bound + beside
 
 
-def every_key(keys: tuple[Key, ...], raw: Raw, path: Path_ = ()) -> Iterator[tuple[Key, Path_, Raw]]:
+def every_key(
+    keys: tuple[Key, ...], raw: Raw, path: Path_ = (), known: Mapping[str, Any] = FITTING
+) -> Iterator[tuple[Key, Path_, Raw]]:
     """Yield every key with its path and a job in which its table stands."""
     for key in keys:
         here = (*path, key.name)
         yield key, here, raw
         if dotted(here) == "shafts.weight":
             raw = with_value(raw, (*path, "product_g_mm"), None)
-        held = with_value(raw, here, sample(key, dotted(here))) if not holds(raw, here) else raw
+        held = with_value(raw, here, sample(key, dotted(here), known)) if not holds(raw, here) else raw
         if key.named is not None:
             part = (*here, "part")
             yield key.named, part, with_value(held, part, 1.0)
             for form in key.named.forms:
                 within = with_value(
-                    held, part, {each.name: sample(each, "") for each in form.keys if needed(each)}
+                    held, part, {each.name: sample(each, "", known) for each in form.keys if needed(each)}
                 )
                 if any("required" in each for each in form.shape.get("oneOf", ())):
                     within = with_value(within, part, {"g": 1.0})
-                yield from every_key(form.keys, within, part)
+                yield from every_key(form.keys, within, part, known)
         elif key.forms:
             for form in key.forms:
                 within = with_value(
-                    held, here, {each.name: sample(each, "") for each in form.keys if needed(each)}
+                    held, here, {each.name: sample(each, "", known) for each in form.keys if needed(each)}
                 )
-                yield from every_key(form.keys, within, here)
+                yield from every_key(form.keys, within, here, known)
         elif key.keys:
-            yield from every_key(key.keys, held, (*here, 0) if key.many else here)
+            yield from every_key(key.keys, held, (*here, 0) if key.many else here, known)
 
 
 def dotted(path: Path_) -> str:

@@ -6,11 +6,11 @@ import pytest
 from autobalance.errors import SolidError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
-from autobalance.solid.mesh import mesh as mesh_module
 from autobalance.solid.mesh.measure import mesh_moments
 from autobalance.solid.mesh.mesh import (
     CACHED_VERTICES,
     Mesh,
+    hash_rows,
     in_space_order,
     mesh_of_soup,
     ranked,
@@ -35,9 +35,10 @@ def test_weld_joins_equal_points_only(kind: type) -> None:
     np.testing.assert_array_equal(distinct[number], points)
 
 
-def test_weld_survives_two_points_with_one_hash(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mesh_module, "hash_rows", lambda points: np.zeros(len(points), dtype=np.uint64))
-    points = np.array([[0.0, 0, 1], [0, 0, 2], [0, 0, 1]])
+def test_weld_survives_two_points_with_one_hash() -> None:
+    one, other = [871.0, 367.0, 1018008717754368.0], [582.0, 837.0, 1.0]
+    points = np.array([one, other, one], dtype=np.float32)
+    assert len(set(hash_rows(points).tolist())) == 1
     distinct, number = weld(points)
     assert len(distinct) == 2
     np.testing.assert_array_equal(distinct[number], points)

@@ -19,6 +19,7 @@ import numpy as np
 
 from autobalance.correction.faces.cover import Cover, doubled_areas
 from autobalance.correction.faces.layer import FaceLayer, Layer
+from autobalance.quantities import mm, said
 from autobalance.solid.csg.region import Region
 from autobalance.types import Array, Indices
 
@@ -61,7 +62,7 @@ def depth_limit(layer: FaceLayer, slab: Layer, reach: DepthLimit, wall_mm: float
         Metal to leave in front of the next surface behind the cut.
     """
     search = _Search(layer, slab)
-    wall = f"the wall of {wall_mm:.3g} mm behind it"
+    wall = said("the wall of {} behind it", mm(wall_mm, ".3g"))
     straight = search.depth_straight_under_mm(reach.depth_mm + wall_mm)
     limit = reach if straight is None else reach.or_sooner(straight - wall_mm, wall)
     for sought, reason in (

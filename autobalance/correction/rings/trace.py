@@ -27,6 +27,7 @@ from autobalance.correction.trace import (
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import FormatError
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.difference import common
 from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
@@ -215,7 +216,7 @@ def _rate_by_rings(
 
     def within(step_mm: float) -> Moments:
         rod = faceted_ring(0.0, (radius_mm + step_mm) * EQUAL_AREA, low_mm, high_mm, RING_SIDES)
-        return sum(((piece & rod).moments(1.0) for piece in metal.pieces), Moments.zero())
+        return sum((common(piece, rod).moments(1.0) for piece in metal.pieces), Moments.zero())
 
     def second_order(thin: Moments, thick: Moments, step_mm: float) -> Moments:
         return (thin.scaled(4.0) - thick).scaled(0.5 / step_mm)

@@ -64,11 +64,11 @@ def _sense(direction: Array) -> int:
 def _bare(crank: Design, plan: AxialPlan, pin: Span) -> tuple[float, float]:
     """Return the ends of a crankpin's bare cylinder.
 
-    Without its pin, these are of the gap between the webs; beside the last web of an overhung crank there is
-    none.
+    Without its pin, these are of the gap between the webs; beside the last web of an overhung crank, of the
+    bore in that web.
     """
     if has_free_end(crank, plan, pin) and not crank.crankpin_in_file:
-        return pin.low, pin.low
+        return next((web.low, web.high) for web in plan.webs if web.high == pin.low)
     fillet = crank.fillet_mm if crank.crankpin_in_file else 0.0
     return pin.low + fillet, pin.high - (0.0 if has_free_end(crank, plan, pin) else fillet)
 

@@ -1,13 +1,13 @@
 """Cranks whose shaft is not in the file: an arm with its crankpin, one web of a built-up crank drawn alone.
 
 The bore for the shaft is the axis then. Which of two cylinders or bores is the shaft's, and which the
-crankpin's, is decided by their length and size and by the counterweight; where these say nothing, or do not
-agree, it is a doubt.
+crankpin's, is decided by a keyway or spline, by their length and size and by the counterweight; where these
+say nothing, or do not agree, it is a doubt.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from autobalance.crank.recognition.circles import corners_of, following
 from autobalance.crank.recognition.cylinder_runs import LEAST_WIDTH, SAME_CENTRE, CylinderRun
 from autobalance.crank.recognition.section_stack import SectionPiece, SectionStack, encloses
+from autobalance.crank.recognition.shaft_marks import shaft_marks
 from autobalance.crank.recognition.through_shaft import shared_mm
 from autobalance.types import Array
 
@@ -100,6 +101,28 @@ def _ends_free(long: SectionStack, bore: CylinderRun, beside: Sequence[CylinderR
 def _arm_signs(
     long: SectionStack, bore: CylinderRun, stub: CylinderRun, beside: Sequence[CylinderRun]
 ) -> bool | None:
+    """Return whether keyway, or counterweight and length, say that the bore is the shaft's, or is not."""
+    unkeyed = _shape_signs(long, bore, stub, beside)
+    keyed = _keyed_sign(
+        bool(shaft_marks(long, bore, bore=True)), any(shaft_marks(long, run) for run in beside)
+    )
+    return unkeyed if keyed is None else _agreed([keyed, unkeyed])
+
+
+def _keyed_sign(first: bool, second: bool) -> bool | None:
+    """Return whether the first of two alone is keyed to a shaft, or the second alone; None for neither."""
+    return first if first is not second else None
+
+
+def _agreed(signs: Iterable[bool | None]) -> bool | None:
+    """Return what signs say that say anything; None where they contradict each other, or say nothing."""
+    told = {sign for sign in signs if sign is not None}
+    return told.pop() if len(told) == 1 else None
+
+
+def _shape_signs(
+    long: SectionStack, bore: CylinderRun, stub: CylinderRun, beside: Sequence[CylinderRun]
+) -> bool | None:
     """Return whether counterweight and length agree that the bore is the shaft's, or that it is not."""
     length = max(run.z_high for run in beside) - min(run.z_low for run in beside)
     is_long = length >= SHAFT_LENGTH_RATIO * bore.width
@@ -112,12 +135,12 @@ def _arm_signs(
 
 
 def single_web(
-    long: SectionStack, runs: Sequence[CylinderRun], bores: Sequence[CylinderRun]
+    long: SectionStack, runs: Sequence[CylinderRun], bores: Sequence[CylinderRun], is_web: bool = False
 ) -> BoredWeb | None:
     """Return the bores of one web, drawn alone: the shaft's and the crankpin's; None if it is none.
 
     A plate with more bores of a size is none, nor one with a waist, as a connecting rod has, nor one without
-    a hub, boss or rim about a bore, as a bracket.
+    a hub, boss or rim about a bore, as a bracket; unless a job states ``is_web``.
     """
     ordered = _by_size(bores)
     if len(ordered) < 2:
@@ -130,15 +153,16 @@ def single_web(
     same_web = shared_mm(one, other) >= THROUGH_SHARE * min(one.width, other.width)
     if not same_web or _has_shaft(runs, one, other) or _has_waist(long, one, other):
         return None
-    if not any(_has_arc(long, bore) for bore in (one, other)):
+    if not (is_web or any(_has_arc(long, bore) for bore in (one, other))):
         return None
     reach = _reach_beyond(long, one, other) / max(_reach_beyond(long, other, one), 1e-9)
     size = one.radius / other.radius
-    signs = {sign for sign in (_sign(reach, REACH_RATIO), _sign(size, SIZE_RATIO)) if sign is not None}
-    if signs == {False}:
-        return BoredWeb(other, one, True)
-    first = BoredWeb(one, other, True if signs == {True} else None)
-    return first.exchanged if reach < 1.0 / REACH_RATIO else first
+    mass = _sign(reach, REACH_RATIO)
+    keyed = _keyed_sign(*(bool(shaft_marks(long, bore, bore=True)) for bore in (one, other)))
+    agreed = _agreed([mass, _sign(size, SIZE_RATIO) if keyed is None else keyed])
+    is_first = next((sign for sign in (keyed, mass, agreed) if sign is not None), True)
+    shaft, pin = (one, other) if is_first else (other, one)
+    return BoredWeb(shaft, pin, None if agreed is None else True)
 
 
 def shaft_bores(
@@ -184,10 +208,7 @@ def _is_boss(run: CylinderRun, bore: CylinderRun) -> bool:
 
 def _has_arc(long: SectionStack, bore: CylinderRun) -> bool:
     """Return whether part of the outline around a bore's middle is an arc about it."""
-    section = min(long.sections, key=lambda section: abs(section.z_mm - bore.z_mid))
-    for piece in section.pieces:
-        if not encloses(piece.outline, bore.centre):
-            continue
+    for piece in pieces_around(long, bore):
         corners = corners_of(piece.outline, piece.grain_mm) - bore.centre
         after = following(corners)
         away, step = np.hypot(*corners.T), np.linalg.norm(after - corners, axis=1)
@@ -201,17 +222,32 @@ def _has_arc(long: SectionStack, bore: CylinderRun) -> bool:
     return False
 
 
+def pieces_around(long: SectionStack, *bores: CylinderRun) -> list[SectionPiece]:
+    """Return the pieces that hold bores in the middlemost section that has them: a bore across may cut it."""
+    low, high = max(bore.z_low for bore in bores), min(bore.z_high for bore in bores)
+    held = [
+        (section, pieces)
+        for section in long.sections
+        if low < section.z_mm < high
+        and (
+            pieces := [
+                piece
+                for piece in section.pieces
+                if all(encloses(piece.outline, bore.centre) for bore in bores)
+            ]
+        )
+    ]
+    middle = 0.5 * (low + high)
+    return min(held, key=lambda item: abs(item[0].z_mm - middle), default=(None, []))[1]
+
+
 def _has_waist(long: SectionStack, one: CylinderRun, other: CylinderRun) -> bool:
     """Return whether metal between two bores is narrower than at both: the shank of a connecting rod."""
-    low, high = max(one.z_low, other.z_low), min(one.z_high, other.z_high)
-    sections = [section for section in long.sections if low < section.z_mm < high]
-    if not sections:
+    pieces = pieces_around(long, one, other)
+    if not pieces:
         return False
-    section = sections[len(sections) // 2]
     widths = [
-        _width_across(
-            section.pieces, one.centre + share * (other.centre - one.centre), other.centre - one.centre
-        )
+        _width_across(pieces, one.centre + share * (other.centre - one.centre), other.centre - one.centre)
         for share in (0.0, 0.5, 1.0)
     ]
     return widths[1] < MIN_WAIST_RATIO * min(widths[0], widths[2])

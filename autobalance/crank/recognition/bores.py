@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from autobalance.crank.recognition.circles import distances, whole_circle
+from autobalance.crank.recognition.circles import distances
 from autobalance.crank.recognition.cylinder_runs import CylinderRun, Link, run_of_chain
 from autobalance.crank.recognition.section_stack import CrossSection, SectionStack, encloses
 
@@ -14,6 +14,8 @@ MAX_CROSSING = 2.0
 """Drillings that meet a bore hide its circle over at most so many of its radii, slanting ones too ..."""
 LEAST_OPEN = 0.9
 """... and leave it open to at least this share of its radius."""
+WALL_LEFT = 1.02
+"""What is left of its wall beside a bore across is nearer to its middle than this many radii."""
 
 
 def bore_runs(long: SectionStack, rounding_mm: float) -> list[CylinderRun]:
@@ -44,13 +46,21 @@ def _follows(long: SectionStack, last: Link, here: Link) -> bool:
 
 def _is_open(section: CrossSection, bore: Link) -> bool:
     """Return whether a section has a hole about a bore's middle that is at least as wide, but not round."""
-    return any(
-        whole_circle(hole[::-1], piece.grain_mm, piece.rough_mm) is None
+    return _is_cut_open(section, bore) or any(
+        not circles
         and encloses(hole, bore.centre)
         and float(distances(hole, bore.centre).min()) > LEAST_OPEN * bore.radius
         for piece in section.pieces
-        for hole in piece.holes
+        for hole, circles in zip(piece.holes, piece.bores_of_holes, strict=True)
     )
+
+
+def _is_cut_open(section: CrossSection, bore: Link) -> bool:
+    """Return whether a part of a bore's wall is left, but no hole: a bore across cut the metal around it."""
+    if any(encloses(piece.outline, bore.centre) for piece in section.pieces):
+        return False
+    nearest = min((float(distances(p.outline, bore.centre).min()) for p in section.pieces), default=0.0)
+    return LEAST_OPEN * bore.radius < nearest < WALL_LEFT * bore.radius
 
 
 def _bore(long: SectionStack, chain: Sequence[Link], rounding_mm: float) -> CylinderRun | None:

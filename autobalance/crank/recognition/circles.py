@@ -29,6 +29,15 @@ circle."""
 LEAST_COVER = 0.6
 """Share of the full angle that must lie on the circle: keyways, flats and drillings take the rest."""
 
+HELD_COVER, HELD_GAP_RAD = 0.35, 0.8 * math.pi
+"""A hole with slots beyond its circle, keyways, splines or one to another hole, is a bore if it holds a pin:
+from this share of its circle on, and no arc longer than this is missing. Slots of DIN ISO 14 splines leave
+0.47; the two ends of a long hole have half a circle each."""
+TRIMMED_CIRCLES = 4
+"""Fits of such a circle, each without the corners that the one before shows to be off it."""
+HELD_TRIALS, HELD_STRIDES = 48, (3, 7, 11)
+"""Circles tried through three corners a third, a seventh and an eleventh of such an outline apart."""
+
 MAX_LENGTH_RATIO = 1.75
 """Greatest length of an outline over its width: a circle of which ``LEAST_COVER`` is left, and all of that
 within its slack, is at most 1.6 times as long."""
@@ -123,6 +132,69 @@ def whole_circle(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> Circ
     ):
         return None
     return Circle(centre, radius)
+
+
+def hole_circles(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> tuple[Circle, ...]:
+    """Return the circles of a hole's outline (k, 2), counter-clockwise: those of round bores in it.
+
+    That is one, but for two bores that a slot joins, and none in a window. Slots in a bore lie beyond its
+    circle: nothing reaches into it. They are looked for in drawn surfaces alone.
+    """
+    whole = whole_circle(outline, grain_mm, rough_mm)
+    if whole is not None or rough_mm > 0.0:
+        return () if whole is None else (whole,)
+    corners = corners_of(outline, grain_mm)
+    count = len(corners)
+    if count < 8:
+        return ()
+    step = np.linalg.norm(following(corners) - corners, axis=1)
+    reach = np.maximum(step, preceding(step))
+    begins = np.arange(0, count, max(1, count // HELD_TRIALS))
+    strides = {max(2, count // parts) for parts in HELD_STRIDES}
+    steps = [begins + np.array([[0], [stride], [2 * stride]]) for stride in strides]
+    trio = corners[np.concatenate(steps, axis=1) % count]
+    centres, radii = _circumcircles(*trio)
+    found: list[Circle] = []
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.linalg.norm(corners - centres[:, None], axis=2) - radii[:, None]
+        cover = _cover(off, reach, step, radii[:, None], 0.0)
+    for best in np.argsort(-cover, kind="stable"):
+        if cover[best] < HELD_COVER:
+            break
+        if any(float(np.linalg.norm(centres[best] - one.centre)) < one.radius for one in found):
+            continue
+        near = corners[np.abs(off[best]) <= _slack(reach, radii[best], 0.0)]
+        circle = _fitted_without_outliers(near, grain_mm)
+        if _is_held(corners, step, reach, circle):
+            found.append(circle)
+    return tuple(found)
+
+
+def _fitted_without_outliers(near: Array, grain_mm: float) -> Circle:
+    """Return the circle of points near it; a chord's, where a slot cuts it, stand inside."""
+    for _ in range(TRIMMED_CIRCLES):
+        centre, radius = fit_circle(near)
+        away = np.abs(distances(near, centre) - radius)
+        close = away <= max(4.0 * float(np.median(away)), grain_mm)
+        if close.all() or close.sum() < 6:
+            break
+        near = near[close]
+    return Circle(centre, radius)
+
+
+def _is_held(corners: Array, step: Array, reach: Array, circle: Circle) -> bool:
+    """Return whether a pin of a circle passes a hole of some corners and is held in it from all sides."""
+    off = distances(corners, circle.centre) - circle.radius
+    on = off <= _slack(reach, circle.radius, 0.0)
+    along = on & following(on) & (step <= LONGEST_STEP * circle.radius)
+    sagitta = float(step[along].max(initial=0.0)) ** 2 / (8.0 * circle.radius)  # of a chord that a slot cuts
+    if float(off.min()) < -1.1 * sagitta - ON_CIRCLE * circle.radius:
+        return False
+    angles = np.arctan2(corners[:, 1] - circle.centre[1], corners[:, 0] - circle.centre[0])
+    ends = np.sort(np.concatenate([angles[along], following(angles)[along]]))
+    gap = float(np.diff(ends, append=ends[0] + 2.0 * math.pi).max()) if len(ends) else math.inf
+    half = np.arcsin(step[along] / (2.0 * circle.radius))
+    return gap <= HELD_GAP_RAD and float(half.sum()) >= HELD_COVER * math.pi
 
 
 def _is_long(outline: Array) -> bool:

@@ -14,7 +14,13 @@ from autobalance.crank.datums import Datums, End, Flange, FlangeHole, Keyway, Ma
 from autobalance.crank.recognition.circles import Circle, corners_of, distances, following, preceding
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.rough_keyways import rough_keyway
-from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
+from autobalance.crank.recognition.section_stack import (
+    ASIDE_SHARE,
+    CrossSection,
+    SectionPiece,
+    SectionStack,
+    encloses,
+)
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
@@ -188,31 +194,47 @@ def _is_one(a: Slot, b: Slot) -> bool:
 
 def shaft_slot(piece: SectionPiece, circle: Circle, z_mm: float) -> Slot | None:
     """Return the slot with the section of a keyway in a shaft's outline; None unless there is just one."""
-    corners = corners_of(piece.outline, piece.grain_mm)
+    return _only_slot(corners_of(piece.outline, piece.grain_mm), circle, z_mm, outward=False)
+
+
+def bore_slot(piece: SectionPiece, circle: Circle, z_mm: float) -> Slot | None:
+    """Return the slot with the section of a hub's keyway in a bore; None unless there is just one."""
+    around = next((hole for hole in piece.holes if encloses(hole, circle.centre)), None)
+    if around is None:
+        return None
+    return _only_slot(corners_of(around[::-1], piece.grain_mm), circle, z_mm, outward=True)
+
+
+def _only_slot(corners: Array, circle: Circle, z_mm: float, outward: bool) -> Slot | None:
     step = np.linalg.norm(following(corners) - corners, axis=1)
     on_circle = np.median(step)
     sunk = MIN_SLOT_DEPTH_RATIO * circle.radius + SAGITTA * on_circle**2 / circle.radius
-    inside = distances(corners, circle.centre) < circle.radius - sunk
-    begins = np.flatnonzero(inside & ~preceding(inside))
-    if len(begins) != 1 or inside.sum() < 2:
+    deep = distances(corners, circle.centre) - circle.radius
+    beside = deep > sunk if outward else -deep > sunk
+    begins = np.flatnonzero(beside & ~preceding(beside))
+    if len(begins) != 1 or beside.sum() < 2:
         return None
-    notch = np.roll(corners, 1 - int(begins[0]), axis=0)[: int(inside.sum()) + 2] - circle.centre
-    return _as_key(notch, circle.radius, z_mm)
+    notch = np.roll(corners, 1 - int(begins[0]), axis=0)[: int(beside.sum()) + 2] - circle.centre
+    return _as_key(notch, circle.radius, z_mm, 1.0 if outward else -1.0)
 
 
-def _as_key(notch: Array, radius: float, z_mm: float) -> Slot | None:
-    """Return a slot where corners (k, 2) from rim to rim show two upright walls and a flat floor."""
+def _as_key(notch: Array, radius: float, z_mm: float, side: float) -> Slot | None:
+    """Return a slot where corners (k, 2) from rim to rim show two upright walls and a flat floor.
+
+    It lies inside the circle (``side`` -1) or beyond it (1).
+    """
     middle = 0.5 * (notch[0] + notch[-1])
     out = middle / np.linalg.norm(middle)
     across = np.array([-out[1], out[0]])
     walls = notch[1] - notch[0], notch[-2] - notch[-1]
     long = [float(np.linalg.norm(wall)) for wall in walls]
     width = float(abs((notch[-1] - notch[0]) @ across))
-    floor = notch[1:-1] @ out
-    depth = radius - float(floor.min())
+    floor = side * (notch[1:-1] @ out)
+    depth = float(floor.max()) - side * radius
     shares = width / (2.0 * radius), depth / (2.0 * radius)
     upright = all(
-        -float(wall @ out) >= KEYWAY_WALL_COSINE * size > 0.0 for wall, size in zip(walls, long, strict=True)
+        side * float(wall @ out) >= KEYWAY_WALL_COSINE * size > 0.0
+        for wall, size in zip(walls, long, strict=True)
     )
     straight = min(long) >= WALL_SHARE * depth
     flat = float(np.ptp(floor)) <= FLAT_FLOOR * depth

@@ -9,21 +9,14 @@ meant.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from autobalance.crank.recognition.circles import corners_of, distances, preceding
-from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun
-from autobalance.crank.recognition.datums import (
-    LONG_AS_WIDE,
-    MIN_SLOT_DEPTH_RATIO,
-    SAME_WIDTH,
-    Slot,
-    shaft_slot,
-)
-from autobalance.crank.recognition.section_stack import SectionPiece, SectionStack
+from autobalance.crank.recognition.cylinder_runs import CylinderRun
+from autobalance.crank.recognition.section_stack import SectionStack
+from autobalance.crank.recognition.shaft_marks import shaft_marks
 from autobalance.types import Array
 
 SAME_THICKNESS = 0.02
@@ -38,10 +31,6 @@ LIKELY_RING = 0.225
 """Of such a ring and the seat behind it the seat is chosen if the ring is narrower than this."""
 SEAT = 0.4
 """A bearing's seat is at least this share of its own diameter wide."""
-SPLINE_SLOTS = 3
-"""Slots from which on a cylinder's section is that of a spline or of teeth; drillings are one or two."""
-SPLINE_LENGTH = 0.1
-"""... over at least this share of its diameter."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,57 +152,9 @@ def _beside_web(order: Sequence[CylinderRun], size: float) -> JournalChoice:
 
 def _is_shaft(long: SectionStack, run: CylinderRun) -> bool:
     """Return whether keyways, a spline or teeth leave less of a cylinder than a bearing's seat."""
-    seen: dict[int, tuple[int, Slot | None]] = {}
-    splined, slots = [], []
-    for section in long.sections:
-        if not run.z_low < section.z_mm < run.z_high:
-            continue
-        for piece in section.pieces:
-            if id(piece) not in seen:
-                seen[id(piece)] = _slots(piece, run, section.z_mm)
-            count, slot = seen[id(piece)]
-            if count >= SPLINE_SLOTS:
-                splined.append(section.z_mm)
-            if slot is not None:
-                slots.append(replace(slot, z_mm=section.z_mm))
     plain = [(run.z_low, run.z_high)]
-    for low, high in (*_keyed(slots), *_splined(splined, run)):
+    for low, high in shaft_marks(long, run):
         parts = ((a, min(b, low)) for a, b in plain), ((max(a, high), b) for a, b in plain)
         plain = [(a, b) for part in parts for a, b in part if a < b]
     plain_mm = max((b - a for a, b in plain), default=0.0)
     return plain_mm < run.width and not _is_wide(plain_mm, run, SEAT)
-
-
-def _keyed(slots: Sequence[Slot]) -> list[tuple[float, float]]:
-    """Return the z ranges of slots as wide all along and at least about as long as wide: keyways."""
-    found, rest = [], list(slots)
-    while rest:
-        first = rest[0]
-        same = [slot for slot in rest if abs(slot.width - first.width) < SAME_WIDTH * first.width]
-        low, high = same[0].z_mm, same[-1].z_mm
-        if high - low >= LONG_AS_WIDE * first.width:
-            found.append((low, high))
-        rest = [slot for slot in rest if all(slot is not other for other in same)]
-    return found
-
-
-def _splined(heights: Sequence[float], run: CylinderRun) -> list[tuple[float, float]]:
-    """Return the z range over which several slots are cut into a cylinder."""
-    if not heights or heights[-1] - heights[0] < SPLINE_LENGTH * 2.0 * run.radius:
-        return []
-    return [(heights[0], heights[-1])]
-
-
-def _slots(piece: SectionPiece, run: CylinderRun, z_mm: float) -> tuple[int, Slot | None]:
-    """Return the number of slots in a cylinder's section, and the keyway's if it is one."""
-    circle = piece.circle
-    if circle is None or float(np.linalg.norm(circle.centre - run.centre)) > SAME_CENTRE * run.radius:
-        return 0, None
-    away = distances(piece.outline, circle.centre)
-    least = (1.0 - MIN_SLOT_DEPTH_RATIO) * run.radius
-    if float(away.min()) >= least:
-        return 0, None
-    corners = corners_of(piece.outline, piece.grain_mm)
-    facet_mm = float(np.median(np.linalg.norm(np.diff(corners, axis=0), axis=1)))
-    inside = distances(corners, circle.centre) < least - facet_mm**2 / run.radius
-    return int(np.count_nonzero(inside & ~preceding(inside))), shaft_slot(piece, circle, z_mm)

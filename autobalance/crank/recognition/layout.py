@@ -9,11 +9,12 @@ from itertools import pairwise, permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.crank.recognition.bored_webs import bored_arm, shaft_bores, single_web
+from autobalance.crank.recognition.bored_webs import bored_arm, pieces_around, shaft_bores, single_web
 from autobalance.crank.recognition.bores import bore_runs
 from autobalance.crank.recognition.cylinder_runs import ROUNDING, SAME_CENTRE, CylinderRun
 from autobalance.crank.recognition.journal_rules import JournalChoice, holds, journal_choices
 from autobalance.crank.recognition.section_stack import SectionStack, encloses
+from autobalance.crank.recognition.shaft_marks import shaft_marks
 from autobalance.crank.recognition.through_shaft import (
     clear_of,
     find_eccentrics,
@@ -84,7 +85,7 @@ def crank_axis(
     """Return the cylinders on the crank axis: the line of cylinders that begins before and ends after others.
 
     Where none does, the crank is overhung, and the axis is the line with more shaft on it and more metal
-    beyond it; unless one of these says otherwise.
+    beyond it, or the one that is keyed; unless one of these says otherwise.
 
     ``hint`` (2,) is a job's own axis; ``wander`` is the greatest distance between cylinders of one line, as a
     share of the radius. Where no line is the axis for certain, journals that wander farther are tried.
@@ -107,19 +108,17 @@ def crank_axis(
             "axis_point_mm or main_journals settles it"
         )
     if not lines:
-        bores = bore_runs(long, ROUNDING * float(np.abs(long.vertices).max()))
-        count = f" but {len(bores)} bore{'s' * (len(bores) > 1)}" if bores else " and no round bore"
-        raise RecognitionError(
-            f"looked for main journals, found no bare cylinder{count}{_list(long, bores)}; "
-            "main_journals settles it"
-        )
+        raise RecognitionError(_no_journal(long, runs))
     lines.sort(key=_span, reverse=True)
     outer = [line for line in lines if all(_encloses(line, other) for other in lines if other is not line)]
     if outer:
         return outer[0]
     dominant = np.flatnonzero(_wins(long, np.array([line[0].centre for line in lines])).all(axis=1))
-    if len(dominant) == 1:
+    keyed = _keyed_lines(long, lines)
+    if len(dominant) == 1 and (not keyed or int(dominant[0]) in keyed):
         return lines[int(dominant[0])]
+    if len(dominant) != 1 and len(keyed) == 1:
+        return lines[keyed[0]]
     if wander < WANDER and len(_lines(runs, WANDER)) < len(lines):
         return crank_axis(long, runs, hint, WANDER)
     raise RecognitionError(
@@ -127,6 +126,23 @@ def crank_axis(
         f"{'; '.join(_described(long, line) for line in lines[:MAX_LISTED_AXES])}; "
         "axis_point_mm (--axis-point) with one of these points settles it"
     )
+
+
+def _keyed_lines(long: SectionStack, lines: Sequence[Sequence[CylinderRun]]) -> list[int]:
+    """Return the places of lines with a keyway, a spline or teeth: a shaft's."""
+    if long.blur_mm > 0.0:
+        return []
+    return [place for place, line in enumerate(lines) if any(shaft_marks(long, run) for run in line)]
+
+
+def _no_journal(long: SectionStack, runs: Sequence[CylinderRun]) -> str:
+    """Return a refusal of a part without a bare cylinder, which lists its bores."""
+    bores = bore_runs(long, ROUNDING * float(np.abs(long.vertices).max()))
+    count = f" but {len(bores)} bore{'s' * (len(bores) > 1)}" if bores else " and no round bore"
+    settles = "main_journals settles it"
+    if single_web(long, runs, bores, is_web=True) is not None:
+        settles = "axis_point_mm (--axis-point) in the shaft's bore settles it, with crankpin_in_file = false"
+    return f"looked for main journals, found no bare cylinder{count}{_list(long, bores)}; {settles}"
 
 
 def _described(long: SectionStack, line: Sequence[CylinderRun]) -> str:
@@ -363,12 +379,10 @@ def _in_web(long: SectionStack, run: CylinderRun) -> bool:
     """Return whether a cylinder is a bore: metal is all round its middle, but not within."""
     if not run.width > 0.0:
         return False
-    section = min(long.sections, key=lambda section: abs(section.z_mm - run.z_mid))
     return any(
-        encloses(piece.outline, run.centre)
-        and any(encloses(hole, run.centre) for hole in piece.holes)
+        any(encloses(hole, run.centre) for hole in piece.holes)
         and piece.reach_from(run.centre) > WEB_REACH * run.radius
-        for piece in section.pieces
+        for piece in pieces_around(long, run)
     )
 
 

@@ -47,12 +47,28 @@ def pressed_up_layout(
     layout = JournalLayout.chosen(axis, journal_choices(long, on_axis, pins, axis), pins)
     if gaps[0][1] > gaps[0][0]:
         return layout
-    arm = bored_arm(long, runs, bore_runs(long, rounding_mm)) if long.blur_mm == 0.0 else None
+    bores = bore_runs(long, rounding_mm)
+    layout = replace(layout, pins=(_own_bore(bores, pins[0], gaps[0][0]),), lone_bores=True)
+    arm = bored_arm(long, runs, bores) if long.blur_mm == 0.0 else None
     if arm is None or arm.settled is False:
         return layout
     other = arm.shaft if given_axis is None else None
     setting = "crankshaft.crankpin_in_file = true"
-    return replace(layout, pins=(arm.shaft,), lone_bores=True, other_axis=other, axis_setting=setting)
+    return replace(layout, pins=(arm.shaft,), other_axis=other, axis_setting=setting)
+
+
+def _own_bore(bores: Sequence[CylinderRun], pin: CylinderRun, end_mm: float) -> CylinderRun:
+    """Return the bore that a crankpin is pressed into, of half a crank: the metal beside it is the web's.
+
+    Of several in line, as the two sides of a counterbore are, it is the one next to the web's free face.
+    """
+    own = [bore for bore in bores if _near((bore.centre, bore.radius), (pin.centre, pin.radius))]
+    if not own:
+        raise RecognitionError(
+            f"looked for the depth of a crankpin's bore, {2.0 * pin.radius:.4g} mm wide, found none; "
+            "crankpins settles it"
+        )
+    return min(own, key=lambda bore: min(abs(bore.z_low - end_mm), abs(bore.z_high - end_mm)))
 
 
 def _lone_web(
@@ -61,7 +77,7 @@ def _lone_web(
     """Return the layout of one web of a built-up crank, whose bores are the shaft's and the crankpin's."""
     if long.blur_mm > 0.0 or not all(section.pieces for section in long.sections):
         return None
-    web = single_web(long, runs, bore_runs(long, rounding_mm))
+    web = single_web(long, runs, bore_runs(long, rounding_mm), is_web=given_axis is not None)
     if web is None:
         return None
     if given_axis is not None:

@@ -364,10 +364,7 @@ def _layout(
     known_axis = None if axis_point is None else long.placed(axis_point)[:2]
     try:
         if overrides.crankpins is not None:
-            pins = [
-                hinted(long, hint, _known(long, runs, hint, rounding), "crankpins")
-                for hint in overrides.crankpins
-            ]
+            pins = _stated(long, overrides.crankpins, runs, "crankpins", rounding)
             near = [run for run in runs if all(_apart(run, pin) for pin in pins)]
             return _with_pins(long, near, pins, known_axis, overrides, runs, rounding)
         layout = (
@@ -378,7 +375,7 @@ def _layout(
     except RecognitionError as reason:
         raise _NotHereError(len(runs), reason) from reason
     if overrides.main_journals is not None:
-        journals = [hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
+        journals = _stated(long, overrides.main_journals, runs, "main_journals", rounding)
         layout = replace(layout, journals=tuple(sorted(journals, key=lambda run: run.z_mid)), others=())
     return replace(layout, chosen_from=tuple(runs))
 
@@ -394,11 +391,18 @@ def _with_pins(
 ) -> JournalLayout:
     pins = sorted(pins, key=lambda run: run.z_mid)
     if overrides.main_journals is not None:
-        journals = [hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
+        journals = _stated(long, overrides.main_journals, runs, "main_journals", rounding)
         axis = journals[0].centre if known_axis is None else known_axis
         journals = sorted(journals, key=lambda run: run.z_mid)
         return JournalLayout(axis, tuple(journals), tuple(pins), chosen_from=tuple(runs))
     return replace(layout_with_pins(long, near, pins, known_axis, rounding), chosen_from=tuple(runs))
+
+
+def _stated(
+    long: SectionStack, hints: Sequence[PinHint], runs: Sequence[CylinderRun], key: str, rounding: float
+) -> list[CylinderRun]:
+    """Return the cylinders or bores of a job's hints."""
+    return [hinted(long, hint, _known(long, runs, hint, rounding), key) for hint in hints]
 
 
 def _known(
@@ -419,8 +423,8 @@ def _from_job(mesh: Mesh, overrides: Overrides, stated_axis: tuple[Array | None,
     rounding = Views(mesh).rounding_mm
     long = lengthwise(mesh, stated_axis[1], rounding)
     runs = find_runs(long, rounding)
-    pins = [hinted(long, hint, runs, "crankpins") for hint in overrides.crankpins or ()]
-    journals = [hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals or ()]
+    pins = _stated(long, overrides.crankpins or (), runs, "crankpins", rounding)
+    journals = _stated(long, overrides.main_journals or (), runs, "main_journals", rounding)
     if not pins:
         raise RecognitionError("crankpins is an empty list; it needs at least one crankpin")
     point = stated_axis[0]

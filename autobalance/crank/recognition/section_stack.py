@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from autobalance.crank.recognition.circles import Circle, distances, following, whole_circle
+from autobalance.crank.recognition.circles import Circle, distances, following, hole_circles, whole_circle
 from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
 from autobalance.solid.mesh.tetrahedra import CHUNK
 from autobalance.solid.slicing.slices import Spans, cross_sections
@@ -47,10 +47,14 @@ class SectionPiece:
         return whole_circle(self.outline, self.grain_mm, self.rough_mm)
 
     @cached_property
+    def bores_of_holes(self) -> tuple[tuple[Circle, ...], ...]:
+        """The circles of each hole; none of one that is not round."""
+        return tuple(hole_circles(hole[::-1], self.grain_mm, self.rough_mm) for hole in self.holes)
+
+    @property
     def bores(self) -> tuple[Circle, ...]:
-        """Round holes."""
-        circles = (whole_circle(hole[::-1], self.grain_mm, self.rough_mm) for hole in self.holes)
-        return tuple(circle for circle in circles if circle is not None)
+        """Round holes; keyways and other slots in them apart."""
+        return tuple(circle for circles in self.bores_of_holes for circle in circles)
 
     def reach_from(self, centre: Array) -> float:
         """Return the greatest distance of the outline from ``centre`` (2,) [mm]."""

@@ -122,7 +122,7 @@ def refuse_impossible(
     names = [(f"main journal {number}", run) for number, run in enumerate(layout.journals, 1)]
     named_pins = [(f"crankpin {number}", run) for number, run in enumerate(layout.pins, 1)]
     for name, run in named_pins:
-        if 0.0 < run.width < min(MIN_THROW_WIDTH_MM, MIN_THROW_WIDTH_RATIO * 2.0 * run.radius):
+        if run.width < min(MIN_THROW_WIDTH_MM, MIN_THROW_WIDTH_RATIO * 2.0 * run.radius):
             raise RecognitionError(
                 f"{name} would be {cylinder_text(long, run)}, less than {MIN_THROW_WIDTH_MM:g} mm wide;"
                 " check the file's unit, or give crankpins with their width_mm"

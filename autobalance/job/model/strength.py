@@ -14,6 +14,18 @@ class FilletFactorPair:
 
 
 @dataclass(frozen=True)
+class OilBore:
+    """Radial oil bores of the crankpins: their diameter, and the angle of their outlet.
+
+    The angle is at the crankpin's own axis, from the direction away from the crank axis, counter-clockwise
+    seen from +z; None: not known.
+    """
+
+    diameter_mm: float
+    angle_rad: float | None
+
+
+@dataclass(frozen=True)
 class Strength:
     """Fillets [mm], the metal's strengths [MPa], and factors where they are given."""
 
@@ -24,3 +36,4 @@ class Strength:
     yield_MPa: float | None
     fatigue_MPa: float | None
     factor: FilletFactorPair | None
+    oil_bore: OilBore | None = None

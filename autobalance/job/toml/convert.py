@@ -117,7 +117,8 @@ def _fits(value: object, hint: Any) -> bool:
 def _listed(value: object, hint: Any, where: str) -> tuple[Any, ...]:
     inner = get_args(hint)
     if not isinstance(value, list):
-        raise JobError(f"{where} is {shown(value)}; must be {needed(hint)}")
+        example = f": [{shown(value)}]" if inner[-1] is Ellipsis and _fits(value, inner[0]) else ""
+        raise JobError(f"{where} is {shown(value)}; must be {needed(hint)}{example}")
     if inner[-1] is Ellipsis:
         inner = (inner[0],) * len(value)
     if len(value) != len(inner):

@@ -157,7 +157,7 @@ def _table_value(raw: object, key: Key, where: str) -> Values:
 
 def _typed(table: Table, key: Key) -> Any:
     """Return a value whose numbers may be texts with their unit."""
-    unit, raw = TYPED_UNITS.get(key.unit), table.raw[key.name]
+    unit, raw = TYPED_UNITS.get(key.typed_unit), table.raw[key.name]
     if unit is None:
         return table.value(key.name, key.hint, key.rule)
     number = _as_number(raw, unit, table.place(key.name))
@@ -275,11 +275,14 @@ def _value_schema(key: Key) -> Values:
         return {**many, "minItems": least} if least else many
     if key.named is not None:
         free = {"type": "object", "additionalProperties": _key_schema(key.named)}
-        return free if key.hint is None else {"anyOf": [_hint_schema(key.hint, key.rule, key.unit), free]}
+        if key.hint is None:
+            return free
+        plain_value = _hint_schema(key.hint, key.rule, key.typed_unit)
+        return {"anyOf": [plain_value, free]}
     if not key.keys:
-        return _filled(_hint_schema(key.hint, key.rule, key.unit), key)
+        return _filled(_hint_schema(key.hint, key.rule, key.typed_unit), key)
     tables = [_key_schema(form) for form in key.forms] or [_table_schema(key.keys)]
-    arms = tables if key.hint is None else [_hint_schema(key.hint, key.rule, key.unit), *tables]
+    arms = tables if key.hint is None else [_hint_schema(key.hint, key.rule, key.typed_unit), *tables]
     return arms[0] if len(arms) == 1 else {"anyOf": arms}
 
 

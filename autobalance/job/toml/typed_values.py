@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from autobalance.job.toml.typed_units import LENGTHS, NUMBER, length_mm, unbalance_g_mm
-from autobalance.units import G_MM_PER
+from autobalance.units import G_MM_PER, G_PER
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,12 @@ def _first_number(scale: float = 1.0) -> Callable[[str, str], float]:
     return number
 
 
+def _grams(text: str, _: str) -> float:
+    match = re.fullmatch(rf"\s*({NUMBER})\s*({'|'.join(G_PER)})\s*", text)
+    assert match is not None  # by the pattern
+    return float(match[1]) * G_PER[match[2]]
+
+
 def _percent(text: str, _: str) -> float:
     return float(text.rstrip().removesuffix("%")) / 100.0
 
@@ -44,8 +50,9 @@ _UNBALANCES = "|".join(
 TYPED_UNITS = {
     "mm": TypedUnit(_LENGTH, "3/8 in", length_mm),
     "g·mm": TypedUnit(rf"\s*{NUMBER}\s*({_UNBALANCES})\s*", "0.5 oz-in", unbalance_g_mm),
+    "g": TypedUnit(rf"\s*{NUMBER}\s*({'|'.join(G_PER)})\s*", "7.8 oz", _grams),
     "1/min": TypedUnit(rf"\s*{NUMBER}\s*(rpm|1/min|r/min)\s*", "9500 rpm", _first_number()),
     "share": TypedUnit(rf"\s*{NUMBER}\s*%\s*", "50 %", _percent),
-    "mm/s": TypedUnit(rf"\s*G\s+{NUMBER}\s*", "G 6.3", _first_number()),
+    "mm/s": TypedUnit(rf"\s*G\s*{NUMBER}\s*", "G 6.3", _first_number()),
 }
 """Units of numbers that may be typed with them."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from autobalance.balancing.comparison import Row, beaten_by, ranked, why_recommended
 from autobalance.correction.contract import Prefer
-from autobalance.report.display_units import DisplayUnits, fixed
+from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.report.records.compare import ComparedRow, Comparison, WorstPlace
 from autobalance.report.tables import table
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -100,11 +100,12 @@ def comparison_text(values: Mapping[str, Any], units: DisplayUnits) -> str:
         if row["outcome"] == "within_tolerance" and row["beaten_by"]:
             lines.append(f"{_name(row)} is beaten by {', '.join(row['beaten_by'])}")
         elif row["outcome"] not in ("within_tolerance", "already_within_tolerance"):
-            reasons.setdefault(str(row["reason"]), []).append(_name(row))
+            reasons.setdefault(in_units(row["reason"] or "", units), []).append(_name(row))
     lines += [f"{', '.join(names)}: {reason}" for reason, names in reasons.items()]
     unbeaten = ", ".join(values["unbeaten"]) or "none is within tolerance"
     best = "none" if values["recommended"] is None else "+".join(values["recommended"])
-    return "\n".join([*lines, f"Recommended: {best} ({values['why']})", f"Nothing beats: {unbeaten}"])
+    why = in_units(values["why"], units)
+    return "\n".join([*lines, f"Recommended: {best} ({why})", f"Nothing beats: {unbeaten}"])
 
 
 def comparison_html(values: Mapping[str, Any], units: DisplayUnits) -> str:
@@ -119,7 +120,7 @@ def comparison_html(values: Mapping[str, Any], units: DisplayUnits) -> str:
     title = "".join(f"<th>{escape(word)}</th>" for word in head)
     best = "none" if values["recommended"] is None else "+".join(values["recommended"])
     return (
-        f"<p>Recommended: <b>{escape(best)}</b> ({escape(values['why'])})</p>"
+        f"<p>Recommended: <b>{escape(best)}</b> ({escape(in_units(values['why'], units))})</p>"
         f"<table><tr>{title}</tr>{''.join(lines)}</table>"
     )
 
@@ -140,11 +141,11 @@ def _cells(row: Mapping[str, Any], units: DisplayUnits) -> tuple[str, ...]:
         verdict,
         percent(row["residual_share"]),
         units.of_mass(row["metal_moved_g"]),
-        f"{row['inertia_change_kg_mm2']:+.2f} kg·mm²",
+        units.of_inertia(row["inertia_change_kg_mm2"], 2, "+"),
         str(row["cuts"]),
         str(row["different_cuts"]),
         units.of_length(max(abs(depth) for depth in depths)) if depths else "",
-        "" if row["wall_left_mm"] is None else f"{fixed(row['wall_left_mm'] / units.mm_per_length, 2)}",
+        "" if row["wall_left_mm"] is None else units.of_length(row["wall_left_mm"]),
         "" if row["web_metal_share"] is None else f"{100.0 * row['web_metal_share']:.0f} %",
         capacity,
     )

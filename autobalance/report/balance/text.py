@@ -197,7 +197,9 @@ def _uncertainty(residual: Values, units: DisplayUnits) -> str:
 def _margin(report: Values) -> str:
     """Return the note on the uncertainty in the verdict; empty where it neither counts nor would matter."""
     if is_unproven(report) and report["reason"]:
-        return "\n  not proven: the verdict hangs on which cylinder is the main journal (--strict: 4)"
+        about = {doubt["about"] for doubt in report["crank"].get("doubts", ())}
+        meant = "the main journal" if about <= {"main_journal"} else "the shaft"
+        return f"\n  not proven: the verdict hangs on which cylinder is {meant} (--strict: 4)"
     if is_unproven(report):
         return "\n  not proven: residual plus uncertainty exceeds the permissible unbalance (--strict: 4)"
     if report["tolerance"].get("margin", "none") == "none":

@@ -17,10 +17,11 @@ def strength_text(report: Values) -> str:
         blocks[-1] += "\n" + _fillets(report["fillets"])
     else:
         blocks.append(_fillets(report["fillets"]))
-    blocks += [_least(report), _m53(report)]
+    blocks += [_least(report), _m53(report), *_oil_bores(report)]
     if report["fem"] is not None:
         blocks.append(_elements(report["fem"]))
-    outside = dict.fromkeys(text for row in report["fillets"] for text in row["outside_of_range"])
+    looked_at = (*report["fillets"], *report["oil_bores"])
+    outside = dict.fromkeys(text for row in looked_at for text in row["outside_of_range"])
     blocks += [f"Outside of the range of the factors: {text}" for text in outside]
     return "\n\n".join(blocks)
 
@@ -88,8 +89,40 @@ def _m53(report: Values) -> str:
     return (
         f"IACS UR M53, acceptability {own['factor']:.2f} {'≥' if own['met'] else '<'} {own['wanted']:.2f}:"
         f" {worst['place']} fillet of web {worst['web']}, σ_add {own['additional_bending_MPa']:g} MPa,"
-        f" {with_it}; oil bores in crankpins are not looked at"
+        f" {with_it}"
+        + (
+            ""
+            if report["oil_bores"]
+            else "; oil bores in crankpins are not computed without strength.oil_bore"
+        )
     )
+
+
+def _oil_bores(report: Values) -> list[str]:
+    """Return the outlets of oil bores in columns; nothing without any."""
+    if not report["oil_bores"]:
+        return []
+    lines: list[Sequence[str]] = [
+        ("Throw", "oil bore at", "bending", "torsion", "factors", "equivalent", "bears", "M53")
+    ]
+    for row in report["oil_bores"]:
+        stress, factors, own = row["stress"], row["factors"], row["m53"]
+        lines.append(
+            (
+                f"{row['throw']}",
+                f"{row['angle_deg']:.0f}°",
+                f"± {stress['bending_alternating_MPa']:.0f} MPa",
+                f"± {stress['torsion_alternating_MPa']:.0f} MPa",
+                f"{factors['bending']:.2f}, {factors['torsion']:.2f}",
+                f"{stress['equivalent_alternating_MPa']:.0f} MPa",
+                f"{row['fatigue_strength_MPa']:.0f} MPa",
+                f"{number(own['factor'], '.2f')} {'≥' if own['met'] else '<'} {own['wanted']:.2f}",
+            )
+        )
+    return [
+        "Outlets of oil bores in crankpins, angles from the direction away from the crank axis\n"
+        + table(lines)
+    ]
 
 
 def _least(report: Values) -> str:

@@ -101,7 +101,14 @@ class Correction:
     unbalance_change_g_mm: Pair
     unbalance_per_mm_g_mm: Pair | Absent | None = ABSENT
     moment_per_mm_g_mm2: Pair | Absent | None = ABSENT
-    tool_volume_mm3: Annotated[NotNegative, "of the tool's body, air included"] | Absent = ABSENT
+    tool_volume_mm3: (
+        Annotated[
+            NotNegative,
+            "of the tool's body on true surfaces, air included; bodies of triangles, as volume_mm3 of "
+            "result.tools() has them, reach a little farther",
+        ]
+        | Absent
+    ) = ABSENT
     file_position_mm: Annotated[Triple, "position_mm in file coordinates"] | Absent = ABSENT
     file_axis: (
         Annotated[

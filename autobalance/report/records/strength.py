@@ -20,6 +20,7 @@ from autobalance.declare import (
 from autobalance.engine.fatigue import ADDITIONAL_BENDING_MPA, LEAST_ACCEPTABILITY
 from autobalance.engine.fillet_factors import FilletShape, polar_modulus_mm3
 from autobalance.machine_models.fillets_from_job import N_MM_PER_N_M, Costs, Fillet, Place, Side
+from autobalance.machine_models.oil_bores import OilBoreOutlet
 from autobalance.machine_models.throw_stress import FilletByElements, ThrowByElements
 from autobalance.machine_models.vibration_torques import ThrowVibration
 from autobalance.report.records.head import Head, JobEcho
@@ -151,6 +152,72 @@ class FilletRow:
 
 
 @record
+class OilBoreNominal:
+    """Least and greatest nominal stress of a cycle at an oil bore's outlet, as if there were no hole."""
+
+    bending_MPa: Pair
+    torsion_MPa: Pair
+
+
+@record
+class OilBoreStress:
+    """Local alternating stress at an oil bore's outlet, and its equivalent by IACS UR M53."""
+
+    bending_alternating_MPa: NotNegative
+    torsion_alternating_MPa: NotNegative
+    equivalent_alternating_MPa: NotNegative
+
+
+@record
+class OilBoreCriterion:
+    """Criterion of IACS UR M53: fatigue strength over the equivalent stress; null without any stress."""
+
+    factor: Positive | None
+    wanted: Positive
+    met: bool
+
+
+@record
+class OilBoreRow:
+    """The outlet of a crankpin's oil bore: what the cycle does to it, and how safe it is."""
+
+    throw: Ordinal
+    angle_rad: Degrees
+    nominal: OilBoreNominal
+    factors: Factors
+    outside_of_range: Sequence[str]
+    stress: OilBoreStress
+    fatigue_strength_MPa: Positive
+    m53: OilBoreCriterion
+
+    @classmethod
+    def of(cls, outlet: OilBoreOutlet) -> Self:
+        bending, torsion = outlet.alternating_MPa
+        equivalent = outlet.equivalent_MPa
+        factor = outlet.fatigue_MPa / equivalent if equivalent else None
+        return cls(
+            throw=outlet.throw,
+            angle_rad=outlet.angle_rad,
+            nominal=OilBoreNominal(
+                bending_MPa=_ends(outlet.bending_MPa), torsion_MPa=_ends(outlet.torsion_MPa)
+            ),
+            factors=Factors(
+                bending=outlet.factors.bending, shear=outlet.factors.shear, torsion=outlet.factors.torsion
+            ),
+            outside_of_range=outlet.outside,
+            stress=OilBoreStress(
+                bending_alternating_MPa=bending,
+                torsion_alternating_MPa=torsion,
+                equivalent_alternating_MPa=equivalent,
+            ),
+            fatigue_strength_MPa=outlet.fatigue_MPa,
+            m53=OilBoreCriterion(
+                factor=factor, wanted=LEAST_ACCEPTABILITY, met=factor is None or factor >= LEAST_ACCEPTABILITY
+            ),
+        )
+
+
+@record
 class LeastSafety:
     """The fillet of the least safety, by Gough and Pollard."""
 
@@ -180,14 +247,19 @@ class LeastSafety:
 
 @record
 class FilletState:
-    """All fillets of a crank, as it was or is."""
+    """All fillets and oil bores of a crank, as it was or is."""
 
     fillets: Sequence[FilletRow]
     least: LeastSafety | None
+    oil_bores: Sequence[OilBoreRow]
 
     @classmethod
-    def of(cls, fillets: Sequence[Fillet]) -> Self:
-        return cls(fillets=[FilletRow.of(each) for each in fillets], least=LeastSafety.of(fillets))
+    def of(cls, fillets: Sequence[Fillet], outlets: Sequence[OilBoreOutlet]) -> Self:
+        return cls(
+            fillets=[FilletRow.of(each) for each in fillets],
+            least=LeastSafety.of(fillets),
+            oil_bores=[OilBoreRow.of(each) for each in outlets],
+        )
 
 
 @record
@@ -275,6 +347,7 @@ class StrengthReport(Head):
     torsional_vibration: TorsionalVibration
     fillets: Sequence[FilletRow]
     least: LeastSafety | None
+    oil_bores: Sequence[OilBoreRow]
     before: FilletState | None
     fem: ThrowElements | None
     warnings: Sequence[str]

@@ -113,23 +113,33 @@ class ExactSolid:
         return self.machined_as_taken(removed, added)[0]
 
     def machined_as_taken(
-        self, removed: Sequence[Tool], added: Sequence[Tool] = ()
+        self,
+        removed: Sequence[Tool],
+        added: Sequence[Tool] = (),
+        shares: Sequence[float] | None = None,
     ) -> tuple[ExactSolid, tuple[Taken | None, ...]]:
         """Return the ``machined`` solid and each removing tool's metal, None where its drawing shows that.
+
+        Metal that stands on a lowered face is sectioned at the first of ``shares`` of the part's diagonal
+        over it that makes a sound cut; see ``clear_shares``.
 
         Raises
         ------
         SolidError
             As ``machined`` does.
         """
-        done = machined(self._body, removed, added)
+        done = machined(self._body, removed, added, shares)
         return ExactSolid.of(done.body), done.taken
 
     def each_taken(
-        self, removed: Sequence[Tool], added: Sequence[Tool], machined: ExactSolid
+        self,
+        removed: Sequence[Tool],
+        added: Sequence[Tool],
+        machined: ExactSolid,
+        shares: Sequence[float] | None = None,
     ) -> tuple[tuple[EachTaken, ...], tuple[EachTaken, ...]] | None:
         """Return the metal that each tool took or added on the way to ``machined``; see ``taken``."""
-        return each_taken(self._body, removed, added, machined.volume_mm3 - self.volume_mm3)
+        return each_taken(self._body, removed, added, machined.volume_mm3 - self.volume_mm3, shares)
 
     def step(self, unit: str = "mm", name: str = "crank") -> bytes:
         """Return a STEP file of the solid, in a unit."""

@@ -24,7 +24,7 @@ S_PER_MB: Final = 10.0
 KINDS: Final = ("step", "iges", "brep")
 
 
-def read_foreign_file(kind: str, data: bytes) -> CadFile:
+def read_foreign_file(kind: str, data: bytes, longest_s: float | None = None) -> CadFile:
     """Read the solids of a CAD file, in a separate process.
 
     Parameters
@@ -32,6 +32,8 @@ def read_foreign_file(kind: str, data: bytes) -> CadFile:
     kind : str
         One of ``KINDS``.
     data : bytes
+    longest_s : float, optional
+        Processor time after which the reader is ended [s]; by the size of the file where None.
 
     Raises
     ------
@@ -41,7 +43,7 @@ def read_foreign_file(kind: str, data: bytes) -> CadFile:
         If its surfaces do not close.
     """
     with readers.one() as child:
-        longest_s = LEAST_S + S_PER_MB * len(data) / 1e6
+        longest_s = LEAST_S + S_PER_MB * len(data) / 1e6 if longest_s is None else longest_s
         child.send(kind, data, longest_s, Fineness.usual())
         require_kernel(kind.upper())  # meanwhile: loading it takes as long here as there
         answer = child.receive()

@@ -66,8 +66,10 @@ class Machined:
     taken: tuple[Taken | None, ...]
 
 
-def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Machined:
-    """Return a body with metal added, then other metal removed.
+def machined(
+    body: Any, removed: Sequence[Tool], added: Sequence[Tool], shares: Sequence[float] | None = None
+) -> Machined:
+    """Return a body with metal added, then other metal removed, as ``clear_shares`` has it.
 
     Raises
     ------
@@ -78,7 +80,7 @@ def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Machi
     size = float(np.linalg.norm(high - low))
     bodies = len(explored(body, "SOLID"))
     solids = 0
-    for share in clear_shares(removed):
+    for share in clear_shares(removed, shares):
         grown = [tool_shape(tool, body, share * size) for tool in added]
         tools = [tool_shape(tool, body, share * size) for tool in removed]
         whole = fused([body, *grown])
@@ -126,9 +128,10 @@ def _seamless(result: Any, before: Any) -> Any:
     return merged if sound else result
 
 
-def clear_shares(removed: Sequence[Tool]) -> Sequence[float]:
-    """Return the ``CLEAR_SHARES`` to try: one where no tool lowers a face, as all would be alike."""
-    return CLEAR_SHARES if any(isinstance(tool, Lowering) for tool in removed) else CLEAR_SHARES[:1]
+def clear_shares(removed: Sequence[Tool], shares: Sequence[float] | None = None) -> Sequence[float]:
+    """Return the shares to try, else `CLEAR_SHARES`: one where no tool lowers a face, as all are alike."""
+    shares = CLEAR_SHARES if shares is None else shares
+    return shares if any(isinstance(tool, Lowering) for tool in removed) else shares[:1]
 
 
 def tool_shape(tool: Tool, body: Any, clear_mm: float) -> Any:

@@ -75,7 +75,11 @@ class EachTaken:
 
 
 def each_taken(
-    body: Any, removed: Sequence[Tool], added: Sequence[Tool], change_mm3: float
+    body: Any,
+    removed: Sequence[Tool],
+    added: Sequence[Tool],
+    change_mm3: float,
+    shares: Sequence[float] | None = None,
 ) -> tuple[tuple[EachTaken, ...], tuple[EachTaken, ...]] | None:
     """Return the metal that each removing tool took of a body, and that each adding one added, in turn.
 
@@ -85,7 +89,7 @@ def each_taken(
     """
     low, high = bounds_mm(body)
     size = float(np.linalg.norm(high - low))
-    for share in clear_shares(removed):
+    for share in clear_shares(removed, shares):
         lift_mm = 0.0 if share <= AS_DRAWN else share * size
         grown = [tool_shape(tool, body, share * size) for tool in added]
         tools = [tool_shape(tool, body, share * size) for tool in removed]

@@ -13,10 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.solid.chordal_error.fits import Sets
-from autobalance.solid.chordal_error.look import ON_SURFACE, Look
+from autobalance.solid.chordal_error.look import ON_SURFACE, Look, tight_mm
+from autobalance.solid.chordal_error.profiles import axes_of
 from autobalance.solid.chordal_error.revolved import Lens, Revolved, cylindrical
 from autobalance.solid.chordal_error.strips import FEW, MIN_SURE_FACES
 from autobalance.solid.chordal_error.turning import AS_WIDE, goes_on_beyond, turns_of, widths
+from autobalance.solid.mesh.adjacency import unit
 from autobalance.types import Array, Flags, Indices
 
 NONE, FLAT = -1, -2
@@ -31,6 +33,11 @@ SEAM_SAFETY = 2.0
 """Wedges at seams are counted so many times, besides: the direction of a surface turns along the sag."""
 BESIDE_SAFETY = 3.0
 """Times that the distance of a face's nearest corner from its surface counts."""
+ABOUT_AXIS, LINES_ABOUT_AXIS = 4.0, 5
+"""Distances from a known axis may differ by so many times the rounding of corners along a short arc of that
+many lines at least. The webs' arcs of four chords, at 48 segments: their 4 % was half of the bar of cranks
+whose throws cancel. Of three chords, alike on both sides of a plane through the axis, one distance is free,
+and none is left over that would show that it is no arc."""
 LEAST_SINE = 0.02
 """Least sine of the angle between two surfaces at a seam: closer to one plane they are tangent, with one sag,
 and its rounding over the sine would have no bound."""
@@ -45,6 +52,10 @@ FEW_OF_PROFILE = 4
 TANGENT_SHARE = 0.35
 """Angle between a surface and the face beside it up to which it goes on from that, as a share of the greatest
 between its own facets: it is none where an arc ends as it was drawn, and half where there is no arc."""
+PLANE_SHARE = 2e-3
+"""Angle of a face to a sure cylinder beside it up to which it is a plane that goes over into that, as a share
+of its angle to the next face: it is half of a chord of an arc, a sixth of one of a clothoid. Flanks of two
+planes at 4° or 7° would be as good arcs by all else of a mesh of 48 segments."""
 BOTH_SIDES = 2
 EITHER_SHARE = 1.05
 """Error bar of a surface that may as well be planes, as a share of its contribution: all of it."""
@@ -99,13 +110,15 @@ def fitted_bar(
     return total + Bar.of(density_g_mm3 * beside, at) + Bar.of(density_g_mm3 * wedges, seam)
 
 
-def loose_bar(look: Look, surface_of: Indices, sag_mm: float, density_g_mm3: float) -> Bar:
+def loose_bar(
+    look: Look, surfaces: list[Revolved], surface_of: Indices, sag_mm: float, density_g_mm3: float
+) -> Bar:
     """Return the error bar of smooth facets that no surface was fitted to: L w² δ / 12 at each edge.
 
     Only edges count at which facets about as wide go on turning the same way: a blunt edge between two planes
     is real, also where each ends in the narrow chords of an arc. A facet between two wider ones may be the
     only chord of its arc; where it turns by more than the mesh's chords do, and would be deeper, it is a
-    chamfer.
+    chamfer. Nor is a plane a chord that goes over into a sure cylinder.
     """
     meet = look.meetings
     free = surface_of == NONE
@@ -120,6 +133,8 @@ def loose_bar(look: Look, surface_of: Indices, sag_mm: float, density_g_mm3: flo
     chords = between[rows] & goes_on_beyond(look, turns, wide).any(axis=0)
     alike = wide.max(axis=0) < AS_WIDE * wide.min(axis=0)
     counts = chords & (alike | ~_too_steep(look, surface_of, sag_mm)[rows])
+    lean = lean_to_sure(look, surfaces, surface_of)
+    counts &= np.minimum(lean[meet.low[rows]], lean[meet.high[rows]]) >= PLANE_SHARE * meet.angle_rad[rows]
     rows = rows[counts]
     return Bar.of(LOOSE_SHARE * density_g_mm3 * meet.hidden_mm3[rows], meet.middle[rows])
 
@@ -142,8 +157,32 @@ def accidents(
     if not few.any() or not sure.any():
         return np.zeros(len(surfaces), dtype=bool), few
     angles, sags = _angles(look, surfaces, surface_of), np.array([one.sag_mm for one in lenses])
-    coarse = (angles > COARSER * angles[sure].max()) & (sags > COARSER * sags[sure].max())
-    return few & coarse, few & ~coarse
+    planes = (angles > COARSER * angles[sure].max()) & (sags > COARSER * sags[sure].max())
+    lean = lean_to_sure(look, surfaces, surface_of)
+    some = np.flatnonzero(np.isfinite(lean) & (surface_of >= 0))
+    least = np.full(len(surfaces), np.inf)
+    np.minimum.at(least, surface_of[some], lean[some])
+    planes |= least < PLANE_SHARE * angles
+    return few & planes, few & ~planes
+
+
+def lean_to_sure(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Array:
+    """Return the angle (count,) of each face to a sure cylinder beside it; infinite where there is none.
+
+    A plane that goes over into an arc does so to rounding. A chord leans to what its curve goes over into by
+    half of what it turns.
+    """
+    sure = np.append(_sure_cylinders(surfaces, surface_of), False)  # of no surface: the last
+    left, right = look.face.take(look.edges.left), look.face.take(look.edges.right)
+    lean = np.full(look.count, np.inf)
+    smooth = look.smooth
+    for face, other in ((left[smooth], right[smooth]), (right[smooth], left[smooth])):
+        seam = np.flatnonzero(sure[surface_of[other]] & (surface_of[face] != surface_of[other]))
+        middle = look.mesh.vertices[look.edges.ends[smooth[seam]]].mean(axis=1)
+        _, out, _ = _seen(look, surfaces, surface_of[other[seam]], other[seam], middle)
+        sine = np.linalg.norm(np.cross(out, look.normal[face[seam]]), axis=1)
+        np.minimum.at(lean, face[seam], sine)
+    return lean
 
 
 def _angles(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Array:
@@ -221,7 +260,47 @@ def _unsure(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Flags:
     unsure = (count > 0) & ((count < FEW) | scarce)
     if unsure.any():
         unsure &= _goes_over(look, surfaces, surface_of, unsure) < BOTH_SIDES
+        unsure &= ~_about_sure_axes(look, surfaces, surface_of, unsure)
     return np.asarray(unsure)
+
+
+def _about_sure_axes(look: Look, surfaces: list[Revolved], surface_of: Indices, asked: Flags) -> Flags:
+    """Mark the short arcs (k,) asked whose corners all lie at one distance from the axis of a sure cylinder.
+
+    Only the distance is free then, where a strip of its own has a circle's three; it turns by no more than
+    the mesh's sure surfaces do.
+    """
+    sure = _sure_cylinders(surfaces, surface_of)
+    angles = _angles(look, surfaces, surface_of)
+    found = np.zeros(len(surfaces), dtype=bool)
+    straight = np.array([not one.tube_mm and not one.slope for one in surfaces], dtype=bool)
+    asked = asked & straight & (angles <= COARSER * angles[sure].max(initial=0.0))
+    if not asked.any():
+        return found
+    tight = ABOUT_AXIS * tight_mm(look)
+    mine = (surface_of >= 0) & sure[surface_of]
+    axes = axes_of(look, surfaces, np.where(mine, surface_of, NONE))
+    for number in np.flatnonzero(asked).tolist():
+        _, corner = look.corners(np.flatnonzero(surface_of == number))
+        found[number] = any(_is_arc_about(corner, *one, tight) for one in axes)
+    return found
+
+
+def _is_arc_about(corner: Array, point: Array, axis: Array, tight: float) -> bool:
+    """Tell whether corners (n, 3) lie at one distance from an axis, in directions enough to show it."""
+    _, r, out = cylindrical(corner, point, axis)
+    if np.ptp(r) > tight:
+        return False
+    middle = unit(out.mean(axis=0))
+    turn = np.sort(np.arctan2(np.cross(middle, out) @ axis, out @ middle))
+    steps = np.diff(turn)
+    return bool(1 + np.count_nonzero(steps > SAME_PROFILE * (turn[-1] - turn[0])) >= LINES_ABOUT_AXIS)
+
+
+def _sure_cylinders(surfaces: list[Revolved], surface_of: Indices) -> Flags:
+    """Mark the cylinders (k,) of so many faces that no accident made them."""
+    straight = [not one.tube_mm and not one.slope for one in surfaces]
+    return np.array(straight, dtype=bool) & (_counts(surfaces, surface_of) >= MIN_SURE_FACES)
 
 
 def _beside(look: Look, surfaces: list[Revolved], surface_of: Indices) -> tuple[Array, Array]:

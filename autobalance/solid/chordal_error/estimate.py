@@ -19,7 +19,14 @@ from autobalance.solid.chordal_error.bars import FLAT, accidents, fitted_bar, lo
 from autobalance.solid.chordal_error.look import SMOOTH_RAD, Look, look_at
 from autobalance.solid.chordal_error.match import Fitted
 from autobalance.solid.chordal_error.profiles import axes_of, find_revolved, split_in_bands
-from autobalance.solid.chordal_error.revolved import SIX_POINTS, THREE_POINTS, Lens, Revolved, lens
+from autobalance.solid.chordal_error.revolved import (
+    IN_QUARTERS,
+    SIX_POINTS,
+    THREE_POINTS,
+    Lens,
+    Revolved,
+    lens,
+)
 from autobalance.solid.chordal_error.scanned_facets import MASS_SHARE, UNBALANCE_SHARE, ScannedFacets
 from autobalance.solid.chordal_error.seeds import adopt_cut_facets, find_joined, find_leftover_cylinders
 from autobalance.solid.chordal_error.strips import find_cylinders
@@ -31,12 +38,13 @@ MAX_SAG_WIDTH_RATIO = 0.5 * np.tan(SMOOTH_RAD / 4.0)
 MAX_SAG_RATIO = 100.0
 """Metal between facets and a surface over the estimate from their angles, at most: slivers hide much at
 small angles, but a surface that was fitted to the wrong facets hundreds of times as much."""
-MANY_TRIANGLES = 30_000
-"""Triangles from which on degree 2 is enough over a cylinder's narrow facets, to 3e-5 of its lens; over a
-cone or a torus it is 5e-3 off."""
-NARROW_SHARE = 0.03
-"""Extent of such facets across z at most, as a share of the part's: of an oil hole's, which are as long as
-a web, degree 2 is off by 1e-2 of all that facets hide in polar inertia."""
+NARROW_SHARE = 0.02
+"""Extent across z, as a share of its cylinder's radius, up to which degree 2 is enough over a facet, to 1e-4
+of its lens. Along an oil hole, across the crank, it is off by 1e-2 of what facets hide in polar inertia; over
+a cone or a torus by 5e-3."""
+COARSE_MOST = 2000
+"""Triangles of a torus up to which they are integrated in quarters: over two chords of a fillet, 45° each,
+degree 4 is 8e-4 off, more than the bar of a sure surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +178,7 @@ def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
         gross_unbalance += of_piece.gross_unbalance_g_mm
         sag = max(sag, of_piece.sag_mm)
     bar = fitted_bar(look, surfaces, surface_of, lenses, either, density_g_mm3)
-    bar = bar + loose_bar(look, surface_of, sag, density_g_mm3)
+    bar = bar + loose_bar(look, surfaces, surface_of, sag, density_g_mm3)
     mean, mean_square = bar.along / (bar.unbalance_g_mm or 1.0)
     return ChordalError(
         total,
@@ -188,13 +196,13 @@ def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
 def _lenses(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> list[Lens]:
     """Integrate between the facets and their surfaces; release the faces of false ones."""
     parts = _triangles_of(look, surface_of, len(surfaces))
-    few = len(look.mesh.triangles) < MANY_TRIANGLES
-    narrow_mm = NARROW_SHARE * float(np.abs(look.mesh.bounds[:, :2]).max())
     lenses = []
     for surface, mine in zip(surfaces, parts, strict=True):
         corners = look.mesh.vertices.take(look.mesh.triangles.take(mine, axis=0), axis=0)
-        exact = few or surface.tube_mm or surface.slope or _extent_mm(corners) > narrow_mm
-        rule = SIX_POINTS if exact else THREE_POINTS
+        narrow = not surface.tube_mm and not surface.slope
+        narrow = narrow and _extent_mm(corners) <= NARROW_SHARE * surface.r0
+        coarse = surface.tube_mm and len(mine) <= COARSE_MOST
+        rule = THREE_POINTS if narrow else IN_QUARTERS if coarse else SIX_POINTS
         lenses.append(lens(surface, corners, look.doubled.take(mine, axis=0), density_g_mm3, rule))
     _drop_false(look, parts, lenses, surface_of, density_g_mm3)
     return lenses

@@ -89,6 +89,17 @@ class Lines:
     direction: Array
     worst_mm: Array
 
+    def of(self, chosen: Flags) -> Lines:
+        """Return the lines of some of the sets, flagged (k,)."""
+        return Lines(self.middle[chosen], self.direction[chosen], self.worst_mm[chosen])
+
+    def with_(self, which: Indices, others: Lines) -> Lines:
+        """Return the lines with others (m,) in place of some, by their numbers (m,)."""
+        mine = [self.middle.copy(), self.direction.copy(), self.worst_mm.copy()]
+        for values, new in zip(mine, (others.middle, others.direction, others.worst_mm), strict=True):
+            values[which] = new
+        return Lines(*mine)
+
 
 def lines(points: Array, sets: Sets) -> Lines:
     """Fit a line to each set of points (n, 2)."""

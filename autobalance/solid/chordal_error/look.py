@@ -74,6 +74,13 @@ class Look:
         return self.face[self.edges.left[self.smooth]], self.face[self.edges.right[self.smooth]]
 
     @cached_property
+    def parted(self) -> tuple[Indices, Indices]:
+        """The faces on the two sides of each edge at a triangle without direction, which belongs to one."""
+        left, right = self.face[self.edges.left], self.face[self.edges.right]
+        level = np.flatnonzero((self.edges.angle_rad == 0.0) & (left != right))
+        return left[level], right[level]
+
+    @cached_property
     def distinct_pairs(self) -> tuple[Indices, Indices, Indices]:
         """The pairs of faces, once each, low · count + high (n,); the first smooth edge and the pair of each.
 

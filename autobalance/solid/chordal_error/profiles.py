@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from autobalance.solid.chordal_error.fits import Sets, circles, lines
-from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on
+from autobalance.solid.chordal_error.fits import Lines, Sets, circles, lines
+from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on, tight_mm
 from autobalance.solid.chordal_error.revolved import Revolved, cylindrical
 from autobalance.solid.chordal_error.strips import FEW
 from autobalance.solid.mesh.components import numbered_components
@@ -26,6 +26,10 @@ IDLE_AXES = 8
 """Axes in a row without a surface about them that end the search: a free-form surface has none."""
 AXES_MOST = 40
 """Axes tried for cones and tori, those of the largest cylinders."""
+OUTER_ROUNDS, OUTER_SPREAD = 3, 3.0
+"""Times that a line is fitted anew to the points not farther in than so many times their median distance."""
+OUTER_LEAST = 0.9
+"""Share of the points that must lie on such a line: of a barrel's three to ten rings two lie on one, too."""
 
 
 def axes_of(look: Look, surfaces: list[Revolved], surface_of: Indices) -> list[tuple[Array, Array]]:
@@ -140,8 +144,9 @@ def fitted_profiles(
     h, r, _ = cylindrical(corner, point, axis)
     sets = Sets.of(patches.number[row])
     profile = np.stack([r, h], axis=1)
-    straight, round_ = lines(profile, sets), circles(profile, sets)
     size = (sets.most(profile) - sets.least(profile)).max(axis=1)
+    straight = _outer_lines(profile, sets, tight_mm(look), ON_SURFACE * size)
+    round_ = circles(profile, sets)
     is_line = (straight.worst_mm <= ON_SURFACE * size) & (np.abs(straight.direction[:, 1]) > 1e-9)
     slack = ON_TUBE * np.minimum(round_.radius, LONGEST * size)
     is_arc = ~is_line & (round_.worst_mm <= slack) & np.isfinite(round_.radius)
@@ -150,6 +155,38 @@ def fitted_profiles(
             yield cone(point, axis, straight.middle[place], straight.direction[place]), place
         else:
             yield torus(point, axis, round_.centre[place], float(round_.radius[place])), place
+
+
+def _outer_lines(profile: Array, sets: Sets, tight: float, slack: Array) -> Lines:
+    """Fit a line to each set of points (r, h), through the outer ones alone where these lie on one exactly.
+
+    Where a keyway or a hole cuts a chord, corners lie on that, nearer to the axis than the surface. Those of
+    a tapered nose with a keyway drew the line 0.7 µm in at 48 segments, under all 48 facets of the nose.
+    """
+    tried = best = lines(profile, sets)
+    rows = sets.rows((best.worst_mm > tight) & (best.worst_mm <= slack))
+    for _ in range(OUTER_ROUNDS):
+        if len(rows) == 0:
+            break
+        out, some = _outward(profile[rows], tried, sets.number[rows]), Sets.of(sets.number[rows])
+        out -= some.medians(out)[some.number]
+        spread = some.medians(np.abs(out))[some.number]
+        rows = rows[out >= -OUTER_SPREAD * spread - tight]
+        some = Sets.of(sets.number[rows])
+        which, again = sets.number[rows[some.starts]], lines(profile[rows], some)
+        most = some.sizes >= OUTER_LEAST * sets.sizes[which]
+        exact = most & (again.worst_mm <= tight)
+        tried, best = tried.with_(which, again), best.with_(which[exact], again.of(exact))
+        rows = rows[some.rows(most & ~exact)]
+    return replace(best, worst_mm=sets.most(np.abs(_outward(profile, best, sets.number))))
+
+
+def _outward(profile: Array, fitted: Lines, number: Indices) -> Array:
+    """Return how far points (n, 2) lie from the lines of their sets, away from the axis."""
+    across, along = (fitted.direction * np.where(fitted.direction[:, 1:] < 0.0, -1.0, 1.0))[number].T
+    r, h = (profile - fitted.middle[number]).T
+    out: Array = along * r - across * h
+    return out
 
 
 def cone(point: Array, axis: Array, middle: Array, direction: Array) -> Revolved:

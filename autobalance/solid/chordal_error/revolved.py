@@ -20,6 +20,16 @@ SIX_POINTS = (
     np.array([0.223381589678011] * 3 + [0.109951743655322] * 3),
 )
 """Quadrature of degree 4, Dunavant 1985."""
+_QUARTERS = np.array(
+    [
+        [[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.5, 0.0, 0.5]],
+        [[0.5, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.5, 0.5]],
+        [[0.5, 0.0, 0.5], [0.0, 0.5, 0.5], [0.0, 0.0, 1.0]],
+        [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]],
+    ]
+)
+IN_QUARTERS = np.concatenate([SIX_POINTS[0] @ each for each in _QUARTERS]), np.tile(SIX_POINTS[1] / 4.0, 4)
+"""The same over each quarter of a triangle."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,6 +30,9 @@ PIECES_MOST = 400
 """Most pieces that are tried, those with most at stake."""
 POINTS_MOST = 200
 """Corners that a cylinder is fitted to at most."""
+ADOPTED_IN_A_ROW = 50
+"""Cut facets side by side that are assigned at most, from both ends of a hole's rim: 20 at 256 segments,
+where an oil hole opens into a pin's bore of four times its width."""
 MAX_AXIAL_COMPONENT = 0.2
 """Part of a facet's direction along the axis of its cylinder, at most."""
 WORTH_SHARE = 0.999
@@ -118,15 +121,17 @@ def adopt_cut_facets(look: Look, surfaces: list[Revolved], surface_of: Indices) 
 
     Such a facet has two corners exactly on the surface; the others lie on its own chord, so not outside, nor
     deeper than the surface's deepest. Free facets are taken, and those of surfaces that few others share.
+    Slivers without direction part the facets of one chord, which then meet at no angle.
     """
-    tight, rounds = tight_mm(look), 3
-    i, j = look.pairs
+    tight = tight_mm(look)
+    i, j = (np.concatenate(pair) for pair in zip(look.pairs, look.parted, strict=True))
     both = np.concatenate([np.stack([i, j]), np.stack([j, i])], axis=1)
-    for _ in range(rounds):
+    both = both[:, look.small[both[0]]]
+    for _ in range(ADOPTED_IN_A_ROW):
         count = np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces))
         sure = np.append(count >= MIN_SURE_FACES, False)  # the last is none
-        beside = look.small[both[0]] & ~sure[surface_of[both[0]]] & sure[surface_of[both[1]]]
-        face, source = both[:, beside]
+        both = both[:, ~sure[surface_of[both[0]]]]
+        face, source = both[:, sure[surface_of[both[1]]]]
         if len(face) == 0:
             return
         pairs = np.unique(np.stack([surface_of[source], face]), axis=1)

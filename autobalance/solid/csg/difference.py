@@ -1,6 +1,8 @@
-"""Differences of two solids that share most of their surface, without loss of metal."""
+"""Differences and common parts of two solids, without loss of metal."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -8,7 +10,8 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 ADD_UP = 1e-9
-"""Share of a solid's volume by which both differences may miss the difference of the two volumes."""
+"""Share of a solid's volume by which both differences may miss the difference of the two volumes, or both
+parts of a split solid the whole."""
 TURNS = ((1.0, 2.0, 3.0, 4.0), (5.0, -1.0, 3.0, 2.0), (4.0, 3.0, -2.0, 1.0))
 """Quaternions of turns after which no plane is parallel to an axis that it was parallel to before."""
 
@@ -30,6 +33,35 @@ def differences(one: Solid, other: Solid) -> tuple[Solid, Solid]:
         if least <= ADD_UP * one.volume_mm3:
             break
     return best
+
+
+def common(one: Solid, other: Solid) -> Solid:
+    """Return what two solids share.
+
+    A piece of metal that an earlier boolean left may carry films without volume, along which manifold3d 3.5
+    drops metal, in any position: of a 617 mm³ strip beside a turned rim, half a millimetre at its end. Then
+    what is shared and what is left do not add up, and it is done again with the piece built anew from its
+    triangles, then in other positions.
+    """
+    best, least = Solid.nothing(), np.inf
+    for inside, outside in _splits(one, other):
+        off = abs(inside.volume_mm3 + outside.volume_mm3 - one.volume_mm3)
+        if off < least:
+            best, least = inside, off
+        if least <= ADD_UP * one.volume_mm3:
+            break
+    return best
+
+
+def _splits(one: Solid, other: Solid) -> Iterator[tuple[Solid, Solid]]:
+    """Yield the parts of the first solid inside and outside of the second, done anew each time."""
+    yield one.split(other)
+    anew = one.built_anew() or one
+    yield anew.split(other)
+    for turn in TURNS:
+        placement = _placement(turn)
+        inside, outside = anew.moved(placement).split(other.moved(placement))
+        yield inside.moved(placement.T), outside
 
 
 def _turned(one: Solid, other: Solid, placement: Array) -> tuple[Solid, Solid]:

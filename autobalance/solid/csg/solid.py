@@ -79,6 +79,18 @@ class Solid:
         return solid
 
     @classmethod
+    def _whole(cls, mesh: Mesh, volume_mm3: float) -> Solid | None:
+        """Return the solid of a mesh of known volume, None where manifold3d takes some with the slivers.
+
+        Of a film that a boolean left between near surfaces nothing may remain, or less: a negative volume.
+        """
+        try:
+            solid = cls.from_mesh(mesh)
+        except SolidError:
+            return None
+        return solid if abs(solid.volume_mm3 - volume_mm3) <= SAME_VOLUME * volume_mm3 else None
+
+    @classmethod
     def of_parts(cls, mesh: Mesh) -> Solid:
         """Return the solid bounded by whole parts of another solid's mesh, which are known to be closed.
 
@@ -255,11 +267,15 @@ class Solid:
         chosen = volume > np.maximum(thickness_mm * area, nothing)  # of collapsed facets both are rounding
         if not chosen.any():
             return []
-        again = Solid.from_mesh(Mesh(mesh.vertices, mesh.triangles[chosen[of_facet]]))
-        total = float(volume[chosen].sum())
-        if abs(again.volume_mm3 - total) <= SAME_VOLUME * total:
+        thicker = Mesh(mesh.vertices, mesh.triangles[chosen[of_facet]])
+        again = self._whole(thicker, float(volume[chosen].sum()))
+        if again is not None:
             return again.pieces()
         return [piece for piece in self.pieces() if piece.volume_mm3 > thickness_mm * piece.area_mm2]
+
+    def built_anew(self) -> Solid | None:
+        """Return the solid built from its triangles, free of earlier films; None where metal goes."""
+        return None if self.is_empty else self._whole(self.mesh, self.volume_mm3)
 
     @property
     def area_mm2(self) -> float:

@@ -33,7 +33,9 @@ MAX_MOVED_SHARE = 1e-4
 """A hole that may be filled unasked changes the volume by at most this share: an exporter's wrongly
 triangulated face was filled, and the volume moved by 2 %."""
 MAX_RIM_DISTANCE_SHARE = 1e-4
-"""Greatest distance of a rim from its plane, as a share of the diagonal."""
+"""Greatest distance of a rim from its plane, as a share of the diagonal ..."""
+FACET_CORNERS = 4
+"""... where the rim has no more corners than one facet, or holes are filled on request."""
 HOLE_MOST = 0.01
 """Area of a hole that may be filled, as a share of the surface."""
 
@@ -66,7 +68,7 @@ def solid_of(welded: Mesh, step_mm: float = 0.0, most_moved: float = math.inf) -
     for step in (
         partial(_weld_near, step_mm=step_mm),
         _wind_consistently,
-        partial(_fill_holes, most_moved=most_moved),
+        partial(_fill_holes, most_moved=most_moved, step_mm=step_mm),
     ):
         if is_closed(mesh.triangles):
             break
@@ -276,12 +278,21 @@ def _neighbours(triangles: Indices) -> tuple[Indices, Indices, Flags]:
     return one // 3, other // 3, sides.start[one] == sides.start[other]
 
 
-def _fill_holes(mesh: Mesh, most_moved: float) -> tuple[Mesh, list[str]]:
-    """Fill holes whose rim is one plane loop around little area."""
+def _fill_holes(mesh: Mesh, most_moved: float, step_mm: float) -> tuple[Mesh, list[str]]:
+    """Fill holes whose rim is one plane loop around little area.
+
+    Unasked, a rim with more corners than a facet must be plane to the file's digits, as a face's is, which
+    comes back as it was. Any other may go over several facets of a round surface, a bearing's perhaps, from
+    which a plane would take metal.
+    """
     area = float(mesh.doubled_areas.sum()) / 2.0
+    nearly_flat = MAX_RIM_DISTANCE_SHARE * mesh.diagonal_mm
+    flat = min(nearly_flat, max(SEAM_STEPS * step_mm, SEAM_SHARE * mesh.diagonal_mm))
     caps: list[Indices] = []
     for loop in rims(open_edges(mesh.triangles)):
-        cap = _cap(mesh.vertices[loop], MAX_RIM_DISTANCE_SHARE * mesh.diagonal_mm, HOLE_MOST * area)
+        is_asked = len(loop) <= FACET_CORNERS or math.isinf(most_moved)
+        flat_mm = nearly_flat if is_asked else flat
+        cap = _cap(mesh.vertices[loop], flat_mm, HOLE_MOST * area)
         if cap is not None and _moved_share(mesh, loop[cap]) <= most_moved:
             caps.append(loop[cap])
     if not caps:
