@@ -121,8 +121,8 @@ def cycle(
     from autobalance.machine_models.cycle_films import film_table
     from autobalance.machine_models.engine_from_job import as_measured
     from autobalance.machine_models.firing_from_job import check_cycle, firing_engine
+    from autobalance.machine_models.flexible_figures import Flexible
     from autobalance.report.records.cycle import CycleReport
-    from autobalance.report.records.flexible import Flexible
 
     compared_factors, speeds = checked_factors(factors), _checked_sweep(sweep_rpm)
     read = jobs.as_job(job)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
         ThrowCounterweight,
     )
     from autobalance.machine_models.cycle_films import FilmTable
+    from autobalance.machine_models.flexible_figures import Flexible, FlexibleMain, FlexibleWeb
     from autobalance.report.records.cycle import CycleReport
-    from autobalance.report.records.flexible import Flexible, FlexibleMain, FlexibleWeb
 
 
 def cycle_text(report: CycleReport) -> str:

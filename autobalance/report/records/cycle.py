@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from autobalance.declare import ABSENT, INLINE, Absent, Positive, record
 from autobalance.engine.cycle.figures import CycleSummary, PendulumFigures, SweepRow
 from autobalance.machine_models.cycle_films import FilmTable
-from autobalance.report.records.flexible import Flexible
+from autobalance.machine_models.flexible_figures import Flexible
 from autobalance.report.records.head import Head, JobEcho
 
 
