@@ -33,7 +33,7 @@ from autobalance.errors import FileError, JobError
 from autobalance.job.files.design import load_design
 from autobalance.machine_models.solid_meshes import bodies_of_solid
 from autobalance.report.design.values import infeasible_reason, step_notes
-from autobalance.report.records.design import SearchFigures, StartFigures
+from autobalance.report.records.design import SearchFigures
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.cad.brep import ExactSolid
@@ -267,7 +267,7 @@ def test_free_metal_of_the_start_against_the_envelope_is_told(tmp_path: Path, ro
     """The rim of 62 mm meets a skirt that hangs to 115 − 30 − 24 = 61 mm from the axis at the bottom."""
     text = DESIGN.replace("skirt_below_pin_mm = 18.0", "skirt_below_pin_mm = 24.0")
     problem = problem_of(tmp_path, text.replace("110, 250", "120, 240"), rounder)
-    start = encoded(StartFigures.of(judged_start(problem), problem.free.fit_error_mm))
+    start = encoded(judged_start(problem))
     assert start["feasible"] is False
     (piston,) = [each for each in start["violations"] if each["constraint"] == "clearance to piston 1"]
     assert (piston["by"], piston["unit"]) == (pytest.approx(2.0, abs=0.02), "mm")

@@ -5,10 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.result import VerbResult
 from autobalance.runtime import Progress
+
+if TYPE_CHECKING:
+    from autobalance.report.records.batch import BatchReport
 
 NOT_ALL_WITHIN = 4
 
@@ -16,16 +20,18 @@ NOT_ALL_WITHIN = 4
 class BatchResult(VerbResult):
     """One row for each job of a list."""
 
+    content: BatchReport
+
     @property
     def exit_code(self) -> int:
         """0 where all rows are within tolerance, else 4."""
-        return 0 if self.report["within"] == self.report["rows"] else NOT_ALL_WITHIN
+        return 0 if self.content.within == self.content.rows else NOT_ALL_WITHIN
 
     def text(self, units: str = "metric") -> str:
         """Return the counts and the reasons as lines for people."""
         from autobalance.report.batch.files import batch_text
 
-        return batch_text(self.report)
+        return batch_text(self.content)
 
 
 @documented
@@ -88,5 +94,5 @@ def batch(
             for done in pool.run(balance_row, todo):
                 run.finish(todo.rows[done.number], done)
             result = BatchResult(run.report(time.perf_counter() - started))
-            run.write(result.report)
+            run.write(result.content)
     return result

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 from autobalance.api.batch_row import FAILED_EXIT_CODE, RowOutcome, RowTask, now
 from autobalance.api.result import Values
-from autobalance.declare import encoded
 from autobalance.errors import AutobalanceError, system_reason
 from autobalance.report.files import Staging
-from autobalance.report.records.batch import BatchReport, JournalLine, RowFigures, RowNumbers
+from autobalance.report.records.batch import BatchReport, RowFigures, RowNumbers
 from autobalance.runtime import Progress
-from autobalance.studies.journal import JOURNAL, append_line, read_journal, rewrite_journal
+from autobalance.studies.journal import JOURNAL, JournalLine, append_line, read_journal, rewrite_journal
 from autobalance.version import __version__
+from autobalance.wording import worst_judged
 
 if TYPE_CHECKING:
     from autobalance.job import Job
@@ -91,7 +91,7 @@ class BatchRun:
         for row in self.listed.rows:
             job, crank, digest, message = _read_row(row)
             fingerprint = _fingerprint(row, job, digest, self.only)
-            line = JournalLine.of(old.get(row.name, {}))
+            line = old.get(row.name)
             if line is not None and line.fingerprint == fingerprint and self._is_whole(row, line):
                 self.lines[row.name] = replace(line, row=row.number)
                 self.taken_over += 1
@@ -99,7 +99,7 @@ class BatchRun:
                 wrong.append((row, fingerprint, message))
             else:
                 self._todo.append(_Todo(row, job, crank, fingerprint))
-        rewrite_journal(self.folder, [encoded(line) for line in self.lines.values()])
+        rewrite_journal(self.folder, self.lines.values())
         self._clean()
         for row, fingerprint, message in wrong:
             self._forget_files(row)
@@ -140,7 +140,7 @@ class BatchRun:
         self._report_progress()
 
     def _write_line(self, line: JournalLine) -> None:
-        append_line(self.folder, encoded(line))
+        append_line(self.folder, line)
         self.lines[line.name] = line
 
     def _is_whole(self, row: BatchRow, line: JournalLine) -> bool:
@@ -210,7 +210,7 @@ class BatchRun:
             settings=dict(row.settings),
         )
 
-    def write(self, report: Values) -> None:
+    def write(self, report: BatchReport) -> None:
         """Write the table as CSV, workbook and page."""
         from autobalance.report.batch.files import results_csv, results_workbook
         from autobalance.report.batch.page import summary_page
@@ -276,20 +276,14 @@ def _without_file(raw: Mapping[str, Any]) -> Values:
 
 def _numbers(values: Values) -> RowNumbers:
     """Return a report's row of the table."""
-    tolerance, residual = values["tolerance"], values["residual"]
-    shares = [residual["magnitude_g_mm"] / tolerance["permissible_g_mm"]]
-    if tolerance["judge"] == "dynamic":
-        shares += [
-            plane["magnitude_g_mm"] / permitted["permissible_g_mm"]
-            for plane, permitted in zip(residual["planes"], tolerance["planes"], strict=True)
-        ]
+    _, worst_g_mm, permissible_g_mm = worst_judged(values)
     solid = values["outputs"]["solid"]
     return RowNumbers(
         mass_g=values["crank"]["mass_g"],
         initial_g_mm=values["initial"]["magnitude_g_mm"],
-        residual_g_mm=residual["magnitude_g_mm"],
-        permissible_g_mm=tolerance["permissible_g_mm"],
-        worst_share=max(shares),
+        residual_g_mm=values["residual"]["magnitude_g_mm"],
+        permissible_g_mm=values["tolerance"]["permissible_g_mm"],
+        worst_share=worst_g_mm / permissible_g_mm,
         removed_g=sum(cut["removed_mass_g"] for cut in values["corrections"]),
         cuts=len(values["corrections"]),
         solid_sha256=None if solid is None else solid["sha256"],

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from autobalance.api.result import VerbResult
 from autobalance.theory.calling import call, plain
+
+if TYPE_CHECKING:
+    from autobalance.report.records.answers import CalcReport
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CalcResult(VerbResult):
     """Result of a formula."""
 
+    content: CalcReport
+
     def text(self, units: str = "metric") -> str:
         """Return the result's fields, one a line; units end the names."""
-        result = self.report["result"]
+        result = self.content.result
         if isinstance(result, list):
             return _table(result) if all(isinstance(each, Mapping) for each in result) else _shown(result)
         if isinstance(result, Mapping):

@@ -19,6 +19,7 @@ from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
+    from autobalance.report.records.compare import CompareReport
 
 GOOD_OUTCOMES = ("within_tolerance", "already_within_tolerance")
 
@@ -26,6 +27,8 @@ GOOD_OUTCOMES = ("within_tolerance", "already_within_tolerance")
 @dataclass(frozen=True, eq=False, repr=False)
 class CompareResult(VerbResult):
     """One row for each kind and mix; those within tolerance are ranked, and one is recommended."""
+
+    content: CompareReport
 
     @property
     def rows(self) -> Entries:
@@ -35,20 +38,20 @@ class CompareResult(VerbResult):
     @property
     def exit_code(self) -> int:
         """0 if some kind comes within tolerance (or nothing is to be cut), 4 if none does."""
-        return 0 if any(row["outcome"] in GOOD_OUTCOMES for row in self.report["rows"]) else 4
+        return 0 if any(row.outcome in GOOD_OUTCOMES for row in self.content.comparison.rows) else 4
 
     def text(self, units: str = "metric") -> str:
         """Return the table that the command prints."""
         from autobalance.report.balance.comparison import comparison_text
         from autobalance.report.display_units import ON_SCREEN
 
-        return comparison_text(self.report, ON_SCREEN[units])
+        return comparison_text(self.content.comparison, ON_SCREEN[units])
 
     def _repr_html_(self) -> str:
         from autobalance.report.balance.comparison import comparison_html
         from autobalance.report.display_units import ON_SCREEN
 
-        return comparison_html(self.report, ON_SCREEN["metric"])
+        return comparison_html(self.content.comparison, ON_SCREEN["metric"])
 
 
 @documented

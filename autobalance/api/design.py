@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from autobalance.design_search.problem import Problem
     from autobalance.design_search.written import WrittenDesign
     from autobalance.job.files.design import DesignJob
-    from autobalance.report.records.design import DesignFigures
+    from autobalance.report.records.design import DesignFigures, DesignReport
 
 INFEASIBLE = 4
 
@@ -34,19 +34,20 @@ INFEASIBLE = 4
 class DesignResult(VerbResult):
     """The best designs; ``made`` are the files of each by its id."""
 
+    content: DesignReport
     made: Mapping[str, Mapping[str, bytes]] = field(default_factory=dict)
     drawn: Plot | None = None
 
     @property
     def exit_code(self) -> int:
         """4 where every design breaks a constraint, else 0."""
-        return 0 if self.report["outcome"] == "found" else INFEASIBLE
+        return 0 if self.content.outcome == "found" else INFEASIBLE
 
     def text(self, units: str = "metric") -> str:
         """Return the designs as lines for people; always metric."""
         from autobalance.report.design.files import design_text
 
-        return design_text(self.report)
+        return design_text(self.content)
 
     def plots(self) -> Plots:
         """Return the front."""
@@ -138,7 +139,7 @@ def _result(findings: SearchResult, started: float, notify: Progress) -> DesignR
     from autobalance.design_search.remedies import remedies
     from autobalance.design_search.start import judged_start
     from autobalance.report.design.values import front_of, infeasible_reason, step_notes
-    from autobalance.report.records.design import DesignFigures, DesignReport, SearchFigures, StartFigures
+    from autobalance.report.records.design import DesignFigures, DesignReport, SearchFigures
 
     problem = findings.problem
     every = findings
@@ -159,7 +160,7 @@ def _result(findings: SearchResult, started: float, notify: Progress) -> DesignR
     front, best = front_of(problem, listed)
     report = DesignReport(
         design=problem.design.raw,
-        start=StartFigures.of(judged_start(problem), problem.free.fit_error_mm),
+        start=judged_start(problem),
         search=SearchFigures.of(findings, answer),
         designs=listed,
         front=front,

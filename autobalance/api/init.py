@@ -14,6 +14,7 @@ from autobalance.api.result import VerbResult
 from autobalance.balancing.measured_crank import measure_crank, measured_source
 from autobalance.correction import KINDS
 from autobalance.crank.assembly_parts import AssemblyPart, assembly_parts
+from autobalance.declare import ABSENT
 from autobalance.errors import BodiesError, FileError, JobError, UsageError
 from autobalance.job.assembled import body_key, other_parts
 from autobalance.job.header import SHOP
@@ -52,19 +53,19 @@ class InitResult(VerbResult):
 
     caller_names_files: ClassVar[bool] = True
 
+    content: InitReport
     file: Path
     data: bytes
 
     def text(self, units: str = "metric") -> str:
         """Return the path of the written job, and its keys that are left to fill in."""
-        if "shop" in self.report:
+        if self.content.shop is not ABSENT:
             places = f"beside a job as {NAME}, or as {user_folder() / NAME} for all jobs"
             return f"{self.file}: the shop's own file; uncomment what it has. It is read {places}"
-        left = self.report["fill_in"]
-        if not left:
+        if not self.content.fill_in:
             return f"{self.file}: the same job, nothing left to fill in"
-        keys = "\n".join(f"  {key}" for key in left)
-        return f"{self.file}: a job for {self.report['crank']}; left to fill in:\n{keys}"
+        keys = "\n".join(f"  {key}" for key in self.content.fill_in)
+        return f"{self.file}: a job for {self.content.crank}; left to fill in:\n{keys}"
 
     def files(self) -> Mapping[str, bytes]:
         """Return the job's file."""

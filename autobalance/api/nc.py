@@ -16,6 +16,7 @@ from autobalance.runtime import Progress
 if TYPE_CHECKING:
     from autobalance.machining.part import Part
     from autobalance.machining.run import NcRun
+    from autobalance.report.records.nc import NcReport
 
 LEFT_OUT = 4
 TOOL_TABLE = "tools.tbl"
@@ -26,6 +27,7 @@ SHEET = "setup.pdf"
 class NcResult(VerbResult):
     """NC programs and what they do to the solid."""
 
+    content: NcReport
     run: NcRun
 
     @property

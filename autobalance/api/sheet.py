@@ -17,6 +17,7 @@ from autobalance.report.output_kinds import KINDS
 
 if TYPE_CHECKING:
     from autobalance.report.material import Choice
+    from autobalance.report.records.answers import SheetReport
     from autobalance.solid.csg.solid import Solid
 
 SHEETS = {name: KINDS[name].files[name] for name in ("pdf", "dxf")}
@@ -27,6 +28,7 @@ SHEETS = {name: KINDS[name].files[name] for name in ("pdf", "dxf")}
 class SheetResult(VerbResult):
     """Sheet and drawing as bytes; ``write`` puts them into a folder."""
 
+    content: SheetReport
     made: Mapping[str, bytes]
     source: Path
 
@@ -37,8 +39,8 @@ class SheetResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return a line: of what the sheet is."""
         del units
-        cuts = self.report["corrections"]
-        return f"{self.report['report']}: {cuts} cut{'s' * (cuts != 1)} drawn, nothing measured"
+        cuts = self.content.corrections
+        return f"{self.content.report}: {cuts} cut{'s' * (cuts != 1)} drawn, nothing measured"
 
     def write(self, folder: str | Path, only: tuple[str, ...] | None = None) -> tuple[Path, ...]:
         """Write the files to a folder, all or none; ``only`` names some of ``pdf``, ``dxf``.

@@ -25,8 +25,9 @@ if TYPE_CHECKING:
     from autobalance.engine.cycle.analysis import CycleAnalysis
     from autobalance.machine_models.fillets_from_job import Costs, Fillet
     from autobalance.machine_models.measured import Crank as MeasuredCrank
+    from autobalance.machine_models.throw_stress import ThrowFillets
     from autobalance.machine_models.vibration_torques import ThrowVibration
-    from autobalance.report.records.strength import ThrowElements
+    from autobalance.report.records.strength import StrengthReport
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,7 @@ class _StrengthCase:
 class StrengthResult(VerbResult):
     """Stress and safety of every fillet; ``fillets`` has them over the angles of ``analysis``."""
 
+    content: StrengthReport
     analysis: CycleAnalysis
     fillets: tuple[Fillet, ...]
 
@@ -52,13 +54,13 @@ class StrengthResult(VerbResult):
         """Return the fillets as lines for people; always metric."""
         from autobalance.report.engine.strength_text import strength_text
 
-        return strength_text(self.report)
+        return strength_text(self.content)
 
     def plots(self) -> Plots:
         """Return the stress of the least safe fillet over the cycle, and the safety of all."""
         from autobalance.report.engine.strength_plots import strength_plots
 
-        return Plots(strength_plots(self.analysis, self.fillets, self.report))
+        return Plots(strength_plots(self.analysis, self.fillets))
 
 
 @documented
@@ -98,8 +100,9 @@ def strength(
         For anything wrong with the crank, the trace or the report.
     """
     from autobalance.machine_models.fillets_from_job import fillets
-    from autobalance.machine_models.oil_bores import oil_bores
-    from autobalance.report.records.strength import FilletState, StrengthReport, TorsionalVibration
+    from autobalance.machine_models.oil_bores import FilletState, oil_bores
+    from autobalance.machine_models.vibration_torques import TorsionalVibration
+    from autobalance.report.records.strength import StrengthReport
 
     request = _strength_case(source, speed_rpm, crank, settings, progress)
     analysis, before, elements = _cycle(request, request.crank), None, None
@@ -204,11 +207,15 @@ def _vibration(
 
 def _by_elements(
     asked: _StrengthCase, cycle: CycleAnalysis, fillets: Sequence[Fillet], progress: Progress | None
-) -> tuple[ThrowElements, Costs | None]:
+) -> tuple[ThrowFillets, Costs | None]:
     """Return the least safe throw by finite elements, of a report that was cut; and what its cuts cost."""
     from autobalance.machine_models.fillets_from_job import checked_strength, sides
-    from autobalance.machine_models.throw_stress import costs_of, cut_boxes, throw_by_elements
-    from autobalance.report.records.strength import ThrowElements
+    from autobalance.machine_models.throw_stress import (
+        ThrowFillets,
+        costs_of,
+        cut_boxes,
+        throw_by_elements,
+    )
 
     limits = checked_strength(asked.job)
     number = _looked_at(asked, fillets)
@@ -220,13 +227,13 @@ def _by_elements(
     throw_stress = throw_by_elements(asked.crank, throw, own, limits, boxes, notify)
     if asked.before is not None:
         costs = costs_of(throw_by_elements(asked.before, throw, own, limits, (), notify), throw_stress)
-    return ThrowElements.of(number, throw_stress, own, costs), costs
+    return ThrowFillets.of(number, throw_stress, own, costs), costs
 
 
 def _looked_at(request: _StrengthCase, fillets: Sequence[Fillet]) -> int:
     """Return the number of the least safe throw, among those that were cut where some were."""
+    from autobalance.machine_models.fillets_from_job import LeastSafety
     from autobalance.machine_models.throw_stress import cut_boxes
-    from autobalance.report.records.strength import LeastSafety
 
     throws, before = request.crank.anatomy.throws, request.before
     cut = {each.number for each in throws if before is not None and cut_boxes(before, request.crank, each)}

@@ -20,6 +20,7 @@ from autobalance.types import Array
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
     from autobalance.job import Job
+    from autobalance.report.records.study import StudyReport
 
 NOT_REACHED = 4
 
@@ -38,6 +39,7 @@ class StudyResult(VerbResult):
         Whether the target asked for is not reached, or the plan itself is above tolerance.
     """
 
+    content: StudyReport
     series: bytes
     shares: Array
     missed: bool
@@ -51,13 +53,13 @@ class StudyResult(VerbResult):
         """Return the study as lines for people; always metric."""
         from autobalance.report.study.text import study_text
 
-        return study_text(self.report)
+        return study_text(self.content)
 
     def plots(self) -> Plots:
         """Return a histogram of what is used of the permissible value, and a tornado of the causes."""
         from autobalance.report.study.plots import study_plots
 
-        return Plots(study_plots(self.report, self.shares))
+        return Plots(study_plots(self.content, self.shares))
 
     def files(self) -> Mapping[str, bytes]:
         """Return the series."""
@@ -119,7 +121,9 @@ def study(
         plan = studied.plan
         sampler = Sampler(samples, seed, study_options(plan.job).sampling, exact)
         answer = study_of(plan, sampler, target, pool, progress or no_progress)
-    missed = plan.result.outcome == ABOVE_OUTCOME or (target is not None and answer.probability < target)
+    missed = plan.result.outcome == ABOVE_OUTCOME or (
+        target is not None and answer.found.probability_within < target
+    )
     report = study_report(answer, seed, studied.report_sha256, time.perf_counter() - started)
     return StudyResult(report, study_series(answer), answer.shares, missed)
 

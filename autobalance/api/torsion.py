@@ -11,7 +11,7 @@ from autobalance import job as jobs
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_set, request
 from autobalance.api.result import Values, VerbResult
-from autobalance.declare import ABSENT
+from autobalance.declare import ABSENT, HERTZ
 from autobalance.dynamics.torsion_chain import TorsionChain
 from autobalance.errors import UsageError
 from autobalance.job import Job
@@ -23,25 +23,21 @@ from autobalance.job.toml.keys import named_in
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.torsion import check_station, crank_torsion
 from autobalance.machine_models.excited_crank import excited_crank
-from autobalance.machine_models.torsion_dampers import FittedDamper, heat_w, with_dampers
+from autobalance.machine_models.torsion_dampers import FittedDamper, damper_figures, with_dampers
 from autobalance.machine_models.torsion_excited import ExcitedTrain
+from autobalance.machine_models.torsion_figures import (
+    AbsorberSize,
+    Damping,
+    ThrowFigures,
+    TorsionModeFigures,
+    TrainFigures,
+)
 from autobalance.machine_models.torsion_from_job import CrankChain, crank_chain
 from autobalance.machine_models.torsion_peaks import order_peaks
 from autobalance.machine_models.torsion_strains import critical_orders, order_responses
 from autobalance.machine_models.torsion_trains import named_train
 from autobalance.report.plot_files import Plots
-from autobalance.report.records.torsion import (
-    CriticalFigures,
-    DamperFigures,
-    Damping,
-    OrderFigures,
-    OrderPeak,
-    PendulumFigures,
-    ThrowFigures,
-    TorsionModeFigures,
-    TorsionReport,
-    TrainFigures,
-)
+from autobalance.report.records.torsion import TorsionReport
 from autobalance.runtime import Progress, no_progress
 
 if TYPE_CHECKING:
@@ -59,8 +55,10 @@ MODES_SHOWN = 6
 class TorsionResult(VerbResult):
     """Result of ``torsion``."""
 
+    content: TorsionReport
+
     def __repr__(self) -> str:
-        modes = [f"{hz:.5g}" for hz in self.report["natural_frequencies_hz"]]
+        modes = [f"{HERTZ.written(each):.5g}" for each in self.content.natural_frequencies_rad_s]
         shown = ", ".join(modes[:MODES_SHOWN]) + (", ..." if len(modes) > MODES_SHOWN else "")
         return f"<autobalance torsion: natural frequencies {shown or 'none'} Hz>"
 
@@ -68,13 +66,13 @@ class TorsionResult(VerbResult):
         """Return the result as lines for people; always metric."""
         from autobalance.report.rotor.torsion_text import torsion_text
 
-        return torsion_text(self.report)
+        return torsion_text(self.content)
 
     def plots(self) -> Plots:
         """Return mode shapes and the response over the speed."""
         from autobalance.report.rotor.torsion_plots import torsion_plots
 
-        return Plots(torsion_plots(self.report))
+        return Plots(torsion_plots(self.content))
 
 
 @documented
@@ -236,11 +234,9 @@ def _solved(
         "damping": Damping(ratio=model.damping_ratio, dampers=model.damped),
         "natural_frequencies_rad_s": [mode.frequency_rad_s for mode in modes],
         "modes": [TorsionModeFigures.of(model, mode) for mode in modes],
-        "critical": [CriticalFigures.of(each) for each in critical_orders(model, modes)],
-        "peaks": [OrderPeak.of(each) for each in order_peaks(model)],
-        "response": [OrderFigures.of(each) for each in order_responses(model)],
-        "pendulum": None if absorber is None else PendulumFigures.of(absorber),
-        "dampers": [
-            DamperFigures.of(each, model.question.speeds_rad_s, heat_w(model, each)) for each in dampers
-        ],
+        "critical": critical_orders(model, modes),
+        "peaks": order_peaks(model),
+        "response": order_responses(model),
+        "pendulum": None if absorber is None else AbsorberSize.of(absorber),
+        "dampers": [damper_figures(model, each) for each in dampers],
     }

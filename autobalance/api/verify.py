@@ -13,6 +13,7 @@ from autobalance.wording import NOT_PROVEN
 
 if TYPE_CHECKING:
     from autobalance.report.display_units import DisplayUnits
+    from autobalance.report.records.answers import VerifyReport
     from autobalance.verification.claims import Claim
 
 ABOVE_TOLERANCE = 4
@@ -22,17 +23,18 @@ ABOVE_TOLERANCE = 4
 class VerifyResult(VerbResult):
     """A report all of whose claims hold; one whose claims fail raises ``ClaimError``."""
 
+    content: VerifyReport
     checked: Checked
 
     @property
     def holds(self) -> bool:
         """Whether every claim holds."""
-        return bool(self.report["holds"])
+        return self.content.holds
 
     @property
     def within_tolerance(self) -> bool:
         """Whether the residual, as measured again, is within tolerance."""
-        return bool(self.report["within_tolerance"])
+        return self.content.within_tolerance
 
     @property
     def claims(self) -> tuple[Claim, ...]:
@@ -62,7 +64,7 @@ class VerifyResult(VerbResult):
         proven = checked.tolerance.is_proven_by(checked.residual, checked.budget)
         verdict, worst = "within" if checked.within else "ABOVE", checked.tolerance.worst(checked.residual)
         words = (
-            f"{self.report['report']}: all {len(checked.claims)} claims hold; residual{worst.where} "
+            f"{self.content.report}: all {len(checked.claims)} claims hold; residual{worst.where} "
             f"{chosen.of_unbalance(worst.residual_g_mm)} of permitted "
             f"{chosen.of_unbalance(worst.permissible_g_mm)}{_doubt(checked, chosen)}: "
             f"{verdict} tolerance{'' if proven or not checked.within else NOT_PROVEN}"

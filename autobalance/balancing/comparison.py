@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Annotated
 
 from autobalance import correction
 from autobalance.balancing.loop import Result, balance
@@ -16,6 +17,7 @@ from autobalance.correction import Limits
 from autobalance.correction.contract import Correction, Prefer, setting_of
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.crank.anatomy import Anatomy
+from autobalance.declare import UNWRITTEN, Count, KgMm2, NotNegative, Ordinal
 from autobalance.errors import CorrectionError
 from autobalance.planning.milp import greatest_multiple
 from autobalance.planning.milp import least_share as bound_share
@@ -32,61 +34,68 @@ EQUAL_SHARE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
-    """Result of one kind or mix on the crank.
+class ComparedRow:
+    """Result of one kind or mix of corrections.
 
     Attributes
     ----------
-    methods : tuple of str
+    method : tuple of str
     outcome : Outcome or None
         None where the kind cannot be set up on this crank, for the ``reason``.
-    share : float or None
+    residual_share : float or None
         Greatest judged residual ÷ its permissible value.
     residual_g_mm : float or None
         Magnitude of the resultant.
     mass_change_g, inertia_change_g_mm2 : float or None
         Of the rotor, slugs included; negative: removed.
-    moved_g : float or None
+    metal_moved_g : float or None
         Metal taken, added or pressed in, each counted positive.
     cuts : int
         Holes, slugs, faces and rims to make.
+    different_cuts : int
+        Cuts of different settings or depths.
     depths_mm : tuple of float
         One a cut; below 0 for metal added.
     wall_left_mm : float or None
         Least metal left beside the cuts: see ``wall_left_mm``.
-    different : int
-        Cuts of different settings or depths.
-    thinnest_share : float or None
-        Least share of its metal between crankpin and main journal that a web keeps.
+    capacity : float or None
+        The multiple of the initial unbalance that these limits can still correct, at most; None too where it
+        is plenty, more than ``MOST_CAPACITY``.
+    rank : int or None
+        Among the rows within tolerance.
+    beaten_by : tuple of str
+        Names of the rows that are nowhere worse and somewhere better.
     adds_to_heavy : bool
         Whether metal is built up on a crank that is too heavy somewhere, where a shop takes it off.
-    capacity : float or None
-        The multiple of the initial unbalance that these limits can still correct, at most; infinite:
-        more than ``MOST_CAPACITY``.
     """
 
-    methods: tuple[str, ...]
+    method: tuple[str, ...]
     outcome: Outcome | None
     reason: str | None
-    share: float | None = None
-    residual_g_mm: float | None = None
+    residual_share: NotNegative | None = None
+    residual_g_mm: NotNegative | None = None
     mass_change_g: float | None = None
-    inertia_change_g_mm2: float | None = None
-    moved_g: float | None = None
-    cuts: int = 0
+    metal_moved_g: NotNegative | None = None
+    inertia_change_g_mm2: KgMm2 | None = None
+    cuts: Count = 0
+    different_cuts: Count = 0
     depths_mm: tuple[float, ...] = ()
     wall_left_mm: float | None = None
-    capacity: float | None = None
-    different: int = 0
-    thinnest_share: float | None = None
-    adds_to_heavy: bool = False
+    web_metal_share: Annotated[
+        NotNegative | None, "least share of its metal between crankpin and main journal that a web keeps"
+    ] = None
+    capacity: NotNegative | None = None
+    capacity_is_plenty: bool = False
+    rank: Ordinal | None = None
+    beaten_by: tuple[str, ...] = ()
+    adds_to_heavy: Annotated[bool, UNWRITTEN] = False
 
     @property
     def name(self) -> str:
-        """The methods as one word: ``turn+drill``."""
-        return "+".join(self.methods)
+        """The kinds as one word: ``turn+drill``."""
+        return "+".join(self.method)
 
-    def beats(self, other: Row) -> bool:
+    def beats(self, other: ComparedRow) -> bool:
         """Return whether this is within tolerance and nowhere worse than another, and somewhere better.
 
         Metal moved, change of inertia, number of cuts, least wall left and metal left in the webs count;
@@ -106,8 +115,14 @@ class Row:
 
     def _costs(self) -> tuple[float, ...]:
         wall = math.inf if self.wall_left_mm is None else self.wall_left_mm
-        kept = 1.0 if self.thinnest_share is None else self.thinnest_share
-        return self.moved_g or 0.0, abs(self.inertia_change_g_mm2 or 0.0), float(self.cuts), -wall, -kept
+        kept = 1.0 if self.web_metal_share is None else self.web_metal_share
+        return (
+            self.metal_moved_g or 0.0,
+            abs(self.inertia_change_g_mm2 or 0.0),
+            float(self.cuts),
+            -wall,
+            -kept,
+        )
 
 
 def compare(
@@ -117,8 +132,8 @@ def compare(
     prefer: Prefer = "simple",
     mixes: Sequence[tuple[str, ...]] | None = None,
     progress: Notify = lambda _: None,
-    done: Callable[[Sequence[Row]], None] = lambda _: None,
-) -> list[Row]:
+    done: Callable[[Sequence[ComparedRow]], None] = lambda _: None,
+) -> list[ComparedRow]:
     """Balance one crank by each kind and mix in turn.
 
     Parameters
@@ -132,7 +147,7 @@ def compare(
     done : callable
         Called with all rows so far after each.
     """
-    rows: list[Row] = []
+    rows: list[ComparedRow] = []
     offers = _once()
     measure = in_memory if rotor.exact is None else on_true_surfaces
     for methods in correction.mixes() if mixes is None else mixes:
@@ -144,7 +159,7 @@ def compare(
         try:
             result = balance(rotor, tolerance, chosen, measure, prefer=prefer, advise=False, offers=offers)
         except CorrectionError as error:
-            rows.append(Row(methods, None, str(error)))
+            rows.append(ComparedRow(methods, None, str(error)))
             done(rows)
             continue
         if len(methods) > 1 and {each.kind for each in result.corrections} < set(methods):
@@ -186,29 +201,36 @@ def _once() -> Offers:
     return offers
 
 
-def beaten_by(rows: Sequence[Row]) -> dict[str, list[str]]:
-    """Return, for each row's name, the names of the rows that beat it; nothing beats those with none."""
-    return {row.name: [other.name for other in rows if other.beats(row)] for row in rows}
+def judged(rows: Sequence[ComparedRow], prefer: Prefer) -> tuple[list[ComparedRow], list[ComparedRow]]:
+    """Return the rows with their ranks and what beats each, and those within tolerance, the best first."""
+    order = {row.name: rank for rank, row in enumerate(ranked(rows, prefer), 1)}
+    done = [replace(row, rank=order.get(row.name), beaten_by=beaten_by(row, rows)) for row in rows]
+    return done, sorted((row for row in done if row.rank is not None), key=lambda row: row.rank or 0)
 
 
-def ranked(rows: Sequence[Row], prefer: Prefer) -> list[Row]:
+def beaten_by(row: ComparedRow, rows: Sequence[ComparedRow]) -> tuple[str, ...]:
+    """Return the names of the rows that beat one."""
+    return tuple(other.name for other in rows if other.beats(row))
+
+
+def ranked(rows: Sequence[ComparedRow], prefer: Prefer) -> list[ComparedRow]:
     """Return the rows within tolerance, the best first, as a job prefers.
 
     Metal is taken off a heavy crank before any is built up on it. Equal rows: first those that do not thin a
     web behind its crankpin, then those of least metal.
     """
 
-    def key(row: Row) -> tuple[float, ...]:
-        moved, inertia = row.moved_g or 0.0, row.inertia_change_g_mm2 or 0.0
+    def key(row: ComparedRow) -> tuple[float, ...]:
+        moved, inertia = row.metal_moved_g or 0.0, row.inertia_change_g_mm2 or 0.0
         first: Mapping[Prefer, tuple[float, ...]] = {
-            "simple": (row.different, row.cuts),
-            "same_setup": (row.different, row.cuts),
+            "simple": (row.different_cuts, row.cuts),
+            "same_setup": (row.different_cuts, row.cuts),
             "least_metal": (moved,),
             "fewest_holes": (row.cuts,),
             "least_inertia_change": (abs(inertia),),
             "most_inertia_removed": (inertia,),
         }
-        thins = row.thinnest_share is not None and row.thinnest_share < THINNED_SHARE
+        thins = row.web_metal_share is not None and row.web_metal_share < THINNED_SHARE
         return (row.adds_to_heavy, *first[prefer], thins, moved)
 
     good = [row for row in rows if row.outcome in ("within_tolerance", "already_within_tolerance")]
@@ -225,14 +247,14 @@ WORDS: Mapping[Prefer, str] = {
 }
 
 
-def why_recommended(order: Sequence[Row], rows: Sequence[Row], prefer: Prefer) -> str:
+def why_recommended(order: Sequence[ComparedRow], rows: Sequence[ComparedRow], prefer: Prefer) -> str:
     """Return the reason why the first of the ranked rows is recommended, beside the next one."""
     if not order:
-        near = [row for row in rows if row.share is not None]
+        near = [row for row in rows if row.residual_share is not None]
         if not near:
             return "no kind of correction has a place on this crank"
-        best = min(near, key=lambda row: row.share or 0.0)
-        nearest = f"{best.name} comes nearest, to {best.share:.3g} times the permissible unbalance"
+        best = min(near, key=lambda row: row.residual_share or 0.0)
+        nearest = f"{best.name} comes nearest, to {best.residual_share:.3g} times the permissible unbalance"
         return f"none is within tolerance; {nearest}"
     first = order[0]
     if first.outcome == "already_within_tolerance":
@@ -245,34 +267,35 @@ def why_recommended(order: Sequence[Row], rows: Sequence[Row], prefer: Prefer) -
     return text
 
 
-def _figures(row: Row) -> Text:
-    cuts = f"{row.cuts} cut{'' if row.cuts == 1 else 's'}, {row.different} different"
+def _figures(row: ComparedRow) -> Text:
+    cuts = f"{row.cuts} cut{'' if row.cuts == 1 else 's'}, {row.different_cuts} different"
     wall = "" if row.wall_left_mm is None else said(", {} of wall left", mm(row.wall_left_mm, ".1f"))
-    thin = "" if row.thinnest_share is None else f", {100.0 * row.thinnest_share:.0f} % of webs' metal kept"
-    return said("{}, {} moved{}{}", cuts, g(row.moved_g or 0.0, ".1f"), wall, thin)
+    thin = "" if row.web_metal_share is None else f", {100.0 * row.web_metal_share:.0f} % of webs' metal kept"
+    return said("{}, {} moved{}{}", cuts, g(row.metal_moved_g or 0.0, ".1f"), wall, thin)
 
 
 def _row(
     methods: tuple[str, ...], rotor: Rotor, tolerance: Tolerance, result: Result, capacity: float
-) -> Row:
+) -> ComparedRow:
     change = result.final_moments - result.initial_moments
     adds = any(correction.KINDS[each.kind].adds_metal for each in result.corrections)
     is_light = too_light_g_mm(workpiece(rotor, tolerance, result.initial)) is not None
-    return Row(
+    return ComparedRow(
         methods,
         result.outcome,
         result.reason,
-        share=tolerance.used_share(result.residual),
+        residual_share=tolerance.used_share(result.residual),
         residual_g_mm=result.residual.magnitude_g_mm,
         mass_change_g=float(change.mass_g),
         inertia_change_g_mm2=change.polar_inertia_g_mm2,
-        moved_g=float(sum(_moved_g(c, rotor.density_g_mm3) for c in result.corrections)),
+        metal_moved_g=float(sum(_moved_g(c, rotor.density_g_mm3) for c in result.corrections)),
         cuts=len(result.corrections),
-        different=len({(setting_of(cut), round(depth, 6)) for cut, depth in result.made}),
+        different_cuts=len({(setting_of(cut), round(depth, 6)) for cut, depth in result.made}),
         depths_mm=tuple(float(c.depth_mm) for c in result.corrections),
         wall_left_mm=wall_left_mm(result.corrections, rotor.anatomy),
-        thinnest_share=least_share(web_metal(rotor.solid, result.solid, rotor.anatomy)),
-        capacity=capacity,
+        web_metal_share=least_share(web_metal(rotor.solid, result.solid, rotor.anatomy)),
+        capacity=None if math.isinf(capacity) else capacity,
+        capacity_is_plenty=math.isinf(capacity),
         adds_to_heavy=adds and not is_light,
     )
 

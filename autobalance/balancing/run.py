@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
 from autobalance.balancing import chordal_correction, measured_crank, sections, uncertainty_budget
-from autobalance.balancing.comparison import Row, compare
+from autobalance.balancing.comparison import ComparedRow, compare
 from autobalance.balancing.external import carried_unbalances, with_external
 from autobalance.balancing.kept import KeptPlan, balanced_as_kept, refuse_other_crank
 from autobalance.balancing.loop import Result, balance, planned
@@ -170,7 +170,7 @@ class Compared:
 
     tolerance: Tolerance
     initial: Unbalance
-    rows: tuple[Row, ...]
+    rows: tuple[ComparedRow, ...]
     warnings: tuple[str, ...]
 
 
@@ -205,7 +205,7 @@ def compare_job(
     rotor = rotor_of(replace(every, engine=job.engine), crank, tolerance, factor)
     initial = Unbalance.of(crank.moments + rotor.loads)
 
-    def compared(rows: Sequence[Row]) -> Compared:
+    def compared(rows: Sequence[ComparedRow]) -> Compared:
         return Compared(tolerance, initial, tuple(rows), odd)
 
     rows = compare(

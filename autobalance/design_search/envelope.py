@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
+from autobalance.declare import UNWRITTEN, NotNegative, Triple
 from autobalance.design_search.free_metal import FreeMetal
 from autobalance.design_search.neighbours import (
-    Clearance,
+    DesignClearance,
     Neighbour,
     OtherShaft,
     Piston,
@@ -32,7 +34,18 @@ NO_LIMIT_MM = 1e6
 
 
 @dataclass(frozen=True)
-class Constraint:
+class Violation:
+    """A constraint that is broken, by how much, and where."""
+
+    constraint: str
+    by: NotNegative
+    unit: str
+    at_mm: Triple | None
+    at_deg: float | None
+
+
+@dataclass(frozen=True)
+class DesignConstraint:
     """A constraint on a design: ``margin`` is negative by the amount of its violation, in ``unit``."""
 
     name: str
@@ -40,9 +53,16 @@ class Constraint:
     limit: float
     unit: str
     margin: float
-    scale: float = 1.0
-    at_mm: tuple[float, float, float] | None = None
-    at_deg: float | None = None
+    scale: Annotated[float, UNWRITTEN] = 1.0
+    at_mm: Annotated[tuple[float, float, float] | None, UNWRITTEN] = None
+    at_deg: Annotated[float | None, UNWRITTEN] = None
+
+    @property
+    def violation(self) -> Violation | None:
+        """How it is broken; None where it is kept."""
+        if self.margin >= 0.0:
+            return None
+        return Violation(self.name, -self.margin, self.unit, self.at_mm, self.at_deg)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +73,12 @@ class Amounts:
     thickness_mm: tuple[float | None, ...]
 
 
-def violation(constraints: Sequence[Constraint]) -> float:
+def violation(constraints: Sequence[DesignConstraint]) -> float:
     """Return the sum of all violations, each as a multiple of its constraint's scale."""
     return float(sum(max(-each.margin / each.scale, 0.0) for each in constraints))
 
 
-def of_profile(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) -> list[Constraint]:
+def of_profile(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) -> list[DesignConstraint]:
     """Return the constraints of part ``k``: those of the envelope and its own."""
     return [
         *_of_envelope(free, k, amounts, envelope),
@@ -75,7 +95,7 @@ def _placed(free: FreeMetal, k: int, amounts: Amounts, point: Array) -> tuple[fl
     return float(x), float(y), 0.5 * (low + high)
 
 
-def _of_envelope(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) -> list[Constraint]:
+def _of_envelope(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) -> list[DesignConstraint]:
     constraints, name = [], free.parts[k].name
     outline = free.profiles[k].outline_mm(amounts.radii_mm[k])
     far = np.linalg.norm(outline, axis=1)
@@ -83,7 +103,7 @@ def _of_envelope(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) 
     if envelope.radius_mm is not None:
         most, at = float(far[worst]), _placed(free, k, amounts, outline[worst])
         limit = envelope.radius_mm
-        constraints.append(Constraint(f"{name} radius", most, limit, "mm", limit - most, 1.0, at))
+        constraints.append(DesignConstraint(f"{name} radius", most, limit, "mm", limit - most, 1.0, at))
     if envelope.z_mm is not None:
         z_low, z_high = envelope.z_mm
         for each in (web for web in free.webs if web.part == k):
@@ -91,11 +111,11 @@ def _of_envelope(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) 
             room, z = min((bottom - z_low, bottom), (z_high - top, top))
             x, y = (float(value) for value in each.matrix @ outline[worst])
             place = f"{name} z, web {each.number}"
-            constraints.append(Constraint(place, room, 0.0, "mm", room, 1.0, (x, y, z)))
+            constraints.append(DesignConstraint(place, room, 0.0, "mm", room, 1.0, (x, y, z)))
     return constraints
 
 
-def _of_outline(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
+def _of_outline(free: FreeMetal, k: int, amounts: Amounts) -> list[DesignConstraint]:
     """Return the constraints on a profile's curvature and wall, of its smallest section if it has draft."""
     part, body = free.parts[k], free.bodies[k]
     thickness = amounts.thickness_mm[k] or free.thickness_mm(k)
@@ -107,16 +127,20 @@ def _of_outline(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
         tightest = int(bend.argmin())
         value, least = min(float(bend[tightest]), NO_LIMIT_MM), part.min_curvature_radius_mm
         at = _placed(free, k, amounts, outline[tightest + 1])
-        constraints.append(Constraint(f"{part.name} curvature", value, least, "mm", value - least, 1.0, at))
+        constraints.append(
+            DesignConstraint(f"{part.name} curvature", value, least, "mm", value - least, 1.0, at)
+        )
     if part.min_wall_mm > 0.0:
         wall, place = _least_wall(outline)
         at = _placed(free, k, amounts, outline[place])
         margin = wall - part.min_wall_mm
-        constraints.append(Constraint(f"{part.name} wall", wall, part.min_wall_mm, "mm", margin, 1.0, at))
+        constraints.append(
+            DesignConstraint(f"{part.name} wall", wall, part.min_wall_mm, "mm", margin, 1.0, at)
+        )
     return constraints
 
 
-def _of_holes(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
+def _of_holes(free: FreeMetal, k: int, amounts: Amounts) -> list[DesignConstraint]:
     """Return the constraints on the walls between a part's lightening holes and its smallest outline."""
     part, body = free.parts[k], free.bodies[k]
     thickness = amounts.thickness_mm[k] or free.thickness_mm(k)
@@ -131,13 +155,13 @@ def _of_holes(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
         wall = (float(far[place]) if inside else -float(far[place])) - 0.5 * hole.diameter_mm
         at = _placed(free, k, amounts, outline[place])
         name, least = f"{part.name} wall of hole {number}", part.min_wall_mm
-        constraints.append(Constraint(name, wall, least, "mm", wall - least, 1.0, at))
+        constraints.append(DesignConstraint(name, wall, least, "mm", wall - least, 1.0, at))
     return constraints
 
 
 def clearances_of(
     free: FreeMetal, amounts: Amounts, neighbours: Sequence[Neighbour], near_mm: float, *, exact: bool
-) -> list[Clearance]:
+) -> list[DesignClearance]:
     """Return the least clearance of all free metal to each neighbour.
 
     If not ``exact``: at few angles, and without neighbours further along the axis than ``near_mm``.
@@ -159,20 +183,20 @@ def clearances_of(
     return clearances
 
 
-def of_clearance(each: Clearance, wanted_mm: float) -> Constraint:
+def of_clearance(each: DesignClearance, wanted_mm: float) -> DesignConstraint:
     margin, at_deg = each.least_mm - wanted_mm, wrapped_deg(math.degrees(each.at_rad))
     name = f"clearance to {each.neighbour}"
-    return Constraint(name, each.least_mm, wanted_mm, "mm", margin, 1.0, each.at_mm, at_deg)
+    return DesignConstraint(name, each.least_mm, wanted_mm, "mm", margin, 1.0, each.at_mm, at_deg)
 
 
-def of_range(name: str, value: float, limits: tuple[float, float]) -> list[Constraint]:
+def of_range(name: str, value: float, limits: tuple[float, float]) -> list[DesignConstraint]:
     """Return both limits of a range as constraints."""
     low, high = limits
     scale = 0.01 * max(abs(low), abs(high))
     unit = "g" if name == "mass_g" else "kg·mm²"
     return [
-        Constraint(f"{name} least", value, low, unit, value - low, scale),
-        Constraint(f"{name} greatest", value, high, unit, high - value, scale),
+        DesignConstraint(f"{name} least", value, low, unit, value - low, scale),
+        DesignConstraint(f"{name} greatest", value, high, unit, high - value, scale),
     ]
 
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from autobalance.declare import UNWRITTEN, Degrees
 from autobalance.types import Array
 
 ANGLES = 240
@@ -165,13 +166,13 @@ def circle_mm(radius_mm: float) -> Array:
 
 
 @dataclass(frozen=True)
-class Clearance:
+class DesignClearance:
     """Least distance to a neighbour through the turn, its angle and place (rotor frame, crank at zero)."""
 
     neighbour: str
     least_mm: float
-    at_rad: float
-    at_mm: tuple[float, float, float]
+    at_rad: Degrees
+    at_mm: Annotated[tuple[float, float, float], UNWRITTEN]
 
 
 def least_clearance(
@@ -181,7 +182,7 @@ def least_clearance(
     *,
     refine: bool = True,
     angles: int = ANGLES,
-) -> Clearance:
+) -> DesignClearance:
     """Return the least distance of a prism's outline to a neighbour through the turn.
 
     Parameters
@@ -212,7 +213,7 @@ def least_clearance(
     place = _nearest(neighbour, points_mm, angle)
     x, y = points_mm[place]
     z = min(max(0.5 * (neighbour.z_mm[0] + neighbour.z_mm[1]), z_mm[0]), z_mm[1])
-    return Clearance(neighbour.name, _past(least, gap), angle % math.tau, (float(x), float(y), z))
+    return DesignClearance(neighbour.name, _past(least, gap), angle % math.tau, (float(x), float(y), z))
 
 
 def _past(least_mm: float, gap_mm: float) -> float:

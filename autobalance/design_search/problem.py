@@ -12,7 +12,7 @@ from autobalance.design_search import strength
 from autobalance.design_search.envelope import (
     ROUGH_MM,
     Amounts,
-    Constraint,
+    DesignConstraint,
     clearances_of,
     neighbours_of,
     of_clearance,
@@ -20,7 +20,7 @@ from autobalance.design_search.envelope import (
     of_range,
 )
 from autobalance.design_search.free_metal import FreeMetal, FreeWeb
-from autobalance.design_search.neighbours import Clearance, Neighbour
+from autobalance.design_search.neighbours import DesignClearance, Neighbour
 from autobalance.design_search.profile import AreaMoments
 from autobalance.design_search.strength_model import StrengthModel
 from autobalance.engine.balance_factor import bob_weight_moments
@@ -266,7 +266,7 @@ class Problem:
 
     def of_strengths(
         self, strengths: Mapping[str, float], errors: Mapping[str, float] | None = None
-    ) -> list[Constraint]:
+    ) -> list[DesignConstraint]:
         """Return constraints on strengths; predicted strengths lose their errors (shares) from the margin."""
         limits, constraints = self.design.fem, []
         if limits is None:
@@ -275,14 +275,14 @@ class Problem:
         if limits.min_frequency_hz is not None and FREQUENCY in strengths:
             value, least = strengths[FREQUENCY], limits.min_frequency_hz
             margin = value * (1.0 - error.get(FREQUENCY, 0.0)) - least
-            constraints.append(Constraint("first frequency", value, least, "Hz", margin, 0.01 * least))
+            constraints.append(DesignConstraint("first frequency", value, least, "Hz", margin, 0.01 * least))
         if limits.max_stress_MPa is not None and STRESS in strengths:
             value, most = strengths[STRESS], limits.max_stress_MPa
             margin = most - value * (1.0 + error.get(STRESS, 0.0))
-            constraints.append(Constraint("stress", value, most, "MPa", margin, 0.01 * most))
+            constraints.append(DesignConstraint("stress", value, most, "MPa", margin, 0.01 * most))
         return constraints
 
-    def predicted_limits(self, variables: Array) -> list[Constraint]:
+    def predicted_limits(self, variables: Array) -> list[DesignConstraint]:
         """Return the finite-element constraints by the model's predictions; empty without a model."""
         if self.model is None:
             return []
@@ -315,16 +315,18 @@ class Problem:
 
     def constraints(
         self, variables: Array, moments: Moments, residual: Unbalance, *, exact: bool = True
-    ) -> tuple[list[Constraint], list[Clearance]]:
+    ) -> tuple[list[DesignConstraint], list[DesignClearance]]:
         """Return all constraints of a design, with its clearances; ``exact`` sweeps finely."""
         share = self.tolerance(moments).used_share(residual)
-        kept = Constraint("residual", share, MAX_SHARE, "share of permissible", MAX_SHARE - share, MAX_SHARE)
+        kept = DesignConstraint(
+            "residual", share, MAX_SHARE, "share of permissible", MAX_SHARE - share, MAX_SHARE
+        )
         limits, clearances = self.limits(variables, lambda: moments, exact=exact)
         return [kept, *limits], clearances
 
     def limits(
         self, variables: Array, moments: Callable[[], Moments], *, exact: bool = True
-    ) -> tuple[list[Constraint], list[Clearance]]:
+    ) -> tuple[list[DesignConstraint], list[DesignClearance]]:
         """Return the constraints beside the balance; ``moments`` is called only where they are limited."""
         constraints = []
         amounts, envelope = self.amounts(variables), self.design.envelope

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
-from autobalance.design_search.envelope import Constraint
+from autobalance.declare import NotNegative
+from autobalance.design_search.envelope import Violation
 from autobalance.design_search.problem import Problem
-from autobalance.rigid_rotor.unbalance import Unbalance
 
 
-@dataclass(frozen=True, eq=False)
-class Start:
-    """The original crank: its objectives by name, its residual, and the constraints that it breaks."""
+@dataclass(frozen=True)
+class StartFigures:
+    """Objectives and residual of the original crank, and constraints that it breaks."""
 
-    objectives: Mapping[str, float]
-    residual: Unbalance
-    broken: tuple[Constraint, ...]
+    objectives: Annotated[Mapping[str, float], "by name"]
+    residual_g_mm: NotNegative
+    feasible: bool
+    violations: tuple[Violation, ...]
+    fit_error_mm: Annotated[NotNegative, "of the profiles to the start's own rims"]
 
 
-def judged_start(problem: Problem) -> Start:
+def judged_start(problem: Problem) -> StartFigures:
     """Judge the original crank.
 
     Raises
@@ -33,8 +36,11 @@ def judged_start(problem: Problem) -> Start:
     solid = problem.crank.source.solid.moved(problem.crank.anatomy.file_to_rotor)
     strengths = problem.strengths(moments, solid)
     every = [*constraints, *problem.of_strengths(strengths)]
-    return Start(
+    broken = tuple(each.violation for each in every if each.violation is not None)
+    return StartFigures(
         problem.asked(problem.objectives(moments, strengths, solid)),
-        residual,
-        tuple(each for each in every if each.margin < 0.0),
+        residual.magnitude_g_mm,
+        not broken,
+        broken,
+        problem.free.fit_error_mm,
     )

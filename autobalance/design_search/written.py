@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from autobalance.design_search.build import with_profiles
-from autobalance.design_search.envelope import Amounts, Constraint
-from autobalance.design_search.neighbours import Clearance
+from autobalance.design_search.envelope import Amounts, DesignConstraint
+from autobalance.design_search.neighbours import DesignClearance
 from autobalance.design_search.problem import MAX_SHARE, Problem
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -42,8 +42,8 @@ class WrittenDesign:
     residual: Unbalance
     used_share: float
     held_error: float
-    constraints: tuple[Constraint, ...]
-    clearances: tuple[Clearance, ...]
+    constraints: tuple[DesignConstraint, ...]
+    clearances: tuple[DesignClearance, ...]
     strengths: Mapping[str, float] = field(default_factory=dict)
 
     def rotor_solid(self, problem: Problem) -> Solid:

@@ -10,9 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
+from autobalance.declare import Named, NotNegative, Positive
 from autobalance.types import Array
 
 MIN_EQUIVALENT_LENGTH = 1e-12
@@ -27,15 +29,15 @@ class ThrowShape:
     ``pin_length_mm`` that of the crankpin between webs. ``web_breadth_mm`` is across the throw.
     """
 
-    journal_mm: float
-    journal_bore_mm: float
-    journal_length_mm: float
-    pin_mm: float
-    pin_bore_mm: float
-    pin_length_mm: float
-    crank_radius_mm: float
-    web_thickness_mm: float
-    web_breadth_mm: float
+    journal_mm: Positive
+    journal_bore_mm: NotNegative
+    journal_length_mm: NotNegative
+    pin_mm: Annotated[Positive, Named("crankpin_mm")]
+    pin_bore_mm: Annotated[NotNegative, Named("crankpin_bore_mm")]
+    pin_length_mm: Annotated[NotNegative, Named("crankpin_length_mm")]
+    crank_radius_mm: Positive
+    web_thickness_mm: Positive
+    web_breadth_mm: Positive
 
     @property
     def _journal4(self) -> float:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import numpy as np
 
+from autobalance.declare import KG_MM2_OF_SI, NewtonMetres, NotNegative, record
 from autobalance.types import Array, Complex
 
 NODE = 1e-9
@@ -48,18 +50,21 @@ class TorsionMode:
     nodes: int
 
 
-@dataclass(frozen=True)
+@record
 class HolzerRow:
     """A station of Holzer's table at one frequency, for an angle of 1 at the first station.
+
+    None is what grew over all numbers, behind a spring of no stiffness.
 
     ``torque_n_m`` is Σ J ω² θ up to here, carried by the next spring; after the last station it is the
     remainder, zero at a natural frequency. ``twist_rad`` is that of the next spring.
     """
 
-    inertia_kg_m2: float
-    angle_rad: float
-    inertia_torque_n_m: float
-    torque_n_m: float
+    schema_name: ClassVar[str] = "HolzerFigures"
+    inertia_kg_m2: Annotated[NotNegative, KG_MM2_OF_SI]
+    angle_rad: float | None
+    inertia_torque_n_m: NewtonMetres | None
+    torque_n_m: NewtonMetres | None
     twist_rad: float | None
 
 
@@ -120,9 +125,21 @@ def holzer_table(chain: TorsionChain, frequency_rad_s: float) -> list[HolzerRow]
         last = at == len(chain.springs_n_m_rad)
         spring = 0.0 if last else float(chain.springs_n_m_rad[at])
         twist = None if last or spring == 0.0 else torque / spring
-        rows.append(HolzerRow(float(inertia), angle, own, torque, twist))
+        rows.append(
+            HolzerRow(
+                inertia_kg_m2=float(inertia),
+                angle_rad=_finite(angle),
+                inertia_torque_n_m=_finite(own),
+                torque_n_m=_finite(torque),
+                twist_rad=_finite(twist),
+            )
+        )
         angle -= twist or 0.0
     return rows
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and np.isfinite(value) else None
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated, Self
 
 import numpy as np
 
+from autobalance.declare import UNWRITTEN, NotNegative, Positive, record
 from autobalance.types import Array
 
 ADDITIONAL_BENDING_MPA = 10.0
@@ -26,56 +28,94 @@ class FatigueMetal:
     yield_MPa: float | None = None
 
 
-@dataclass(frozen=True)
-class Fatigue:
-    """Fatigue of a cycle of stress.
+@record
+class FilletStress:
+    """Local stress of a cycle: middle and half of its range, von Mises' equivalents.
 
     Attributes
     ----------
-    bending_mean_MPa, bending_alternating_MPa : float
-        Middle and half of the range.
-    torsion_mean_MPa, torsion_alternating_MPa : float
     equivalent_alternating_MPa : float
         √(σ_a² + 3 τ_a²) of the half ranges, whenever they are reached [1]_.
     greatest_MPa : float
         Greatest √(σ² + 3 τ²) at any angle.
-    gough_pollard : float or None
-        Least, over the cycle, of 1/√((σ_d/σ_f)² + (τ_d/τ_f)²): σ_d, τ_d how far each is from its middle,
-        τ_f = σ_f/√3 [2]_. None without any stress.
-    goodman : float or None
-        Least, over the cycle, of 1/(√(σ_d² + 3 τ_d²)/σ_f + √(σ_m² + 3 τ_m²)/R_m); of a mean bending that
-        presses nothing is counted [3]_.
-    yielding : float or None
-        Yield over the greatest stress.
-    at : int
-        Where in the cycle the two are least: number of the angle.
 
     References
     ----------
     .. [1] IACS UR M53, Sec. 5.2.
-    .. [2] Gough and Pollard, Proc. Inst. Mech. Eng. 131 (1935) 3: the ellipse of ductile metals.
-    .. [3] Goodman, Mechanics applied to engineering, 1899.
     """
 
     bending_mean_MPa: float
-    bending_alternating_MPa: float
+    bending_alternating_MPa: NotNegative
     torsion_mean_MPa: float
-    torsion_alternating_MPa: float
-    equivalent_alternating_MPa: float
-    greatest_MPa: float
+    torsion_alternating_MPa: NotNegative
+    equivalent_alternating_MPa: NotNegative
+    greatest_MPa: NotNegative
+
+
+@record
+class FilletSafety:
+    """Safeties, least over the cycle; None without stress, or where the yield strength is not known.
+
+    Attributes
+    ----------
+    gough_pollard : float or None
+        1/√((σ_d/σ_f)² + (τ_d/τ_f)²): σ_d, τ_d how far each is from its middle, τ_f = σ_f/√3 [1]_.
+    goodman : float or None
+        1/(√(σ_d² + 3 τ_d²)/σ_f + √(σ_m² + 3 τ_m²)/R_m); of a mean bending that presses nothing is
+        counted [2]_.
+    iacs : float or None
+        Fatigue strength over the equivalent alternating stress.
+    yielding : float or None
+        Yield over the greatest stress.
+
+    References
+    ----------
+    .. [1] Gough and Pollard, Proc. Inst. Mech. Eng. 131 (1935) 3: the ellipse of ductile metals.
+    .. [2] Goodman, Mechanics applied to engineering, 1899.
+    """
+
     gough_pollard: float | None
     goodman: float | None
+    iacs: float | None
     yielding: float | None
-    at: int
 
-    @property
-    def m53_equivalent_MPa(self) -> float:
-        """√((σ_a + σ_add)² + 3 τ_a²), the equivalent alternating stress of IACS UR M53 [MPa]."""
-        bending = self.bending_alternating_MPa + ADDITIONAL_BENDING_MPA
-        return math.hypot(bending, self.torsion_alternating_MPa / SHEAR_SHARE)
+
+@record
+class Acceptability:
+    """Criterion of IACS UR M53: fatigue strength over √((σ_a + σ_add)² + 3 τ_a²), at least ``wanted``."""
+
+    additional_bending_MPa: NotNegative
+    equivalent_MPa: Positive
+    factor: Positive
+    wanted: Positive
+    met: bool
 
     @classmethod
-    def of(cls, bending_MPa: Array, torsion_MPa: Array, metal: FatigueMetal) -> Fatigue:
+    def of(cls, stress: FilletStress, fatigue_MPa: float) -> Self:
+        bending = stress.bending_alternating_MPa + ADDITIONAL_BENDING_MPA
+        equivalent = math.hypot(bending, stress.torsion_alternating_MPa / SHEAR_SHARE)
+        factor = fatigue_MPa / equivalent
+        return cls(
+            additional_bending_MPa=ADDITIONAL_BENDING_MPA,
+            equivalent_MPa=equivalent,
+            factor=factor,
+            wanted=LEAST_ACCEPTABILITY,
+            met=factor >= LEAST_ACCEPTABILITY,
+        )
+
+
+@record
+class Fatigue:
+    """Fatigue of a cycle of stress; ``at`` is the number of the angle where two of the safeties are least."""
+
+    stress: FilletStress
+    fatigue_strength_MPa: Positive
+    safety: FilletSafety
+    m53: Acceptability
+    at: Annotated[int, UNWRITTEN] = 0
+
+    @classmethod
+    def of(cls, bending_MPa: Array, torsion_MPa: Array, metal: FatigueMetal) -> Self:
         """Return the fatigue of local stresses (n,), (n,) [MPa] over a cycle."""
         mean_s, half_s = _range(bending_MPa)
         mean_t, half_t = _range(torsion_MPa)
@@ -84,16 +124,26 @@ class Fatigue:
         swing = float(apart[at]) / metal.fatigue_MPa
         steady = math.hypot(max(mean_s, 0.0), mean_t / SHEAR_SHARE) / metal.tensile_MPa
         greatest = float(np.hypot(bending_MPa, torsion_MPa / SHEAR_SHARE).max())
-        return cls(
+        equivalent = math.hypot(half_s, half_t / SHEAR_SHARE)
+        stress = FilletStress(
             bending_mean_MPa=mean_s,
             bending_alternating_MPa=half_s,
             torsion_mean_MPa=mean_t,
             torsion_alternating_MPa=half_t,
-            equivalent_alternating_MPa=math.hypot(half_s, half_t / SHEAR_SHARE),
+            equivalent_alternating_MPa=equivalent,
             greatest_MPa=greatest,
+        )
+        safety = FilletSafety(
             gough_pollard=1.0 / swing if swing else None,
             goodman=1.0 / (swing + steady) if swing + steady else None,
+            iacs=metal.fatigue_MPa / equivalent if equivalent else None,
             yielding=metal.yield_MPa / greatest if metal.yield_MPa and greatest else None,
+        )
+        return cls(
+            stress=stress,
+            fatigue_strength_MPa=metal.fatigue_MPa,
+            safety=safety,
+            m53=Acceptability.of(stress, metal.fatigue_MPa),
             at=at,
         )
 

@@ -15,6 +15,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
+
+from autobalance.declare import NotNegative, Positive
 
 LEAST_OVERLAP = -0.5
 """Crankpins farther out than this concentrate no less."""
@@ -45,9 +48,10 @@ LEAST_FILLET_MM = 2.0
 class FilletFactors:
     """Local over nominal stress; ``shear`` 0 where none is counted (crankpin fillets)."""
 
-    bending: float
-    shear: float
-    torsion: float
+    schema_name: ClassVar[str] = "Factors"
+    bending: Positive
+    shear: NotNegative
+    torsion: Positive
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Annotated, Literal, Self
 
+from autobalance.declare import INLINE, UNWRITTEN, Degrees, Ordinal, Pair, Positive, record
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.fatigue import Fatigue, FatigueMetal
 from autobalance.engine.fillet_factors import (
@@ -29,41 +30,82 @@ Costs = Mapping[tuple[int, Place], float]
 """Number of a web, and which of its fillets → by how much cuts beside it raise its stress."""
 
 
-@dataclass(frozen=True, eq=False)
-class Fillet:
-    """One fillet over the cycle.
+@record
+class NominalStress:
+    """Least and greatest nominal stress of a cycle: of the web's section, of the pin's in torsion."""
+
+    bending_MPa: Pair
+    shear_MPa: Pair
+    torsion_MPa: Pair
+
+
+@record
+class FilletRow:
+    """One fillet: what the cycle does to it, and how safe it is.
 
     Attributes
     ----------
     throw, web : int
         Their numbers.
-    place : {"crankpin", "journal"}
-    bending_MPa, shear_MPa, torsion_MPa : (n,) float
-        Nominal stresses; bending positive where it stretches the fillet, shear where it presses.
-    factors : FilletFactors
-    outside : tuple of str
+    outside_of_range : sequence of str
         Which ratios are outside of the range of the factors.
-    cost : float
+    cost_of_cuts : float
         By how much cuts beside the fillet raise its stress; 1: not at all, or not known.
-    fatigue_MPa : float
-        What it bears for ever.
-    fatigue : Fatigue
     at_rad : float
         Crank angle where the safeties are least.
     """
 
-    throw: int
-    web: int
+    throw: Ordinal
+    web: Ordinal
     place: Place
-    bending_MPa: Array
-    shear_MPa: Array
-    torsion_MPa: Array
+    nominal: NominalStress
     factors: FilletFactors
-    outside: tuple[str, ...]
-    cost: float
-    fatigue_MPa: float
-    fatigue: Fatigue
-    at_rad: float
+    outside_of_range: Sequence[str]
+    cost_of_cuts: Positive
+    fatigue: Annotated[Fatigue, INLINE]
+    at_rad: Degrees
+
+
+@record
+class Fillet(FilletRow):
+    """One fillet over the cycle.
+
+    ``bending_MPa``, ``shear_MPa`` and ``torsion_MPa`` (n,) are nominal stresses; bending positive where it
+    stretches the fillet, shear where it presses.
+    """
+
+    bending_MPa: Annotated[Array, UNWRITTEN]
+    shear_MPa: Annotated[Array, UNWRITTEN]
+    torsion_MPa: Annotated[Array, UNWRITTEN]
+
+
+@record
+class LeastSafety:
+    """The fillet of the least safety, by Gough and Pollard."""
+
+    throw: Ordinal
+    web: Ordinal
+    place: Place
+    gough_pollard: float
+    goodman: float
+
+    @classmethod
+    def of(cls, fillets: Sequence[FilletRow]) -> Self | None:
+        """Return the least of some fillets; None where nothing stresses them."""
+        known = [each for each in fillets if each.fatigue.safety.gough_pollard is not None]
+        if not known:
+            return None
+        least = min(known, key=lambda each: each.fatigue.safety.gough_pollard or 0.0)
+        safety = least.fatigue.safety
+        assert safety.gough_pollard is not None
+        assert safety.goodman is not None
+        return cls(
+            throw=least.throw,
+            web=least.web,
+            place=least.place,
+            gough_pollard=safety.gough_pollard,
+            goodman=safety.goodman,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,13 +249,21 @@ def _fillet(place: Place, side: Side, strength: Strength, costs: Costs, cycle: C
         throw=loads.throw,
         web=loads.web,
         place=place,
+        nominal=NominalStress(
+            bending_MPa=extremes(bending),
+            shear_MPa=extremes(shear),
+            torsion_MPa=extremes(torsion),
+        ),
+        factors=factors,
+        outside_of_range=outside,
+        cost_of_cuts=cost,
+        fatigue=fatigue,
+        at_rad=at,
         bending_MPa=bending,
         shear_MPa=shear,
         torsion_MPa=torsion,
-        factors=factors,
-        outside=outside,
-        cost=cost,
-        fatigue_MPa=bears,
-        fatigue=fatigue,
-        at_rad=at,
     )
+
+
+def extremes(values: Array) -> tuple[float, float]:
+    return float(values.min()), float(values.max())

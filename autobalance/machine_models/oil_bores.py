@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
+from autobalance.declare import Degrees, NotNegative, Ordinal, Pair, Positive, record
 from autobalance.engine.cycle.analysis import CycleAnalysis
-from autobalance.engine.fatigue import oil_bore_equivalent_MPa
+from autobalance.engine.fatigue import LEAST_ACCEPTABILITY, oil_bore_equivalent_MPa
 from autobalance.engine.fillet_factors import (
     MAX_OIL_BORE_RATIO,
     FilletFactors,
@@ -19,7 +21,13 @@ from autobalance.engine.fillet_factors import (
 )
 from autobalance.errors import JobError
 from autobalance.job import Job
-from autobalance.machine_models.fillets_from_job import N_MM_PER_N_M, checked_strength
+from autobalance.machine_models.fillets_from_job import (
+    N_MM_PER_N_M,
+    FilletRow,
+    LeastSafety,
+    checked_strength,
+    extremes,
+)
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.torsion_from_job import sides_of_throws
 from autobalance.machine_models.vibration_torques import ThrowVibration
@@ -68,6 +76,88 @@ class OilBoreOutlet:
     def equivalent_MPa(self) -> float:
         """Equivalent alternating stress by IACS UR M53 [MPa]."""
         return oil_bore_equivalent_MPa(*self.alternating_MPa)
+
+
+@record
+class OilBoreNominal:
+    """Least and greatest nominal stress of a cycle at an oil bore's outlet, as if there were no hole."""
+
+    bending_MPa: Pair
+    torsion_MPa: Pair
+
+
+@record
+class OilBoreStress:
+    """Local alternating stress at an oil bore's outlet, and its equivalent by IACS UR M53."""
+
+    bending_alternating_MPa: NotNegative
+    torsion_alternating_MPa: NotNegative
+    equivalent_alternating_MPa: NotNegative
+
+
+@record
+class OilBoreCriterion:
+    """Criterion of IACS UR M53: fatigue strength over the equivalent stress; null without any stress."""
+
+    factor: Positive | None
+    wanted: Positive
+    met: bool
+
+
+@record
+class OilBoreRow:
+    """The outlet of a crankpin's oil bore: what the cycle does to it, and how safe it is."""
+
+    throw: Ordinal
+    angle_rad: Degrees
+    nominal: OilBoreNominal
+    factors: FilletFactors
+    outside_of_range: Sequence[str]
+    stress: OilBoreStress
+    fatigue_strength_MPa: Positive
+    m53: OilBoreCriterion
+
+    @classmethod
+    def of(cls, outlet: OilBoreOutlet) -> Self:
+        bending, torsion = outlet.alternating_MPa
+        equivalent = outlet.equivalent_MPa
+        factor = outlet.fatigue_MPa / equivalent if equivalent else None
+        return cls(
+            throw=outlet.throw,
+            angle_rad=outlet.angle_rad,
+            nominal=OilBoreNominal(
+                bending_MPa=extremes(outlet.bending_MPa),
+                torsion_MPa=extremes(outlet.torsion_MPa),
+            ),
+            factors=outlet.factors,
+            outside_of_range=outlet.outside,
+            stress=OilBoreStress(
+                bending_alternating_MPa=bending,
+                torsion_alternating_MPa=torsion,
+                equivalent_alternating_MPa=equivalent,
+            ),
+            fatigue_strength_MPa=outlet.fatigue_MPa,
+            m53=OilBoreCriterion(
+                factor=factor, wanted=LEAST_ACCEPTABILITY, met=factor is None or factor >= LEAST_ACCEPTABILITY
+            ),
+        )
+
+
+@record
+class FilletState:
+    """All fillets and oil bores of a crank, as it was or is."""
+
+    fillets: Sequence[FilletRow]
+    least: LeastSafety | None
+    oil_bores: Sequence[OilBoreRow]
+
+    @classmethod
+    def of(cls, fillets: Sequence[FilletRow], outlets: Sequence[OilBoreOutlet]) -> Self:
+        return cls(
+            fillets=fillets,
+            least=LeastSafety.of(fillets),
+            oil_bores=[OilBoreRow.of(each) for each in outlets],
+        )
 
 
 def oil_bores(

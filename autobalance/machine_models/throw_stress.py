@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar, Self
 
 import numpy as np
 
 from autobalance.crank.anatomy import Pin, Throw
+from autobalance.declare import NotNegative, Ordinal, Positive, record
+from autobalance.engine.fillet_factors import FilletShape, polar_modulus_mm3
 from autobalance.errors import JobError
 from autobalance.fem_analysis.elasticity import STEEL
 from autobalance.fem_analysis.mesher import default_size_mm, need_libraries
@@ -15,7 +18,7 @@ from autobalance.fem_analysis.throw_load import ThrowLoads, throw_loads
 from autobalance.job.model.strength import Strength
 from autobalance.machine_models.crankpins import with_crankpins
 from autobalance.machine_models.fillet_rings import FilletRing
-from autobalance.machine_models.fillets_from_job import Place, Side
+from autobalance.machine_models.fillets_from_job import N_MM_PER_N_M, Costs, Place, Side
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.solid_meshes import Deadline, bodies_of_solid
 from autobalance.machine_models.throw_twist import throw_ends_mm
@@ -80,6 +83,63 @@ class ThrowByElements:
     fillets: tuple[FilletByElements, ...]
     nodes: int
     in_boxes_MPa: tuple[float | None, ...] = ()
+
+
+@record
+class FilletElements:
+    """A fillet by finite elements: its factors, over those of the formulas, and how sure they are."""
+
+    web: Ordinal
+    place: Place
+    bending_factor: Positive
+    torsion_factor: Positive
+    bending_over_formula: Positive
+    torsion_over_formula: Positive
+    error: NotNegative
+    solid_has_fillet: bool
+    cost_of_cuts: Positive | None
+
+    @classmethod
+    def of(cls, fillet: FilletByElements, shape: FilletShape, costs: Costs | None) -> Self:
+        diameter, bore, factors = shape.pin_mm, shape.pin_bore_mm, shape.crankpin
+        if fillet.place == "journal":
+            diameter, bore, factors = shape.journal_mm, shape.journal_bore_mm, shape.journal
+        bending = fillet.bending_MPa * shape.web_breadth_mm * shape.web_thickness_mm**2 / 6.0 / N_MM_PER_N_M
+        torsion = fillet.torsion_MPa * polar_modulus_mm3(diameter, bore) / N_MM_PER_N_M
+        return cls(
+            web=fillet.web,
+            place=fillet.place,
+            bending_factor=bending,
+            torsion_factor=torsion,
+            bending_over_formula=bending / factors.bending,
+            torsion_over_formula=torsion / factors.torsion,
+            error=fillet.error,
+            solid_has_fillet=fillet.is_there,
+            cost_of_cuts=None if costs is None else costs[fillet.web, fillet.place],
+        )
+
+
+@record
+class ThrowFillets:
+    """One throw by finite elements; of each cut, its greatest stress, bent, over the fillets' greatest."""
+
+    schema_name: ClassVar[str] = "ThrowElements"
+    throw: Ordinal
+    nodes: Ordinal
+    fillets: Sequence[FilletElements]
+    cuts_over_fillets: Sequence[float]
+
+    @classmethod
+    def of(cls, throw: int, elements: ThrowByElements, sides: Sequence[Side], costs: Costs | None) -> Self:
+        greatest = max(each.bending_MPa for each in elements.fillets)
+        inside = [each for each in elements.in_boxes_MPa if each is not None]
+        shapes = {side.loads.web: side.shape for side in sides}
+        return cls(
+            throw=throw,
+            nodes=elements.nodes,
+            fillets=[FilletElements.of(each, shapes[each.web], costs) for each in elements.fillets],
+            cuts_over_fillets=[each / greatest for each in inside],
+        )
 
 
 def throw_by_elements(

@@ -6,15 +6,17 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
+from autobalance.declare import KG_MM2_OF_SI, MRAD, Hertz, Mrad, NotNegative, Ordinal, Positive, Rpm, record
 from autobalance.dynamics.damper_rules import DamperRule, ring_rule, viscous_rule
 from autobalance.dynamics.torsion_chain import TorsionMode
 from autobalance.errors import JobError
 from autobalance.job.model.torsion_train import Damper
 from autobalance.machine_models.torsion_excited import ExcitedTrain
-from autobalance.machine_models.torsion_peaks import Peak, greatest, own_shafts, peak_of
+from autobalance.machine_models.torsion_peaks import ShaftStrain, greatest, own_shafts, peak_of
 from autobalance.machine_models.torsion_trains import NamedTrain, with_damper
 from autobalance.types import Array
 
@@ -32,6 +34,52 @@ STRAIN_SHARE = 0.5
 """Least share of a mode's strain energy in the crank's own shafts for a damper's rule to be of that mode."""
 
 
+@record
+class DamperRuleFigures:
+    """A damper's mass ratio by the rule for one inertia on one spring, and that rule's damper."""
+
+    mass_ratio: Positive
+    mode_rad_s: Hertz
+    frequency_ratio: float | None
+    damping_ratio: NotNegative
+    peak: NotNegative
+    N_m_rad: Positive | None
+    N_m_s_rad: NotNegative
+
+
+@record
+class DamperHeat:
+    """The heat of a damper at a speed."""
+
+    speed_rad_s: Rpm
+    heat_W: NotNegative | None
+
+
+@record
+class DamperFigures:
+    """A damper as fitted, the rule beside it, and its heat.
+
+    Twist, torque and stress are those of the crank's own shafts, of a chain's file those of all shafts but
+    couplings. With and without the damper every mode has the same ``modal_damping_ratio``; a train without
+    any other damping has no limit without it (None).
+    """
+
+    station: Ordinal
+    kind: str
+    inertia_kg_m2: Annotated[Positive, KG_MM2_OF_SI]
+    tuned: bool
+    search_ended_at: Annotated[str | None, "the bound of its search that the tuning ended at"]
+    N_m_rad: Positive | None
+    N_m_s_rad: NotNegative | None
+    modal_damping_ratio: NotNegative
+    greatest_twist_rad: Mrad | None
+    greatest_twist_without_rad: Annotated[NotNegative, MRAD] | None
+    greatest: ShaftStrain | None
+    greatest_without: ShaftStrain | None
+    rule: DamperRuleFigures
+    heat_W: Sequence[DamperHeat]
+
+
 @dataclass(frozen=True, eq=False)
 class FittedDamper:
     """A damper with its values, the rule for its mass ratio, and what it does.
@@ -47,7 +95,7 @@ class FittedDamper:
         For the lowest mode in which its station moves.
     frequency_rad_s : float
         Of that mode.
-    without, with_ : Peak or None
+    without, with_ : ShaftStrain or None
         Greatest strain of the crank's own shafts in the range of speeds, without and with it, both with the
         same damping of every mode; None where nothing excites, or, without it, nothing damps.
     modal_ratio : float
@@ -61,8 +109,8 @@ class FittedDamper:
     link: int
     rule: DamperRule
     frequency_rad_s: float
-    without: Peak | None
-    with_: Peak | None
+    without: ShaftStrain | None
+    with_: ShaftStrain | None
     modal_ratio: float
     bound: str | None
 
@@ -214,6 +262,41 @@ def _loudest(model: ExcitedTrain, links: Sequence[int]) -> tuple[float, ...]:
     peaks = {order: peak_of(tried, order, links) for order in model.orders}
     sizes = {order: peak.size for order, peak in peaks.items() if peak is not None}
     return tuple(sorted(sorted(sizes, key=lambda order: -sizes[order])[:TUNED_ORDERS]))
+
+
+def damper_figures(model: ExcitedTrain, fitted: FittedDamper) -> DamperFigures:
+    """Return what a report lists of a damper, with its heat at the question's speeds."""
+    damper, rule = fitted.damper, fitted.rule
+    inertia, frequency = damper.inertia_kg_m2, fitted.frequency_rad_s
+    without, with_it = fitted.without, fitted.with_
+    heats = zip(model.question.speeds_rad_s, heat_w(model, fitted), strict=True)
+    return DamperFigures(
+        station=damper.station + 1,
+        kind=damper.kind,
+        inertia_kg_m2=inertia,
+        tuned=fitted.tuned,
+        search_ended_at=fitted.bound,
+        N_m_rad=damper.n_m_rad,
+        N_m_s_rad=damper.n_m_s_rad,
+        modal_damping_ratio=fitted.modal_ratio,
+        greatest_twist_rad=None if with_it is None else with_it.twist_rad,
+        greatest_twist_without_rad=None if without is None else without.twist_rad,
+        greatest=with_it,
+        greatest_without=without,
+        rule=DamperRuleFigures(
+            mass_ratio=rule.mass_ratio,
+            mode_rad_s=frequency,
+            frequency_ratio=rule.frequency_ratio or None,
+            damping_ratio=rule.damping_ratio,
+            peak=rule.peak,
+            N_m_rad=rule.n_m_rad(inertia, frequency) or None,
+            N_m_s_rad=rule.n_m_s_rad(inertia, frequency),
+        ),
+        heat_W=[
+            DamperHeat(speed_rad_s=float(speed), heat_W=float(heat) if math.isfinite(heat) else None)
+            for speed, heat in heats
+        ],
+    )
 
 
 def heat_w(model: ExcitedTrain, fitted: FittedDamper) -> Array:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 
+from autobalance.declare import NEWTON_METRES, UNWRITTEN, Mpa, Mrad, NotNegative, Positive, Rpm, record
 from autobalance.dynamics.torsion_chain import shear_stress_pa
 from autobalance.machine_models.torsion_excited import ExcitedTrain
 from autobalance.types import Array
 
+Torque = Annotated[NotNegative, NEWTON_METRES]
 Sizes = Callable[[Array], Array]
 """Speeds (k,) → what is to be least of them (k,)."""
 SPEEDS = 400
@@ -21,20 +25,29 @@ TIMES = 5
 """How often: 400 speeds of a range, each 4⁵ times closer, place a peak to 2.5e-6 of the range."""
 
 
-@dataclass(frozen=True)
-class Peak:
-    """The greatest strain of some shafts by one order, at ``speed_rad_s``.
+@record
+class ShaftStrain:
+    """The greatest strain of some shafts by one order in the range of speeds, at ``speed_rad_s``.
 
-    ``size`` is what is compared: the stress where all of the shafts have a diameter, else the torque.
     ``torque_n_m``, ``stress_pa`` and ``twist_rad`` are the greatest of any of the shafts at that speed.
+    ``size`` is what is compared: the stress where all of the shafts have a diameter, else the torque.
     """
 
-    order: float
-    speed_rad_s: float
-    size: float
-    torque_n_m: float
-    stress_pa: float | None
-    twist_rad: float
+    order: Positive
+    speed_rad_s: Rpm
+    torque_n_m: Torque
+    stress_pa: Mpa | None
+    twist_rad: Mrad
+    size: Annotated[float, UNWRITTEN] = math.nan
+
+
+@record
+class OrderPeak:
+    """The greatest torque of one order in the range of speeds, along any shaft, found between points too."""
+
+    order: Positive
+    speed_rad_s: Rpm
+    torque_n_m: Torque
 
 
 def own_shafts(model: ExcitedTrain, without: Sequence[int] = ()) -> tuple[int, ...]:
@@ -53,23 +66,29 @@ def by_stress(model: ExcitedTrain, links: Sequence[int]) -> bool:
     return bool(links) and all(model.named.diameters_m[n] is not None for n in links)
 
 
-def greatest(model: ExcitedTrain, links: Sequence[int], orders: Sequence[float] | None = None) -> Peak | None:
+def greatest(
+    model: ExcitedTrain, links: Sequence[int], orders: Sequence[float] | None = None
+) -> ShaftStrain | None:
     """Return the greatest peak of any order; None where nothing excites, or no shaft is there."""
     peaks = [peak_of(model, order, links) for order in (model.orders if orders is None else orders)]
     return max((each for each in peaks if each is not None), key=lambda each: each.size, default=None)
 
 
-def order_peaks(model: ExcitedTrain) -> list[Peak]:
+def order_peaks(model: ExcitedTrain) -> list[OrderPeak]:
     """Return the greatest torque of each order that something excites, along any shaft; none undamped."""
     if not (model.damped or model.damping_ratio):
         return []
     every = tuple(range(len(model.named.train.links)))
     bare = replace(model, named=replace(model.named, diameters_m=(None,) * len(every)))
     peaks = [peak_of(bare, order, every) for order in model.orders]
-    return [each for each in peaks if each is not None]
+    return [
+        OrderPeak(order=each.order, speed_rad_s=each.speed_rad_s, torque_n_m=each.torque_n_m)
+        for each in peaks
+        if each is not None
+    ]
 
 
-def peak_of(model: ExcitedTrain, order: float, links: Sequence[int]) -> Peak | None:
+def peak_of(model: ExcitedTrain, order: float, links: Sequence[int]) -> ShaftStrain | None:
     """Return the greatest strain of shafts by one order over the range of speeds."""
     speeds = _looked_at(model, order)
     if not links or not model.torque_at(order, speeds).any():
@@ -86,7 +105,14 @@ def peak_of(model: ExcitedTrain, order: float, links: Sequence[int]) -> Peak | N
     first, second = model.named.train.links[list(links)].T
     twists = np.abs(motion.angles_rad[0, second] - motion.angles_rad[0, first])
     stress = float((torques * weights).max()) if by_stress(model, links) else None
-    return Peak(order, best, size, float(torques.max()), stress, float(twists.max()))
+    return ShaftStrain(
+        order=float(order),
+        speed_rad_s=best,
+        torque_n_m=float(torques.max()),
+        stress_pa=stress,
+        twist_rad=float(twists.max()),
+        size=size,
+    )
 
 
 def _looked_at(model: ExcitedTrain, order: float) -> Array:

@@ -3,46 +3,61 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from autobalance.declare import Hertz, Mpa, Mrad, NotNegative, Ordinal, Positive, Rpm, record
 from autobalance.dynamics.torsion_chain import TorsionMode, shear_stress_pa
 from autobalance.machine_models.torsion_excited import ExcitedTrain
+from autobalance.machine_models.torsion_peaks import Torque
 from autobalance.types import Array
 
-MaybeNumbers = Sequence[float | None]
 
+@record
+class ResponsePoint:
+    """Amplitudes of stations, torque, twist and stress of links at a speed; None: not steady.
 
-@dataclass(frozen=True, eq=False)
-class OrderResponse:
-    """The steady response to one order: magnitudes (speeds, stations) and (speeds, links).
-
-    Not finite where a speed has no steady response; a stress is None of a link without a diameter, too.
+    A stress is None of a link without a diameter, too.
     """
 
-    order: float
-    speeds_rad_s: Array
-    angles_rad: Array
-    twists_rad: Array
-    torques_n_m: Array
-    stresses_pa: Sequence[MaybeNumbers]
+    speed_rad_s: Rpm
+    angle_rad: Sequence[Mrad | None]
+    torque_n_m: Sequence[Torque | None]
+    twist_rad: Sequence[Mrad | None]
+    stress_pa: Sequence[Mpa | None]
+
+    @property
+    def greatest_n_m(self) -> float | None:
+        """Greatest torque of any link; None where it is not steady."""
+        known = [each for each in self.torque_n_m if each is not None]
+        return max(known, default=None) if len(known) == len(self.torque_n_m) else None
 
 
-@dataclass(frozen=True)
+@record
+class OrderResponse:
+    """The steady response to an order over the speeds."""
+
+    schema_name: ClassVar[str] = "OrderFigures"
+    order: Positive
+    points: Sequence[ResponsePoint]
+
+
+@record
 class CriticalOrder:
-    """A speed at which an order meets a mode (from 0), with the greatest torque and stress there.
+    """A speed at which an order meets a mode, with the greatest torque and stress there.
 
     These are None where nothing excites the order, or nothing damps it.
     """
 
-    order: float
-    mode: int
-    frequency_rad_s: float
-    speed_rad_s: float
-    torque_n_m: float | None
-    stress_pa: float | None
-    phase_sum: float | None
+    schema_name: ClassVar[str] = "CriticalFigures"
+    order: Positive
+    frequency_rad_s: Hertz
+    speed_rad_s: Rpm
+    mode: Ordinal
+    torque_n_m: Torque | None
+    stress_pa: Mpa | None
+    phase_sum: NotNegative | None
 
 
 def order_responses(model: ExcitedTrain) -> list[OrderResponse]:
@@ -55,15 +70,25 @@ def _response(model: ExcitedTrain, order: float) -> OrderResponse:
     speeds = model.question.speeds_rad_s
     motion = model.response(order, speeds)
     first, last = model.named.train.links.T
-    torques = np.abs(motion.torques_n_m)
+    twists = motion.angles_rad[:, last] - motion.angles_rad[:, first]
+    rows = zip(speeds, *map(np.abs, (motion.angles_rad, motion.torques_n_m, twists)), strict=True)
     return OrderResponse(
-        order,
-        speeds,
-        np.abs(motion.angles_rad),
-        np.abs(motion.angles_rad[:, last] - motion.angles_rad[:, first]),
-        torques,
-        [_stresses_pa(each, model.named.diameters_m) for each in torques],
+        order=float(order),
+        points=[
+            ResponsePoint(
+                speed_rad_s=float(speed),
+                angle_rad=_finite(angles),
+                torque_n_m=_finite(torques),
+                twist_rad=_finite(twisted),
+                stress_pa=_stresses_pa(torques, model.named.diameters_m),
+            )
+            for speed, angles, torques, twisted in rows
+        ],
     )
+
+
+def _finite(values: Array) -> list[float | None]:
+    return [float(each) if np.isfinite(each) else None for each in values]
 
 
 def critical_orders(model: ExcitedTrain, modes: Sequence[TorsionMode]) -> list[CriticalOrder]:
@@ -76,17 +101,22 @@ def critical_orders(model: ExcitedTrain, modes: Sequence[TorsionMode]) -> list[C
         for number, mode in enumerate(modes)
         if low <= mode.frequency_rad_s / order <= high
     ]
-    return [
-        CriticalOrder(
-            float(order),
-            number,
-            modes[number].frequency_rad_s,
-            speed,
-            *_greatest(model, order, speed),
-            model.phase_sum(order, modes[number].shape),
-        )
-        for speed, order, number in sorted(met)
-    ]
+    return [_critical(model, float(order), speed, number, modes) for speed, order, number in sorted(met)]
+
+
+def _critical(
+    model: ExcitedTrain, order: float, speed_rad_s: float, number: int, modes: Sequence[TorsionMode]
+) -> CriticalOrder:
+    torque_n_m, stress_pa = _greatest(model, order, speed_rad_s)
+    return CriticalOrder(
+        order=order,
+        frequency_rad_s=modes[number].frequency_rad_s,
+        speed_rad_s=speed_rad_s,
+        mode=number + 1,
+        torque_n_m=torque_n_m,
+        stress_pa=stress_pa,
+        phase_sum=model.phase_sum(order, modes[number].shape),
+    )
 
 
 def _greatest(model: ExcitedTrain, order: float, speed_rad_s: float) -> tuple[float | None, float | None]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Self
 
 import numpy as np
 
+from autobalance.declare import NotNegative, record
 from autobalance.engine.cycle.analysis import CycleAnalysis, torque_orders
 from autobalance.job import Job
 from autobalance.job.model.torsion import CrankTorsion
@@ -33,6 +36,23 @@ class ThrowVibration:
     def crankpin_n_m(self) -> Array:
         """Mean of both sides (n,) [N·m]."""
         return np.asarray(0.5 * (self.before_n_m + self.after_n_m))
+
+
+@record
+class TorsionalVibration:
+    """Whether torsional vibration is counted, and the greatest torque that it adds in a journal."""
+
+    counted: bool
+    greatest_added_N_m: NotNegative | None
+
+    @classmethod
+    def of(cls, throws: Sequence[ThrowVibration] | None) -> Self:
+        if throws is None:
+            return cls(counted=False, greatest_added_N_m=None)
+        greatest = max(
+            float(np.abs(side).max()) for each in throws for side in (each.before_n_m, each.after_n_m)
+        )
+        return cls(counted=True, greatest_added_N_m=greatest)
 
 
 def throw_vibrations(cycle: CycleAnalysis, job: Job, crank: Crank) -> tuple[ThrowVibration, ...] | None:

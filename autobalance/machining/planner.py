@@ -16,6 +16,7 @@ from autobalance.correction.machining import (
     RimOperation,
     angle_deg,
 )
+from autobalance.declare import Ordinal
 from autobalance.errors import JobError
 from autobalance.job.files.machine_tool import CuttingTool, MachineTool
 from autobalance.machining.area_moves import hops, moves
@@ -23,7 +24,7 @@ from autobalance.machining.blocks import Block, Bore, Change, Clamp, Go, Index, 
 from autobalance.machining.choices import rim_lines, setup_of, tool_for
 from autobalance.machining.operation_body import operation_body
 from autobalance.machining.part import Listed, Part
-from autobalance.machining.setups import SetupName, Zero, inverse, placement, rotary_deg
+from autobalance.machining.setups import NcZero, SetupName, inverse, placement, rotary_deg
 from autobalance.machining.stock import disc, strip, top_mm
 from autobalance.machining.tool_body import steps_of, widest_mm
 from autobalance.machining.workspace import Workspace
@@ -46,13 +47,21 @@ class Setup:
     cuts: list[tuple[Listed, CuttingTool]] = field(default_factory=list)
 
 
+@dataclass(frozen=True)
+class NotProgrammed:
+    """A correction that no program makes."""
+
+    correction: Ordinal
+    why: str
+
+
 @dataclass(frozen=True, eq=False)
 class NcPlan:
     """All set-ups, and the cuts that none reaches with the reason."""
 
-    zero: Zero
+    zero: NcZero
     setups: tuple[Setup, ...]
-    not_programmed: tuple[tuple[Listed, str], ...]
+    not_programmed: tuple[NotProgrammed, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +89,7 @@ class Planner:
         JobError
             If a tool is missing, too short, or the travel is.
         """
-        left_out: list[tuple[Listed, str]] = []
+        left_out: list[NotProgrammed] = []
         faults: list[str] = []
         jobs: list[_Job] = []
         for cut in self.part.cuts:
@@ -89,7 +98,7 @@ class Planner:
                 continue
             place = operation if isinstance(operation, str) else setup_of(self.space, operation)
             if isinstance(operation, str) or place not in ORDER:
-                left_out.append((cut, place))
+                left_out.append(NotProgrammed(cut.number, place))
                 continue
             tool = tool_for(self.space, cut, operation, place)
             if isinstance(tool, str):

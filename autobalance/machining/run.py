@@ -16,7 +16,7 @@ from autobalance.machining.operation_body import operation_body
 from autobalance.machining.part import Listed, Part
 from autobalance.machining.planner import NcPlan, Planner, Setup, tool_words
 from autobalance.machining.posts import post_named
-from autobalance.machining.setups import CLAMPING_TEXTS, SetupName, Zero
+from autobalance.machining.setups import CLAMPING_TEXTS, NcZero, SetupName
 from autobalance.machining.simulator import Simulation, Simulator
 from autobalance.machining.stock import Stock
 from autobalance.machining.tool_body import length_mm
@@ -73,7 +73,7 @@ class NcRun:
     left_mm3: float
 
     @property
-    def zero(self) -> Zero:
+    def zero(self) -> NcZero:
         return self.plan.zero
 
     @property
@@ -226,7 +226,7 @@ def differences(part: Part, plan: NcPlan, simulation: Simulation) -> tuple[float
 
     What no program touches is as it was: only what tools took, and what they should take, is looked at.
     """
-    left_out = {cut.number for cut, _ in plan.not_programmed}
+    left_out = {each.correction for each in plan.not_programmed}
     operations = [
         cut.operation
         for cut in part.cuts
@@ -266,7 +266,7 @@ def time_s(moves: Sequence[Move], machine: MachineTool) -> float:
     return total
 
 
-def refuse_travel(programs: Sequence[Program], stock: Stock, machine: MachineTool, zero: Zero) -> None:
+def refuse_travel(programs: Sequence[Program], stock: Stock, machine: MachineTool, zero: NcZero) -> None:
     """Refuse programs that a machine has not the travel for, or that would drive a tool into the table.
 
     Raises

@@ -23,7 +23,7 @@ CLAMPING_TEXTS = {
 
 
 @dataclass(frozen=True)
-class Zero:
+class NcZero:
     """The machine's zero in the rotor frame, and in words the datum that is touched for it."""
 
     angle_deg: float
@@ -32,7 +32,7 @@ class Zero:
     z_of: str
 
 
-def zero_of(machine: MachineTool, anatomy: Anatomy) -> Zero:
+def zero_of(machine: MachineTool, anatomy: Anatomy) -> NcZero:
     """Return the zero that a machine's file asks for on a crank.
 
     Raises
@@ -42,7 +42,7 @@ def zero_of(machine: MachineTool, anatomy: Anatomy) -> Zero:
     """
     angle, angle_of = _angle(machine.zero_angle, anatomy)
     z, z_of = _place(machine.zero_z, anatomy)
-    return Zero(angle, z, angle_of, z_of)
+    return NcZero(angle, z, angle_of, z_of)
 
 
 def _crankpin(name: str, anatomy: Anatomy) -> int | None:
@@ -92,7 +92,7 @@ def _place(stated: float | str, anatomy: Anatomy) -> tuple[float, str]:
     )
 
 
-def placement(setup: SetupName, zero: Zero, rotary_sign: int = 1, rotary_deg: float = 0.0) -> Array:
+def placement(setup: SetupName, zero: NcZero, rotary_sign: int = 1, rotary_deg: float = 0.0) -> Array:
     """Return the motion (4, 4) from a set-up's machine coordinates to the rotor frame.
 
     In L the machine's X is a radius here, towards the angle zero.
@@ -123,6 +123,6 @@ def inverse(motion: Array) -> Array:
     return back
 
 
-def rotary_deg(angle_deg: float, zero: Zero, sign: int) -> float:
+def rotary_deg(angle_deg: float, zero: NcZero, sign: int) -> float:
     """Return the word in [0, 360) that brings an angle of the rotor under the spindle, to 4 decimals."""
     return round(sign * (angle_deg - zero.angle_deg) % 360.0, 4) % 360.0

@@ -15,7 +15,7 @@ from autobalance.correction.rings.trace import RING_SIDES, faceted_ring
 from autobalance.errors import FormatError
 from autobalance.job.files.machine_tool import CuttingTool, MachineTool
 from autobalance.machining.interpreter import Move, Place
-from autobalance.machining.setups import SetupName, Zero, placement
+from autobalance.machining.setups import NcZero, SetupName, placement
 from autobalance.machining.stock import CIRCUMSCRIBED_RATIO, SIDES, Stock
 from autobalance.machining.tool_body import Step, steps_of, widest_mm
 from autobalance.rigid_rotor.moments import Moments
@@ -88,7 +88,7 @@ class _Group:
 class Simulator:
     """Runs the moves of programs on one stock, set-up after set-up."""
 
-    def __init__(self, stock: Stock, machine: MachineTool, zero: Zero) -> None:
+    def __init__(self, stock: Stock, machine: MachineTool, zero: NcZero) -> None:
         self.machine, self.zero = machine, zero
         self.found = Simulation(stock)
         self.tools = {tool.number: tool for tool in machine.tools}

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalance.declare import Share
 from autobalance.studies.linear_model import LinearModel
 from autobalance.types import Array
 
@@ -24,20 +25,27 @@ class AdviceStep:
     probability_within: float
 
 
-def advise(model: LinearModel, deviations: Mapping[str, Array], target: float) -> list[AdviceStep]:
+@dataclass(frozen=True)
+class Advice:
+    """Uncertainty to which each cause alone would have to be reduced for the target, unless it is reached."""
+
+    target: Share
+    reached: bool
+    steps: tuple[AdviceStep, ...] = ()
+
+
+def advise(model: LinearModel, deviations: Mapping[str, Array], target: float) -> tuple[AdviceStep, ...]:
     """Return the uncertainty of each cause at which the share of cranks within reaches ``target``.
 
     The same drawn cranks are judged again with one cause's deviations made smaller. Best first: what has to
     change least, then what would help most without being enough.
     """
-    return sorted(
-        (_step(model, deviations, target, cause) for cause in dict.fromkeys(d.cause for d in model.draws)),
-        key=lambda step: (
-            step.pm_needed is None,
-            -(step.pm_needed or 0.0) / step.pm_now,
-            -step.probability_within,
-        ),
-    )
+    steps = (_step(model, deviations, target, cause) for cause in dict.fromkeys(d.cause for d in model.draws))
+    return tuple(sorted(steps, key=_least_change))
+
+
+def _least_change(step: AdviceStep) -> tuple[bool, float, float]:
+    return step.pm_needed is None, -(step.pm_needed or 0.0) / step.pm_now, -step.probability_within
 
 
 def _step(model: LinearModel, deviations: Mapping[str, Array], target: float, cause: str) -> AdviceStep:

@@ -6,16 +6,32 @@ import contextlib
 import json
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
+from autobalance.declare import Count, Named, Ordinal, Sha256, decoded, encoded, record
 from autobalance.errors import FileError, file_errors
 
 JOURNAL = "journal.jsonl"
 ENDING_S = 1.0
 """Threads of a batch that was killed may still end, and hold its folder, once its process is gone."""
-Line = dict[str, Any]
+
+
+@record
+class JournalLine:
+    """Journal entry of a finished row."""
+
+    row: Ordinal
+    name: str
+    exit_code: Count
+    fingerprint: Sha256
+    try_: Annotated[Ordinal, Named("try")]
+    worker: Annotated[str, "of a row that was never begun, or was lost: nobody"]
+    started: str
+    finished: str
+    message: str
+    files: Annotated[Mapping[str, Sha256], "sha256 by name"]
 
 
 def made_folder(folder: Path) -> None:
@@ -72,32 +88,35 @@ def _locked(handle: int) -> bool:
     return True
 
 
-def read_journal(folder: Path) -> dict[str, Line]:
+def read_journal(folder: Path) -> dict[str, JournalLine]:
     """Return the last whole line of each row, by the row's name; a line that was cut off is none."""
     path = folder / JOURNAL
     if not path.exists():
         return {}
     with file_errors(f"read {path}"):
         data = path.read_bytes()
-    lines: dict[str, Line] = {}
-    for text in data.split(b"\n")[:-1]:
-        try:
-            line = json.loads(text)
-        except (ValueError, RecursionError):
-            continue
-        if isinstance(line, dict) and isinstance(line.get("name"), str):
-            lines[line["name"]] = line
-    return lines
+    found = (journal_line(text) for text in data.split(b"\n")[:-1])
+    return {line.name: line for line in found if line is not None}
 
 
-def rewrite_journal(folder: Path, lines: Sequence[Line]) -> None:
+def journal_line(text: bytes) -> JournalLine | None:
+    """Return a line as it was read; None where it is none of ours, or was changed by hand."""
+    try:
+        values = json.loads(text)
+        line = decoded(JournalLine, values)
+    except (ValueError, RecursionError):
+        return None
+    return line if encoded(line) == values else None
+
+
+def rewrite_journal(folder: Path, lines: Iterable[JournalLine]) -> None:
     """Replace the journal by these lines, whole or not at all."""
     part = folder / f".{JOURNAL}.part"
     part.write_bytes(b"".join(_bytes(line) for line in lines))
     os.replace(part, folder / JOURNAL)
 
 
-def append_line(folder: Path, line: Line) -> None:
+def append_line(folder: Path, line: JournalLine) -> None:
     """Add a line, and do not return before the disk has it."""
     with (folder / JOURNAL).open("ab") as stream:
         stream.write(_bytes(line))
@@ -105,5 +124,5 @@ def append_line(folder: Path, line: Line) -> None:
         os.fsync(stream.fileno())
 
 
-def _bytes(line: Line) -> bytes:
-    return json.dumps(line, ensure_ascii=False, allow_nan=False).encode() + b"\n"
+def _bytes(line: JournalLine) -> bytes:
+    return json.dumps(encoded(line), ensure_ascii=False, allow_nan=False).encode() + b"\n"

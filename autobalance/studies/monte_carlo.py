@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
+from autobalance.declare import Count, NotNegative, Share, Size
 from autobalance.engine.balance_factor import LEAST_DIRECTION, factor_direction_g_mm
 from autobalance.job.model import Sampling
 from autobalance.machine_models import rotor_from_job
 from autobalance.runtime import Progress, no_progress
-from autobalance.studies.advice import AdviceStep, advise
+from autobalance.studies.advice import Advice, advise
 from autobalance.studies.causes import Causes, causes_of
 from autobalance.studies.draws import Z_95
 from autobalance.studies.exact_cranks import exact_state
@@ -23,7 +25,7 @@ from autobalance.studies.linear_model import (
     state_of,
 )
 from autobalance.studies.plan import Plan
-from autobalance.studies.sensitivity import KeyFigure, key_figures
+from autobalance.studies.sensitivity import KeyFigureCurves, key_figures
 from autobalance.studies.sobol import SobolShares, sobol_shares
 from autobalance.studies.statistics import Percentiles, wilson_interval
 from autobalance.studies.workers import InThisProcess, Workers
@@ -71,12 +73,36 @@ class StudyPercentiles:
     planes: tuple[PlanePercentiles, ...]
 
 
+@dataclass(frozen=True)
+class Spread:
+    """95 % of the cranks are within it of the plan: by the linear model, and as drawn."""
+
+    linear_g_mm: NotNegative
+    sampled_g_mm: NotNegative
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyFindings:
+    """What the drawn cranks say of the plan."""
+
+    within: Count
+    probability_within: Share
+    interval: Annotated[tuple[float, float], Size(2, 2), "Wilson's, of 95 %"]
+    percentiles: StudyPercentiles
+    spread: Spread
+    contributions: tuple[Contribution, ...]
+    sobol: SobolShares
+    sensitivity: tuple[KeyFigureCurves, ...]
+    linear_model: ModelCheck
+    advice: Advice
+
+
 @dataclass(frozen=True, eq=False)
 class StudyAnswer:
     """Result of a study.
 
-    ``states`` (n, 4) and ``deviations`` (label → (n, 1) or (n, 2)) are of the drawn cranks; ``factors`` (n,)
-    are their balance factors, None where the crank has none.
+    ``states`` (n, 4) and ``deviations`` (label → (n, 1) or (n, 2)) are of the drawn cranks; ``shares`` (n,)
+    is what each uses of the permissible value.
     """
 
     plan: Plan
@@ -84,53 +110,7 @@ class StudyAnswer:
     deviations: Mapping[str, Array]
     states: Array
     shares: Array
-    factors: Array | None
-    contributions: tuple[Contribution, ...]
-    check: ModelCheck
-    target: float
-    steps: tuple[AdviceStep, ...]
-    sobol: SobolShares
-    figures: tuple[KeyFigure, ...]
-
-    @property
-    def within(self) -> int:
-        """Number of cranks within tolerance."""
-        return int((self.shares <= 1.0).sum())
-
-    @property
-    def probability(self) -> float:
-        return self.within / len(self.states)
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Wilson's interval of 95 % of that share."""
-        return wilson_interval(self.within, len(self.states))
-
-    @property
-    def linear_spread_g_mm(self) -> float:
-        """1.959964 √trace of the covariance of the resultant, by the linear model."""
-        return linear_spread_g_mm(self.model.covariance())
-
-    @property
-    def sampled_spread_g_mm(self) -> float:
-        """The same, of the drawn cranks."""
-        if len(self.states) < 2:
-            return 0.0
-        return float(Z_95 * np.sqrt(self.states[:, :2].var(axis=0, ddof=1).sum()))
-
-    @property
-    def percentiles(self) -> StudyPercentiles:
-        """Percentiles of the drawn cranks."""
-        planes = self.model.plane_magnitudes(self.states)
-        return StudyPercentiles(
-            Percentiles.of(np.hypot(self.states[:, 0], self.states[:, 1])),
-            Percentiles.of(self.shares),
-            None if self.factors is None else Percentiles.of(self.factors),
-            tuple(
-                PlanePercentiles(name, Percentiles.of(values))
-                for name, values in zip("AB", planes, strict=False)
-            ),
-        )
+    found: StudyFindings
 
 
 def study_of(
@@ -158,21 +138,39 @@ def study_of(
     check = _checked(plan, model, deviations, states, min(sampler.exact, sampler.samples))
     progress("looking for advice", 0.9)
     shares = model.used_shares(states)
-    share_wanted = DEFAULT_TARGET if target is None else target
-    reached = float((shares <= 1.0).mean()) >= share_wanted
-    return StudyAnswer(
-        plan,
-        model,
-        deviations,
-        states,
-        shares,
-        _factors(plan, causes, deviations, states),
-        tuple(contributions(model)),
-        check,
-        share_wanted,
-        () if reached else tuple(advise(model, deviations, share_wanted)),
-        sobol_shares(model, sampler.seed),
-        tuple(key_figures(plan, model, lambda drawn, found: _factors(plan, causes, drawn, found))),
+    within = int((shares <= 1.0).sum())
+    target = DEFAULT_TARGET if target is None else target
+    reached = within / len(states) >= target
+    found = StudyFindings(
+        within=within,
+        probability_within=within / len(states),
+        interval=wilson_interval(within, len(states)),
+        percentiles=_percentiles(model, states, shares, _factors(plan, causes, deviations, states)),
+        spread=Spread(linear_spread_g_mm(model.covariance()), _sampled_spread_g_mm(states)),
+        contributions=tuple(contributions(model)),
+        sobol=sobol_shares(model, sampler.seed),
+        sensitivity=tuple(
+            key_figures(plan, model, lambda drawn, found: _factors(plan, causes, drawn, found))
+        ),
+        linear_model=check,
+        advice=Advice(target, reached, () if reached else advise(model, deviations, target)),
+    )
+    return StudyAnswer(plan, model, deviations, states, shares, found)
+
+
+def _sampled_spread_g_mm(states: Array) -> float:
+    if len(states) < 2:
+        return 0.0
+    return float(Z_95 * np.sqrt(states[:, :2].var(axis=0, ddof=1).sum()))
+
+
+def _percentiles(model: LinearModel, states: Array, shares: Array, factors: Array | None) -> StudyPercentiles:
+    planes = zip("AB", model.plane_magnitudes(states), strict=False)
+    return StudyPercentiles(
+        Percentiles.of(np.hypot(states[:, 0], states[:, 1])),
+        Percentiles.of(shares),
+        None if factors is None else Percentiles.of(factors),
+        tuple(PlanePercentiles(name, Percentiles.of(values)) for name, values in planes),
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from autobalance.declare import NotNegative
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.job.model.cycle import Cycle
 from autobalance.machine_models.engine_from_job import with_moments
@@ -26,29 +27,29 @@ CYCLE_FIGURES = {"greatest_main_load_N": "N", "acceleration_rad_s2": "rad/s²", 
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class KeyFigureCurve:
     """A key figure (n,) over one cause's offset from its own value (n,)."""
 
     name: str
-    pm: float
+    pm: NotNegative
     unit: str
     offset: Array
     values: Array
 
 
 @dataclass(frozen=True, eq=False)
-class KeyFigure:
+class KeyFigureCurves:
     """A key figure as planned, and how it follows each cause; those that move it most first."""
 
-    name: str
+    figure: str
     unit: str
     nominal: float
-    curves: tuple[Curve, ...]
+    causes: tuple[KeyFigureCurve, ...]
 
 
 def key_figures(
     plan: Plan, model: LinearModel, factors: Callable[[Mapping[str, Array], Array], Array | None]
-) -> list[KeyFigure]:
+) -> list[KeyFigureCurves]:
     """Return the key figures: residual, share used, balance factor; with a cycle loads and response too.
 
     Causes that are vectors have no ends and are left out. All draws of a cause move together.
@@ -72,7 +73,7 @@ def _of_residual(
     model: LinearModel,
     numbers: Mapping[str, Sequence[Draw]],
     factors: Callable[[Mapping[str, Array], Array], Array | None],
-) -> list[KeyFigure]:
+) -> list[KeyFigureCurves]:
     def figures(deviations: Mapping[str, Array]) -> dict[str, Array]:
         states = model.states(deviations)
         values = {"magnitude_g_mm": np.hypot(states[:, 0], states[:, 1])}
@@ -84,7 +85,7 @@ def _of_residual(
     return _followed(model.draws, numbers, STEPS, units, figures)
 
 
-def _of_cycle(plan: Plan, numbers: Mapping[str, Sequence[Draw]]) -> list[KeyFigure]:
+def _of_cycle(plan: Plan, numbers: Mapping[str, Sequence[Draw]]) -> list[KeyFigureCurves]:
     """Return figures of the engine's cycle, which only weights and the density move."""
     moved = {
         cause: draws
@@ -123,19 +124,21 @@ def _followed(
     steps: int,
     units: Mapping[str, str],
     figures: Callable[[Mapping[str, Array]], dict[str, Array]],
-) -> list[KeyFigure]:
+) -> list[KeyFigureCurves]:
     """Return each figure as every cause goes from −pm to +pm, the others staying where they are."""
     places = np.linspace(-1.0, 1.0, steps)
     still = {draw.label: np.zeros((steps, len(draw.effect))) for draw in draws}
     nominal = figures({label: values[:1] for label, values in still.items()})
-    curves: dict[str, list[Curve]] = {name: [] for name in nominal}
+    curves: dict[str, list[KeyFigureCurve]] = {name: [] for name in nominal}
     for cause, own in numbers.items():
         moved = figures({**still, **{draw.label: draw.pm * places[:, None] for draw in own}})
         widest = max(own, key=lambda draw: draw.pm)
         for name in nominal:
-            curves[name].append(Curve(cause, widest.pm, widest.unit, widest.pm * places, moved[name]))
+            curves[name].append(
+                KeyFigureCurve(cause, widest.pm, widest.unit, widest.pm * places, moved[name])
+            )
     return [
-        KeyFigure(
+        KeyFigureCurves(
             name,
             units[name],
             float(nominal[name][0]),

@@ -187,7 +187,7 @@ def test_what_no_set_up_reaches_is_left_out(part: Part) -> None:
     found = nc_run(part, read_machine_tool(without))
     assert found.programs == ()
     assert not found.is_complete
-    assert {why for _, why in found.plan.not_programmed} == {"the machine file has no [rotary] axis"}
+    assert {each.why for each in found.plan.not_programmed} == {"the machine file has no [rotary] axis"}
     assert found.residual.magnitude_g_mm > 10.0 * part.residual.magnitude_g_mm
 
 

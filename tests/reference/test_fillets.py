@@ -166,14 +166,16 @@ def test_fatigue_of_stress_in_step_and_out_of_step() -> None:
     angle = np.linspace(0.0, 2.0 * math.pi, 721)
     metal = FatigueMetal(1000.0, 300.0, 700.0)
     bending = 40.0 + 90.0 * np.sin(angle)
-    in_step = Fatigue.of(bending, 60.0 * np.sin(angle), metal)
+    in_step = Fatigue.of(bending, 60.0 * np.sin(angle), metal).safety
     assert in_step.gough_pollard is not None
     assert in_step.gough_pollard == pytest.approx(300.0 / math.hypot(90.0, math.sqrt(3.0) * 60.0))
     assert in_step.goodman == pytest.approx(1.0 / (1.0 / in_step.gough_pollard + 40.0 / 1000.0))
-    apart = Fatigue.of(bending, 60.0 * np.cos(angle), metal)
+    apart = Fatigue.of(bending, 60.0 * np.cos(angle), metal).safety
     assert apart.gough_pollard == pytest.approx(300.0 / (math.sqrt(3.0) * 60.0))
-    assert apart.equivalent_alternating_MPa == pytest.approx(in_step.equivalent_alternating_MPa)
-    pressed = Fatigue.of(bending - 200.0, 0.0 * angle, metal)  # mean compression is no help and no harm
+    assert apart.iacs == pytest.approx(in_step.iacs)  # of the equivalent of the half ranges
+    pressed = Fatigue.of(
+        bending - 200.0, 0.0 * angle, metal
+    ).safety  # mean compression is no help and no harm
     assert pressed.goodman == pressed.gough_pollard == pytest.approx(300.0 / 90.0)
     assert pressed.yielding == pytest.approx(700.0 / 250.0)
 

@@ -182,9 +182,12 @@ def test_of_a_report_the_least_safe_throw_that_was_cut_is_looked_at() -> None:
     assert box[1] == pytest.approx([x + 3.0, y + 3.0, web.z_max_mm], abs=0.05)
     assert throw_stress.cut_boxes(own, after, anatomy.throws[0]) == []
     safeties = {1: 1.5, 2: 3.0, 3: 2.5, 4: 3.0}
+
+    def safe(value: float) -> Any:
+        return SimpleNamespace(safety=SimpleNamespace(gough_pollard=value, goodman=value))
+
     rows: Any = [
-        SimpleNamespace(throw=n, web=1, place="crankpin", fatigue=SimpleNamespace(gough_pollard=s, goodman=s))
-        for n, s in safeties.items()
+        SimpleNamespace(throw=n, web=1, place="crankpin", fatigue=safe(s)) for n, s in safeties.items()
     ]
     asked: Any = SimpleNamespace(crank=after, before=own)
     assert _looked_at(asked, rows) == 3

@@ -67,7 +67,7 @@ def test_holzers_remainder_is_the_characteristic_polynomial() -> None:
         assert left == pytest.approx(-whole / np.prod(springs), rel=1e-9)
     for mode in torsion_modes(model):
         rows = holzer_table(model, mode.frequency_rad_s)
-        angles = np.array([row.angle_rad for row in rows])
+        angles = np.array([row.angle_rad for row in rows], dtype=float)
         assert angles / angles[np.argmax(np.abs(angles))] == pytest.approx(mode.shape, abs=1e-9)
 
 

@@ -1,4 +1,3 @@
-import math
 import re
 from dataclasses import replace
 from typing import get_args
@@ -6,7 +5,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from autobalance.balancing.comparison import Row, beaten_by, ranked, wall_left_mm, why_recommended
+from autobalance.balancing.comparison import ComparedRow, beaten_by, ranked, wall_left_mm, why_recommended
 from autobalance.correction.contract import Correction, Prefer
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.declare import encoded
@@ -19,44 +18,45 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 
 
-def row(name: str, metal_g: float, inertia: float, cuts: int, wall_mm: float | None = 5.0) -> Row:
-    return Row(
+def row(name: str, metal_g: float, inertia: float, cuts: int, wall_mm: float | None = 5.0) -> ComparedRow:
+    return ComparedRow(
         (name,),
         "within_tolerance",
         None,
-        share=0.01,
+        residual_share=0.01,
         residual_g_mm=0.1,
         mass_change_g=-metal_g,
         inertia_change_g_mm2=-inertia,
-        moved_g=metal_g,
+        metal_moved_g=metal_g,
         cuts=cuts,
         depths_mm=(2.0,) * cuts,
         wall_left_mm=wall_mm,
-        capacity=math.inf,
+        capacity_is_plenty=True,
     )
 
 
-ABOVE = Row(
+ABOVE = ComparedRow(
     ("slug",),
     "above_tolerance",
     "too short",
-    3.0,
-    30.0,
-    0.0,
-    0.0,
-    0.0,
-    1,
-    (4.0,),
+    residual_share=3.0,
+    residual_g_mm=30.0,
+    mass_change_g=0.0,
+    metal_moved_g=0.0,
+    inertia_change_g_mm2=0.0,
+    cuts=1,
+    depths_mm=(4.0,),
     wall_left_mm=4.0,
     capacity=0.2,
 )
-NO_PLACE = Row(("add",), None, "no face")
+NO_PLACE = ComparedRow(("add",), None, "no face")
 
 
 def test_what_is_nowhere_worse_and_somewhere_better_beats() -> None:
     light, same, trade = row("a", 10.0, 500.0, 2), row("b", 10.0, 500.0, 3), row("c", 20.0, 300.0, 2)
     rows = [light, same, trade, ABOVE, NO_PLACE]
-    assert beaten_by(rows) == {"a": [], "b": ["a"], "c": [], "slug": ["a", "b", "c"], "add": ["a", "b", "c"]}
+    beaten = {each.name: "".join(beaten_by(each, rows)) for each in rows}
+    assert beaten == {"a": "", "b": "a", "c": "", "slug": "abc", "add": "abc"}
     assert not light.beats(light)
     assert not light.beats(row("d", 10.0 * (1.0 - 1e-4), 500.0, 2))  # equal but for rounding
     assert row("thick", 10.0, 500.0, 2, 9.0).beats(light)
@@ -99,12 +99,13 @@ def test_an_engine_whose_throws_cancel_is_judged_by_its_worst_plane() -> None:
         judge="dynamic",
     )
     couple = Unbalance(np.array([1.0, 0.0]), np.array([2e6, 0.0]))
-    values = encoded(comparison("v8.toml", tolerance, couple, [row("drill", 12.0, 6e5, 3)]))
+    compared = comparison("v8.toml", tolerance, couple, [row("drill", 12.0, 6e5, 3)])
+    values = encoded(compared)
     worst = values["initial_worst"]
     assert (worst["place"], values["initial_g_mm"]) == ("plane B", 1.0)
     assert worst["g_mm"] == pytest.approx(10000.5)
     assert worst["permissible_g_mm"] == pytest.approx(105.0)
-    text = comparison_text(values, ON_SCREEN["metric"])
+    text = comparison_text(compared, ON_SCREEN["metric"])
     assert "plane B has 10000.50 g·mm before, 105.00 g·mm permitted there (9\u202f524 %)" in text
 
 
@@ -118,22 +119,22 @@ def test_table_and_values_tell_the_same() -> None:
         judge="static",
     )
     rows = [row("turn", 10.0, 5e5, 2), row("drill", 12.0, 6e5, 3), ABOVE, NO_PLACE]
-    values = encoded(comparison("job.toml", tolerance, off(345.6), rows))
+    compared = comparison("job.toml", tolerance, off(345.6), rows)
+    values = encoded(compared)
     assert values["unbeaten"] == ["turn"]
     assert values["rows"][0]["inertia_change_kg_mm2"] == -500.0
     assert values["rows"][0]["capacity"] is None
     assert values["rows"][0]["capacity_is_plenty"]
     assert "NaN" not in dumps(values)
-    text = comparison_text(values, ON_SCREEN["metric"])
+    text = comparison_text(compared, ON_SCREEN["metric"])
     assert values["recommended"] == ["turn"]
     assert values["ranking"] == ["turn", "drill"]
     assert [each["rank"] for each in values["rows"]] == [1, 2, None, None]
     assert "turn: 2 cuts" in values["why"]
     assert "next is drill: 3 cuts" in values["why"]
     assert "Recommended: turn (turn: 2 cuts" in text
-    assert comparison_html(values, ON_SCREEN["metric"]).index("turn") < comparison_html(
-        values, ON_SCREEN["metric"]
-    ).index("<td>drill")
+    shown = comparison_html(compared, ON_SCREEN["metric"])
+    assert shown.index("turn") < shown.index("<td>drill")
     light = [row("turn", 14.0, 5e5, 2), row("drill", 12.0, 6e5, 3)]
     assert encoded(comparison("job.toml", tolerance, off(1.0), light, "least_metal"))["recommended"] == [
         "drill"
@@ -146,7 +147,7 @@ def test_table_and_values_tell_the_same() -> None:
     assert "slug: too short" in text
     assert "add: no face" in text
     assert text.endswith("Nothing beats: turn")
-    assert "oz·in" in comparison_text(values, ON_SCREEN["inch"])
+    assert "oz·in" in comparison_text(compared, ON_SCREEN["inch"])
 
 
 def test_reasons_and_what_recommends_a_kind_are_in_the_units_of_the_table() -> None:
@@ -159,8 +160,8 @@ def test_reasons_and_what_recommends_a_kind_are_in_the_units_of_the_table() -> N
         judge="static",
     )
     above = replace(ABOVE, reason=said("limited by the wall of {} behind it", mm(4.5, "g")))
-    found = encoded(comparison("job.toml", tolerance, off(345.6), [row("drill", 12.0, 6e5, 3), above]))
-    assert found["rows"][1]["reason"] == "limited by the wall of 4.5 mm behind it"
+    found = comparison("job.toml", tolerance, off(345.6), [row("drill", 12.0, 6e5, 3), above])
+    assert found.rows[1].reason == "limited by the wall of 4.5 mm behind it"
     inch = comparison_text(found, ON_SCREEN["inch"])
     assert "limited by the wall of 0.1772 in behind it" in inch
     assert "0.423 oz (12.00 g) moved" in inch
@@ -172,10 +173,10 @@ def test_reasons_and_what_recommends_a_kind_are_in_the_units_of_the_table() -> N
 
 def test_what_thins_a_web_ranks_behind_its_like_that_does_not() -> None:
     """After what was preferred, before metal: 0.89 of a web's metal is thin, 0.91 is not."""
-    light_but_thin = replace(row("a", 8.0, 500.0, 2), thinnest_share=0.89)
-    heavy = replace(row("b", 12.0, 500.0, 2), thinnest_share=0.91)
-    light = replace(row("c", 10.0, 500.0, 2), thinnest_share=None)
-    more_cuts = replace(row("d", 1.0, 500.0, 3), thinnest_share=1.0)
+    light_but_thin = replace(row("a", 8.0, 500.0, 2), web_metal_share=0.89)
+    heavy = replace(row("b", 12.0, 500.0, 2), web_metal_share=0.91)
+    light = replace(row("c", 10.0, 500.0, 2), web_metal_share=None)
+    more_cuts = replace(row("d", 1.0, 500.0, 3), web_metal_share=1.0)
     rows = [light_but_thin, heavy, light, more_cuts, ABOVE, NO_PLACE]
     assert [each.name for each in ranked(rows, "simple")] == ["c", "b", "a", "d"]
     assert [each.name for each in ranked(rows, "fewest_holes")] == ["c", "b", "a", "d"]

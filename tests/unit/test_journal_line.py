@@ -1,8 +1,10 @@
 """A line of a batch's journal that was changed by hand is none: its row is done anew."""
 
+import json
+
 import pytest
 
-from autobalance.report.records.batch import JournalLine
+from autobalance.studies.journal import journal_line
 
 WORDS = {"name": "one", "fingerprint": "ab", "worker": "w", "started": "a", "finished": "b", "message": ""}
 LINE = {"row": 1, "exit_code": 0, "try": 1, "files": {"report.json": "cd"}, **WORDS}
@@ -12,5 +14,5 @@ LINE = {"row": 1, "exit_code": 0, "try": 1, "files": {"report.json": "cd"}, **WO
     "change", [{"exit_code": {}}, {"exit_code": "0"}, {"try": None}, {"message": 5}, {"files": []}, {"x": 1}]
 )
 def test_a_line_of_other_types_is_none(change: dict[str, object]) -> None:
-    assert JournalLine.of(LINE) is not None
-    assert JournalLine.of(LINE | change) is None
+    assert journal_line(json.dumps(LINE).encode()) is not None
+    assert journal_line(json.dumps(LINE | change).encode()) is None

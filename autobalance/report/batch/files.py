@@ -7,9 +7,11 @@ import io
 import math
 import re
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from typing import Any
 
-from autobalance.types import Values
+from autobalance.declare import Values, encoded
+from autobalance.report.records.batch import BatchReport
 
 NEWEST_ROWS = 10
 OWN_WORDS = re.compile(
@@ -18,18 +20,23 @@ OWN_WORDS = re.compile(
 """Files and numbers of a message, which differ from row to row."""
 
 
-def results_csv(values: Values) -> bytes:
+def rows_of(report: BatchReport) -> list[Values]:
+    """Return the rows of the table by column: those of the list behind the others."""
+    return [encoded(row) for row in report.results]
+
+
+def results_csv(report: BatchReport) -> bytes:
     """Return one line a row, in the order of the list, without times: the same in every run."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    rows = values["results"]
+    rows = rows_of(report)
     writer.writerow(rows[0])
     for row in rows:
         writer.writerow(["" if cell is None else cell for cell in row.values()])
     return text.getvalue().encode()
 
 
-def results_workbook(values: Values) -> bytes:
+def results_workbook(report: BatchReport) -> bytes:
     """Return the table and the summary as a workbook."""
     import xlsxwriter
 
@@ -37,7 +44,7 @@ def results_workbook(values: Values) -> bytes:
     with xlsxwriter.Workbook(buffer, {"in_memory": True, "strings_to_formulas": False}) as book:
         bold = book.add_format({"bold": True})
         table = book.add_worksheet("Results")
-        rows = values["results"]
+        rows = rows_of(report)
         table.write_row(0, 0, list(rows[0]), bold)
         for number, row in enumerate(rows, 1):
             table.write_row(number, 0, ["" if cell is None else cell for cell in row.values()])
@@ -45,46 +52,47 @@ def results_workbook(values: Values) -> bytes:
         table.autofilter(0, 0, len(rows), len(rows[0]) - 1)
         summary = book.add_worksheet("Summary")
         lines: list[tuple[str, Any]] = [
-            (key, values[key]) for key in ("rows", "within", "above", "failed", "lost", "taken_over")
-        ]
-        lines += [
+            ("rows", report.rows),
+            ("within", report.within),
+            ("above", report.above),
+            ("failed", report.failed),
+            ("lost", report.lost),
+            ("taken_over", report.taken_over),
             ("", ""),
             ("Reason", "Rows"),
-            *((text, count) for text, count, _ in grouped_reasons(values)),
+            *((text, count) for text, count, _ in grouped(report.reasons)),
+            ("", ""),
+            ("Capability", ""),
+            *capability(report.worst_shares).items(),
         ]
-        lines += [("", ""), ("Capability", ""), *capability(values).items()]
         for number, (name, value) in enumerate(lines):
             summary.write_row(number, 0, [name, "" if value is None else value])
         summary.set_column(0, 0, 60)
     return buffer.getvalue()
 
 
-def grouped_reasons(values: Values) -> list[tuple[str, int, str]]:
+def grouped(reasons: Iterable[str]) -> list[tuple[str, int, str]]:
     """Return (reason, rows, example) of reasons that differ only in numbers, names and files.
 
     Examples
     --------
-    >>> rows = [{"exit_code": 3, "message": f"{name}.stl does not exist"} for name in ("a", "b")]
-    >>> grouped_reasons({"results": rows})
+    >>> grouped(["a.stl does not exist", "b.stl does not exist"])
     [('… does not exist', 2, 'a.stl does not exist')]
     """
     first: dict[str, str] = {}
     counts: Counter[str] = Counter()
-    for row in values["results"]:
-        if row["exit_code"] != 0:
-            why = row["message"] or row["outcome"]
-            reason = OWN_WORDS.sub("…", why)
-            first.setdefault(reason, why)
-            counts[reason] += 1
+    for why in reasons:
+        reason = OWN_WORDS.sub("…", why)
+        first.setdefault(reason, why)
+        counts[reason] += 1
     return sorted(((text, count, first[text]) for text, count in counts.items()), key=lambda x: (-x[1], x[0]))
 
 
-def capability(values: Values) -> dict[str, float | None]:
-    """Return mean, standard deviation and P_pk of the share used of the permissible value.
+def capability(shares: Sequence[float]) -> dict[str, float | None]:
+    """Return mean, standard deviation and P_pk of the shares used of the permissible value.
 
     P_pk = (1 − mean)/(3 s): there is an upper limit only (ISO 22514-2, of the sample as a whole).
     """
-    shares = [row["worst_share"] for row in values["results"] if row["worst_share"] is not None]
     if len(shares) < 2:
         return {"mean": shares[0] if shares else None, "standard_deviation": None, "p_pk": None}
     mean = sum(shares) / len(shares)
@@ -93,11 +101,11 @@ def capability(values: Values) -> dict[str, float | None]:
     return {"mean": mean, "standard_deviation": deviation, "p_pk": index}
 
 
-def batch_text(values: Values) -> str:
+def batch_text(report: BatchReport) -> str:
     lines = [
-        f"{values['rows']} rows: {values['within']} within tolerance, {values['above']} above, "
-        f"{values['failed']} failed, {values['lost']} lost; {values['taken_over']} taken over",
+        f"{report.rows} rows: {report.within} within tolerance, {report.above} above, "
+        f"{report.failed} failed, {report.lost} lost; {report.taken_over} taken over",
     ]
-    for text, count, example in grouped_reasons(values)[:NEWEST_ROWS]:
+    for text, count, example in grouped(report.reasons)[:NEWEST_ROWS]:
         lines.append(f"{count:6d}  {example if count == 1 else text}")
     return "\n".join(lines)

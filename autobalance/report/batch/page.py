@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-from autobalance.report.batch.files import capability, grouped_reasons
+from autobalance.report.batch.files import capability, grouped, rows_of
 from autobalance.report.page.templates import rendered
+from autobalance.report.records.batch import BatchReport
 from autobalance.types import Values
 
 BINS = 20
@@ -23,24 +24,25 @@ NAMES = {
 }
 
 
-def summary_page(values: Values) -> bytes:
+def summary_page(report: BatchReport) -> bytes:
     """Return the page; it needs no other file."""
-    reasons = list(_reasons(values))
+    reasons, shares = list(_reasons(report)), report.worst_shares
     page = rendered(
         "batch.html",
-        batch=values,
+        batch=report,
+        rows=rows_of(report),
         reasons=reasons[:MOST_REASONS],
         reasons_left=len(reasons) - MOST_REASONS,
-        histogram=_histogram(values),
-        capability=[(NAMES[name], value) for name, value in capability(values).items()],
+        histogram=_histogram(shares),
+        capability=[(NAMES[name], value) for name, value in capability(shares).items()],
         plain=_plain,
     )
     return page.encode()
 
 
-def _reasons(values: Values) -> Iterator[Values]:
+def _reasons(report: BatchReport) -> Iterator[Values]:
     """Yield the reasons, each with the share of all rows up to it [%]."""
-    reasons = grouped_reasons(values)
+    reasons = grouped(report.reasons)
     total, so_far = sum(count for _, count, _ in reasons), 0
     for text, count, example in reasons:
         so_far += count
@@ -48,9 +50,8 @@ def _reasons(values: Values) -> Iterator[Values]:
         yield {"text": text, "rows": count, "example": example, "together_percent": share}
 
 
-def _histogram(values: Values) -> str:
+def _histogram(shares: Sequence[float]) -> str:
     """Return a histogram of the greatest share used as SVG; empty where no row has a residual."""
-    shares = [row["worst_share"] for row in values["results"] if row["worst_share"] is not None]
     if not shares:
         return ""
     top = 1.05 * max(1.0, *shares)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from autobalance.report.pictures.zbuffer import Camera, png, render
 from autobalance.report.plot_files import Plot
-from autobalance.types import Values
+from autobalance.report.records.design import DesignReport, FiniteElements
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,34 +21,37 @@ if TYPE_CHECKING:
 STEEL = (0.72, 0.74, 0.77)
 
 
-def design_text(values: Values) -> str:
-    start, search = values["start"], values["search"]
+def design_text(report: DesignReport) -> str:
+    search = report.search
     lines = [
-        f"{search['evaluations']} designs in {search['generations']} generations ({search['method']}), "
-        f"{100 * search['feasible_share']:.1f} % keep everything",
-        "start: " + ", ".join(f"{name} {value:.6g}" for name, value in start["objectives"].items()),
-        "",
+        f"{search.evaluations} designs in {search.generations} generations ({search.method}), "
+        f"{100 * search.feasible_share:.1f} % keep everything",
+        f"start: {_objectives(report.start.objectives)}",
     ]
-    if search["finite_elements"] is not None:
-        lines[-1:] = [_finite_elements_text(search["finite_elements"]), ""]
-    for design in values["designs"]:
-        objectives = ", ".join(f"{name} {value:.6g}" for name, value in design["objectives"].items())
-        residual = design["residual"]
+    if search.finite_elements is not None:
+        lines.append(_finite_elements_text(search.finite_elements))
+    lines.append("")
+    for design in report.designs:
+        residual = design.residual
         lines.append(
-            f"{design['id']}: {objectives}; residual {residual['magnitude_g_mm']:.3g} g·mm "
-            f"({100 * residual['worst_share']:.2g} % of the permissible unbalance)"
+            f"{design.id}: {_objectives(design.objectives)}; residual {residual.magnitude_g_mm:.3g} g·mm "
+            f"({100 * residual.worst_share:.2g} % of the permissible unbalance)"
         )
-    if values["reason"]:
-        lines += ["", values["reason"]]
-    if values["notes"]:
-        lines += ["", *values["notes"]]
+    if report.reason:
+        lines += ["", report.reason]
+    if report.notes:
+        lines += ["", *report.notes]
     return "\n".join(lines)
 
 
-def _finite_elements_text(analysed: Values) -> str:
+def _objectives(values: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {value:.6g}" for name, value in values.items())
+
+
+def _finite_elements_text(analysed: FiniteElements) -> str:
     """Return the number of analysed designs, and the errors of the predictions for the others."""
-    count = analysed["analysed_in_search"] + analysed["analysed_when_written"]
-    off = analysed["errors_when_written"] or {}
+    count = analysed.analysed_in_search + analysed.analysed_when_written
+    off = analysed.errors_when_written or {}
     errors = ", ".join(f"{name} {100 * share:.2g} %" for name, share in off.items())
     off_by = f"; predictions of the written ones were off by at most: {errors}" if errors else ""
     return f"finite elements of {count} designs, the others predicted from these{off_by}"

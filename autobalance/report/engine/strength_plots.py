@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,16 +14,18 @@ from autobalance.units import RAD_S_PER_RPM
 Plots = dict[str, Plot]
 
 
-def strength_plots(cycle: CycleAnalysis, fillets: Sequence[Fillet], report: Mapping[str, Any]) -> Plots:
+def strength_plots(cycle: CycleAnalysis, fillets: Sequence[Fillet]) -> Plots:
     """Return the stress of the least safe fillet over the cycle, and the safety of all fillets."""
     from autobalance.report import plots
 
-    known = [each for each in fillets if each.fatigue.gough_pollard is not None]
+    known = [each for each in fillets if each.fatigue.safety.gough_pollard is not None]
     if not known:
         return {}
-    least = min(known, key=lambda each: each.fatigue.gough_pollard or 0.0)
-    bending = least.cost * (least.factors.bending * least.bending_MPa - least.factors.shear * least.shear_MPa)
-    torsion = least.cost * least.factors.torsion * least.torsion_MPa
+    least = min(known, key=lambda each: each.fatigue.safety.gough_pollard or 0.0)
+    bending = least.cost_of_cuts * (
+        least.factors.bending * least.bending_MPa - least.factors.shear * least.shear_MPa
+    )
+    torsion = least.cost_of_cuts * least.factors.torsion * least.torsion_MPa
     curves = {
         "bending": cycle.grid.even(bending),
         "torsion": cycle.grid.even(torsion),
@@ -37,12 +38,12 @@ def strength_plots(cycle: CycleAnalysis, fillets: Sequence[Fillet], report: Mapp
         "fillet-stress": plots.over_angle(title, "local stress [MPa]", cycle.grid.even_rad, curves, span)
     }
     for place in ("crankpin", "journal"):
-        rows = [row for row in report["fillets"] if row["place"] == place]
+        rows = [each for each in fillets if each.place == place]
         if rows:
-            names = [f"web {row['web']}" for row in rows]
+            names = [f"web {row.web}" for row in rows]
             heights = {
-                "Gough and Pollard": [row["safety"]["gough_pollard"] or 0.0 for row in rows],
-                "Goodman": [row["safety"]["goodman"] or 0.0 for row in rows],
+                "Gough and Pollard": [row.fatigue.safety.gough_pollard or 0.0 for row in rows],
+                "Goodman": [row.fatigue.safety.goodman or 0.0 for row in rows],
             }
             labels = (f"{place} fillet", "safety")
             drawn[f"{place}-safety"] = plots.named_bars(

@@ -5,14 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from autobalance.declare import (
-    ABSENT,
-    Absent,
-    Count,
-    NotNegative,
-    Positive,
-    record,
-)
+from autobalance.declare import ABSENT, Absent, Count, NotNegative, Positive, record
 from autobalance.report.records.head import Head, WrittenFile
 from autobalance.verification.coverage import NotChecked
 

@@ -3,19 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from autobalance.declare import (
-    INLINE,
-    Count,
-    Named,
-    NotNegative,
-    Ordinal,
-    Positive,
-    Sha256,
-    fields_of,
-    record,
-)
+from autobalance.declare import INLINE, Count, NotNegative, Ordinal, Positive, Sha256, record
 from autobalance.report.records.head import Head
 from autobalance.rigid_rotor.tolerance import Outcome
 
@@ -50,33 +40,6 @@ class RowFigures:
 
 
 @record
-class JournalLine:
-    """Journal entry of a finished row."""
-
-    row: Ordinal
-    name: str
-    exit_code: Count
-    fingerprint: Sha256
-    try_: Annotated[Ordinal, Named("try")]
-    worker: Annotated[str, "of a row that was never begun, or was lost: nobody"]
-    started: str
-    finished: str
-    message: str
-    files: Annotated[Mapping[str, Sha256], "sha256 by name"]
-
-    @classmethod
-    def of(cls, line: Mapping[str, Any]) -> Self | None:
-        """Return a line as it was read; None where it is none of ours."""
-        names = {field.key: field.name for field in fields_of(JournalLine)}
-        kinds = {"row": int, "exit_code": int, "try": int, "files": dict}
-        if set(line) != set(names) or not all(
-            isinstance(value, kinds.get(key, str)) for key, value in line.items()
-        ):
-            return None
-        return cls(**{names[key]: value for key, value in line.items()})
-
-
-@record
 class BatchReport(Head):
     """Many jobs, a row each."""
 
@@ -89,3 +52,14 @@ class BatchReport(Head):
     taken_over: Count
     results: Sequence[RowFigures]
     seconds: Positive
+
+    @property
+    def reasons(self) -> list[str]:
+        """Why rows are not within tolerance, one each."""
+        return [row.message or row.outcome for row in self.results if row.exit_code != 0]
+
+    @property
+    def worst_shares(self) -> list[float]:
+        """Greatest share used of the permissible value, of each row that has a residual."""
+        shares = [row.numbers.worst_share for row in self.results]
+        return [share for share in shares if share is not None]

@@ -5,36 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
+from autobalance.balancing.comparison import ComparedRow
 from autobalance.correction.contract import Prefer
-from autobalance.declare import ABSENT, INLINE, Absent, Count, KgMm2, NotNegative, Ordinal, Positive, record
+from autobalance.declare import ABSENT, INLINE, Absent, NotNegative, Positive, record
 from autobalance.report.records.head import Head
 from autobalance.rigid_rotor.margin import Judged
-from autobalance.rigid_rotor.tolerance import Outcome
-
-
-@record
-class ComparedRow:
-    """Result of one kind or mix of corrections."""
-
-    method: Sequence[str]
-    outcome: Outcome | None
-    reason: str | None
-    residual_share: NotNegative | None
-    residual_g_mm: NotNegative | None
-    mass_change_g: float | None
-    metal_moved_g: NotNegative | None
-    inertia_change_g_mm2: KgMm2 | None
-    cuts: Count
-    different_cuts: Count
-    depths_mm: Sequence[float]
-    wall_left_mm: float | None
-    web_metal_share: Annotated[
-        NotNegative | None, "least share of its metal between crankpin and main journal that a web keeps"
-    ]
-    capacity: NotNegative | None
-    capacity_is_plenty: bool
-    rank: Ordinal | None
-    beaten_by: Sequence[str]
 
 
 @record

@@ -6,68 +6,18 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
-from autobalance.declare import (
-    Count,
-    Floats,
-    NotNegative,
-    Positive,
-    Sha256,
-    Share,
-    Triple,
-    record,
-)
+from autobalance.declare import Count, Floats, NotNegative, Positive, Share, record
 from autobalance.design_search.candidates import SearchResult
 from autobalance.design_search.chosen import Chosen
-from autobalance.design_search.envelope import Constraint
+from autobalance.design_search.envelope import DesignConstraint
+from autobalance.design_search.neighbours import DesignClearance
 from autobalance.design_search.problem import Problem
-from autobalance.design_search.start import Start
+from autobalance.design_search.start import StartFigures
 from autobalance.design_search.written import WrittenDesign
-from autobalance.report.records.head import Head
+from autobalance.report.records.head import Head, WrittenFile
 from autobalance.types import Array
 
 Objectives = Annotated[Mapping[str, float], "by name"]
-
-
-@record
-class Violation:
-    """A constraint that is broken, by how much, and where."""
-
-    constraint: str
-    by: NotNegative
-    unit: str
-    at_mm: Triple | None
-    at_deg: float | None
-
-    @classmethod
-    def of(cls, broken: Constraint) -> Self:
-        return cls(
-            constraint=broken.name,
-            by=-broken.margin,
-            unit=broken.unit,
-            at_mm=broken.at_mm,
-            at_deg=broken.at_deg,
-        )
-
-
-@record
-class StartFigures:
-    """Objectives and residual of the start, and limits that its free metal breaks."""
-
-    objectives: Objectives
-    residual_g_mm: NotNegative
-    feasible: bool
-    violations: Sequence[Violation]
-    fit_error_mm: Annotated[NotNegative, "of the profiles to the start's own rims"]
-
-    @classmethod
-    def of(cls, start: Start, fit_error_mm: float) -> Self:
-        return cls(
-            objectives=start.objectives,
-            residual_g_mm=start.residual.magnitude_g_mm,
-            feasible=not start.broken,
-            violations=[Violation.of(each) for each in start.broken],
-            fit_error_mm=fit_error_mm,
-        )
 
 
 @record
@@ -122,21 +72,6 @@ def _finite_elements(findings: SearchResult, answer: Chosen) -> FiniteElements |
 
 
 @record
-class DesignConstraint:
-    """A constraint of a design; ``margin`` is negative where it is broken."""
-
-    name: str
-    value: float
-    limit: float
-    unit: str
-    margin: float
-
-    @classmethod
-    def of(cls, each: Constraint) -> Self:
-        return cls(name=each.name, value=each.value, limit=each.limit, unit=each.unit, margin=each.margin)
-
-
-@record
 class DesignResidual:
     """Residual unbalance of a design, and its share of the permissible value."""
 
@@ -145,20 +80,8 @@ class DesignResidual:
 
 
 @record
-class DesignClearance:
-    """The least distance to a neighbour through the turn, and where."""
-
-    neighbour: str
-    least_mm: float
-    at_deg: float
-
-
-@record
-class DesignFile:
+class DesignFile(WrittenFile):
     """A file of a design."""
-
-    file: str
-    sha256: Sha256
 
 
 @record
@@ -187,16 +110,11 @@ class DesignFigures:
         return cls(
             id=name,
             objectives=design.objectives(problem),
-            constraints=[DesignConstraint.of(each) for each in design.constraints],
+            constraints=design.constraints,
             residual=DesignResidual(
                 magnitude_g_mm=design.residual.magnitude_g_mm, worst_share=design.used_share
             ),
-            clearances=[
-                DesignClearance(
-                    neighbour=each.neighbour, least_mm=each.least_mm, at_deg=math.degrees(each.at_rad)
-                )
-                for each in design.clearances
-            ],
+            clearances=design.clearances,
             control_points_mm={
                 str(web.number): free.profiles[web.part].control_points_mm(amounts.radii_mm[web.part])
                 for web in free.webs

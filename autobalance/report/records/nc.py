@@ -6,24 +6,16 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from autobalance.declare import Floats, NotNegative, Ordinal, Positive, record
+from autobalance.machining.planner import NotProgrammed
+from autobalance.machining.setups import NcZero, SetupName
 from autobalance.report.records.head import Head
-
-
-@record
-class NcZero:
-    """The machine's zero in the rotor frame, and the datums touched for it."""
-
-    angle_deg: float
-    z_mm: float
-    angle_of: str
-    z_of: str
 
 
 @record
 class NcSetup:
     """A set-up and its program."""
 
-    name: Literal["R", "T", "B", "L"]
+    name: SetupName
     file: str
     sha256: str
     post: str
@@ -32,14 +24,6 @@ class NcSetup:
     cuts: Annotated[Sequence[Ordinal], "numbers of the report's corrections, in the order they are cut"]
     safe_mm: Annotated[float, "height over everything in the set-up's Z; in L a diameter"]
     time_s: NotNegative
-
-
-@record
-class NotProgrammed:
-    """A correction that no program makes."""
-
-    correction: Ordinal
-    why: str
 
 
 @record

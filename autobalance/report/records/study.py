@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
-from autobalance.declare import Count, Floats, NotNegative, Ordinal, Pair, Positive, Sha256, Share, record
+from autobalance.declare import INLINE, Count, NotNegative, Ordinal, Pair, Positive, Sha256, record
 from autobalance.job.model import Distribution, Sampling
 from autobalance.report.records.balance import Tolerance
 from autobalance.report.records.head import JobReport
 from autobalance.rigid_rotor.tolerance import Outcome
-from autobalance.studies.advice import AdviceStep
-from autobalance.studies.linear_model import Contribution
-from autobalance.studies.monte_carlo import ModelCheck, StudyAnswer, StudyPercentiles
-from autobalance.studies.sensitivity import Curve, KeyFigure
-from autobalance.studies.sobol import SobolShares
+from autobalance.studies.monte_carlo import StudyAnswer, StudyFindings
 
 
 @record
@@ -55,53 +51,6 @@ class Nominal:
 
 
 @record
-class Spread:
-    """95 % of the cranks are within it of the plan: by the linear model, and as drawn."""
-
-    linear_g_mm: NotNegative
-    sampled_g_mm: NotNegative
-
-
-@record
-class KeyFigureCurve:
-    """A key figure over the offset of one cause from its own value."""
-
-    name: str
-    pm: NotNegative
-    unit: str
-    offset: Floats
-    values: Floats
-
-    @classmethod
-    def of(cls, curve: Curve) -> Self:
-        return cls(**vars(curve))
-
-
-@record
-class KeyFigureCurves:
-    """A key figure as planned, and how it follows each cause."""
-
-    figure: str
-    unit: str
-    nominal: float
-    causes: Sequence[KeyFigureCurve]
-
-    @classmethod
-    def of(cls, figure: KeyFigure) -> Self:
-        curves = [KeyFigureCurve.of(each) for each in figure.curves]
-        return cls(figure=figure.name, unit=figure.unit, nominal=figure.nominal, causes=curves)
-
-
-@record
-class Advice:
-    """Uncertainty to which each cause alone would have to be reduced for the target."""
-
-    target: Share
-    reached: bool
-    steps: Sequence[AdviceStep]
-
-
-@record
 class StudyReport(JobReport):
     """Many cranks made to one plan."""
 
@@ -112,15 +61,6 @@ class StudyReport(JobReport):
     seed: Count
     distribution: Distribution
     sampling: Sampling
-    within: Count
-    probability_within: Share
-    interval: Annotated[Pair, "Wilson's, of 95 %"]
-    percentiles: StudyPercentiles
-    spread: Spread
-    contributions: Sequence[Contribution]
-    sobol: SobolShares
-    sensitivity: Sequence[KeyFigureCurves]
-    linear_model: ModelCheck
-    advice: Advice
+    found: Annotated[StudyFindings, INLINE]
     reason: str | None
     seconds: Positive

@@ -17,7 +17,7 @@ def nc_text(run: NcRun) -> str:
             f"Set-up {program.name}: {program.file}, {cuts} cut{plural}, {tools}, "
             f"{program.time_s / 60.0:.1f} min"
         )
-    lines += [f"Not programmed: cut {cut.number}: {why}" for cut, why in run.plan.not_programmed]
+    lines += [f"Not programmed: cut {each.correction}: {each.why}" for each in run.plan.not_programmed]
     worst = run.part.tolerance.worst(run.residual)
     verdict = "within tolerance" if run.used_share <= 1.0 else "ABOVE TOLERANCE"
     lines.append(

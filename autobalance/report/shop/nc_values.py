@@ -6,29 +6,16 @@ import hashlib
 
 from autobalance.machining.run import NcRun, Program
 from autobalance.report.records.balance import Unbalance
-from autobalance.report.records.nc import (
-    NcCut,
-    NcReport,
-    NcResidual,
-    NcSetup,
-    NcZero,
-    NotProgrammed,
-    Simulated,
-)
+from autobalance.report.records.nc import NcCut, NcReport, NcResidual, NcSetup, Simulated
 
 
 def nc_report(run: NcRun) -> NcReport:
-    zero = NcZero(
-        angle_deg=run.zero.angle_deg, z_mm=run.zero.z_mm, angle_of=run.zero.angle_of, z_of=run.zero.z_of
-    )
     return NcReport(
         report=run.part.report.name,
         report_sha256=run.part.sha256,
         machine={**run.machine.values},
-        setups=tuple(_setup(run, program, zero) for program in run.programs),
-        not_programmed=tuple(
-            NotProgrammed(correction=cut.number, why=why) for cut, why in run.plan.not_programmed
-        ),
+        setups=tuple(_setup(run, program) for program in run.programs),
+        not_programmed=run.plan.not_programmed,
         simulated=_simulated(run),
         collisions=(),
         corrections=tuple(
@@ -45,14 +32,14 @@ def nc_report(run: NcRun) -> NcReport:
     )
 
 
-def _setup(run: NcRun, program: Program, zero: NcZero) -> NcSetup:
+def _setup(run: NcRun, program: Program) -> NcSetup:
     setup = program.setup
     return NcSetup(
         name=program.name,
         file=program.file,
         sha256=hashlib.sha256(program.text.encode("ascii")).hexdigest(),
         post=run.machine.post,
-        zero=zero,
+        zero=run.zero,
         tools=tuple(tool.number for tool in setup.tools),
         cuts=tuple(cut.number for cut, _ in setup.cuts),
         safe_mm=setup.safe_mm,

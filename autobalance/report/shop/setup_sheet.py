@@ -145,8 +145,8 @@ def _left_out(run: NcRun) -> list[Any]:
     from reportlab.platypus import Paragraph
 
     _, section, plain = _styles()
-    story: list[Any] = [Paragraph("Not programmed", section)]
-    return story + [Paragraph(f"Cut {cut.number}: {why}.", plain) for cut, why in run.plan.not_programmed]
+    lines = [f"Cut {each.correction}: {each.why}." for each in run.plan.not_programmed]
+    return [Paragraph("Not programmed", section), *(Paragraph(line, plain) for line in lines)]
 
 
 def _table(rows: list[list[str]], widths: tuple[float, ...]) -> Any:

@@ -12,7 +12,7 @@ from autobalance import job as jobs
 from autobalance.declare import ABSENT
 from autobalance.job.study import study_options
 from autobalance.report.records.balance import Tolerance
-from autobalance.report.records.study import Advice, KeyFigureCurves, Nominal, Spread, StudyReport
+from autobalance.report.records.study import Nominal, StudyReport
 from autobalance.studies.monte_carlo import StudyAnswer
 
 ABOVE_OUTCOME = "above_tolerance"
@@ -30,16 +30,7 @@ def study_report(answer: StudyAnswer, seed: int, report_sha256: str | None, seco
         seed=seed,
         distribution=study_options(job).distribution,
         sampling=study_options(job).sampling,
-        within=answer.within,
-        probability_within=answer.probability,
-        interval=answer.interval,
-        percentiles=answer.percentiles,
-        spread=Spread(linear_g_mm=answer.linear_spread_g_mm, sampled_g_mm=answer.sampled_spread_g_mm),
-        contributions=answer.contributions,
-        sobol=answer.sobol,
-        sensitivity=[KeyFigureCurves.of(each) for each in answer.figures],
-        linear_model=answer.check,
-        advice=Advice(target=answer.target, reached=answer.probability >= answer.target, steps=answer.steps),
+        found=answer.found,
         reason=_reason(answer),
         seconds=seconds,
     )
@@ -49,11 +40,12 @@ def _reason(answer: StudyAnswer) -> str | None:
     """Return the reason for a missed target, with a remedy; None where it is reached."""
     if answer.plan.result.outcome == ABOVE_OUTCOME:
         return f"the plan itself is above tolerance: {answer.plan.result.reason}"
-    if answer.probability >= answer.target:
+    found, advice = answer.found, answer.found.advice
+    if advice.reached:
         return None
-    share, target = 100.0 * answer.probability, 100.0 * answer.target
+    share, target = 100.0 * found.probability_within, 100.0 * advice.target
     text = f"{share:.3g} % of the cranks are within tolerance, {target:g} % wanted"
-    best = answer.steps[0]
+    best = advice.steps[0]
     if best.pm_needed is None:
         return f"{text}; no cause alone makes up for it, {best.name} matters most"
     return f"{text}; {best.name} to ±{best.pm_needed:.3g} instead of ±{best.pm_now:g} would reach it"

@@ -1,4 +1,4 @@
-"""A crank that bends, as the report of `cycle` has it."""
+"""What a report lists of a crank that bends over its cycle."""
 
 from __future__ import annotations
 
