@@ -1,12 +1,13 @@
 """Whether the error bar of the facets falls as n⁻² and covers the truth, over all presets, and what it costs.
 
-    python benchmarks/facet_bars.py [CRANK ...] [--segments 24 64 192 384]
+    python benchmarks/facet_bars.py [CRANK ...] [--segments 24 64 192 384] [--edges]
 
 Each preset is drawn with and without fillets, with so many corners of a full circle; so are cranks whose webs
 have blunt edges, chamfers, drafts and knife edges. The truth is the limit of two fine tessellations, good to
 1e-7 of the mass. A line is marked where the bar does not cover the truth, is greater than that of the mesh
 before, falls half as fast as n⁻² asks, or where estimate and bar together are more than ten times what the
-facets hide (of 48 segments and more; of fewer a blunt edge may be a chord).
+facets hide (of 48 segments and more; of fewer a blunt edge may be a chord). With --edges no surface is
+fitted, as of more than 50 000 curved facets.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+from autobalance.balancing import measured_crank
 from autobalance.balancing.measured_crank import facets_of_mesh
 from autobalance.crank.parametric.design import PRESETS, preset
 from autobalance.crank.parametric.generate import crank_shape
@@ -34,7 +36,7 @@ TRUTH_SHARE, REACH_MM = 2e-7, 10.0
 TIMES, FROM_SEGMENTS = 10.0, 48
 
 
-def marked(name: str, shape: Shape, density: float, segments: list[int]) -> int:
+def marked(name: str, shape: Shape, density: float, segments: list[int], fit: bool) -> int:
     """Print a line for each mesh of a crank; return how many are marked."""
     coarse, fine = (tessellated(shape, 192, times).moments(density) for times in (1, 2))
     truth = fine.scaled(4.0 / 3.0) - coarse.scaled(1.0 / 3.0)
@@ -43,7 +45,7 @@ def marked(name: str, shape: Shape, density: float, segments: list[int]) -> int:
     for count in segments:
         solid = tessellated(shape, count)
         began = time.process_time()
-        facets = facets_of_mesh(solid.mesh, density, fit=True)
+        facets = facets_of_mesh(solid.mesh, density, fit)
         seconds = time.process_time() - began
         hidden = truth - solid.moments(density)
         off = hidden - facets.missing
@@ -74,16 +76,19 @@ def main() -> int:
     )
     parser.add_argument("presets", nargs="*", default=[], metavar="PRESET")
     parser.add_argument("--segments", type=int, nargs="+", default=list(SEGMENTS))
+    parser.add_argument("--edges", action="store_true")
     arguments = parser.parse_args()
-    marks = 0
+    fit, marks = not arguments.edges, 0
+    if arguments.edges:
+        measured_crank.FACETS_MOST = 0
     for name in arguments.presets or [*PRESETS, *BLUNT]:
         if name in BLUNT:
-            marks += marked(name, BLUNT[name], 7.85e-3, arguments.segments)
+            marks += marked(name, BLUNT[name], 7.85e-3, arguments.segments, fit)
             continue
         design = preset(name)
         for each in (design, *([replace(design, fillet_mm=0.0)] if design.fillet_mm else [])):
             label = f"{name}, fillets {each.fillet_mm:g} mm"
-            marks += marked(label, crank_shape(each), each.density_kg_m3 * 1e-6, arguments.segments)
+            marks += marked(label, crank_shape(each), each.density_kg_m3 * 1e-6, arguments.segments, fit)
     print(f"{marks} meshes marked")
     return 1 if marks else 0
 

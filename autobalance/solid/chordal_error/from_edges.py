@@ -1,24 +1,29 @@
 """Chord error of a large mesh, from the angles at its edges.
 
-Where facets go on turning the same way they are chords of a curve, and the volume beyond them is
-L w² δ / 12 at each edge: its length, the lesser width of the two facets, the angle between them, negative
-where the surface is hollow. No surface is fitted. An arc of n facets lacks the volume over its two ends,
-some 1 / n of it; a fit finds all to the digits of the corners, but takes ten times as long.
+Where facets go on turning the same way they are chords of a curve. Between chords about as wide it is known
+from both sides of each facet (`even_chords`); elsewhere the volume beyond is L w² δ / 12 at each edge: its
+length, the lesser width of the two facets, the angle between them, negative where the surface is hollow. No
+surface is fitted: that finds all to the digits of the corners, but takes five times as long.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.chordal_error.bars import LOOSE_SHARE
+from autobalance.solid.chordal_error.bars import LOOSE_SHARE, Bar
 from autobalance.solid.chordal_error.estimate import ChordalError
+from autobalance.solid.chordal_error.even_chords import (
+    GENTLE_RAD,
+    EvenChords,
+    even_chords,
+    joined,
+    uneven_chords,
+    wide_of,
+)
 from autobalance.solid.chordal_error.look import Look
-from autobalance.solid.chordal_error.turning import AS_WIDE, goes_on, turns_of
+from autobalance.solid.chordal_error.turning import AS_WIDE, Turns, all_around, goes_on_beyond, turns_of
 from autobalance.types import Flags
 
-GENTLE_RAD = 0.35
-"""Angle up to which facets that go on turning are chords: 18 in a circle."""
 KNOWN_SHARE, ASKEW_SHARE, STEEP_SHARE = 0.04, 0.12, 0.25
 """Error bars, as shares of the estimates from edges: gentle ones between facets of four corners;
 those beside a triangle, whose sides lie askew to the curvature; steeper ones. Of cranks with over 25 000
@@ -36,30 +41,51 @@ def chordal_error_from_edges(look: Look, density_g_mm3: float) -> ChordalError:
     """
     meet, turns = look.meetings, turns_of(look)
     size = np.abs(turns.angle_rad)
-    ongoing = goes_on(look, turns)
+    even = even_chords(look, turns)
+    ongoing = _ongoing(look, turns, even)
     steep = ongoing & (size > GENTLE_RAD)
     known = _of_steep_arcs(look, steep) & steep | (ongoing & (size <= GENTLE_RAD))
-    mass = density_g_mm3 * meet.hidden_mm3
-    signed = np.where(known, np.sign(turns.angle_rad) * mass, 0.0)
-    askew = (look.sizes.take(turns.faces) == 1).any(axis=0)
-    sure = np.where(steep, STEEP_SHARE, np.where(askew, ASKEW_SHARE, KNOWN_SHARE))
-    share = np.where(known, sure, 0.0)
-    share[_alone(look, ongoing)] = LOOSE_SHARE
-    first = signed @ meet.middle
-    out, z = np.hypot(*meet.middle[:, :2].T), meet.middle[:, 2]
-    bar = share * mass * out
-    whole = float(bar.sum())
-    weight = bar / (whole or 1.0)
+    left = known.copy()
+    left[even.rows] = False
+    rows = np.flatnonzero(left)
+    askew = (look.sizes.take(turns.faces[:, rows]) == 1).any(axis=0)
+    share = np.where(steep[rows], STEEP_SHARE, np.where(askew, ASKEW_SHARE, KNOWN_SHARE))
+    lenses = joined(even.lenses, uneven_chords(look, turns, rows, even, share))
+    alone = np.flatnonzero(_alone(look, ongoing) & ~even.coarse)
+    mass, at = density_g_mm3 * lenses.volume, lenses.place
+    bars = Bar.of(np.abs(mass) * lenses.share, at)
+    bars = bars + Bar.of(LOOSE_SHARE * density_g_mm3 * meet.hidden_mm3[alone], meet.middle[alone])
+    mean, mean_square = bars.along / (bars.unbalance_g_mm or 1.0)
     return ChordalError(
-        Moments(float(signed.sum()), first, (meet.middle * signed[:, None]).T @ meet.middle),
-        float(share @ mass),
-        whole,
-        float(np.abs(signed).sum()),
-        float(np.abs(signed) @ out),
+        lenses.moments(density_g_mm3),
+        bars.mass_g,
+        bars.unbalance_g_mm,
+        float(np.abs(mass).sum()),
+        float(np.abs(mass) @ np.hypot(at[:, 0], at[:, 1])),
         _sag_mm(look, known),
         0,
-        (float(weight @ z), float(weight @ z**2)),
+        (float(mean), float(mean_square)),
     )
+
+
+def _ongoing(look: Look, turns: Turns, even: EvenChords) -> Flags:
+    """Mark the edges (n,) at which either facet goes on turning, at a side where the next is about as wide.
+
+    Only those between uneven chords are looked at. Blunt edges between planes do not go on, also where these
+    end in the narrow chords of an arc: two at 12° told of 4 g that are not there.
+    """
+    left = ~even.coarse
+    left[even.rows] = False
+    asked = np.zeros(look.count, dtype=bool)
+    asked[turns.faces[:, left]] = True
+    rows = np.flatnonzero(asked[turns.faces].any(axis=0))
+    few = Turns(turns.faces[:, rows], turns.away[:, rows], turns.angle_rad[rows])
+    ongoing = np.zeros(len(left), dtype=bool)
+    beyond = goes_on_beyond(look, few, wide_of(look, few, look.meetings.length_mm[rows]))
+    ongoing[rows] = (beyond & ~all_around(turns.faces, turns.away, look.count).take(few.faces)).any(axis=0)
+    ongoing &= left
+    ongoing[even.rows] = True
+    return ongoing
 
 
 def _of_steep_arcs(look: Look, steep: Flags) -> Flags:

@@ -37,6 +37,8 @@ class Meetings:
         The faces of each pair, once however many edges they share.
     middle : (n, 3) float
         Of the edges.
+    length_mm : (n,) float
+        Of all their edges together.
     hidden_mm3 : (n,) float
         L w² δ / 12, by their length, the lesser width of the two faces and the angle between them.
     angle_rad : (n,) float
@@ -48,6 +50,7 @@ class Meetings:
     low: Indices
     high: Indices
     middle: Array
+    length_mm: Array
     hidden_mm3: Array
     angle_rad: Array
     sag_mm: Array
@@ -109,7 +112,7 @@ class Look:
         pair, _, number = self.distinct_pairs
         ends = self.mesh.vertices[self.edges.ends[self.smooth]]
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-        whole = np.bincount(number, length, len(pair))
+        whole: Array = np.bincount(number, length, len(pair)).astype(np.float64)
         weight = np.where(whole > 0.0, whole, 1.0)
         angle = np.bincount(number, length * self.edges.angle_rad[self.smooth], len(pair)) / weight
         middles = length[:, None] * ends.mean(axis=1)
@@ -118,7 +121,7 @@ class Look:
         across = self.broad_mm2
         width = np.minimum(across[low], across[high]) / weight
         hidden = whole * width**2 * angle / 12.0
-        return Meetings(low, high, middle / weight[:, None], hidden, angle, width * angle / 8.0)
+        return Meetings(low, high, middle / weight[:, None], whole, hidden, angle, width * angle / 8.0)
 
     @cached_property
     def area_mm2(self) -> Array:

@@ -18,6 +18,9 @@ FLAT_SHARE = 0.1
 AS_WIDE = 4.5
 """Chords of one curve side by side are less than so many times as wide as each other; planes beside the first
 chord of an arc, or beside a chamfer, are wider."""
+CHORD_MEETS, AROUND_SHARE = 16, 0.2
+"""Faces that a chord meets smoothly at most, two and a few where fillets end it or triangles divide it; with
+more they lie along two sides, and the squares of their directions across these are this share at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,17 +48,23 @@ def turns_of(look: Look, rows: Indices | None = None) -> Turns:
     triangles = np.stack([look.edges.left.take(edge), look.edges.right.take(edge)])
     faces = look.face.take(triangles)
     normal = look.normal.take(faces, axis=0)
-    along = np.cross(normal[0], normal[1])
+    along = crossed(normal[0], normal[1])
     sine = np.sqrt(np.einsum("ij,ij->i", along, along))
     along /= np.where(sine > 0.0, sine, 1.0)[:, None]
     middle = look.mesh.vertices.take(look.edges.ends.take(edge, axis=0), axis=0).mean(axis=1)
-    centre = look.mesh.vertices.take(look.mesh.triangles, axis=0).mean(axis=1)
-    outward = middle - centre.take(triangles, axis=0)
-    away = np.cross(along, normal)
+    corners = (look.mesh.vertices.take(column, axis=0) for column in look.mesh.triangles.T)
+    outward = middle - (sum(corners) / 3.0).take(triangles, axis=0)
+    away = np.stack([crossed(along, each) for each in normal])
     away *= np.sign(np.einsum("kij,kij->ki", away, outward))[:, :, None]
     angle = np.arctan2(sine, np.einsum("ij,ij->i", normal[0], normal[1]))
     hollow = np.einsum("ij,ij->i", outward[1] - outward[0], normal[0] - normal[1]) < 0.0
     return Turns(faces, away, np.where(hollow, -angle, angle))
+
+
+def crossed(one: Array, other: Array) -> Array:
+    """Return the cross products (n, 3), column by column: many times as fast as numpy's own."""
+    (ax, ay, az), (bx, by, bz) = one.T, other.T
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
 
 def widths(look: Look, turns: Turns) -> Array:
@@ -81,14 +90,15 @@ def goes_on_beyond(look: Look, turns: Turns, wide: Array | None = None) -> Flags
 
     Two chords a and b wide meet at κ (a + b) / 2, and b turns by κ b / 2 at its other side at least. Of the
     angles on the sides of a facet, Σ δ c² and Σ δ c with the cosine c to an edge are those on both sides of
-    it, added and taken from each other. Given how ``wide`` (2, n) the faces are across their edges, one goes
-    on only at sides where the next is about as wide, or wider.
+    it, added and taken from each other. Beside a plane of the part b counts as if it were ``AS_WIDE``:
+    the sides of a cone's facet lean a little to its wider end, too. Given how ``wide`` (2, n) the faces are
+    across their edges, one goes on only at sides where the next is about as wide, or wider.
     """
-    count = look.count
+    count = 2 * look.count
     angles = [turns.angle_rad, turns.angle_rad]
     if wide is not None:
         angles = [np.where(AS_WIDE * next_ > own, turns.angle_rad, 0.0) for own, next_ in (wide, wide[::-1])]
-    facets = _whole(turns, count)
+    facets = _whole(turns, look.count)
     upper = np.triu_indices(3)
     twice = np.where(upper[0] == upper[1], 1.0, 2.0)
     square, first = np.zeros((count, 6)), np.zeros((count, 3))
@@ -98,7 +108,7 @@ def goes_on_beyond(look: Look, turns: Turns, wide: Array | None = None) -> Flags
         for column in range(3):
             first[:, column] += np.bincount(facet, angle * away[:, column], count)
     across = look.broad_mm2.take(turns.faces) if wide is None else wide
-    share = across / np.maximum(across.sum(axis=0), 1e-300)
+    share = np.maximum(across / np.maximum(across.sum(axis=0), 1e-300), 1.0 / (1.0 + AS_WIDE))
     angle = turns.angle_rad
     ongoing = []
     for facet, away, part in zip(facets, turns.away, share, strict=True):
@@ -110,11 +120,38 @@ def goes_on_beyond(look: Look, turns: Turns, wide: Array | None = None) -> Flags
 
 
 def _whole(turns: Turns, count: int) -> Indices:
-    """Return the facets (2, n) on the sides of each edge, pieces of one by one number."""
+    """Return the facets (2, n) on the sides of each edge, pieces of one by one number, up to 2 ``count``.
+
+    All facets of a cone turn by little beside what they do to the plane within: no piece goes all around one.
+    """
     size = np.abs(turns.angle_rad)
     greatest = np.zeros(count)
     for faces in turns.faces:
         np.maximum.at(greatest, faces, size)
     flat = size < FLAT_SHARE * greatest.take(turns.faces).min(axis=0)
     number: Indices = numbered_components(turns.faces[:, flat].T, count)[0].take(turns.faces)
-    return number
+    around = all_around(number[:, ~flat], turns.away[:, ~flat], count).take(number)
+    return np.asarray(np.where(around, count + turns.faces, number))
+
+
+def all_around(number: Indices, away: Array, count: int) -> Flags:
+    """Mark the faces (count,) that meet many others all around, by their ``number`` (2, n) at each edge.
+
+    Those are planes of the part and no chords: a cone around one would be the next chord of a dome.
+    """
+    meets = np.bincount(number.reshape(-1), minlength=count)
+    many = np.flatnonzero(meets > CHORD_MEETS)
+    marked = np.zeros(count, dtype=bool)
+    if len(many) == 0:
+        return marked
+    place = np.full(count, -1)
+    place[many] = np.arange(len(many))
+    mine = place.take(number)
+    rows, side = mine[mine >= 0], away[mine >= 0]
+    second = np.zeros((len(many), 3, 3))
+    for one in range(3):
+        for other in range(3):
+            second[:, one, other] = np.bincount(rows, side[:, one] * side[:, other], len(many))
+    spread = np.linalg.eigvalsh(second)
+    marked[many] = spread[:, 1] > AROUND_SHARE * spread[:, 2]
+    return marked
