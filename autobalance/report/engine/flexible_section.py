@@ -19,7 +19,7 @@ from autobalance.machine_models.flexible_twist import ShaftTwist, shaft_twists
 from autobalance.machine_models.measured import Crank
 from autobalance.report.engine.cycle_text import degrees_of, micrometres
 from autobalance.report.plot_files import Plot
-from autobalance.report.records.flexible import Flexible, FlexibleMain, FlexibleWeb
+from autobalance.machine_models.flexible_figures import Flexible, FlexibleMain, FlexibleWeb
 from autobalance.report.tables import table
 from autobalance.units import RAD_S_PER_RPM
 
