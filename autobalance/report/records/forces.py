@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from autobalance.declare import ABSENT, Absent, Like, NotNegative, Positive, record
+from autobalance.declare import ABSENT, LOOSE, Absent, NotNegative, Positive, record
 from autobalance.engine.dead_centres import DeadCentres, FirstOrderCounterweight
 from autobalance.engine.factor_advice import FactorAdvice
 from autobalance.engine.force_summary import InertiaLoads, ShakingForce
@@ -49,5 +49,5 @@ class ForcesReport(JobReport):
     roll: Roll
     states: Sequence[EngineState]
     factors: FactorAdvice
-    mounts: Annotated[MountedAnalysis, Like(dict[str, Any])] | Absent = ABSENT
+    mounts: Annotated[MountedAnalysis, LOOSE] | Absent = ABSENT
     warnings: Sequence[str]
