@@ -16,12 +16,12 @@ from autobalance.engine.factor_advice import advise
 from autobalance.engine.force_summary import (
     ANGLES,
     highest_order,
+    inertia_loads,
     shaking_force,
     turn_loads,
-    turn_support,
 )
 from autobalance.engine.loads import whole_turn
-from autobalance.engine.roll import momentum_roll_n_m
+from autobalance.engine.roll import momentum_roll_n_m, roll_of
 from autobalance.engine.shafts import orders_with_shafts, roll_moment_n_m
 from autobalance.engine.whole_engine import Engine, about
 from autobalance.errors import JobError, UsageError
@@ -30,13 +30,7 @@ from autobalance.job.model.cycle import Cycle
 from autobalance.job.model.mounts import Mounts
 from autobalance.machine_models import engine_from_job, rotor_from_job
 from autobalance.report.plot_files import Drawn, Plot, Plots
-from autobalance.report.records.forces import (
-    EngineState,
-    ForcesReport,
-    InertiaLoads,
-    Roll,
-    WithShafts,
-)
+from autobalance.report.records.forces import EngineState, ForcesReport, WithShafts
 from autobalance.runtime import Progress
 from autobalance.units import RAD_S_PER_RPM
 
@@ -152,7 +146,7 @@ def forces(
         moments_about_z_mm=reference,
         cylinders=dead_centres(as_file),
         first_order_counterweight=first_order_counterweight(as_file),
-        roll=Roll.of(as_file, case.speed_rad_s),
+        roll=roll_of(as_file, case.speed_rad_s),
         states=states,
         factors=advice,
         mounts=_mounted(case, as_file, compared, reference) if mounts else ABSENT,
@@ -201,7 +195,9 @@ def _state(
         balance_factor=factor,
         force=replace(force, orders=tuple(about(force.orders, reference_mm))),
         with_shafts=_with_shafts(engine, case, reference_mm) if case.job.shafts else ABSENT,
-        loads=_loads(engine, engine_from_job.mains_z_mm(case.crank.anatomy), case, reference_mm),
+        loads=inertia_loads(
+            engine, engine_from_job.mains_z_mm(case.crank.anatomy), case.speed_rad_s, reference_mm
+        ),
     )
 
 
@@ -216,15 +212,6 @@ def _with_shafts(engine: Engine, case: Request, reference_mm: float) -> WithShaf
         orders=about(orders, reference_mm),
         greatest_roll_besides_torque_n_m=float(abs(roll).max()),
     )
-
-
-def _loads(engine: Engine, mains_z_mm: tuple[float, ...], case: Request, reference_mm: float) -> InertiaLoads:
-    """Return the loads over a turn; with fewer than two mains statics' load at one place."""
-    if len(mains_z_mm) > 1:
-        return InertiaLoads.of(engine, turn_loads(engine, mains_z_mm, case.speed_rad_s), mains_z_mm)
-    place = mains_z_mm[0] if mains_z_mm else reference_mm
-    support, loads = turn_support(engine, place, case.speed_rad_s)
-    return InertiaLoads.of(engine, loads, mains_z_mm, support)
 
 
 def _mount_plots(mounts: MountedAnalysis) -> Drawn:

@@ -17,12 +17,12 @@ from autobalance.report.records.machine import (
     LeftUnbalance,
     MachineCorrection,
     MachineNoise,
+    MachinePlane,
     MachineReport,
     MachineRun,
     PlaneNode,
     PlaneSpread,
     PlaneVector,
-    ReadUnbalance,
     SensorReading,
     SpunRotorFigures,
 )
@@ -147,8 +147,8 @@ def _planes(
     return ("A", "B"), planes_mm, rotor.in_planes(*planes_mm)
 
 
-def _plane(name: str, z_mm: float | None, value: complex) -> ReadUnbalance:
-    return ReadUnbalance(
+def _plane(name: str, z_mm: float | None, value: complex) -> MachinePlane:
+    return MachinePlane(
         name=name,
         z_mm=z_mm,
         unbalance_g_mm=[value.real, value.imag],
@@ -286,7 +286,7 @@ def _left(names: Sequence[str], true: Sequence[complex], read: Sequence[complex]
     )
 
 
-def _corrections(case: Machine, planes: Sequence[ReadUnbalance]) -> tuple[list[MachineCorrection], list[str]]:
+def _corrections(case: Machine, planes: Sequence[MachinePlane]) -> tuple[list[MachineCorrection], list[str]]:
     """Return amounts to take off for the first reading, at the heavy side, and warnings."""
     corrections, warnings = [], []
     for plane in planes:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import MISSING
+from functools import cache
 from types import UnionType
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
@@ -70,7 +72,8 @@ def converted(value: Any, convert: Callable[[float], float]) -> Any:
 def decoded(of: type[T], value: Any) -> T:
     """Return a record from what a report has of it: the inverse of ``encoded``.
 
-    Sequences become tuples; what is derived is derived again.
+    Sequences become tuples. What is derived is what stands there, or derived again where it is not there. A
+    record computed from what no report has lacks that.
 
     Raises
     ------
@@ -101,7 +104,8 @@ def _decoded(of: Any, value: Any, unit: Unit | None) -> Any:  # noqa: PLR0911 - 
         pairs = enumerate(zip(each_of, value, strict=True), 1)
         return tuple(_at(f"[{place}]", one, each, unit) for place, (one, each) in pairs)
     if origin is np.ndarray:
-        return np.asarray(_decoded(Sequence[Any], value, unit), float)
+        read = np.asarray(_decoded(Sequence[Any], value, None), float)
+        return read if unit is None else read * unit.over / unit.times
     if origin is Literal:
         if value not in inner:
             raise ValueError(f" is {value!r}; expected one of {', '.join(map(str, inner))}")
@@ -137,24 +141,34 @@ def _decoded_table(of: Any, value: Any) -> Any:
     if not isinstance(value, Mapping):
         raise ValueError(f" is {value!r}; expected a table")
     arguments: Values = {}
+    derived: Values = {}
     for each in fields_of(of):
-        if each.derived:
-            continue
         if each.inline:
             arguments[each.name] = _decoded_inline(of, each, value)
         elif each.key in value:
-            arguments[each.name] = _at(f".{each.key}", each.hint, value[each.key], each.unit)
-        elif each.required:
+            found = _at(f".{each.key}", each.hint, value[each.key], each.unit)
+            (derived if each.derived else arguments)[each.name] = found
+        elif each.required and not (each.derived and _is_whole(of)):
             raise ValueError(f".{each.key} is missing")
-        elif each.omitted:
-            arguments[each.name] = None
-        else:
-            arguments[each.name] = ABSENT
-    for held in dataclasses.fields(of):
-        is_needed = held.default is dataclasses.MISSING and held.default_factory is dataclasses.MISSING
-        if is_needed and held.name not in arguments:
-            raise TypeError(f"{of.__name__}.{held.name} is in no report: it cannot be read again")
-    return of(**arguments)
+        elif not each.derived:
+            arguments[each.name] = None if each.omitted else ABSENT
+    if _is_whole(of):
+        made = of(**arguments)
+    else:
+        made = object.__new__(of)
+        vars(made).update(arguments)
+    vars(made).update(derived)
+    return made
+
+
+@cache
+def _is_whole(of: Any) -> bool:
+    """Return whether all that a record is made of is written: then what is derived can be derived again."""
+    written = {each.name for each in fields_of(of)}
+    return all(
+        each.name in written or each.default is not MISSING or each.default_factory is not MISSING
+        for each in dataclasses.fields(of)
+    )
 
 
 def _decoded_inline(of: Any, field: Field, value: Mapping[str, Any]) -> Any:

@@ -76,6 +76,8 @@ OMITTED: Final = _Marker("omitted")
 """Mark of a field that has no key where it is None."""
 UNWRITTEN: Final = _Marker("unwritten")
 """Mark of a field that no report has."""
+LOOSE: Final = _Marker("loose")
+"""Mark of a record whose keys its schema leaves open."""
 LAST: Final = _Marker("last")
 """Mark of a field that is written behind what is derived."""
 
@@ -111,7 +113,15 @@ class Field(NamedTuple):
 
 
 class _Derived(property):
-    """Property of a record that is one of its keys."""
+    """Property of a record that is one of its keys; of a record that was read, what stands there."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, instance: Any, owner: type | None = None) -> Any:
+        if instance is not None and self.name in vars(instance):
+            return vars(instance)[self.name]
+        return super().__get__(instance, owner)
 
 
 if TYPE_CHECKING:

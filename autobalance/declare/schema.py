@@ -27,7 +27,16 @@ from typing import (
 
 import numpy as np
 
-from autobalance.declare.fields import Absent, Field, Like, Registered, bare, fields_of, marks_of
+from autobalance.declare.fields import (
+    LOOSE,
+    Absent,
+    Field,
+    Like,
+    Registered,
+    bare,
+    fields_of,
+    marks_of,
+)
 from autobalance.declare.ranges import Pattern, Range, Size
 
 Values = dict[str, Any]
@@ -160,6 +169,8 @@ def _schema(hint: Any, definitions: Definitions) -> Values:  # noqa: PLR0911 - o
     if origin is NotRequired:
         return _schema(arguments[0], definitions)
     if origin is Annotated:
+        if LOOSE in arguments[1:]:
+            return {"type": "object"} | _extras(arguments[1:])
         like = next((each.record for each in arguments[1:] if isinstance(each, Like)), arguments[0])
         return _schema(_as_list(like, arguments[1:]), definitions) | _extras(arguments[1:])
     if origin in (Union, types.UnionType):

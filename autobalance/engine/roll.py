@@ -13,8 +13,12 @@ rod that swings with links on it do not.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from autobalance.declare import NotNegative
+from autobalance.engine.force_summary import highest_order
 from autobalance.engine.loads import loads, whole_turn
 from autobalance.engine.whole_engine import Cylinder, Engine
 from autobalance.types import Array, Complex
@@ -92,3 +96,41 @@ def _orders(signal: Array, highest: int) -> Complex:
     amplitudes = np.fft.rfft(signal)[: highest + 1] * (2.0 / signal.size)
     amplitudes[0] = 0.0
     return np.asarray(amplitudes, dtype=np.complex128)
+
+
+@dataclass(frozen=True)
+class RollOrder:
+    """An order of the roll couple on the block, peak; ``besides_torque_n_m`` is its part −dH/dt."""
+
+    order: NotNegative
+    roll_n_m: NotNegative
+    besides_torque_n_m: NotNegative
+
+
+@dataclass(frozen=True)
+class Roll:
+    """Roll couple of inertia on the block about the crank axis at constant speed, balance shafts left out.
+
+    −dH/dt − T, with H the angular momentum of rods and pistons and T the torque that drives the crank. The
+    crank's balance does not change it. Gas adds the reaction of its torque.
+    """
+
+    greatest_n_m: NotNegative
+    greatest_besides_torque_n_m: NotNegative
+    orders: tuple[RollOrder, ...]
+
+
+def roll_of(engine: Engine, speed_rad_s: float) -> Roll:
+    """Return the roll of an engine at a speed."""
+    angle, square = whole_turn(ANGLES), speed_rad_s**2
+    highest = highest_order(engine)
+    both = np.abs(roll_orders(engine, highest)), np.abs(momentum_roll_orders(engine, highest))
+    return Roll(
+        float(np.abs(roll_n_m(engine, angle, speed_rad_s)).max()),
+        float(np.abs(momentum_roll_n_m(engine, angle, speed_rad_s)).max()),
+        tuple(
+            RollOrder(float(n), float(roll) * square, float(own) * square)
+            for n, (roll, own) in enumerate(zip(*both, strict=True))
+            if n
+        ),
+    )

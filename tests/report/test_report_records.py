@@ -9,7 +9,7 @@ import re
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, NotRequired, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, Literal, NotRequired, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
@@ -20,11 +20,15 @@ from autobalance import registry
 from autobalance.declare import (
     ABSENT,
     INLINE,
+    LAST,
+    LOOSE,
+    UNWRITTEN,
     Absent,
     Degrees,
     KgMm2,
     Like,
     Named,
+    NotNegative,
     Pair,
     Pattern,
     Range,
@@ -32,12 +36,14 @@ from autobalance.declare import (
     Rpm,
     Size,
     decoded,
+    derived,
     encoded,
     fields_of,
     marks_of,
     record,
 )
 from autobalance.declare.schema import schema_of
+from autobalance.types import Array
 from tests.frozen.outputs import report_differences
 
 BOUNDS = {"minimum": 0.5, "exclusiveMinimum": 0.5}
@@ -111,11 +117,53 @@ def test_what_was_written_is_read_again() -> None:
         decoded(Outer, {key: each for key, each in encoded(outer()).items() if key != "from"})
 
 
-WITH_MORE = {"forces", "jobs", "orders", "shafts"}
-"""Reports whose records hold more than they write: they are shown where they were computed alone."""
+@dataclasses.dataclass(frozen=True, eq=False)
+class Wave:
+    """A record computed from what is not written, and one of its fields behind what is derived."""
+
+    schema_name: ClassVar[str] = "sine"
+
+    samples_mm: Annotated[Array, UNWRITTEN]
+    parts: Annotated[tuple[float, ...], LAST]
+
+    @derived
+    def greatest_mm(self) -> NotNegative:
+        return float(np.abs(self.samples_mm).max())
+
+    @derived
+    def angle_rad(self) -> Degrees:
+        return self.parts[0] * math.pi
 
 
-@pytest.mark.parametrize("name", sorted(registry.REPORTS.keys() - WITH_MORE))
+@record
+class Waves:
+    """A record of records, one of which its schema leaves open."""
+
+    waves: Sequence[Wave]
+    open: Annotated[Wave, LOOSE]
+
+
+def test_what_is_derived_is_written_and_read() -> None:
+    wave = Wave(np.array([1.0, -2.0]), (0.5, 0.25))
+    written = encoded(Waves(waves=(wave,), open=wave))
+    assert list(written["waves"][0].items()) == [
+        ("greatest_mm", 2.0),
+        ("angle_deg", 90.0),
+        ("parts", [0.5, 0.25]),
+    ]
+    schema = schema_of(Waves, {}, [])
+    assert schema["properties"]["waves"] == {"type": "array", "items": {"$ref": "#/$defs/sine"}}
+    assert schema["properties"]["open"] == {"type": "object"}
+    assert schema["$defs"]["sine"]["required"] == ["greatest_mm", "angle_deg", "parts"]
+    said = {**written["waves"][0], "greatest_mm": 2.5}
+    again = decoded(Waves, {"waves": [said], "open": said}).waves[0]
+    assert (again.greatest_mm, again.angle_rad, again.parts) == (2.5, math.pi / 2.0, (0.5, 0.25))
+    assert encoded(again) == said
+    with pytest.raises(ValueError, match=r"^\.greatest_mm is missing"):
+        decoded(Wave, {"parts": [0.5], "angle_deg": 90.0})
+
+
+@pytest.mark.parametrize("name", registry.REPORTS)
 def test_every_report_is_read_as_it_was_written(name: str) -> None:
     record = registry.loaded(registry.REPORTS[name])
     if name == "generate":  # a design that contradicts itself is refused

@@ -15,9 +15,10 @@ from autobalance.units import G_MM2_PER_KG_MM2
 if TYPE_CHECKING:
     from autobalance.engine.complete_balance import ShaftWeight
     from autobalance.engine.factor_advice import FactorAdvice
+    from autobalance.engine.force_summary import CylinderLoads, InertiaLoads
     from autobalance.engine.whole_engine import ForceOrder
     from autobalance.machine_models.mounted_engine import MountedAnalysis
-    from autobalance.report.records.forces import CylinderLoads, EngineState, ForcesReport, InertiaLoads
+    from autobalance.report.records.forces import EngineState, ForcesReport
     from autobalance.report.records.grade import GradeReport
     from autobalance.report.records.parts import PartsReport, RodEnds, ThrowWeights
     from autobalance.report.records.shafts import Shaft, ShaftsReport

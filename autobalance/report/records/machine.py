@@ -21,7 +21,7 @@ class PlaneVector:
 
 
 @record
-class ReadUnbalance:
+class MachinePlane:
     """Reading, or true unbalance, in a plane; without a place on a static stand."""
 
     schema_name: ClassVar[str] = "plane_reading"
@@ -42,7 +42,7 @@ class SpunRotorFigures:
     unbalance_g_mm: Pair
     moment_g_mm2: Pair
     magnitude_g_mm: NotNegative
-    planes: Annotated[Sequence[ReadUnbalance], Size(most=2)]
+    planes: Annotated[Sequence[MachinePlane], Size(most=2)]
     kind: Literal["balanced", "static", "couple", "quasi_static", "dynamic"]
     principal_axis_rad: Degrees | None
 
@@ -79,7 +79,7 @@ class LeftUnbalance:
 class MachineRun:
     """A spin of the rotor."""
 
-    planes: Sequence[ReadUnbalance]
+    planes: Sequence[MachinePlane]
     left: LeftUnbalance
 
 
