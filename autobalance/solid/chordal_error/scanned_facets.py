@@ -11,11 +11,12 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.mesh.mesh import hash_rows
 from autobalance.types import Array
 
-MASS_SHARE, UNBALANCE_SHARE = 1.5, 1.5
+MASS_SHARE, UNBALANCE_SHARE = 1.75, 1.5
 """Error bars as shares of the estimates: an edge rounded by less than a triangle is cut off, and no parabola
 says by how much. Cranks with edges of 0.5 mm, meshed at 1 to 2 mm, lack 1.4 to 2.4 times the mass and 1.4 to
-1.8 times the unbalance that is estimated. That always lacks the same way: beside errors that are as likely
-either way it wants more room than its size (100 cuts planned on scans: 1.0 covered the truth 91 times)."""
+1.8 times the unbalance that is estimated; with sharp ones, at 0.7 to 2.5 mm, 2.5 to 2.6 and 1.8 to 2.0 times.
+That always lacks the same way: beside errors that are as likely either way it wants more room than its size
+(100 cuts planned on scans: 1.0 covered the truth 91 times)."""
 SCATTER = 0.03
 """Where throws cancel each other out so does the estimate, but not its errors from place to place: of the sum
 of what is lacking times its radius they left 0.01 to 0.04 (inline-3, -4, v6, v8, edges of 1 to 2.6 mm)."""
