@@ -301,7 +301,7 @@ def _facets_of(source: Source, density_g_mm3: float, anatomy: Anatomy, fit: bool
         return doubt_of(source.exact.gaps, density_g_mm3, frame)
     mesh = source.solid.mesh
     if anatomy.scan is not None:
-        return chordal_error_of_scan(mesh, density_g_mm3, frame)
+        return chordal_error_of_scan(mesh, density_g_mm3, frame, anatomy.scan.roughness_mm)
     return chordal_error_of_mesh(mesh, density_g_mm3, frame, fit=fit)
 
 

@@ -25,12 +25,6 @@ TIP = 1e-2
 """Radius near the tip of a cone that corners are measured against, as a share of its largest."""
 CORNERS_MOST = 600
 """Most corners of a face that may be a chord; larger ones are plane faces of the part."""
-FRAYED_SHARE = 0.2
-"""Share of the corners at sharp edges in which one edge ends alone, from which on the mesh cuts edges off: of
-presets at most 0.02, of v-hacd's crank.off 0.06; of cranks meshed evenly by triangles of 0.7 to 2.5 mm 0.4 to
-0.55."""
-FEW_SHARP = 100
-"""Fewer corners at sharp edges show nothing: a crank of smooth blends has four, each the end of an edge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,17 +100,6 @@ class Look:
     def curved_count(self) -> int:
         """Number of faces that meet another smoothly."""
         return int(np.count_nonzero(np.bincount(np.concatenate(self.pairs), minlength=self.count)))
-
-    @cached_property
-    def cuts_edges_off(self) -> bool:
-        """Whether the part's sharp edges are no lines of the mesh, which was laid evenly over them.
-
-        An edge that was drawn runs on to where others meet it; of one that triangles cut off pieces are left.
-        """
-        sharp = self.edges.ends[self.edges.angle_rad > SMOOTH_RAD]
-        meeting = np.bincount(sharp.reshape(-1), minlength=len(self.mesh.vertices))
-        corners = int(np.count_nonzero(meeting))
-        return corners >= FEW_SHARP and np.count_nonzero(meeting == 1) > FRAYED_SHARE * corners
 
     @cached_property
     def small(self) -> Flags:

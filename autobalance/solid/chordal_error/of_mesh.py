@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from autobalance.solid.chordal_error.creases import cuts_edges_off
 from autobalance.solid.chordal_error.estimate import ChordalError, chordal_error_of
 from autobalance.solid.chordal_error.from_edges import chordal_error_from_edges
 from autobalance.solid.chordal_error.look import look_at
@@ -38,7 +39,7 @@ def chordal_error_of_mesh(
         Number of curved facets up to which surfaces are fitted anyhow; ``FACETS_MOST`` where None.
     """
     look = look_at(mesh if frame is None else mesh.moved(frame))
-    if look.cuts_edges_off:
+    if cuts_edges_off(look):
         return chordal_error_of_scan(mesh, density_g_mm3, np.eye(4) if frame is None else frame)
     if fit or look.curved_count <= (FACETS_MOST if most is None else most):
         return chordal_error_of(look, density_g_mm3)
