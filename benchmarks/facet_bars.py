@@ -21,10 +21,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from autobalance.balancing import measured_crank
-from autobalance.balancing.measured_crank import facets_of_mesh
 from autobalance.crank.parametric.design import PRESETS, preset
 from autobalance.crank.parametric.generate import crank_shape
+from autobalance.solid.chordal_error import of_mesh
+from autobalance.solid.chordal_error.of_mesh import chordal_error_of_mesh
 from autobalance.solid.csg.shape import Shape, tessellated
 from tests.blunt import BLUNT
 
@@ -45,7 +45,7 @@ def marked(name: str, shape: Shape, density: float, segments: list[int], fit: bo
     for count in segments:
         solid = tessellated(shape, count)
         began = time.process_time()
-        facets = facets_of_mesh(solid.mesh, density, fit)
+        facets = chordal_error_of_mesh(solid.mesh, density, fit=fit)
         seconds = time.process_time() - began
         hidden = truth - solid.moments(density)
         off = hidden - facets.missing
@@ -80,7 +80,7 @@ def main() -> int:
     arguments = parser.parse_args()
     fit, marks = not arguments.edges, 0
     if arguments.edges:
-        measured_crank.FACETS_MOST = 0
+        of_mesh.FACETS_MOST = 0
     for name in arguments.presets or [*PRESETS, *BLUNT]:
         if name in BLUNT:
             marks += marked(name, BLUNT[name], 7.85e-3, arguments.segments, fit)

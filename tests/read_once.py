@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
 
-from autobalance.balancing import measured_crank
 from autobalance.known import Known, using
 from autobalance.solid.cad import tessellation
+from autobalance.solid.chordal_error import of_mesh
 from tests.sweeps import SWEPT
 
 KNOWN = Known()
@@ -19,5 +19,5 @@ KNOWN = Known()
 
 def read_once() -> AbstractContextManager[None]:
     """Share what was read, as long as facets are as fine and as many of them are looked at."""
-    settings = tessellation.SAG_SHARE, tessellation.TURN_RAD, measured_crank.FACETS_MOST
+    settings = tessellation.SAG_SHARE, tessellation.TURN_RAD, of_mesh.FACETS_MOST
     return nullcontext() if SWEPT else using(KNOWN, settings)

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.balancing import measured_crank
 from autobalance.report.balance.text import balance_text
 from autobalance.report.display_units import ON_SCREEN
+from autobalance.solid.chordal_error import of_mesh
 from tests import jobs
 
 Report = dict[str, Any]
@@ -259,7 +259,7 @@ def test_a_margin_looks_at_facets_however_fine_the_mesh(
 ) -> None:
     job = jobs.bundled_job(tmp_path, grade="40")
     every = shares(jobs.computed(job, tmp_path / "out"))["facets"]
-    monkeypatch.setattr(measured_crank, "FACETS_MOST", 10)
+    monkeypatch.setattr(of_mesh, "FACETS_MOST", 10)
     report = jobs.computed(job, tmp_path / "out")
     assert shares(report)["facets"] != pytest.approx(every, rel=1e-3)  # from the edges
     assert f"uncertain by ± {report['residual']['uncertainty_g_mm']:.2f} g·mm" in balance_text(

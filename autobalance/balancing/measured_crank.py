@@ -23,20 +23,13 @@ from autobalance.machine_models.measured import Crank, ScannedBeside, holds_cran
 from autobalance.machine_models.scan_calibration import Calibration, Scanned, calibration_of
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch
-from autobalance.solid.chordal_error.estimate import ChordalError, chordal_error_of
-from autobalance.solid.chordal_error.from_edges import chordal_error_from_edges
-from autobalance.solid.chordal_error.look import look_at
+from autobalance.solid.chordal_error.estimate import ChordalError
+from autobalance.solid.chordal_error.of_mesh import chordal_error_of_mesh
 from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
 from autobalance.solid.formats.read import Source, read
-from autobalance.solid.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
     from autobalance.balancing.record import InputFile, TrueSurfaces
-
-FACETS_MOST = 50_000
-"""Curved facets up to which surfaces are fitted to them, in some 0.6 s, a quarter of `inspect`; of more the
-edges show the error in a tenth of that, to some hundredths of what facets hide in place of a thousandth."""
-
 
 BODIES_MOST = 40
 """Most bodies tried as one pressed-up crank unasked: halves, pins, balls, plugs."""
@@ -308,21 +301,8 @@ def _facets_of(source: Source, density_g_mm3: float, anatomy: Anatomy, fit: bool
         return doubt_of(source.exact.gaps, density_g_mm3, frame)
     mesh = source.solid.mesh
     if anatomy.scan is not None:
-        return chordal_error_of_scan(mesh, density_g_mm3, frame)
-    return facets_of_mesh(mesh.moved(frame), density_g_mm3, fit)
-
-
-def facets_of_mesh(
-    mesh: Mesh, density_g_mm3: float, fit: bool = False, most: int | None = None
-) -> ChordalError:
-    """Estimate the chordal error of a mesh in the rotor frame.
-
-    Surfaces are fitted to at most so many curved facets (`FACETS_MOST` where None), or to any with ``fit``.
-    """
-    look = look_at(mesh)
-    if fit or look.curved_count <= (FACETS_MOST if most is None else most):
-        return chordal_error_of(look, density_g_mm3)
-    return chordal_error_from_edges(look, density_g_mm3)
+        return chordal_error_of_scan(mesh, density_g_mm3, frame, anatomy.scan.roughness_mm)
+    return chordal_error_of_mesh(mesh, density_g_mm3, frame, fit=fit)
 
 
 def input_file(path: Path | None, crank: Crank) -> InputFile:

@@ -13,7 +13,8 @@ from autobalance.engine.conrod import ConnectingRod
 from autobalance.engine.slider_crank import SliderCrank
 from autobalance.errors import RecognitionError
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
+from autobalance.solid.chordal_error.estimate import ChordalError
+from autobalance.solid.chordal_error.of_mesh import chordal_error_of_mesh
 from autobalance.solid.formats.read import Source
 from autobalance.solid.slicing.slab import Slab
 from autobalance.units import N_M_PER_G_MM2_S2
@@ -143,7 +144,7 @@ def measure_rod(source: Source, density_g_mm3: float, density_pm_g_mm3: float = 
 
         facets = doubt_of(source.exact.gaps, density_g_mm3, eyes.file_to_rod)
     else:
-        facets = estimate_chordal_error(source.solid.mesh, density_g_mm3, eyes.file_to_rod)
+        facets = chordal_error_of_mesh(source.solid.mesh, density_g_mm3, eyes.file_to_rod)
     rod = MeasuredRod(source, eyes, density_g_mm3, density_pm_g_mm3, moments + facets.missing, facets)
     rod.rod  # noqa: B018  refuses a centre of mass beyond the eyes now
     return rod

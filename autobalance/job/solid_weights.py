@@ -82,7 +82,7 @@ def _weighed(value: Any, folder: Path, where: str) -> Any:
 
 def _mass_g(part: Values, folder: Path, density_kg_m3: float, where: str) -> tuple[float, float]:
     """Return the mass of a solid, the part that its facets hide added, and its uncertainty [g]."""
-    from autobalance.solid.chordal_error.estimate import estimate_chordal_error
+    from autobalance.solid.chordal_error.of_mesh import chordal_error_of_mesh
     from autobalance.solid.formats.read import read as read_solid
 
     density = density_kg_m3 * G_PER_MM3_PER_KG_M3
@@ -93,5 +93,5 @@ def _mass_g(part: Values, folder: Path, density_kg_m3: float, where: str) -> tup
     mass = source.volume_mm3 * density
     if source.exact is not None:
         return mass, 0.0
-    hidden = estimate_chordal_error(source.solid.mesh, density)
+    hidden = chordal_error_of_mesh(source.solid.mesh, density)
     return mass + hidden.missing.mass_g, hidden.mass_bar_g

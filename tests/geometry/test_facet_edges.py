@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from autobalance.balancing import measured_crank
 from autobalance.crank.parametric.design import preset
 from autobalance.crank.parametric.generate import exact_moments
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.chordal_error import of_mesh
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
 from autobalance.solid.chordal_error.from_edges import chordal_error_from_edges
 from autobalance.solid.chordal_error.look import lies_on, look_at
@@ -86,7 +86,7 @@ def test_the_bar_falls_with_every_finer_mesh(name: str, fillet_mm: float | None)
     for segments in (96, 128, 192, 256, 384):
         mesh = drawn(design, segments).mesh
         for fit, fallen in bars.items():
-            facets = measured_crank.facets_of_mesh(mesh, 7.85e-3, fit, most=0)
+            facets = of_mesh.chordal_error_of_mesh(mesh, 7.85e-3, fit=fit, most=0)
             assert (facets.fitted is not None) == fit
             fallen.append(facets.unbalance_bar_g_mm * segments**2)
     for fallen in bars.values():  # the last digits are those of rims, which cut chords anywhere
@@ -177,7 +177,7 @@ def test_a_blunt_edge_between_two_surfaces_is_no_curve() -> None:
 def test_large_meshes_have_a_facet_error_and_a_share(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     job = whole_job(tmp_path / "in")
     every = computed(job, tmp_path / "every")
-    monkeypatch.setattr(measured_crank, "FACETS_MOST", 10)
+    monkeypatch.setattr(of_mesh, "FACETS_MOST", 10)
     some = computed(job, tmp_path / "some")
     assert some["crank"]["facet_error"]["mass_g"] == pytest.approx(
         every["crank"]["facet_error"]["mass_g"], rel=0.05

@@ -27,7 +27,7 @@ from autobalance.solid.chordal_error.revolved import (
     Revolved,
     lens,
 )
-from autobalance.solid.chordal_error.scanned_facets import MASS_SHARE, UNBALANCE_SHARE, ScannedFacets
+from autobalance.solid.chordal_error.scanned_facets import UNBALANCE_SHARE, ScannedFacets
 from autobalance.solid.chordal_error.seeds import adopt_cut_facets, find_joined, find_leftover_cylinders
 from autobalance.solid.chordal_error.strips import find_cylinders
 from autobalance.solid.mesh.mesh import Mesh, ranked
@@ -101,7 +101,7 @@ class ChordalError:
         return replace(
             self,
             missing=missing,
-            mass_bar_g=MASS_SHARE * abs(missing.mass_g),
+            mass_bar_g=scanned.mass_bar_g,
             unbalance_bar_g_mm=math.hypot(of_estimate, scanned.scatter_g_mm),
         )
 

@@ -2,7 +2,8 @@
 
 A scan has no circles to be found in, but small even triangles: over each, the surface is a paraboloid through
 its corners, and the directions at the two ends of an edge give its rise above the edge's middle
-(a·(n₂ − n₁)/8, as for PN triangles). Noise moves directions either way and averages out.
+(a·(n₂ − n₁)/8, as for PN triangles). Noise moves directions either way and averages out. Across a sharp edge
+that is a line of the mesh no surface goes on: each side has its own directions there.
 
 References
 ----------
@@ -16,15 +17,18 @@ import math
 import numpy as np
 
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.chordal_error.creases import apart_at_sharp_edges
 from autobalance.solid.chordal_error.estimate import ChordalError
-from autobalance.solid.chordal_error.scanned_facets import MASS_SHARE, UNBALANCE_SHARE, ScannedFacets
+from autobalance.solid.chordal_error.scanned_facets import UNBALANCE_SHARE, ScannedFacets
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.mesh.tetrahedra import CHUNK
 from autobalance.solid.roughness.estimate import at_vertices, smoothed_normals, unit_at_vertices
 from autobalance.types import Array
 
 
-def chordal_error_of_scan(mesh: Mesh, density_g_mm3: float, frame: Array) -> ChordalError:
+def chordal_error_of_scan(
+    mesh: Mesh, density_g_mm3: float, frame: Array, roughness_mm: float = 0.0
+) -> ChordalError:
     """Estimate the chord error of a scanned mesh.
 
     Parameters
@@ -35,8 +39,11 @@ def chordal_error_of_scan(mesh: Mesh, density_g_mm3: float, frame: Array) -> Cho
         Density [g/mm³].
     frame : (4, 4) float
         From file coordinates to those the moments are wanted in, z along the crank.
+    roughness_mm : float
+        Root mean square of the surface's noise: triangles lower than some of it show no sharp edge.
     """
-    placed = mesh.moved(frame)
+    apart = apart_at_sharp_edges(mesh, roughness_mm)
+    placed = apart.moved(frame)
     doubled = placed.doubled_areas
     normals = unit_at_vertices(placed, smoothed_normals(placed, 1) * doubled[:, None])
     axes, turns = (np.ascontiguousarray(each.T) for each in (placed.vertices, normals))
@@ -55,10 +62,12 @@ def chordal_error_of_scan(mesh: Mesh, density_g_mm3: float, frame: Array) -> Cho
         sums += np.stack([np.ones_like(x), np.hypot(x, y), z, z * z]) @ np.abs(mass)
     missing = Moments(float(lacking.sum()), first, second)
     amount, radial, along, along_square = (float(each) for each in sums)
-    scanned = ScannedFacets(mesh.vertices, placed.vertices, at_vertices(mesh, lacking / 3.0))
+    scanned = ScannedFacets(
+        mesh.vertices, mesh.moved(frame).vertices, at_vertices(mesh, lacking / 3.0), apart is not mesh
+    )
     return ChordalError(
         missing,
-        MASS_SHARE * abs(missing.mass_g),
+        scanned.mass_bar_g,
         math.hypot(UNBALANCE_SHARE * float(np.hypot(*first[:2])), scanned.scatter_g_mm),
         amount,
         radial,

@@ -58,7 +58,7 @@ def flat_share(mesh: Mesh, least: int = MIN_TRIANGLES) -> float:
 
 def _neighbours(mesh: Mesh) -> tuple[Indices, Indices]:
     """Return the two triangles (k,) beside each of the edges at some of the vertices."""
-    chosen = _spread(mesh, LOOKED_AT)
+    chosen = spread(mesh, LOOKED_AT)
     a, b, c = mesh.triangles.T
     rows = np.flatnonzero(chosen.take(a) | chosen.take(b) | chosen.take(c))
     triangles = mesh.triangles.take(rows, axis=0)
@@ -71,7 +71,7 @@ def _neighbours(mesh: Mesh) -> tuple[Indices, Indices]:
     return owner[order[same]], owner[order[same + 1]]
 
 
-def _spread(mesh: Mesh, count: int) -> Flags:
+def spread(mesh: Mesh, count: int) -> Flags:
     """Mark some of the vertices (n,), chosen by their coordinates alone."""
     every = np.uint64(max(1, len(mesh.vertices) // count))
     marked: Flags = hash_rows(mesh.vertices.astype(np.float32)) % every == 0
@@ -113,7 +113,7 @@ def local_roughness_mm(mesh: Mesh, within_mm: float) -> float:
     from scipy.spatial import cKDTree
 
     normals = unit_at_vertices(mesh, mesh.area_vectors)
-    chosen = np.flatnonzero(_spread(mesh, NEIGHBOURHOODS))
+    chosen = np.flatnonzero(spread(mesh, NEIGHBOURHOODS))
     tree = cKDTree(mesh.vertices, balanced_tree=False, compact_nodes=False)  # built four times as fast
     residuals = []
     for place in chosen:
