@@ -79,8 +79,6 @@ def decoded(of: type[T], value: Any) -> T:
     ------
     ValueError
         If a key is missing or of another type; the message begins with its place, as ``.planes[2].g_mm``.
-    TypeError
-        If the record has a field that is unwritten, and no default of it.
     """
     result: T = _decoded(of, value, None)
     return result

@@ -15,11 +15,11 @@ from autobalance.job.bearings import MainSprings, stiffnesses_n_mm
 from autobalance.job.model.cycle import Cycle, Film
 from autobalance.machine_models.cycle_sections import CycleSection
 from autobalance.machine_models.flexible_cycle import FlexibleCycle, flexible_cycle
+from autobalance.machine_models.flexible_figures import Flexible, FlexibleMain, FlexibleWeb
 from autobalance.machine_models.flexible_twist import ShaftTwist, shaft_twists
 from autobalance.machine_models.measured import Crank
 from autobalance.report.engine.cycle_text import degrees_of, micrometres
 from autobalance.report.plot_files import Plot
-from autobalance.machine_models.flexible_figures import Flexible, FlexibleMain, FlexibleWeb
 from autobalance.report.tables import table
 from autobalance.units import RAD_S_PER_RPM
 
