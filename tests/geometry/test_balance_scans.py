@@ -14,9 +14,11 @@ from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.declare import decoded
 from autobalance.machine_models.scan_uncertainty import Patches, mass_pm_g, scan_uncertainty
 from autobalance.report.balance.scan_text import scan_lines
 from autobalance.report.display_units import ON_SCREEN
+from autobalance.report.records.crank import Crank
 from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written
@@ -100,7 +102,9 @@ def test_a_scanned_crank_is_balanced_by_lowering_faces(tmp_path: Path) -> None:
     assert ab.verify(tmp_path / "out" / "report.json").holds
     true_mass = DENSITY * Solid.from_mesh(there.true).volume_mm3
     assert abs(crank["mass_g"] - true_mass) < crank["mass_pm_g"] < 20.0
-    assert f"  mass to ±{crank['mass_pm_g']:.2f} g (95 %)" in scan_lines(crank, ON_SCREEN["metric"])
+    assert f"  mass to ±{crank['mass_pm_g']:.2f} g (95 %)" in scan_lines(
+        decoded(Crank, crank), ON_SCREEN["metric"]
+    )
     surer = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
     surer["crank"]["mass_pm_g"] *= 0.9
     (tmp_path / "out" / "surer.json").write_text(json.dumps(surer), encoding="utf-8")
