@@ -218,7 +218,7 @@ def test_ru_03_and_04_in_a_section_table() -> None:
     changes = [first["change_g_mm"][1] * 1e-3, second["change_g_mm"][1] * 1e-3]
     assert products == pytest.approx([-92.0814, -92.7509], abs=0.01)
     assert changes == pytest.approx([16.501, -16.507], abs=0.01)
-    assert "NOT WITHIN TOLERANCE" in section_table_text(values)
+    assert "NOT WITHIN TOLERANCE" in section_table_text(records.SectionTable.of(found, 0.0))
     aside = encoded(records.SectionTable.of(found, 100.0))
     moved = np.array(aside["sums"]["moment_g_mm2"]) - values["sums"]["moment_g_mm2"]
     np.testing.assert_allclose(moved, -100.0 * np.array(values["sums"]["unbalance_g_mm"]), atol=1e-6)

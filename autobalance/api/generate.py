@@ -75,7 +75,7 @@ class GenerateResult(VerbResult):
         from autobalance.report.balance.crank_text import generate_text
         from autobalance.report.display_units import ON_SCREEN
 
-        return generate_text(self.content, self.report, ON_SCREEN[units])
+        return generate_text(self.content, ON_SCREEN[units])
 
     def files(self) -> Mapping[str, bytes]:
         """Return the crank's file."""

@@ -17,6 +17,7 @@ from autobalance.balancing.faces import offered_faces
 from autobalance.balancing.measured_crank import input_file, measure_crank, surfaces_entry
 from autobalance.balancing.record import MeasuredCrank, Record
 from autobalance.crank.sections import sections, web_weights
+from autobalance.declare import present
 from autobalance.job import Job
 from autobalance.job.read import WORKBOOKS, load, load_crankshaft
 from autobalance.machine_models.measured import Crank as MeasuredSolid
@@ -29,12 +30,14 @@ if TYPE_CHECKING:
     from autobalance.balancing.suggestions.wanted import Aim, Refused, Suggestion
     from autobalance.crank.against import AgainstDrawing
     from autobalance.crank.anatomy import Face
+    from autobalance.report.records.report import Report
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InspectResult(VerbResult):
     """The measured and recognised crank, with its report."""
 
+    content: Report
     crank: Crank
     faces: tuple[Face, ...]
     against: AgainstDrawing | None = None
@@ -44,7 +47,7 @@ class InspectResult(VerbResult):
         from autobalance.report.balance.crank_text import inspect_text
         from autobalance.report.display_units import ON_SCREEN
 
-        return inspect_text(self.report, ON_SCREEN[units])
+        return inspect_text(self.content, ON_SCREEN[units])
 
     def sections_text(self, units: str = "metric") -> str:
         """Return the table of sections: with what hangs on the crank, where that was asked for."""
@@ -52,9 +55,8 @@ class InspectResult(VerbResult):
         from autobalance.report.balance.section_text import section_table_text
         from autobalance.report.display_units import ON_SCREEN
 
-        table = self.report.get("section_table")
-        u = ON_SCREEN[units]
-        return sections_text(self.report, u) if table is None else section_table_text(table, u)
+        table, u = present(self.content.section_table), ON_SCREEN[units]
+        return sections_text(self.content, u) if table is None else section_table_text(table, u)
 
     def picture(self) -> bytes:
         """Return a PNG of the crank with its axis, pins, and faces by their ids.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -121,17 +121,13 @@ def _of_chain(file: ChainFile, settings: Sequence[str] = ()) -> TorsionResult:
     named = named_train(file.chain, file.names, file.diameters_m, file.question.parts)
     model = ExcitedTrain(named, file.chain if file.question.parts.plain else None, file.question, orders)
     model, dampers = with_dampers(model)
-    set_keys: Values = {"job_set": list(settings)} if settings else {}
     inputs = _with(file.filled, damping_ratio=model.damping_ratio)
-    warned = _warnings(model, dampers)
-    return TorsionResult(
-        TorsionReport(
-            **set_keys,
-            input=inputs,
-            **_solved(model, dampers),
-            warnings=warned or ABSENT,
-        )
+    content = replace(
+        _solved(inputs, model, dampers),
+        job_set=list(settings) if settings else ABSENT,
+        warnings=_warnings(model, dampers) or ABSENT,
     )
+    return TorsionResult(content)
 
 
 def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress | None) -> TorsionResult:
@@ -150,21 +146,17 @@ def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress 
     twists = _twisted(case.crank, torsion, progress) if with_fem else None
     metal = _of_metal(chain, twists)
     modes = None if metal is None else excited_crank(chain, torsion.question, None, metal).modes()
-    return TorsionResult(
-        TorsionReport(
-            **job_set(case.job),
-            input=values,
-            **_solved(model, dampers, chain, metal),
-            fem_natural_frequencies_rad_s=None if modes is None else [mode.frequency_rad_s for mode in modes],
-            throws=[
-                ThrowFigures.of(
-                    number, chain, torsion.formula, None if twists is None else twists[number - 1]
-                )
-                for number in range(1, len(chain.shapes) + 1)
-            ],
-            warnings=[*case.warnings, *_warnings(model, dampers)],
-        )
+    content = replace(
+        _solved(values, model, dampers, chain, metal),
+        **job_set(case.job),
+        fem_natural_frequencies_rad_s=None if modes is None else [mode.frequency_rad_s for mode in modes],
+        throws=[
+            ThrowFigures.of(number, chain, torsion.formula, None if twists is None else twists[number - 1])
+            for number in range(1, len(chain.shapes) + 1)
+        ],
+        warnings=[*case.warnings, *_warnings(model, dampers)],
     )
+    return TorsionResult(content)
 
 
 def _warnings(model: ExcitedTrain, dampers: Sequence[FittedDamper]) -> list[str]:
@@ -220,23 +212,25 @@ def _cycle_torques(job: Job, crank: MeasuredCrank) -> ThrowTorques | None:
 
 
 def _solved(
+    inputs: Values,
     model: ExcitedTrain,
     dampers: Sequence[FittedDamper],
     of_crank: CrankChain | None = None,
     metal: TorsionChain | None = None,
-) -> Values:
-    """Return the fields of ``TorsionReport`` that a chain and a crank have alike."""
+) -> TorsionReport:
+    """Return the report with what a chain and a crank have alike."""
     modes = model.modes()
     absorber = model.question.pendulum
-    return {
-        "model": TrainFigures.of(model.named, of_crank, None if metal is None else metal.springs_n_m_rad),
-        "excited": any(model.torque_at(order, model.question.speeds_rad_s).any() for order in model.orders),
-        "damping": Damping(ratio=model.damping_ratio, dampers=model.damped),
-        "natural_frequencies_rad_s": [mode.frequency_rad_s for mode in modes],
-        "modes": [TorsionModeFigures.of(model, mode) for mode in modes],
-        "critical": critical_orders(model, modes),
-        "peaks": order_peaks(model),
-        "response": order_responses(model),
-        "pendulum": None if absorber is None else AbsorberSize.of(absorber),
-        "dampers": [damper_figures(model, each) for each in dampers],
-    }
+    return TorsionReport(
+        input=inputs,
+        model=TrainFigures.of(model.named, of_crank, None if metal is None else metal.springs_n_m_rad),
+        excited=any(model.torque_at(order, model.question.speeds_rad_s).any() for order in model.orders),
+        damping=Damping(ratio=model.damping_ratio, dampers=model.damped),
+        natural_frequencies_rad_s=[mode.frequency_rad_s for mode in modes],
+        modes=[TorsionModeFigures.of(model, mode) for mode in modes],
+        critical=critical_orders(model, modes),
+        peaks=order_peaks(model),
+        response=order_responses(model),
+        pendulum=None if absorber is None else AbsorberSize.of(absorber),
+        dampers=[damper_figures(model, each) for each in dampers],
+    )

@@ -41,6 +41,7 @@ from autobalance.declare.fields import (
     described,
     fields_of,
     marks_of,
+    present,
     record,
 )
 from autobalance.declare.keys import FILLED, REQUIRED, InFile, Key, Large, keys_of, made, names, optional
@@ -174,6 +175,7 @@ __all__ = [
     "marks_of",
     "names",
     "optional",
+    "present",
     "record",
     "unit_of_name",
 ]

@@ -38,6 +38,11 @@ class Absent(Enum):
 ABSENT: Final = Absent.ABSENT
 
 
+def present(value: T | Absent | None) -> T | None:
+    """Return a value, None where its key is absent."""
+    return None if value is ABSENT else value
+
+
 @dataclass_transform(kw_only_default=True, frozen_default=True)
 def record(of: type[T]) -> type[T]:
     """Make a class a record: frozen, its fields by keyword; compared by identity, for it may hold arrays."""

@@ -16,9 +16,11 @@ from autobalance.crank.faces import find_faces
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.declare import decoded
 from autobalance.machine_models.scan_uncertainty import Patches, mass_pm_g, scan_uncertainty
 from autobalance.report.balance.scan_text import scan_lines
 from autobalance.report.display_units import ON_SCREEN
+from autobalance.report.records.crank import Crank
 from autobalance.solid.chordal_error.creases import cuts_edges_off
 from autobalance.solid.chordal_error.look import look_at
 from autobalance.solid.chordal_error.of_mesh import chordal_error_of_mesh
@@ -139,7 +141,9 @@ def test_a_scanned_crank_is_balanced_by_lowering_faces(tmp_path: Path) -> None:
     assert ab.verify(tmp_path / "out" / "report.json").holds
     true_mass = DENSITY * Solid.from_mesh(there.true).volume_mm3
     assert abs(crank["mass_g"] - true_mass) < crank["mass_pm_g"] < 20.0
-    assert f"  mass to ±{crank['mass_pm_g']:.2f} g (95 %)" in scan_lines(crank, ON_SCREEN["metric"])
+    assert f"  mass to ±{crank['mass_pm_g']:.2f} g (95 %)" in scan_lines(
+        decoded(Crank, crank), ON_SCREEN["metric"]
+    )
     surer = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
     surer["crank"]["mass_pm_g"] *= 0.9
     (tmp_path / "out" / "surer.json").write_text(json.dumps(surer), encoding="utf-8")

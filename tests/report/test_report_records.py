@@ -19,9 +19,15 @@ import autobalance as ab
 from autobalance import registry
 from autobalance.declare import (
     ABSENT,
+    DEGREES,
+    G_MM,
+    HERTZ,
     INLINE,
     LAST,
     LOOSE,
+    MM,
+    MPA,
+    RPM,
     UNWRITTEN,
     Absent,
     Degrees,
@@ -35,6 +41,7 @@ from autobalance.declare import (
     Registered,
     Rpm,
     Size,
+    Unit,
     decoded,
     derived,
     encoded,
@@ -93,6 +100,14 @@ def test_a_record_is_written_in_the_units_of_its_keys() -> None:
     assert made["required"] == ["angle_deg", "inertias_kg_mm2", "unbalance_g_mm", "speed_rpm", "from"]
     assert made["additionalProperties"] is True  # what stands inline has any keys
     Draft202012Validator(made).validate(encoded(outer()))
+
+
+@pytest.mark.parametrize("unit", [DEGREES, G_MM, HERTZ, MM, MPA, RPM], ids=lambda unit: unit.outside)
+def test_a_typed_number_is_written_as_it_was_typed(unit: Unit) -> None:
+    """3000 rpm are 314.159... rad/s, which are 3000.0000000000005 rpm by one division."""
+    typed = [0.1 * tenths for tenths in range(1, 40000, 37)] + [100.0 * n for n in range(1, 200)]
+    typed = [round(each, 1) for each in typed]
+    assert [unit.written(unit.read(each)) for each in typed] == typed
 
 
 def test_what_was_written_is_read_again() -> None:

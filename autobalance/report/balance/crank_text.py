@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from autobalance.declare import ABSENT, present
 from autobalance.report.balance.scan_text import against_text, scan_lines
 from autobalance.report.balance.section_text import section_heads
 from autobalance.report.balance.suggestion_text import suggestions_text
 from autobalance.report.display_units import ON_SCREEN, DisplayUnits, fixed
+from autobalance.report.records.balance import Unbalance
+from autobalance.report.records.crank import Crank, Journal, Pin, Web
 from autobalance.report.records.generate import DrawnEngine, GenerateReport
+from autobalance.report.records.report import Report, WebWeight
+from autobalance.report.records.surfaces import Face, NamedFace
+from autobalance.report.records.with_bob_weights import WithBobWeights
 from autobalance.report.tables import table
-from autobalance.types import Values
 from autobalance.wording import degrees
 
 MOST_FACES = 12
@@ -20,28 +25,25 @@ ROLES = {"collar": "collar", "shaft": "shaft", "web": "web", "none": "cylinder"}
 METRIC = ON_SCREEN["metric"]
 
 
-def inspect_text(report: Values, units: DisplayUnits) -> str:
+def inspect_text(report: Report, units: DisplayUnits) -> str:
     """Return the summary of a measured crank: mass, anatomy, unbalance, faces."""
     parts = [
         _measured(report, units),
-        _anatomy(report, units),
-        _bare(report, units),
-        _with_bob_weights(report.get("with_bob_weights"), units),
-        _counterweights(report, units),
-        _faces(report, units),
-        against_text(report.get("against"), report["crank"], units),
-        suggestions_text(report.get("suggestions")),
+        _anatomy(report.crank, units),
+        _bare(report.initial, units),
+        _with_bob_weights(present(report.with_bob_weights), units),
+        _counterweights(present(report.counterweights), units),
+        _faces(present(report.faces), units),
+        against_text(present(report.against), report.crank.body.mass_g, units),
+        suggestions_text(present(report.suggestions)),
     ]
     return "\n\n".join(part for part in parts if part)
 
 
-def generate_text(report: GenerateReport, values: Values, units: DisplayUnits) -> str:
-    """Return the summary of a generated crank: dimensions in, mass, unbalance and balance factor out.
-
-    ``values`` is the report as it is written.
-    """
-    parts = [_generated(report, units), _anatomy(values, units), _bare(values, units)]
-    return "\n\n".join([*parts, *filter(None, [suggestions_text(values.get("suggestions"))])])
+def generate_text(report: GenerateReport, units: DisplayUnits) -> str:
+    """Return the summary of a generated crank: dimensions in, mass, unbalance and balance factor out."""
+    parts = [_generated(report, units), _anatomy(report.crank, units), _bare(report.initial, units)]
+    return "\n\n".join([*parts, *filter(None, [suggestions_text(present(report.suggestions))])])
 
 
 def _generated(report: GenerateReport, units: DisplayUnits) -> str:
@@ -76,24 +78,23 @@ def _achieved(engine: DrawnEngine | None, units: DisplayUnits) -> list[str]:
     return [f"  balance factor {100.0 * engine.balance_factor:.2f} %, bob-weight {bob} on throw 1"]
 
 
-def _counterweights(report: Values, units: DisplayUnits) -> str:
-    weights = report.get("counterweights")
+def _counterweights(weights: Sequence[WebWeight] | None, units: DisplayUnits) -> str:
     if not weights:
         return ""
     rows = [("Webs with counterweights", "m_cw", "r′", "m_cw·r′")]
     for weight in weights:
         rows.append(
             (
-                "  all" if weight["web"] is None else f"  web {weight['web']}",
-                units.of_mass(weight["mass_g"]),
-                units.of_length(weight["radius_mm"]),
-                units.of_unbalance(weight["product_g_mm"]),
+                "  all" if weight.web is None else f"  web {weight.web}",
+                units.of_mass(weight.mass_g),
+                units.of_length(weight.radius_mm),
+                units.of_unbalance(weight.product_g_mm),
             )
         )
     return table(rows)
 
 
-def sections_text(report: Values, units: DisplayUnits = METRIC) -> str:
+def sections_text(report: Report, units: DisplayUnits = METRIC) -> str:
     """Return the table of a crank's parts: mass, centre, and their products, in the order of the axis.
 
     W is the mass, WX and WY its unbalance, CX and CY ∫ x z dm and ∫ y z dm, so that every column of products
@@ -101,14 +102,12 @@ def sections_text(report: Values, units: DisplayUnits = METRIC) -> str:
     """
     u = units
     rows: list[tuple[str, ...]] = [section_heads(u)]
-    parts = [
-        [part["mass_g"], *part["centre_mm"], *part["unbalance_g_mm"], *part["moment_g_mm2"]]
-        for part in report["sections"]
-    ]
-    for part, numbers in zip(report["sections"], parts, strict=True):
-        rows.append((f"  {part['kind']} {part['number']}", *_cells(numbers, u)))
+    parts = []
+    for part in present(report.sections) or ():
+        parts.append([part.mass_g, *part.centre_mm, *part.unbalance_g_mm, *part.moment_g_mm2])
+        rows.append((f"  {part.kind} {part.number}", *_cells(parts[-1], u)))
     sums = [sum(column) for column in zip(*parts, strict=True)]
-    rows.append(("  sum", *_cells([sums[0], *report["crank"]["centre_of_mass_mm"], *sums[4:]], u)))
+    rows.append(("  sum", *_cells([sums[0], *report.crank.body.centre_of_mass_mm, *sums[4:]], u)))
     return table(rows)
 
 
@@ -121,44 +120,43 @@ def _cells(numbers: Sequence[float], u: DisplayUnits) -> tuple[str, ...]:
     return tuple(fixed(n / p, places) for n, p, places in zip(numbers, per, digits, strict=True))
 
 
-def _measured(report: Values, units: DisplayUnits) -> str:
-    source, crank = report["input"], report["crank"]
-    centre = ", ".join(units.of_length(value) for value in crank["centre_of_mass_mm"])
-    bodies = "body" if source["bodies"] == 1 else "bodies"
+def _measured(report: Report, units: DisplayUnits) -> str:
+    source, body = report.input.own, report.crank.body
+    centre = ", ".join(units.of_length(value) for value in body.centre_of_mass_mm)
+    bodies = "body" if source.bodies == 1 else "bodies"
     lines = [
-        f"{source['file']}: {_boundary(report)}, {source['bodies']} {bodies}, closed",
-        f"  mass {units.of_mass(crank['mass_g'])}, volume {units.of_volume(crank['volume_mm3'])}",
+        f"{source.file}: {_boundary(report)}, {source.bodies} {bodies}, closed",
+        f"  mass {units.of_mass(body.mass_g)}, volume {units.of_volume(body.volume_mm3)}",
         f"  centre of mass {centre} (rotor frame)",
-        f"  polar inertia {units.of_inertia(crank['polar_inertia_kg_mm2'])}",
+        f"  polar inertia {units.of_inertia(body.polar_inertia_kg_mm2)}",
     ]
     return "\n".join(lines)
 
 
-def _boundary(report: Values) -> str:
+def _boundary(report: Report) -> str:
     """Return the kinds of a solid's true surfaces, if its file keeps them, else its number of triangles."""
-    if "true_surfaces" not in report:
-        return f"{report['input']['triangles']} triangles"
-    faces = report["true_surfaces"]["before"]["faces"]
+    if report.true_surfaces is ABSENT:
+        return f"{report.input.own.triangles} triangles"
+    faces = vars(report.true_surfaces.before.faces)
     many = {"torus": "tori", "other": "others"}
     named = {kind: kind if count == 1 else many.get(kind, kind + "s") for kind, count in faces.items()}
     listed = [f"{count} {named[kind]}" for kind, count in faces.items() if count]
     return f"true surfaces ({', '.join(listed)})"
 
 
-def _anatomy(report: Values, units: DisplayUnits) -> str:
-    crank = report["crank"]
+def _anatomy(crank: Crank, units: DisplayUnits) -> str:
     rows = [("Part", "z", "diameter", "width", "")]
-    for pin in crank["main_journals"]:
-        rows.append((f"  main journal {pin['number']}", *_pin_cells(pin, units), ""))
-    for throw in crank["throws"]:
-        note = f"crank radius {units.of_length(throw['crank_radius_mm'])} at {degrees(throw['angle_deg'], 2)}"
-        rows.append((f"  throw {throw['number']}", *_pin_cells(throw["crankpin"], units), note))
-    for web in crank["webs"]:
-        middle = 0.5 * (web["z_min_mm"] + web["z_max_mm"])
-        width = units.of_length(web["z_max_mm"] - web["z_min_mm"])
+    for pin in crank.main_journals:
+        rows.append((f"  main journal {pin.number}", *_pin_cells(pin, units), ""))
+    for throw in crank.throws:
+        note = f"crank radius {units.of_length(throw.crank_radius_mm)} at {degrees(throw.angle_deg, 2)}"
+        rows.append((f"  throw {throw.number}", *_pin_cells(throw.crankpin, units), note))
+    for web in crank.webs:
+        middle = 0.5 * (web.z_min_mm + web.z_max_mm)
+        width = units.of_length(web.z_max_mm - web.z_min_mm)
         note = _counterweight_note(web, units)
-        rows.append((f"  web {web['number']}", units.of_length(middle), "", width, note))
-    off = units.of_length(crank["journal_misalignment_mm"])
+        rows.append((f"  web {web.number}", units.of_length(middle), "", width, note))
+    off = units.of_length(crank.journal_misalignment_mm)
     return "\n".join(
         [
             table(rows),
@@ -169,92 +167,79 @@ def _anatomy(report: Values, units: DisplayUnits) -> str:
     )
 
 
-def _also_on_axis(crank: Values, units: DisplayUnits) -> list[str]:
+def _also_on_axis(crank: Crank, units: DisplayUnits) -> list[str]:
     """Return the table of cylinders on the axis that are no main journals; none without any."""
     rows: list[tuple[str, ...]] = [("Also on the axis", "z", "diameter", "width")]
-    for each in crank["cylinders"]:
-        on_axis = each["offset_mm"] < ON_AXIS_SHARE * each["diameter_mm"]
-        if on_axis and each["role"] not in ("main_journal", "crankpin"):
-            name = ROLES[each["role"]] if each["kind"] == "outside" else "bore"
-            cells = (units.of_length(each[key]) for key in ("z_mm", "diameter_mm", "width_mm"))
-            rows.append((f"  {name}", *cells))
+    for each in crank.cylinders:
+        on_axis = each.offset_mm < ON_AXIS_SHARE * each.diameter_mm
+        if on_axis and each.role not in ("main_journal", "crankpin"):
+            name = ROLES[each.role] if each.kind == "outside" else "bore"
+            sizes = (each.z_mm, each.diameter_mm, each.width_mm)
+            rows.append((f"  {name}", *(units.of_length(size) for size in sizes)))
     return ["", table(rows)] if len(rows) > 1 else []
 
 
-def _counterweight_note(web: Values, units: DisplayUnits) -> str:
-    if not web["counterweight"]:
+def _counterweight_note(web: Web, units: DisplayUnits) -> str:
+    if not web.counterweight:
         return ""
-    outline = web.get("outline")
+    outline = present(web.outline)
     if outline is None:
         return "counterweight"
-    rim = units.of_length(outline["rim_radius_mm"])
-    return f"counterweight: rim radius {rim} over {outline['fan_angle_deg']:.1f}°"
+    rim = units.of_length(outline.rim_radius_mm)
+    return f"counterweight: rim radius {rim} over {outline.fan_angle_deg:.1f}°"
 
 
-def _pin_cells(pin: Values, units: DisplayUnits) -> tuple[str, str, str]:
+def _pin_cells(pin: Journal | Pin, units: DisplayUnits) -> tuple[str, str, str]:
     return (
-        units.of_length(pin["centre_mm"][2]),
-        units.of_length(pin["diameter_mm"]),
-        units.of_length(pin["width_mm"]),
+        units.of_length(pin.centre_mm[2]),
+        units.of_length(pin.diameter_mm),
+        units.of_length(pin.width_mm),
     )
 
 
-def _bare(report: Values, units: DisplayUnits) -> str:
-    initial = report["initial"]
-    lines = [
-        "Unbalance of the bare crank: " + units.of_vector(initial["magnitude_g_mm"], initial["angle_deg"])
-    ]
-    lines += [
-        f"  plane {plane['name']}: {units.of_unbalance(plane['magnitude_g_mm'])}"
-        for plane in initial["planes"]
-    ]
+def _bare(initial: Unbalance, units: DisplayUnits) -> str:
+    lines = ["Unbalance of the bare crank: " + units.of_vector(initial.magnitude_g_mm, initial.angle_deg)]
+    lines += [f"  plane {plane.name}: {units.of_unbalance(plane.magnitude_g_mm)}" for plane in initial.planes]
     return "\n".join(lines)
 
 
-def _with_bob_weights(loaded: Values | None, units: DisplayUnits) -> str:
+def _with_bob_weights(loaded: WithBobWeights | None, units: DisplayUnits) -> str:
     """Return the unbalance by plane with all that the job hangs on the crank; empty without a job."""
     if not loaded:
         return ""
     hung = ", ".join(
-        f"{each['kind']}{'' if each['number'] is None else ' ' + str(each['number'])}"
-        f" {units.of_bob_weight(each['mass_g'])}"
-        for each in loaded["hung_on"]
+        f"{each.kind}{'' if each.number is None else ' ' + str(each.number)}"
+        f" {units.of_bob_weight(each.mass_g)}"
+        for each in loaded.hung_on
     )
     rows: list[Sequence[str]] = [("With bob-weights", "take off", "at", "or add at", "permitted", "")]
-    for each in loaded["planes"]:
-        plane = "" if each["z_mm"] is None else f"plane {each['name']} (z {units.of_length(each['z_mm'])})"
+    for each in loaded.planes:
+        plane = "" if each.z_mm is None else f"plane {each.name} (z {units.of_length(each.z_mm)})"
         rows.append(
             (
-                f"  {plane or each['name']}",
-                units.of_unbalance(each["magnitude_g_mm"]),
-                units.heavy_at(each["magnitude_g_mm"], each["angle_deg"]),
-                units.heavy_at(each["magnitude_g_mm"], each["add_at_deg"]),
-                units.of_unbalance(each["permissible_g_mm"]),
-                "within" if each["within"] else "ABOVE",
+                f"  {plane or each.name}",
+                units.of_unbalance(each.magnitude_g_mm),
+                units.heavy_at(each.magnitude_g_mm, each.angle_deg),
+                units.heavy_at(each.magnitude_g_mm, each.add_at_deg),
+                units.of_unbalance(each.permissible_g_mm),
+                "within" if each.within else "ABOVE",
             )
         )
     return table(rows) + f"\n  on the crank: {hung or 'nothing'}; nothing is planned"
 
 
-def _faces(report: Values, units: DisplayUnits) -> str:
-    faces = report["faces"]
-    if not faces:
+def _faces(faces: Sequence[NamedFace | Face] | None, units: DisplayUnits) -> str:
+    offered = [face for face in faces or () if isinstance(face, Face)]
+    if not offered:
         return ""
     rows = [("Face", "web", "area", f"{units.unbalance} per {units.length}", "deepest")]
-    for face in faces[:MOST_FACES]:
+    for face in offered[:MOST_FACES]:
         x, y = (
-            value * units.mm_per_length / units.g_mm_per_unbalance for value in face["unbalance_per_mm_g_mm"]
+            value * units.mm_per_length / units.g_mm_per_unbalance for value in face.unbalance_per_mm_g_mm
         )
-        deepest = "" if face["max_depth_mm"] is None else units.of_length(face["max_depth_mm"])
-        web = "" if face["web"] is None else str(face["web"])
-        rows.append(
-            (
-                f"  {face['id']}",
-                web,
-                units.of_area(face["area_mm2"]),
-                f"{fixed(x, 3)}, {fixed(y, 3)}",
-                deepest,
-            )
-        )
-    more = len(faces) - MOST_FACES
+        deepest = "" if face.max_depth_mm is None else units.of_length(face.max_depth_mm)
+        web = "" if face.named.web is None else str(face.named.web)
+        area = units.of_area(face.named.area_mm2)
+        rows.append((f"  {face.named.id}", web, area, f"{fixed(x, 3)}, {fixed(y, 3)}", deepest))
+    more = len(offered) - MOST_FACES
     return table(rows) + (f"\n  and {more} more (--json FILE lists all)" if more > 0 else "")

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
+from autobalance.declare import Floats
 from autobalance.report.display_units import ON_SCREEN, DisplayUnits, fixed
+from autobalance.report.records.sections import SectionTable, SectionTableRow, SectionTableSums
 from autobalance.report.tables import table
 
 
-def section_table_text(values: Mapping[str, Any], u: DisplayUnits = ON_SCREEN["metric"]) -> str:
+def section_table_text(found: SectionTable, u: DisplayUnits = ON_SCREEN["metric"]) -> str:
     """Return the table with its sums and the verdict; Z and the couples count from the datum."""
-    datum = values["datum_mm"]
+    datum = found.datum_mm
     fine = u.is_metric
     of_mass, of_place, of_product, of_couple = (
         (u.g_per_mass, 2 if fine else 3),
@@ -20,16 +21,20 @@ def section_table_text(values: Mapping[str, Any], u: DisplayUnits = ON_SCREEN["m
         (u.g_mm_per_unbalance * u.mm_per_length, 0 if fine else 2),
     )
     rows: list[Sequence[str]] = [section_heads(u)]
-    for row, is_sum in [*((row, False) for row in values["rows"]), (values["sums"], True)]:
-        centre = None if is_sum else row["centre_mm"]
-        place = [""] * 3 if is_sum else ["-"] * 3
-        if centre is not None:
-            place = _digits([centre[0], centre[1], centre[2] - datum], *of_place)
-        products = [*_digits(row["unbalance_g_mm"], *of_product), *_digits(row["moment_g_mm2"], *of_couple)]
-        name = "sum" if is_sum else _name(row)
-        rows.append((f"  {name}", *_digits([row["mass_g"]], *of_mass), *place, *products))
+
+    def add(name: str, row: SectionTableRow | SectionTableSums, place: Sequence[str]) -> None:
+        products = [*_digits(row.unbalance_g_mm, *of_product), *_digits(row.moment_g_mm2, *of_couple)]
+        rows.append((f"  {name}", *_digits([row.mass_g], *of_mass), *place, *products))
+
+    for row in found.rows:
+        place = ["-"] * 3
+        if row.centre_mm is not None:
+            x, y, z = row.centre_mm
+            place = _digits([x, y, z - datum], *of_place)
+        add(_name(row), row, place)
+    add("sum", found.sums, [""] * 3)
     head = f"Datum: z = {u.of_length(datum)} from the middle of crankpin 1"
-    return "\n".join([head, table(rows), *_verdict(values, u), *_balancing_counterweights(values, u)])
+    return "\n".join([head, table(rows), *_verdict(found, u), *_balancing_counterweights(found, u)])
 
 
 def section_heads(u: DisplayUnits) -> tuple[str, ...]:
@@ -38,37 +43,36 @@ def section_heads(u: DisplayUnits) -> tuple[str, ...]:
     return ("Section", f"W [{u.mass}]", *places, f"WX [{u.unbalance}]", "WY", f"CX [{couple}]", "CY")
 
 
-def _name(row: Mapping[str, Any]) -> str:
-    number = "" if row["number"] is None else f" {row['number']}"
-    return f"{row['kind']}{number}" + ("" if row["name"] is None else f" ({row['name']})")
+def _name(row: SectionTableRow) -> str:
+    number = "" if row.number is None else f" {row.number}"
+    return f"{row.kind}{number}" + ("" if row.name is None else f" ({row.name})")
 
 
-def _digits(numbers: Sequence[float], per: float, digits: int) -> list[str]:
+def _digits(numbers: Floats, per: float, digits: int) -> list[str]:
     return [fixed(number / per, digits) for number in numbers]
 
 
-def _verdict(values: Mapping[str, Any], u: DisplayUnits) -> list[str]:
-    if values["within"] is None:
+def _verdict(found: SectionTable, u: DisplayUnits) -> list[str]:
+    if found.within is None or found.permissible_g_mm is None:
         return ["No verdict: the job says no grade and speed, or there is no job"]
-    word = "WITHIN TOLERANCE" if values["within"] else "NOT WITHIN TOLERANCE"
-    sums = values["sums"]
+    word = "WITHIN TOLERANCE" if found.within else "NOT WITHIN TOLERANCE"
     lines = [
-        f"{word} (judged: {values['judge']})",
-        f"  resultant {u.of_unbalance(sums['magnitude_g_mm'])}, "
-        f"permitted {u.of_unbalance(values['permissible_g_mm'])}",
+        f"{word} (judged: {found.judge})",
+        f"  resultant {u.of_unbalance(found.sums.magnitude_g_mm)}, "
+        f"permitted {u.of_unbalance(found.permissible_g_mm)}",
     ]
     return lines + [
-        f"  plane {plane['name']} at z {u.of_length(plane['z_mm'])}: "
-        f"{u.of_unbalance(plane['magnitude_g_mm'])}, permitted {u.of_unbalance(plane['permissible_g_mm'])}"
-        for plane in values["planes"]
+        f"  plane {plane.name} at z {u.of_length(plane.z_mm)}: "
+        f"{u.of_unbalance(plane.magnitude_g_mm)}, permitted {u.of_unbalance(plane.permissible_g_mm)}"
+        for plane in found.planes
     ]
 
 
-def _balancing_counterweights(values: Mapping[str, Any], u: DisplayUnits) -> list[str]:
+def _balancing_counterweights(found: SectionTable, u: DisplayUnits) -> list[str]:
     per = (u.g_mm_per_unbalance, 0 if u.is_metric else 3)
     return [
-        f"  no force and no couple with the counterweight of web {each['web']} at"
-        f" ({', '.join(_digits(each['product_g_mm'], *per))}) {u.unbalance}, a change of"
-        f" ({', '.join(_digits(each['change_g_mm'], *per))})"
-        for each in values["counterweights_wanted"]
+        f"  no force and no couple with the counterweight of web {each.web} at"
+        f" ({', '.join(_digits(each.product_g_mm, *per))}) {u.unbalance}, a change of"
+        f" ({', '.join(_digits(each.change_g_mm, *per))})"
+        for each in found.counterweights_wanted
     ]

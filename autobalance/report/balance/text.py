@@ -8,11 +8,13 @@ from pathlib import Path
 
 from autobalance.balancing.sections import section, sections_in
 from autobalance.correction.holes import drill_words
+from autobalance.declare import decoded
 from autobalance.quantities import g
 from autobalance.report.balance.kinds import angle_deg, verb
 from autobalance.report.balance.relaxation_text import relaxation_lines
 from autobalance.report.balance.scan_text import against_text
 from autobalance.report.display_units import DisplayUnits, in_units
+from autobalance.report.records.against import Against
 from autobalance.report.tables import table
 from autobalance.types import Values
 from autobalance.wording import NOT_PROVEN, degrees, is_unproven
@@ -76,7 +78,7 @@ def _heading(report: Values, units: DisplayUnits, folder: Path | None) -> str:
     lines += [facets["reason"]] if facets.get("reason") else []
     if "scan" in report["input"]:
         lines.append(f"mass and unbalance are those of the scan {report['input']['scan']['file']}")
-        lines.append(against_text(report["against"], report["crank"], units))
+        lines.append(against_text(decoded(Against, report["against"]), report["crank"]["mass_g"], units))
     return "\n".join(lines)
 
 

@@ -7,10 +7,12 @@ import math
 from typing import Any
 
 from autobalance.correction.machining import HoleOperation
+from autobalance.declare import ABSENT, decoded
 from autobalance.machining.part import Listed
 from autobalance.machining.planner import tool_words
 from autobalance.machining.run import NcRun, Program
 from autobalance.machining.setups import CLAMPING_TEXTS
+from autobalance.report.records.corrections import Correction
 from autobalance.report.reportlab_alone import load_reportlab
 from autobalance.wording import NO_VALUE
 
@@ -114,26 +116,26 @@ def _setup(run: NcRun, program: Program) -> list[Any]:
 
 def _cut_row(run: NcRun, cut: Listed, tool: int) -> list[str]:
     """Return the cells of a cut, the last three effects of small errors of depth, angle and point [g·mm]."""
-    item = cut.item
-    rate = item.get("unbalance_per_mm_g_mm")
-    depth = NO_VALUE if rate is None else f"{0.05 * math.hypot(*rate):.2f}"
-    turn = math.radians(0.05) * math.hypot(*item["unbalance_change_g_mm"])
+    item = decoded(Correction, cut.item)
+    rate = item.unbalance_per_mm_g_mm
+    depth = NO_VALUE if rate is None or rate is ABSENT else f"{0.05 * math.hypot(*rate):.2f}"
+    turn = math.radians(0.05) * math.hypot(*item.unbalance_change_g_mm)
     point = NO_VALUE
     operation = cut.operation
     if isinstance(operation, HoleOperation) and operation.point_deg < 180.0:
         radius = 0.5 * operation.diameter_mm
         longer = abs(radius / math.tan(math.radians(0.5 * (operation.point_deg + 2.0))) - operation.point_mm)
         volume = math.pi * radius**2 * longer / 3.0
-        point = f"{volume * run.part.density_g_mm3 * float(item['radius_mm']):.2f}"
-    label = str(item.get("label", item["kind"])).partition(": ")[2] or str(item["kind"])
-    label = label.replace("⌀", "dia ")
+        point = f"{volume * run.part.density_g_mm3 * item.radius_mm:.2f}"
+    named = "" if item.label is ABSENT else item.label.partition(": ")[2]
+    label = (named or item.kind).replace("⌀", "dia ")
     return [
         str(cut.number),
         f"T{tool}",
-        label if item.get("web") is None else f"{label}, web {item['web']}",
-        f"{float(item['angle_deg']):.3f}",
-        f"{float(item['z_mm']):.3f}",
-        f"{abs(float(item['depth_mm'])):.3f}",
+        label if item.web is None else f"{label}, web {item.web}",
+        f"{item.angle_deg:.3f}",
+        f"{item.z_mm:.3f}",
+        f"{abs(item.depth_mm):.3f}",
         f"{run.taken_g.get(cut.number, 0.0):.3f}",
         depth,
         f"{turn:.2f}",
