@@ -72,7 +72,7 @@ class GenerateResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
-        from autobalance.report.balance.crank_text import generate_text
+        from autobalance.report.balance.drawn_text import generate_text
         from autobalance.report.display_units import ON_SCREEN
 
         return generate_text(self.content, ON_SCREEN[units])

@@ -36,7 +36,7 @@ class GradeResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the table of grades."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.engine.force_text import grade_text
+        from autobalance.report.engine.grade_text import grade_text
 
         return grade_text(self.content, ON_SCREEN[units])
 

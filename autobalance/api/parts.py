@@ -33,7 +33,7 @@ class PartsResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return tables of weights and bob-weights."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.engine.force_text import parts_text
+        from autobalance.report.engine.parts_text import parts_text
 
         return parts_text(self.content, ON_SCREEN[units])
 

@@ -64,7 +64,7 @@ class ShaftsResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return tables of orders and shafts."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.engine.force_text import shafts_text
+        from autobalance.report.engine.shafts_text import shafts_text
 
         return shafts_text(self.content, ON_SCREEN[units])
 

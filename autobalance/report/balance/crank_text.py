@@ -1,4 +1,4 @@
-"""Summaries of ``inspect`` and ``generate``, for people."""
+"""Summary of ``inspect``, for people, and its parts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from autobalance.report.balance.suggestion_text import suggestions_text
 from autobalance.report.display_units import ON_SCREEN, DisplayUnits, fixed
 from autobalance.report.records.balance import Unbalance
 from autobalance.report.records.crank import Crank, Journal, Pin, Web
-from autobalance.report.records.generate import DrawnEngine, GenerateReport
 from autobalance.report.records.report import Report, WebWeight
 from autobalance.report.records.surfaces import Face, NamedFace
 from autobalance.report.records.with_bob_weights import WithBobWeights
@@ -29,8 +28,8 @@ def inspect_text(report: Report, units: DisplayUnits) -> str:
     """Return the summary of a measured crank: mass, anatomy, unbalance, faces."""
     parts = [
         _measured(report, units),
-        _anatomy(report.crank, units),
-        _bare(report.initial, units),
+        anatomy_text(report.crank, units),
+        unbalance_text(report.initial, units),
         _with_bob_weights(present(report.with_bob_weights), units),
         _counterweights(present(report.counterweights), units),
         _faces(present(report.faces), units),
@@ -38,44 +37,6 @@ def inspect_text(report: Report, units: DisplayUnits) -> str:
         suggestions_text(present(report.suggestions)),
     ]
     return "\n\n".join(part for part in parts if part)
-
-
-def generate_text(report: GenerateReport, units: DisplayUnits) -> str:
-    """Return the summary of a generated crank: dimensions in, mass, unbalance and balance factor out."""
-    parts = [_generated(report, units), _anatomy(report.crank, units), _bare(report.initial, units)]
-    return "\n\n".join([*parts, *filter(None, [suggestions_text(present(report.suggestions))])])
-
-
-def _generated(report: GenerateReport, units: DisplayUnits) -> str:
-    design, body, solid = report.design, report.crank.body, report.outputs.solid
-    centre = ", ".join(units.of_length(value) for value in body.centre_of_mass_mm)
-    surface = "exact surfaces" if solid.triangles is None else f"{solid.triangles} triangles"
-    weight = design.counterweight
-    lines = [
-        f"{solid.file}: {design.name}, {surface}",
-        f"  stroke {units.of_length(design.stroke_mm)}",
-        f"  web {design.web.outline}, {units.of_length(design.web.thickness_mm)} thick",
-        "  no counterweights"
-        if weight is None
-        else f"  counterweight radius {units.of_length(weight.radius_mm)}, {weight.fan_angle_deg:g}°",
-        f"  mass {units.of_mass(body.mass_g)}, volume {units.of_volume(body.volume_mm3)}",
-        f"  centre of mass {centre} (rotor frame)",
-        f"  polar inertia {units.of_inertia(body.polar_inertia_kg_mm2)}",
-    ]
-    error = report.crank.facet_error
-    if error is not None:
-        unbalance = units.of_unbalance(error.unbalance_g_mm)
-        lines.append(f"  the facets hide {units.of_mass(error.mass_g)} and {unbalance}")
-    return "\n".join(lines + _achieved(report.engine, units))
-
-
-def _achieved(engine: DrawnEngine | None, units: DisplayUnits) -> list[str]:
-    if engine is None:
-        return []
-    if engine.balance_factor is None:
-        return ["  no balance factor: the throws cancel each other out"]
-    bob = units.of_mass(engine.bob_weights[0].mass_g)
-    return [f"  balance factor {100.0 * engine.balance_factor:.2f} %, bob-weight {bob} on throw 1"]
 
 
 def _counterweights(weights: Sequence[WebWeight] | None, units: DisplayUnits) -> str:
@@ -144,7 +105,8 @@ def _boundary(report: Report) -> str:
     return f"true surfaces ({', '.join(listed)})"
 
 
-def _anatomy(crank: Crank, units: DisplayUnits) -> str:
+def anatomy_text(crank: Crank, units: DisplayUnits) -> str:
+    """Return journals, throws and webs of a crank in columns."""
     rows = [("Part", "z", "diameter", "width", "")]
     for pin in crank.main_journals:
         rows.append((f"  main journal {pin.number}", *_pin_cells(pin, units), ""))
@@ -197,7 +159,8 @@ def _pin_cells(pin: Journal | Pin, units: DisplayUnits) -> tuple[str, str, str]:
     )
 
 
-def _bare(initial: Unbalance, units: DisplayUnits) -> str:
+def unbalance_text(initial: Unbalance, units: DisplayUnits) -> str:
+    """Return the unbalance of the bare crank, and its doubt."""
     lines = ["Unbalance of the bare crank: " + units.of_vector(initial.magnitude_g_mm, initial.angle_deg)]
     lines += [f"  plane {plane.name}: {units.of_unbalance(plane.magnitude_g_mm)}" for plane in initial.planes]
     return "\n".join(lines)
