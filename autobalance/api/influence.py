@@ -41,7 +41,7 @@ class InfluenceResult(VerbResult):
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``reading.toml`` for ``recut``, the unbalance found, if ``[reading]`` names the planes."""
-        from autobalance.report.balance.reading_toml import unbalance_toml
+        from autobalance.report.shop.influence_toml import unbalance_toml
 
         has_reading = self.content.input["reading"] is not None
         return {"reading.toml": unbalance_toml(self.content).encode()} if has_reading else {}
@@ -60,7 +60,7 @@ class InfluenceResult(VerbResult):
 
     def plots(self) -> Plots:
         """Return a polar plot of the readings before and after."""
-        from autobalance.report.shop.machine_plots import readings_plot
+        from autobalance.report.shop.influence_plots import readings_plot
 
         return Plots(readings_plot(self.content))
 

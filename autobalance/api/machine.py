@@ -58,7 +58,7 @@ class MachineResult(VerbResult):
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``reading.toml``, the first reading in the machine's own way of counting."""
-        from autobalance.report.balance.reading_toml import reading_toml
+        from autobalance.report.shop.machine_toml import reading_toml
 
         return {"reading.toml": reading_toml(self.content).encode()}
 

@@ -19,7 +19,7 @@ from autobalance.errors import JobError
 from autobalance.job.files.machine import MACHINE_KEYS
 from autobalance.job.files.reading_keys import Convention
 from autobalance.job.toml.keys import json_schema
-from autobalance.report.balance.reading_toml import reading_toml
+from autobalance.report.shop.machine_toml import reading_toml
 
 OMEGA_600 = 600.0 * 2.0 * math.pi / 60.0
 
