@@ -12,7 +12,7 @@ from autobalance.declare import MM
 from autobalance.report.plot_files import Plots
 
 if TYPE_CHECKING:
-    from autobalance.bearings.analysis import Analysis
+    from autobalance.bearings.analysis import BearingAnalysis
     from autobalance.report.records.bearing import BearingReport
 
 
@@ -21,7 +21,7 @@ class BearingResult(VerbResult):
     """A bearing's friction and film."""
 
     content: BearingReport
-    analysis: Analysis
+    analysis: BearingAnalysis
 
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people; always metric."""

@@ -23,7 +23,7 @@ from autobalance.units import RAD_S_PER_RPM
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
     from autobalance.engine.cycle.analysis import CycleAnalysis
-    from autobalance.machine_models.fillets_from_job import Costs, Fillet
+    from autobalance.machine_models.fillets_from_job import Costs, FilletCycle
     from autobalance.machine_models.measured import Crank as MeasuredCrank
     from autobalance.machine_models.throw_stress import ThrowFillets
     from autobalance.machine_models.vibration_torques import ThrowVibration
@@ -48,7 +48,7 @@ class StrengthResult(VerbResult):
 
     content: StrengthReport
     analysis: CycleAnalysis
-    fillets: tuple[Fillet, ...]
+    fillets: tuple[FilletCycle, ...]
 
     def text(self, units: str = "metric") -> str:
         """Return the fillets as lines for people; always metric."""
@@ -206,7 +206,7 @@ def _vibration(
 
 
 def _by_elements(
-    asked: _StrengthCase, cycle: CycleAnalysis, fillets: Sequence[Fillet], progress: Progress | None
+    asked: _StrengthCase, cycle: CycleAnalysis, fillets: Sequence[FilletCycle], progress: Progress | None
 ) -> tuple[ThrowFillets, Costs | None]:
     """Return the least safe throw by finite elements, of a report that was cut; and what its cuts cost."""
     from autobalance.machine_models.fillets_from_job import checked_strength, sides
@@ -230,7 +230,7 @@ def _by_elements(
     return ThrowFillets.of(number, throw_stress, own, costs), costs
 
 
-def _looked_at(request: _StrengthCase, fillets: Sequence[Fillet]) -> int:
+def _looked_at(request: _StrengthCase, fillets: Sequence[FilletCycle]) -> int:
     """Return the number of the least safe throw, among those that were cut where some were."""
     from autobalance.machine_models.fillets_from_job import LeastSafety
     from autobalance.machine_models.throw_stress import cut_boxes

@@ -10,9 +10,9 @@ import numpy as np
 
 from autobalance.bearings import dry, loads, rolling, squeeze_film
 from autobalance.bearings.answer import (
+    BearingFriction,
     BearingRow,
     FilmOrbit,
-    Friction,
     LoadMeans,
     Oil,
     OilFilm,
@@ -40,7 +40,7 @@ class State:
     """A bearing at one speed."""
 
     speed_rad_s: float
-    friction: Friction
+    friction: BearingFriction
     oil: Oil = NO_OIL
     load: LoadMeans | None = None
     attitude_rad: float | None = None
@@ -68,7 +68,7 @@ class State:
 
 
 @dataclass(frozen=True, eq=False)
-class Analysis:
+class BearingAnalysis:
     """A bearing at every requested speed; the orbit is at the first."""
 
     states: tuple[State, ...]
@@ -97,7 +97,7 @@ class Analysis:
         )
 
 
-def analyse(case: Case, speeds_rad_s: tuple[float, ...]) -> Analysis:
+def analyse(case: Case, speeds_rad_s: tuple[float, ...]) -> BearingAnalysis:
     """Return a bearing's friction and film at each speed.
 
     Parameters
@@ -107,11 +107,11 @@ def analyse(case: Case, speeds_rad_s: tuple[float, ...]) -> Analysis:
         Positive [rad/s].
     """
     if isinstance(case, DryCase):
-        return Analysis(tuple(_dry(case, speed) for speed in speeds_rad_s))
+        return BearingAnalysis(tuple(_dry(case, speed) for speed in speeds_rad_s))
     if isinstance(case, RollingCase):
-        return Analysis(tuple(_rolling(case, speed) for speed in speeds_rad_s))
+        return BearingAnalysis(tuple(_rolling(case, speed) for speed in speeds_rad_s))
     if isinstance(case, PlatesCase):
-        return Analysis(tuple(_plates(case, speed) for speed in speeds_rad_s))
+        return BearingAnalysis(tuple(_plates(case, speed) for speed in speeds_rad_s))
     if case.solver == "petroff":
         states = tuple(_petroff(case, speed) for speed in speeds_rad_s)
     else:
@@ -136,7 +136,7 @@ def _dry(case: DryCase, speed_rad_s: float) -> State:
         mu = dry.mu_of_moment(moment, mean, diameter)
         small = dry.small_angle_mu(moment, mean, diameter)
         equivalent = dry.small_angle_mu(moment, means.equivalent_N, diameter)
-    friction = Friction(
+    friction = BearingFriction(
         moment_N_m=moment,
         power_W=moment * speed_rad_s,
         coefficient=_coefficient(moment, case.load_N, diameter),
@@ -177,7 +177,7 @@ def _plates(case: PlatesCase, speed_rad_s: float) -> State:
         damping_source_N_s_m=squeeze_film.uniform_pressure_damping_N_s_m(*shape),
         damping_N_s_m=squeeze_film.damping_N_s_m(*shape),
     )
-    return State(speed_rad_s, Friction(), _oil(case.lubricant), plates=plates)
+    return State(speed_rad_s, BearingFriction(), _oil(case.lubricant), plates=plates)
 
 
 def _petroff(case: PlainCase, speed_rad_s: float) -> State:
@@ -219,7 +219,9 @@ def _films(case: PlainCase, speeds_rad_s: tuple[float, ...]) -> tuple[State, ...
 def _unloaded(case: PlainCase, speed_rad_s: float) -> State:
     """Return a state without a steady load: Petroff's moment alone."""
     petroff = petroff_moment_N_m(case.bearing, case.lubricant.needed_Pa_s, speed_rad_s)
-    return State(speed_rad_s, Friction(), _oil(case.lubricant), oil_film=OilFilm(), petroff_N_m=petroff)
+    return State(
+        speed_rad_s, BearingFriction(), _oil(case.lubricant), oil_film=OilFilm(), petroff_N_m=petroff
+    )
 
 
 def _film_state(case: PlainCase, model: FilmModel, speed_rad_s: float, guess: Film | None) -> State:
@@ -251,7 +253,7 @@ def _film_state(case: PlainCase, model: FilmModel, speed_rad_s: float, guess: Fi
 
 
 def _broken(speed_rad_s: float, lubricant: Lubricant) -> State:
-    return State(speed_rad_s, Friction(), _oil(lubricant), oil_film=OilFilm(), contact=True)
+    return State(speed_rad_s, BearingFriction(), _oil(lubricant), oil_film=OilFilm(), contact=True)
 
 
 def _oil(lubricant: Lubricant, outlet_C: float | None = None) -> Oil:
@@ -295,8 +297,10 @@ def _running(
     return film, lubricant.at(celsius), supply.celsius + outlet_rise_K(film, oil, supply)
 
 
-def _friction(moment_N_m: float, speed_rad_s: float, load_N: float | None, diameter_m: float) -> Friction:
-    return Friction(
+def _friction(
+    moment_N_m: float, speed_rad_s: float, load_N: float | None, diameter_m: float
+) -> BearingFriction:
+    return BearingFriction(
         moment_N_m=moment_N_m,
         power_W=moment_N_m * speed_rad_s,
         coefficient=_coefficient(moment_N_m, load_N or 0.0, diameter_m),
@@ -307,16 +311,16 @@ def _coefficient(moment_N_m: float, load_N: float, diameter_m: float) -> float |
     return 2.0 * moment_N_m / (load_N * diameter_m) if load_N > 0.0 else None
 
 
-def _with_orbit(case: PlainCase, states: tuple[State, ...]) -> Analysis:
+def _with_orbit(case: PlainCase, states: tuple[State, ...]) -> BearingAnalysis:
     """Return the analysis with the orbit under the history, which gives the friction without another load."""
     if case.history is None:
-        return Analysis(states)
+        return BearingAnalysis(states)
     bearing, history = case.bearing, case.history
     alone = case.load_N is None and case.eccentricity_ratio is None and case.solver != "petroff"
     viscosities = [state.oil.viscosity_Pa_s for state in (states if alone else states[:1])]
     known = [viscosity for viscosity in viscosities if viscosity is not None]
     if not known:  # no temperature balances the heat
-        return Analysis(states)
+        return BearingAnalysis(states)
     orbits = film_orbits(
         history.angle_rad,
         np.repeat(history.sense * history.force_N[:, None, :], len(known), axis=1),
@@ -331,8 +335,10 @@ def _with_orbit(case: PlainCase, states: tuple[State, ...]) -> Analysis:
     if alone:
         load = float(np.hypot(*history.force_N.T).mean())
         frictions = [
-            Friction() if broken else _friction(float(moment), state.speed_rad_s, load, bearing.diameter_m)
+            BearingFriction()
+            if broken
+            else _friction(float(moment), state.speed_rad_s, load, bearing.diameter_m)
             for state, moment, broken in zip(states, orbits.mean_moment_N_m, orbits.contact, strict=True)
         ]
         states = tuple(replace(each, friction=own) for each, own in zip(states, frictions, strict=True))
-    return Analysis(states, orbits.case(0))
+    return BearingAnalysis(states, orbits.case(0))

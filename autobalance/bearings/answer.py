@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from autobalance.declare import (
     MM,
@@ -21,12 +21,13 @@ FilmThickness = Annotated[NotNegative | None, MM]
 
 
 @record
-class Friction:
+class BearingFriction:
     """Friction at one speed; None where a number does not apply.
 
     ``coefficient`` is the moment over the load times half the diameter.
     """
 
+    schema_name: ClassVar[str] = "Friction"
     moment_N_m: float | None = None
     power_W: float | None = None
     coefficient: float | None = None

@@ -207,7 +207,7 @@ def _film(
 
 
 @dataclass(frozen=True, eq=False)
-class FilmTable:
+class FilmCoefficients:
     """Coefficients of a film over the speed, in axes of the caller's; a row of NaN is contact."""
 
     speed_rad_s: Array
@@ -228,7 +228,7 @@ def film_coefficients(
     viscosity_Pa_s: float,
     speeds_rad_s: Sequence[float] | npt.ArrayLike,
     load_N: tuple[float, float],
-) -> FilmTable:
+) -> FilmCoefficients:
     """Return stiffness and damping over the speed for a load that stands still.
 
     Parameters
@@ -251,7 +251,7 @@ def film_coefficients(
         last = film or last
     nothing = np.full((2, 2), np.nan), np.full((2, 2), np.nan)
     turned = [nothing if film is None else film.turned(angle) for film in films]
-    return FilmTable(
+    return FilmCoefficients(
         speeds,
         np.array([stiffness for stiffness, _ in turned]),
         np.array([damping for _, damping in turned]),

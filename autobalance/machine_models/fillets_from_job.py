@@ -67,7 +67,7 @@ class FilletRow:
 
 
 @record
-class Fillet(FilletRow):
+class FilletCycle(FilletRow):
     """One fillet over the cycle.
 
     ``bending_MPa``, ``shear_MPa`` and ``torsion_MPa`` (n,) are nominal stresses; bending positive where it
@@ -180,7 +180,7 @@ def fillets(
     cycle: CycleAnalysis,
     costs: Costs | None = None,
     vibration: Sequence[ThrowVibration] | None = None,
-) -> list[Fillet]:
+) -> list[FilletCycle]:
     """Return every fillet of the crank's throws, in the order of the axis.
 
     A web between two crankpins has no journal fillet.
@@ -203,7 +203,7 @@ def fillets(
         If a throw has no web on a side, or a fillet is too large for its web.
     """
     strength = checked_strength(job)
-    fillets: list[Fillet] = []
+    fillets: list[FilletCycle] = []
     for side in sides(job, crank, cycle, vibration):
         _check(side, strength)
         places: tuple[Place, ...] = ("crankpin", "journal") if side.has_journal else ("crankpin",)
@@ -221,7 +221,7 @@ def _check(side: Side, strength: Strength) -> None:
             )
 
 
-def _fillet(place: Place, side: Side, strength: Strength, costs: Costs, cycle: CycleAnalysis) -> Fillet:
+def _fillet(place: Place, side: Side, strength: Strength, costs: Costs, cycle: CycleAnalysis) -> FilletCycle:
     shape, loads = side.shape, side.loads
     web_area = shape.web_breadth_mm * shape.web_thickness_mm
     bending = N_MM_PER_N_M * loads.bending_n_m / (web_area * shape.web_thickness_mm / 6.0)
@@ -245,7 +245,7 @@ def _fillet(place: Place, side: Side, strength: Strength, costs: Costs, cycle: C
         FatigueMetal(strength.tensile_MPa, bears, strength.yield_MPa),
     )
     at = float(cycle.grid.angle_rad[fatigue.at])
-    return Fillet(
+    return FilletCycle(
         throw=loads.throw,
         web=loads.web,
         place=place,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalance.bearings.analysis import Analysis
+from autobalance.bearings.analysis import BearingAnalysis
 from autobalance.bearings.film import Film
 from autobalance.bearings.orbit import Orbits
 from autobalance.declare import MPA, RPM, UM
@@ -18,7 +18,7 @@ PLACES = (0.0, 0.5, 0.8)
 POINTS = 181
 
 
-def bearing_plots(analysis: Analysis) -> Drawn:
+def bearing_plots(analysis: BearingAnalysis) -> Drawn:
     """Return the plots of a bearing by name, as far as its analysis has their values."""
     drawn: Drawn = {}
     if analysis.first.film is not None:
@@ -61,7 +61,7 @@ def _thickness(orbit: Orbits) -> Plot:
     return plots.lines("Least film through the cycle", ("crank angle [°]", "film [µm]"), [curve])
 
 
-def _moment(analysis: Analysis) -> Plot:
+def _moment(analysis: BearingAnalysis) -> Plot:
     speeds = np.array([RPM.written(state.speed_rad_s) for state in analysis.states])
     moments = np.array(
         [

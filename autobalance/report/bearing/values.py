@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from autobalance.bearings.analysis import Analysis
+from autobalance.bearings.analysis import BearingAnalysis
 from autobalance.declare import MM, RPM
 from autobalance.errors import JobError
 
 Values = dict[str, Any]
 
 
-def orbit_series(analysis: Analysis) -> bytes | None:
+def orbit_series(analysis: BearingAnalysis) -> bytes | None:
     """Return the orbit by angle as CSV: ``angle_deg``, ``e_x``, ``e_y`` over the clearance, ``film_mm``."""
     if analysis.orbit is None:
         return None
@@ -25,7 +25,7 @@ def orbit_series(analysis: Analysis) -> bytes | None:
     return ("\n".join(lines) + "\n").encode()
 
 
-def rotor_bearing(analysis: Analysis, z_mm: float, load_deg: float) -> Values:
+def rotor_bearing(analysis: BearingAnalysis, z_mm: float, load_deg: float) -> Values:
     """Return the film's coefficients as the keys of a rotor's ``[[bearing]]``, speeds ascending.
 
     Raises

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from autobalance.engine.cycle.analysis import CycleAnalysis
-from autobalance.machine_models.fillets_from_job import Fillet
+from autobalance.machine_models.fillets_from_job import FilletCycle
 from autobalance.report.plot_files import Plot
 from autobalance.units import RAD_S_PER_RPM
 
 Plots = dict[str, Plot]
 
 
-def strength_plots(cycle: CycleAnalysis, fillets: Sequence[Fillet]) -> Plots:
+def strength_plots(cycle: CycleAnalysis, fillets: Sequence[FilletCycle]) -> Plots:
     """Return the stress of the least safe fillet over the cycle, and the safety of all fillets."""
     from autobalance.report import plots
 

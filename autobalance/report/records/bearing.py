@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
-from autobalance.bearings.analysis import Analysis
+from autobalance.bearings.analysis import BearingAnalysis
 from autobalance.bearings.answer import (
+    BearingFriction,
     BearingRow,
     FilmOrbit,
-    Friction,
     Limit,
     LoadMeans,
     Oil,
@@ -18,6 +18,7 @@ from autobalance.bearings.answer import (
 )
 from autobalance.bearings.rolling import FourParts, PalmgrenParts
 from autobalance.declare import INLINE, Degrees, record
+from autobalance.job.files.bearing import Kind
 from autobalance.report.records.head import Head
 
 
@@ -27,8 +28,8 @@ class BearingReport(Head):
 
     command: Literal["bearing"] = "bearing"
     input: Mapping[str, Any]
-    kind: Literal["dry", "hydrodynamic", "rolling", "squeeze_film"]
-    friction: Friction
+    kind: Kind
+    friction: BearingFriction
     rows: Sequence[BearingRow]
     oil: Oil
     load: LoadMeans | None
@@ -41,7 +42,7 @@ class BearingReport(Head):
     plates: Annotated[Plates, INLINE]
 
     @classmethod
-    def of(cls, kind: Any, described: Mapping[str, Any], analysis: Analysis) -> Self:
+    def of(cls, kind: Kind, described: Mapping[str, Any], analysis: BearingAnalysis) -> Self:
         """Return the report of an analysis: all but the rows at the first speed."""
         first = analysis.first
         return cls(
