@@ -14,13 +14,13 @@ from autobalance.version import __version__ as __version__
 
 PUBLIC = {
     "AutobalanceError": "errors",
-    "BalanceResult": "api.balance",
-    "Crank": "api.crank",
+    "BalanceResult": "verbs.balance",
+    "Crank": "verbs.crank",
     "Job": "job.read",
-    "crank_from_mesh": "api.crank_in_memory",
-    "crank_from_shape": "api.crank_in_memory",
-    "read_crank": "api.crank",
-    "read_job": "api.job",
+    "crank_from_mesh": "verbs.crank_in_memory",
+    "crank_from_shape": "verbs.crank_in_memory",
+    "read_crank": "verbs.crank",
+    "read_job": "verbs.job",
     **registry.functions(),
 }
 """Public name → the module that holds it."""
@@ -28,45 +28,45 @@ __all__ = sorted([*PUBLIC, "__version__", "theory"])  # noqa: PLE0605, mypy read
 
 if TYPE_CHECKING:
     from autobalance import theory as theory
-    from autobalance.api.balance import BalanceResult as BalanceResult
-    from autobalance.api.balance import balance as balance
-    from autobalance.api.batch import batch as batch
-    from autobalance.api.bearing import bearing as bearing
-    from autobalance.api.bench import bench as bench
-    from autobalance.api.calc import calc as calc
-    from autobalance.api.compare import compare as compare
-    from autobalance.api.crank import Crank as Crank
-    from autobalance.api.crank import read_crank as read_crank
-    from autobalance.api.crank_in_memory import crank_from_mesh as crank_from_mesh
-    from autobalance.api.crank_in_memory import crank_from_shape as crank_from_shape
-    from autobalance.api.cycle import cycle as cycle
-    from autobalance.api.design import design as design
-    from autobalance.api.fem import fem as fem
-    from autobalance.api.forces import forces as forces
-    from autobalance.api.generate import generate as generate
-    from autobalance.api.grade import grade as grade
-    from autobalance.api.influence import influence as influence
-    from autobalance.api.init import init as init
-    from autobalance.api.inspect import inspect as inspect
-    from autobalance.api.job import read_job as read_job
-    from autobalance.api.jobs import jobs as jobs
-    from autobalance.api.machine import machine as machine
-    from autobalance.api.nc import nc as nc
-    from autobalance.api.orders import orders as orders
-    from autobalance.api.parts import parts as parts
-    from autobalance.api.recut import recut as recut
-    from autobalance.api.rod import rod as rod
-    from autobalance.api.rotor import rotor as rotor
-    from autobalance.api.schema import schema as schema
-    from autobalance.api.shafts import shafts as shafts
-    from autobalance.api.sheet import sheet as sheet
-    from autobalance.api.strength import strength as strength
-    from autobalance.api.study import study as study
-    from autobalance.api.torsion import torsion as torsion
-    from autobalance.api.verify import verify as verify
+    from autobalance.browser.serving import app as app
+    from autobalance.crank_dynamics.rotor.verb import rotor as rotor
+    from autobalance.crank_dynamics.strength.verb import strength as strength
+    from autobalance.crank_dynamics.torsion.verb import torsion as torsion
+    from autobalance.drawn_cranks.verb import generate as generate
+    from autobalance.engines.bearings.verb import bearing as bearing
+    from autobalance.engines.cycle.verb import cycle as cycle
+    from autobalance.engines.forces.verb import forces as forces
+    from autobalance.engines.parts.verb import parts as parts
+    from autobalance.engines.rod.verb import rod as rod
+    from autobalance.engines.shafts.verb import shafts as shafts
     from autobalance.errors import AutobalanceError as AutobalanceError
+    from autobalance.finite_elements.verb import fem as fem
+    from autobalance.formulas.calc import calc as calc
+    from autobalance.formulas.grade import grade as grade
     from autobalance.job.read import Job as Job
-    from autobalance.web_app.serving import app as app
+    from autobalance.machining.verb import nc as nc
+    from autobalance.paper.verb import sheet as sheet
+    from autobalance.profile_search.verb import design as design
+    from autobalance.signals.verb import orders as orders
+    from autobalance.studies.batch.verb import batch as batch
+    from autobalance.studies.jobs.verb import jobs as jobs
+    from autobalance.studies.study.verb import study as study
+    from autobalance.test_stands.bench.verb import bench as bench
+    from autobalance.test_stands.influence.verb import influence as influence
+    from autobalance.test_stands.machine.verb import machine as machine
+    from autobalance.verbs.balance import BalanceResult as BalanceResult
+    from autobalance.verbs.balance import balance as balance
+    from autobalance.verbs.compare import compare as compare
+    from autobalance.verbs.crank import Crank as Crank
+    from autobalance.verbs.crank import read_crank as read_crank
+    from autobalance.verbs.crank_in_memory import crank_from_mesh as crank_from_mesh
+    from autobalance.verbs.crank_in_memory import crank_from_shape as crank_from_shape
+    from autobalance.verbs.init import init as init
+    from autobalance.verbs.inspect import inspect as inspect
+    from autobalance.verbs.job import read_job as read_job
+    from autobalance.verbs.recut import recut as recut
+    from autobalance.verbs.schema import schema as schema
+    from autobalance.verbs.verify import verify as verify
 
 
 def __getattr__(name: str) -> Any:

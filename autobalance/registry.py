@@ -33,158 +33,158 @@ VERBS: Final[dict[str, Verb]] = {
     ),
     "init": Verb(
         "write a commented job for a crank, or convert a job to a workbook and back",
-        "api.init",
+        "verbs.init",
         "command.init",
     ),
     "inspect": Verb(
         "measure a crank file: mass, axis, journals, throws, webs, unbalance, faces",
-        "api.inspect",
+        "verbs.inspect",
         "command.inspect",
     ),
     "balance": Verb(
         "the main job: measure, plan, cut, measure again until within tolerance",
-        "api.balance",
+        "verbs.balance",
         "command.balance",
     ),
     "calc": Verb(
         "calculate any of the documented formulas, by its name",
-        "api.calc",
-        "command.calc",
+        "formulas.calc",
+        "formulas.calc_command",
     ),
     "compare": Verb(
         "try every kind of correction and the useful mixes on one crank, like for like",
-        "api.compare",
+        "verbs.compare",
         "command.compare",
     ),
     "generate": Verb(
         "build a crankshaft of any layout from its dimensions, as a mesh or as STEP",
-        "api.generate",
-        "command.generate",
+        "drawn_cranks.verb",
+        "drawn_cranks.command",
     ),
     "verify": Verb(
         "read a corrected solid from disk again and check every number its report claims",
-        "api.verify",
+        "verbs.verify",
         "command.verify",
     ),
     "forces": Verb(
         "inertia forces of the job's engine: orders, bearing loads, effect of each balance factor",
-        "api.forces",
-        "command.forces",
+        "engines.forces.verb",
+        "engines.forces.command",
     ),
     "cycle": Verb(
         "the working cycle: gas pressure, loads of pins and bearings, torque, speed",
-        "api.cycle",
-        "command.cycle",
+        "engines.cycle.verb",
+        "engines.cycle.command",
     ),
     "strength": Verb(
         "stress and safety of crankpin and journal fillets over the cycle, before and after cuts",
-        "api.strength",
-        "command.strength",
+        "crank_dynamics.strength.verb",
+        "crank_dynamics.strength.command",
     ),
     "shafts": Verb(
         "balance shafts: sizes that cancel the first and second order, residual of the job's shafts",
-        "api.shafts",
-        "command.shafts",
+        "engines.shafts.verb",
+        "engines.shafts.command",
     ),
     "parts": Verb(
         "roll up the weights of the job: rotating, reciprocating, bob-weights, with their uncertainty",
-        "api.parts",
-        "command.parts",
+        "engines.parts.verb",
+        "engines.parts.command",
     ),
     "rod": Verb(
         "measure a connecting rod: eyes, mass, end weights, inertia, and the couple that two masses miss",
-        "api.rod",
-        "command.rod",
+        "engines.rod.verb",
+        "engines.rod.command",
     ),
     "influence": Verb(
         "balance by influence coefficients: weights to add in each plane, from trial weights",
-        "api.influence",
-        "command.influence",
+        "test_stands.influence.verb",
+        "test_stands.influence.command",
     ),
     "machine": Verb(
         "simulate a balancing machine: predicted readings and the residual after correcting by them",
-        "api.machine",
-        "command.machine",
+        "test_stands.machine.verb",
+        "test_stands.machine.command",
     ),
     "bench": Verb(
         "simulate a rotor under speed control in its bearings, beside measured torques",
-        "api.bench",
-        "command.bench",
+        "test_stands.bench.verb",
+        "test_stands.bench.command",
     ),
     "rotor": Verb(
         "a shaft on bearings: critical speeds, modes, unbalance response, modal balancing",
-        "api.rotor",
-        "command.rotor",
+        "crank_dynamics.rotor.verb",
+        "crank_dynamics.rotor.command",
     ),
     "recut": Verb(
         "plan further cuts on a corrected crank, from a balancing machine's readings",
-        "api.recut",
+        "verbs.recut",
         "command.recut",
     ),
     "jobs": Verb(
         "list the jobs of a folder of results, find some, statistics of a series",
-        "api.jobs",
-        "command.jobs",
+        "studies.jobs.verb",
+        "studies.jobs.command",
     ),
     "nc": Verb(
         "write NC programs for a report's cuts, simulated on the solid from their own text",
-        "api.nc",
-        "command.nc",
+        "machining.verb",
+        "machining.command",
     ),
     "sheet": Verb(
         "draw the shop sheet and the drawing again from a report, on other paper, in other units",
-        "api.sheet",
-        "command.sheet",
+        "paper.verb",
+        "paper.command",
     ),
     "torsion": Verb(
         "torsional vibration of a crank or a chain: frequencies, critical orders, torque, stress",
-        "api.torsion",
-        "command.torsion",
+        "crank_dynamics.torsion.verb",
+        "crank_dynamics.torsion.command",
     ),
     "schema": Verb(
         "print the JSON Schema of a file that the program reads or writes, for editors",
-        "api.schema",
+        "verbs.schema",
         "command.schema",
     ),
     "grade": Verb(
         "balance quality grades: permissible and achieved, and the list for crank drives",
-        "api.grade",
-        "command.grade",
+        "formulas.grade",
+        "formulas.grade_command",
     ),
     "design": Verb(
         "search counterweight profiles for the best that meet the balance exactly",
-        "api.design",
-        "command.design",
+        "profile_search.verb",
+        "profile_search.command",
     ),
     "batch": Verb(
         "run many jobs from a list or a folder; resumable",
-        "api.batch",
-        "command.batch",
+        "studies.batch.verb",
+        "studies.batch.command",
     ),
     "study": Verb(
         "Monte Carlo tolerance study: yield, and which tolerances matter most",
-        "api.study",
-        "command.study",
+        "studies.study.verb",
+        "studies.study.command",
     ),
     "fem": Verb(
         "natural modes and static stress of a solid, by quadratic tetrahedra (extra)",
-        "api.fem",
-        "command.fem",
+        "finite_elements.verb",
+        "finite_elements.command",
     ),
     "bearing": Verb(
         "friction, oil film, stiffness and damping of a bearing; its film through a cycle",
-        "api.bearing",
-        "command.bearing",
+        "engines.bearings.verb",
+        "engines.bearings.command",
     ),
     "orders": Verb(
         "analyse a recorded signal: spectrum, orders, natural frequencies, bearings, possible sources",
-        "api.orders",
-        "command.orders",
+        "signals.verb",
+        "signals.command",
     ),
     "app": Verb(
         "start the local web app: the whole program in a browser, on this machine",
-        "web_app.serving",
-        "command.app",
+        "browser.serving",
+        "browser.command",
     ),
     "completion": Verb(
         "print a script for bash, zsh or fish that completes commands and options",
@@ -193,15 +193,15 @@ VERBS: Final[dict[str, Verb]] = {
     ),
 }
 """In the order of the help text."""
-TORSION: Final = "job.torsion:TABLES"
+TORSION: Final = "crank_dynamics.torsion.input:TABLES"
 JOB_TABLES: Final = {
-    "study": "job.study:TABLES",
-    "cycle": "job.cycle:TABLES",
-    "drive": "job.drive:TABLES",
-    "mounts": "job.mounts:TABLES",
-    "mount": "job.mounts:TABLES",
-    "strength": "job.strength:TABLES",
-    "bearings": "job.bearings:TABLES",
+    "study": "studies.study.input:TABLES",
+    "cycle": "engines.cycle.input:TABLES",
+    "drive": "signals.drive_input:TABLES",
+    "mounts": "engines.mounts.input:TABLES",
+    "mount": "engines.mounts.input:TABLES",
+    "strength": "crank_dynamics.strength.input:TABLES",
+    "bearings": "engines.bearings.main_springs:TABLES",
     "torsion": TORSION,
     "excitation": TORSION,
     "pendulum": TORSION,
@@ -215,77 +215,77 @@ JOB_TABLES: Final = {
 """Key at the top level of a job → the ``AddonTables`` that it belongs to."""
 FILES: Final = {
     "reading": "job.files.reading:READING_KEYS",
-    "trials": "job.files.trials:TRIALS_KEYS",
-    "machine": "job.files.machine:MACHINE_KEYS",
-    "machine-tool-file": "job.files.machine_tool:MACHINE_TOOL_KEYS",
-    "crank-file": "job.files.crank_keys:CRANK_FORMS",
-    "bearing-file": "job.files.bearing_keys:BEARING_FORMS",
-    "rotor-file": "job.files.rotor:ROTOR",
-    "chain-file": "job.files.torsion:CHAIN",
-    "drive-file": "job.drive:DRIVE_KEYS",
-    "bench-file": "job.files.bench:BENCH_KEYS",
-    "engine-bench-file": "job.files.engine_bench:ENGINE_BENCH_KEYS",
-    "fem-file": "job.files.fem:FEM_KEYS",
-    "design-file": "job.files.design_keys:design_keys",
+    "trials": "test_stands.influence.input:TRIALS_KEYS",
+    "machine": "test_stands.machine.input:MACHINE_KEYS",
+    "machine-tool-file": "machining.input:MACHINE_TOOL_KEYS",
+    "crank-file": "drawn_cranks.keys:CRANK_FORMS",
+    "bearing-file": "engines.bearings.keys:BEARING_FORMS",
+    "rotor-file": "crank_dynamics.rotor.input:ROTOR",
+    "chain-file": "crank_dynamics.torsion.chain_input:CHAIN",
+    "drive-file": "signals.drive_input:DRIVE_KEYS",
+    "bench-file": "test_stands.bench.input:BENCH_KEYS",
+    "engine-bench-file": "test_stands.bench.engine_input:ENGINE_BENCH_KEYS",
+    "fem-file": "finite_elements.input:FEM_KEYS",
+    "design-file": "profile_search.keys:design_keys",
 }
 """Schema of a file that is read beside a job → its keys at the top level, by form, or what makes them."""
 REPORTS: Final = {
-    "generate": "report.records.generate:GenerateReport",
-    "batch": "report.records.batch:BatchReport",
-    "bearing": "report.records.bearing:BearingReport",
-    "bench": "report.records.bench:BenchReport",
-    "engine-bench": "report.records.bench:EngineBenchReport",
+    "generate": "drawn_cranks.answer:GenerateReport",
+    "batch": "studies.batch.answer:BatchReport",
+    "bearing": "engines.bearings.report:BearingReport",
+    "bench": "test_stands.bench.answer:BenchReport",
+    "engine-bench": "test_stands.bench.answer:EngineBenchReport",
     "calc": "report.records.answers:CalcReport",
     "compare": "report.records.compare:CompareReport",
-    "cycle": "report.records.cycle:CycleReport",
-    "design": "report.records.design:DesignReport",
-    "fem": "report.records.fem:FemReport",
-    "forces": "report.records.forces:ForcesReport",
-    "grade": "report.records.grade:GradeReport",
+    "cycle": "engines.cycle.answer:CycleReport",
+    "design": "profile_search.answer:DesignReport",
+    "fem": "finite_elements.answer:FemReport",
+    "forces": "engines.forces.answer:ForcesReport",
+    "grade": "formulas.grade_answer:GradeReport",
     "init": "report.records.answers:InitReport",
-    "influence": "report.records.influence:InfluenceReport",
-    "jobs": "report.records.jobs:JobsReport",
-    "machine-report": "report.records.machine:MachineReport",
-    "nc": "report.records.nc:NcReport",
-    "orders": "report.records.orders:OrdersReport",
-    "parts": "report.records.parts:PartsReport",
-    "rod": "report.records.rod:RodReport",
-    "rotor": "report.records.rotor:RotorReport",
-    "shafts": "report.records.shafts:ShaftsReport",
+    "influence": "test_stands.influence.answer:InfluenceReport",
+    "jobs": "studies.jobs.answer:JobsReport",
+    "machine-report": "test_stands.machine.answer:MachineReport",
+    "nc": "machining.answer:NcReport",
+    "orders": "signals.answer:OrdersReport",
+    "parts": "engines.parts.answer:PartsReport",
+    "rod": "engines.rod.answer:RodReport",
+    "rotor": "crank_dynamics.rotor.answer:RotorReport",
+    "shafts": "engines.shafts.answer:ShaftsReport",
     "sheet": "report.records.answers:SheetReport",
-    "study": "report.records.study:StudyReport",
-    "torsion": "report.records.torsion:TorsionReport",
-    "strength": "report.records.strength:StrengthReport",
+    "study": "studies.study.answer:StudyReport",
+    "torsion": "crank_dynamics.torsion.answer:TorsionReport",
+    "strength": "crank_dynamics.strength.answer:StrengthReport",
     "verify": "report.records.answers:VerifyReport",
 }
 """Schema of what a verb writes with ``--json`` → its record."""
 OUTPUT_KINDS: Final[list[str]] = [
     "report.kinds_of_report:PAGE",
-    "report.sheet.kinds:SHEET",
-    "report.sheet.kinds:WORKBOOK",
+    "paper.kinds:SHEET",
+    "paper.kinds:WORKBOOK",
     "report.kinds_of_report:PICTURES",
-    "report.sheet.kinds:CERTIFICATE",
-    "report.sheet.kinds:CARD",
-    "report.sheet.kinds:HOLE_LIST",
-    "report.sheet.kinds:DRAWING",
+    "paper.kinds:CERTIFICATE",
+    "paper.kinds:CARD",
+    "paper.kinds:HOLE_LIST",
+    "paper.kinds:DRAWING",
     "report.kinds_of_report:TOOL_BODIES",
     "report.kinds_of_report:READING",
 ]
 """Kinds of files that a run writes for people, in the order in which they are made."""
 RUN_SECTIONS: Final = {
-    "bending": RunSection("report.balance.bending_section:SECTION"),
-    "loads_with_gas": RunSection("report.engine.gas_section:SECTION", "cycle"),
+    "bending": RunSection("crank_dynamics.strength.bending_section:SECTION"),
+    "loads_with_gas": RunSection("engines.cycle.section:SECTION", "cycle"),
 }
 """Parts of the main report that add-ons compute, by key."""
-DRAWINGS: Final = "report.sheet.drawing:drawings"
+DRAWINGS: Final = "paper.drawing:drawings"
 """Outlines of the crank and of the removed metal, for the papers."""
-ODDITIES: Final = {"cycle": "machine_models.firing_from_job:odd_firing"}
+ODDITIES: Final = {"cycle": "engines.cycle.firing_from_job:odd_firing"}
 """Table of a job → function of job and anatomy that says what is odd about it."""
-OWN_HELP: Final = {"calc": "command.calc:help_for"}
+OWN_HELP: Final = {"calc": "formulas.calc_command:help_for"}
 """Verb → function of the words of the command line that returns its help, or None."""
-CYCLE_SECTIONS: Final = {"flexible": "report.engine.flexible_section:SECTION"}
+CYCLE_SECTIONS: Final = {"flexible": "crank_dynamics.flexible.section:SECTION"}
 """Parts of a cycle's report that add-ons compute, by key."""
-VIEW: Final = "api.views:view"
+VIEW: Final = "browser.views:view"
 """The view of a crank in a notebook."""
 
 
@@ -295,6 +295,6 @@ def functions() -> dict[str, str]:
 
 
 def loaded(place: str) -> Any:
-    """Return what stands at a place, as ``"job.cycle:TABLES"``."""
+    """Return what stands at a place, as ``"engines.cycle.input:TABLES"``."""
     module, name = place.split(":")
     return getattr(import_module(f"autobalance.{module}"), name)

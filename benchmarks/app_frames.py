@@ -21,8 +21,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
 
 from main_job import subdivided, write_stl  # noqa: E402
 
-from autobalance.crank.parametric.design import PRESETS  # noqa: E402
-from autobalance.crank.parametric.generate import crank_solid  # noqa: E402
+from autobalance.drawn_cranks.design import PRESETS  # noqa: E402
+from autobalance.drawn_cranks.generate import crank_solid  # noqa: E402
 from tests.report.browser import Browser, browser  # noqa: E402
 from tests.web_app.page import READY, at, chosen, load, until  # noqa: E402
 from tests.web_app.serving import served  # noqa: E402

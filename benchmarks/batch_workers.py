@@ -23,8 +23,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from autobalance.api.batch import batch  # noqa: E402
 from autobalance.solid.formats.write import encode  # noqa: E402
+from autobalance.studies.batch.verb import batch  # noqa: E402
 from tests.cranks import Shape, make_crank  # noqa: E402
 
 JOB = """

@@ -13,14 +13,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from autobalance.engine.cycle.chamber import Chamber
-from autobalance.engine.cycle.closed_part import Charge
-from autobalance.engine.cycle.cylinder import CylinderCycle, GasExchange
-from autobalance.engine.cycle.factors import factor_rows
-from autobalance.engine.cycle.firing import dead_centres_rad, firing_in_order
-from autobalance.engine.cycle.firing_engine import FiringEngine, LoadParts, ThrowPlace
-from autobalance.engine.cycle.heat_release import Wiebe
-from autobalance.engine.loads import Loads
+from autobalance.engines.cycle.chamber import Chamber
+from autobalance.engines.cycle.closed_part import Charge
+from autobalance.engines.cycle.cylinder import CylinderCycle, GasExchange
+from autobalance.engines.cycle.factors import factor_rows
+from autobalance.engines.cycle.firing import dead_centres_rad, firing_in_order
+from autobalance.engines.cycle.firing_engine import FiringEngine, LoadParts, ThrowPlace
+from autobalance.engines.cycle.heat_release import Wiebe
+from autobalance.running_gear.loads import Loads
 from benchmarks.engine_loads import MAINS_MM, twelve
 
 ORDER = [1, 2, 5, 6, 9, 10, 11, 12, 7, 8, 3, 4]

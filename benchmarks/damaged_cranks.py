@@ -31,10 +31,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import autobalance.crank.recognition.recognise as recognition
 from autobalance.crank.anatomy import Anatomy, Overrides
-from autobalance.crank.parametric.design import PRESETS, Design, preset
-from autobalance.crank.parametric.generate import crank_solid
-from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.crank.recognition.alignment import misalignment_warning
+from autobalance.drawn_cranks.design import PRESETS, Design, preset
+from autobalance.drawn_cranks.generate import crank_solid
+from autobalance.drawn_cranks.true_anatomy import crank_anatomy
 from autobalance.errors import AutobalanceError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union

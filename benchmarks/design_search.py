@@ -14,15 +14,15 @@ import time
 from pathlib import Path
 from typing import Any
 
+from autobalance.balancing import rotor_from_job
 from autobalance.balancing.measured_crank import measure_crank
-from autobalance.design_search.candidates import judged
-from autobalance.design_search.chosen import with_refined
-from autobalance.design_search.envelope import violation
-from autobalance.design_search.free_metal import free_metal
-from autobalance.design_search.problem import Problem
-from autobalance.design_search.search import searched
-from autobalance.job.files.design import parse_design
-from autobalance.machine_models import rotor_from_job
+from autobalance.profile_search.candidates import judged
+from autobalance.profile_search.chosen import with_refined
+from autobalance.profile_search.envelope import violation
+from autobalance.profile_search.free_metal import free_metal
+from autobalance.profile_search.input import parse_design
+from autobalance.profile_search.problem import Problem
+from autobalance.profile_search.search import searched
 from autobalance.runtime import Stopwatch
 
 CRANK = Path(__file__).parents[1] / "fixtures" / "crf250r" / "straight" / "crank.stl"

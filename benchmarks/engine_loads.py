@@ -9,10 +9,10 @@ import math
 import statistics
 import time
 
-from autobalance.engine.loads import Loads, loads, whole_turn
-from autobalance.engine.parts import Parts
-from autobalance.engine.slider_crank import SliderCrank
-from autobalance.engine.whole_engine import Engine, vee
+from autobalance.running_gear.loads import Loads, loads, whole_turn
+from autobalance.running_gear.parts import Parts
+from autobalance.running_gear.slider_crank import SliderCrank
+from autobalance.running_gear.whole_engine import Engine, vee
 
 ANGLES = 7200
 MAINS_MM = [100.0 * number - 300.0 for number in range(7)]

@@ -21,8 +21,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from autobalance.crank.parametric.design import preset  # noqa: E402
-from autobalance.crank.parametric.generate import crank_shape  # noqa: E402
+from autobalance.drawn_cranks.design import preset  # noqa: E402
+from autobalance.drawn_cranks.generate import crank_shape  # noqa: E402
 from autobalance.solid.cad.brep import ExactSolid  # noqa: E402
 from autobalance.solid.cad.kernel import explored  # noqa: E402
 from autobalance.solid.cad.step_file import read_step_file  # noqa: E402

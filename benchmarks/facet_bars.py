@@ -21,8 +21,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from autobalance.crank.parametric.design import PRESETS, preset
-from autobalance.crank.parametric.generate import crank_shape
+from autobalance.drawn_cranks.design import PRESETS, preset
+from autobalance.drawn_cranks.generate import crank_shape
 from autobalance.solid.chordal_error import of_mesh
 from autobalance.solid.chordal_error.of_mesh import chordal_error_of_mesh
 from autobalance.solid.csg.shape import Shape, tessellated

@@ -9,8 +9,8 @@ import time
 
 import numpy as np
 
-from autobalance.bearings.orbit import Orbits, film_orbits
-from autobalance.engine.cycle.factors import MainLoads
+from autobalance.engines.bearings.orbit import Orbits, film_orbits
+from autobalance.engines.cycle.factors import MainLoads
 from benchmarks.cycle import firing_twelve
 
 FACTORS = (0.0, 0.28, 0.5, 0.64, 1.0)

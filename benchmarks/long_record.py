@@ -35,9 +35,9 @@ print(json.dumps({"cpu_s": used.ru_utime + used.ru_stime, "memory_mb": used.ru_m
 """Runs one record; ``ru_maxrss`` is in KiB on Linux."""
 MAPS = """
 import json, resource, sys
-from autobalance.signal.formats import read
-from autobalance.signal.maps import order_map
-from autobalance.signal.tacho import pulses
+from autobalance.signals.formats import read
+from autobalance.signals.maps import order_map
+from autobalance.signals.tacho import pulses
 before = resource.getrusage(resource.RUSAGE_SELF)
 record = read(sys.argv[1])
 turning = pulses(record.channel("4"), 1).turning()

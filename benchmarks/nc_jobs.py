@@ -22,8 +22,8 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 import autobalance as ab  # noqa: E402
-from autobalance.api.nc import NcResult  # noqa: E402
 from autobalance.errors import AutobalanceError  # noqa: E402
+from autobalance.machining.verb import NcResult  # noqa: E402
 from tests import nc_jobs, nc_sweep  # noqa: E402
 
 LAYOUTS = ("single", "v-twin-45", "parallel-twin-360", "inline-3", "inline-4", "v6-60")

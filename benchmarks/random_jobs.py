@@ -109,7 +109,7 @@ def random_job(folder: Path, seed: int, files: list[Path]) -> Path:
 
 
 def _generated(folder: Path, seed: int, rng: np.random.Generator) -> Drawn:
-    from autobalance.crank.parametric.design import PRESETS
+    from autobalance.drawn_cranks.design import PRESETS
     from tests.generated import generated_crank
     from tests.jobs import write_stl
 

@@ -101,8 +101,8 @@ def seconds(command: list[str], cwd: Path) -> tuple[float, int]:
 
 def cranks(folder: Path | None) -> Iterator[tuple[str, np.ndarray, bool]]:
     """Yield names, corners (m, 3, 3) [mm], and whether crankpins are in the file."""
-    from autobalance.crank.parametric.design import PRESETS
-    from autobalance.crank.parametric.generate import crank_solid
+    from autobalance.drawn_cranks.design import PRESETS
+    from autobalance.drawn_cranks.generate import crank_solid
     from autobalance.errors import AutobalanceError
 
     yield "bundled", subdivided(BUNDLED / "crank.stl", 0), False

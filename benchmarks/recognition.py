@@ -26,10 +26,10 @@ from main_job import BUNDLED, subdivided, write_stl  # noqa: E402
 
 from autobalance.crank.anatomy import Overrides  # noqa: E402
 from autobalance.crank.faces import find_faces  # noqa: E402
-from autobalance.crank.parametric.design import PRESETS  # noqa: E402
-from autobalance.crank.parametric.generate import crank_solid  # noqa: E402
 from autobalance.crank.recognition.recognise import recognise  # noqa: E402
 from autobalance.crank.sections import counterweight_moments  # noqa: E402
+from autobalance.drawn_cranks.design import PRESETS  # noqa: E402
+from autobalance.drawn_cranks.generate import crank_solid  # noqa: E402
 from autobalance.solid.csg.solid import Solid  # noqa: E402
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup  # noqa: E402
 from autobalance.solid.soundness.validate import refuse_overlap  # noqa: E402

@@ -21,8 +21,8 @@ import numpy as np
 
 import autobalance as ab
 from autobalance.crank.anatomy import Anatomy, Overrides
-from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.drawn_cranks.design import PRESETS
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.solid.mesh.mesh import Mesh

@@ -10,9 +10,9 @@ import time
 from pathlib import Path
 
 from autobalance.job import load
-from autobalance.studies.causes import causes_of
-from autobalance.studies.linear_model import LinearModel, state_of
-from autobalance.studies.plan import planned
+from autobalance.studies.study.causes import causes_of
+from autobalance.studies.study.linear_model import LinearModel, state_of
+from autobalance.studies.study.plan import planned
 
 
 def main() -> None:

@@ -16,8 +16,8 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 import autobalance as ab  # noqa: E402
-from autobalance.api.nc import NcResult  # noqa: E402
 from autobalance.machining.setups import inverse, placement  # noqa: E402
+from autobalance.machining.verb import NcResult  # noqa: E402
 
 PICTURE = ROOT / "docs" / "pictures" / "nc.png"
 INK, SOFT, FEED, RAPID = "#17191c", "#c9c9c4", "#b5400f", "#1c5d8f"

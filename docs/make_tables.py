@@ -18,14 +18,14 @@ from typing import Any, Literal, Union, get_args, get_origin
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from autobalance.crank_dynamics.torsion.input import OF_A_JOB  # noqa: E402
 from autobalance.declare import FILLED, REQUIRED, Key  # noqa: E402
-from autobalance.job.files.crank_keys import DESIGN, PRESET  # noqa: E402
+from autobalance.drawn_cranks.keys import DESIGN, PRESET  # noqa: E402
 from autobalance.job.files.declared import forms_of  # noqa: E402
-from autobalance.job.files.design_keys import DESIGN_KEYS  # noqa: E402
 from autobalance.job.read_engine import WEIGHTS  # noqa: E402
 from autobalance.job.tables import job_tables  # noqa: E402
 from autobalance.job.toml.text import toml_value  # noqa: E402
-from autobalance.job.torsion import OF_A_JOB  # noqa: E402
+from autobalance.profile_search.keys import DESIGN_KEYS  # noqa: E402
 from autobalance.registry import FILES  # noqa: E402
 
 DOCS = ROOT / "docs"

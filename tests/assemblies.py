@@ -6,9 +6,9 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from autobalance.crank.parametric.design import preset
-from autobalance.crank.parametric.generate import crank_shape
-from autobalance.crank.parametric.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.design import preset
+from autobalance.drawn_cranks.generate import crank_shape
+from autobalance.drawn_cranks.true_anatomy import crank_anatomy
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.csg.shape import Bar, Prism, Shape, Without, circle
 from tests.rods import FlatRod

@@ -17,7 +17,7 @@ def main() -> None:
     import dask
     import distributed
 
-    from autobalance.api.batch import batch
+    from autobalance.studies.batch.verb import batch
 
     dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"})  # a new worker starts sooner
     folder = Path(sys.argv[2])

@@ -8,9 +8,9 @@ from functools import lru_cache
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
-from autobalance.crank.parametric.design import PRESETS, Design, preset
-from autobalance.crank.parametric.generate import crank_solid, exact_moments
-from autobalance.crank.parametric.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.design import PRESETS, Design, preset
+from autobalance.drawn_cranks.generate import crank_solid, exact_moments
+from autobalance.drawn_cranks.true_anatomy import crank_anatomy
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup

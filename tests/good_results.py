@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from autobalance.api.nc import nc
-from autobalance.crank.parametric.design import PRESETS, Design
+from autobalance.drawn_cranks.design import PRESETS, Design
 from autobalance.errors import AutobalanceError, JobError
+from autobalance.machining.verb import nc
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.formats.write import encode
 from tests import jobs, nc_jobs

@@ -10,7 +10,7 @@ import numpy as np
 
 import autobalance as ab
 from autobalance.correction import Limits
-from autobalance.crank.parametric.design import PRESETS
+from autobalance.drawn_cranks.design import PRESETS
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 from tests.generated import generated_crank

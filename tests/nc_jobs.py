@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 import autobalance as ab
-from autobalance.api.nc import verified_part
-from autobalance.crank.parametric.design import PRESETS
+from autobalance.drawn_cranks.design import PRESETS
 from autobalance.machining.part import Part
+from autobalance.machining.verb import verified_part
 from autobalance.rigid_rotor.unbalance import Unbalance
 from tests import nc_sweep
 from tests.generated import generated_crank

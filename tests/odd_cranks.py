@@ -15,9 +15,9 @@ from typing import Literal
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, Throw, Web
-from autobalance.crank.parametric.design import DesignCounterweight, DesignWeb
-from autobalance.crank.parametric.webs import web_outline
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.drawn_cranks.design import DesignCounterweight, DesignWeb
+from autobalance.drawn_cranks.webs import web_outline
 from autobalance.errors import AutobalanceError
 from autobalance.solid.csg.shape import (
     Arc,

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.report.sheet.drawing import Drawings, drawn
-from autobalance.report.sheet.listed_metal import listed_metal
+from autobalance.paper.drawing import Drawings, drawn
+from autobalance.paper.listed_metal import listed_metal
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from tests.jobs import ROOT

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from autobalance.engine.shafts import BalanceShaft, ShaftPair
+from autobalance.running_gear.shafts import BalanceShaft, ShaftPair
 from autobalance.types import Array
 
 

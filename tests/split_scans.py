@@ -8,9 +8,9 @@ from functools import lru_cache
 import manifold3d
 import numpy as np
 
-from autobalance.crank.parametric.design import PRESETS, Design
-from autobalance.crank.parametric.generate import crank_solid
-from autobalance.crank.parametric.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.design import PRESETS, Design
+from autobalance.drawn_cranks.generate import crank_solid
+from autobalance.drawn_cranks.true_anatomy import crank_anatomy
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import unit_at_vertices
 from autobalance.types import Array, Indices

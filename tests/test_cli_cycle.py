@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.bearings import orbit as orbits
+from autobalance.engines.bearings import orbit as orbits
 from autobalance.errors import UsageError
 from autobalance.types import Array
 from tests.coarse import bundled_corners
@@ -445,9 +445,9 @@ def test_films_by_factor_are_those_of_bearing(
 
 @pytest.mark.parametrize(("ratio", "turns", "limit"), [(0.995, 3, "contact"), (0.5, 0, "not periodic")])
 def test_a_film_that_breaks_or_does_not_repeat_has_a_limit(ratio: float, turns: int, limit: str) -> None:
-    from autobalance.bearings.orbit import Orbits
     from autobalance.declare import encoded
-    from autobalance.machine_models.cycle_films import CycleFilms, film_table
+    from autobalance.engines.bearings.orbit import Orbits
+    from autobalance.engines.cycle.films import CycleFilms, film_table
 
     path = np.tile([[ratio, 0.0]], (8, 1, 1))
     orbits = Orbits(np.arange(8.0), path, np.array([2e-5]), np.ones((8, 1)), np.array([turns]))

@@ -13,27 +13,27 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.api.design import design
 from autobalance.balancing.measured_crank import measure_crank
 from autobalance.command import main
 from autobalance.declare import encoded
-from autobalance.design_search import strength
-from autobalance.design_search import written as solids
-from autobalance.design_search.build import with_profiles
-from autobalance.design_search.candidates import Candidate, SearchResult, front, judged
-from autobalance.design_search.chosen import chosen, with_refined
-from autobalance.design_search.exact import design_step
-from autobalance.design_search.free_metal import free_metal
-from autobalance.design_search.level_sets import CLOSENESS_STEPS, begun, level_set_for_balance, level_sets
-from autobalance.design_search.problem import MAX_SHARE, Problem
-from autobalance.design_search.remedies import remedies
-from autobalance.design_search.search import Generation, searched
-from autobalance.design_search.start import judged_start
 from autobalance.errors import FileError, JobError
-from autobalance.job.files.design import load_design
-from autobalance.machine_models.solid_meshes import bodies_of_solid
-from autobalance.report.design.values import infeasible_reason, step_notes
-from autobalance.report.records.design import SearchFigures
+from autobalance.finite_elements.solid_meshes import bodies_of_solid
+from autobalance.profile_search import strength
+from autobalance.profile_search import written as solids
+from autobalance.profile_search.answer import SearchFigures
+from autobalance.profile_search.build import with_profiles
+from autobalance.profile_search.candidates import Candidate, SearchResult, front, judged
+from autobalance.profile_search.chosen import chosen, with_refined
+from autobalance.profile_search.exact import design_step
+from autobalance.profile_search.free_metal import free_metal
+from autobalance.profile_search.input import load_design
+from autobalance.profile_search.level_sets import CLOSENESS_STEPS, begun, level_set_for_balance, level_sets
+from autobalance.profile_search.problem import MAX_SHARE, Problem
+from autobalance.profile_search.remedies import remedies
+from autobalance.profile_search.search import Generation, searched
+from autobalance.profile_search.start import judged_start
+from autobalance.profile_search.values import infeasible_reason, step_notes
+from autobalance.profile_search.verb import design
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.cad.brep import ExactSolid

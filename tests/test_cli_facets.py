@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from autobalance.balancing.chordal_correction import MAX_DOUBT, needed
-from autobalance.crank.parametric.design import preset
-from autobalance.crank.parametric.generate import crank_solid, exact_moments
-from autobalance.machine_models.facet_correction import FacetCorrection
+from autobalance.balancing.facet_correction import FacetCorrection
+from autobalance.drawn_cranks.design import preset
+from autobalance.drawn_cranks.generate import crank_solid, exact_moments
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.uncertainty import Share

@@ -138,7 +138,7 @@ HOLDING = """
 import sys
 from collections import deque
 from itertools import repeat
-from autobalance.api import balance
+from autobalance.verbs import balance
 from autobalance.command import main
 from autobalance.report.files import Staging
 
@@ -179,7 +179,7 @@ def test_a_library_that_holds_the_interpreter_is_ended_in_time(sent: str, tmp_pa
 
 CRASHING = """
 import os, signal, sys
-from autobalance.api import balance
+from autobalance.verbs import balance
 from autobalance.command import main
 from autobalance.balancing import loop
 

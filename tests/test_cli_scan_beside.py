@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.api.balance import BalanceResult
-from autobalance.crank.parametric.design import PRESETS
+from autobalance.browser.named_files import named_files
+from autobalance.drawn_cranks.design import PRESETS
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.job.read_crankshaft import read_crankshaft
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.web_app.named_files import named_files
+from autobalance.verbs.balance import BalanceResult
 from tests.generated import generated_crank
 from tests.scans import Wear, scan, surface_of
 

@@ -11,8 +11,8 @@ import jsonschema
 import numpy as np
 import pytest
 
+from autobalance.balancing.section_rows import RowKind, SectionRow, SectionTable
 from autobalance.declare import encoded
-from autobalance.machine_models.section_rows import RowKind, SectionRow, SectionTable
 from autobalance.report.balance.section_text import section_table_text
 from autobalance.report.balance.values import schema
 from autobalance.report.records import sections as records

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.api.study import study
+from autobalance.studies.study.verb import study
 from tests.coarse import bundled_corners
 from tests.jobs import main, write_stl
 

@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 import autobalance as ab
-from autobalance.engine.slider_crank import harmonic_coefficient
 from autobalance.report.plots import FILLS, STYLES
+from autobalance.running_gear.slider_crank import harmonic_coefficient
 from tests.coarse import bundled_corners
 from tests.jobs import BUNDLED, main, write_stl
 from tests.libraries import uninstalled

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from autobalance.api.verify import verify
+from autobalance.verbs.verify import verify
 from tests import jobs
 from tests.good_results import KINDS, MESHES, faults, good_job
 

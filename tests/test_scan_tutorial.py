@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.crank.parametric.design import PRESETS
+from autobalance.drawn_cranks.design import PRESETS
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written
 from autobalance.solid.mesh.mesh import Mesh

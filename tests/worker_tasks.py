@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalance.api.batch_row import RowOutcome, RowTask, balance_row
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
+from autobalance.studies.batch.row import RowOutcome, RowTask, balance_row
 
 DEADLY = 0.61
 """Balance factor of the row whose worker dies each time."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from autobalance.machine_models.facet_correction import FacetCorrection
+from autobalance.balancing.facet_correction import FacetCorrection
 from autobalance.quantities import g_mm, mm, said
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from autobalance.balancing.measured import Crank
 from autobalance.balancing.record import FaceOffer
 from autobalance.correction import face_depths_mm
 from autobalance.crank.faces import lowering_worth_g_mm_per_mm
 from autobalance.crank.rims import find_rims
-from autobalance.machine_models.measured import Crank
 
 
 def offered_faces(crank: Crank) -> tuple[FaceOffer, ...]:

@@ -8,6 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from autobalance.balancing.against import against_drawing
+from autobalance.balancing.crank_size import refuse_density, refuse_size
+from autobalance.balancing.facet_correction import NOT_ASKED, FacetCorrection
+from autobalance.balancing.measured import Crank, ScannedBeside, holds_crankpins
+from autobalance.balancing.scan_calibration import Calibration, Scanned, calibration_of
 from autobalance.correction import kind_of
 from autobalance.crank.against import aligned, turned
 from autobalance.crank.anatomy import Anatomy, Overrides
@@ -16,11 +21,6 @@ from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import BodiesError, JobError, OverlapError, RecognitionError
 from autobalance.job import Balance, Crankshaft, Job
 from autobalance.known import once
-from autobalance.machine_models.against import against_drawing
-from autobalance.machine_models.crank_size import refuse_density, refuse_size
-from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
-from autobalance.machine_models.measured import Crank, ScannedBeside, holds_crankpins
-from autobalance.machine_models.scan_calibration import Calibration, Scanned, calibration_of
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.chordal_error.estimate import ChordalError

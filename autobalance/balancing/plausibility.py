@@ -10,25 +10,25 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from autobalance import registry
-from autobalance.crank.anatomy import Anatomy
-from autobalance.engine.balance_factor import factor_direction_g_mm
-from autobalance.engine.conrod import ConnectingRod
-from autobalance.errors import JobError
-from autobalance.job import Job
-from autobalance.job.model import PartWeights
-from autobalance.machine_models.crank_size import refuse_density, usual_units
-from autobalance.machine_models.rotor_from_job import (
+from autobalance.balancing.crank_size import refuse_density, usual_units
+from autobalance.balancing.rotor_from_job import (
     crank_factor,
     hung_on,
     throw_loads,
     tolerance_of,
     total_g,
 )
-from autobalance.machine_models.usual_layout import holds_two_rods
+from autobalance.balancing.usual_layout import holds_two_rods
+from autobalance.crank.anatomy import Anatomy
+from autobalance.errors import JobError
+from autobalance.job import Job
+from autobalance.job.model import PartWeights
+from autobalance.running_gear.balance_factor import factor_direction_g_mm
+from autobalance.running_gear.conrod import ConnectingRod
 from autobalance.units import MM_PER, RAD_S_PER_RPM
 
 if TYPE_CHECKING:
-    from autobalance.machine_models.measured import Crank
+    from autobalance.balancing.measured import Crank
 
 BOB_SHARE = (1e-3, 20.0)
 """Bob-weights over the crank's own mass: no running engine lies outside."""

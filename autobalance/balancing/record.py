@@ -12,20 +12,20 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.balancing.external import CarriedUnbalance
     from autobalance.balancing.kept import KeptPlan
     from autobalance.balancing.loop import Result
+    from autobalance.balancing.scan_calibration import Calibration
+    from autobalance.balancing.section_rows import SectionTable
     from autobalance.balancing.suggestions.wanted import Aim, Refused, Suggestion
     from autobalance.balancing.web_metal import WebMetal
     from autobalance.correction.contract import Correction
     from autobalance.crank.against import AgainstDrawing
     from autobalance.crank.anatomy import Anatomy, Face
     from autobalance.crank.sections import Section, WebWeight
-    from autobalance.dynamics.staged_assembly import AssemblyStage
-    from autobalance.engine.force_summary import ShakingForce
     from autobalance.job.model import ThrowOil
-    from autobalance.machine_models.scan_calibration import Calibration
-    from autobalance.machine_models.section_rows import SectionTable
     from autobalance.rigid_rotor.moments import Moments
+    from autobalance.rigid_rotor.staged_assembly import AssemblyStage
     from autobalance.rigid_rotor.tolerance import Tolerance
     from autobalance.rigid_rotor.unbalance import Unbalance
+    from autobalance.running_gear.force_summary import ShakingForce
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,22 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
-from autobalance.balancing import chordal_correction, measured_crank, sections, uncertainty_budget
+from autobalance.balancing import (
+    chordal_correction,
+    engine_from_job,
+    measured_crank,
+    rotor_from_job,
+    sections,
+    uncertainty_budget,
+)
 from autobalance.balancing.comparison import ComparedRow, compare
 from autobalance.balancing.external import carried_unbalances, with_external
 from autobalance.balancing.kept import KeptPlan, balanced_as_kept, refuse_other_crank
 from autobalance.balancing.loop import Result, balance, planned
+from autobalance.balancing.measured import Crank
 from autobalance.balancing.measured_crank import input_file, work_on_faces
 from autobalance.balancing.measuring import Measure, as_file, in_memory, on_true_surfaces
+from autobalance.balancing.oil_from_job import with_oil
 from autobalance.balancing.plausibility import oddities
 from autobalance.balancing.record import (
     Balanced,
@@ -35,22 +44,19 @@ from autobalance.correction import Limits, finishing
 from autobalance.correction.faces.cut import FaceCut
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.sections import counterweight_moments
-from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job import Job
 from autobalance.job.limits import limits_of_every_kind
-from autobalance.machine_models import engine_from_job, rotor_from_job
-from autobalance.machine_models.measured import Crank
-from autobalance.machine_models.oil_from_job import with_oil
 from autobalance.quantities import joined
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.running_gear.balance_factor import bob_weight_moments
 from autobalance.runtime import Notify, Stopwatch
 from autobalance.solid.formats.read import Source
 
 if TYPE_CHECKING:
-    from autobalance.dynamics.staged_assembly import AssemblyStage
+    from autobalance.rigid_rotor.staged_assembly import AssemblyStage
 
 
 def balanced_record(
@@ -316,7 +322,7 @@ def _named_faces(result: Result) -> tuple[Face, ...]:
 def _staged_assembly(job: Job, tolerance: Tolerance, residual: Unbalance) -> tuple[AssemblyStage, ...]:
     if not job.assembly:
         return ()
-    from autobalance.machine_models.assembly_from_job import staged_assembly  # only where parts are put on
+    from autobalance.balancing.assembly_from_job import staged_assembly  # only where parts are put on
 
     return staged_assembly(job, tolerance, residual)
 

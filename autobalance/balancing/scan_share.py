@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from autobalance.machine_models.measured import Crank
-from autobalance.machine_models.scan_uncertainty import ScanUncertainty, scan_uncertainty
+from autobalance.balancing.measured import Crank
+from autobalance.balancing.scan_uncertainty import ScanUncertainty, scan_uncertainty
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.uncertainty import Places, Share, root_sum
 

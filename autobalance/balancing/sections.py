@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from autobalance import registry
+from autobalance.balancing.measured import Crank
 from autobalance.declare import decoded, described
 from autobalance.errors import AutobalanceError
 from autobalance.job import Job
-from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Notify
 from autobalance.solid.csg.solid import Solid

@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from autobalance.balancing import rotor_from_job
+from autobalance.balancing.facet_correction import FacetCorrection
 from autobalance.balancing.scan_share import ScanShare
 from autobalance.correction.contract import Correction
 from autobalance.crank.anatomy import Anatomy
-from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.job import EngineParts, Job, PartWeights
-from autobalance.machine_models import rotor_from_job
-from autobalance.machine_models.facet_correction import FacetCorrection
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.uncertainty import (
@@ -27,6 +26,7 @@ from autobalance.rigid_rotor.uncertainty import (
     root_sum,
     rounding_share,
 )
+from autobalance.running_gear.balance_factor import bob_weight_moments
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source

@@ -18,7 +18,7 @@ from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import Option, Verb
 
 VERB = Verb(
-    "api.balance:balance",
+    "verbs.balance:balance",
     examples=(
         "autobalance balance job.toml",
         "autobalance balance job.toml --set balance.factor=0.5 -o half --only html,pdf",

@@ -8,7 +8,7 @@ from autobalance.command.options import add_json, add_units
 from autobalance.command.verb import Option, Verb
 
 VERB = Verb(
-    "api.compare:compare",
+    "verbs.compare:compare",
     examples=("autobalance compare job.toml --json comparison.json",),
     options={"job": Option(metavar="JOB.toml")},
     writes=(add_json, add_units),
@@ -19,10 +19,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Compare; 0 if some kind comes within tolerance (or nothing is to be cut), 4 if none does."""
     from pathlib import Path
 
-    from autobalance.api.compare import compare
     from autobalance.command.finish import finish
     from autobalance.command.progress import shown
     from autobalance.report.files import Staging
+    from autobalance.verbs.compare import compare
 
     copy = None if arguments.json in (None, "-") else Path(arguments.json)
     with Staging([] if copy is None else [copy.parent]), shown() as progress:  # that it can be written

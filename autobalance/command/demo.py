@@ -44,13 +44,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Balance the bundled crank to 28 % and to its original factor."""
     from autobalance import job
-    from autobalance.api.balanced_files import balance_to_files
-    from autobalance.api.progress import telling
     from autobalance.bundled import bundled_folder
     from autobalance.command.console import called_as, say, warn
     from autobalance.command.progress import shown
     from autobalance.report.bundle import choice_of
     from autobalance.report.display_units import ON_SCREEN
+    from autobalance.verbs.balanced_files import balance_to_files
+    from autobalance.verbs.progress import telling
 
     output = Path(arguments.output)
     choice = choice_of(None, "A4", arguments.units)

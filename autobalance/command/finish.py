@@ -14,12 +14,12 @@ from autobalance.report.files import Staging
 from autobalance.runtime import was_read
 
 if TYPE_CHECKING:
-    from autobalance.api.balance import BalanceResult
-    from autobalance.api.balanced_files import BalancedFiles
-    from autobalance.api.result import VerbResult
     from autobalance.command.progress import Mode
     from autobalance.job import Job
     from autobalance.report.material import Choice
+    from autobalance.verbs.balance import BalanceResult
+    from autobalance.verbs.balanced_files import BalancedFiles
+    from autobalance.verbs.result import VerbResult
 
 
 def finish(
@@ -144,9 +144,9 @@ def balanced(
     fem: bool = False,
 ) -> BalancedFiles:
     """Run a job and put its files in place."""
-    from autobalance.api.balanced_files import balance_to_files
-    from autobalance.api.progress import telling
     from autobalance.command.progress import shown
+    from autobalance.verbs.balanced_files import balance_to_files
+    from autobalance.verbs.progress import telling
 
     with shown(mode) as progress:
         done = balance_to_files(job, folder, json_file, telling(progress), choice, fem)
@@ -157,6 +157,6 @@ def balanced(
 
 def judged(result: BalanceResult, arguments: argparse.Namespace) -> int:
     """Return the exit code of a run; with ``--strict`` a result that is not proven is above tolerance."""
-    from autobalance.api.balance import ABOVE_TOLERANCE
+    from autobalance.verbs.balance import ABOVE_TOLERANCE
 
     return ABOVE_TOLERANCE if arguments.strict and not result.proven else result.exit_code

@@ -14,7 +14,7 @@ def _add_force(parser: argparse.ArgumentParser) -> None:
 
 
 VERB = Verb(
-    "api.init:init",
+    "verbs.init:init",
     examples=(
         "autobalance init crank.stl --unit mm                 a job beside you, crank.toml",
         "autobalance init crank.stl --unit mm -o crank.xlsx   the same as a workbook",
@@ -33,10 +33,10 @@ VERB = Verb(
 
 def run(arguments: argparse.Namespace) -> int:
     """Write a job; 0 unless the crank is bad."""
-    from autobalance.api.init import init
     from autobalance.command.console import say
     from autobalance.command.progress import shown
     from autobalance.report.files import Staging
+    from autobalance.verbs.init import init
 
     with shown() as progress:
         result = init(**VERB.keywords(arguments), progress=progress)

@@ -15,9 +15,9 @@ from autobalance.solid.formats.table import endings
 from autobalance.units import STEEL_KG_M3
 
 if TYPE_CHECKING:
-    from autobalance.api.inspect import InspectResult
-    from autobalance.api.inspect_sections import TableOptions
     from autobalance.runtime import Progress
+    from autobalance.verbs.inspect import InspectResult
+    from autobalance.verbs.inspect_sections import TableOptions
 
 CRANKPIN_IN_FILE = {"yes": True, "no": False}
 
@@ -59,8 +59,8 @@ def _add_sections(parser: argparse.ArgumentParser) -> None:
 
 
 VERB = Verb(
-    "api.inspect:inspect",
-    also="api.crank:read_crank",
+    "verbs.inspect:inspect",
+    also="verbs.crank:read_crank",
     examples=(
         "autobalance inspect crank.stl --unit mm",
         "autobalance inspect crank.step --body 2 --picture crank.png",
@@ -125,8 +125,8 @@ def _target(arguments: argparse.Namespace, option: str, text: str | None) -> Pat
 
 
 def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResult:
-    from autobalance.api.inspect import inspect
     from autobalance.job.read import WORKBOOKS
+    from autobalance.verbs.inspect import inspect
 
     options = VERB.keywords(arguments)
     path, suggest, settings = Path(options.pop("crank")), options.pop("suggest"), options.pop("settings")
@@ -158,8 +158,8 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
 
 def _table(arguments: argparse.Namespace) -> TableOptions | None:
     """Return the options of the section table; None where none is asked for."""
-    from autobalance.api.inspect_sections import DATUMS, TableOptions
     from autobalance.job.toml.typed_units import length_mm
+    from autobalance.verbs.inspect_sections import DATUMS, TableOptions
 
     datum, oil = arguments.datum, arguments.oil_density_kg_m3
     if not arguments.sections:

@@ -25,7 +25,7 @@ class Objects:
 
     def __call__(self, text: str, share: float | None = None) -> None:
         """Report the stage that runs now; the share done is looked up where none is passed."""
-        from autobalance.api.progress import BALANCED_BEFORE, share_before
+        from autobalance.verbs.progress import BALANCED_BEFORE, share_before
 
         done = share_before(text, BALANCED_BEFORE) if share is None else share
         with self._lock:

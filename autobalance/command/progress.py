@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Literal, TextIO
 
-from autobalance.api.progress import BALANCED_BEFORE, share_before
 from autobalance.command import objects
 from autobalance.runtime import Progress
+from autobalance.verbs.progress import BALANCED_BEFORE, share_before
 
 Mode = Literal["quiet", "usual", "verbose"]
 

@@ -17,7 +17,7 @@ from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import Option, Verb
 
 VERB = Verb(
-    "api.recut:recut",
+    "verbs.recut:recut",
     examples=("autobalance recut job-balanced/report.json reading.toml",),
     options={
         "report": Option(metavar="REPORT.json"),
@@ -30,14 +30,14 @@ VERB = Verb(
 
 def run(arguments: argparse.Namespace) -> int:
     """Cut further; 0 within tolerance, 4 above it or where the machine cannot show it."""
-    from autobalance.api.progress import telling
-    from autobalance.api.recut import recut
-    from autobalance.api.result_files import committed, staging_for
     from autobalance.command.console import say, warn
     from autobalance.command.finish import judged
     from autobalance.command.progress import shown
     from autobalance.errors import UsageError
     from autobalance.report.balance.values import dumps
+    from autobalance.verbs.progress import telling
+    from autobalance.verbs.recut import recut
+    from autobalance.verbs.result_files import committed, staging_for
 
     copy = None if arguments.json in (None, "-") else Path(arguments.json)
     for source in (arguments.report, arguments.reading):

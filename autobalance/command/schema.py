@@ -14,9 +14,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print a schema, or the names of all; 2 for a name that has none."""
-    from autobalance.api.schema import NAMES, schema
     from autobalance.command.console import say
     from autobalance.report.balance.values import dumps
+    from autobalance.verbs.schema import NAMES, schema
 
     if arguments.name is None:
         say("\n".join(NAMES))

@@ -12,10 +12,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from autobalance.api.declaration import REQUIRED, Parameter, parameters_of
 from autobalance.command import readers
 from autobalance.command.options import add_json
 from autobalance.command.progress import add_objects
+from autobalance.verbs.declaration import REQUIRED, Parameter, parameters_of
 
 Keywords = dict[str, Any]
 
@@ -109,7 +109,7 @@ class Verb(NamedTuple):
     Attributes
     ----------
     function : str
-        As ``"api.orders:orders"``.
+        As ``"signals.verb:orders"``.
     examples : tuple of str
         Lines at the end of ``--help``.
     options : mapping
@@ -184,7 +184,7 @@ class Verb(NamedTuple):
         if self.adjust is not None:
             self.adjust(keywords, arguments)
         if self._reads_a_job():
-            from autobalance.api.job import read_job
+            from autobalance.verbs.job import read_job
 
             keywords["job"] = read_job(keywords["job"], keywords.pop("settings"))
         return keywords
@@ -220,7 +220,7 @@ class Verb(NamedTuple):
 
 
 def _settings() -> Parameter:
-    from autobalance.api.common_parameters import COMMON as MEANINGS
+    from autobalance.verbs.common_parameters import COMMON as MEANINGS
 
     return Parameter("settings", "Sequence[str]", (), (), MEANINGS["settings"][1].partition(". ")[0])
 

@@ -7,7 +7,7 @@ from autobalance.command.progress import add_objects
 from autobalance.command.verb import Option, Verb
 
 VERB = Verb(
-    "api.verify:verify",
+    "verbs.verify:verify",
     examples=("autobalance verify job-balanced/report.json --independent",),
     options={"report": Option(metavar="REPORT.json")},
     writes=(add_json, add_units, add_objects),

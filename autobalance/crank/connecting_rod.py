@@ -9,10 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from autobalance.crank.recognition.rod_eyes import RodEyes, find_eyes
-from autobalance.engine.conrod import ConnectingRod
-from autobalance.engine.slider_crank import SliderCrank
 from autobalance.errors import RecognitionError
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.running_gear.conrod import ConnectingRod
+from autobalance.running_gear.slider_crank import SliderCrank
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.chordal_error.of_mesh import chordal_error_of_mesh
 from autobalance.solid.formats.read import Source

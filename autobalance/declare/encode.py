@@ -29,7 +29,7 @@ def encoded(result: Any) -> Any:
     Examples
     --------
     >>> import numpy as np
-    >>> from autobalance.engine.grade import Grade
+    >>> from autobalance.rigid_rotor.grade import Grade
     >>> encoded({"grades": (Grade(6.3, "general machinery"),), "unbalance_g_mm": np.array([0.0, 2.0])})
     {'grades': [{'grade_mm_s': 6.3, 'what': 'general machinery'}], 'unbalance_g_mm': [0.0, 2.0]}
     """

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.job.files.machine_tool import CuttingTool
 from autobalance.machining.blocks import Block, Go
+from autobalance.machining.input import CuttingTool
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import polygon_area_mm2
 from autobalance.types import Array

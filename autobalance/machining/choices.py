@@ -15,7 +15,7 @@ from autobalance.correction.machining import (
     is_along_axis,
     radial_error,
 )
-from autobalance.job.files.machine_tool import CuttingTool
+from autobalance.machining.input import CuttingTool
 from autobalance.machining.part import Listed
 from autobalance.machining.setups import SetupName, inverse, placement
 from autobalance.machining.stock import disc

@@ -18,10 +18,10 @@ from autobalance.correction.machining import (
 )
 from autobalance.declare import Ordinal
 from autobalance.errors import JobError
-from autobalance.job.files.machine_tool import CuttingTool, MachineTool
 from autobalance.machining.area_moves import hops, moves
 from autobalance.machining.blocks import Block, Bore, Change, Clamp, Go, Index, Note, Retreat, Unclamp
 from autobalance.machining.choices import rim_lines, setup_of, tool_for
+from autobalance.machining.input import CuttingTool, MachineTool
 from autobalance.machining.operation_body import operation_body
 from autobalance.machining.part import Listed, Part
 from autobalance.machining.setups import NcZero, SetupName, inverse, placement, rotary_deg

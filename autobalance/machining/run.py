@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance.correction.machining import HoleOperation
 from autobalance.errors import JobError, SolidError
-from autobalance.job.files.machine_tool import CuttingTool, MachineTool
+from autobalance.machining.input import CuttingTool, MachineTool
 from autobalance.machining.interpreter import Move, read_program
 from autobalance.machining.operation_body import operation_body
 from autobalance.machining.part import Listed, Part

@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import JobError
-from autobalance.job.files.machine_tool import MachineTool
+from autobalance.machining.input import MachineTool
 from autobalance.types import Array
 
 SetupName = Literal["R", "T", "B", "L"]

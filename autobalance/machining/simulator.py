@@ -13,7 +13,7 @@ from autobalance.correction.holes.hole import drill_body
 from autobalance.correction.rings.trace import EQUAL_AREA as RING_EQUAL_AREA
 from autobalance.correction.rings.trace import RING_SIDES, faceted_ring
 from autobalance.errors import FormatError
-from autobalance.job.files.machine_tool import CuttingTool, MachineTool
+from autobalance.machining.input import CuttingTool, MachineTool
 from autobalance.machining.interpreter import Move, Place
 from autobalance.machining.setups import NcZero, SetupName, placement
 from autobalance.machining.stock import CIRCUMSCRIBED_RATIO, SIDES, Stock

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from autobalance.job.files.machine_tool import CuttingTool
+from autobalance.machining.input import CuttingTool
 
 
 @dataclass(frozen=True)

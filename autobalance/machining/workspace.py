@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from autobalance.correction.machining import AreaOperation
-from autobalance.job.files.machine_tool import MachineTool
 from autobalance.machining.area_moves import Area
+from autobalance.machining.input import MachineTool
 from autobalance.machining.part import Part
 from autobalance.machining.setups import SetupName, inverse, placement, zero_of
 from autobalance.machining.stock import Stock

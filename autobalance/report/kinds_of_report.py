@@ -48,7 +48,7 @@ def _tools(material: Material) -> dict[str, bytes]:
 
 
 def _reading(material: Material) -> dict[str, bytes]:
-    from autobalance.report.shop.reading_template import reading_template
+    from autobalance.report.reading_template import reading_template
 
     return {"reading": reading_template(material.report).encode()}
 

@@ -11,7 +11,7 @@ from autobalance import registry
 from autobalance.runtime import Notify
 
 if TYPE_CHECKING:
-    from autobalance.machine_models.measured import Crank
+    from autobalance.balancing.measured import Crank
     from autobalance.report.page.shown import Shown
     from autobalance.solid.csg.solid import Solid
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from autobalance.bearings import dry, film, loads, rolling
-from autobalance.bearings import squeeze_film as plates
-from autobalance.bearings.oil import WaltherOil
-from autobalance.bearings.short_bearing import ocvirk
+from autobalance.engines.bearings import dry, film, loads, rolling
+from autobalance.engines.bearings import squeeze_film as plates
+from autobalance.engines.bearings.oil import WaltherOil
+from autobalance.engines.bearings.short_bearing import ocvirk
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
 

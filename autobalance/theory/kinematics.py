@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.engine import slider_crank as exact
+from autobalance.running_gear import slider_crank as exact
 from autobalance.units import RAD_S_PER_RPM
 
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.engine import balance_factor as factors
-from autobalance.engine import forces
-from autobalance.engine.conrod import ConnectingRod, TwoMasses
-from autobalance.engine.parts import Parts, ThrowLoad
-from autobalance.engine.section_table import cylinder_mass_g
-from autobalance.engine.shafts import BalanceShaft, roll_moment_n_m
+from autobalance.running_gear import balance_factor as factors
+from autobalance.running_gear import forces
+from autobalance.running_gear.conrod import ConnectingRod, TwoMasses
+from autobalance.running_gear.parts import Parts, ThrowLoad
+from autobalance.running_gear.section_table import cylinder_mass_g
+from autobalance.running_gear.shafts import BalanceShaft, roll_moment_n_m
 from autobalance.units import G_MM2_PER_KG_MM2, RAD_S_PER_RPM, STEEL_KG_M3
 
 

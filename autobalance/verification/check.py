@@ -8,15 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from autobalance.balancing import run, sections
+from autobalance.balancing import rotor_from_job, run, sections
+from autobalance.balancing.measured import Crank as MeasuredCrank
+from autobalance.balancing.oil_from_job import with_oil
 from autobalance.balancing.record import Record
 from autobalance.balancing.sections import State
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import AutobalanceError, FormatError
 from autobalance.job import Job
-from autobalance.machine_models import rotor_from_job
-from autobalance.machine_models.measured import Crank as MeasuredCrank
-from autobalance.machine_models.oil_from_job import with_oil
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.verification import budget_claims, premises, rotor_claims, solids

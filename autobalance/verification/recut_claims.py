@@ -7,17 +7,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from autobalance.balancing import run
+from autobalance.balancing import rotor_from_job, run
 from autobalance.balancing.machine_reading import CAUSE
 from autobalance.crank.anatomy import Anatomy
-from autobalance.engine.balance_factor import balance_factor, factor_direction_g_mm
 from autobalance.errors import ClaimError, FileError
 from autobalance.job import Job
-from autobalance.machine_models import rotor_from_job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance, permissible_unbalance_g_mm
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget, Share
+from autobalance.running_gear.balance_factor import balance_factor, factor_direction_g_mm
 from autobalance.verification import premises, rotor_claims, solids
 from autobalance.verification.checked import (
     Checked,

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from autobalance.balancing import rotor_from_job
+from autobalance.balancing.assembly_from_job import staged_assembly
 from autobalance.correction import KINDS
 from autobalance.correction.holes.trace import SlugTrace
 from autobalance.crank.anatomy import Anatomy
-from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.job import Job
-from autobalance.machine_models import rotor_from_job
-from autobalance.machine_models.assembly_from_job import staged_assembly
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance, TolerancePlane
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.running_gear.balance_factor import bob_weight_moments
 from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM
 from autobalance.verification.claims import ROUNDING, Claims

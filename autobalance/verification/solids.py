@@ -11,12 +11,12 @@ from typing import Any, TypeVar
 import numpy as np
 
 from autobalance.balancing import measured_crank
+from autobalance.balancing.facet_correction import FacetCorrection
+from autobalance.balancing.measured import Crank
 from autobalance.correction import KINDS
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import ClaimError, FileError, FormatError
 from autobalance.job import Crankshaft, Job
-from autobalance.machine_models.facet_correction import FacetCorrection
-from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import note_read
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error

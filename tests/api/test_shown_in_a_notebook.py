@@ -9,9 +9,9 @@ import pytest
 from matplotlib.figure import Figure
 
 import autobalance as ab
-from autobalance.api.entry import Entries
 from autobalance.errors import JobError, UsageError
 from autobalance.report.plot_files import Plots
+from autobalance.verbs.entry import Entries
 from tests.libraries import uninstalled
 
 CHAIN = {

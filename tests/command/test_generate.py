@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.api.result import scalars
-from autobalance.api.schema import schema
 from autobalance.command import main
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.job.files.crank_design import read_design
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.input import read_design
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.kernel import properties
 from autobalance.solid.cad.step_file import read_step_file
 from autobalance.solid.formats.read import read
+from autobalance.verbs.result import scalars
+from autobalance.verbs.schema import schema
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 EXTRAPOLATED = 1e-5  # the command extrapolates from 64 segments

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.studies import archive
-from autobalance.studies.series import plane_series
+from autobalance.studies.jobs import archive
+from autobalance.studies.jobs.series import plane_series
 from tests import jobs
 
 Edit = Callable[[dict[str, Any]], None]

@@ -12,10 +12,10 @@ from typing import Any, get_args
 import pytest
 
 import autobalance
-from autobalance.api.declaration import REQUIRED, parameters_of
 from autobalance.command.main import full_parser
 from autobalance.command.verb import Verb
 from autobalance.registry import VERBS as COMMANDS
+from autobalance.verbs.declaration import REQUIRED, parameters_of
 from tests import jobs
 
 
@@ -60,11 +60,11 @@ def test_every_parameter_of_a_public_function_is_documented_in_its_order(name: s
 
 
 def test_choices_are_those_of_the_program() -> None:
-    from autobalance.signal.quantities import Quantity
-    from autobalance.signal.windows import COSINES
+    from autobalance.signals.quantities import Quantity
+    from autobalance.signals.windows import COSINES
     from autobalance.units import MM_PER
 
-    orders = parameters_of("api.orders:orders")
+    orders = parameters_of("signals.verb:orders")
     assert set(orders["window"].choices) == set(COSINES)
     assert set(orders["quantity"].choices) == set(get_args(Quantity))
     for verb in VERBS.values():

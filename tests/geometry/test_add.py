@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autobalance.api.generate import generate
 from autobalance.correction import add, remarks
 from autobalance.correction.add import AddLimits
 from autobalance.correction.kind import Workpiece
 from autobalance.crank.anatomy import Anatomy, Face, Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.drawn_cranks.verb import generate
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid

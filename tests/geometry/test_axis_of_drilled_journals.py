@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Overrides
-from autobalance.crank.parametric.design import preset
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.drawn_cranks.design import preset
 from tests.generated import drawn
 
 

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 import autobalance as ab
+from autobalance.balancing.scan_uncertainty import Patches, mass_pm_g, scan_uncertainty
 from autobalance.correction.clearance import clear_of_roughness
 from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.faces import find_faces
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.declare import decoded
-from autobalance.machine_models.scan_uncertainty import Patches, mass_pm_g, scan_uncertainty
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.report.balance.scan_text import scan_lines
 from autobalance.report.display_units import ON_SCREEN
 from autobalance.report.records.crank import Crank

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_shape, exact_moments
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_shape, exact_moments
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.installed import has_kernel

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import autobalance as ab
+from autobalance.balancing.scan_calibration import Calibration, Scanned, calibration_of
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import JobError
 from autobalance.job.model.crank_readings import CrankReadings
-from autobalance.machine_models.scan_calibration import Calibration, Scanned, calibration_of
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written

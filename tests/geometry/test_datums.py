@@ -11,8 +11,8 @@ import pytest
 
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.datums import Datums
-from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.drawn_cranks.design import PRESETS
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array

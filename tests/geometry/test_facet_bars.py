@@ -10,8 +10,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from autobalance.crank.parametric.design import preset
-from autobalance.crank.parametric.generate import exact_moments
+from autobalance.drawn_cranks.design import preset
+from autobalance.drawn_cranks.generate import exact_moments
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
 from autobalance.solid.csg.shape import Arc, Line, Outline, Prism, Revolved, circle, tessellated

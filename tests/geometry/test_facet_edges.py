@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from autobalance.crank.parametric.design import preset
-from autobalance.crank.parametric.generate import exact_moments
+from autobalance.drawn_cranks.design import preset
+from autobalance.drawn_cranks.generate import exact_moments
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error import of_mesh
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.crank.parametric.design import preset
-from autobalance.crank.parametric.generate import crank_shape
+from autobalance.drawn_cranks.design import preset
+from autobalance.drawn_cranks.generate import crank_shape
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.kernel import explored

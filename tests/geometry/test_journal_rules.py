@@ -15,10 +15,10 @@ import pytest
 import autobalance as ab
 from autobalance.command.main import main
 from autobalance.crank.anatomy import Anatomy, Overrides, Pin, PinHint
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_solid
-from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
+from autobalance.drawn_cranks.true_anatomy import crank_anatomy
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid

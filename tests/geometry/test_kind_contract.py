@@ -21,15 +21,15 @@ from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.relaxing import Otherwise, WiderLimits
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.faces import find_faces
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_shape
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.declare import encoded
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_shape
+from autobalance.paper.cuts import cut_row
 from autobalance.report.balance import kinds
 from autobalance.report.balance.values import dumps
 from autobalance.report.display_units import ON_PAPER
 from autobalance.report.records.corrections import Correction
-from autobalance.report.sheet.cuts import cut_row
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.csg.solid import Solid

@@ -23,7 +23,7 @@ from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.faces import find_faces
-from autobalance.crank.parametric.design import PRESETS
+from autobalance.drawn_cranks.design import PRESETS
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

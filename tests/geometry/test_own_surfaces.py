@@ -7,11 +7,11 @@ import pytest
 
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.faces import find_faces
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_shape
-from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.crank.recognition.exact_cylinders import own_direction
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_shape
+from autobalance.drawn_cranks.true_anatomy import crank_anatomy
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.surface import CylinderFace

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Anatomy, Overrides, PinHint
-from autobalance.crank.parametric.design import DesignCounterweight, preset
-from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.drawn_cranks.design import DesignCounterweight, preset
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import RecognitionError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Anatomy, Overrides
-from autobalance.crank.parametric.design import PRESETS, DesignBay
-from autobalance.crank.parametric.generate import crank_solid
-from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.drawn_cranks.design import PRESETS, DesignBay
+from autobalance.drawn_cranks.generate import crank_solid
+from autobalance.drawn_cranks.input import with_settings
+from autobalance.drawn_cranks.true_anatomy import crank_anatomy
 from autobalance.errors import RecognitionError
-from autobalance.job.files.crank_design import with_settings
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array

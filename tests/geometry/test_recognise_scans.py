@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Anatomy, Overrides
-from autobalance.crank.parametric.axial_plan import axial_plan
-from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.recognition.alignment import misalignment_warning, step_warnings
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.journal_rules import journal_choices
@@ -19,6 +17,8 @@ from autobalance.crank.recognition.rough_runs import rough_stack
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.crank.recognition.webs import _without_ragged
 from autobalance.crank.scan import ScanFit
+from autobalance.drawn_cranks.axial_plan import axial_plan
+from autobalance.drawn_cranks.design import PRESETS
 from autobalance.errors import RecognitionError
 from autobalance.report.records.datums import Datums as DatumRecords
 from autobalance.solid.csg.solid import Solid

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Overrides
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_solid
-from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.sections import counterweight_moments, sections
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
+from autobalance.drawn_cranks.true_anatomy import crank_anatomy
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read

@@ -10,8 +10,8 @@ import pytest
 
 from autobalance.crank.connecting_rod import MeasuredRod, measure_rod
 from autobalance.crank.recognition.rod_eyes import find_eyes
-from autobalance.engine.conrod import cut_at_centre_of_mass
 from autobalance.errors import RecognitionError
+from autobalance.running_gear.conrod import cut_at_centre_of_mass
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.csg.region import Region

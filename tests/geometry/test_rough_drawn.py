@@ -9,13 +9,13 @@ import pytest
 
 import autobalance as ab
 from autobalance.crank.anatomy import Anatomy, Overrides
-from autobalance.crank.parametric.design import PRESETS, DesignNose, DesignNoseKeyway
-from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.recognition import recognise as recognition
 from autobalance.crank.recognition import scanned
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.recognition.rough_cylinders import RoughMesh
 from autobalance.crank.recognition.rough_drawn import is_rough, rough_as_drawn
+from autobalance.drawn_cranks.design import PRESETS, DesignNose, DesignNoseKeyway
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import RecognitionError
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid

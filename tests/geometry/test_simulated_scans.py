@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import exact_moments
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import exact_moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.crank.parametric.design import preset
-from autobalance.crank.parametric.generate import crank_solid
+from autobalance.drawn_cranks.design import preset
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.solid.chordal_error.estimate import estimate_chordal_error
 from autobalance.solid.csg.shape import (
     Arc,

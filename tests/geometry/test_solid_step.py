@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.crank.parametric.design import preset
-from autobalance.crank.parametric.generate import crank_shape
+from autobalance.drawn_cranks.design import preset
+from autobalance.drawn_cranks.generate import crank_shape
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.cad import kernel, step
 from autobalance.solid.cad.brep import ExactSolid

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.crank.parametric.design import preset
-from autobalance.crank.parametric.generate import crank_solid
+from autobalance.drawn_cranks.design import preset
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read

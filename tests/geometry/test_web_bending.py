@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import autobalance as ab
+from autobalance.crank_dynamics.strength.bending_text import bending_text
+from autobalance.crank_dynamics.strength.web_bending import Bending as BendingRecord
+from autobalance.crank_dynamics.strength.web_bending import bending as bending_of
+from autobalance.crank_dynamics.strength.web_bending import weakest_section_MPa
 from autobalance.declare import decoded
 from autobalance.errors import SolidError
-from autobalance.machine_models import solid_meshes
-from autobalance.machine_models.web_bending import Bending as BendingRecord
-from autobalance.machine_models.web_bending import bending as bending_of
-from autobalance.machine_models.web_bending import weakest_section_MPa
-from autobalance.report.balance.bending_text import bending_text
+from autobalance.finite_elements import solid_meshes
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from tests.cranks import Shape, make_crank

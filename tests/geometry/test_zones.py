@@ -17,8 +17,8 @@ from autobalance.correction.holes.zones import Zone, fillets_of, in_fillets, in_
 from autobalance.correction.kind import Workpiece
 from autobalance.correction.slug import SlugCut
 from autobalance.crank.anatomy import Anatomy, CounterweightOutline, Overrides
-from autobalance.crank.parametric.design import preset
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.drawn_cranks.design import preset
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array

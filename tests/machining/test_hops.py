@@ -10,9 +10,9 @@ import pytest
 
 from autobalance.correction.machining import AreaOperation
 from autobalance.crank.anatomy import Anatomy
-from autobalance.job.files.machine_tool import read_machine_tool
 from autobalance.machining.area_moves import hops
 from autobalance.machining.blocks import Go
+from autobalance.machining.input import read_machine_tool
 from autobalance.machining.part import Listed, Part
 from autobalance.machining.planner import Planner
 from autobalance.machining.stock import strip, top_mm

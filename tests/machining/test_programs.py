@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.api.nc import NcResult
+from autobalance.machining.verb import NcResult
 from tests import nc_jobs, nc_sweep
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("cranks_read_once")]

@@ -16,8 +16,8 @@ import autobalance as ab
 from autobalance.command import main
 from autobalance.correction.machining import HoleOperation
 from autobalance.errors import FormatError, JobError
-from autobalance.job.files.machine_tool import read_machine_tool
 from autobalance.job.toml.text import toml_text
+from autobalance.machining.input import read_machine_tool
 from autobalance.machining.interpreter import read_program
 from autobalance.machining.part import Part
 from autobalance.machining.run import NcRun, nc_run, refuse_travel, simulated

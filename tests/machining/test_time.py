@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from autobalance.correction.machining import HoleOperation, angle_deg
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.job.files.machine_tool import read_machine_tool
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.machining.input import read_machine_tool
 from autobalance.machining.operation_body import operation_body
 from autobalance.machining.part import Listed, Part
 from autobalance.machining.run import nc_run

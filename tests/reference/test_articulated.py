@@ -11,14 +11,14 @@ import pytest
 from numpy.typing import NDArray
 
 import autobalance as ab
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_solid
-from autobalance.engine.articulated import LinkCrank
-from autobalance.engine.dead_centres import first_order_counterweight
-from autobalance.engine.loads import loads
-from autobalance.engine.slider_crank import SliderCrank
-from autobalance.engine.whole_engine import CrankUnbalance, Cylinder, Engine
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import JobError
+from autobalance.running_gear.articulated import LinkCrank
+from autobalance.running_gear.dead_centres import first_order_counterweight
+from autobalance.running_gear.loads import loads
+from autobalance.running_gear.slider_crank import SliderCrank
+from autobalance.running_gear.whole_engine import CrankUnbalance, Cylinder, Engine
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from autobalance.api.bench import bench
 from autobalance.command import main
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.formats.read import read
+from autobalance.test_stands.bench.verb import bench
 
 SPEEDS = (3000.0, 6000.0, 9000.0)
 BEARING = {"kind": "dry", "diameter_mm": 20.0, "small_angle": True, "mu": 0.3}

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_solid
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import JobError
 
 Values = dict[str, Any]

@@ -13,11 +13,11 @@ from pypdf import PdfReader
 
 import autobalance as ab
 from autobalance.balancing.external import carried, carried_unbalances, with_external
+from autobalance.balancing.rotor_from_job import tolerance_of
 from autobalance.command import main
 from autobalance.errors import JobError
 from autobalance.job.model import ExternalPart
 from autobalance.job.read import load
-from autobalance.machine_models.rotor_from_job import tolerance_of
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from autobalance.api.fem import FemResult, fem
 from autobalance.command import main
 from autobalance.errors import FileError, JobError, SolidError
+from autobalance.finite_elements.verb import FemResult, fem
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import encode

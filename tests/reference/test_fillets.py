@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.api.strength import StrengthResult
 from autobalance.command.main import main
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_solid
-from autobalance.engine.fatigue import Fatigue, FatigueMetal
-from autobalance.engine.fillet_factors import FilletShape, fatigue_strength_MPa
+from autobalance.crank_dynamics.strength import throw_stress
+from autobalance.crank_dynamics.strength.fatigue import Fatigue, FatigueMetal
+from autobalance.crank_dynamics.strength.fillet_factors import FilletShape, fatigue_strength_MPa
+from autobalance.crank_dynamics.strength.verb import StrengthResult
+from autobalance.crank_dynamics.torsion.from_job import sides_of_throws
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import AutobalanceError, JobError, SolidError
-from autobalance.machine_models import throw_stress
-from autobalance.machine_models.torsion_from_job import sides_of_throws
 from autobalance.solid.csg.region import Region
 
 STEEL = {"tensile_MPa": 800.0, "yield_MPa": 550.0}

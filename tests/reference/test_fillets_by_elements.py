@@ -12,19 +12,19 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.api.strength import _looked_at
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_solid
+from autobalance.crank_dynamics.strength import throw_stress
+from autobalance.crank_dynamics.strength.throw_stress import FilletByElements, ThrowByElements
+from autobalance.crank_dynamics.strength.verb import _looked_at
+from autobalance.crank_dynamics.torsion.from_job import sides_of_throws, webs_beside
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import UsageError
-from autobalance.fem_analysis.elasticity import STEEL, ElasticBody, stiffness_and_mass
-from autobalance.fem_analysis.modes import factorised
-from autobalance.fem_analysis.throw_load import throw_loads
-from autobalance.fem_analysis.two_level import TwoLevelSolver
-from autobalance.machine_models import throw_stress
-from autobalance.machine_models.fillet_rings import FilletRing
-from autobalance.machine_models.solid_meshes import bodies_of_solid
-from autobalance.machine_models.throw_stress import FilletByElements, ThrowByElements
-from autobalance.machine_models.torsion_from_job import sides_of_throws, webs_beside
+from autobalance.finite_elements.elasticity import STEEL, ElasticBody, stiffness_and_mass
+from autobalance.finite_elements.fillet_rings import FilletRing
+from autobalance.finite_elements.modes import factorised
+from autobalance.finite_elements.solid_meshes import bodies_of_solid
+from autobalance.finite_elements.throw_load import throw_loads
+from autobalance.finite_elements.two_level import TwoLevelSolver
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 

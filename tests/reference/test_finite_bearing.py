@@ -10,7 +10,7 @@ import math
 
 import pytest
 
-from autobalance.bearings.reynolds import reynolds
+from autobalance.engines.bearings.reynolds import reynolds
 
 TABLE = {
     1.0: {0.1: 1.33, 0.2: 0.631, 0.4: 0.264, 0.6: 0.121, 0.8: 0.0446, 0.9: 0.0188, 0.97: 0.00474},

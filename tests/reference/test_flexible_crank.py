@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.bearings.orbit import film_orbits
 from autobalance.command.main import main
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.sections import sections
-from autobalance.dynamics.crank_on_springs import CrankOnSprings, Stretch
+from autobalance.crank_dynamics.flexible.crank_on_springs import CrankOnSprings, Stretch
+from autobalance.crank_dynamics.flexible.cycle import flexible_cycle
+from autobalance.crank_dynamics.flexible.twist import shaft_twists
+from autobalance.crank_dynamics.strength.web_loads import web_loads
+from autobalance.crank_dynamics.torsion.from_job import crank_chain
+from autobalance.crank_dynamics.torsion.input import crank_torsion
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
+from autobalance.engines.bearings.orbit import film_orbits
 from autobalance.errors import JobError
-from autobalance.job.torsion import crank_torsion
-from autobalance.machine_models.flexible_cycle import flexible_cycle
-from autobalance.machine_models.flexible_twist import shaft_twists
-from autobalance.machine_models.torsion_from_job import crank_chain
-from autobalance.machine_models.web_loads import web_loads
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.api.influence import influence
-from autobalance.dynamics.limited_weights import limited_weights
+from autobalance.test_stands.influence.limited_weights import limited_weights
+from autobalance.test_stands.influence.verb import influence
 from autobalance.types import Complex
 
 ANCHOR: dict[str, Any] = {

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.engine.conrod import ConnectingRod
-from autobalance.engine.forces import FirstOrder, centrifugal_force_n
-from autobalance.engine.shafts import BalanceShaft
-from autobalance.engine.slider_crank import (
+from autobalance.running_gear.conrod import ConnectingRod
+from autobalance.running_gear.forces import FirstOrder, centrifugal_force_n
+from autobalance.running_gear.shafts import BalanceShaft
+from autobalance.running_gear.slider_crank import (
     SliderCrank,
     greatest_speed_angle_of_two_harmonics_rad,
     harmonic_coefficient,

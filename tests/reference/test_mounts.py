@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import autobalance as ab
-from autobalance.engine.mounts import Mount, MountedEngine
+from autobalance.engines.mounts.rigid_body import Mount, MountedEngine
 from autobalance.errors import JobError, UsageError
 
 Amplitudes = NDArray[Any]

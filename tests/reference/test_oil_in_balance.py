@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.api.inspect_sections import TableOptions
-from autobalance.crank.parametric.design import PRESETS, DrawnShaft
-from autobalance.crank.parametric.generate import crank_solid
+from autobalance.drawn_cranks.design import PRESETS, DrawnShaft
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import ClaimError, FormatError
-from autobalance.report.balance.workbook import xlsx
+from autobalance.paper.workbook import xlsx
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.verbs.inspect_sections import TableOptions
 from tests.report.test_workbook import lines
 
 SEGMENTS = 24

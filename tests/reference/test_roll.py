@@ -10,10 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 import autobalance as ab
-from autobalance.engine.loads import loads
-from autobalance.engine.roll import momentum_roll_n_m, roll_n_m, roll_orders
-from autobalance.engine.slider_crank import SliderCrank
-from autobalance.engine.whole_engine import Cylinder, Engine
+from autobalance.running_gear.loads import loads
+from autobalance.running_gear.roll import momentum_roll_n_m, roll_n_m, roll_orders
+from autobalance.running_gear.slider_crank import SliderCrank
+from autobalance.running_gear.whole_engine import Cylinder, Engine
 from tests.reference.test_articulated import Multibody, radial
 
 Array = NDArray[np.float64]

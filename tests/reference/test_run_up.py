@@ -14,9 +14,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import autobalance as ab
-from autobalance.signal.maps import order_cuts
-from autobalance.signal.record import Channel
-from autobalance.signal.tacho import TachoPulses, pulses
+from autobalance.signals.maps import order_cuts
+from autobalance.signals.record import Channel
+from autobalance.signals.tacho import TachoPulses, pulses
 from tests.jobs import BUNDLED
 from tests.signals import TURN, Array, instants, orders_of, ramp, smooth_tacho, turning
 

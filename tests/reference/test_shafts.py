@@ -7,16 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.engine.balance_factor import counterweight_product_g_mm
-from autobalance.engine.complete_balance import BoltedPair, bolted_pair, complete_balance
-from autobalance.engine.conrod import ConnectingRod, cut_at_centre_of_mass
-from autobalance.engine.counterweight import fan_counterweight
-from autobalance.engine.forces import FirstOrder, centrifugal_force_n, order_table
-from autobalance.engine.section_table import balancing_counterweights, cylinder_mass_g, section_sums
-from autobalance.engine.shafts import counter_rotating_shaft, second_order_pair, shaft_pair
-from autobalance.engine.slider_crank import SliderCrank, harmonic_coefficient
-from autobalance.engine.whole_engine import Cylinder, Engine
+from autobalance.engines.forces.complete_balance import BoltedPair, bolted_pair, complete_balance
+from autobalance.engines.forces.counterweight import fan_counterweight
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.running_gear.balance_factor import counterweight_product_g_mm
+from autobalance.running_gear.conrod import ConnectingRod, cut_at_centre_of_mass
+from autobalance.running_gear.forces import FirstOrder, centrifugal_force_n, order_table
+from autobalance.running_gear.section_table import balancing_counterweights, cylinder_mass_g, section_sums
+from autobalance.running_gear.shafts import counter_rotating_shaft, second_order_pair, shaft_pair
+from autobalance.running_gear.slider_crank import SliderCrank, harmonic_coefficient
+from autobalance.running_gear.whole_engine import Cylinder, Engine
 from autobalance.units import RAD_S_PER_RPM
 from tests.reference.published import CASES, TABLE_2, check, inputs
 from tests.shafts import force_n, placed

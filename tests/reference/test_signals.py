@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.signal.analysis import uncertain_ratio
-from autobalance.signal.crossings import crossings
-from autobalance.signal.order_lines import order_lines
-from autobalance.signal.rolling_bearing import RollingBearing
-from autobalance.signal.sines import find_sines
-from autobalance.signal.sources import UNEXPLAINED, bearing_sources, candidates
-from autobalance.signal.turning import Turning
+from autobalance.signals.analysis import uncertain_ratio
+from autobalance.signals.crossings import crossings
+from autobalance.signals.order_lines import order_lines
+from autobalance.signals.rolling_bearing import RollingBearing
+from autobalance.signals.sines import find_sines
+from autobalance.signals.sources import UNEXPLAINED, bearing_sources, candidates
+from autobalance.signals.turning import Turning
 from tests.reference.published import check, inputs
 from tests.signals import TURN, channel, instants, orders_of
 

@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.api.crank import read_crank
+from autobalance.balancing.crankpins import with_crankpins
 from autobalance.bundled import bundled_folder
-from autobalance.crank.parametric.design import PRESETS, DesignBay
-from autobalance.crank.parametric.generate import crank_solid
+from autobalance.crank_dynamics.torsion.from_job import throw_shapes
+from autobalance.crank_dynamics.torsion.throw_twist import throw_ends_mm, throw_twists
+from autobalance.drawn_cranks.design import PRESETS, DesignBay
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import UsageError
-from autobalance.fem_analysis.analysis import COARSENING
-from autobalance.fem_analysis.elasticity import STEEL
-from autobalance.fem_analysis.twist import TwistStiffness, twist_stiffness
-from autobalance.machine_models.crankpins import with_crankpins
-from autobalance.machine_models.solid_meshes import bodies_of_solid
-from autobalance.machine_models.throw_twist import throw_ends_mm, throw_twists
-from autobalance.machine_models.torsion_from_job import throw_shapes
+from autobalance.finite_elements.analysis import COARSENING
+from autobalance.finite_elements.elasticity import STEEL
+from autobalance.finite_elements.solid_meshes import bodies_of_solid
+from autobalance.finite_elements.twist import TwistStiffness, twist_stiffness
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
+from autobalance.verbs.crank import read_crank
 
 WORTH = 0.2
 """The formulas are fits to measured crankshafts: 10 to 20 % of stiffness."""
@@ -155,7 +155,7 @@ def test_a_chain_has_no_metal() -> None:
 
 
 def test_a_throw_that_is_not_meshed_in_time_has_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("autobalance.machine_models.throw_twist.LONGEST_S", 0.0)
+    monkeypatch.setattr("autobalance.crank_dynamics.torsion.throw_twist.LONGEST_S", 0.0)
     crank = ab.generate("single", segments=24).crank
     job = {
         "engine": {"rotating_g": {"rod": 400.0}, "reciprocating_g": {"piston": 500.0}},

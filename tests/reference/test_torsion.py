@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_solid
-from autobalance.dynamics.crank_torsion import ThrowShape, throw_stiffness_n_m_rad
-from autobalance.dynamics.torsion_chain import TorsionChain, holzer_table, torsion_modes
+from autobalance.crank_dynamics.torsion.chain import TorsionChain, holzer_table, torsion_modes
+from autobalance.crank_dynamics.torsion.crank_torsion import ThrowShape, throw_stiffness_n_m_rad
+from autobalance.crank_dynamics.torsion.model import CrankTorsion
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
+from autobalance.engines.cycle.torques import throw_torques
 from autobalance.errors import JobError
-from autobalance.job.model.torsion import CrankTorsion
-from autobalance.machine_models.cycle_torques import throw_torques
 
 Values = dict[str, Any]
 

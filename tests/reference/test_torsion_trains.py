@@ -12,10 +12,10 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 import autobalance as ab
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_solid
-from autobalance.dynamics.torsion_chain import TorsionChain, torsion_response
-from autobalance.dynamics.torsion_train import TorsionTrain, train_response
+from autobalance.crank_dynamics.torsion.chain import TorsionChain, torsion_response
+from autobalance.crank_dynamics.torsion.train import TorsionTrain, train_response
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import JobError
 
 Values = dict[str, Any]

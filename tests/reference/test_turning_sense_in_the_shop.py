@@ -12,8 +12,8 @@ import pytest
 from pypdf import PdfReader
 
 import autobalance as ab
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_solid
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
 
 Values = dict[str, Any]
 Pair = tuple[Path, list[list[Values]]]

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 from pypdf import PdfReader
 
-from autobalance.engine.washers import stack
-from autobalance.report.sheet.bob_card import bob_card, make_up
-from autobalance.report.sheet.certificate import certificate
-from autobalance.report.sheet.hole_list import hole_list
+from autobalance.engines.forces.washers import stack
+from autobalance.paper.bob_card import bob_card, make_up
+from autobalance.paper.certificate import certificate
+from autobalance.paper.hole_list import hole_list
 from tests import jobs, plans
 from tests.report.test_job_header import headed
 from tests.report.test_paper import datums

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from ezdxf.document import Drawing
 
-from autobalance.report.sheet.dxf import LAYERS, dxf
+from autobalance.paper.dxf import LAYERS, dxf
 from autobalance.solid.csg.region import Region
 from tests import plans
 

@@ -12,10 +12,10 @@ from PIL import Image
 from pypdf import PdfReader
 
 import autobalance as ab
-from autobalance.report.balance.workbook import xlsx
+from autobalance.paper.sheet import pdf
+from autobalance.paper.workbook import xlsx
 from autobalance.report.page.history import history_page
 from autobalance.report.page.html import page
-from autobalance.report.sheet.sheet import pdf
 from tests import jobs, plans
 
 WORK = {

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from autobalance.paper.listed_metal import listed_metal
 from autobalance.report.metal import Piece, pieces_of
 from autobalance.report.page.html import page
 from autobalance.report.page.shown import Shown, coarse_pieces
-from autobalance.report.sheet.listed_metal import listed_metal
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.sourced import Shared

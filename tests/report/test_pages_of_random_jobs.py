@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.report.sheet.sheet import pdf
+from autobalance.paper.sheet import pdf
 from tests import pages, plans
 from tests.report.test_job_header import headed
 from tests.report.test_paper import datums

@@ -17,18 +17,18 @@ import numpy as np
 import pytest
 from pypdf import PdfReader
 
+from autobalance.paper.cheeks import cheeks
+from autobalance.paper.drawing import Drawings, WebDrawing
+from autobalance.paper.labels import spread, spread_between, spread_on_circle
+from autobalance.paper.plates import Plate, plates
+from autobalance.paper.rim_strips import LAP_MM, Strip, strips, templates, tile_range, tiles_of
+from autobalance.paper.scales import SCALES, scale_for
+from autobalance.paper.sheet import pdf
+from autobalance.paper.tolerances import ERROR_SHARE, USUAL_ACCURACY, press_fit, tolerances
+from autobalance.paper.web_view import WebView
+from autobalance.paper.zero import FROM_CRANKPIN, Zero
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import ON_PAPER
-from autobalance.report.sheet.cheeks import cheeks
-from autobalance.report.sheet.drawing import Drawings, WebDrawing
-from autobalance.report.sheet.labels import spread, spread_between, spread_on_circle
-from autobalance.report.sheet.plates import Plate, plates
-from autobalance.report.sheet.rim_strips import LAP_MM, Strip, strips, templates, tile_range, tiles_of
-from autobalance.report.sheet.scales import SCALES, scale_for
-from autobalance.report.sheet.sheet import pdf
-from autobalance.report.sheet.tolerances import ERROR_SHARE, USUAL_ACCURACY, press_fit, tolerances
-from autobalance.report.sheet.web_view import WebView
-from autobalance.report.sheet.zero import FROM_CRANKPIN, Zero
 from autobalance.wording import degrees
 from tests import plans, worst_cuts
 

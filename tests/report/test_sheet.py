@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from autobalance.paper.drawing import Drawings, WebDrawing
+from autobalance.paper.pen import POINT_SPACING_MM
+from autobalance.paper.pen import thinned as _thinned
+from autobalance.paper.sheet import pdf
 from autobalance.report.display_units import ON_PAPER
-from autobalance.report.sheet.drawing import Drawings, WebDrawing
-from autobalance.report.sheet.pen import POINT_SPACING_MM
-from autobalance.report.sheet.pen import thinned as _thinned
-from autobalance.report.sheet.sheet import pdf
 from tests import jobs
 
 needs_poppler = pytest.mark.skipif(

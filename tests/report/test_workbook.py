@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from autobalance.report.balance.workbook import xlsx
+from autobalance.paper.workbook import xlsx
 from tests import jobs
 
 needs_office = pytest.mark.skipif(

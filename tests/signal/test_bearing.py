@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from autobalance.errors import FormatError
-from autobalance.signal.bearing import defects, envelope, liveliest_band
-from autobalance.signal.rolling_bearing import RollingBearing
-from autobalance.signal.turning import Turning
+from autobalance.signals.bearing import defects, envelope, liveliest_band
+from autobalance.signals.rolling_bearing import RollingBearing
+from autobalance.signals.turning import Turning
 from tests.signals import TURN, channel, instants, ramp, turning
 
 RATE = 20_000.0

@@ -10,8 +10,8 @@ import pytest
 from scipy.io import savemat, wavfile
 
 from autobalance.errors import FileError, FormatError
-from autobalance.signal.formats import read
-from autobalance.signal.header import named
+from autobalance.signals.formats import read
+from autobalance.signals.header import named
 from tests.libraries import uninstalled
 from tests.signals import instants, write_csv
 

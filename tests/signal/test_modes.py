@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import chirp
 
-from autobalance.signal.modes import modes_of_response, modes_of_run_up, modes_of_sweep, modes_of_transfer
+from autobalance.signals.modes import modes_of_response, modes_of_run_up, modes_of_sweep, modes_of_transfer
 from tests.signals import TURN, instants, orders_of, ramp, resonated, turning
 
 RATE = 2000.0

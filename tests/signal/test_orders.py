@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from autobalance.signal.axes import circles
-from autobalance.signal.by_angle import by_angle, samples_per_turn
-from autobalance.signal.crossings import crossings
-from autobalance.signal.maps import order_cuts, order_map, waterfall
-from autobalance.signal.order_lines import order_lines
-from autobalance.signal.turning import Turning
+from autobalance.signals.axes import circles
+from autobalance.signals.by_angle import by_angle, samples_per_turn
+from autobalance.signals.crossings import crossings
+from autobalance.signals.maps import order_cuts, order_map, waterfall
+from autobalance.signals.order_lines import order_lines
+from autobalance.signals.turning import Turning
 from tests.signals import TURN, Array, channel, instants, orders_of, ramp, turning
 
 RATE = 5000.0

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.signal import get_window
 
-from autobalance.signal.long_records import sines_of
-from autobalance.signal.record import Channel
-from autobalance.signal.sines import amplitude_spectrum, find_sines
-from autobalance.signal.windows import COSINES, gain, line, noise_bandwidth_bins, window
+from autobalance.signals.long_records import sines_of
+from autobalance.signals.record import Channel
+from autobalance.signals.sines import amplitude_spectrum, find_sines
+from autobalance.signals.windows import COSINES, gain, line, noise_bandwidth_bins, window
 
 EXACT = 1e-9
 """Issue of rounding alone: nothing is approximated without noise."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from autobalance.errors import FormatError
-from autobalance.signal.tacho import TachoPulses, crossings_s, mend, pulses
+from autobalance.signals.tacho import TachoPulses, crossings_s, mend, pulses
 from tests.signals import TURN, channel, instants, ramp, smooth_tacho, tacho
 
 RATE = 20_000.0

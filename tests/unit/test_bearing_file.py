@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.api.bearing import bearing
+from autobalance.engines.bearings.history import history_of_arrays, read_history
+from autobalance.engines.bearings.input import parse_bearing
+from autobalance.engines.bearings.verb import bearing
 from autobalance.errors import FileError, JobError
-from autobalance.job.files.bearing import parse_bearing
-from autobalance.job.files.history import history_of_arrays, read_history
 
 DRY = {"kind": "dry", "diameter_mm": 20.0, "load_N": 25.01, "mu": 0.3}
 FILM = {

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from autobalance.bearings import mobility, orbit
-from autobalance.bearings.film import JournalBearing, film_at_load
-from autobalance.bearings.orbit import Orbits, film_orbits
-from autobalance.bearings.short_bearing import ocvirk
+from autobalance.engines.bearings import mobility, orbit
+from autobalance.engines.bearings.film import JournalBearing, film_at_load
+from autobalance.engines.bearings.orbit import Orbits, film_orbits
+from autobalance.engines.bearings.short_bearing import ocvirk
 
 BEARING = JournalBearing(0.05, 0.02, 25e-6)
 VISCOSITY_PA_S, SPEED_RAD_S = 0.01, 300.0

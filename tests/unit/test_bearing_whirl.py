@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.bearings.film import Film, JournalBearing, film_at_eccentricity
-from autobalance.bearings.short_bearing import ocvirk
+from autobalance.engines.bearings.film import Film, JournalBearing, film_at_eccentricity
+from autobalance.engines.bearings.short_bearing import ocvirk
 from autobalance.errors import JobError
 
 BEARING = JournalBearing(0.05, 0.025, 50e-6)

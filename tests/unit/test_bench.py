@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.api.bearing import bearing
-from autobalance.api.bench import bench
-from autobalance.bearings.film import JournalBearing
-from autobalance.dynamics.bench_rotor import (
+from autobalance.engines.bearings.film import JournalBearing
+from autobalance.engines.bearings.verb import bearing
+from autobalance.errors import JobError
+from autobalance.job.toml.keys import json_schema
+from autobalance.test_stands.bench.keys import BENCH_KEYS
+from autobalance.test_stands.bench.rotor import (
     DryBearings,
     PlainBearings,
     bench_friction,
     missing_unbalance_g_mm,
 )
-from autobalance.dynamics.speed_control import SpeedControl, Trace, loop_margin, ramp_and_hold
-from autobalance.errors import JobError
-from autobalance.job.files.bench_keys import BENCH_KEYS
-from autobalance.job.toml.keys import json_schema
+from autobalance.test_stands.bench.speed_control import SpeedControl, Trace, loop_margin, ramp_and_hold
+from autobalance.test_stands.bench.verb import bench
 
 J = 0.002847335
 DEFAULTS = SpeedControl(0.05, 0.5, 5.0)

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from autobalance.engine.factor_advice import advise
-from autobalance.engine.loads import whole_turn
-from autobalance.engine.parts import Parts
-from autobalance.engine.shafts import (
+from autobalance.engines.forces.factor_advice import advise
+from autobalance.running_gear.loads import whole_turn
+from autobalance.running_gear.parts import Parts
+from autobalance.running_gear.shafts import (
     BalanceShaft,
     cancelling_shafts,
     couple_shafts,
@@ -17,8 +17,8 @@ from autobalance.engine.shafts import (
     place_of_least_moment_mm,
     second_order_pair,
 )
-from autobalance.engine.slider_crank import SliderCrank
-from autobalance.engine.whole_engine import Engine, ForceOrder, about, inline, vee
+from autobalance.running_gear.slider_crank import SliderCrank
+from autobalance.running_gear.whole_engine import Engine, ForceOrder, about, inline, vee
 from tests.shafts import placed
 
 SPEED = 600.0

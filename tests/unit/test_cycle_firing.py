@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from autobalance.engine.cycle.counterweight_search import (
+from autobalance.engines.cycle.counterweight_search import (
     best_counterweight,
     best_counterweight_at,
     smallest_circle,
 )
-from autobalance.engine.cycle.firing import dead_centres_rad, firing_as_given, firing_in_order
-from autobalance.engine.cycle.pendulum import Pendulum
-from autobalance.engine.cycle.speed import run_up_s
-from autobalance.engine.loads import loads, whole_turn
-from autobalance.engine.slider_crank import SliderCrank
-from autobalance.engine.whole_engine import Cylinder, Engine
+from autobalance.engines.cycle.firing import dead_centres_rad, firing_as_given, firing_in_order
+from autobalance.engines.cycle.pendulum import Pendulum
+from autobalance.engines.cycle.speed import run_up_s
+from autobalance.running_gear.loads import loads, whole_turn
+from autobalance.running_gear.slider_crank import SliderCrank
+from autobalance.running_gear.whole_engine import Cylinder, Engine
 from autobalance.types import Array, Complex
 
 FOUR = 4.0 * math.pi

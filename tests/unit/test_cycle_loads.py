@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from autobalance.engine.conrod import ConnectingRod
-from autobalance.engine.cycle.analysis import CycleAnalysis
-from autobalance.engine.cycle.chamber import Chamber
-from autobalance.engine.cycle.closed_part import Charge
-from autobalance.engine.cycle.cylinder import CylinderCycle, GasExchange, Strokes
-from autobalance.engine.cycle.factors import factor_rows, ideal_counterweights
-from autobalance.engine.cycle.firing import dead_centres_rad, firing_in_order
-from autobalance.engine.cycle.firing_engine import FiringEngine, LoadParts, ThrowPlace
-from autobalance.engine.cycle.friction import Friction
-from autobalance.engine.cycle.heat_release import Wiebe
-from autobalance.engine.cycle.speed import periodic_speed
-from autobalance.engine.loads import lever_shares, loads
-from autobalance.engine.slider_crank import SliderCrank
-from autobalance.engine.whole_engine import CrankUnbalance, Cylinder, Engine
+from autobalance.engines.cycle.analysis import CycleAnalysis
+from autobalance.engines.cycle.chamber import Chamber
+from autobalance.engines.cycle.closed_part import Charge
+from autobalance.engines.cycle.cylinder import CylinderCycle, GasExchange, Strokes
+from autobalance.engines.cycle.factors import factor_rows, ideal_counterweights
+from autobalance.engines.cycle.firing import dead_centres_rad, firing_in_order
+from autobalance.engines.cycle.firing_engine import FiringEngine, LoadParts, ThrowPlace
+from autobalance.engines.cycle.friction import Friction
+from autobalance.engines.cycle.heat_release import Wiebe
+from autobalance.engines.cycle.speed import periodic_speed
+from autobalance.running_gear.conrod import ConnectingRod
+from autobalance.running_gear.loads import lever_shares, loads
+from autobalance.running_gear.slider_crank import SliderCrank
+from autobalance.running_gear.whole_engine import CrankUnbalance, Cylinder, Engine
 from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from autobalance.engine.cycle.chamber import Chamber
-from autobalance.engine.cycle.closed_part import Charge
-from autobalance.engine.cycle.cylinder import CylinderCycle, GasExchange, Strokes
-from autobalance.engine.cycle.heat_release import Wiebe
-from autobalance.engine.cycle.wall_heat import GasEquation, SolvedPart, Woschni
-from autobalance.engine.slider_crank import SliderCrank
+from autobalance.engines.cycle.chamber import Chamber
+from autobalance.engines.cycle.closed_part import Charge
+from autobalance.engines.cycle.cylinder import CylinderCycle, GasExchange, Strokes
+from autobalance.engines.cycle.heat_release import Wiebe
+from autobalance.engines.cycle.wall_heat import GasEquation, SolvedPart, Woschni
+from autobalance.running_gear.slider_crank import SliderCrank
 from autobalance.types import Array
 
 BAR = 0.1

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.engine.cycle.chamber import Chamber
-from autobalance.engine.cycle.closed_part import Charge
-from autobalance.engine.cycle.cylinder import CylinderCycle, GasExchange
-from autobalance.engine.cycle.heat_release import Wiebe
-from autobalance.engine.cycle.trace import Trace
-from autobalance.engine.slider_crank import SliderCrank
+from autobalance.engines.cycle.chamber import Chamber
+from autobalance.engines.cycle.closed_part import Charge
+from autobalance.engines.cycle.cylinder import CylinderCycle, GasExchange
+from autobalance.engines.cycle.heat_release import Wiebe
+from autobalance.engines.cycle.trace import Trace
+from autobalance.engines.cycle.trace_input import read_trace
 from autobalance.errors import FileError, FormatError
-from autobalance.job.trace import read_trace
+from autobalance.running_gear.slider_crank import SliderCrank
 from autobalance.types import Array
 
 BAR = 0.1

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.design_search.neighbours import OtherShaft, Piston, Rod, circle_mm, least_clearance
-from autobalance.design_search.profile import Profile, fitted_radii_mm, refuse_crossing
 from autobalance.errors import JobError
+from autobalance.profile_search.neighbours import OtherShaft, Piston, Rod, circle_mm, least_clearance
+from autobalance.profile_search.profile import Profile, fitted_radii_mm, refuse_crossing
 from autobalance.solid.csg.region import Region
 
 PROFILE = Profile.even((math.radians(95.0), math.radians(250.0)), 11, 26.0)

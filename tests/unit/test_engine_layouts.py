@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from autobalance.engine.factor_advice import advise
-from autobalance.engine.loads import whole_turn
-from autobalance.engine.parts import Parts
-from autobalance.engine.slider_crank import SliderCrank
-from autobalance.engine.whole_engine import Cylinder, Engine, ForceOrder, inline, vee
+from autobalance.engines.forces.factor_advice import advise
+from autobalance.running_gear.loads import whole_turn
+from autobalance.running_gear.parts import Parts
+from autobalance.running_gear.slider_crank import SliderCrank
+from autobalance.running_gear.whole_engine import Cylinder, Engine, ForceOrder, inline, vee
 
 CRANK = SliderCrank(43.0, 140.0)
 PARTS = Parts(500.0, 450.0, 0.0)

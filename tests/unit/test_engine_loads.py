@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from autobalance.engine.conrod import ConnectingRod
-from autobalance.engine.loads import (
+from autobalance.running_gear.conrod import ConnectingRod
+from autobalance.running_gear.loads import (
     Loads,
     lever_shares,
     loads,
@@ -17,9 +17,9 @@ from autobalance.engine.loads import (
     variable_inertia_g_mm2,
     whole_turn,
 )
-from autobalance.engine.parts import Parts
-from autobalance.engine.slider_crank import SliderCrank
-from autobalance.engine.whole_engine import CrankUnbalance, Cylinder, Engine, vee
+from autobalance.running_gear.parts import Parts
+from autobalance.running_gear.slider_crank import SliderCrank
+from autobalance.running_gear.whole_engine import CrankUnbalance, Cylinder, Engine, vee
 from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 

@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.engine.balance_factor import (
+from autobalance.running_gear.balance_factor import (
     balance_factor,
     bob_weight_moments,
     factor_direction_g_mm,
 )
-from autobalance.engine.parts import Parts, ThrowLoad
+from autobalance.running_gear.parts import Parts, ThrowLoad
 
 PARTS = Parts(rotating_g=100.0, reciprocating_g=200.0, crankpin_g=10.0, rods=2)
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.engine.slider_crank import SliderCrank, harmonic_coefficient, harmonic_series
+from autobalance.running_gear.slider_crank import SliderCrank, harmonic_coefficient, harmonic_series
 from autobalance.types import Array
 
 STEP = 1e-5

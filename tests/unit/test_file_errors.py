@@ -3,8 +3,8 @@ from pathlib import Path
 
 import pytest
 
+from autobalance.engines.bearings.history import read_history
 from autobalance.errors import FileError, JobError, file_errors
-from autobalance.job.files.history import read_history
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from autobalance.crank.parametric.design import PRESETS
+from autobalance.drawn_cranks.design import PRESETS
 
 ROOM = Path(__file__).resolve().parents[2] / "freecad" / "freecad" / "autobalance"
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.crank.parametric.design import (
+from autobalance.declare import encoded
+from autobalance.drawn_cranks.design import (
     PRESETS,
     Design,
     DesignBay,
@@ -17,11 +18,10 @@ from autobalance.crank.parametric.design import (
     DrawnShaft,
     preset,
 )
-from autobalance.crank.parametric.generate import crank_solid, exact_moments
-from autobalance.crank.parametric.true_anatomy import crank_anatomy
-from autobalance.declare import encoded
+from autobalance.drawn_cranks.generate import crank_solid, exact_moments
+from autobalance.drawn_cranks.input import read_design, with_settings
+from autobalance.drawn_cranks.true_anatomy import crank_anatomy
 from autobalance.errors import JobError
-from autobalance.job.files.crank_design import read_design, with_settings
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Bar, tessellated
 from autobalance.solid.csg.solid import Solid

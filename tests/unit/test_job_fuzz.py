@@ -16,8 +16,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from autobalance import job
+from autobalance.drawn_cranks.input import read_design
 from autobalance.errors import AutobalanceError
-from autobalance.job.files.crank_design import read_design
 from tests import jobs
 
 EXAMPLES = int(os.environ.get("AUTOBALANCE_FUZZ", "30"))

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from autobalance import job
+from autobalance.balancing import engine_from_job
+from autobalance.balancing.measured import Crank
 from autobalance.balancing.measured_crank import measure_crank
-from autobalance.engine.force_summary import shaking_force, turn_loads
 from autobalance.errors import JobError
-from autobalance.machine_models import engine_from_job
-from autobalance.machine_models.measured import Crank
+from autobalance.running_gear.force_summary import shaking_force, turn_loads
 from autobalance.runtime import Stopwatch
 from autobalance.solid.mesh.mesh import Mesh
 from tests.generated import generated_crank

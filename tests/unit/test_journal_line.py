@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from autobalance.studies.journal import journal_line
+from autobalance.studies.batch.journal import journal_line
 
 WORDS = {"name": "one", "fingerprint": "ab", "worker": "w", "started": "a", "finished": "b", "message": ""}
 LINE = {"row": 1, "exit_code": 0, "try": 1, "files": {"report.json": "cd"}, **WORDS}

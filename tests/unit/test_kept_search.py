@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.design_search.candidates import Candidate
-from autobalance.design_search.kept import KeptSearch
-from autobalance.design_search.search import Generation
 from autobalance.errors import FileError
+from autobalance.profile_search.candidates import Candidate
+from autobalance.profile_search.kept import KeptSearch
+from autobalance.profile_search.search import Generation
 
 
 @pytest.mark.parametrize("damage", [{"variables": None}, {"asked": [[1.0]]}, {"objectives": [[2.5]]}, None])

@@ -14,10 +14,10 @@ PACKAGE = Path(autobalance.__file__).parent
 MODULES = {type(kind).__module__ for kind in KINDS.values()}
 NAMES = set(KINDS)
 WRITE_JOBS = {
-    "api/init.py",
+    "verbs/init.py",
     "command/init.py",
-    "design_search/written_job.py",
-    "job/files/design.py",
+    "profile_search/written_job.py",
+    "profile_search/input.py",
 }
 """Files that write jobs, in which one method has to be named."""
 LIMITS = {kind.limits.__name__ for kind in KINDS.values()}
@@ -59,7 +59,7 @@ def test_nothing_outside_asks_which_kind_a_cut_is() -> None:
 def test_the_page_asks_neither() -> None:
     """But for the kind that its form begins with; a machine file calls a tool a drill, too."""
     quoted = re.compile("[\"'](" + "|".join(NAMES) + ")[\"']")
-    pages = sorted((PACKAGE / "web_app" / "static").glob("*.js"))
+    pages = sorted((PACKAGE / "browser" / "static").glob("*.js"))
     found = [(path.name, name) for path in pages for name in quoted.findall(path.read_text("utf-8"))]
     assert set(found) == {("limits.js", "drill"), ("nc.js", "drill")}
 

@@ -10,16 +10,22 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from autobalance.api.machine import machine
-from autobalance.dynamics.balancing_machine import free_displacement, node_mm, sprung_displacements
-from autobalance.dynamics.drilled_depth import DrillPlace, HoleDirection
-from autobalance.dynamics.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric, spun_rotor
-from autobalance.dynamics.static_stand import roll_time_s, static_stand
 from autobalance.errors import JobError
-from autobalance.job.files.machine import MACHINE_KEYS
 from autobalance.job.files.reading_keys import Convention
 from autobalance.job.toml.keys import json_schema
-from autobalance.report.shop.machine_toml import reading_toml
+from autobalance.test_stands.bench.spun_rotor import (
+    PlanarUnbalance,
+    PointMass,
+    RigidBody,
+    axisymmetric,
+    spun_rotor,
+)
+from autobalance.test_stands.machine.balancing_machine import free_displacement, node_mm, sprung_displacements
+from autobalance.test_stands.machine.drilled_depth import DrillPlace, HoleDirection
+from autobalance.test_stands.machine.input import MACHINE_KEYS
+from autobalance.test_stands.machine.reading_toml import reading_toml
+from autobalance.test_stands.machine.static_stand import roll_time_s, static_stand
+from autobalance.test_stands.machine.verb import machine
 
 OMEGA_600 = 600.0 * 2.0 * math.pi / 60.0
 

@@ -10,10 +10,10 @@ import pytest
 
 import autobalance as ab
 from autobalance.bundled import bundled_folder
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_solid
-from autobalance.dynamics.crank_bending import rectangle_torsion_mm4, throw_bending
-from autobalance.dynamics.crank_torsion import ThrowShape
+from autobalance.crank_dynamics.rotor.crank_bending import rectangle_torsion_mm4, throw_bending
+from autobalance.crank_dynamics.torsion.crank_torsion import ThrowShape
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import UsageError
 
 E_MPA, G_MPA = 210e3, 80e3

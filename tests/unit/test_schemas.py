@@ -9,10 +9,10 @@ import jsonschema
 import pytest
 
 import autobalance as ab
-from autobalance.api.schema import NAMES
 from autobalance.bundled import bundled_folder
 from autobalance.command import main
 from autobalance.errors import UsageError
+from autobalance.verbs.schema import NAMES
 
 TRIALS: dict[str, Any] = {
     "initial": [[8.5, 60.0], [6.5, 205.0]],

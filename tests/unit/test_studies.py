@@ -21,9 +21,10 @@ from autobalance.errors import FileError, UsageError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.runtime import interruptible
-from autobalance.studies import draws, workers
-from autobalance.studies.advice import advise
-from autobalance.studies.linear_model import (
+from autobalance.studies import workers
+from autobalance.studies.study import draws
+from autobalance.studies.study.advice import advise
+from autobalance.studies.study.linear_model import (
     Draw,
     LinearModel,
     axis_effect,
@@ -33,8 +34,8 @@ from autobalance.studies.linear_model import (
     shift_effect,
     turn_effect,
 )
-from autobalance.studies.sobol import sobol_shares
-from autobalance.studies.statistics import wilson_interval
+from autobalance.studies.study.sobol import sobol_shares
+from autobalance.studies.study.statistics import wilson_interval
 from tests.worker_tasks import square_unless_killed, threads_after
 
 BODY = Moments.point(7.0, np.array([3.0, -2.0, 11.0])) + Moments.point(5.0, np.array([-1.0, 4.0, -6.0]))

@@ -9,8 +9,8 @@ import pytest
 
 import autobalance as ab
 from autobalance.command import main
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_solid
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from autobalance.crank.parametric.design import PRESETS
+from autobalance.drawn_cranks.design import PRESETS
 from autobalance.errors import JobError
 from autobalance.solid.soundness.validate import _told_apart
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.dynamics.whirl_modes import whirl_of_orbits, with_circular_pairs
+from autobalance.crank_dynamics.rotor.whirl_modes import whirl_of_orbits, with_circular_pairs
 from autobalance.errors import JobError
 
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from autobalance.browser.analyses import ANALYSES, analyses, example, keywords_of, wrong_request
+from autobalance.browser.project import Project
 from autobalance.errors import UsageError
 from autobalance.job.toml.document import toml_of
-from autobalance.web_app.analyses import ANALYSES, analyses, example, keywords_of, wrong_request
-from autobalance.web_app.project import Project
 from tests.web_app import small
 from tests.web_app.serving import Served
 

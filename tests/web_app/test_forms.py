@@ -1,6 +1,6 @@
 """The fields of the page are made from the job's declarations."""
 
-from autobalance.web_app.forms import tables
+from autobalance.browser.forms import tables
 
 
 def test_fields_are_named_as_their_keys_without_the_unit() -> None:

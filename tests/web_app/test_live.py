@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 import autobalance as ab
+from autobalance.browser.buffers import along_a_curve, packed
+from autobalance.browser.live import kinds
+from autobalance.browser.meshes import crank_mesh, creases
+from autobalance.browser.prediction import linear_model, predicted
+from autobalance.browser.preview import preview
+from autobalance.browser.trial import tried
+from autobalance.browser.work import MESH, MODEL, SOLID_READ_SHARE, VERBS, Place
 from autobalance.crank.recognition.candidates import cylinder_candidates
 from autobalance.errors import JobError
-from autobalance.web_app.buffers import along_a_curve, packed
-from autobalance.web_app.live import kinds
-from autobalance.web_app.meshes import crank_mesh, creases
-from autobalance.web_app.prediction import linear_model, predicted
-from autobalance.web_app.preview import preview
-from autobalance.web_app.trial import tried
-from autobalance.web_app.work import MESH, MODEL, SOLID_READ_SHARE, VERBS, Place
 from tests import jobs
 from tests.web_app import small
 
@@ -344,7 +344,7 @@ def test_what_a_run_starts_is_deaf_to_ctrl_c_from_the_first() -> None:
             sys.executable,
             "-c",
             "import signal; from multiprocessing import resource_tracker;"
-            "from autobalance.web_app.runs import _deaf_to_ctrl_c; _deaf_to_ctrl_c();"
+            "from autobalance.browser.runs import _deaf_to_ctrl_c; _deaf_to_ctrl_c();"
             "resource_tracker.ensure_running();"
             "print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))",
         ],

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from autobalance.web_app.serving import _redirect
+from autobalance.browser.serving import _redirect
 from tests.web_app.serving import Served, served
 
 

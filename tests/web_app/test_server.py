@@ -18,8 +18,8 @@ from typing import Any
 import pytest
 
 import autobalance as ab
-from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.true_anatomy import crank_anatomy
 from autobalance.job.toml.text import toml_text
 from tests import jobs
 from tests.generated import differences
@@ -488,8 +488,8 @@ def test_a_reading_without_the_machines_figures_takes_the_usual_ones(app: Served
 def test_a_drawn_crank_comes_with_its_engine(
     preset: str, rods: int | None, banks: list[float] | None, tmp_path: Path
 ) -> None:
-    from autobalance.web_app.opening import job_of, open_example
-    from autobalance.web_app.project import Project
+    from autobalance.browser.opening import job_of, open_example
+    from autobalance.browser.project import Project
 
     project = Project.at(tmp_path)
     open_example(preset, project)

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-STATIC = files("autobalance.web_app").joinpath("static")
+STATIC = files("autobalance.browser").joinpath("static")
 SAME = {"autobalance", "mm", "cm", "m"}
 
 

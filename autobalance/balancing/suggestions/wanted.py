@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from autobalance.balancing.rotor_from_job import beside_throws, crank_factor, throw_loads
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.crank.sections import away_from_crankpin
-from autobalance.engine.balance_factor import LEAST_DIRECTION, factor_direction_g_mm
-from autobalance.engine.parts import ThrowLoad
 from autobalance.errors import JobError
 from autobalance.job.model import EngineParts
-from autobalance.machine_models.rotor_from_job import beside_throws, crank_factor, throw_loads
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.running_gear.balance_factor import LEAST_DIRECTION, factor_direction_g_mm
+from autobalance.running_gear.parts import ThrowLoad
 from autobalance.types import Array
 
 G_MM2_PER_KG_MM2 = 1000.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalance.engine.grade import listed_grade
+from autobalance.rigid_rotor.grade import listed_grade
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM

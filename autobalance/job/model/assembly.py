@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from autobalance.dynamics.staged_assembly import ShaftKey
 from autobalance.job.model.engine import LengthUnit
+from autobalance.rigid_rotor.staged_assembly import ShaftKey
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from typing import ClassVar
 
 from autobalance.errors import JobError
-from autobalance.job.files.machine_tool import MachineTool
 from autobalance.machining.blocks import Block, Bore, Change, Clamp, Go, Index, Note, Retreat, Unclamp
+from autobalance.machining.input import MachineTool
 
 FIRST_LINE = "G21 G90 G17 G40 G49 G80 G94 G54"
 

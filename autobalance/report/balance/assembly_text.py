@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.dynamics.staged_assembly import CRANK
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
+from autobalance.rigid_rotor.staged_assembly import CRANK
 
 
 def assembly_text(stages: Sequence[Mapping[str, Any]], units: DisplayUnits) -> str:

@@ -14,8 +14,8 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 if TYPE_CHECKING:
+    from autobalance.balancing.measured import Crank
     from autobalance.crank.against import AgainstDrawing
-    from autobalance.machine_models.measured import Crank
 
 STOPS = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
 COLOURS = np.array(

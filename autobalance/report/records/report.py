@@ -29,7 +29,6 @@ from autobalance.declare import (
     fields_of,
     record,
 )
-from autobalance.engine.force_summary import ShakingForce
 from autobalance.quantities import Text, listed
 from autobalance.report.records.against import Against
 from autobalance.report.records.balance import (
@@ -61,6 +60,7 @@ from autobalance.report.records.surfaces import (
 )
 from autobalance.report.records.with_bob_weights import WithBobWeights
 from autobalance.rigid_rotor.tolerance import Outcome
+from autobalance.running_gear.force_summary import ShakingForce
 from autobalance.units import G_MM2_PER_KG_MM2, wrapped_deg
 from autobalance.version import SCHEMA_VERSION
 

@@ -14,8 +14,8 @@ from autobalance.declare import (
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 if TYPE_CHECKING:
+    from autobalance.balancing import scan_calibration
     from autobalance.crank import scan
-    from autobalance.machine_models import scan_calibration
 
 
 @record

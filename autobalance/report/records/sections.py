@@ -10,8 +10,8 @@ from autobalance.declare import NotNegative, Ordinal, Pair, Size, Triple, record
 from autobalance.rigid_rotor.unbalance import Unbalance
 
 if TYPE_CHECKING:
+    from autobalance.balancing import section_rows
     from autobalance.crank import sections
-    from autobalance.machine_models import section_rows
     from autobalance.rigid_rotor.tolerance import Tolerance
 
 

@@ -26,16 +26,16 @@ from autobalance.declare import (
     record,
 )
 from autobalance.declare.schema import open_keys
-from autobalance.dynamics.staged_assembly import CRANK
 from autobalance.report.records.balance import Unbalance
 from autobalance.rigid_rotor import unbalance as rigid_rotor
+from autobalance.rigid_rotor.staged_assembly import CRANK
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
 
 if TYPE_CHECKING:
     from autobalance.balancing.reading_mistakes import Suspect
     from autobalance.balancing.suggestions import wanted as suggested
-    from autobalance.dynamics import staged_assembly
+    from autobalance.rigid_rotor import staged_assembly
     from autobalance.rigid_rotor.moments import Moments
 
 

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
+from autobalance.balancing import section_rows
 from autobalance.declare import Angle, NotNegative, Ordinal, Pair, Size, record
-from autobalance.machine_models import section_rows
 from autobalance.types import Array
 from autobalance.wording import angle_deg
 

@@ -1,0 +1,185 @@
+"""A crank as it was measured: its solid, what was recognised in it, and its moments."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from autobalance.balancing.crank_size import odd_size
+from autobalance.balancing.facet_correction import NOT_ASKED, FacetCorrection
+from autobalance.balancing.scan_calibration import Calibration
+from autobalance.balancing.scan_uncertainty import Patches, mass_pm_g
+from autobalance.balancing.typed_effects import typed_warnings
+from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.crank.recognition.alignment import misalignment_warning, step_warnings
+from autobalance.crank.recognition.anatomy_warnings import anatomy_warnings
+from autobalance.crank.recognition.roundness import ovality_warning
+from autobalance.job import Job
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.uncertainty import Share, facets_beside_skin
+from autobalance.solid.chordal_error.estimate import ChordalError
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.read import Source
+from autobalance.types import Floats
+
+if TYPE_CHECKING:
+    from autobalance.crank.against import AgainstDrawing
+
+MIN_FILLED_SHARE = 0.05
+"""Share of the box around a crankpin that even a hollow one fills."""
+
+
+@dataclass(frozen=True, eq=False)
+class ScannedBeside:
+    """The scan of a crank whose drawing is cut.
+
+    ``crank`` is the scan as measured, in the drawing's rotor frame; ``added`` is what the drawing's own
+    moments lack to be the scan's; ``against`` says how both surfaces differ.
+    """
+
+    file: Path | None
+    crank: Crank
+    added: Moments
+    against: AgainstDrawing
+
+
+@dataclass(frozen=True, eq=False)
+class Crank:
+    """A crank file, read, recognised and measured (moments in the rotor frame).
+
+    With a scan ``beside`` it moments, facets and calibration are the scan's, all else is its own.
+    ``scan_accuracy_mm`` is the scanner's (95 %), as stated.
+    """
+
+    source: Source
+    anatomy: Anatomy
+    density_g_mm3: float
+    moments: Moments
+    facets: ChordalError | None
+    correction: FacetCorrection = NOT_ASKED
+    faces: tuple[Face, ...] = ()
+    calibration: Calibration | None = None
+    beside: ScannedBeside | None = None
+    scan_accuracy_mm: float | None = None
+
+    @property
+    def weighed(self) -> Crank:
+        """The crank whose file moments and their uncertainty come from: the scan where there is one."""
+        return self if self.beside is None else self.beside.crank
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume [mm³], what the facets hide added where the moments have it."""
+        added = Moments.zero() if self.facets is None else self.correction.part(self.facets.missing)
+        return self.source.volume_mm3 + (added + self.calibrated).mass_g / self.density_g_mm3
+
+    @property
+    def calibrated(self) -> Moments:
+        """Moments added by a calibration or a scan; zero without."""
+        if self.beside is not None:
+            return self.beside.added
+        return Moments.zero() if self.calibration is None else self.calibration.added
+
+    @property
+    def is_calibrated(self) -> bool:
+        """Whether its moments were made to agree with what was measured of it."""
+        return self.calibration is not None and self.calibration.by != "none"
+
+    @property
+    def hidden(self) -> Callable[[Floats], Moments] | None:
+        """Estimator of a cut crank's metal beside its loose triangles; None: nothing is added to them."""
+        if self.beside is not None:  # the scan's facets, which the drawing's cuts leave alone
+            part = Moments.zero() if self.facets is None else self.correction.part(self.facets.missing)
+            whole = self.calibrated + part
+            return lambda _: whole
+        own = None if self.facets is None else self.correction.left(self.facets, self.anatomy)
+        if self.calibration is None or not self.is_calibrated:
+            return own
+        even = self.calibration.added
+        return lambda soup: even if own is None else even + own(soup)
+
+    @property
+    def patch_moments(self) -> tuple[Moments, ...]:
+        """Metal in doubt at each hole that was closed, rotor frame."""
+        frame, density = self.anatomy.file_to_rotor, self.density_g_mm3
+        return tuple(
+            Moments.point(density * patch.volume_pm_mm3, patch.centre_mm).moved(frame)
+            for patch in self.source.patches
+        )
+
+    @cached_property
+    def patches(self) -> Patches:
+        """The surface as patches, rotor frame."""
+        return Patches.of(self.source.solid.mesh.moved(self.anatomy.file_to_rotor))
+
+    @property
+    def mass_pm_g(self) -> float | None:
+        """Uncertainty of a scan's mass (95 %) [g]; None where the crank was drawn.
+
+        A thin skin lacks metal as facets do: both add up where nothing was measured of it. Density is not in
+        it; nor is what a cut crank's scan, whose noise is not known any more, leaves open.
+        """
+        crank = self.weighed
+        fit = crank.anatomy.scan
+        if fit is None or not fit.noise_by_reach:
+            return None
+        if crank.calibration is not None and crank.is_calibrated:
+            return crank.calibration.mass_pm_g
+        density = crank.density_g_mm3
+        scan = mass_pm_g(crank.patches, fit, crank.moments.mass_g, density, crank.scan_accuracy_mm)
+        closed = math.hypot(*(off.mass_g for off in crank.patch_moments))
+        if crank.facets is None:
+            return math.hypot(scan, closed)
+        bar, lacking = crank.facets.mass_bar_g, crank.facets.missing.mass_g
+        if not crank.correction.mass:
+            bar = facets_beside_skin(Share(bar + abs(lacking)), Share(scan)).resultant_g_mm
+        return math.hypot(scan, bar, closed)
+
+    @property
+    def repairs(self) -> tuple[str, ...]:
+        """Repairs of the mesh, one line each, with the unbalance that each may cost."""
+        patched = (
+            f"{patch.text}; the unbalance may be off by {np.hypot(*off.first_g_mm[:2]):.2g} g·mm for it"
+            for patch, off in zip(self.source.patches, self.patch_moments, strict=True)
+        )
+        return (*self.source.repairs, *patched)
+
+    @property
+    def holds_crankpins(self) -> bool:
+        """Whether the file holds the crankpins, not only bores for them: metal midway along the first."""
+        return holds_crankpins(self.anatomy, self.source.solid)
+
+    def warnings(self, file: Path | None, job: Job | None = None) -> tuple[str, ...]:
+        """Return warnings of the file and the crank in it, one line each.
+
+        With a job, what was typed of the axis and journals is weighed by its bob-weights and tolerance.
+        """
+        misaligned = misalignment_warning(self.anatomy)
+        oval = ovality_warning(self.anatomy, self.source.solid.mesh)
+        odd = (odd_size(self.source), misaligned, oval)
+        read = () if self.calibration is None else self.calibration.contradictions
+        texts = [
+            *self.repairs,
+            *(text for text in odd if text is not None),
+            *step_warnings(self.anatomy),
+            *anatomy_warnings(self.anatomy),
+            *typed_warnings(self.anatomy, self.moments, job),
+            *(() if self.anatomy.scan is None else self.anatomy.scan.cautions),
+            *read,
+        ]
+        own = tuple(text if file is None else f"{file}: {text}" for text in texts)
+        return own if self.beside is None else (*own, *self.beside.crank.warnings(self.beside.file))
+
+
+def holds_crankpins(anatomy: Anatomy, solid: Solid) -> bool:
+    """Return whether a solid (file coordinates) has metal midway along its first crankpin."""
+    pin = anatomy.throws[0].crankpin
+    half = 0.5 * np.array([pin.diameter_mm, pin.diameter_mm, 0.1 * pin.width_mm])
+    place = Solid.box(pin.centre_mm - half, pin.centre_mm + half).moved(anatomy.rotor_to_file)
+    return (place & solid).volume_mm3 > MIN_FILLED_SHARE * place.volume_mm3

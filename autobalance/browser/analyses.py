@@ -1,0 +1,206 @@
+"""Verbs that cut nothing, as the page offers them: input, keys and options of each as forms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+from autobalance import registry
+from autobalance.browser.forms import Form, file_tables
+from autobalance.browser.named_files import FILE_KEYS, named_files
+from autobalance.browser.project import Project
+from autobalance.declare import UNIT_BY_ENDING
+from autobalance.errors import AutobalanceError, UsageError
+from autobalance.job.toml.document import text_of, toml_of
+from autobalance.verbs.declaration import REQUIRED, Parameter, parameters_of
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """Input of a verb: the page's job, a separate file (the name of its schema), or records."""
+
+    job: bool = False
+    schema: str = ""
+
+    @property
+    def reads(self) -> str:
+        """``job``, ``file``, ``both`` or ``records``."""
+        return {(True, False): "job", (False, True): "file", (True, True): "both"}.get(
+            (self.job, bool(self.schema)), "records"
+        )
+
+
+ANALYSES: Mapping[str, Analysis] = {
+    **dict.fromkeys(
+        ("forces", "cycle", "strength", "shafts", "parts", "torsion", "study"), Analysis(job=True)
+    ),
+    "design": Analysis(job=True, schema="design-file"),
+    "rotor": Analysis(schema="rotor-file"),
+    "bearing": Analysis(schema="bearing-file"),
+    "bench": Analysis(schema="bench-file"),
+    "orders": Analysis(),
+}
+FILES_OF = {"bench": ("job", "crank")}
+"""Further keys of a verb's file that name a file."""
+NOT_ASKED = (
+    "crank",
+    "settings",
+    "progress",
+    "workers",
+    "cluster",
+    "cluster_timeout_s",
+    "output",
+    "fresh",
+    "solids",
+)
+"""Parameters that are for Python, for the command line, or that the page has its own answer to."""
+KINDS = {
+    "bool": "bool",
+    **dict.fromkeys(("int", "float"), "number"),
+    **dict.fromkeys(("Sequence[float]", "tuple[float, float]", "tuple[str, str]"), "list"),
+    **dict.fromkeys(("Mapping[str, float]", "Mapping[str, float | str]"), "named"),
+}
+"""Type of a parameter → kind of its field; a choice and text are what is not here."""
+EXPECTED = {
+    "int": (int,),
+    "float": (int, float),
+    "bool": (bool,),
+    "Sequence[float]": (list,),
+    "tuple[float, float]": (list,),
+    "tuple[str, str]": (list,),
+    **dict.fromkeys(("Mapping[str, float]", "Mapping[str, float | str]"), (dict,)),
+}
+"""Type of a parameter → of its value as JSON; text of all others."""
+
+
+def analyses() -> list[Form]:
+    """Return every verb with what it reads, the forms of its file and of its options."""
+    return [
+        {
+            "verb": verb,
+            "says": registry.VERBS[verb].says,
+            "reads": analysis.reads,
+            "tables": file_tables(analysis.schema) if analysis.schema else [],
+            "options": [_field(each) for each in _options(verb)],
+        }
+        for verb, analysis in ANALYSES.items()
+    ]
+
+
+def example(verb: str) -> str:
+    """Return a file that a verb can read, to begin with."""
+    return (resources.files("autobalance.browser") / f"examples/{verb}.toml").read_text(encoding="utf-8")
+
+
+def _options(verb: str) -> Iterator[Parameter]:
+    """Yield the parameters that the page asks for: not the job or the file, which it has."""
+    declared = list(parameters_of(f"{registry.VERBS[verb].function}:{verb}").values())
+    own = declared if ANALYSES[verb].reads == "records" else declared[1:]
+    if verb != "rotor":  # whose options are for a crank in place of its file
+        yield from (each for each in own if each.name not in NOT_ASKED)
+
+
+def _is_file(parameter: Parameter) -> bool:
+    return "Path" in parameter.type
+
+
+def _field(parameter: Parameter) -> Form:
+    words, _, absent = parameter.meaning.partition("; None: ")
+    kind = (
+        "choice"
+        if parameter.choices
+        else KINDS.get(parameter.type, "file" if _is_file(parameter) else "text")
+    )
+    usual = absent if parameter.default in (None, REQUIRED) else _shown(parameter.default)
+    ending = next((each for each in UNIT_BY_ENDING if parameter.name.endswith(each)), "")
+    return {
+        "key": parameter.name,
+        "words": parameter.name.removesuffix(ending).replace("_", " "),
+        "unit": UNIT_BY_ENDING.get(ending, ""),
+        "kind": kind,
+        "choices": list(parameter.choices),
+        "default": usual,
+        "says": words,
+        "required": parameter.default is REQUIRED,
+    }
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return ", ".join(f"{each:g}" for each in value) if isinstance(value, tuple) else str(value)
+
+
+def keywords_of(verb: str, values: Mapping[str, Any], project: Project) -> dict[str, Any]:
+    """Return a function's keywords from the page's options; files are those of the project.
+
+    Raises
+    ------
+    UsageError
+        If an option is unknown, of another type than declared, or names what is not a file of the project.
+    """
+    declared = {each.name: each for each in _options(verb)}
+    unknown = set(values) - set(declared)
+    if unknown:
+        raise UsageError(
+            f"{verb} has no option {sorted(unknown)[0]}; expected {', '.join(declared) or 'none'}"
+        )
+    missing = [name for name, each in declared.items() if each.default is REQUIRED and name not in values]
+    if missing:
+        raise UsageError(f"{verb}: {missing[0]} is missing; choose a file")
+    return {name: _value(declared[name], value, project) for name, value in values.items()}
+
+
+def _value(parameter: Parameter, value: Any, project: Project) -> Any:
+    expected = EXPECTED.get(parameter.type, (str,))
+    is_of_type = isinstance(value, expected) and (not isinstance(value, bool) or bool in expected)
+    if not is_of_type or (parameter.choices and value not in parameter.choices):
+        what = ", ".join(parameter.choices) or parameter.type
+        raise UsageError(f"{parameter.name} is {value!r}; expected {what}")
+    numbers = parameter.type in ("Sequence[float]", "tuple[float, float]")
+    if numbers and not all(isinstance(each, int | float) for each in value):
+        raise UsageError(f"{parameter.name} is {value!r}; expected numbers")
+    if parameter.type.startswith("tuple") and len(value) != 2:
+        raise UsageError(f"{parameter.name} has {len(value)} entries; expected 2")
+    if _is_file(parameter):
+        wrong = outside(value, parameter.name, project)
+        if wrong:
+            raise UsageError(wrong)
+        return str(project.folder / value)
+    return tuple(value) if isinstance(value, list) else value
+
+
+def outside(name: Any, where: str, project: Project, seen: tuple[str, ...] = ()) -> str:
+    """Return an error where a file, or one that it names, is none of the project's; else ""."""
+    path = project.file(name) if isinstance(name, str) else None
+    if path is None:
+        return f"{where} must be the name of a file in the project"
+    if path.suffix.lower() != ".toml" or name in seen:
+        return ""
+    try:
+        values = toml_of(text_of(path, "file"), path.name)
+    except AutobalanceError as error:
+        return project.as_named(str(error))
+    known = (*seen, path.name)
+    named = (outside(file, f"{path.name}: {key}", project, known) for key, file in named_files(values))
+    return next((wrong for wrong in named if wrong), "")
+
+
+def wrong_request(verb: str, values: Mapping[str, Any], project: Project) -> str:
+    """Return the error in an analysis' request, "" where there is none; the job is not looked into."""
+    analysis, options = ANALYSES[verb], values.get("options", {})
+    parts = {"job": analysis.job, "file": bool(analysis.schema)}
+    reads = [name for name, is_read in parts.items() if is_read]
+    whole = all(isinstance(values.get(name), dict) for name in reads)
+    if set(values) - {*reads, "options"} or not isinstance(options, dict) or not whole:
+        body = ", ".join(f'"{name}": {{...}}' for name in (*reads, "options"))
+        return f'the body must be {{"verb": "{verb}", {body}}}'
+    try:
+        keywords_of(verb, options, project)
+    except AutobalanceError as error:
+        return str(error)
+    named = named_files(values.get("file", {}), (*FILE_KEYS, *FILES_OF.get(verb, ())))
+    found = (outside(name, where, project) for where, name in named)
+    return next((wrong for wrong in found if wrong), "")

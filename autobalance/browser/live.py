@@ -1,0 +1,163 @@
+"""Endpoints of what the page shows as one types, drags and turns: from results that were measured."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+
+from autobalance.browser.analyses import analyses
+from autobalance.browser.answers import body_of, file_of, refused
+from autobalance.browser.forms import limits, tables
+from autobalance.browser.named_files import named_files
+from autobalance.browser.prediction import DRAGGED_KEYS, predicted
+from autobalance.browser.preview import preview
+from autobalance.browser.work import CARDS, MESH, MODEL, VIEW
+from autobalance.errors import AutobalanceError
+
+if TYPE_CHECKING:
+    from autobalance.browser.project import Project
+    from autobalance.browser.runs import Runs
+
+REPORT = "report.json"
+
+
+class Live:
+    """The endpoints."""
+
+    def __init__(self, project: Project, runs: Runs) -> None:
+        self._project, self._runs = project, runs
+
+    def routes(self) -> list[Route]:
+        return [
+            Route("/api/kinds", self.kinds),
+            Route("/api/index-test", self.index_test, methods=["POST"]),
+            Route("/api/runs/{run}/asked", self.asked),
+            Route("/api/runs/{run}/mesh", self.mesh),
+            Route("/api/runs/{run}/view", self.view),
+            Route("/api/runs/{run}/model", self.model),
+            Route("/api/runs/{run}/papers/{name}", self.paper),
+            Route("/api/runs/{run}/cards", self.cards),
+            Route("/api/runs/{run}/cards/{name}", self.card),
+            Route("/api/runs/{run}/predict", self.predict, methods=["POST"]),
+            Route("/api/runs/{run}/preview", self.preview, methods=["POST"]),
+        ]
+
+    async def kinds(self, _: Request) -> Response:
+        """Return the source of the page's forms: kinds, tables and analyses, usual parts, grades, presets."""
+        from autobalance.drawn_cranks.design import PRESETS
+        from autobalance.job.template import USUAL_PARTS
+        from autobalance.rigid_rotor.grade import GRADES
+
+        listed, forms, offered = await run_in_threadpool(lambda: (kinds(), tables(), analyses()))
+        grades = [{"grade": each.grade_mm_s, "machinery": each.what} for each in GRADES]
+        made_of = {"kinds": listed, "tables": forms, "parts": USUAL_PARTS, "grades": grades}
+        return JSONResponse({**made_of, "presets": list(PRESETS), "analyses": offered})
+
+    async def index_test(self, request: Request) -> Response:
+        """Return the parts of two readings that are the crank's, and its tooling's."""
+        from dataclasses import asdict
+
+        from autobalance.theory.machines import index_test
+
+        values, names = await body_of(request), ("turned_deg", "readings_g_mm", "readings_deg")
+        if (
+            not isinstance(values, dict)
+            or set(values) != set(names)
+            or not all(map(_numbers, values.values()))
+        ):
+            return refused(f"the body must have lists of numbers: {', '.join(names)}", 400)
+        try:
+            return JSONResponse(asdict(index_test(**values)))
+        except ValueError as error:
+            return refused(str(error), 400)
+
+    async def asked(self, request: Request) -> Response:
+        """Return the request of a run."""
+        result = self._runs.asked(request.path_params["run"])
+        return refused("there is no such run", 404) if result is None else JSONResponse(result)
+
+    async def mesh(self, request: Request) -> Response:
+        """Give the crank of an inspection as a buffer."""
+        return self._own(request.path_params["run"], MESH)
+
+    async def view(self, request: Request) -> Response:
+        """Give a corrected crank and the metal that went as a buffer."""
+        return self._own(request.path_params["run"], VIEW)
+
+    async def model(self, request: Request) -> Response:
+        """Return a run's data for the page: whether a crank has its pins, or the linear model of its cuts."""
+        return self._own(request.path_params["run"], MODEL)
+
+    async def paper(self, request: Request) -> Response:
+        """Give a certificate, a card, a list or a drawing of a result."""
+        run, name = request.path_params["run"], request.path_params["name"]
+        papers = (self._json(request, MODEL) or {}).get("papers", [])
+        return file_of(self._project.own(run, name) if name in papers else None, name)
+
+    async def cards(self, request: Request) -> Response:
+        """Return the kinds compared so far: rows as in the report, and the names of those with a picture."""
+        return JSONResponse(self._json(request, CARDS) or {"rows": [], "pictures": []})
+
+    async def card(self, request: Request) -> Response:
+        """Give the picture of a card."""
+        name = request.path_params["name"]
+        return file_of(self._project.own(request.path_params["run"], name) if name.endswith(".png") else None)
+
+    async def predict(self, request: Request) -> Response:
+        """Predict the residual of other depths and turns of a result's cuts."""
+        model, values = self._json(request, MODEL), await body_of(request)
+        if model is None or "cuts" not in model:
+            return file_of(None)
+        if not isinstance(values, dict) or set(values) - set(DRAGGED_KEYS):
+            body = ", ".join(f'"{name}": [...]' for name in DRAGGED_KEYS)
+            return refused(f"the body must be {{{body}}}", 400)
+        try:
+            return JSONResponse(predicted(model, *(values.get(name, []) for name in DRAGGED_KEYS)))
+        except AutobalanceError as error:
+            return refused(str(error), 400)
+
+    async def preview(self, request: Request) -> Response:
+        """Return the effect of a job's weights on an inspected crank, or the reason why it is not known."""
+        path, values = self._project.result(request.path_params["run"], REPORT), await body_of(request)
+        if path is None:
+            return file_of(None)
+        if not isinstance(values, dict):
+            return refused("the body is not a JSON object", 400)
+        if any(where != "crankshaft.file" for where, _ in named_files(values)):
+            return JSONResponse({"why": "weights of solids are known once the crank is balanced"})
+        report = json.loads(path.read_text(encoding="utf-8"))
+        try:
+            return JSONResponse(await run_in_threadpool(preview, report, values, self._project.folder))
+        except AutobalanceError as error:
+            return JSONResponse({"why": self._project.as_named(str(error))})
+
+    def _own(self, run: str, name: str) -> Response:
+        """Give one of the page's own files; nothing where a result came from elsewhere without it."""
+        if self._runs.state_of(run) is None:
+            return refused("there is no such run", 404)
+        path = self._project.own(run, name)
+        return Response(status_code=204) if path is None else file_of(path)
+
+    def _json(self, request: Request, name: str) -> Any:
+        path = self._project.own(request.path_params["run"], name)
+        return None if path is None else json.loads(path.read_text(encoding="utf-8"))
+
+
+def _numbers(values: Any) -> bool:
+    finite = (isinstance(each, int | float) and abs(each) < float("inf") for each in values)
+    return isinstance(values, list) and all(finite)
+
+
+def kinds() -> list[dict[str, Any]]:
+    """Return every kind of correction, as a form needs it: its keys with their defaults."""
+    from autobalance.correction import KINDS
+
+    return [
+        {"name": name, "verb": kind.verb, "noun": kind.noun, "datum": kind.datum, "keys": limits(name)}
+        for name, kind in KINDS.items()
+    ]

@@ -1,0 +1,168 @@
+"""A crank for the page's view: triangles with their parts; or what a run left of one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.browser.buffers import along_a_curve, packed
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array, Indices
+
+if TYPE_CHECKING:
+    from autobalance.crank.anatomy import Anatomy, Face, Pin
+    from autobalance.crank.recognition.candidates import Candidate
+    from autobalance.verbs.balance import BalanceResult
+    from autobalance.verbs.inspect import InspectResult
+
+Part = dict[str, Any]
+CREASE_COSINE = math.cos(math.radians(28.0))
+"""Edges are drawn where two triangles meet at more than this."""
+ON_CYLINDER = 0.01
+"""A triangle is on a cylinder when its corners are off by less than this share of the radius."""
+
+
+def recognised_mesh(result: InspectResult) -> bytes:
+    """Return the crank of an inspection as a buffer."""
+    from autobalance.crank.recognition.candidates import cylinder_candidates
+
+    measured = result.crank.measured
+    mesh, anatomy = measured.source.solid.mesh, measured.anatomy
+    others = cylinder_candidates(mesh, anatomy.file_to_rotor[2, :3])
+    return crank_mesh(mesh, anatomy, result.faces, others)
+
+
+def crank_mesh(mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face], others: Sequence[Candidate]) -> bytes:
+    """Return a recognised crank as a buffer: corners, triangles, and the part of each triangle.
+
+    Parts are numbered from 1, as the head lists them: faces, journals and crankpins, and the cylinders that
+    were taken for neither (``others``, without round webs); 0 is none.
+    """
+    frame = anatomy.file_to_rotor
+    corners = mesh.vertices @ frame[:3, :3].T + frame[:3, 3]
+    marks = _Marks(corners, mesh.triangles)
+    for number, face in enumerate(faces, 1):
+        marks.add({"kind": "face", "number": number, "id": face.id}, face.triangles)
+    pins: list[Pin] = []
+    for journal in anatomy.main_journals:
+        marks.add_cylinder({"kind": "main_journal", "number": journal.number}, journal, frame)
+        pins.append(journal)
+    for throw in anatomy.throws:
+        marks.add_cylinder({"kind": "throw", "number": throw.number}, throw.crankpin, frame)
+        pins.append(throw.crankpin)
+    for other in others:
+        pin = other.moved(frame)
+        within = any(web.z_min_mm < pin.centre_mm[2] < web.z_max_mm for web in anatomy.webs)
+        if not within and not any(_same(pin, each) for each in pins):
+            marks.add_cylinder({"kind": "cylinder", "number": len(marks.parts) + 1}, pin, frame)
+    return marks.packed({"frame": "rotor"})
+
+
+def bare_mesh(mesh: Mesh, others: Sequence[Candidate]) -> bytes:
+    """Return a solid that no crank was recognised in: in file coordinates, with the cylinders in it."""
+    marks = _Marks(mesh.vertices, mesh.triangles)
+    for number, other in enumerate(others, 1):
+        marks.add_on({"kind": "cylinder", "number": number}, other)
+    return marks.packed({"frame": "file"})
+
+
+def _same(one: Pin, other: Pin) -> bool:
+    near = float(np.linalg.norm(one.centre_mm[:2] - other.centre_mm[:2])) < 0.05 * other.diameter_mm
+    overlap = abs(float(one.centre_mm[2] - other.centre_mm[2])) < 0.5 * (one.width_mm + other.width_mm)
+    return near and overlap and abs(one.diameter_mm - other.diameter_mm) < 0.02 * other.diameter_mm
+
+
+class _Marks:
+    """Collects the part of each triangle; the first part that claims one has it."""
+
+    def __init__(self, corners: Array, triangles: Indices) -> None:
+        self.corners, self.triangles = corners, triangles
+        self.part = np.zeros(len(triangles), dtype="<u2")
+        self.parts: list[Part] = []
+
+    def add(self, part: Part, rows: Indices) -> None:
+        self.parts.append(part)
+        mine = rows[self.part[rows] == 0]
+        self.part[mine] = len(self.parts)
+
+    def add_cylinder(self, part: Part, pin: Pin, frame: Array) -> None:
+        """Mark a cylinder along z, in file coordinates too, as an override of the job needs it."""
+        back = frame[:3, :3].T @ (pin.centre_mm - frame[:3, 3])
+        fields = {
+            "file_centre_mm": [float(value) for value in back],
+            "diameter_mm": float(pin.diameter_mm),
+            "width_mm": float(pin.width_mm),
+        }
+        axis = np.array([0.0, 0.0, 1.0])
+        self.add({**part, **fields}, self._on(pin.centre_mm, axis, pin.diameter_mm, pin.width_mm))
+
+    def add_on(self, part: Part, other: Candidate) -> None:
+        fields = {
+            "file_centre_mm": [float(value) for value in other.centre_mm],
+            "diameter_mm": other.diameter_mm,
+            "width_mm": other.width_mm,
+        }
+        rows = self._on(other.centre_mm, other.direction, other.diameter_mm, other.width_mm)
+        self.add({**part, **fields}, rows)
+
+    def _on(self, centre: Array, axis: Array, diameter: float, width: float) -> Indices:
+        """Return the triangles whose corners lie on a cylinder."""
+        away = self.corners - centre
+        along = away @ axis
+        radius = np.linalg.norm(away - along[:, None] * axis, axis=1)
+        half = 0.5 * diameter
+        near = (np.abs(radius - half) <= ON_CYLINDER * half) & (np.abs(along) <= 0.5 * width + 0.02 * half)
+        at = along[self.triangles]
+        upright = (
+            np.ptp(at, axis=1) > 1e-3 * half
+        )  # a disc's triangles lie flat, corners on the radius or not
+        return np.flatnonzero(near[self.triangles].all(axis=1) & upright).astype(np.int64)
+
+    def packed(self, head: dict[str, Any]) -> bytes:
+        order = along_a_curve(self.corners[self.triangles].mean(axis=1))
+        arrays = {
+            "corners": self.corners.astype("<f4"),
+            "triangles": self.triangles[order].astype("<u4"),
+            "part": self.part[order],
+            "edges": creases(self.corners, self.triangles),
+        }
+        return packed({**head, "parts": self.parts}, arrays)
+
+
+def result_view(result: BalanceResult) -> bytes:
+    """Return the crank as it is left and the metal that went, as the report's page shows them."""
+    from autobalance.report.page.shown import Shown
+    from autobalance.report.page.view import view_data
+
+    before = result.before.measured.source.solid
+    record = result.record.balanced
+    assert record is not None
+    left = record.result.solid or before
+    shown = Shown.of(result.report, before, record.result.solid, record.result.tools)
+    data, meshes = view_data(result.report, shown.body, shown.pieces)
+    head = {"view": data, "note": shown.note, "triangles": len(left.mesh.triangles)}
+    edges = creases(shown.body.moved(result.before.file_to_rotor).vertices, shown.body.triangles)
+    return packed(head, {"meshes": np.frombuffer(meshes, dtype="u1"), "edges": edges})
+
+
+def creases(corners: Array, triangles: Indices) -> NDArray[np.float32]:
+    """Return the edges that a drawing shows, from corner to corner (k, 6) [mm]."""
+    a, b, c = (corners.take(column, axis=0) for column in triangles.T)
+    normal = np.cross(b - a, c - a)
+    normal /= np.maximum(np.sqrt(np.einsum("ij,ij->i", normal, normal)), 1e-300)[:, None]
+    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    low, high = np.minimum(ends[:, 0], ends[:, 1]), np.maximum(ends[:, 0], ends[:, 1])
+    names = low.astype(np.int64) * len(corners) + high
+    order = np.argsort(names)
+    named = names.take(order)
+    same = named[1:] == named[:-1]
+    first, second = order[:-1][same], order[1:][same]
+    sharp = np.einsum("ij,ij->i", normal.take(first // 3, axis=0), normal.take(second // 3, axis=0))
+    edges = named[:-1][same][sharp < CREASE_COSINE]
+    ends = np.stack([edges // len(corners), edges % len(corners)], axis=1)
+    drawn: NDArray[np.float32] = corners[ends].reshape(-1, 6).astype("<f4")
+    return drawn

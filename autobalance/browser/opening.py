@@ -1,0 +1,217 @@
+"""Files named on the command line, or dropped on the page, as part of the project."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from autobalance.browser.named_files import FILE_KEYS
+from autobalance.browser.project import JOB, Project, is_plain
+from autobalance.bundled import bundled_folder
+from autobalance.errors import FileError, FormatError
+from autobalance.job.toml.document import toml_of
+from autobalance.job.toml.text import toml_text
+
+REPORT = "report.json"
+JOBS = (".toml", ".xlsx")
+JOB_BEFORE = "job-before.toml"
+"""The job of the crank that was open before another one."""
+OF_ANY_CRANK = ("shop",)
+"""Tables of a job that are the same for every crank."""
+ENGINES: Mapping[str, Mapping[str, Any]] = {
+    "v-twin-45": {"rods_per_throw": 2, "layout": {"bank_deg": [-22.5, 22.5]}},
+    "v8-crossplane": {"rods_per_throw": 2, "layout": {"bank_deg": [-45.0, 45.0]}},
+    "v8-flatplane": {"rods_per_throw": 2, "layout": {"bank_deg": [-45.0, 45.0]}},
+    "v12-60": {"rods_per_throw": 2, "layout": {"bank_deg": [-30.0, 30.0]}},
+}
+"""Engines of the presets that are drawn, where they are not one rod a throw in line."""
+WORKBOOK_MB = 1024
+"""Memory in which a workbook that was uploaded must be read."""
+
+
+def open_in(source: Path, project: Project) -> None:
+    """Copy a crank, a job with its files, a report with its results, or a folder of those into the project.
+
+    Raises
+    ------
+    AutobalanceError
+        If it cannot be read, or is not what its name says.
+    """
+    if source.is_dir():
+        _open_folder(source, project)
+    elif source.suffix.lower() in JOBS:
+        open_job(source, project)
+    elif source.suffix.lower() == ".json":
+        open_report(source, project)
+    else:
+        open_crank(project.copied(source), project)
+
+
+def _open_folder(folder: Path, project: Project) -> None:
+    if (folder / REPORT).is_file():
+        open_report(folder / REPORT, project)
+        return
+    files = [path for path in sorted(folder.iterdir()) if path.is_file() and is_plain(path.name)]
+    jobs = [path for path in files if path.suffix.lower() == ".toml"]
+    for path in files:
+        if path not in jobs:
+            project.copied(path)
+    if jobs:
+        open_job(next((path for path in jobs if path.name == JOB), jobs[0]), project)
+
+
+def open_example(name: str | None, project: Project) -> None:
+    """Make the bundled crank with its job the project's, or a crank drawn from a preset's dimensions.
+
+    Raises
+    ------
+    AutobalanceError
+        If there is no such preset.
+    """
+    if name is None:
+        open_job(bundled_folder() / "crf250r" / "drafted" / "factor-0.28.toml", project)
+        return
+    from autobalance.drawn_cranks.verb import generate
+
+    drawn = generate(name, file=f"{name}.stl")
+    with TemporaryDirectory() as folder:
+        (path,) = (each for each in drawn.write(folder) if each.suffix == ".stl")
+        kept = project.copied(path)
+    table = {"file": kept, "unit": "mm", "density_kg_m3": drawn.design.density_kg_m3}
+    engine = {"engine": ENGINES[name]} if name in ENGINES else {}
+    project.write_job(toml_text({**_for_another(project), "crankshaft": table, **engine}))
+
+
+def open_crank(name: str, project: Project) -> None:
+    """Make a file of the project the crank of its job; the job of another crank goes, but for the shop's own.
+
+    Unit, weights, the original's parts and limits belong to the crank that they were typed for. What goes is
+    kept as a file of the project, `JOB_BEFORE`.
+    """
+    if job_of(project).get("crankshaft", {}).get("file") != name:
+        project.write_job(toml_text({**_for_another(project), "crankshaft": {"file": name}}))
+
+
+def _for_another(project: Project) -> dict[str, Any]:
+    """Return what another crank's job keeps of the project's: all, where that has no crank yet."""
+    tables = job_of(project)
+    if not tables.get("crankshaft", {}).get("file"):
+        return tables
+    project.write_text(JOB_BEFORE, toml_text(tables))
+    return {key: value for key, value in tables.items() if key in OF_ANY_CRANK}
+
+
+def job_of(project: Project) -> dict[str, Any]:
+    """Return the project's job as tables; empty where there is none."""
+    path = project.file(JOB)
+    try:
+        return {} if path is None else toml_of(path.read_text(encoding="utf-8"), JOB)
+    except ValueError:  # no UTF-8, or no TOML
+        return {}
+
+
+def open_job(path: Path, project: Project) -> None:
+    """Make a job the project's, with copies of the files that it names.
+
+    Raises
+    ------
+    AutobalanceError
+        If it cannot be read.
+    """
+    from autobalance.job.read import tables_of
+
+    def here(name: str) -> str:
+        file = path.parent / name
+        if file.parent.resolve() == project.folder and project.file(file.name) is not None:
+            return file.name
+        return project.copied(file) if file.is_file() else Path(name).name
+
+    project.write_job(toml_text(_named(tables_of(path), here)))
+
+
+def open_own_job(name: str, project: Project) -> None:
+    """Make a job that was uploaded the project's; only files of the project count.
+
+    Raises
+    ------
+    AutobalanceError
+        If it cannot be read.
+    """
+    tables = _named(
+        _tables_apart(project.folder / name), lambda file: file.replace("\\", "/").rpartition("/")[2]
+    )
+    project.write_job(toml_text(tables))
+
+
+def _tables_apart(path: Path) -> dict[str, Any]:
+    """Return an uploaded job's tables; a workbook is read in a process with a limit to its memory."""
+    from autobalance.job.read import tables_of
+
+    if path.suffix.lower() == ".toml":
+        return tables_of(path)
+    from concurrent.futures import ProcessPoolExecutor
+    from concurrent.futures.process import BrokenProcessPool
+    from multiprocessing import get_context
+
+    from autobalance.browser.work import limit_memory
+
+    with ProcessPoolExecutor(1, get_context("spawn"), limit_memory, (WORKBOOK_MB,)) as pool:
+        try:
+            return pool.submit(tables_of, path).result()
+        except (BrokenProcessPool, MemoryError):
+            raise FormatError(
+                f"{path.name}: found a workbook that takes more than {WORKBOOK_MB} MB to read; expected a job"
+            ) from None
+
+
+def _named(values: Any, name: Callable[[str], str]) -> Any:
+    """Return a job whose files have other names."""
+    if isinstance(values, dict):
+        return {
+            key: name(value) if key in FILE_KEYS and isinstance(value, str) else _named(value, name)
+            for key, value in values.items()
+        }
+    return [_named(item, name) for item in values] if isinstance(values, list) else values
+
+
+def open_report(path: Path, project: Project, anywhere: bool = True) -> str:
+    """Take a result in as a run of the project, with its job; return the run's id.
+
+    The crank that it started from is copied too where it is found, ``anywhere`` or beside the report alone.
+
+    Raises
+    ------
+    AutobalanceError
+        If it is not a report of ``balance`` or ``recut``, or its solid is gone.
+    """
+    from autobalance.verification.premises import without_nulls
+    from autobalance.verification.report_file import read_report
+
+    report = read_report(path)
+    if report.get("command") not in ("balance", "recut") or not isinstance(report.get("job"), dict):
+        raise FormatError(f"{path.name} is not a report of balance or recut")
+    names = [REPORT, *(str(each["file"]) for each in _outputs(report))]
+    run = hashlib.sha256(path.read_bytes()).hexdigest()[:12]
+    folder = project.run_folder(run)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in names:
+        source = path if name == REPORT else path.parent / name
+        if not is_plain(name) or source.is_symlink() or not source.is_file():
+            project.forget(run)
+            raise FileError(f"{path.name}: {name}, which it names, is not beside it")
+        (folder / name).write_bytes(source.read_bytes())
+    tables = without_nulls(report["job"])
+    tables.pop("file", None)
+    named = str(report["input"]["file"]).replace("\\", "/")
+    crank = path.parent / (named if anywhere else named.rpartition("/")[2])
+    if crank.is_file() and not crank.is_symlink():
+        tables["crankshaft"]["file"] = project.copied(crank)
+    project.write_job(toml_text(tables))
+    return run
+
+
+def _outputs(report: Any) -> list[Any]:
+    return [each for each in (report.get("outputs") or {}).values() if isinstance(each, dict)]

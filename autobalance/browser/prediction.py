@@ -1,0 +1,255 @@
+"""Residual of other depths and places of the cuts: a linear model about a result that was measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from autobalance.errors import JobError
+from autobalance.types import Values
+
+if TYPE_CHECKING:
+    from autobalance.rigid_rotor.moments import Moments
+    from autobalance.verbs.balance import BalanceResult
+
+DRAGGED_KEYS = ("depths_mm", "turns_deg", "diameters_mm")
+"""What a hand may change of the cuts, one entry a cut each."""
+MAX_DIAMETER_RATIO = 1.6
+"""How many times as wide, or as narrow, as its own the drills are that the page offers for a hole."""
+TURNS_DEG = 60.0
+"""How far a hole may be turned about the crank axis on the page, each way."""
+
+
+def linear_model(result: BalanceResult) -> Values:
+    """Return the input of `predicted` from a result: every cut's effect and its slope with the depth.
+
+    Effects are those of the kinds of correction themselves; ``may_turn`` is which cuts have a place of
+    their own on the rim, so that they may stand at another angle.
+    """
+    record = result.record.balanced
+    assert record is not None
+    ended, tolerance = record.result, record.tolerance
+    return {
+        "residual": _values(ended.residual.resultant_g_mm, ended.residual.moment_g_mm2),
+        "tolerance": {
+            "permissible_g_mm": tolerance.permissible_g_mm,
+            "judge": tolerance.judge,
+            "planes": [
+                {"name": each.name, "z_mm": each.z_mm, "permissible_g_mm": each.permissible_g_mm}
+                for each in tolerance.planes
+            ],
+        },
+        "mass_change_g": float(ended.final_moments.mass_g - ended.initial_moments.mass_g),
+        "inertia_change_kg_mm2": _inertia(ended.final_moments - ended.initial_moments),
+        "cuts": [
+            _cut(cut, depth, listed)
+            for (cut, depth), listed in zip(ended.made, result.report["corrections"], strict=True)
+        ],
+    }
+
+
+def _cut(cut: Any, depth_mm: float, listed: Mapping[str, Any]) -> Values:
+    from autobalance.correction import KINDS
+
+    return {
+        "number": listed["number"],
+        "kind": listed["kind"],
+        "web": listed.get("web"),
+        "label": cut.label,
+        "depth_mm": depth_mm,
+        "least_depth_mm": float(cut.least_depth_mm),
+        "max_depth_mm": float(cut.max_depth_mm),
+        "depth_step_mm": float(cut.depth_step_mm),
+        "limit": cut.limit,
+        "may_turn": KINDS[listed["kind"]].has_axis,
+        "diameter_mm": listed.get("diameter_mm"),
+        "drills": _drills(cut, listed),
+        **_grip(listed, depth_mm),
+        "effect": _moments(cut.effect(depth_mm) + cut.pressed_in(depth_mm)),
+        "rate": _moments(cut.rate(depth_mm)),
+    }
+
+
+def _drills(cut: Any, listed: Mapping[str, Any]) -> list[Values]:
+    """Return the shop's drills about as wide as a hole's own; none for a hole that is deepened."""
+    about = getattr(getattr(cut, "limits", None), "listed_about", None)  # other cuts know of no drills
+    return (
+        [] if about is None or listed.get("deepened_from_mm") else about(cut.diameter_mm, MAX_DIAMETER_RATIO)
+    )
+
+
+def _grip(listed: Mapping[str, Any], depth_mm: float) -> Values:
+    """Return the start of a cut and its direction, rotor frame: the handle that is dragged.
+
+    ``rim_mm`` is the radius of a rim that shrinks with the depth, None for cuts that go one way.
+    """
+    at = np.asarray(listed["position_mm"], dtype=np.float64)
+    rim_mm = None
+    if listed.get("inward") is not None:
+        begin, deeper = at, np.asarray(listed["inward"], dtype=np.float64)
+    elif listed.get("normal") is not None:  # the metal's middle lies half way
+        deeper = np.asarray(listed["normal"], dtype=np.float64) * math.copysign(1.0, -listed["depth_mm"])
+        begin = at - 0.5 * depth_mm * deeper
+    elif listed.get("face_z_mm") is not None:
+        begin = np.array([at[0], at[1], listed["face_z_mm"]])
+        deeper = np.array([0.0, 0.0, math.copysign(1.0, at[2] - begin[2])])
+    else:
+        rim_mm = float(listed["rim_radius_mm"])
+        out = math.hypot(at[0], at[1])
+        deeper = np.array([-at[0] / out, -at[1] / out, 0.0]) if out > 0.0 else np.array([-1.0, 0.0, 0.0])
+        begin = np.array([0.0, 0.0, at[2]]) - rim_mm * deeper
+    return {"begin_mm": begin.tolist(), "deeper": deeper.tolist(), "rim_mm": rim_mm}
+
+
+def _moments(moments: Moments) -> Values:
+    first, second = moments.first_g_mm, moments.second_g_mm2
+    figures = {"mass_g": float(moments.mass_g), "inertia_kg_mm2": _inertia(moments)}
+    return {**figures, **_values(first[:2], second[:2, 2])}
+
+
+def _values(unbalance: Any, moment: Any) -> Values:
+    return {
+        "unbalance_g_mm": [float(each) for each in unbalance],
+        "moment_g_mm2": [float(each) for each in moment],
+    }
+
+
+def _inertia(moments: Moments) -> float:
+    return float(moments.polar_inertia_g_mm2) / 1000.0
+
+
+def predicted(
+    model: Mapping[str, Any],
+    depths_mm: Sequence[Any],
+    turns_deg: Sequence[Any] = (),
+    diameters_mm: Sequence[Any] = (),
+) -> Values:
+    """Return the residual of other depths, drills, and cuts turned about the axis: predicted, not measured.
+
+    Parameters
+    ----------
+    model : mapping
+        Of `linear_model`.
+    depths_mm, turns_deg, diameters_mm : sequence of float
+        One a cut; without turns every cut stays at its angle, without diameters every hole as wide as it is.
+
+    Raises
+    ------
+    JobError
+        If there are not as many as cuts, or one is not a number or out of its limits.
+    """
+    depths, turns, diameters = checked_cuts(model, depths_mm, turns_deg, diameters_mm)
+    unbalance, moment = (
+        complex(*model["residual"]["unbalance_g_mm"]),
+        complex(*model["residual"]["moment_g_mm2"]),
+    )
+    mass, inertia = model["mass_change_g"], model["inertia_change_kg_mm2"]
+    for cut, depth, turn, diameter in zip(model["cuts"], depths, turns, diameters, strict=True):
+        area = 1.0 if diameter is None else (diameter / cut["diameter_mm"]) ** 2
+        more = depth - cut["depth_mm"]
+        about = complex(math.cos(math.radians(turn)), math.sin(math.radians(turn)))
+        effect, rate = cut["effect"], cut["rate"]
+        for key in ("unbalance_g_mm", "moment_g_mm2"):
+            was = complex(*effect[key])
+            change = area * (was + more * complex(*rate[key])) * about - was
+            unbalance, moment = (
+                (unbalance + change, moment) if key[0] == "u" else (unbalance, moment + change)
+            )
+        mass += area * (effect["mass_g"] + more * rate["mass_g"]) - effect["mass_g"]
+        own = effect["inertia_kg_mm2"]
+        inertia += area * (own + more * rate["inertia_kg_mm2"]) - own
+    return {
+        **_judged(model["tolerance"], unbalance, moment),
+        "mass_change_g": mass,
+        "inertia_change_kg_mm2": inertia,
+    }
+
+
+def _judged(tolerance: Mapping[str, Any], unbalance: complex, moment: complex) -> Values:
+    shares = [abs(unbalance) / tolerance["permissible_g_mm"]]
+    planes = []
+    for plane, vector in zip(
+        tolerance["planes"], _in_planes(tolerance["planes"], unbalance, moment), strict=True
+    ):
+        planes.append(
+            {
+                "name": plane["name"],
+                "unbalance_g_mm": [vector.real, vector.imag],
+                "magnitude_g_mm": abs(vector),
+            }
+        )
+        if tolerance["judge"] == "dynamic":
+            shares.append(abs(vector) / plane["permissible_g_mm"])
+    return {
+        "unbalance_g_mm": [unbalance.real, unbalance.imag],
+        "magnitude_g_mm": abs(unbalance),
+        "planes": planes,
+        "worst_share": max(shares),
+    }
+
+
+def _in_planes(planes: Sequence[Mapping[str, Any]], unbalance: complex, moment: complex) -> list[complex]:
+    if len(planes) != 2:
+        return []
+    low, high = planes[0]["z_mm"], planes[1]["z_mm"]
+    upper = (moment - low * unbalance) / (high - low)
+    return [unbalance - upper, upper]
+
+
+def checked_cuts(
+    model: Mapping[str, Any],
+    depths_mm: Sequence[Any],
+    turns_deg: Sequence[Any],
+    diameters_mm: Sequence[Any] = (),
+) -> tuple[list[float], list[float], list[float | None]]:
+    """Return depths, turns and diameters, one a cut; a diameter that stays as it is is None.
+
+    Raises
+    ------
+    JobError
+        If there are not as many as cuts, or one is not a number or out of its limits.
+    """
+    cuts = model["cuts"]
+    depths = _checked("depths_mm", depths_mm, len(cuts))
+    turns = _checked("turns_deg", turns_deg, len(cuts)) if turns_deg else [0.0] * len(cuts)
+    for number, (cut, depth, turn) in enumerate(zip(cuts, depths, turns, strict=True), 1):
+        _refuse(cut, depth, turn, number)
+    if not diameters_mm:
+        return depths, turns, [None] * len(cuts)
+    if not isinstance(diameters_mm, list | tuple) or len(diameters_mm) != len(cuts):
+        raise JobError(f"diameters_mm must be a list of {len(cuts)} numbers or null, one a cut")
+    pairs = enumerate(zip(cuts, diameters_mm, strict=True), 1)
+    return depths, turns, [_drill(cut, diameter, number) for number, (cut, diameter) in pairs]
+
+
+def _drill(cut: Mapping[str, Any], diameter_mm: Any, number: int) -> float | None:
+    """Return the diameter of one of the shop's drills; None where the hole keeps its own."""
+    if diameter_mm is None or diameter_mm == cut["diameter_mm"]:
+        return None
+    at_hand = [each["diameter_mm"] for each in cut["drills"]]
+    if isinstance(diameter_mm, bool) or diameter_mm not in at_hand:
+        said = ", ".join(f"{each:g}" for each in at_hand) or "null: no other drill fits this cut"
+        raise JobError(f"diameters_mm[{number}] is {diameter_mm!r}; expected one of {said}")
+    return float(diameter_mm)
+
+
+def _checked(name: str, entries: Sequence[Any], count: int) -> list[float]:
+    if not isinstance(entries, list | tuple) or len(entries) != count:
+        raise JobError(f"{name} must be a list of {count} numbers, one a cut")
+    for each in entries:
+        if isinstance(each, bool) or not isinstance(each, int | float) or not np.isfinite(each):
+            raise JobError(f"{name} holds {each!r}; expected numbers")
+    return [float(each) for each in entries]
+
+
+def _refuse(cut: Mapping[str, Any], depth: float, turn: float, number: int) -> None:
+    most = max(cut["max_depth_mm"], cut["depth_mm"])
+    if not 0.0 <= depth <= most + 1e-9:
+        raise JobError(f"depths_mm[{number}] is {depth:g}; must be 0 to {most:g}: {cut['limit']}")
+    if turn and not (cut["may_turn"] and abs(turn) <= TURNS_DEG):
+        raise JobError(
+            f"turns_deg[{number}] is {turn:g}; must be 0, or within {TURNS_DEG:g} for holes and slugs"
+        )

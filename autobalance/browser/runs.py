@@ -1,0 +1,341 @@
+"""Runs of a project: waiting, running in separate processes, done, failed or cancelled."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import multiprocessing
+import os
+import secrets
+import signal
+import sys
+import threading
+import time
+import tomllib
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from autobalance.browser.answers import jsonable
+from autobalance.browser.opening import job_of
+from autobalance.browser.project import APP_FOLDER, RUN_ID, RUNS, Project
+from autobalance.browser.work import nothing, work
+from autobalance.errors import AutobalanceError
+from autobalance.job.changes import differences
+from autobalance.job.toml.text import toml_text
+from autobalance.runtime import held_signals
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+    from multiprocessing.context import ForkServerContext, SpawnContext
+    from multiprocessing.process import BaseProcess
+    from pathlib import Path
+
+STATE = "run.json"
+REPORT = "report.json"
+GRACE_S = 1.0
+"""How long a process may take to end before it is killed."""
+ENDED_STATES = ("done", "failed", "cancelled")
+ABOVE_EXIT_CODE = 4
+MOST_CHANGES = 20
+"""Changed keys of the job that a run lists."""
+PRELOADED_MODULES = (
+    "autobalance.browser.preload",
+    "PIL.ImageDraw",
+    "ezdxf",
+    "reportlab.platypus",
+    "xlsxwriter",
+)
+"""What runs need; what is not installed is passed over."""
+
+
+@dataclass
+class Run:
+    """One verb on what was asked of it."""
+
+    id: str
+    verb: str
+    asked: dict[str, Any]
+    state: str = "waiting"
+    share: float = 0.0
+    words: str = "waiting"
+    exit_code: int | None = None
+    error: str | None = None
+    started: float = field(default_factory=time.time)
+
+    @cached_property
+    def job(self) -> dict[str, Any] | None:
+        """The job that was asked for, as a file would hold it; None where the run had none of its own."""
+        job = self.asked.get("job")
+        try:
+            return tomllib.loads(toml_text(job)) if isinstance(job, dict) else None
+        except (AutobalanceError, ValueError):
+            return None
+
+
+class Runs:
+    """All runs of a project; at most one a processor at a time."""
+
+    def __init__(self, project: Project, memory_mb: int) -> None:
+        """Take up the runs that the project's folder holds."""
+        self._project, self._memory_mb = project, memory_mb
+        self._places = threading.Semaphore(max(1, os.cpu_count() or 1))
+        self._lock = threading.Lock()
+        self._runs: dict[str, Run] = {}
+        self._processes: dict[str, BaseProcess] = {}
+        self._threads: list[threading.Thread] = []
+        self._loading, self._context = threading.Lock(), processes()
+        self._closed = self._loaded = False
+        self.take_up()
+        for folder in (project.folder / APP_FOLDER).iterdir():
+            if RUN_ID.fullmatch(folder.name) and folder.name not in self._runs:
+                project.forget(folder.name)
+
+    def start(self, verb: str, request: dict[str, Any]) -> str:
+        """Begin a run; return its id."""
+        run = Run(secrets.token_hex(6), verb, request)
+        with self._lock:
+            self._runs[run.id] = run
+        thread = threading.Thread(target=self._go, args=(run,), daemon=True)
+        self._threads.append(thread)
+        thread.start()
+        return run.id
+
+    def all(self) -> list[dict[str, Any]]:
+        """Return every run, the latest last."""
+        with self._lock:
+            runs = sorted(self._runs.values(), key=lambda run: run.started)
+        job = job_of(self._project)
+        return [self._state(run, job) for run in runs]
+
+    def state_of(self, run_id: str) -> dict[str, Any] | None:
+        """Return one run; None where there is none."""
+        run = self._runs.get(run_id)
+        return None if run is None else self._state(run, job_of(self._project))
+
+    def asked(self, run_id: str) -> dict[str, Any] | None:
+        """Return the request of a run; None where there is no such run."""
+        run = self._runs.get(run_id)
+        return None if run is None else run.asked
+
+    def cancel(self, run_id: str) -> bool:
+        """End a run and take its files away; False where there is none."""
+        run = self._runs.get(run_id)
+        if run is None:
+            return False
+        with self._lock:
+            if run.state in ENDED_STATES:
+                return True
+            run.state, run.words = "cancelled", "cancelled"
+            process = self._processes.get(run_id)
+        _end(process)
+        self._project.forget(run_id)
+        return True
+
+    def delete(self, run_id: str) -> bool:
+        """Take a run away with its files; False where there is none."""
+        if not self.cancel(run_id):
+            return False
+        with self._lock:
+            self._runs.pop(run_id, None)
+        self._project.forget(run_id)
+        return True
+
+    def close(self) -> None:
+        """End all work; no process is left."""
+        self._closed = True
+        for run_id in list(self._runs):
+            self.cancel(run_id)
+        if sys.platform != "win32":
+            end_preloaded()
+        for thread in self._threads:
+            thread.join(timeout=3.0)
+
+    def prepare(self) -> None:
+        """Load the modules of runs before the first is asked for."""
+        if not self._loaded:
+            thread = threading.Thread(target=self._load, daemon=True)
+            self._threads.append(thread)
+            thread.start()
+
+    def _load(self) -> None:
+        """Begin the process that runs are copies of, once; return when it has loaded all."""
+        _deaf_to_ctrl_c()
+        with self._loading:
+            if self._loaded or self._closed:
+                return
+            try:
+                self._context.Process(target=nothing, daemon=True).start()
+            except (EOFError, OSError):  # ended while it loads; or the name of its socket is too long here
+                self._context = multiprocessing.get_context("spawn")
+            self._loaded = True
+
+    def take_up(self) -> None:
+        """Find the runs of before and results put here by hand; what was cut off in the middle goes."""
+        for folder in sorted((self._project.folder / RUNS).iterdir()):
+            if not RUN_ID.fullmatch(folder.name) or folder.is_symlink() or folder.name in self._runs:
+                continue
+            run = _kept_run(self._project, folder.name)
+            if run is None:
+                self._project.forget(folder.name)
+            else:
+                self._runs[run.id] = run
+
+    def _made_of(self, run: Run) -> dict[str, Any] | None:
+        """Return the job behind a run: its own, or that of the run it goes on from."""
+        seen = {run.id}
+        while run.job is None:
+            earlier = self._runs.get(str(run.asked.get("run")))
+            if earlier is None or earlier.id in seen:
+                return None
+            seen.add(earlier.id)
+            run = earlier
+        return run.job
+
+    def _state(self, run: Run, job: dict[str, Any]) -> dict[str, Any]:
+        """Return a run as the page has it; ``changes`` is what the project's ``job`` says otherwise since."""
+        made_of = self._made_of(run)
+        changes = [] if made_of is None else list(differences(made_of, job))
+        folder = self._project.run_folder(run.id)
+        whole = run.state == "done" and folder.is_dir()
+        return {
+            "id": run.id,
+            "verb": run.verb,
+            "state": run.state,
+            "share": run.share,
+            "words": run.words,
+            "exit_code": run.exit_code,
+            "error": run.error,
+            "started": datetime.fromtimestamp(run.started, UTC).isoformat(timespec="seconds"),
+            "crank": None if made_of is None else made_of.get("crankshaft", {}).get("file"),
+            "job_sha256": None if made_of is None else _fingerprint(made_of),
+            "job_changed": None if made_of is None else bool(changes),
+            "changes": jsonable([each._asdict() for each in changes[:MOST_CHANGES]]),
+            "files": sorted(path.name for path in folder.iterdir() if path.is_file()) if whole else [],
+        }
+
+    def _go(self, run: Run) -> None:
+        with self._places:
+            with self._lock:
+                if self._closed or run.state != "waiting":
+                    return
+                run.state, run.words = "running", "starting"
+            self._load()
+            ours, theirs = self._context.Pipe(duplex=False)
+            folders = tuple(
+                str(path)
+                for path in (
+                    self._project.folder,
+                    self._project.run_folder(run.id),
+                    self._project.own_folder(run.id),
+                )
+            )
+            arguments = (run.verb, run.asked, folders, self._memory_mb, theirs)
+            process = self._context.Process(target=work, args=arguments, daemon=True)
+            with self._lock:
+                if run.state != "running":
+                    return
+                process.start()
+                self._processes[run.id] = process
+            theirs.close()
+            self._listen(run, ours)
+            process.join()
+            self._finish(run)
+
+    def _listen(self, run: Run, pipe: Connection) -> None:
+        """Take in what the process sends until it ends."""
+        while True:
+            try:
+                kind, *rest = pipe.recv()
+            except (EOFError, OSError):
+                return
+            with self._lock:
+                if run.state != "running":
+                    continue
+                if kind == "progress":
+                    run.words, run.share = rest[0], max(run.share, float(rest[1]))
+                elif kind == "done":
+                    run.exit_code = rest[0]
+                else:
+                    run.exit_code, run.error = rest
+
+    def _finish(self, run: Run) -> None:
+        with self._lock:
+            self._processes.pop(run.id, None)
+            if run.state == "running":
+                if run.exit_code is None:
+                    run.exit_code, run.error = 1, "the work ended without a word: out of memory?"
+                run.state = "failed" if run.error is not None else "done"
+                run.share = 1.0 if run.state == "done" else run.share
+                run.words = run.state
+        if run.state == "done":
+            own = self._project.own_folder(run.id)
+            own.mkdir(parents=True, exist_ok=True)
+            kept = {"verb": run.verb, "exit_code": run.exit_code, "started": run.started, "asked": run.asked}
+            (own / STATE).write_text(json.dumps(kept), encoding="utf-8")
+        elif run.state == "cancelled":
+            self._project.forget(run.id)
+
+
+def _fingerprint(job: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(job, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _kept_run(project: Project, run_id: str) -> Run | None:
+    """Return a run by what is kept of it, or by its report alone; None where it was cut off."""
+    report = project.result(run_id, REPORT)
+    if report is None:
+        return None
+    state = project.own(run_id, STATE)
+    try:
+        if state is None:
+            return _by_its_report(run_id, report)
+        kept = json.loads(state.read_text(encoding="utf-8"))
+        run = Run(run_id, kept["verb"], kept["asked"], "done", 1.0, "done", kept["exit_code"])
+        run.started = float(kept["started"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return run
+
+
+def _by_its_report(run_id: str, path: Path) -> Run:
+    values = json.loads(path.read_text(encoding="utf-8"))
+    code = ABOVE_EXIT_CODE if values.get("outcome") == "above_tolerance" else 0
+    run = Run(run_id, str(values["command"]), {}, "done", 1.0, "done", code)
+    run.started = path.stat().st_mtime
+    return run
+
+
+def _deaf_to_ctrl_c() -> None:
+    """Keep Ctrl-C, which a terminal sends to every process, from what this thread starts."""
+    held_signals([signal.SIGINT])
+
+
+def processes() -> SpawnContext | ForkServerContext:
+    """Return the start method of processes: copies of one that has loaded the modules, if possible."""
+    if sys.platform == "win32":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([*PRELOADED_MODULES])
+    return context
+
+
+def end_preloaded() -> None:
+    """End the process that others are copies of, though it be in the middle of loading."""
+    from multiprocessing import forkserver
+
+    server: Any = getattr(forkserver, "_forkserver", None)
+    if getattr(server, "_forkserver_pid", None) is not None:
+        os.kill(server._forkserver_pid, signal.SIGTERM)
+        server._stop()
+
+
+def _end(process: BaseProcess | None) -> None:
+    if process is None:
+        return
+    process.terminate()
+    process.join(GRACE_S)
+    if process.is_alive():
+        process.kill()
+        process.join(GRACE_S)

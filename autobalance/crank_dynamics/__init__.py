@@ -1,0 +1,1 @@
+"""The crank as an elastic body: rotor on bearings, torsion, bending, strength."""

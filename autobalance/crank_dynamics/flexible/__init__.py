@@ -1,0 +1,1 @@
+"""The crank that bends and twists under the loads of its cycle."""

@@ -1,0 +1,1 @@
+"""A shaft on bearings: critical speeds, modes, unbalance response, balancing."""

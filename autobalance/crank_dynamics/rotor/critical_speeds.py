@@ -1,0 +1,209 @@
+"""Critical speeds: speeds equal to a damped frequency of the spinning rotor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from scipy import sparse
+from scipy.optimize import brentq
+from scipy.sparse.linalg import splu
+
+from autobalance.crank_dynamics.rotor.matrices import Sparse
+from autobalance.crank_dynamics.rotor.preparation import KEPT_FREQUENCIES, SPARE_MODES, PreparedRotor
+from autobalance.crank_dynamics.rotor.reduction import ReducedRotor, reduced_rotor
+from autobalance.crank_dynamics.rotor.whirl_modes import (
+    MAX_DAMPING_RATIO,
+    Whirl,
+    WhirlMode,
+    frequencies_with_zeros,
+    modes_at,
+    refined,
+    whirl_of_orbits,
+)
+from autobalance.declare import Rpm, record
+from autobalance.types import Array, Complex
+
+SCANNED_SPEEDS = 120
+"""Number of speeds at which frequencies are compared with the speed, without a direct solution."""
+EQUAL_SPEED_SHARE = 1e-8
+"""Greatest relative difference of two critical speeds reported as one."""
+SECANT_STEPS = 4
+
+
+@dataclass(frozen=True)
+class CriticalSpeed:
+    """A speed that excites a mode by its own unbalance, with the mode's whirl and decrement there."""
+
+    schema_name: ClassVar[str] = "Critical"
+    speed_rad_s: Rpm
+    whirl: Whirl
+    log_decrement: float
+
+
+@record
+class Criticals:
+    """Critical speeds, bare and with whirl and decrement."""
+
+    critical_speeds_rad_s: Sequence[Rpm]
+    criticals: Sequence[CriticalSpeed]
+
+    @classmethod
+    def of(cls, criticals: Sequence[CriticalSpeed]) -> Self:
+        return cls(critical_speeds_rad_s=[each.speed_rad_s for each in criticals], criticals=criticals)
+
+
+def critical_speeds(prepared: PreparedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
+    """Return all critical speeds up to a limit, ascending, of any whirl.
+
+    Without damping and with constant bearings λ = iΩ makes the eigenproblem a linear one,
+    (K − Ω² (M − iG)) x = 0, solved at once; otherwise each frequency's crossing with the speed is sought.
+    """
+    if upper_rad_s <= 0.0:
+        return []
+    reduced = reduced_rotor(prepared.matrices, KEPT_FREQUENCIES * upper_rad_s, least=SPARE_MODES)
+    if prepared.rotor.constant_bearings and reduced.conservative(0.0):
+        criticals = _direct(reduced, upper_rad_s)
+    else:
+        criticals = _searched(reduced, upper_rad_s)
+    criticals.sort(key=lambda each: each.speed_rad_s)
+    return _pairs_as_one(criticals)
+
+
+def _pairs_as_one(criticals: list[CriticalSpeed]) -> list[CriticalSpeed]:
+    """Return critical speeds with two at one speed merged: motion in any plane, whirl None.
+
+    Where forward and backward whirl have one frequency, the whirls of the two are arbitrary.
+    """
+    kept: list[CriticalSpeed] = []
+    for each in criticals:
+        if kept and each.speed_rad_s - kept[-1].speed_rad_s <= EQUAL_SPEED_SHARE * each.speed_rad_s:
+            kept[-1] = CriticalSpeed(kept[-1].speed_rad_s, None, kept[-1].log_decrement)
+        else:
+            kept.append(each)
+    return kept
+
+
+# --- constant bearings without damping ----------------------------------------------------------------------
+
+
+def _direct(reduced: ReducedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
+    matrices = reduced.matrices
+    speeds, vectors = synchronous(reduced)
+    stiffness = matrices.stiffness(0.0)
+
+    def inert(vector: Complex) -> Complex:
+        return np.asarray(matrices.mass @ vector - 1j * (matrices.gyroscopic @ vector), dtype=complex)
+
+    criticals = []
+    for speed, vector in zip(speeds, vectors.T, strict=True):
+        if speed > 1.01 * upper_rad_s:
+            continue
+        square, full = float(speed**2), reduced.expand(vector)
+        for _ in range(2):
+            try:
+                full = _solved(
+                    stiffness - square * matrices.mass,
+                    sparse.csc_matrix(square * matrices.gyroscopic),
+                    inert(full),
+                )
+            except RuntimeError:  # singular to the last digit: the speed is exact
+                break
+            full = full / np.linalg.norm(full)
+            strain = np.vdot(full, np.asarray(stiffness @ full, dtype=complex))
+            square = float((strain / np.vdot(full, inert(full))).real)
+        if square**0.5 <= upper_rad_s:
+            criticals.append(CriticalSpeed(square**0.5, whirl_of_orbits(*matrices.deflections(full)), 0.0))
+    return criticals
+
+
+def _solved(real: Sparse, imaginary: Sparse, load: Complex) -> Complex:
+    """Return the solution x of (real + i imaginary) x = load."""
+    turned = sparse.csc_matrix((1j * imaginary.data, imaginary.indices, imaginary.indptr), imaginary.shape)
+    dynamic = sparse.csc_matrix(real.astype(np.complex128) + turned)
+    return np.asarray(splu(dynamic).solve(load), dtype=complex)
+
+
+def synchronous(reduced: ReducedRotor) -> tuple[Array, Complex]:
+    """Return the speeds [rad/s] of synchronous whirl of an undamped rotor, and the reduced vectors."""
+    stiffness = reduced.stiffness(0.0)
+    gyroscopic = reduced.damping(1.0) - reduced.damping(0.0)
+    if not reduced.planes_apart(gyroscopic, stiffness):
+        return _definite(stiffness, np.eye(len(stiffness)) - 1j * gyroscopic, reduced.rigid_body_modes)
+    speeds, vectors = [], []
+    for plane in (0, 1):
+        own, shapes = _definite(
+            stiffness[plane::2, plane::2], np.eye(len(stiffness) // 2, dtype=complex), None
+        )
+        both = np.zeros((len(stiffness), len(own)), dtype=complex)
+        both[plane::2] = shapes
+        speeds.append(own)
+        vectors.append(both)
+    return np.concatenate(speeds), np.hstack(vectors)
+
+
+def _definite(stiffness: Array, inertia: Complex, rigid: int | None) -> tuple[Array, Complex]:
+    """Return Ω and x of K x = Ω² A x for Ω² > 0, K symmetric, A Hermitian and perhaps indefinite.
+
+    Rigid-body motions, on which K is zero, are removed: K is definite on the rest. Negative springs may leave
+    K indefinite; their effect on a rotor at rest is not a critical speed.
+    """
+    energy, modes = np.linalg.eigh(stiffness)
+    still = energy < 1e-12 * energy[-1] if rigid is None else np.arange(len(energy)) < rigid
+    free, bent = modes[:, still], modes[:, ~still]
+    lift = bent.astype(complex)
+    if free.shape[1]:
+        lift = bent - free @ (np.linalg.pinv(free.T @ inertia @ free) @ (free.T @ inertia @ bent))
+    if (energy[~still] > 0.0).all():
+        root = 1.0 / np.sqrt(energy[~still])
+        flexibility, mix = np.linalg.eigh(root[:, None] * (lift.conj().T @ inertia @ lift) * root)
+        real = flexibility > 1e-14 * np.abs(flexibility).max(initial=0.0)
+        return 1.0 / np.sqrt(flexibility[real]), lift @ (root[:, None] * mix[:, real])
+    values, mix = np.linalg.eig(np.linalg.solve(stiffness.astype(complex), inertia))
+    real = (values.real > 0.0) & (np.abs(values.imag) < 1e-9 * np.abs(values))
+    return 1.0 / np.sqrt(values[real].real), mix[:, real]
+
+
+# --- anything else ------------------------------------------------------------------------------------------
+
+
+def _searched(reduced: ReducedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
+    speeds = upper_rad_s * np.linspace(1e-4, 1.0, SCANNED_SPEEDS + 1)
+    above = np.array([frequencies_with_zeros(reduced, float(speed))[0] - speed for speed in speeds])
+    criticals = []
+    for step, branch in zip(*np.nonzero((above[:-1] > 0.0) != (above[1:] > 0.0)), strict=True):
+
+        def beyond(speed: float, branch: int = int(branch)) -> float:
+            return float(frequencies_with_zeros(reduced, speed)[0][branch]) - speed
+
+        speed = float(brentq(beyond, speeds[step], speeds[step + 1], xtol=1e-8 * upper_rad_s, rtol=1e-9))
+        if frequencies_with_zeros(reduced, speed)[1][int(branch)] <= MAX_DAMPING_RATIO:
+            critical = _on_the_line(reduced, speed)
+            if critical is not None:
+                criticals.append(critical)
+    return criticals
+
+
+def _on_the_line(reduced: ReducedRotor, speed_rad_s: float) -> CriticalSpeed | None:
+    """Return the critical speed by the whole matrices near one by the reduced matrices; None without one."""
+
+    def nearest(speed: float, to: float) -> WhirlMode | None:
+        modes = modes_at(reduced, speed, 4 * reduced.basis.shape[1])
+        return min(modes, key=lambda each: abs(each.frequency_rad_s - to), default=None)
+
+    mode = nearest(speed_rad_s, speed_rad_s)
+    if mode is None or abs(mode.frequency_rad_s - speed_rad_s) > 1e-4 * speed_rad_s:
+        return None
+    mode = refined(reduced, speed_rad_s, [mode])[0]
+    before, off = None, mode.frequency_rad_s - speed_rad_s
+    for _ in range(SECANT_STEPS):
+        if abs(off) <= 1e-10 * speed_rad_s:
+            break
+        slope = -1.0 if before is None else (off - before[1]) / (speed_rad_s - before[0])
+        before = (speed_rad_s, off)
+        speed_rad_s -= off / slope
+        mode = refined(reduced, speed_rad_s, [mode])[0]
+        off = mode.frequency_rad_s - speed_rad_s
+    return CriticalSpeed(speed_rad_s, mode.whirl, mode.log_decrement)

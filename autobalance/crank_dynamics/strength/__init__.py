@@ -1,0 +1,1 @@
+"""Stress and safety of fillets and webs."""

@@ -1,0 +1,52 @@
+"""Plots of the strength of fillets: stress over the cycle, and safety by fillet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from autobalance.crank_dynamics.strength.fillets_from_job import FilletCycle
+from autobalance.engines.cycle.analysis import CycleAnalysis
+from autobalance.report.plot_files import Plot
+from autobalance.units import RAD_S_PER_RPM
+
+Plots = dict[str, Plot]
+
+
+def strength_plots(cycle: CycleAnalysis, fillets: Sequence[FilletCycle]) -> Plots:
+    """Return the stress of the least safe fillet over the cycle, and the safety of all fillets."""
+    from autobalance.report import plots
+
+    known = [each for each in fillets if each.fatigue.safety.gough_pollard is not None]
+    if not known:
+        return {}
+    least = min(known, key=lambda each: each.fatigue.safety.gough_pollard or 0.0)
+    bending = least.cost_of_cuts * (
+        least.factors.bending * least.bending_MPa - least.factors.shear * least.shear_MPa
+    )
+    torsion = least.cost_of_cuts * least.factors.torsion * least.torsion_MPa
+    curves = {
+        "bending": cycle.grid.even(bending),
+        "torsion": cycle.grid.even(torsion),
+        "von Mises": cycle.grid.even(np.sqrt(bending**2 + 3.0 * torsion**2)),
+    }
+    at = f"at {cycle.speed_rad_s / RAD_S_PER_RPM:g} rpm"
+    title = f"Stress in the {least.place} fillet of web {least.web} {at}"
+    span = 180 * cycle.firing.strokes
+    drawn: Plots = {
+        "fillet-stress": plots.over_angle(title, "local stress [MPa]", cycle.grid.even_rad, curves, span)
+    }
+    for place in ("crankpin", "journal"):
+        rows = [each for each in fillets if each.place == place]
+        if rows:
+            names = [f"web {row.web}" for row in rows]
+            heights = {
+                "Gough and Pollard": [row.fatigue.safety.gough_pollard or 0.0 for row in rows],
+                "Goodman": [row.fatigue.safety.goodman or 0.0 for row in rows],
+            }
+            labels = (f"{place} fillet", "safety")
+            drawn[f"{place}-safety"] = plots.named_bars(
+                f"Safety of the {place} fillets {at}", labels, names, heights
+            )
+    return drawn

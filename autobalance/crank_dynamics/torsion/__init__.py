@@ -1,0 +1,1 @@
+"""Torsional vibration of a crank or a chain of inertias."""

@@ -1,0 +1,220 @@
+"""Keys of a job for ``torsion``: speeds, torques, an absorber, the crank's own model. SI units out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from autobalance.crank_dynamics.torsion.model import (
+    CrankTorsion,
+    Driven,
+    Excitation,
+    Formula,
+    PendulumAbsorber,
+    TorsionQuestion,
+)
+from autobalance.crank_dynamics.torsion.train_input import TRAIN, train_parts
+from autobalance.declare import ANY, COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Large, Range, Values
+from autobalance.errors import JobError
+from autobalance.job.addon_tables import AddonTables, TablesRead
+from autobalance.job.toml.keys import read
+from autobalance.types import Array
+from autobalance.units import M_PER_MM, RAD_S_PER_RPM
+
+KG_M2_PER_KG_MM2 = 1e-6
+KG_PER_G = 1e-3
+MPA_PER_GPA = 1e3
+
+POINTS = Range("must be 2 to 100000", least=2, most=100000)
+SPEEDS = (
+    Key(
+        "speed_rpm",
+        float | tuple[float, float],
+        "a speed, or the lowest and highest",
+        POSITIVE,
+        (500.0, 6000.0),
+    ),
+    Key("points", int, "speeds in a range", POINTS, 101),
+)
+EXCITATION = (
+    Key("station", int, "which inertia, from 1", COUNTED),
+    Key("order", float, "of the speed", POSITIVE),
+    Key("N_m", float, "peak torque", NOT_NEGATIVE),
+    Key("phase_deg", float, "φ of N_m cos(order θ + φ)", ANY, 0.0),
+)
+PENDULUM = (
+    Key("order", float, "that it is tuned to", POSITIVE),
+    Key("distance_mm", float, "from the crank axis to its pivot", POSITIVE),
+    Key("mass_g", float, "mass", POSITIVE),
+    Key("station", int, "where it hangs, from 1; nowhere: listed, not in the response", COUNTED, None),
+)
+SHARED = (
+    *SPEEDS,
+    Key("excitation", says="torques at stations", keys=EXCITATION, many=True, default=()),
+    Key("pendulum", says="an absorber in place", keys=PENDULUM, default=None),
+    *TRAIN,
+)
+"""Keys of a chain's file and of a job alike."""
+DAMPING_RATIO = Key(
+    "damping_ratio",
+    float,
+    "share of critical damping in every mode; default 0.01, and 0 where a damper is given",
+    Range("must be 0 or more and below 1", least=0.0, below=1.0),
+    None,
+)
+DRIVEN = (
+    Key("name", str, "what it is", ANY, ""),
+    Key("kg_mm2", float, "polar moment of inertia", POSITIVE),
+    Key("N_m_rad", Large, "of the shaft between it and the one before", POSITIVE),
+    Key("shaft_damping_N_m_s_rad", float, "viscous, beside that shaft", NOT_NEGATIVE, 0.0),
+    Key("damping_N_m_s_rad", float, "viscous, to ground", NOT_NEGATIVE, 0.0),
+    Key("diameter_mm", float, "of that shaft, for its stress", POSITIVE, None),
+)
+CRANK = (
+    Key("stiffness", Formula, "which formula the results use", ANY, "ker_wilson"),
+    Key("shear_modulus_gpa", float, "shear modulus", POSITIVE, 80.0),
+    Key("flywheel_kg_mm2", float, "inertia at the last main; default that of [cycle]", NOT_NEGATIVE, 0.0),
+    Key("damper_kg_mm2", float, "inertia at the first main", NOT_NEGATIVE, 0.0),
+    Key("cylinder_damping_N_m_s_rad", float, "viscous, to ground, of each cylinder", NOT_NEGATIVE, 0.0),
+    DAMPING_RATIO,
+    Key("front", says="before the first main, outwards: a damper's ring", keys=DRIVEN, many=True, default=()),
+    Key("train", says="behind the last main, outwards: a driven train", keys=DRIVEN, many=True, default=()),
+    Key("fem", bool, "each throw's own metal by finite elements too", default=False),
+    Key(
+        "fem_size_mm", float, "greatest edge of its last mesh; default some thousand elements", POSITIVE, None
+    ),
+)
+OF_A_JOB = tuple(
+    replace(key, verbs="torsion")
+    for key in (*SHARED, Key("torsion", says="the crank's own model", keys=CRANK, default=FILLED))
+)
+"""Every key that a job adds."""
+
+
+def _made(read: TablesRead) -> CrankTorsion:
+    return torsion_of({key.name: read.values[key.name] for key in OF_A_JOB}, read.raw)
+
+
+def _filled(_: AddonTables, __: TablesRead, torsion: CrankTorsion) -> Values:
+    return torsion.filled
+
+
+TABLES = AddonTables(OF_A_JOB, _made, needs=tuple(key.name for key in OF_A_JOB), filled=_filled)
+
+
+def crank_torsion(raw: Mapping[str, Any]) -> CrankTorsion:
+    """Return the tables of a job for ``torsion``, defaults filled in.
+
+    Raises
+    ------
+    JobError
+        If a key is unknown, missing, of the wrong type or impossible.
+    """
+    return torsion_of(read({key.name: raw[key.name] for key in OF_A_JOB if key.name in raw}, OF_A_JOB), raw)
+
+
+def torsion_of(filled: Values, raw: Mapping[str, Any]) -> CrankTorsion:
+    """Return the crank's torsion from the values of a job's tables; ``raw`` has its other flywheel.
+
+    Raises
+    ------
+    JobError
+        If they are impossible.
+    """
+    values = filled["torsion"]
+    values["flywheel_kg_mm2"] = _flywheel_kg_mm2(raw, values["flywheel_kg_mm2"])
+    return CrankTorsion(
+        question_of(filled, None),
+        values["stiffness"],
+        values["shear_modulus_gpa"] * MPA_PER_GPA,
+        values["flywheel_kg_mm2"] * KG_M2_PER_KG_MM2,
+        values["damper_kg_mm2"] * KG_M2_PER_KG_MM2,
+        values["cylinder_damping_N_m_s_rad"],
+        _driven(values["front"], "front"),
+        _driven(values["train"], "train"),
+        values["fem"],
+        values["fem_size_mm"],
+        filled,
+    )
+
+
+def _flywheel_kg_mm2(raw: Mapping[str, Any], own: float) -> float:
+    """Return the one flywheel of ``[torsion]`` and ``[cycle]``."""
+    masses = [
+        float(raw[table]["flywheel_kg_mm2"])
+        for table in ("torsion", "cycle")
+        if "flywheel_kg_mm2" in raw.get(table, {})
+    ]
+    if len(masses) == 2 and masses[0] != masses[1]:
+        raise JobError(
+            f"torsion.flywheel_kg_mm2 is {masses[0]:g} and cycle.flywheel_kg_mm2 {masses[1]:g}; expected one"
+            " flywheel: leave one of them out"
+        )
+    return masses[0] if masses else own
+
+
+def _driven(tables: list[Values], name: str) -> tuple[Driven, ...]:
+    return tuple(
+        Driven(
+            each["name"] or f"{name} {number}",
+            each["kg_mm2"] * KG_M2_PER_KG_MM2,
+            each["N_m_rad"],
+            each["shaft_damping_N_m_s_rad"],
+            each["damping_N_m_s_rad"],
+            None if each["diameter_mm"] is None else each["diameter_mm"] * M_PER_MM,
+        )
+        for number, each in enumerate(tables, 1)
+    )
+
+
+def question_of(filled: Values, stations: int | None) -> TorsionQuestion:
+    """Return the questions about a chain of so many stations; None: not known yet."""
+    excitations = []
+    for number, each in enumerate(filled["excitation"], 1):
+        check_station(f"excitation[{number}].station", each["station"], stations)
+        torque = each["N_m"] * np.exp(1j * np.radians(each["phase_deg"]))
+        excitations.append(Excitation(each["station"] - 1, each["order"], complex(torque)))
+    return TorsionQuestion(
+        _speeds(filled),
+        tuple(excitations),
+        _pendulum(filled["pendulum"], stations),
+        train_parts(filled),
+        filled["torsion"]["damping_ratio"],
+    )
+
+
+def check_station(place: str, station: int, stations: int | None) -> None:
+    """Refuse a station (from 1) that a chain of so many does not have; None: not known yet.
+
+    Raises
+    ------
+    JobError
+        If it is none.
+    """
+    if stations is not None and station > stations:
+        raise JobError(f"{place} is {station}; there are {stations} stations")
+
+
+def _speeds(filled: Values) -> Array:
+    speed = filled["speed_rpm"]
+    if not isinstance(speed, tuple):
+        return np.array([speed * RAD_S_PER_RPM])
+    if not speed[0] < speed[1]:
+        raise JobError(f"speed_rpm is [{speed[0]:g}, {speed[1]:g}]; the first must be the lower one")
+    return np.asarray(np.linspace(speed[0], speed[1], filled["points"]) * RAD_S_PER_RPM)
+
+
+def _pendulum(values: Values | None, stations: int | None) -> PendulumAbsorber | None:
+    if values is None:
+        return None
+    if values["station"] is not None:
+        check_station("pendulum.station", values["station"], stations)
+    return PendulumAbsorber(
+        values["order"],
+        values["distance_mm"] * M_PER_MM,
+        values["mass_g"] * KG_PER_G,
+        None if values["station"] is None else values["station"] - 1,
+    )

@@ -1,0 +1,89 @@
+"""Questions of a job or a chain's file about torsion, in SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from autobalance.crank_dynamics.torsion.train_model import TrainParts
+from autobalance.types import Array
+
+Formula = Literal["ker_wilson", "carter"]
+
+USUAL_DAMPING_RATIO = 0.01
+"""Of every mode where the file gives neither a ratio nor a damper: what bare crankshafts show."""
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """A torque at a station (from 0), as a complex number T exp(iφ)."""
+
+    station: int
+    order: float
+    torque_n_m: complex
+
+
+@dataclass(frozen=True)
+class PendulumAbsorber:
+    """A pendulum and the station (from 0) it hangs at, if any."""
+
+    order: float
+    distance_m: float
+    mass_kg: float
+    station: int | None
+
+    @property
+    def length_m(self) -> float:
+        """R/n²: short enough to be tuned to the order at any speed."""
+        return self.distance_m / self.order**2
+
+    @property
+    def inertia_kg_m2(self) -> float:
+        """M (R + L)²."""
+        return self.mass_kg * (self.distance_m + self.length_m) ** 2
+
+
+@dataclass(frozen=True, eq=False)
+class TorsionQuestion:
+    """Speeds, torques, absorber, parts of a train; ``damping_ratio`` None: as usual."""
+
+    speeds_rad_s: Array
+    excitations: tuple[Excitation, ...]
+    pendulum: PendulumAbsorber | None
+    parts: TrainParts = field(default_factory=TrainParts)
+    damping_ratio: float | None = None
+
+    def ratio_of_modes(self, damped: bool) -> float:
+        """Return the share of critical damping of every mode; ``damped``: dampers take up what swings."""
+        if self.damping_ratio is not None:
+            return self.damping_ratio
+        return 0.0 if damped else USUAL_DAMPING_RATIO
+
+
+@dataclass(frozen=True)
+class Driven:
+    """An inertia on a shaft of its own, next to the crank or to another such inertia."""
+
+    name: str
+    inertia_kg_m2: float
+    shaft_n_m_rad: float
+    shaft_damping_n_m_s: float
+    damping_n_m_s: float
+    diameter_m: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class CrankTorsion:
+    """A job's keys on its crank's torsion."""
+
+    question: TorsionQuestion
+    formula: Formula
+    shear_modulus_mpa: float
+    flywheel_kg_m2: float
+    damper_kg_m2: float
+    cylinder_damping_n_m_s: float
+    front: tuple[Driven, ...]
+    train: tuple[Driven, ...]
+    fem: bool
+    fem_size_mm: float | None
+    filled: dict[str, Any]

@@ -1,1 +1,0 @@
-"""Rotating and vibrating systems: beam rotors, torsion, speed control, balancing machines, trial weights."""

@@ -1,1 +1,0 @@
-"""Weights and forces of an engine; no geometry."""

@@ -1,0 +1,1 @@
+"""Engines: forces, balance shafts, parts, rods, the working cycle, mounts and bearings."""

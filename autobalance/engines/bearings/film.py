@@ -1,0 +1,265 @@
+"""Plain journal bearing with an oil film: state at a load or an eccentricity, friction, stiffness, damping.
+
+Axes of a film: x along the load on the journal, y a quarter turn on in the sense of turning.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from autobalance.engines.bearings.stability import WhirlThreshold, whirl_threshold
+from autobalance.engines.bearings.unit_film import (
+    CONTACT_ECCENTRICITY_RATIO,
+    FilmModel,
+    UnitFilm,
+    film_for_load,
+)
+from autobalance.types import Array
+
+LEAST_RATIO = 1e-6
+"""Eccentricity ratio that stands for a centred journal: its attitude and coefficients are limits."""
+LEAST_LOAD = 1e-12
+"""Load below which a film counts as unloaded, in units of η Ω R L (R/c)²."""
+
+
+@dataclass(frozen=True)
+class JournalBearing:
+    """A plain cylindrical bearing: journal diameter, length, radial clearance c [m]."""
+
+    diameter_m: float
+    length_m: float
+    clearance_m: float
+
+    @property
+    def slenderness(self) -> float:
+        """Length over diameter."""
+        return self.length_m / self.diameter_m
+
+    @property
+    def radius_m(self) -> float:
+        """Radius of the journal [m]."""
+        return 0.5 * self.diameter_m
+
+    def pressure_unit_Pa(self, viscosity_Pa_s: float, speed_rad_s: float) -> float:
+        """Return η Ω (R/c)²: the film's pressures scale with it."""
+        return viscosity_Pa_s * speed_rad_s * (self.radius_m / self.clearance_m) ** 2
+
+    def force_unit_N(self, viscosity_Pa_s: float, speed_rad_s: float) -> float:
+        """Return η Ω R L (R/c)²: the film's forces scale with it."""
+        return self.pressure_unit_Pa(viscosity_Pa_s, speed_rad_s) * self.radius_m * self.length_m
+
+
+def petroff_moment_N_m(bearing: JournalBearing, viscosity_Pa_s: float, speed_rad_s: float) -> float:
+    """Return Petroff's moment of a centred journal, 2 π η Ω R³ L/c.
+
+    Examples
+    --------
+    >>> bearing = JournalBearing(0.030, 0.015, 20e-6)
+    >>> round(petroff_moment_N_m(bearing, 0.01, 200.0 * math.pi), 10)
+    0.0999297446
+    """
+    turned = viscosity_Pa_s * speed_rad_s * bearing.radius_m**3
+    return 2.0 * math.pi * turned * bearing.length_m / bearing.clearance_m
+
+
+def friction_moment_N_m(
+    bearing: JournalBearing,
+    viscosity_Pa_s: float,
+    speed_rad_s: float,
+    eccentricity_ratio: float = 0.0,
+    load_N: float = 0.0,
+    attitude_rad: float = 0.0,
+) -> float:
+    """Return the friction moment on the journal, its whole clearance full of oil.
+
+    Petroff's over √(1 − ε²), and ½ c ε W sin φ of the pressure.
+
+    References
+    ----------
+    .. [1] Hoem & Røsholm (2016), Eq. 7.2, which needs revolutions a second where ω is printed.
+
+    Examples
+    --------
+    >>> bearing = JournalBearing(0.030, 0.015, 20e-6)
+    >>> speed = 200.0 * math.pi
+    >>> round(friction_moment_N_m(bearing, 0.01, speed, 0.6, 500.0, math.radians(50.0)), 9)
+    0.127210314
+    """
+    shear = petroff_moment_N_m(bearing, viscosity_Pa_s, speed_rad_s) / math.sqrt(1.0 - eccentricity_ratio**2)
+    lever = 0.5 * bearing.clearance_m * eccentricity_ratio
+    return shear + lever * load_N * math.sin(attitude_rad)
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """A film in steady running, SI.
+
+    ``stiffness_N_m`` (2, 2) is −∂F_i/∂x_j of the film's force on the journal, ``damping_N_s_m`` (2, 2)
+    −∂F_i/∂ẋ_j; x along the load, y a quarter turn on in the sense of turning.
+    """
+
+    bearing: JournalBearing
+    viscosity_Pa_s: float
+    speed_rad_s: float
+    eccentricity_ratio: float
+    attitude_rad: float
+    load_N: float
+    sommerfeld: float | None
+    least_film_m: float
+    greatest_pressure_Pa: float
+    side_flow_m3_s: float
+    stiffness_N_m: Array
+    damping_N_s_m: Array
+    moment_N_m: float
+    unit: UnitFilm
+
+    @property
+    def whirl(self) -> WhirlThreshold:
+        """Threshold of oil whirl."""
+        if self.eccentricity_ratio < LEAST_RATIO:
+            return WhirlThreshold(0.5, 0.0)
+        return whirl_threshold(self.stiffness_N_m, self.damping_N_s_m, self.speed_rad_s)
+
+    def turned(self, load_rad: float) -> tuple[Array, Array]:
+        """Return stiffness and damping in axes in which the load stands at an angle from x [rad]."""
+        cosine, sine = math.cos(load_rad), math.sin(load_rad)
+        turn = np.array([[cosine, -sine], [sine, cosine]])
+        return turn @ self.stiffness_N_m @ turn.T, turn @ self.damping_N_s_m @ turn.T
+
+
+def film_at_eccentricity(
+    bearing: JournalBearing,
+    model: FilmModel,
+    viscosity_Pa_s: float,
+    speed_rad_s: float,
+    eccentricity_ratio: float,
+) -> Film | None:
+    """Return the film at an eccentricity ratio; None above ``CONTACT_ECCENTRICITY_RATIO``.
+
+    Parameters
+    ----------
+    bearing : JournalBearing
+    model : FilmModel
+        ``short_bearing.ocvirk(...)`` or ``reynolds.reynolds(...)`` of the bearing's slenderness.
+    viscosity_Pa_s, speed_rad_s : float
+        Dynamic viscosity [Pa·s] and the journal's speed [rad/s], positive.
+    eccentricity_ratio : float
+        At least 0.
+    """
+    if eccentricity_ratio > CONTACT_ECCENTRICITY_RATIO:
+        return None
+    unit = model(max(eccentricity_ratio, LEAST_RATIO))
+    return _film(bearing, unit, viscosity_Pa_s, speed_rad_s, eccentricity_ratio)
+
+
+def film_at_load(
+    bearing: JournalBearing,
+    model: FilmModel,
+    viscosity_Pa_s: float,
+    speed_rad_s: float,
+    load_N: float,
+    guess: Film | None = None,
+) -> Film | None:
+    """Return the film that carries a load; None if it is nearer contact than ``CONTACT_ECCENTRICITY_RATIO``.
+
+    ``guess`` is the film of a neighbouring load or speed, from which the search begins.
+    """
+    load = load_N / bearing.force_unit_N(viscosity_Pa_s, speed_rad_s)
+    if load < LEAST_LOAD:
+        return film_at_eccentricity(bearing, model, viscosity_Pa_s, speed_rad_s, 0.0)
+    solution = film_for_load(model, load, None if guess is None else guess.unit)
+    if solution is None:
+        return None
+    return _film(bearing, solution, viscosity_Pa_s, speed_rad_s, solution.eccentricity_ratio)
+
+
+def _film(
+    bearing: JournalBearing, unit: UnitFilm, viscosity_Pa_s: float, speed_rad_s: float, ratio: float
+) -> Film:
+    force = bearing.force_unit_N(viscosity_Pa_s, speed_rad_s)
+    centred = ratio < LEAST_RATIO
+    load = 0.0 if centred else force * unit.load
+    clearance, radius = bearing.clearance_m, bearing.radius_m
+    turn = np.array(
+        [
+            [math.cos(unit.attitude_rad), -math.sin(unit.attitude_rad)],
+            [math.sin(unit.attitude_rad), math.cos(unit.attitude_rad)],
+        ]
+    )
+    flow = speed_rad_s * radius * bearing.length_m * clearance
+    moment = friction_moment_N_m(bearing, viscosity_Pa_s, speed_rad_s, ratio, load, unit.attitude_rad)
+    return Film(
+        bearing,
+        viscosity_Pa_s,
+        speed_rad_s,
+        ratio,
+        unit.attitude_rad,
+        load,
+        None if centred else unit.sommerfeld,
+        clearance * (1.0 - ratio),
+        0.0 if centred else bearing.pressure_unit_Pa(viscosity_Pa_s, speed_rad_s) * unit.greatest_pressure,
+        0.0 if centred else flow * unit.side_flow,
+        turn @ unit.stiffness @ turn.T * (force / clearance),
+        turn @ unit.damping @ turn.T * (force / (clearance * speed_rad_s)),
+        moment,
+        unit,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class FilmCoefficients:
+    """Coefficients of a film over the speed, in axes of the caller's; a row of NaN is contact."""
+
+    speed_rad_s: Array
+    """(n,)"""
+    stiffness_N_m: Array
+    """(n, 2, 2)"""
+    damping_N_s_m: Array
+    """(n, 2, 2)"""
+    eccentricity_ratio: Array
+    """(n,)"""
+    attitude_rad: Array
+    """(n,)"""
+
+
+def film_coefficients(
+    bearing: JournalBearing,
+    model: FilmModel,
+    viscosity_Pa_s: float,
+    speeds_rad_s: Sequence[float] | npt.ArrayLike,
+    load_N: tuple[float, float],
+) -> FilmCoefficients:
+    """Return stiffness and damping over the speed for a load that stands still.
+
+    Parameters
+    ----------
+    bearing : JournalBearing
+    model : FilmModel
+    viscosity_Pa_s : float
+    speeds_rad_s : (n,) float
+        Positive; in the sense from x to y.
+    load_N : (float, float)
+        Force on the journal along the caller's x and y, which the coefficients are given in.
+    """
+    speeds = np.asarray(speeds_rad_s, dtype=float)
+    angle = math.atan2(load_N[1], load_N[0])
+    films: list[Film | None] = []
+    last: Film | None = None
+    for speed in speeds:
+        film = film_at_load(bearing, model, viscosity_Pa_s, float(speed), math.hypot(*load_N), last)
+        films.append(film)
+        last = film or last
+    nothing = np.full((2, 2), np.nan), np.full((2, 2), np.nan)
+    turned = [nothing if film is None else film.turned(angle) for film in films]
+    return FilmCoefficients(
+        speeds,
+        np.array([stiffness for stiffness, _ in turned]),
+        np.array([damping for _, damping in turned]),
+        np.array([np.nan if film is None else film.eccentricity_ratio for film in films]),
+        np.array([np.nan if film is None else film.attitude_rad for film in films]),
+    )

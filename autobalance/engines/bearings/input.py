@@ -1,0 +1,282 @@
+"""Read a bearing's TOML, strictly, and bring its numbers to SI."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from autobalance.declare import Values, names
+from autobalance.engines.bearings.cases import (
+    Case,
+    DryCase,
+    History,
+    Lubricant,
+    PlainCase,
+    PlatesCase,
+    RollingCase,
+    Solver,
+)
+from autobalance.engines.bearings.film import JournalBearing
+from autobalance.engines.bearings.heat_balance import Supply
+from autobalance.engines.bearings.history import history_of_arrays, read_history
+from autobalance.engines.bearings.keys import (
+    FEWEST_CELLS,
+    HISTORY_KEYS,
+    MOST_CELLS,
+    MOST_SPEEDS,
+    PALMGREN_KEYS,
+    SKF_KEYS,
+    form_of,
+)
+from autobalance.engines.bearings.oil import WaltherOil
+from autobalance.engines.bearings.rolling import FourSources, Palmgren, RollingBearing
+from autobalance.errors import JobError
+from autobalance.job.toml.document import text_of, toml_of
+from autobalance.job.toml.keys import plain, read
+from autobalance.job.toml.table import Table
+from autobalance.job.toml.typed_units import in_base_units
+from autobalance.units import M_PER_MM, RAD_S_PER_RPM
+
+Kind = Literal["dry", "hydrodynamic", "rolling", "squeeze_film"]
+Model = Literal["palmgren", "skf"]
+HistorySource = str | Path | Mapping[str, Any] | None
+"""A history in place of the one that a file names."""
+SERIES_COLUMNS = {"x": "main_1_x_N", "y": "main_1_y_N"}
+"""Columns of a history whose file names none, as `cycle --series` writes them."""
+
+
+@dataclass(frozen=True, eq=False)
+class BearingFile:
+    """A bearing's file as read; ``described`` is the file with its defaults filled in."""
+
+    kind: Kind
+    speeds_rpm: tuple[float, ...]
+    case: Case
+    described: dict[str, Any]
+
+    @property
+    def speeds_rad_s(self) -> tuple[float, ...]:
+        """Speeds [rad/s]."""
+        return tuple(RAD_S_PER_RPM * speed for speed in self.speeds_rpm)
+
+
+def load_bearing(path: str | Path, history: HistorySource = None) -> BearingFile:
+    """Read a bearing's file.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file; the history it names is relative to it.
+    history : path or mapping, optional
+        In place of the one that the file names: a CSV file, or arrays (see ``ab.bearing``).
+
+    Raises
+    ------
+    FileError
+        If a file cannot be read.
+    JobError
+        If it is not TOML, or a key is unknown, missing, of the wrong type or impossible.
+    """
+    path = Path(path)
+    raw = toml_of(text_of(path, "bearing"), path.name)
+    try:
+        return parse_bearing(raw, path.parent, history)
+    except JobError as error:
+        raise JobError(f"{path.name}: {error}") from None
+
+
+def parse_bearing(
+    raw: Mapping[str, Any], folder: Path = Path(), history: HistorySource = None
+) -> BearingFile:
+    """Return the bearing of a TOML document; its history's file is relative to ``folder``."""
+    table = Table(dict(raw), "", None)
+    kind: Kind = table.value("kind", Kind)
+    if kind == "rolling" and "model" in raw:
+        table.value("model", Model)
+    values = read(in_base_units(raw), form_of(raw))
+    speeds = values["speed_rpm"] if isinstance(values["speed_rpm"], tuple) else (values["speed_rpm"],)
+    if len(speeds) > MOST_SPEEDS:
+        raise JobError(f"speed_rpm has {len(speeds)} entries; must have 1 to {MOST_SPEEDS}")
+    case = _case(kind, values)
+    if isinstance(case, PlainCase):
+        case = _with_history(case, values, folder, history)
+    elif history is not None:
+        raise JobError(f'a history is given, but kind is "{kind}"; only "hydrodynamic" has a film to follow')
+    return BearingFile(kind, speeds, case, _described(values))
+
+
+def _described(values: Values) -> dict[str, Any]:
+    """Return the file with its defaults filled in, without tables that are not there."""
+    described: dict[str, Any] = plain(values)
+    for key in ("oil", "history"):
+        if described.get(key, ...) is None:
+            del described[key]
+    if "oil" in described:
+        of_heat = ("supply_C", "heat_capacity_J_kg_K")
+        for key in of_heat if values["oil"]["supply_C"] is None else ("temperature_C",):
+            del described["oil"][key]
+    return described
+
+
+def _case(kind: Kind, values: Values) -> Case:
+    if kind == "dry":
+        return _dry(values)
+    if kind == "rolling":
+        return _rolling(values)
+    return _plates(values) if kind == "squeeze_film" else _plain(values)
+
+
+def _dry(values: Values) -> DryCase:
+    case = DryCase(
+        values["diameter_mm"] * M_PER_MM,
+        values["load_N"],
+        values["rotating_load_N"],
+        values["mu"],
+        values["torque_N_m"],
+    )
+    if (case.mu is None) == (case.torque_N_m is None):
+        fault = "mu is missing" if case.mu is None else "mu and torque_N_m are both given"
+        raise JobError(f"{fault}; a dry bearing needs either mu, or torque_N_m to find it from")
+    if case.torque_N_m is not None and not case.load_N + case.rotating_load_N > 0.0:
+        raise JobError("load_N is 0; must be > 0 to find mu from torque_N_m")
+    return case
+
+
+def _plain(values: Values) -> PlainCase:
+    bearing = JournalBearing(
+        *(M_PER_MM * values[key] for key in ("diameter_mm", "length_mm", "radial_clearance_mm"))
+    )
+    if not bearing.clearance_m < bearing.radius_m:
+        clearance = bearing.clearance_m / M_PER_MM
+        raise JobError(f"radial_clearance_mm is {clearance:g}; must be less than half of diameter_mm")
+    solver: Solver = values["solver"]
+    load, ratio = values["load_N"], values["eccentricity_ratio"]
+    if solver != "petroff" and load is not None and ratio is not None:
+        raise JobError(
+            "load_N and eccentricity_ratio are both given; each follows from the other: leave one out"
+        )
+    if solver != "petroff" and values["attitude_deg"] is not None:
+        raise JobError(f'attitude_deg is given, but solver is "{solver}", which finds it; leave it out')
+    lubricant = _lubricant(values, "viscosity_Pa_s")
+    if lubricant.supply is not None and (load is None or solver == "petroff"):
+        raise JobError("oil.supply_C needs load_N and a solver of the film to balance its heat")
+    if solver == "petroff" and values["attitude_deg"] is None:
+        values["attitude_deg"] = 0.0
+    if values["boundary"] is None:
+        values["boundary"] = "half" if solver == "ocvirk" else "reynolds"
+    if solver == "ocvirk" and values["boundary"] != "half":
+        raise JobError(f'boundary is "{values["boundary"]}"; solver "ocvirk" has "half" only')
+    return PlainCase(
+        bearing,
+        lubricant,
+        solver,
+        values["boundary"],
+        _grid(values["grid"]),
+        load,
+        ratio,
+        math.radians(values["attitude_deg"] or 0.0),
+        None,
+    )
+
+
+def _grid(grid: tuple[int, int]) -> tuple[int, int]:
+    for name, cells, fewest in zip(("around", "along"), grid, FEWEST_CELLS, strict=True):
+        if cells < fewest:
+            raise JobError(f"grid has {cells} cells {name}; must have at least {fewest}")
+    if grid[0] * grid[1] > MOST_CELLS:
+        raise JobError(f"grid has {grid[0] * grid[1]} cells; must have at most {MOST_CELLS}")
+    return grid
+
+
+def _lubricant(values: Values, key: str, heats: bool = True) -> Lubricant:
+    """Return the viscosity of ``key``, or the oil of [oil]; ``heats``: a film that may balance it."""
+    table = values["oil"]
+    if table is None:
+        value = values[key]
+        return Lubricant(value, None) if key == "viscosity_Pa_s" else Lubricant(None, value)
+    try:
+        oil = WaltherOil.of_points(table["viscosity_mm2_s"], table["density_kg_m3"])
+    except ValueError as error:
+        raise JobError(f"oil.viscosity_mm2_s: {error}") from None
+    celsius, supply = table["temperature_C"], table["supply_C"]
+    if celsius is None and supply is None:
+        raise JobError("oil.temperature_C is missing; it must be above -273.15")
+    if celsius is not None and supply is not None:
+        raise JobError(
+            "oil.temperature_C and oil.supply_C are both given; the supply's heat balance finds it"
+        )
+    if celsius is not None:
+        _flows(oil, celsius, "oil.temperature_C")
+        return Lubricant(oil=oil, celsius=celsius)
+    if not heats:
+        raise JobError(
+            'oil.supply_C is given; only a "hydrodynamic" film balances its heat: give temperature_C'
+        )
+    _flows(oil, supply, "oil.supply_C")
+    return Lubricant(oil=oil, supply=Supply(supply, table["heat_capacity_J_kg_K"]))
+
+
+def _flows(oil: WaltherOil, celsius: float, where: str) -> None:
+    """Refuse a temperature at which the law gives no viscosity."""
+    try:
+        flows = 0.0 < oil.kinematic_mm2_s(celsius) < math.inf
+    except OverflowError:
+        flows = False
+    if not flows:
+        raise JobError(f"{where} is {celsius:g}; the oil of viscosity_mm2_s has no viscosity there")
+
+
+def _with_history(case: PlainCase, values: Values, folder: Path, source: HistorySource) -> PlainCase:
+    """Return a case with its history; refuse one without any load."""
+    if values["history"] is not None or source is not None:
+        return replace(case, history=_history(values, folder, source))
+    if case.solver != "petroff" and case.load_N is None and case.eccentricity_ratio is None:
+        raise JobError("load_N is missing; a film needs load_N, eccentricity_ratio or a [history] of loads")
+    return case
+
+
+def _history(values: Values, folder: Path, source: HistorySource) -> History:
+    """Return the loads by angle; columns that the table does not name are noted in it."""
+    table = values["history"] or read({}, HISTORY_KEYS)
+    usual = {"x": "x_N", "y": "y_N"} if source is not None else SERIES_COLUMNS
+    for column in usual:
+        table[column] = table[column] or usual[column]
+    bush = table["bush_speed_rpm"] * RAD_S_PER_RPM
+    if isinstance(source, Mapping):
+        history = history_of_arrays(source, bush)
+    else:
+        path = folder / table["file"] if source is None else Path(source)
+        history = read_history(path, table["x"], table["y"], bush)
+    return replace(history, clockwise=table["turns"] == "cw")
+
+
+def _rolling(values: Values) -> RollingCase:
+    model = _palmgren(values) if values["model"] == "palmgren" else _four_sources(values)
+    return RollingCase(
+        RollingBearing(values["mean_diameter_mm"], model),
+        _lubricant(values, "kinematic_viscosity_mm2_s", heats=False),
+        values["load_N"],
+        values["count"],
+    )
+
+
+def _palmgren(values: Values) -> Palmgren:
+    return Palmgren(**{key: values[key] for key in names(PALMGREN_KEYS)})
+
+
+def _four_sources(values: Values) -> FourSources:
+    model = FourSources(**{key: values[key] for key in names(SKF_KEYS)})
+    if not model.bore_mm < model.outer_mm:
+        raise JobError(f"bore_mm is {model.bore_mm:g}; must be less than outer_mm, {model.outer_mm:g}")
+    return model
+
+
+def _plates(values: Values) -> PlatesCase:
+    return PlatesCase(
+        _lubricant(values, "viscosity_Pa_s", heats=False),
+        values["load_N"],
+        *(M_PER_MM * values[key] for key in ("film_mm", "length_mm", "width_mm")),
+    )

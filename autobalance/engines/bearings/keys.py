@@ -1,0 +1,169 @@
+"""Keys of a bearing's file, a form for each kind of bearing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Key, Range
+from autobalance.engines.bearings.cases import Solver
+from autobalance.engines.bearings.reynolds import Boundary
+
+Pair = tuple[float, float]
+Turns = Literal["ccw", "cw"]
+MOST_SPEEDS = 10_000
+FEWEST_CELLS = (8, 4)
+MOST_CELLS = 100_000
+OIL_POINTS: tuple[Pair, Pair] = ((40.0, 100.0), (100.0, 11.0))
+"""Of an oil that names none: an SAE 30."""
+
+UP_TO_ONE = Range("must be 0 to 1: the journal touches its bush at 1", least=0.0, most=1.0)
+ABOVE_ZERO_KELVIN = Range("must be above -273.15", above=-273.15)
+
+OIL_KEYS = (
+    Key(
+        "viscosity_mm2_s",
+        tuple[Pair, Pair],
+        "two pairs °C, mm²/s; by Walther's law between and beyond; default an SAE 30",
+        default=OIL_POINTS,
+    ),
+    Key("density_kg_m3", float, "of the oil", POSITIVE, 860.0),
+    Key("temperature_C", float, "of the film", ABOVE_ZERO_KELVIN, None),
+    Key(
+        "supply_C",
+        float,
+        'of the oil fed, "hydrodynamic" only: a heat balance finds that of the film',
+        ABOVE_ZERO_KELVIN,
+        None,
+    ),
+    Key("heat_capacity_J_kg_K", float, "of the oil, with `supply_C`", POSITIVE, 2000.0),
+)
+HISTORY_KEYS = (
+    Key("file", str, "CSV with `angle_deg` and the columns below", default="series.csv"),
+    Key("x", str, "column of the force on the bush along x [N]", default=None, usual="main_1_x_N"),
+    Key("y", str, "column of the force on the bush along y [N]", default=None, usual="main_1_y_N"),
+    Key("bush_speed_rpm", float, "of the bush about its own axis", ANY, 0.0),
+    Key("turns", Turns, '"cw" for the series of an engine with `turns = "cw"`', default="ccw"),
+)
+
+
+def _viscosity(name: str, quantity: str) -> tuple[Key, Key]:
+    """Return the key of a viscosity and the table that may stand in its place."""
+    return (
+        Key(
+            name,
+            float,
+            f"{quantity} viscosity of the oil, or give `[oil]`",
+            POSITIVE,
+            instead="oil",
+            missing="give it, must be > 0, or an [oil] table",
+        ),
+        Key("oil", says="in place of the viscosity", keys=OIL_KEYS, default=None),
+    )
+
+
+def _form(kind: str, *keys: Key) -> tuple[Key, ...]:
+    return (
+        Key("kind", Literal[kind], "of bearing"),
+        Key(
+            "speed_rpm",
+            float | tuple[float, ...],
+            "one speed or a list; the first is reported in full, the others as rows",
+            POSITIVE,
+            3000.0,
+            not_empty=f"must have 1 to {MOST_SPEEDS} entries",
+        ),
+        *keys,
+    )
+
+
+DIAMETER = Key("diameter_mm", float, "of the journal", POSITIVE)
+LENGTH = Key("length_mm", float, "of the bearing", POSITIVE)
+DRY = _form(
+    "dry",
+    DIAMETER,
+    Key("load_N", float, "that stands still", NOT_NEGATIVE),
+    Key("rotating_load_N", float, "that turns with the shaft", NOT_NEGATIVE, 0.0),
+    Key("mu", float, "coefficient of friction; or give `torque_N_m`", NOT_NEGATIVE, None),
+    Key("torque_N_m", float, "measured, to find the coefficient from", NOT_NEGATIVE, None),
+)
+HYDRODYNAMIC = _form(
+    "hydrodynamic",
+    DIAMETER,
+    LENGTH,
+    Key("radial_clearance_mm", float, "of the journal in its bush", POSITIVE),
+    *_viscosity("viscosity_Pa_s", "dynamic"),
+    Key("load_N", float, "steady; or `eccentricity_ratio`, or a `[history]` alone", NOT_NEGATIVE, None),
+    Key("eccentricity_ratio", float, "in place of the load; with petroff beside it", UP_TO_ONE, None),
+    Key("attitude_deg", float, 'from the load to the line of centres, with "petroff" only', default=None),
+    Key("solver", Solver, "of the film", default="reynolds"),
+    Key(
+        "boundary",
+        Boundary,
+        "treatment of negative pressure",
+        default=None,
+        usual='"half" with ocvirk, else "reynolds"',
+    ),
+    Key(
+        "grid",
+        tuple[int, int],
+        f"cells around and along; at least {FEWEST_CELLS}, {MOST_CELLS} in all",
+        default=(120, 40),
+        shape={"prefixItems": [{"type": "integer", "minimum": fewest} for fewest in FEWEST_CELLS]},
+    ),
+    Key("history", says="loads by angle, for the journal's orbit", keys=HISTORY_KEYS, default=None),
+)
+PALMGREN_KEYS = (
+    Key("f0", float, "palmgren: constant of the part without load", NOT_NEGATIVE),
+    Key("f1", float, "palmgren: constant of the part with load", NOT_NEGATIVE, 0.0),
+)
+SKF_KEYS = (
+    Key("r1", float, "skf: rolling constant R₁", NOT_NEGATIVE),
+    Key("s1", float, "skf: sliding constant S₁", NOT_NEGATIVE),
+    Key("bore_mm", float, "skf: bore d", POSITIVE),
+    Key("outer_mm", float, "skf: outer diameter D", POSITIVE),
+    Key("mu_bl", float, "skf: sliding coefficient of the boundary film", NOT_NEGATIVE, 0.15),
+    Key("mu_ehl", float, "skf: sliding coefficient of the full film", NOT_NEGATIVE, 0.05),
+    Key("k_rs", float, "skf: starvation constant", NOT_NEGATIVE, 6e-8),
+    Key("k_z", float, "skf: geometry constant", NOT_NEGATIVE, 3.1),
+    Key("seal_N_mm", float, "skf: moment of the seals", NOT_NEGATIVE, 0.0),
+    Key("drag_N_mm", float, "skf: moment of oil drag", NOT_NEGATIVE, 0.0),
+)
+
+
+def _rolling(model: Key, constants: tuple[Key, ...]) -> tuple[Key, ...]:
+    return _form(
+        "rolling",
+        model,
+        Key("mean_diameter_mm", float, "(d + D)/2", POSITIVE),
+        *_viscosity("kinematic_viscosity_mm2_s", "kinematic"),
+        Key("load_N", float, "radial, on each", NOT_NEGATIVE),
+        Key("count", int, "bearings alike", COUNTED, 1),
+        *constants,
+    )
+
+
+SQUEEZE_FILM = _form(
+    "squeeze_film",
+    *_viscosity("viscosity_Pa_s", "dynamic"),
+    Key("load_N", float, "on the plates", NOT_NEGATIVE),
+    Key("film_mm", float, "thickness of the film", POSITIVE),
+    Key("length_mm", float, "of the plates", POSITIVE),
+    Key("width_mm", float, "of the plates", POSITIVE),
+)
+BEARING_FORMS: Mapping[str, tuple[Key, ...]] = {
+    "dry": DRY,
+    "hydrodynamic": HYDRODYNAMIC,
+    "rolling": _rolling(
+        Key("model", Literal["palmgren"], "how friction is found", default="palmgren"), PALMGREN_KEYS
+    ),
+    "rolling, skf": _rolling(Key("model", Literal["skf"], "how friction is found"), SKF_KEYS),
+    "squeeze_film": SQUEEZE_FILM,
+}
+"""Form of the file → all that may stand at its top level."""
+
+
+def form_of(raw: Mapping[str, Any]) -> tuple[Key, ...]:
+    """Return the keys of the form that a file's kind and model name; the first where they name none."""
+    name = str(raw.get("kind"))
+    return BEARING_FORMS.get(f"{name}, {raw.get('model')}", BEARING_FORMS.get(name, DRY))

@@ -1,0 +1,81 @@
+"""Plots of a bearing: pressure of its film, orbit through a cycle, moment over the speed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from autobalance.declare import MPA, RPM, UM
+from autobalance.engines.bearings.analysis import BearingAnalysis
+from autobalance.engines.bearings.film import Film
+from autobalance.engines.bearings.orbit import Orbits
+from autobalance.report import plots
+from autobalance.report.plot_files import Plot
+from autobalance.types import Array
+
+Drawn = dict[str, Plot]
+PLACES = (0.0, 0.5, 0.8)
+"""Shares of half the length at which the pressure is shown."""
+POINTS = 181
+
+
+def bearing_plots(analysis: BearingAnalysis) -> Drawn:
+    """Return the plots of a bearing by name, as far as its analysis has their values."""
+    drawn: Drawn = {}
+    if analysis.first.film is not None:
+        drawn["film-pressure"] = _pressure(analysis.first.film)
+    if analysis.orbit is not None and not analysis.orbit_breaks:
+        drawn["orbit"] = _path(analysis.orbit)
+        drawn["film-thickness"] = _thickness(analysis.orbit)
+    known = [state for state in analysis.states if state.friction.moment_N_m is not None]
+    if len(known) > 1:
+        drawn["moment"] = _moment(analysis)
+    return drawn
+
+
+def _pressure(film: Film) -> Plot:
+    """Return the pressure around the bush, angles from the load's direction."""
+    unit = film.unit.pressure
+    scale = MPA.written(film.bearing.pressure_unit_Pa(film.viscosity_Pa_s, film.speed_rad_s))
+    angle = np.linspace(-np.pi, np.pi, POINTS)
+    from_widest = np.mod(angle - film.attitude_rad - np.pi, 2.0 * np.pi)
+    curves = []
+    for place in PLACES:
+        row = int(np.argmin(np.abs(unit.place - place)))
+        name = "middle" if row == 0 else f"{unit.place[row]:.2g} of half the length out"
+        pressure = np.interp(from_widest, unit.angle_rad, unit.pressure[:, row], period=2.0 * np.pi)
+        curves.append(plots.Curve(name, np.degrees(angle), scale * pressure))
+    labels = ("angle from the load, in the sense of turning [°]", "pressure [MPa]")
+    return plots.lines("Pressure of the film", labels, curves)
+
+
+def _path(orbit: Orbits) -> Plot:
+    turn = np.linspace(0.0, 2.0 * np.pi, POINTS)
+    x, y = orbit.eccentricity[:, 0].T
+    curves = [plots.Curve("journal's centre", x, y), plots.Curve("contact", np.cos(turn), np.sin(turn))]
+    return plots.polar("Orbit in the film", ("x over the clearance [-]", "y over the clearance [-]"), curves)
+
+
+def _thickness(orbit: Orbits) -> Plot:
+    degrees = np.degrees(orbit.angle_rad)
+    curve = plots.Curve("least film", degrees, UM.times * orbit.film_m[:, 0])
+    return plots.lines("Least film through the cycle", ("crank angle [°]", "film [µm]"), [curve])
+
+
+def _moment(analysis: BearingAnalysis) -> Plot:
+    speeds = np.array([RPM.written(state.speed_rad_s) for state in analysis.states])
+    moments = np.array(
+        [
+            np.nan if state.friction.moment_N_m is None else state.friction.moment_N_m
+            for state in analysis.states
+        ]
+    )
+    curves = [_sorted("moment", speeds, moments)]
+    petroff = [state.petroff_N_m for state in analysis.states]
+    if all(each is not None for each in petroff):
+        curves.append(_sorted("Petroff", speeds, np.array(petroff, dtype=np.float64)))
+    return plots.lines("Friction over the speed", ("speed [1/min]", "moment [N·m]"), curves)
+
+
+def _sorted(name: str, x: Array, y: Array) -> plots.Curve:
+    order = np.argsort(x)
+    return plots.Curve(name, x[order], y[order])

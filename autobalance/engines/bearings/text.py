@@ -1,0 +1,149 @@
+"""A bearing's report as lines for people; every number is taken from the report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from autobalance.declare import DEGREES, MM, MM3_S, MPA, RPM, Unit
+from autobalance.engines.bearings.answer import BearingRow, FilmOrbit, Oil, Plates
+from autobalance.engines.bearings.report import BearingReport
+from autobalance.engines.bearings.rolling import FourParts, PalmgrenParts
+
+SHOWN_ROWS = 12
+NAMES = {
+    "dry": "Dry journal bearing",
+    "hydrodynamic": "Hydrodynamic journal bearing",
+    "rolling": "Rolling bearing",
+    "squeeze_film": "Squeeze film between flat plates",
+}
+SMALL_ANGLE_MU = 0.2
+
+
+def bearing_text(report: BearingReport) -> str:
+    lines = [NAMES[report.kind]]
+    if report.limit:
+        lines.append("Limit: the film breaks (eccentricity ratio above 0.99); values beyond it are left out")
+    lines += _friction(report)
+    lines += _load(report) + _oil(report.oil) + _film(report) + _parts(report.parts)
+    lines += _plates(report.plates) + _orbit(report.orbit) + _rows(report.rows)
+    return "\n".join(lines)
+
+
+def _line(name: str, value: float | None, unit: str, converted: Unit | None = None) -> list[str]:
+    if value is None:
+        return []
+    number = value if converted is None else converted.written(value)
+    return [f"  {name:<34}{number:.4g} {unit}".rstrip()]
+
+
+def _friction(report: BearingReport) -> list[str]:
+    friction, row = report.friction, report.rows[0]
+    if report.kind == "squeeze_film":
+        return []
+    lines = [f"Friction at {RPM.written(row.speed_rad_s):.6g} 1/min"]
+    lines += _line("moment", friction.moment_N_m, "N·m")
+    lines += _line("power", friction.power_W, "W")
+    lines += _line("moment over load and radius", friction.coefficient, "")
+    lines += _line("moment by the small angle", friction.small_angle_N_m, "N·m")
+    lines += _line("coefficient of friction μ", friction.mu, "")
+    lines += _line("μ by the small angle", friction.mu_small_angle, "")
+    lines += _line("μ by the load of life", friction.mu_equivalent, "(for comparison only)")
+    small = friction.mu_small_angle
+    if small is not None and small >= 1.0:
+        lines.append("  No Coulomb friction gives this torque: part of it does not come from the load")
+    mu = friction.mu
+    if mu is not None and mu > SMALL_ANGLE_MU:
+        lines.append("  μ is above 0.2: the small-angle form is out of its range")
+    return lines
+
+
+def _load(report: BearingReport) -> list[str]:
+    load = report.load
+    if load is None:
+        return []
+    lines = ["Load over a turn"]
+    lines += _line("mean of |F|, for friction", load.mean_N, "N")
+    lines += _line("cubic mean", load.cubic_mean_N, "N")
+    lines += _line("equivalent, for life", load.equivalent_N, "N")
+    lines += _line("f_m", load.f_m, "")
+    return lines + _line("attitude angle", report.attitude_angle_rad, "°", DEGREES)
+
+
+def _oil(oil: Oil) -> list[str]:
+    lines = _line("dynamic viscosity", oil.viscosity_Pa_s, "Pa·s")
+    lines += _line("kinematic viscosity", oil.kinematic_mm2_s, "mm²/s")
+    lines += _line("temperature", oil.temperature_C, "°C") + _line("outlet", oil.outlet_C, "°C")
+    return ["Oil", *lines] if lines else []
+
+
+def _film(report: BearingReport) -> list[str]:
+    film = report.film
+    if film is None:
+        return []
+    lines = _line("load", film.load_N, "N") + _line("eccentricity ratio", film.eccentricity_ratio, "")
+    lines += _line("attitude angle", film.attitude_angle_rad, "°", DEGREES)
+    lines += _line("Sommerfeld number", film.sommerfeld, "")
+    lines += _line("least film", film.least_film_m, "mm", MM)
+    lines += _line("greatest pressure", film.greatest_pressure_pa, "MPa", MPA)
+    lines += _line("side flow", film.side_flow_m3_s, "mm³/s", MM3_S)
+    lines += _line("Petroff's moment", report.petroff_N_m, "N·m")
+    matrices = (("stiffness", film.stiffness_N_m, "N/m"), ("damping", film.damping_N_s_m, "N·s/m"))
+    for name, matrix, unit in matrices:
+        if matrix is not None:
+            cells = ", ".join(f"{cell:.4g}" for row in matrix for cell in row)
+            lines.append(f"  {name + ' xx, xy, yx, yy':<34}{cells} {unit}")
+    if film.critical_mass_kg is not None:
+        lines += _line("oil whirl of a rigid rotor above", film.critical_mass_kg, "kg on this bearing")
+        lines += _line("at this share of the speed", film.whirl_ratio, "")
+    elif film.stiffness_N_m is not None:
+        lines.append("  no mass of a rigid rotor makes the oil whirl")
+    return ["Film", *lines] if lines else []
+
+
+def _parts(parts: PalmgrenParts | FourParts | None) -> list[str]:
+    if parts is None:
+        return []
+    lines = ["Parts of one bearing's moment"]
+    if isinstance(parts, PalmgrenParts):
+        return [
+            *lines,
+            *_line("load-free", parts.load_free_N_m, "N·m"),
+            *_line("of the load", parts.load_N_m, "N·m"),
+        ]
+    lines += _line("rolling", parts.rolling_N_m, "N·m") + _line("sliding", parts.sliding_N_m, "N·m")
+    return lines + _line("seal", parts.seal_N_m, "N·m") + _line("drag", parts.drag_N_m, "N·m")
+
+
+def _plates(plates: Plates) -> list[str]:
+    if plates.stiffness_N_m is None:
+        return []
+    return [
+        *_line("stiffness 3 W/H", plates.stiffness_N_m, "N/m"),
+        *_line("damping, uniform pressure (source)", plates.damping_source_N_s_m, "N·s/m"),
+        *_line("damping by Reynolds' equation", plates.damping_N_s_m, "N·s/m"),
+    ]
+
+
+def _orbit(orbit: FilmOrbit | None) -> list[str]:
+    if orbit is None:
+        return []
+    if orbit.least_film_m is None:
+        return ["Film through the cycle: it breaks"]
+    lines = ["Film through the cycle"]
+    lines += _line("least film", orbit.least_film_m, "mm", MM) + _line("at", orbit.at_rad, "°", DEGREES)
+    lines += _line("greatest eccentricity ratio", orbit.greatest_eccentricity_ratio, "")
+    lines += _line("mean friction moment", orbit.mean_friction_N_m, "N·m")
+    if orbit.turns_to_settle is None:
+        return [*lines, "  It does not repeat from cycle to cycle; the numbers are those of the last one"]
+    return [*lines, f"  {'repeats after':<34}{orbit.turns_to_settle} turns"]
+
+
+def _rows(rows: Sequence[BearingRow]) -> list[str]:
+    if len(rows) < 2:
+        return []
+    lines = ["Speed [1/min]   Moment [N·m]"]
+    for row in rows[:SHOWN_ROWS]:
+        moment = "the film breaks" if row.moment_N_m is None else f"{row.moment_N_m:.4g}"
+        lines.append(f"  {RPM.written(row.speed_rad_s):<14.6g}{moment}")
+    more = len(rows) - SHOWN_ROWS
+    return [*lines, f"  and {more} more speeds"] if more > 0 else lines

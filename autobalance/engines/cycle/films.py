@@ -1,0 +1,202 @@
+"""Oil films of main bearings and big ends through a cycle, from their loads and the job's clearances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Literal, Self
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy
+from autobalance.declare import ABSENT, Absent, Count, Degrees, NotNegative, Ordinal, record
+from autobalance.engines.cycle.analysis import CycleAnalysis
+from autobalance.engines.cycle.factors import MainLoads
+from autobalance.engines.cycle.firing_engine import FiringEngine
+from autobalance.engines.cycle.model import Film
+from autobalance.types import Array, Complex
+from autobalance.units import M_PER_MM
+
+if TYPE_CHECKING:
+    from autobalance.engines.bearings.orbit import Orbits
+
+FILM_ANGLE_STRIDE = 2
+"""Angles of the grid from one force to the next: a degree, and two where there are many bearings."""
+FEW_BEARINGS = 100
+"""Bearings up to which they are not many."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bearings:
+    """Plain bearings of a crank: diameters, lengths and radial clearances (k,) [mm]."""
+
+    diameter_mm: Array
+    length_mm: Array
+    clearance_mm: Array
+
+
+@dataclass(frozen=True, eq=False)
+class CycleFilms:
+    """Orbits of the journals in main bearings, one each, and of crankpins in big ends, None without any.
+
+    ``big_end_cylinders`` are the numbers, from 1, of the cylinders whose rods the big ends belong to.
+    """
+
+    mains: Orbits
+    big_ends: Orbits | None
+    big_end_cylinders: tuple[int, ...] = ()
+
+
+def main_bearings(anatomy: Anatomy, film: Film) -> Bearings:
+    """Return the main bearings of a crank, increasing z."""
+    pins = sorted(anatomy.main_journals, key=lambda pin: float(pin.centre_mm[2]))
+    lengths = [film.main_length_mm or pin.width_mm for pin in pins]
+    clearances = np.full(len(pins), film.main_clearance_mm)
+    return Bearings(np.array([pin.diameter_mm for pin in pins]), np.array(lengths), clearances)
+
+
+def big_ends(anatomy: Anatomy, film: Film, rods: Sequence[int]) -> Bearings | None:
+    """Return the big ends, with the number of them on each throw; None where no clearance is given."""
+    if film.crankpin_clearance_mm is None:
+        return None
+    pins = [throw.crankpin for throw, count in zip(anatomy.throws, rods, strict=True) for _ in range(count)]
+    shares = [count for count in rods for _ in range(count)]
+    lengths = [film.crankpin_length_mm or pin.width_mm / n for pin, n in zip(pins, shares, strict=True)]
+    clearances = np.full(len(pins), film.crankpin_clearance_mm)
+    return Bearings(np.array([pin.diameter_mm for pin in pins]), np.array(lengths), clearances)
+
+
+def cycle_films(cycle: CycleAnalysis, anatomy: Anatomy, film: Film) -> CycleFilms:
+    """Return the films of a cycle's loads.
+
+    The rod swings about a mean turning speed of zero, which is taken for its big end's.
+    """
+    speed = cycle.speed_rad_s
+    mains = main_bearings(anatomy, film)
+    loads = MainLoads.of(cycle.firing)
+    whole = loads.parts.mains_n(speed, loads.parts.crank_n)
+    groups = [_on_crankpin(cycle.firing, throw.cylinders) for throw in cycle.firing.throws]
+    ends = big_ends(anatomy, film, [len(each) for each in groups])
+    if ends is None:
+        return CycleFilms(_orbits(cycle.firing, whole, mains, film, speed), None)
+    rods = [cycle.loads.crankpin_n[list(rod)].sum(axis=0) for group in groups for rod in group]
+    on_rods = np.stack([-(load[:, 0] + 1j * load[:, 1]) for load in rods])
+    return CycleFilms(
+        _orbits(cycle.firing, whole, mains, film, speed),
+        _orbits(cycle.firing, on_rods, ends, film, speed),
+        tuple(rod[0] + 1 for group in groups for rod in group),
+    )
+
+
+def _on_crankpin(firing: FiringEngine, cylinders: Sequence[int]) -> list[tuple[int, ...]]:
+    """Return the rods that turn on a crankpin, each as its cylinder (from 0) and those of the links on it.
+
+    Link rods turn on the knuckle pins of their master rod, whose one big end carries them all.
+    """
+    of = firing.engine.cylinders
+    return [
+        (number, *(each for each in cylinders if of[each].master == number))
+        for number in cylinders
+        if of[number].master is None
+    ]
+
+
+def least_films_mm(
+    firing: FiringEngine,
+    anatomy: Anatomy,
+    film: Film,
+    speeds_rad_s: Sequence[float],
+    factors: Sequence[float],
+) -> list[list[float | None]]:
+    """Return the least film of all mains of ideal cranks, by speed and factor; None where one breaks [mm].
+
+    All orbits are followed at once.
+    """
+    loads = MainLoads.of(firing)
+    cases = [(speed, factor) for speed in speeds_rad_s for factor in factors]
+    forces = [loads.parts.mains_n(speed, loads.crank_n(factor)) for speed, factor in cases]
+    bearings = main_bearings(anatomy, film)
+    count = len(bearings.diameter_mm)
+    many = Bearings(
+        np.tile(bearings.diameter_mm, len(cases)),
+        np.tile(bearings.length_mm, len(cases)),
+        np.tile(bearings.clearance_mm, len(cases)),
+    )
+    speeds = np.repeat([speed for speed, _ in cases], count)
+    orbits = _orbits(firing, np.concatenate(forces), many, film, speeds)
+    settled = (orbits.turns_to_settle > 0) & ~orbits.contact
+    films = (orbits.least_film_m / M_PER_MM).reshape(-1, count).min(axis=1)
+    known = [bool(row.all()) for row in settled.reshape(-1, count)]
+    flat = [float(value) if good else None for value, good in zip(films, known, strict=True)]
+    return [flat[first : first + len(factors)] for first in range(0, len(flat), len(factors))]
+
+
+def _orbits(
+    firing: FiringEngine, force_n: Complex, bearings: Bearings, film: Film, speed_rad_s: Array | float
+) -> Orbits:
+    """Return the orbits of journals under forces (k, n) on their bushes."""
+    from autobalance.engines.bearings.orbit import film_orbits
+
+    every = FILM_ANGLE_STRIDE if len(force_n) <= FEW_BEARINGS else 2 * FILM_ANGLE_STRIDE
+    even = force_n[:, : firing.grid.even_rad.size : every].T
+    return film_orbits(
+        firing.grid.even_rad[::every],
+        np.stack([even.real, even.imag], axis=-1),
+        speed_rad_s,
+        film.viscosity_pa_s,
+        bearings.diameter_mm * M_PER_MM,
+        bearings.length_mm * M_PER_MM,
+        bearings.clearance_mm * M_PER_MM,
+    )
+
+
+@record
+class FilmFigures:
+    """The film of one bearing; a broken one has no numbers but its limit."""
+
+    number: Ordinal
+    least_film_mm: NotNegative | None
+    at_rad: Degrees | None
+    greatest_eccentricity_ratio: NotNegative | None
+    mean_friction_N_m: float | None
+    turns_to_settle: Count | None
+    limit: Literal["contact", "not periodic"] | None
+    change_of_eccentricity: Annotated[
+        NotNegative | Absent, "how far a path that does not repeat is from doing so"
+    ] = ABSENT
+
+    @classmethod
+    def of(cls, number: int, orbit: Orbits) -> Self:
+        broken, turns = bool(orbit.contact[0]), int(orbit.turns_to_settle[0])
+        settled = turns > 0 and not broken
+        return cls(
+            number=number,
+            least_film_mm=float(orbit.least_film_m[0]) / M_PER_MM if settled else None,
+            at_rad=float(orbit.least_at_rad[0]) if settled else None,
+            greatest_eccentricity_ratio=float(orbit.ratio.max()) if settled else None,
+            mean_friction_N_m=float(orbit.mean_moment_N_m[0]) if settled else None,
+            turns_to_settle=turns if settled else None,
+            limit="contact" if broken else None if turns else "not periodic",
+            change_of_eccentricity=ABSENT if broken or turns or orbit.off is None else float(orbit.off[0]),
+        )
+
+
+@record
+class FilmTable:
+    """Films of main bearings and big ends, these by the number of their rod's cylinder."""
+
+    main_journals: Sequence[FilmFigures]
+    big_ends: Sequence[FilmFigures] | None
+
+
+def film_table(films: CycleFilms) -> FilmTable:
+    ends = films.big_ends
+    numbers = range(1, films.mains.eccentricity.shape[1] + 1)
+    return FilmTable(
+        main_journals=_rows(films.mains, numbers),
+        big_ends=None if ends is None else _rows(ends, films.big_end_cylinders),
+    )
+
+
+def _rows(orbits: Orbits, numbers: Sequence[int]) -> list[FilmFigures]:
+    return [FilmFigures.of(number, orbits.case(at)) for at, number in enumerate(numbers)]

@@ -1,0 +1,210 @@
+"""An engine that fires: its loads, torque and friction over the crank angle at any speed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from autobalance.engines.cycle.cylinder import CylinderCycle, Strokes
+from autobalance.engines.cycle.friction import NO_FRICTION, Friction
+from autobalance.engines.cycle.grid import CycleGrid
+from autobalance.running_gear.loads import Loads, lever_shares, loads, variable_inertia_g_mm2
+from autobalance.running_gear.whole_engine import CrankUnbalance, Engine
+from autobalance.types import Array, Complex
+from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM, N_PER_G_MM_S2
+
+NO_WORK = 1e-9
+"""Share of peak pressure × swept volume below which work is rounding."""
+
+
+@dataclass(frozen=True)
+class ThrowPlace:
+    """A throw: where its crankpin stands, and the numbers from 0 of the cylinders that work on it."""
+
+    angle_rad: float
+    z_mm: float
+    cylinders: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class FiringEngine:
+    """An engine with the gas in its cylinders and the bearings that carry its crank.
+
+    Attributes
+    ----------
+    engine : Engine
+        With its crank's pieces of unbalance.
+    throws : tuple of ThrowPlace
+    mains_z_mm, main_diameters_mm : tuple of float
+        By main bearing, increasing z [mm].
+    cycles : tuple of CylinderCycle
+        By cylinder.
+    firing_rad : tuple of float
+        Crank angle of each cylinder's firing top dead centre [rad].
+    flywheel_g_mm2 : float
+        Polar inertia that turns with the crank besides its own [g·mm²].
+    friction : Friction
+    """
+
+    engine: Engine
+    throws: tuple[ThrowPlace, ...]
+    mains_z_mm: tuple[float, ...]
+    main_diameters_mm: tuple[float, ...]
+    cycles: tuple[CylinderCycle, ...]
+    firing_rad: tuple[float, ...]
+    flywheel_g_mm2: float = 0.0
+    friction: Friction = NO_FRICTION
+
+    @property
+    def strokes(self) -> Strokes:
+        """Two or four."""
+        return self.cycles[0].exchange.strokes
+
+    @cached_property
+    def grid(self) -> CycleGrid:
+        """Crank angles over a cycle at which everything is computed."""
+        jumps = [
+            firing + jump
+            for cycle, firing in zip(self.cycles, self.firing_rad, strict=True)
+            for jump in cycle.jumps_rad
+        ]
+        return CycleGrid.of(self.cycles[0].span_rad, jumps)
+
+    def gas(self, angle_rad: Array) -> GasState:
+        """Return the gas in every cylinder at crank angles (n,) [rad]."""
+        volume, pressure, force = (np.zeros((len(self.cycles), angle_rad.size)) for _ in range(3))
+        for number, (cycle, firing) in enumerate(zip(self.cycles, self.firing_rad, strict=True)):
+            after = angle_rad - firing
+            volume[number] = cycle.chamber.volume_mm3(after)
+            pressure[number] = cycle.pressure_mpa(after, volume[number])
+            above = pressure[number] - cycle.below_mpa(volume[number])
+            force[number] = above * cycle.chamber.piston_area_mm2
+        return GasState(volume, pressure, force)
+
+    @cached_property
+    def parts(self) -> LoadParts:
+        """The loads on the grid's angles, gas and inertia apart."""
+        return LoadParts.of(self, self.grid.angle_rad)
+
+    def inertia_g_mm2(self, angle_rad: Array) -> Array:
+        """Return J(θ) of all that moves with the crank (n,) [g·mm²]."""
+        total = np.full(angle_rad.shape, self.engine.polar_inertia_g_mm2 + self.flywheel_g_mm2)
+        for cylinder in self.engine.cylinders:
+            motion = cylinder.slider_crank.motion(angle_rad + cylinder.throw_angle_rad - cylinder.bank_rad)
+            total += variable_inertia_g_mm2(cylinder, motion)
+        return total
+
+    def piston_friction_n_m(self, speed_rad_s: float) -> float:
+        """Return the torque of the friction mean pressure (Chen and Flynn) [N·m]."""
+        total = 0.0
+        for cycle in self.cycles:
+            stroke_m = cycle.chamber.slider_crank.stroke_mm * 1e-3
+            peak_bar = cycle.peak[0] * BAR_PER_MPA
+            bar = self.friction.mean_pressure_bar(peak_bar, stroke_m * speed_rad_s / math.pi)
+            total += bar / BAR_PER_MPA * cycle.chamber.swept_mm3
+        return total * N_M_PER_N_MM / self.grid.span_rad
+
+    @property
+    def work_n_mm(self) -> float:
+        """Work of the gas of all cylinders over a cycle [N·mm]."""
+        return sum(cycle.work_n_mm for cycle in self.cycles)
+
+    @property
+    def gas_mean_n_m(self) -> float:
+        """Mean torque of the gas, from its forces on the crankpins [N·m]."""
+        return sum(cycle.torque_work_n_mm for cycle in self.cycles) * N_M_PER_N_MM / self.grid.span_rad
+
+    @property
+    def energy_error(self) -> float | None:
+        """|∮ torque dθ − Σ work|/Σ|work|; None where the gas does no work but for rounding."""
+        size = sum(abs(cycle.work_n_mm) for cycle in self.cycles)
+        if size <= NO_WORK * sum(cycle.peak[0] * cycle.chamber.swept_mm3 for cycle in self.cycles):
+            return None
+        return abs(sum(cycle.torque_work_n_mm for cycle in self.cycles) - self.work_n_mm) / size
+
+
+@dataclass(frozen=True, eq=False)
+class GasState:
+    """Volume [mm³], pressure [MPa] and force on the piston [N] of each cylinder, (c, n) each."""
+
+    volume_mm3: Array
+    pressure_mpa: Array
+    force_n: Array
+
+
+@dataclass(frozen=True, eq=False)
+class LoadParts:
+    """Loads over the crank angle in parts that speed and counterweights scale.
+
+    At speed Ω a load is its part of the gas + Ω² × its part of the rods and pistons; the mains carry besides
+    Ω² exp(iθ) × the unbalance of the crank, by levers.
+
+    Attributes
+    ----------
+    gas_state : GasState
+    gas, rods : Loads
+        Of the gas alone; of rods and pistons at 1 rad/s, without the crank.
+    crank_n : (m,) complex
+        What the crank's unbalance does to each main at 1 rad/s and angle 0, x + iy [N].
+    """
+
+    gas_state: GasState
+    gas: Loads
+    rods: Loads
+    crank_n: Complex
+
+    @classmethod
+    def of(cls, firing: FiringEngine, angle_rad: Array) -> LoadParts:
+        """Return the parts at crank angles (n,) [rad]."""
+        rods = Engine(firing.engine.cylinders)
+        state = firing.gas(angle_rad)
+        return cls(
+            state,
+            loads(rods, firing.mains_z_mm, 0.0, angle_rad, gas_n=state.force_n),
+            loads(rods, firing.mains_z_mm, 1.0, angle_rad),
+            pulls_at_mains_n(firing.engine.crank, firing.mains_z_mm),
+        )
+
+    def at_speed(self, speed_rad_s: float) -> Loads:
+        """Return the loads at a constant speed."""
+        square = speed_rad_s**2
+        names = ("wrist_pin_n", "wall_n", "crankpin_n", "torque_n_m")
+        both = [getattr(self.gas, name) + square * getattr(self.rods, name) for name in names]
+        main = self.mains_n(speed_rad_s, self.crank_n)
+        main_n = np.stack([main.real, main.imag], axis=-1)
+        wrist, wall, crankpin, torque = both
+        return Loads(self.gas.angle_rad, wrist, wall, crankpin, main_n, torque, self.gas.gas_torque_n_m)
+
+    def mains_n(self, speed_rad_s: float, crank_n: Complex) -> Complex:
+        """Return the loads x + iy of the mains (m, n) with any crank's unbalance (m,) at them [N]."""
+        square = speed_rad_s**2
+        turning = np.exp(1j * self.gas.angle_rad) * square
+        result: Complex = self._gas_mains_n + square * self._rod_mains_n + crank_n[:, None] * turning
+        return result
+
+    @cached_property
+    def _gas_mains_n(self) -> Complex:
+        return as_complex(self.gas.main_n)
+
+    @cached_property
+    def _rod_mains_n(self) -> Complex:
+        return as_complex(self.rods.main_n)
+
+
+def as_complex(vectors: Array) -> Complex:
+    """Return vectors (..., 2) as x + iy (...)."""
+    result: Complex = vectors[..., 0] + 1j * vectors[..., 1]
+    return result
+
+
+def pulls_at_mains_n(pieces: Sequence[CrankUnbalance], mains_z_mm: Sequence[float]) -> Complex:
+    """Return the forces of unbalances on each main at 1 rad/s, x + iy in the rotor frame (m,) [N]."""
+    total = np.zeros(len(mains_z_mm), dtype=np.complex128)
+    for piece in pieces:
+        total += lever_shares(piece.z_mm, mains_z_mm) * complex(*piece.unbalance_g_mm)
+    result: Complex = total * N_PER_G_MM_S2
+    return result

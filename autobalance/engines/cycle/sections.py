@@ -1,0 +1,39 @@
+"""Parts of a cycle's report that add-ons compute beside it, as of a crank that bends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from autobalance import registry
+from autobalance.balancing.measured import Crank
+from autobalance.engines.cycle.analysis import CycleAnalysis
+from autobalance.job import Job
+
+
+@dataclass(frozen=True)
+class CycleSection:
+    """A part of the report of a cycle: ``record`` declares what stands in it.
+
+    ``computed`` finds it, ``answer`` makes the record of what was found, ``text`` shows the record, ``plots``
+    draw what was found, by name, and ``doubts`` yields why the model is not to be trusted.
+    """
+
+    record: type
+    computed: Callable[[CycleAnalysis, Job, Crank], Any]
+    answer: Callable[[Any, CycleAnalysis], Any]
+    text: Callable[[Any], str]
+    plots: Callable[[CycleAnalysis, Any], Mapping[str, Any]]
+    doubts: Callable[[CycleAnalysis, Job, Any], Iterator[str]]
+
+
+def cycle_section(key: str) -> CycleSection:
+    """Return the section that the report has under a key."""
+    found: CycleSection = registry.loaded(registry.CYCLE_SECTIONS[key])
+    return found
+
+
+def cycle_section_types() -> dict[str, Any]:
+    """Return the record of each section by its key in the report."""
+    return {key: cycle_section(key).record for key in registry.CYCLE_SECTIONS}

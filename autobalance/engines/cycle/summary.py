@@ -1,0 +1,252 @@
+"""A cycle in numbers: what its curves come to, for a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from autobalance.declare import ABSENT, Absent
+from autobalance.engines.cycle.analysis import CycleAnalysis
+from autobalance.engines.cycle.counterweight_search import best_counterweight, best_counterweight_at
+from autobalance.engines.cycle.factors import (
+    FactorRow,
+    MainLoads,
+    factor_rows,
+    key_figures,
+    with_inertia,
+    with_reciprocating,
+)
+from autobalance.engines.cycle.figures import (
+    CycleLoads,
+    CycleSpeed,
+    CycleSummary,
+    CycleTorque,
+    CylinderFigures,
+    FactorFigures,
+    FactorLoads,
+    FirstCylinder,
+    KeyFigureTable,
+    NumberedCylinder,
+    PendulumFigures,
+    RunUpPoint,
+    ShareFigures,
+    SweepRow,
+    ThrowCounterweight,
+)
+from autobalance.engines.cycle.firing_engine import as_complex
+from autobalance.engines.cycle.load_figures import Carrier, numbered_loads
+from autobalance.engines.cycle.pendulum import Pendulum
+from autobalance.engines.cycle.speed import run_up_s
+from autobalance.running_gear.dead_centres import dead_centres
+
+SHARES = (0.9, 1.0, 1.1)
+"""Of inertia and of reciprocating mass, for what they do to the key figures."""
+RUN_UP_FROM = 0.2
+"""Share of the speed at which the run-up's clock starts."""
+
+
+def cycle_summary(
+    analysis: CycleAnalysis,
+    factors: Sequence[float],
+    fluctuation: float | None,
+    least_film_mm: Sequence[float | None] | None = None,
+) -> CycleSummary:
+    """Return the summary of a cycle.
+
+    Parameters
+    ----------
+    analysis : CycleAnalysis
+    factors : sequence of float
+        Balance factors to compare.
+    fluctuation : float or None
+        Fluctuation of the speed that is asked for.
+    least_film_mm : sequence of float or None
+        Least film of the mains by factor, where there are films [mm].
+    """
+    firing = analysis.firing
+    cylinders = [
+        NumberedCylinder(places=places, figures=CylinderFigures.of(cycle))
+        for places, cycle in zip(dead_centres(firing.engine), firing.cycles, strict=True)
+    ]
+    films = [ABSENT] * len(factors) if least_film_mm is None else least_film_mm
+    rows = factor_rows(firing, factors, analysis.speed_rad_s)
+    return CycleSummary(
+        strokes=firing.strokes,
+        firing_rad=firing.firing_rad,
+        cylinder=_first(cylinders[0]),
+        cylinders=cylinders,
+        torque=_torque(analysis),
+        power_W=analysis.mean_n_m * analysis.speed_rad_s,
+        speed=_speed(analysis, fluctuation),
+        loads=_loads(analysis),
+        factors=[_factor_loads(row, film) for row, film in zip(rows, films, strict=True)],
+        counterweights=_counterweights(analysis),
+        key_figures=_key_figures(analysis, factors),
+        energy_error=firing.energy_error,
+    )
+
+
+def _first(cylinder: NumberedCylinder) -> FirstCylinder:
+    places = cylinder.places
+    return FirstCylinder(
+        stroke_mm=places.stroke_mm,
+        top_dead_centre_deg=places.top_dead_centre_deg,
+        bottom_dead_centre_deg=places.bottom_dead_centre_deg,
+        figures=cylinder.figures,
+    )
+
+
+def _torque(cycle: CycleAnalysis) -> CycleTorque:
+    return CycleTorque(
+        mean_n_m=cycle.mean_n_m,
+        greatest_n_m=float(cycle.total_n_m.max()),
+        least_n_m=float(cycle.total_n_m.min()),
+        gas_mean_n_m=cycle.firing.gas_mean_n_m,
+        inertia_mean_n_m=cycle.inertia_mean_n_m,
+        friction_mean_n_m=cycle.friction_mean_n_m,
+        orders=cycle.orders,
+    )
+
+
+def _speed(cycle: CycleAnalysis, fluctuation: float | None) -> CycleSpeed:
+    uneven = cycle.uneven_speed
+    return CycleSpeed(
+        mean_rad_s=None if uneven is None else uneven.mean_rad_s,
+        fluctuation=None if uneven is None else uneven.fluctuation,
+        greatest_rad_s=None if uneven is None else uneven.greatest_rad_s,
+        least_rad_s=None if uneven is None else uneven.least_rad_s,
+        inertia_mean_g_mm2=cycle.mean_inertia_g_mm2,
+        acceleration_rad_s2=cycle.acceleration_rad_s2,
+        flywheel_needed_g_mm2=None if fluctuation is None else cycle.flywheel_needed_g_mm2(fluctuation),
+        run_up=_run_up(cycle),
+    )
+
+
+def _run_up(cycle: CycleAnalysis) -> list[RunUpPoint] | None:
+    """Return times of the unloaded engine at each fifth of its speed; None where friction holds it."""
+    speeds = np.linspace(RUN_UP_FROM, 1.0, 5) * cycle.speed_rad_s
+    mains = MainLoads.of(cycle.firing)
+    times = run_up_s(lambda speed: mains.surplus_n_m(None, speed), cycle.mean_inertia_g_mm2, speeds)
+    if times is None:
+        return None
+    return [
+        RunUpPoint(speed_rad_s=float(speed), time_s=float(time))
+        for speed, time in zip(speeds, times, strict=True)
+    ]
+
+
+def _big_ends_on(cycle: CycleAnalysis) -> list[Carrier | Absent]:
+    """Return what carries each cylinder's own rod, where that is not its bearing on the crankpin."""
+    cylinders = cycle.firing.engine.cylinders
+    masters = {each.master for each in cylinders}
+    return [
+        "knuckle pin" if each.master is not None else "no bearing" if number in masters else ABSENT
+        for number, each in enumerate(cylinders)
+    ]
+
+
+def _loads(cycle: CycleAnalysis) -> CycleLoads:
+    loads = cycle.loads
+    return CycleLoads(
+        crankpins=numbered_loads(cycle.peaks(cycle.crankpins_n)),
+        big_ends=numbered_loads(cycle.peaks(loads.crankpin_n), _big_ends_on(cycle)),
+        wrist_pins=numbered_loads(cycle.peaks(loads.wrist_pin_n)),
+        piston_walls=numbered_loads(cycle.peaks(loads.wall_n)),
+        main_journals=numbered_loads(cycle.peaks(loads.main_n)),
+    )
+
+
+def _factor_loads(row: FactorRow, least_film_mm: float | Absent | None) -> FactorLoads:
+    return FactorLoads(
+        factor=row.factor,
+        greatest_main_n=row.greatest_main_n,
+        mean_main_n=row.mean_main_n,
+        greatest_mains_n=row.greatest_mains_n,
+        friction_mean_n_m=row.friction_mean_n_m,
+        least_film_mm=least_film_mm,
+    )
+
+
+def sweep_rows(
+    cycle: CycleAnalysis,
+    speeds_rad_s: Sequence[float],
+    factors: Sequence[float],
+    least_film_mm: Sequence[Sequence[float | None]] | None = None,
+) -> list[SweepRow]:
+    """Return loads, friction and torque of ideal cranks by speed, then factor, at unchanged pressures."""
+    mains, gas = MainLoads.of(cycle.firing), cycle.firing.gas_mean_n_m
+    films = [[None] * len(factors)] * len(speeds_rad_s) if least_film_mm is None else least_film_mm
+    rows = [
+        (speed, mains.row(factor, speed), film)
+        for speed, of_speed in zip(speeds_rad_s, films, strict=True)
+        for factor, film in zip(factors, of_speed, strict=True)
+    ]
+    return [
+        SweepRow(
+            speed_rad_s=speed,
+            factor=row.factor,
+            greatest_main_n=row.greatest_main_n,
+            mean_main_n=row.mean_main_n,
+            friction_mean_n_m=row.friction_mean_n_m,
+            torque_mean_n_m=gas - row.friction_mean_n_m,
+            least_film_mm=film,
+        )
+        for speed, row, film in rows
+    ]
+
+
+def _counterweights(cycle: CycleAnalysis) -> list[ThrowCounterweight]:
+    """Return the counterweight of each throw that leaves the least reaction to its rods."""
+    rows = []
+    for number, (throw, load) in enumerate(zip(cycle.firing.throws, cycle.crankpins_n, strict=True), 1):
+        case = as_complex(load), cycle.grid.angle_rad, cycle.speed_rad_s
+        best = best_counterweight(*case)
+        facing = best_counterweight_at(*case, throw.angle_rad + math.pi)
+        rods = [cycle.firing.engine.cylinders[each] for each in throw.cylinders]
+        rotating = sum(rod.bob_weight_product_g_mm(0.0) for rod in rods)
+        reciprocating = sum(rod.bob_weight_product_g_mm(1.0) for rod in rods) - rotating
+        rows.append(
+            ThrowCounterweight(
+                throw=number,
+                unbalance_g_mm=best.product_g_mm,
+                angle_rad=best.angle_rad,
+                greatest_n=best.greatest_n,
+                opposite_g_mm=facing.product_g_mm,
+                opposite_greatest_n=facing.greatest_n,
+                opposite_factor=(facing.product_g_mm - rotating) / reciprocating if reciprocating else None,
+            )
+        )
+    return rows
+
+
+def _key_figures(cycle: CycleAnalysis, factors: Sequence[float]) -> KeyFigureTable:
+    firing, speed = cycle.firing, cycle.speed_rad_s
+    return KeyFigureTable(
+        factor=[FactorFigures(factor=f, figures=key_figures(firing, speed, f)) for f in factors],
+        inertia=[ShareFigures(share=s, figures=key_figures(with_inertia(firing, s), speed)) for s in SHARES],
+        reciprocating_mass=[
+            ShareFigures(share=s, figures=key_figures(with_reciprocating(firing, s), speed)) for s in SHARES
+        ],
+    )
+
+
+def pendulum_figures(
+    cycle: CycleAnalysis, pendulum: Pendulum, swing_rad: float, reduction: float
+) -> PendulumFigures:
+    """Return a pendulum absorber for a share of the torque of its order."""
+    torque = next((each.total_n_m for each in cycle.orders if each.order == pendulum.order), None)
+    mass = None if torque is None else pendulum.mass_g(reduction * torque, swing_rad, cycle.speed_rad_s)
+    return PendulumFigures(
+        order=pendulum.order,
+        path=pendulum.path,
+        distance_mm=pendulum.distance_mm,
+        length_mm=pendulum.length_mm,
+        swing_rad=swing_rad,
+        order_at_swing=pendulum.order_at(swing_rad),
+        torque_n_m=torque,
+        reduction=reduction,
+        mass_g=mass,
+        inertia_g_mm2=None if mass is None else pendulum.inertia_g_mm2(mass),
+    )

@@ -1,0 +1,1 @@
+"""Inertia forces of an engine: orders, bearing loads, balance factors."""

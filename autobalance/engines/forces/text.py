@@ -1,0 +1,179 @@
+"""Forces of an engine as lines to read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from autobalance.declare import ABSENT
+from autobalance.engines.cycle.text import number
+from autobalance.report.tables import table
+
+if TYPE_CHECKING:
+    from autobalance.engines.forces.answer import EngineState, ForcesReport
+    from autobalance.engines.forces.factor_advice import FactorAdvice
+    from autobalance.engines.mounts.mounted_engine import MountedAnalysis
+    from autobalance.running_gear.force_summary import CylinderLoads, InertiaLoads
+    from autobalance.running_gear.whole_engine import ForceOrder
+
+LEAST_SHOWN_N = 0.05
+"""Forces [N] and moments [N·m] below which an order is left out."""
+
+
+def forces_text(report: ForcesReport) -> str:
+    """Return the summary of ``forces``: orders, bearing loads, and the effect of each factor."""
+    parts = [
+        f"{report.job['file']}: forces of inertia at {report.speed_rpm:g} rpm, without gas;"
+        f" moments about z = {report.moments_about_z_mm:.2f} mm",
+        *(_state(state) for state in report.states),
+        _roll(report),
+        _advice(report.factors),
+        *([] if report.mounts is ABSENT else [_mounts(report.mounts)]),
+    ]
+    return "\n\n".join(parts)
+
+
+def _mounts(mounts: MountedAnalysis) -> str:
+    """Return natural frequencies on the mounts, and the greatest velocity of each place by factor."""
+    names = [place.name for place in mounts.responses[0].places if not place.name.startswith("mount ")]
+    rows: list[Sequence[str]] = [("On its mounts, greatest RMS velocity", *names)]
+    for each in mounts.responses:
+        greatest = {place.name: max(place.velocity_rms_mm_s) for place in each.places}
+        rows.append((f"  factor {each.factor:g}", *(f"{greatest[name]:.3g} mm/s" for name in names)))
+    lines = [
+        "Natural frequencies on its mounts: "
+        + ", ".join(f"{each / (2.0 * math.pi):.2f}" for each in mounts.natural_frequencies_rad_s)
+        + " Hz",
+        table(rows),
+    ]
+    for name, factor in mounts.best_factor_for.items():
+        beyond = (
+            ""
+            if 0.0 <= factor <= 1.0
+            else ", outside 0 to 1: the crank is over- or underbalanced for its mounts"
+        )
+        lines.append(f"  least at {name} with factor {factor:.2f}{beyond}")
+    return "\n".join(lines)
+
+
+def _state(state: EngineState) -> str:
+    factor = state.balance_factor
+    name = state.name + ("" if factor is None else f" (balance factor {factor:.4f})")
+    force, loads = state.force, state.loads
+    head = (
+        f"{name}: greatest force {_newtons(force.greatest_n)}, along cylinder 1"
+        f" {_newtons(force.greatest_inline_n)}, across {_newtons(force.greatest_transverse_n)}"
+    )
+    lines = [head, orders_table(force.orders)]
+    if state.with_shafts is not ABSENT:
+        lines.append("  With the job's balance shafts\n" + orders_table(state.with_shafts.orders))
+    return "\n".join([*lines, _loads(loads)])
+
+
+def _newtons(force_n: float | None) -> str:
+    return number(force_n, ".0f", " N")
+
+
+def _roll(report: ForcesReport) -> str:
+    """Return the roll couple on the block, and its part beside the reaction of the torque."""
+    roll = report.roll
+    line = (
+        f"Roll couple of inertia on the block: maximum {roll.greatest_n_m:.2f} N·m; without the reaction"
+        f" of the torque {roll.greatest_besides_torque_n_m:.2f} N·m"
+    )
+    beside = report.states[0].with_shafts
+    if beside is not ABSENT:
+        left = beside.greatest_roll_besides_torque_n_m
+        line += f" ({left:.2f} N·m with the job's balance shafts)"
+        line += "\nForces, loads and the table of balance factors do not include the balance shafts."
+    return line
+
+
+def orders_table(orders: Sequence[ForceOrder]) -> str:
+    """Return the orders that shake, in columns."""
+    rows: list[Sequence[str]] = [
+        ("  Order", "along x", "along y", "greatest", "forward", "backward", "moment")
+    ]
+    for order in orders:
+        if order.greatest_force_n < LEAST_SHOWN_N and order.greatest_moment_n_m < LEAST_SHOWN_N:
+            continue
+        forces = (
+            order.force_x_n,
+            order.force_y_n,
+            order.greatest_force_n,
+            order.forward_n,
+            order.backward_n,
+        )
+        cells = [f"{force:.1f} N" for force in forces]
+        rows.append((f"  {order.order:g}", *cells, f"{order.greatest_moment_n_m:.2f} N·m"))
+    return table(rows) if len(rows) > 1 else "  no order shakes"
+
+
+def _loads(loads: InertiaLoads) -> str:
+    rows = [("  Load over a turn", "greatest", "mean")]
+    for main in loads.main_bearings:
+        name = f"  main bearing {main.number} (z {main.z_mm:.1f} mm)"
+        rows.append((name, f"{main.greatest_n:.0f} N", f"{main.mean_n:.0f} N"))
+    for cylinder in loads.cylinders:
+        for load, what in (
+            (cylinder.crankpin, _big_end(cylinder)),
+            (cylinder.master_bearing, "crankpin, master rod with its links, of"),
+            (cylinder.wrist_pin, "wrist pin of"),
+            (cylinder.wall, "wall of"),
+        ):
+            if load is ABSENT:
+                continue
+            rows.append(
+                (
+                    f"  {what} cylinder {cylinder.number}",
+                    f"{load.greatest_n:.0f} N",
+                    f"{load.mean_n:.0f} N",
+                )
+            )
+    torque, support = loads.torque, loads.support
+    if support is not None:
+        place = f"  support (z {support.z_mm:.1f} mm)"
+        force = f"{support.greatest_n:.0f} N", f"{support.mean_n:.0f} N"
+        moment = f"{support.greatest_moment_n_m:.1f} N·m", f"{support.mean_moment_n_m:.1f} N·m"
+        rows += [(f"{place}, force", *force), (f"{place}, moment", *moment)]
+    note = "" if support is None else f"\n  {support.says}"
+    return (
+        table(rows)
+        + f"\n  inertia torque {torque.least_n_m:.1f} to {torque.greatest_n_m:.1f} N·m, mean 0"
+        + note
+    )
+
+
+def _big_end(cylinder: CylinderLoads) -> str:
+    """Return the name of the load of a cylinder's rod at its big end."""
+    if cylinder.big_end_on is not ABSENT:
+        return "knuckle pin of"
+    return "crankpin, rod of" if cylinder.master_bearing is ABSENT else "crankpin, master rod alone, of"
+
+
+def _advice(advice: FactorAdvice) -> str:
+    rows: list[Sequence[str]] = [
+        ("Balance factor", "greatest", "along", "across", "rms", "moment", "of order 1", "at end mains")
+    ]
+    for row in advice.rows:
+        sizes = (row.greatest_n, row.greatest_inline_n, row.greatest_transverse_n, row.rms_n)
+        forces = [f"{size:.0f} N" for size in sizes]
+        moments = [f"{size:.1f} N·m" for size in (row.greatest_moment_n_m, row.first_order_moment_n_m)]
+        at_mains = f"{row.greatest_in_planes_n:.0f} N"
+        rows.append((f"  {row.factor:.4f}", *forces, *moments, at_mains))
+    best = [
+        f"  least first order (exact): {_factor(advice.least_first_order)}",
+        f"  least greatest force, all orders: {_factor(advice.least_greatest)}",
+        f"  least force across cylinder 1: {_factor(advice.least_transverse)}",
+        f"  for a mount that takes force across {advice.transverse_weight:g} times as badly as along: "
+        + _factor(advice.for_mount),
+        f"  least greatest moment: {_factor(advice.least_moment)}",
+        "  force and couple together, least greatest force at the outermost mains: "
+        + _factor(advice.least_in_planes),
+    ]
+    return "\n".join([table(rows), *best])
+
+
+def _factor(value: float | None) -> str:
+    return "none is better than another" if value is None else f"{value:.4f}"

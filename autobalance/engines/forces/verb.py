@@ -1,0 +1,297 @@
+"""``forces``: orders, bearing loads and balance factors of a job's engine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from autobalance.balancing import engine_from_job, rotor_from_job
+from autobalance.declare import ABSENT
+from autobalance.engines.cycle.model import Cycle
+from autobalance.engines.forces.answer import EngineState, ForcesReport, WithShafts
+from autobalance.engines.forces.factor_advice import advise
+from autobalance.engines.mounts.model import Mounts
+from autobalance.errors import JobError, UsageError
+from autobalance.job import JobSource
+from autobalance.report.plot_files import Drawn, Plot, Plots
+from autobalance.running_gear.dead_centres import dead_centres, first_order_counterweight
+from autobalance.running_gear.force_summary import (
+    ANGLES,
+    highest_order,
+    inertia_loads,
+    shaking_force,
+    turn_loads,
+)
+from autobalance.running_gear.loads import whole_turn
+from autobalance.running_gear.roll import momentum_roll_n_m, roll_of
+from autobalance.running_gear.shafts import orders_with_shafts, roll_moment_n_m
+from autobalance.running_gear.whole_engine import Engine, about
+from autobalance.runtime import Progress
+from autobalance.units import RAD_S_PER_RPM
+from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.engine_case import Request, job_keys, request
+from autobalance.verbs.options import place_mm
+from autobalance.verbs.result import VerbResult
+
+if TYPE_CHECKING:
+    from autobalance.engines.mounts.mounted_engine import MountedAnalysis
+    from autobalance.verbs.crank import Crank
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ForcesResult(VerbResult):
+    """Inertia forces of an engine, with its crank as the file has it and balanced."""
+
+    content: ForcesReport
+    found: Request
+    engines: dict[str, Engine]
+    factors: tuple[float, ...]
+
+    def text(self, units: str = "metric") -> str:
+        """Return tables of forces, orders and loads."""
+        from autobalance.engines.forces.text import forces_text
+
+        return forces_text(self.content)
+
+    def plots(self) -> Plots:
+        """Return forces over the angle, polar plots and orders."""
+        drawn = _plots(self.found, self.engines, self.engines["as the file is"], list(self.factors))
+        mounts = self.content.mounts
+        return Plots(drawn if mounts is ABSENT else {**drawn, **_mount_plots(mounts)})
+
+
+FACTORS_ON_MOUNTS = (-0.5, 1.5)
+"""Balance factors on mounts: below 0 the crank is underbalanced on purpose, above 1 overbalanced."""
+
+
+@documented
+def forces(
+    job: JobSource,
+    crank: Crank | None = None,
+    *,
+    speed_rpm: float | None = None,
+    factors: Sequence[float] = (0.0, 0.25, 0.5, 0.75, 1.0),
+    transverse_weight: float = 1.0,
+    reference_z_mm: float | None = None,
+    mounts: bool = False,
+    progress: Progress | None = None,
+) -> ForcesResult:
+    """Return the inertia forces of an engine: shaking forces by order, pin and bearing loads, each factor.
+
+    Parameters
+    ----------
+    job : Job, path or dict
+        Job file; engine.rod_length_mm is required.
+    speed_rpm : float or None
+        Crank speed [rpm]; None: the job's balance.speed_rpm.
+    factors : sequence of float
+        Balance factors to compare, each 0 to 1; on mounts -0.5 to 1.5, where under- and overbalance mean
+        something.
+    transverse_weight : float
+        Weight of force across cylinder 1 against force along it, by how much worse the mount takes it.
+    reference_z_mm : float or None
+        Place on the axis that moments are taken about, z in the rotor frame [mm]; None: the middle of the
+        outermost main journals.
+    mounts : bool
+        Compute the engine on its mounts too: `[mounts]` of the job.
+
+    Raises
+    ------
+    UsageError
+        If a number is impossible.
+    AutobalanceError
+        For anything wrong with the job or the crank.
+
+    Examples
+    --------
+    First orders of an inline-four cancel, second ones add up:
+
+    >>> import autobalance as ab
+    >>> crank = ab.generate("inline-4", segments=24).crank
+    >>> job = {"engine": {"rod_length_mm": 140.0, "layout": {"bank_deg": [0.0]},
+    ...                   "rotating_g": {"big_end": 300.0}, "reciprocating_g": {"piston": 400.0}},
+    ...        "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 6000},
+    ...        "correction": {"method": "drill"}}
+    >>> orders = forces(job, crank).report["states"][1]["force"]["orders"]
+    >>> {each["order"]: round(each["greatest_force_n"]) for each in orders if each["order"] in (1, 2)}
+    {1.0: 0, 2.0: 8548}
+    """
+    if not 0.0 <= transverse_weight < float("inf"):
+        raise UsageError(f"--transverse-weight is {transverse_weight:g}; must be ≥ 0")
+    least, most = FACTORS_ON_MOUNTS if mounts else (0.0, 1.0)
+    if not all(least <= factor <= most for factor in factors):
+        listed = ",".join(f"{factor:g}" for factor in factors)
+        raise UsageError(f"--factors is {listed!r}; each must be {least:g} to {most:g}")
+    if reference_z_mm is not None:
+        place_mm("--reference-z", reference_z_mm)
+    case = request(job, crank, speed_rpm, progress)
+    as_file = engine_from_job.as_measured(case.job, case.crank)
+    balanced = engine_from_job.balanced_to(as_file, case.job, case.crank.anatomy, case.factor)
+    engines = {"as the file is": as_file, "balanced": balanced}
+    loads = rotor_from_job.throw_loads(case.crank.anatomy, case.job.engine)
+    attached = rotor_from_job.beside_throws(case.job.engine)
+    known = (rotor_from_job.crank_factor(case.crank.moments, loads, attached), case.factor)
+    ends = engine_from_job.shaft_ends_mm(case.crank.anatomy)
+    reference = engine_from_job.moment_reference_mm(case.crank.anatomy, reference_z_mm)
+    states = [
+        _state(name, engine, factor, case, reference)
+        for (name, engine), factor in zip(engines.items(), known, strict=True)
+    ]
+    compared = sorted({*factors, case.factor})
+    advice = advise(as_file, case.speed_rad_s, compared, transverse_weight, ends, reference)
+    report = ForcesReport(
+        **job_keys(case.job),
+        speed_rpm=case.speed_rpm,
+        moments_about_z_mm=reference,
+        cylinders=dead_centres(as_file),
+        first_order_counterweight=first_order_counterweight(as_file),
+        roll=roll_of(as_file, case.speed_rad_s),
+        states=states,
+        factors=advice,
+        mounts=_mounted(case, as_file, compared, reference) if mounts else ABSENT,
+        warnings=case.warnings,
+    )
+    return ForcesResult(report, case, engines, tuple(compared))
+
+
+def _mounted(
+    case: Request, as_file: Engine, factors: Sequence[float], reference_mm: float
+) -> MountedAnalysis:
+    """Return the engine on its mounts, by factor; with its balance shafts, and gas where it has a cycle."""
+    from autobalance.engines.mounts.mounted_engine import Torque, analysed, inertia_torque
+
+    held = case.job.table(Mounts)
+    if held is None:
+        raise JobError(
+            f"{case.job.path.name}: [mounts] is missing; --mounts needs the engine's mass and mounts"
+        )
+    torque: Torque = inertia_torque(as_file)
+    if case.job.table(Cycle) is not None:
+        from autobalance.engines.cycle.torques import throw_torques
+
+        torques = throw_torques(case.job, case.crank)
+
+        def fired(speed: float) -> dict[float, complex]:
+            total = torques.at_speed(speed).sum(axis=1)
+            return {float(n): complex(each) for n, each in zip(torques.orders, total, strict=True)}
+
+        torque = fired
+    return analysed(
+        held,
+        lambda factor: engine_from_job.balanced_to(as_file, case.job, case.crank.anatomy, factor),
+        torque,
+        factors,
+        engine_from_job.shafts_beside(as_file, case.job, reference_mm),
+    )
+
+
+def _state(
+    name: str, engine: Engine, factor: float | None, case: Request, reference_mm: float
+) -> EngineState:
+    force = shaking_force(engine, case.speed_rad_s)
+    return EngineState(
+        name=name,
+        balance_factor=factor,
+        force=replace(force, orders=tuple(about(force.orders, reference_mm))),
+        with_shafts=_with_shafts(engine, case, reference_mm) if case.job.shafts else ABSENT,
+        loads=inertia_loads(
+            engine, engine_from_job.mains_z_mm(case.crank.anatomy), case.speed_rad_s, reference_mm
+        ),
+    )
+
+
+def _with_shafts(engine: Engine, case: Request, reference_mm: float) -> WithShafts:
+    """Return the orders and the roll with the job's balance shafts."""
+    speed, angle = case.speed_rad_s, whole_turn(ANGLES)
+    shafts = engine_from_job.shafts_beside(engine, case.job, reference_mm)
+    highest = max([highest_order(engine), *(each.order for each in shafts)])
+    orders = orders_with_shafts(engine.orders(speed, highest), shafts, speed)
+    roll = momentum_roll_n_m(engine, angle, speed) + roll_moment_n_m(shafts, angle, speed)
+    return WithShafts(
+        orders=about(orders, reference_mm),
+        greatest_roll_besides_torque_n_m=float(abs(roll).max()),
+    )
+
+
+def _mount_plots(mounts: MountedAnalysis) -> Drawn:
+    """Draw the velocity of each named place, or of the centre, over the speed by factor."""
+    from autobalance.report import plots
+
+    speeds = mounts.speeds_rad_s / RAD_S_PER_RPM
+    names = list(mounts.best_factor_for) or ["centre"]
+    drawn: dict[str, Plot] = {}
+    for number, name in enumerate(names, 1):
+        curves = [
+            plots.Curve(
+                f"factor {row.factor:g}",
+                speeds,
+                next(place.velocity_rms_mm_s for place in row.places if place.name == name),
+            )
+            for row in mounts.responses
+        ]
+        labels = ("speed [1/min]", "velocity, RMS of all orders [mm/s]")
+        drawn[f"mounts-{number}"] = plots.lines(f"On its mounts: {name}", labels, curves)
+    return drawn
+
+
+def _plots(case: Request, engines: dict[str, Engine], engine: Engine, factors: list[float]) -> Drawn:
+    from autobalance.report import plots
+
+    speed = case.speed_rad_s
+    at = f"at {case.speed_rpm:g} rpm"
+    shaking = {name: shaking_force(each, speed) for name, each in engines.items()}
+    angle = next(iter(shaking.values())).angle_rad
+    curves = {}
+    for name, force in shaking.items():
+        curves[f"along cylinder 1, {name}"] = force.force_n[:, 0]
+        curves[f"across, {name}"] = engine.shown(force.force_n)[:, 1]
+    by_factor = {
+        factor: engine.shown(shaking_force(engine.with_counterweights(factor), speed).force_n)
+        for factor in factors
+    }
+    labels = ("force along cylinder 1 [N]", "force across [N]")
+    whole = [order.order for order in shaking["balanced"].orders if order.order % 1.0 == 0.0]
+    heights = {
+        name: [order.greatest_force_n for order in force.orders if order.order % 1.0 == 0.0]
+        for name, force in shaking.items()
+    }
+    drawn = {
+        "force-over-angle": plots.over_angle(f"Shaking force {at}", "force [N]", angle, curves),
+        "force-polar": plots.polar(
+            f"Shaking force by balance factor {at}",
+            labels,
+            [
+                plots.Curve(f"factor {factor:g}", force[:, 0], force[:, 1])
+                for factor, force in by_factor.items()
+            ],
+        ),
+        "orders": plots.bars(f"Shaking force by order {at}", "greatest force [N]", whole, heights),
+    }
+    mains = engine_from_job.mains_z_mm(case.crank.anatomy)
+    if len(mains) < 2:
+        return drawn
+    loads = turn_loads(engines["balanced"], mains, speed)
+    axes = ("load along x [N]", "load along y [N]")
+    drawn["main-bearings-polar"] = plots.polar(
+        f"Main bearings, engine's frame, {at}",
+        axes,
+        [plots.Curve(f"main {n}", *engine.shown(load).T) for n, load in enumerate(loads.main_n, 1)],
+    )
+    drawn["wrist-pins-polar"] = plots.polar(
+        f"Wrist pins, engine's frame, {at}",
+        axes,
+        [plots.Curve(f"cylinder {n}", *engine.shown(load).T) for n, load in enumerate(loads.wrist_pin_n, 1)],
+    )
+    drawn["crankpins-polar"] = plots.polar(
+        f"Crankpins, crank's frame, {at}",
+        axes,
+        [
+            plots.Curve(f"cylinder {n}", *engine.shown(load).T)
+            for n, load in enumerate(loads.crankpin_in_crank_frame_n(), 1)
+        ],
+    )
+    drawn["torque-over-angle"] = plots.over_angle(
+        f"Inertia torque {at}", "torque [N·m]", angle, {"balanced": loads.torque_n_m}
+    )
+    return drawn

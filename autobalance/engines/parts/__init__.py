@@ -1,0 +1,1 @@
+"""Weights of an engine's parts."""

@@ -1,0 +1,44 @@
+"""The report of `parts`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from autobalance.declare import Count, KgMm2, NotNegative, Ordinal, Share, record
+from autobalance.report.records.head import JobReport
+from autobalance.running_gear.conrod import TwoMasses
+from autobalance.running_gear.parts import RolledUp
+
+
+@record
+class ThrowWeights:
+    """The weights on a throw; number None: on every throw that has none of its own."""
+
+    number: Ordinal | None
+    rods: Count
+    rotating: RolledUp
+    reciprocating: RolledUp
+    crankpin: RolledUp
+    balance_factor: Share
+    bob_weight_g: float
+    bob_weight_pm_g: NotNegative
+    bob_weight_pin_fitted_g: float
+
+
+@dataclass(frozen=True)
+class RodEnds(TwoMasses):
+    """A connecting rod as two masses, and what these miss of its inertia."""
+
+    couple_inertia_g_mm2: KgMm2 | None
+
+
+@record
+class PartsReport(JobReport):
+    """The weights of a job rolled up, and its bob-weights."""
+
+    command: Literal["parts"] = "parts"
+    throws: Sequence[ThrowWeights]
+    rod: RodEnds | None
+    warnings: Sequence[str]

@@ -1,0 +1,1 @@
+"""A connecting rod measured from its solid."""

@@ -1,0 +1,89 @@
+"""Balance shafts as lines to read."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from autobalance.engines.forces.text import orders_table
+from autobalance.report.display_units import DisplayUnits
+from autobalance.report.tables import table
+
+if TYPE_CHECKING:
+    from autobalance.engines.forces.complete_balance import ShaftWeight
+    from autobalance.engines.shafts.answer import Shaft, ShaftsReport
+
+
+def shafts_text(report: ShaftsReport, units: DisplayUnits) -> str:
+    """Return the summary of ``shafts``: orders that shake, proposals, and the effect of the job's shafts."""
+    parts = [
+        f"{report.job['file']}: balance shafts at {report.speed_rpm:g} rpm, crank balanced to"
+        f" {report.balance_factor:.4f}; moments about z = {report.moments_about_z_mm:.2f} mm",
+        "Without shafts\n" + orders_table(report.without.orders),
+    ]
+    rows = [("Shafts that would cancel", "speed", "sense", "each", "phase", "where")]
+    for offer in report.proposals:
+        for shaft in offer.shafts:
+            rows.append((f"  {offer.what}", *_shaft_cells(shaft, units), _where(shaft, units)))
+        for pair in offer.couple_shafts:
+            for each in pair.unbalances:
+                cells = _turning(pair.order, pair.sense, each.product_g_mm, each.phase_deg, units)
+                rows.append((f"  {offer.what}", *cells, f"z {units.of_length(each.z_mm)}"))
+    parts.append(table(rows) if len(rows) > 1 else "No order that shafts could cancel is left.")
+    if report.shafts:
+        rows = [("Shafts of the job", "speed", "sense", "product", "phase", "where")]
+        rows += [
+            (f"  {number}", *_shaft_cells(shaft, units), _where(shaft, units))
+            for number, shaft in enumerate(report.shafts, 1)
+        ]
+        lines = [table(rows)]
+        for shaft in report.shafts:
+            for weight in shaft.weights:
+                lines.append(_bolted(weight, units))
+        lines.append("Residual after the shafts\n" + orders_table(report.with_.orders))
+        parts.append("\n".join(lines))
+    parts.append(_shafts_roll(report))
+    return "\n\n".join(parts)
+
+
+def _shafts_roll(report: ShaftsReport) -> str:
+    """Return the roll couple about the crank axis without shafts, with each proposal, and with the job's."""
+    rows = [("Roll couple on the block, reaction of the torque left out", "maximum")]
+    rows.append(("  without shafts", f"{report.without.greatest_roll_n_m:.2f} N·m"))
+    rows += [
+        (f"  with {offer.what} cancelled", f"{offer.greatest_roll_n_m:.2f} N·m")
+        for offer in report.proposals
+        if offer.shafts
+    ]
+    if report.shafts:
+        rows.append(("  with the job's shafts", f"{report.with_.greatest_roll_n_m:.2f} N·m"))
+        rows.append(("  the job's shafts alone", f"{report.with_.greatest_shaft_roll_n_m:.2f} N·m"))
+    return table(rows)
+
+
+def _where(shaft: Shaft, units: DisplayUnits) -> str:
+    """Return the place of a shaft: along the axis, and beside it where it does not stand on it."""
+    along = f"z {units.of_length(shaft.z_mm)}"
+    x, y = shaft.place_mm
+    return along if x == y == 0.0 else f"{along}, x {units.of_length(x)}, y {units.of_length(y)}"
+
+
+def _shaft_cells(shaft: Shaft, units: DisplayUnits) -> tuple[str, str, str, str]:
+    return _turning(shaft.order, shaft.sense, shaft.product_g_mm, shaft.phase_deg, units)
+
+
+def _turning(
+    order: int, sense: str, product_g_mm: float, phase_deg: float, units: DisplayUnits
+) -> tuple[str, str, str, str]:
+    """Return the cells of an unbalance on a shaft."""
+    return f"{order} ×", sense, units.of_unbalance(product_g_mm), f"{phase_deg:.1f}°"
+
+
+def _bolted(weight: ShaftWeight, units: DisplayUnits) -> str:
+    drawn = units.of_mass(weight.cad_g)
+    at = units.of_length(weight.eccentricity_mm)
+    if weight.weighed_g is None or weight.deviation is None:
+        return f"  {weight.name}: {drawn} drawn, not weighed, at {at}"
+    return (
+        f"  {weight.name}: {drawn} drawn, {units.of_mass(weight.weighed_g)} weighed"
+        f" ({100.0 * weight.deviation:+.2f} %), at {at}"
+    )

@@ -1,0 +1,229 @@
+"""``shafts``: balance shafts that would cancel orders 1 and 2, and what the job's own leave."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from autobalance.balancing import engine_from_job
+from autobalance.balancing.engine_from_job import (
+    balance_shafts,
+    moment_reference_mm,
+    shaft_ends_mm,
+    shafts_beside,
+)
+from autobalance.engines.forces.complete_balance import ShaftWeight
+from autobalance.engines.shafts.answer import (
+    CoupleOfShaft,
+    OrdersWith,
+    OrdersWithout,
+    Proposal,
+    Shaft,
+    ShaftsReport,
+)
+from autobalance.job import JobSource
+from autobalance.job.model import BalanceShaftEntry
+from autobalance.report.plot_files import Drawn, Plots
+from autobalance.running_gear.balance_factor import LEAST_DIRECTION
+from autobalance.running_gear.force_summary import HIGHEST_ORDER
+from autobalance.running_gear.forces import centrifugal_force_n
+from autobalance.running_gear.loads import whole_turn
+from autobalance.running_gear.roll import momentum_roll_n_m, momentum_roll_orders
+from autobalance.running_gear.shafts import (
+    BalanceShaft,
+    cancelling_shafts,
+    counter_rotating_shaft,
+    couple_shafts,
+    orders_with_shafts,
+    place_of_least_moment_mm,
+    roll_moment_n_m,
+    under_the_pistons,
+)
+from autobalance.running_gear.whole_engine import Engine, ForceOrder, about
+from autobalance.runtime import Progress
+from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.engine_case import job_keys, request
+from autobalance.verbs.options import place_mm
+from autobalance.verbs.result import VerbResult
+
+if TYPE_CHECKING:
+    from autobalance.verbs.crank import Crank
+
+
+ROLL_ANGLES = 360
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ShaftsResult(VerbResult):
+    """Orders without and with shafts, and shafts that would cancel them."""
+
+    content: ShaftsReport
+    orders: tuple[ForceOrder, ...]
+    left: tuple[ForceOrder, ...]
+
+    def text(self, units: str = "metric") -> str:
+        """Return tables of orders and shafts."""
+        from autobalance.engines.shafts.text import shafts_text
+        from autobalance.report.display_units import ON_SCREEN
+
+        return shafts_text(self.content, ON_SCREEN[units])
+
+    def plots(self) -> Plots:
+        """Return bars of the orders."""
+        rpm, shafts = self.content.speed_rpm, bool(self.content.shafts)
+        return Plots(_plots(list(self.orders), list(self.left), rpm, has_shafts=shafts))
+
+
+@documented
+def shafts(
+    job: JobSource,
+    crank: Crank | None = None,
+    *,
+    speed_rpm: float | None = None,
+    reference_z_mm: float | None = None,
+    progress: Progress | None = None,
+) -> ShaftsResult:
+    """Return balance shafts that would cancel the first and second order, and the residual of the job's.
+
+    Parameters
+    ----------
+    job : Job, path or dict
+        Job file; engine.rod_length_mm is required.
+    speed_rpm : float or None
+        Crank speed [rpm]; None: the job's balance.speed_rpm.
+    reference_z_mm : float or None
+        Place on the axis that moments are taken about, z in the rotor frame [mm]; None: the middle of the
+        outermost main journals.
+
+    Raises
+    ------
+    UsageError
+        If the speed is not positive, or the place no number.
+    AutobalanceError
+        For anything wrong with the job or the crank.
+
+    Examples
+    --------
+    An inline-four asks for Lanchester's pair, at twice its speed:
+
+    >>> import autobalance as ab
+    >>> crank = ab.generate("inline-4", segments=24).crank
+    >>> job = {"engine": {"rod_length_mm": 140.0, "layout": {"bank_deg": [0.0]},
+    ...                   "rotating_g": {"big_end": 300.0}, "reciprocating_g": {"piston": 400.0}},
+    ...        "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 6000},
+    ...        "correction": {"method": "drill"}}
+    >>> asked = shafts(job, crank).report["proposals"][0]["shafts"]
+    >>> [(each["order"], each["sense"], round(each["product_g_mm"])) for each in asked]
+    [(2, 'forward', 2707), (2, 'backward', 2707)]
+    """
+    if reference_z_mm is not None:
+        place_mm("--reference-z", reference_z_mm)
+    case = request(job, crank, speed_rpm, progress)
+    anatomy, speed = case.crank.anatomy, case.speed_rad_s
+    engine = engine_from_job.with_moments(case.job, anatomy, case.crank.moments)
+    engine = engine_from_job.balanced_to(engine, case.job, anatomy, case.factor)
+    reference = moment_reference_mm(anatomy, reference_z_mm)
+    bare = engine.orders(speed, HIGHEST_ORDER)
+    own = balance_shafts(case.job, reference)
+    orders = about(bare, reference)
+    turned = shafts_beside(engine, case.job, reference)
+    left = about(orders_with_shafts(bare, turned, speed), reference)
+    angle = whole_turn(ROLL_ANGLES)
+    shafts_roll = roll_moment_n_m(turned, angle, speed)
+    pistons_roll = momentum_roll_n_m(engine, angle, speed)
+    report = ShaftsReport(
+        **job_keys(case.job),
+        speed_rpm=case.speed_rpm,
+        balance_factor=case.factor,
+        moments_about_z_mm=reference,
+        without=OrdersWithout(
+            orders=orders,
+            greatest_roll_n_m=float(abs(pistons_roll).max()),
+        ),
+        proposals=_proposals(bare, engine, speed, shaft_ends_mm(anatomy)),
+        shafts=[Shaft.of(shaft, _weights(entry)) for shaft, entry in zip(own, case.job.shafts, strict=True)],
+        with_=OrdersWith(
+            orders=left,
+            greatest_roll_n_m=float(abs(pistons_roll + shafts_roll).max()),
+            greatest_shaft_roll_n_m=float(abs(shafts_roll).max()),
+        ),
+        warnings=case.warnings,
+    )
+    return ShaftsResult(report, tuple(orders), tuple(left))
+
+
+def _weights(shaft: BalanceShaftEntry) -> list[ShaftWeight]:
+    return [
+        ShaftWeight(item.name, item.eccentricity_mm, item.cad_g, item.weighed_g) for item in shaft.weights
+    ]
+
+
+def _proposals(
+    orders: list[ForceOrder], engine: Engine, speed: float, ends_mm: tuple[float, float]
+) -> list[Proposal]:
+    """Return shafts for what is left of orders 1 and 2, force and couple, where more than rounding is.
+
+    Shafts against a force stand where they leave least of its moment; what is left then is a couple.
+    """
+    products = [each.reciprocating_g * each.slider_crank.crank_radius_mm for each in engine.cylinders]
+    least = LEAST_DIRECTION * centrifugal_force_n(sum(products), speed)
+    lever = max(ends_mm[1] - ends_mm[0], *(abs(each.z_mm) for each in engine.cylinders), 1.0)
+    reach = max(
+        each.slider_crank.crank_radius_mm + each.slider_crank.rod_length_mm for each in engine.cylinders
+    )
+    rolls = momentum_roll_orders(engine, 2)
+    by_order = {order.order: order for order in orders}
+    proposals: list[Proposal] = []
+    for number, name in ((1.0, "first order"), (2.0, "second order")):
+        order = by_order[number]
+        if order.greatest_force_n > least:
+            z = place_of_least_moment_mm(order)
+            roll = complex(rolls[int(number)])
+            shafts = [replace(shaft, z_mm=z) for shaft in cancelling_shafts(order, speed)]
+            shafts = list(under_the_pistons(shafts, roll, reach))
+            proposals.append(_proposal(f"all of the {name}", shafts, engine, speed))
+            if number == 1.0 and order.circles_n[1] > least:
+                one = [replace(counter_rotating_shaft(order, speed), z_mm=z)]
+                one = list(under_the_pistons(one, roll, reach))
+                proposals.append(_proposal("its backward part alone", one, engine, speed))
+            (order,) = orders_with_shafts([order], shafts, speed)
+        if order.greatest_moment_n_m > least * lever * 1e-3:
+            pair = couple_shafts(order, speed)
+            pair = tuple(each.mirrored() for each in pair) if engine.clockwise else pair
+            couples = [CoupleOfShaft.of(shaft, ends_mm) for shaft in pair]
+            left = _roll_left(engine, [], speed)
+            proposals.append(
+                Proposal(
+                    what=f"couple of the {name}", shafts=(), couple_shafts=couples, greatest_roll_n_m=left
+                )
+            )
+    return proposals
+
+
+def _proposal(what: str, shafts: list[BalanceShaft], engine: Engine, speed: float) -> Proposal:
+    """Return a proposal; shafts of a clockwise engine are its mirror image's."""
+    left = _roll_left(engine, shafts, speed)
+    shown = [each.mirrored() for each in shafts] if engine.clockwise else shafts
+    return Proposal(what=what, shafts=[Shaft.of(each) for each in shown], greatest_roll_n_m=left)
+
+
+def _roll_left(engine: Engine, shafts: list[BalanceShaft], speed: float) -> float:
+    """Return the greatest roll of pistons, rods and shafts together, the torque's reaction left out [N·m]."""
+    angle = whole_turn(ROLL_ANGLES)
+    roll = momentum_roll_n_m(engine, angle, speed) + roll_moment_n_m(shafts, angle, speed)
+    return float(abs(roll).max())
+
+
+def _plots(orders: list[ForceOrder], left: list[ForceOrder], rpm: float, *, has_shafts: bool) -> Drawn:
+    from autobalance.report import plots
+
+    whole = [order.order for order in orders if order.order % 1.0 == 0.0]
+
+    def heights(of: list[ForceOrder]) -> list[float]:
+        return [order.greatest_force_n for order in of if order.order % 1.0 == 0.0]
+
+    groups = {"without shafts": heights(orders)}
+    if has_shafts:
+        groups["with the job's shafts"] = heights(left)
+    title = f"Shaking force by order at {rpm:g} rpm"
+    return {"shafts-orders": plots.bars(title, "greatest force [N]", whole, groups)}

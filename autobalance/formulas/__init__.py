@@ -1,0 +1,1 @@
+"""Verbs of the documented formulas, which stand in `theory`."""

@@ -1,0 +1,69 @@
+"""Papers of a run, its drawing, its lists: they load nothing before they are made."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from autobalance.report.output_kind import OutputKind
+
+if TYPE_CHECKING:
+    from autobalance.report.material import Material
+
+
+def _sheet(material: Material) -> dict[str, bytes]:
+    from autobalance.paper.sheet import pdf
+
+    choice, report = material.choice, material.report
+    return {"pdf": pdf(report, material.drawings, choice.paper, choice.units, choice.date, choice.zero)}
+
+
+def _certificate(material: Material) -> dict[str, bytes]:
+    from autobalance.paper.certificate import certificate
+
+    choice, after = material.choice, material.pictures[1]
+    material.notify("writing the certificate")
+    return {
+        "certificate": certificate(
+            material.report, after, choice.paper, choice.units, choice.date, choice.zero
+        )
+    }
+
+
+def _card(material: Material) -> dict[str, bytes]:
+    from autobalance.paper.bob_card import bob_card
+
+    choice = material.choice
+    return {"card": bob_card(material.report, choice.paper, choice.units, choice.date)}
+
+
+def _hole_list(material: Material) -> dict[str, bytes]:
+    from autobalance.paper.hole_list import hole_list
+
+    return {"csv": hole_list(material.report, material.choice.units)}
+
+
+def _workbook(material: Material) -> dict[str, bytes]:
+    from autobalance.paper.workbook import xlsx
+
+    material.notify("writing the workbook")
+    return {"xlsx": xlsx(material.report)}
+
+
+def _require_ezdxf() -> None:
+    from autobalance.paper.dxf import require_ezdxf
+
+    require_ezdxf()
+
+
+def _drawing(material: Material) -> dict[str, bytes]:
+    from autobalance.paper.dxf import dxf
+
+    return {"dxf": dxf(material.report, material.drawings, material.choice.units)}
+
+
+SHEET = OutputKind("pdf", {"pdf": "sheet.pdf"}, _sheet)
+WORKBOOK = OutputKind("xlsx", {"xlsx": "balance.xlsx"}, _workbook)
+CERTIFICATE = OutputKind("certificate", {"certificate": "certificate.pdf"}, _certificate, is_usual=False)
+CARD = OutputKind("card", {"card": "bob-weights.pdf"}, _card, is_usual=False)
+HOLE_LIST = OutputKind("csv", {"csv": "holes.csv"}, _hole_list, is_usual=False)
+DRAWING = OutputKind("dxf", {"dxf": "drawing.dxf"}, _drawing, is_usual=False, require=_require_ezdxf)

@@ -1,0 +1,203 @@
+"""Instructions for the cuts of a plate, beside the drawing where they fit, else as a table below."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+from reportlab.platypus import Flowable
+
+from autobalance.paper.cheeks import Cheek
+from autobalance.paper.drawing import webs_cut
+from autobalance.paper.lettering import fitted, lines_of, safe
+from autobalance.paper.pen import INK, RULE, SOFT, Pen
+from autobalance.paper.tables import Column, table
+from autobalance.paper.zero import Zero
+from autobalance.report.balance import kinds
+from autobalance.report.display_units import DisplayUnits
+from autobalance.types import Item
+from autobalance.wording import NO_VALUE, degrees
+
+SAME_STEP_DEG = 0.05
+FEWEST_ALIKE = 3
+"""Fewest holes alike on a circle that share one instruction."""
+SIZE, LINE_MM, GAP_MM = 6.6, 2.75, 1.1
+CUT_MM = 10.0
+
+
+@dataclass(frozen=True)
+class Making:
+    """A cut, or several alike: instruction, angles from the sheet's zero, coordinates, wall, depth left."""
+
+    label: str
+    what: str
+    ccw: str
+    cw: str
+    radius: str
+    x: str
+    y: str
+    z: str
+    wall: str
+    left: str
+
+
+def makings(items: Sequence[Item], zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits) -> list[Making]:
+    """Return the instructions, one for holes that are alike and evenly spaced."""
+    return [_making(run, zero, cheeks, u) for run in _runs(items, zero, u)]
+
+
+def _runs(items: Sequence[Item], zero: Zero, u: DisplayUnits) -> list[list[Item]]:
+    """Return cuts one by one, and holes that differ only in their angle, at even steps, together."""
+    groups: dict[Any, list[Item]] = {}
+    for place, item in enumerate(items):
+        groups.setdefault(_group_key(item, u) or place, []).append(item)
+    runs: list[list[Item]] = []
+    for group in groups.values():
+        runs += _even(sorted(group, key=lambda item: zero.ccw(float(item["angle_deg"]))))
+    return sorted(runs, key=lambda run: next(place for place, item in enumerate(items) if item in run))
+
+
+def _group_key(item: Item, u: DisplayUnits) -> tuple[Any, ...] | None:
+    if item["kind"] != "drill" or item.get("deepened_from_mm"):
+        return None
+    sizes = (u.mm(item[key]) for key in ("diameter_mm", "depth_mm", "entry_radius_mm"))
+    return (item["web"], *sizes, u.mm(item["position_mm"][2]), round(float(item["inward"][2]), 3))
+
+
+def _even(group: Sequence[Item]) -> list[list[Item]]:
+    """Return runs of three or more at even steps; the others one by one."""
+    runs: list[list[Item]] = []
+    start = 0
+    while start < len(group):
+        end = start + 1
+        while end < len(group) and (
+            end == start + 1 or abs(_step(group, end) - _step(group, start + 1)) < SAME_STEP_DEG
+        ):
+            end += 1
+        end = end if end - start >= FEWEST_ALIKE else start + 1
+        runs.append(list(group[start:end]))
+        start = end
+    return runs
+
+
+def _step(group: Sequence[Item], place: int) -> float:
+    return (float(group[place]["angle_deg"]) - float(group[place - 1]["angle_deg"])) % 360.0
+
+
+def _making(run: Sequence[Item], zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits) -> Making:
+    item = run[0]
+    cheek = next((cheeks[web] for web in webs_cut(item) if web in cheeks), None)
+    z = NO_VALUE if cheek is None else f"{u.mm(abs(item['position_mm'][2] - cheek.z_mm))} {cheek.letter}"
+    walls = [each["wall_left_mm"] for each in run if each.get("wall_left_mm") is not None]
+    left = [each["depth_left_mm"] for each in run if each.get("depth_left_mm") is not None]
+    angles = [kinds.angle_deg(each) for each in run]
+    known = [zero.ccw(angle) for angle in angles if angle is not None]
+    what = _instruction(zero.counted(item), u)
+    label, ccw, cw = f"cut {item['number']}", NO_VALUE, NO_VALUE
+    if known:
+        ccw, cw = degrees(known[0]), degrees(-known[0])
+    alone = len(run) == 1
+    if not alone:
+        numbers = [int(each["number"]) for each in run]
+        diameter, depth = u.mm(item["diameter_mm"], u.diameter_digits), u.mm(item["depth_mm"])
+        name = f" ({item['drill']})" if item.get("drill") else ""
+        what = f"Drill {len(run)} × ⌀{diameter}{name}, {depth} deep"
+        what += f", at {degrees(known[0])} … {degrees(known[-1])} every {_step(run, 1):.1f}°"
+        label = f"cuts {_numbers(numbers)}"
+        cw = f"{degrees(-known[0])} … {degrees(-known[-1])}"
+        ccw = f"{degrees(known[0])} … {degrees(known[-1])}"
+    return Making(
+        label, what, ccw, cw,
+        u.mm(item.get("entry_radius_mm", item["radius_mm"])),
+        u.mm(item["position_mm"][0]) if alone else NO_VALUE,
+        u.mm(item["position_mm"][1]) if alone else NO_VALUE,
+        z,
+        u.mm(min(walls)) if walls else NO_VALUE,
+        u.mm(min(left)) if left else NO_VALUE,
+    )  # fmt: skip
+
+
+def _numbers(numbers: Sequence[int]) -> str:
+    in_row = all(two == one + 1 for one, two in pairwise(numbers))
+    return f"{numbers[0]}-{numbers[-1]}" if in_row else ", ".join(map(str, sorted(numbers)))
+
+
+def _instruction(item: Item, u: DisplayUnits) -> str:
+    text = kinds.instruction(item, u)
+    if item.get("deepened_from_mm"):
+        old = float(item["deepened_from_mm"])
+        text += f"; the hole is there, {u.mm(old)} deep: {u.mm(old + float(item['depth_mm']))} in all"
+    if item.get("new_radius_mm") is not None:
+        text += f"; from radius {u.mm(item['rim_radius_mm'])} to {u.mm(item['new_radius_mm'])}"
+    if item.get("face_height_mm") is not None and kinds.adds_metal(item):
+        text += f"; height {u.mm(item['face_height_mm'])} to {u.mm(item['new_height_mm'])}"
+    return text
+
+
+class SideTable:
+    """The cuts of a plate in a narrow column beside its view."""
+
+    def __init__(self, rows: Sequence[Making], u: DisplayUnits, wide_mm: float) -> None:
+        self.rows, self.u, self.wide_mm = rows, u, wide_mm
+        texts = [None, *(row.what for row in rows)]  # the instruction of the row above is not repeated
+        self.texts = [
+            [] if row.what == above else lines_of(safe(row.what), SIZE, wide_mm - CUT_MM)
+            for above, row in zip(texts, rows, strict=False)
+        ]
+        lines = sum(2 + len(text) for text in self.texts)
+        self.high_mm = 2.0 * LINE_MM + 2.4 + lines * LINE_MM + GAP_MM * len(rows)
+
+    def draw(self, pen: Pen, x: float, down: float) -> None:
+        """Draw heading and rows; the corner of the box is at (x, down)."""
+        heads = (
+            "ccw, cw",
+            f"z, radius {self.u.length}",
+            f"x, y {self.u.length}",
+            f"wall, left {self.u.length}",
+        )
+        share = (self.wide_mm - CUT_MM) / len(heads)
+        pen.text(x, down + 2.6, "cut", 6.2, SOFT)
+        for k, head in enumerate(heads):
+            end = x + CUT_MM + share * (k + 1)
+            for line, text in enumerate(head.split(", ")):
+                pen.text(end, down + 2.6 + LINE_MM * line, text, 6.2, SOFT, align="right")
+        down += 2.0 * LINE_MM + 1.4
+        pen.line(x, down, x + self.wide_mm, down, INK, 0.2)
+        down += 1.0
+        for row, lines in zip(self.rows, self.texts, strict=True):
+            pairs = ((row.ccw, row.cw), (row.z, row.radius), (row.x, row.y), (row.wall, row.left))
+            base = down + 2.4
+            size = fitted(row.label, SIZE, CUT_MM - 0.5, least=4.5)
+            pen.text(x, base, row.label, size, bold=True)
+            for line in range(2):
+                cells = [pair[line] for pair in pairs]
+                for k, cell in enumerate(cells):
+                    size = fitted(cell, SIZE, share - 0.8, least=4.5)
+                    pen.text(x + CUT_MM + share * (k + 1), base + LINE_MM * line, cell, size, align="right")
+            for line, text in enumerate(lines):
+                pen.text(x + CUT_MM, base + LINE_MM * (2 + line), text, SIZE)
+            down += LINE_MM * (2 + len(lines)) + GAP_MM
+            pen.line(x, down - 0.5, x + self.wide_mm, down - 0.5, RULE, 0.12)
+
+
+def making_table(rows: Sequence[Making], u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
+    """Return the instructions of a plate as a table over the width of the page."""
+    columns = [
+        Column("cut", 13.0, "left"),
+        Column("what to do", 56.0, "left"),
+        Column(f"ccw from\n{zero.name}", 14.0),
+        Column(f"cw from\n{zero.name}", 14.0),
+        Column(f"radius\n{u.length}", 13.0),
+        Column(f"x\n{u.length}", 13.0),
+        Column(f"y\n{u.length}", 13.0),
+        Column(f"z from\ncheek {u.length}", 15.0),
+        Column(f"wall left\n{u.length}", 13.0),
+        Column(f"depth left\n{u.length}", 13.0),
+    ]
+    cells = [
+        [row.label, row.what, row.ccw, row.cw, row.radius, row.x, row.y, row.z, row.wall, row.left]
+        for row in rows
+    ]
+    return table(wide_mm, columns, cells)

@@ -1,0 +1,144 @@
+"""The report of `design`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal, Self
+
+from autobalance.declare import Count, Floats, NotNegative, Positive, Share, record
+from autobalance.profile_search.candidates import SearchResult
+from autobalance.profile_search.chosen import Chosen
+from autobalance.profile_search.envelope import DesignConstraint
+from autobalance.profile_search.neighbours import DesignClearance
+from autobalance.profile_search.problem import Problem
+from autobalance.profile_search.start import StartFigures
+from autobalance.profile_search.written import WrittenDesign
+from autobalance.report.records.head import Head, WrittenFile
+from autobalance.types import Array
+
+Objectives = Annotated[Mapping[str, float], "by name"]
+
+
+@record
+class FiniteElements:
+    """Number of designs analysed, and quality of the prediction for the others."""
+
+    analysed_in_search: Count
+    analysed_when_written: Count
+    not_meshed: Count
+    model: str
+    expected_errors: Annotated[Mapping[str, NotNegative] | None, "as shares, by objective"]
+    errors_when_written: Annotated[Mapping[str, NotNegative] | None, "the greatest, as shares"]
+
+
+@record
+class SearchFigures:
+    """Method and extent of the search."""
+
+    method: str
+    seed: Count
+    evaluations: Count
+    generations: Count
+    feasible_share: Share
+    finite_elements: FiniteElements | None
+
+    @classmethod
+    def of(cls, findings: SearchResult, answer: Chosen) -> Self:
+        """Return the figures of a search; ``findings`` are its designs before any was refined."""
+        options, designs = findings.problem.design.search, findings.candidates
+        return cls(
+            method=options.method,
+            seed=options.seed,
+            evaluations=len(designs),
+            generations=math.ceil(len(designs) / options.population),
+            feasible_share=sum(each.violation <= 0.0 for each in designs) / len(designs),
+            finite_elements=_finite_elements(findings, answer),
+        )
+
+
+def _finite_elements(findings: SearchResult, answer: Chosen) -> FiniteElements | None:
+    if not findings.problem.strengths_wanted:
+        return None
+    model = answer.found.problem.model
+    return FiniteElements(
+        analysed_in_search=len(findings.analysed),
+        analysed_when_written=len(answer.found.analysed) - len(findings.analysed),
+        not_meshed=sum(not each.values for each in findings.analysed),
+        model="Gaussian process of the logarithms, over the control points",
+        expected_errors=None if model is None else model.errors,
+        errors_when_written=answer.told_errors or None,
+    )
+
+
+@record
+class DesignResidual:
+    """Residual unbalance of a design, and its share of the permissible value."""
+
+    magnitude_g_mm: NotNegative
+    worst_share: NotNegative
+
+
+@record
+class DesignFile(WrittenFile):
+    """A file of a design."""
+
+
+@record
+class DesignFigures:
+    """A design as written and measured."""
+
+    id: str
+    objectives: Objectives
+    constraints: Sequence[DesignConstraint]
+    residual: DesignResidual
+    clearances: Sequence[DesignClearance]
+    control_points_mm: Annotated[Mapping[str, Sequence[Floats] | Array], "by web: angle and radius"]
+    solved: Annotated[Mapping[str, float], "scale and thickness that the balance asks of each counterweight"]
+    files: Mapping[str, DesignFile]
+
+    @classmethod
+    def of(cls, problem: Problem, name: str, design: WrittenDesign, digests: Mapping[str, str]) -> Self:
+        """Return the figures of a design; ``digests`` are the sha256 of its files by name."""
+        free, amounts = problem.free, design.amounts
+        solved: dict[str, float] = {}
+        for k, part in enumerate(free.parts):
+            solved[f"{part.name}.scale"] = float(amounts.radii_mm[k].mean() / free.start_mm[k].mean())
+            thickness = amounts.thickness_mm[k]
+            if thickness is not None:
+                solved[f"{part.name}.thickness_mm"] = thickness
+        return cls(
+            id=name,
+            objectives=design.objectives(problem),
+            constraints=design.constraints,
+            residual=DesignResidual(
+                magnitude_g_mm=design.residual.magnitude_g_mm, worst_share=design.used_share
+            ),
+            clearances=design.clearances,
+            control_points_mm={
+                str(web.number): free.profiles[web.part].control_points_mm(amounts.radii_mm[web.part])
+                for web in free.webs
+            },
+            solved=solved,
+            files={
+                file: DesignFile(file=f"designs/{name}/{file}", sha256=digest)
+                for file, digest in digests.items()
+            },
+        )
+
+
+@record
+class DesignReport(Head):
+    """Counterweight profiles searched for the best."""
+
+    command: Literal["design"] = "design"
+    design: Annotated[Mapping[str, Any], "as read"]
+    start: StartFigures
+    search: SearchFigures
+    designs: Annotated[Sequence[DesignFigures], "the least violated alone, where none keeps everything"]
+    front: Annotated[Sequence[str], "ids of the designs that no other beats"]
+    best: Annotated[Mapping[str, str], "id of the best design, by objective"]
+    outcome: Literal["found", "infeasible"]
+    reason: str | None
+    notes: Sequence[str]
+    seconds: Positive

@@ -1,1 +1,0 @@
-"""Bearings, shown."""

@@ -1,1 +1,0 @@
-"""Design searches, shown."""

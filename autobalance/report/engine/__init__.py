@@ -1,1 +1,0 @@
-"""Forces and cycles, shown."""

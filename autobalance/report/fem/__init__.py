@@ -1,1 +1,0 @@
-"""Finite-element results, shown."""

@@ -1,1 +1,0 @@
-"""Rotors, torsion and rotor benches, shown."""

@@ -1,1 +1,0 @@
-"""Machine readings, influence trials and rods, shown."""

@@ -1,0 +1,306 @@
+"""Sines of a record: frequency, amplitude and phase, also between bins, without leakage.
+
+A sine A cos(2πνn/N + φ) has the transform ½ [c W(ν − k) + c̄ W(−ν − k)], c = A e^(iφ), W the window's own
+transform, known exactly. All sines and the mean are fitted together, by least squares, to the bins around
+each of them (Gauss-Newton, damped): leakage from one into another's bins, and from a sine's negative
+frequency into its positive one, is part of the model and so does no harm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from autobalance.signals.windows import SIDELOBE, gain, half_width_bins, line, window
+from autobalance.types import Array, Complex
+
+ROUNDING = 1e-10
+"""Share of the greatest peak below which a peak is only rounding of double precision."""
+ABOVE_NOISE = 5.0
+"""Least ratio of a peak to the median around it: one in 10⁷ bins of white noise has it."""
+MEDIAN_BINS = 256
+STEPS = 30
+QUICK_STEPS = 5
+"""Steps while more sines are being sought; each step doubles the digits."""
+CONVERGED_BINS = 1e-11
+LEAKS_BINS = 4096
+"""Distance from a sine beyond which every window but the rectangle leaves less than double precision."""
+MOST_LEFT = 0.5
+"""Greatest unexplained share of a sine's power within its main lobe."""
+CLOSEST_BINS = 0.3
+"""Least distance of two different sines."""
+AT_ONCE = 1 << 18
+"""Values of lines in memory at a time."""
+
+
+@dataclass(frozen=True)
+class Sine:
+    """A cos(2πft + φ), t from the record's first sample."""
+
+    frequency_hz: float
+    amplitude: float
+    phase_rad: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """Frequencies in bins, ascending, complex amplitudes, and the mean."""
+
+    bins: Array
+    amplitudes: Complex
+    mean: float
+
+
+def find_sines(values: Array, sample_rate_hz: float, window_name: str = "hann", most: int = 20) -> list[Sine]:
+    """Return the strongest sines of a record, falling in amplitude.
+
+    Parameters
+    ----------
+    values : (n,) array
+        Samples, n ≥ 8.
+    sample_rate_hz : float
+        Samples a second [Hz].
+    window_name : str
+        A key of ``COSINES``.
+    most : int
+        Greatest number of sines; fewer where fewer stand above the noise.
+
+    Returns
+    -------
+    list of Sine
+        Without noise, of sines more than a main lobe apart, exact to rounding.
+
+    Examples
+    --------
+    >>> t = np.arange(1000) / 1000.0
+    >>> [sine] = find_sines(3.0 * np.cos(2.0 * np.pi * 20.37 * t + 0.5), 1000.0)
+    >>> round(sine.frequency_hz, 9), round(sine.amplitude, 9), round(sine.phase_rad, 9)
+    (20.37, 3.0, 0.5)
+    """
+    length = len(values)
+    weights = window(window_name, length)
+    level = float(weights @ values / weights.sum())
+    spectrum = fft.rfft((values - level) * weights)
+    fit = _strip(spectrum, length, window_name, max(most, 12))
+    sines = [
+        Sine(float(nu) * sample_rate_hz / length, float(abs(c)), float(np.angle(c)))
+        for nu, c in zip(fit.bins, fit.amplitudes, strict=True)
+    ]
+    return sorted(sines, key=lambda sine: -sine.amplitude)[:most]
+
+
+def amplitude_spectrum(
+    values: Array, sample_rate_hz: float, window_name: str = "hann"
+) -> tuple[Array, Array]:
+    """Return frequencies [Hz] and amplitudes, scaled so that a sine on a bin has its peak amplitude there."""
+    length = len(values)
+    scale = 2.0 / (length * gain(window_name))
+    amplitudes = np.abs(fft.rfft(values * window(window_name, length))) * scale
+    amplitudes[0] *= 0.5
+    if length % 2 == 0:
+        amplitudes[-1] *= 0.5
+    return fft.rfftfreq(length, 1.0 / sample_rate_hz), amplitudes
+
+
+def _strip(spectrum: Complex, length: int, name: str, most: int) -> _Fit:
+    """Return the strongest sines, fitted and removed in rounds until nothing in the remainder stands out."""
+    fit = _Fit(np.zeros(0), np.zeros(0, dtype=complex), 0.0)
+    rest = np.abs(spectrum)
+    ceiling = float(rest.max(initial=0.0))
+    while len(fit.bins) < most:
+        fresh = _standing_out(rest, name, most - len(fit.bins), ceiling * ROUNDING, fit.bins)
+        if not len(fresh):
+            break
+        places = np.array([_start(spectrum, length, name, fit, k) for k in fresh])
+        grown = _refined(spectrum, length, name, np.concatenate([fit.bins, places]), QUICK_STEPS)
+        if len(grown.bins) <= len(fit.bins):
+            break
+        fit = grown
+        if len(fit.bins) < most:
+            rest = _remainder(spectrum, length, name, fit)
+    if not len(fit.bins):
+        return fit
+    return _sines_only(spectrum, length, name, _refined(spectrum, length, name, fit.bins, STEPS))
+
+
+def _sines_only(spectrum: Complex, length: int, name: str, fit: _Fit) -> _Fit:
+    """Return the fit without lines wider than a sine's in the window, as those of a speed that varies."""
+    keep = np.ones(len(fit.bins), dtype=bool)
+    for place, nu in enumerate(fit.bins):
+        at = _around(np.array([nu]), half_width_bins(name), len(spectrum))
+        seen = spectrum[at.astype(int)]
+        rest = seen - _model(at, length, name, fit)
+        own = 0.5 * fit.amplitudes[place] * line(name, length, nu - at)
+        keep[place] = (np.abs(rest) ** 2).sum() < MOST_LEFT * (np.abs(own) ** 2).sum()
+    return _Fit(fit.bins[keep], fit.amplitudes[keep], fit.mean)
+
+
+def _remainder(spectrum: Complex, length: int, name: str, fit: _Fit) -> Array:
+    """Return the magnitude of the spectrum less the fit; unchanged far from its sines."""
+    rest = np.abs(spectrum)
+    far = len(spectrum) if name == "rect" else LEAKS_BINS
+    at = (
+        np.arange(len(spectrum))
+        if len(spectrum) <= far
+        else _around(fit.bins, far, len(spectrum)).astype(int)
+    )
+    rest[at] = np.abs(spectrum[at] - _model(at.astype(float), length, name, fit))
+    return rest
+
+
+def _standing_out(rest: Array, name: str, most: int, least: float, known: Array) -> NDArray[np.intp]:
+    """Return bins of maxima above the noise around them and too strong to be side lobes of others."""
+    inner = rest[1:-1]
+    maxima = 1 + np.flatnonzero((inner >= rest[:-2]) & (inner > rest[2:]))
+    maxima = maxima[rest[maxima] > np.maximum(ABOVE_NOISE * _floor(rest)[maxima], least)]
+    if len(known):
+        gap = np.abs(maxima[:, None] - known[None, :]).min(axis=1)
+        maxima = maxima[gap > CLOSEST_BINS]
+    if not len(maxima):
+        return maxima
+    maxima = maxima[rest[maxima] >= SIDELOBE[name] * rest[maxima].max()]
+    apart = 2 * half_width_bins(name)
+    chosen: list[int] = []
+    for k in maxima[np.argsort(-rest[maxima], kind="stable")]:
+        if len(chosen) == most:
+            break
+        if all(abs(k - other) >= apart for other in chosen):
+            chosen.append(int(k))
+    return np.array(chosen)
+
+
+def _floor(rest: Array) -> Array:
+    """Return the median around each bin, piece by piece; bins left over at the end have the last piece's."""
+    pieces = max(1, len(rest) // MEDIAN_BINS)
+    width = len(rest) // pieces
+    medians = np.median(rest[: pieces * width].reshape(pieces, width), axis=1)
+    return np.append(np.repeat(medians, width), np.full(len(rest) - pieces * width, medians[-1]))
+
+
+def _start(spectrum: Complex, length: int, name: str, fit: _Fit, k: int) -> float:
+    """Return the place, within a bin of a maximum, at which a single sine explains most."""
+    at = _around(np.array([float(k)]), half_width_bins(name), len(spectrum))
+    seen = spectrum[at.astype(int)] - _model(at, length, name, fit)
+    tries = k + np.linspace(-0.75, 0.75, 31)
+    shapes = line(name, length, tries[:, None] - at[None, :])
+    explained = np.abs(shapes.conj() @ seen) ** 2 / (np.abs(shapes) ** 2).sum(axis=1)
+    return float(tries[int(np.argmax(explained))])
+
+
+def _around(bins: Array, reach: int, count: int) -> Array:
+    """Return all whole bins within reach of any of ``bins``."""
+    near = np.round(bins)[:, None] + np.arange(-reach, reach + 1)[None, :]
+    return np.unique(near[(near >= 0) & (near < count)])
+
+
+def _model(at: Array, length: int, name: str, fit: _Fit) -> Complex:
+    """Return the transform of the fitted sines and mean at bins ``at``."""
+    places = np.concatenate([[0.0], fit.bins, -fit.bins])
+    sizes = np.concatenate([[fit.mean], 0.5 * fit.amplitudes, 0.5 * fit.amplitudes.conj()])
+    total = np.zeros(len(at), dtype=np.complex128)
+    together = max(1, AT_ONCE // max(1, len(at)))
+    for first in range(0, len(places), together):
+        some = slice(first, first + together)
+        total += sizes[some] @ line(name, length, places[some, None] - at)
+    return total
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """Best amplitudes and mean at fixed frequencies, with the residuals and the matrix of the fit."""
+
+    fit: _Fit
+    left: Array
+    rows: Array
+
+    @property
+    def cost(self) -> float:
+        return float(self.left @ self.left)
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """Fitted part of the spectrum: whole bins, their values, and the length and window of their record."""
+
+    at: Array
+    values: Complex
+    length: int
+    name: str
+
+    def solved(self, bins: Array) -> _Solved:
+        """Return the best amplitudes and mean at fixed frequencies."""
+        rows, right = _split(_columns(self.at, self.length, self.name, bins)), _split(self.values)
+        solution = np.linalg.lstsq(rows, right, rcond=1e-12)[0]
+        m = len(bins)
+        fit = _Fit(bins, solution[:m] + 1j * solution[m : 2 * m], float(solution[2 * m]))
+        return _Solved(fit, right - rows @ solution, rows)
+
+
+def _refined(spectrum: Complex, length: int, name: str, bins: Array, steps: int) -> _Fit:
+    """Return frequencies and amplitudes fitted together, without sines that merge or vanish."""
+    anchors = np.sort(bins)
+    at = _around(np.append(anchors, 0.0), half_width_bins(name) + 1, len(spectrum))
+    seen = _Seen(at, spectrum[at.astype(int)], length, name)
+    low, high = np.maximum(anchors - 1.0, 0.05), np.minimum(anchors + 1.0, length / 2 - 0.05)
+    best = seen.solved(anchors)
+    damping = 0.0
+    for _ in range(steps):
+        step = np.clip(_step(seen, best, damping), -0.5, 0.5)
+        trial = seen.solved(np.clip(best.fit.bins + step, low, high))
+        if trial.cost > best.cost * (1.0 + 1e-9):
+            damping = max(10.0 * damping, 1e-3)
+            if damping > 1e6:
+                break
+            continue
+        moved = float(np.abs(trial.fit.bins - best.fit.bins).max())
+        best, damping = trial, 0.1 * damping
+        if moved < CONVERGED_BINS:
+            break
+    sizes = np.abs(best.fit.amplitudes)
+    keep = _kept(best.fit.bins, best.fit.amplitudes) & (sizes >= ROUNDING * sizes.max(initial=0.0))
+    return best.fit if keep.all() else seen.solved(best.fit.bins[keep]).fit
+
+
+def _kept(bins: Array, amplitudes: Complex) -> NDArray[np.bool_]:
+    keep = np.ones(len(bins), dtype=bool)
+    for place in np.argsort(-np.abs(amplitudes)):
+        near = (np.abs(bins - bins[place]) < CLOSEST_BINS) & keep
+        near[place] = False
+        if keep[place]:
+            keep &= ~near
+    return keep
+
+
+def _columns(at: Array, length: int, name: str, bins: Array) -> Complex:
+    """Return the transforms of each sine's cosine and sine part and of the mean, (bins, 2m + 1)."""
+    plus = line(name, length, bins[None, :] - at[:, None])
+    minus = line(name, length, -bins[None, :] - at[:, None])
+    mean = line(name, length, -at)[:, None]
+    return np.hstack([0.5 * (plus + minus), 0.5j * (plus - minus), mean])
+
+
+def _step(seen: _Seen, best: _Solved, damping: float) -> Array:
+    """Return the Gauss-Newton step of the frequencies, with amplitudes and mean fitted along."""
+    h = 1e-4
+    at, length, name = seen.at[:, None], seen.length, seen.name
+    bins, c = best.fit.bins, best.fit.amplitudes
+    plus = line(name, length, bins + h - at) - line(name, length, bins - h - at)
+    minus = line(name, length, -bins - h - at) - line(name, length, -bins + h - at)
+    slopes = _split((c * plus + np.conj(c) * minus) / (4.0 * h))
+    rows, right = np.hstack([slopes, best.rows]), best.left
+    size = np.sqrt((rows**2).sum(axis=0))
+    size[size == 0.0] = 1.0
+    rows = rows / size
+    if damping > 0.0:
+        count = rows.shape[1]
+        rows = np.vstack([rows, np.sqrt(damping) * np.eye(count)])
+        right = np.append(right, np.zeros(count))
+    solution = np.linalg.lstsq(rows, right, rcond=1e-12)[0] / size
+    return np.asarray(solution[: len(bins)])
+
+
+def _split(values: Complex) -> Array:
+    return np.concatenate([values.real, values.imag], axis=0)

@@ -1,0 +1,1 @@
+"""Many jobs from a list or a folder."""

@@ -1,0 +1,1 @@
+"""The archive of jobs and statistics of a series."""

@@ -1,0 +1,116 @@
+"""Statistics of cranks of one kind that were balanced one after another."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from autobalance.declare import Angle, Count, NotNegative, derived
+from autobalance.studies.jobs.archive import ArchivedJob
+from autobalance.types import Array
+from autobalance.wording import angle_deg
+
+LEAST_DRIFT = 3.0
+"""Standard errors by which the means of two halves of a series must differ to be no chance."""
+LEAST_JOBS = 2
+
+
+@dataclass(frozen=True)
+class SeriesPlane:
+    """A plane over a series: mean and scatter of the cranks as they come and as they go.
+
+    The mean before is a vector, what all of them share; the mean after is of the magnitudes left. A scatter
+    is the standard deviation of x and of y, both together. ``capability`` is None where nothing scatters,
+    the drift of fewer than four cranks.
+    """
+
+    plane: str
+    mean_before_g_mm: NotNegative
+    mean_before_deg: Angle
+    scatter_before_g_mm: NotNegative
+    mean_after_g_mm: NotNegative
+    scatter_after_g_mm: NotNegative
+    capability: Annotated[float | None, "(permitted - mean left) / (3 standard deviations of what is left)"]
+    drift_g_mm: Annotated[NotNegative | None, "between the means before of the two halves of the series"]
+    drift_in_errors: Annotated[NotNegative | None, "the same over its standard error"]
+
+    @derived
+    def drifts(self) -> bool:
+        return self.drift_in_errors is not None and self.drift_in_errors >= LEAST_DRIFT
+
+
+@dataclass(frozen=True)
+class JobSeries:
+    """Cranks of one engine, in the order of their dates."""
+
+    engine: str
+    jobs: Count
+    within: Count
+    planes: tuple[SeriesPlane, ...]
+
+
+def series_of(rows: Sequence[ArchivedJob]) -> tuple[JobSeries, ...]:
+    """Return the statistics of each engine of which there are two jobs or more."""
+    by_engine: dict[str, list[ArchivedJob]] = {}
+    for row in rows:
+        by_engine.setdefault(row.engine or "", []).append(row)
+    return tuple(
+        JobSeries(engine, len(jobs), sum("within" in each.outcome for each in jobs), _planes(jobs))
+        for engine, jobs in sorted(by_engine.items())
+        if len(jobs) >= LEAST_JOBS
+    )
+
+
+def _planes(jobs: Sequence[ArchivedJob]) -> tuple[SeriesPlane, ...]:
+    first = jobs[0].planes_before_g_mm
+    names = [name for name in first if all(name in each.planes_before_g_mm for each in jobs)]
+    return tuple(
+        plane_series(
+            name,
+            np.array([each.planes_before_g_mm[name] for each in jobs]),
+            np.array([each.planes_after_g_mm[name] for each in jobs]),
+            min(each.permissible_planes_g_mm.get(name, math.inf) for each in jobs),
+        )
+        for name in names
+    )
+
+
+def plane_series(name: str, before: Array, after: Array, permissible_g_mm: float) -> SeriesPlane:
+    """Return the statistics of one plane; ``before`` and ``after`` (n, 2) are vectors [g·mm]."""
+    mean, left = before.mean(axis=0), np.hypot(*after.T)
+    spread = float(left.std(ddof=1))
+    capable = spread > 0.0 and math.isfinite(permissible_g_mm)
+    drift = _drift(before)
+    return SeriesPlane(
+        plane=name,
+        mean_before_g_mm=float(np.hypot(*mean)),
+        mean_before_deg=angle_deg(mean),
+        scatter_before_g_mm=_scatter(before),
+        mean_after_g_mm=float(left.mean()),
+        scatter_after_g_mm=_scatter(after),
+        capability=(permissible_g_mm - float(left.mean())) / (3.0 * spread) if capable else None,
+        drift_g_mm=None if drift is None else drift[0],
+        drift_in_errors=None if drift is None else drift[1],
+    )
+
+
+def _scatter(vectors: Array) -> float:
+    off = vectors - vectors.mean(axis=0)
+    return math.sqrt(float((off**2).sum()) / (2 * (len(vectors) - 1)))
+
+
+def _drift(vectors: Array) -> tuple[float, float | None] | None:
+    """Return the shift of the mean from the first half to the second, and that over its standard error."""
+    if len(vectors) < 4:
+        return None
+    first, second = np.array_split(vectors, 2)
+    way = float(np.hypot(*(second.mean(axis=0) - first.mean(axis=0))))
+    inside = math.sqrt(
+        sum((len(each) - 1) * _scatter(each) ** 2 for each in (first, second)) / (len(vectors) - 2)
+    )
+    error = inside * math.sqrt(1.0 / len(first) + 1.0 / len(second))
+    return way, way / error if error > 0.0 else None

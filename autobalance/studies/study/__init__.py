@@ -1,0 +1,1 @@
+"""Tolerance study: yield, and which tolerances matter most."""

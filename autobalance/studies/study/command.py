@@ -1,0 +1,21 @@
+"""``autobalance study JOB.toml|REPORT.json``: Monte Carlo tolerance study, and its yield."""
+
+from __future__ import annotations
+
+from autobalance.command.options import add_json, add_plots, add_series
+from autobalance.command.verb import Option, Verb
+
+VERB = Verb(
+    "studies.study.verb:study",
+    examples=(
+        "autobalance study job.toml --target 0.95",
+        "autobalance study job-balanced/report.json --samples 100000 --workers 4",
+    ),
+    options={
+        "job": Option(metavar="JOB.toml|REPORT.json"),
+        "seed": Option(metavar="S"),
+        "target": Option(metavar="P"),
+    },
+    writes=(add_series("the cranks, one row each"), add_json, add_plots),
+    series=lambda result: result.series,
+)

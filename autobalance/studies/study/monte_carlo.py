@@ -1,0 +1,221 @@
+"""Many cranks made to one plan: how many are within tolerance, why not the others, and what would help."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from autobalance.balancing import rotor_from_job
+from autobalance.declare import Count, NotNegative, Share, Size
+from autobalance.job.model import Sampling
+from autobalance.running_gear.balance_factor import LEAST_DIRECTION, factor_direction_g_mm
+from autobalance.runtime import Progress, no_progress
+from autobalance.studies.study.advice import Advice, advise
+from autobalance.studies.study.causes import Causes, causes_of
+from autobalance.studies.study.draws import Z_95
+from autobalance.studies.study.exact_cranks import exact_state
+from autobalance.studies.study.linear_model import (
+    Contribution,
+    LinearModel,
+    contributions,
+    linear_spread_g_mm,
+    state_of,
+)
+from autobalance.studies.study.plan import Plan
+from autobalance.studies.study.sensitivity import KeyFigureCurves, key_figures
+from autobalance.studies.study.sobol import SobolShares, sobol_shares
+from autobalance.studies.study.statistics import Percentiles, wilson_interval
+from autobalance.studies.workers import InThisProcess, Workers
+from autobalance.types import Array
+
+CHUNK = 1 << 15
+"""Cranks that a worker makes at a time; their numbers are the same however they are shared out."""
+DEFAULT_TARGET = 0.95
+
+
+@dataclass(frozen=True)
+class Sampler:
+    """Number of cranks drawn, and the method."""
+
+    samples: int = 10_000
+    seed: int = 1
+    sampling: Sampling = "random"
+    exact: int = 10
+
+
+@dataclass(frozen=True)
+class ModelCheck:
+    """Difference of the linear model from cranks that were cut and measured."""
+
+    checked: int
+    greatest_error_g_mm: float | None
+    share_of_permissible: float | None
+
+
+@dataclass(frozen=True)
+class PlanePercentiles:
+    """Percentiles of what is left in a tolerance plane."""
+
+    name: str
+    magnitude_g_mm: Percentiles
+
+
+@dataclass(frozen=True)
+class StudyPercentiles:
+    """Percentiles of what the drawn cranks leave, use of what is permitted, and have as balance factor."""
+
+    magnitude_g_mm: Percentiles
+    share_of_permissible: Percentiles
+    balance_factor: Percentiles | None
+    planes: tuple[PlanePercentiles, ...]
+
+
+@dataclass(frozen=True)
+class Spread:
+    """95 % of the cranks are within it of the plan: by the linear model, and as drawn."""
+
+    linear_g_mm: NotNegative
+    sampled_g_mm: NotNegative
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyFindings:
+    """What the drawn cranks say of the plan."""
+
+    within: Count
+    probability_within: Share
+    interval: Annotated[tuple[float, float], Size(2, 2), "Wilson's, of 95 %"]
+    percentiles: StudyPercentiles
+    spread: Spread
+    contributions: tuple[Contribution, ...]
+    sobol: SobolShares
+    sensitivity: tuple[KeyFigureCurves, ...]
+    linear_model: ModelCheck
+    advice: Advice
+
+
+@dataclass(frozen=True, eq=False)
+class StudyAnswer:
+    """Result of a study.
+
+    ``states`` (n, 4) and ``deviations`` (label → (n, 1) or (n, 2)) are of the drawn cranks; ``shares`` (n,)
+    is what each uses of the permissible value.
+    """
+
+    plan: Plan
+    model: LinearModel
+    deviations: Mapping[str, Array]
+    states: Array
+    shares: Array
+    found: StudyFindings
+
+
+def study_of(
+    plan: Plan,
+    sampler: Sampler,
+    target: float | None,
+    workers: Workers | None = None,
+    progress: Progress = no_progress,
+) -> StudyAnswer:
+    """Draw cranks to a plan and judge them.
+
+    Raises
+    ------
+    JobError
+        If nothing is uncertain.
+    """
+    causes = causes_of(plan)
+    model = LinearModel(state_of(plan.result.residual), causes.draws, plan.tolerance)
+    progress("drawing cranks", 0.3)
+    deviations = {
+        draw.label: draw.sampled(sampler.seed, sampler.samples, sampler.sampling) for draw in causes.draws
+    }
+    states = _states(model, deviations, sampler.samples, workers or InThisProcess())
+    progress("cutting cranks to check the model", 0.5)
+    check = _checked(plan, model, deviations, states, min(sampler.exact, sampler.samples))
+    progress("looking for advice", 0.9)
+    shares = model.used_shares(states)
+    within = int((shares <= 1.0).sum())
+    target = DEFAULT_TARGET if target is None else target
+    reached = within / len(states) >= target
+    found = StudyFindings(
+        within=within,
+        probability_within=within / len(states),
+        interval=wilson_interval(within, len(states)),
+        percentiles=_percentiles(model, states, shares, _factors(plan, causes, deviations, states)),
+        spread=Spread(linear_spread_g_mm(model.covariance()), _sampled_spread_g_mm(states)),
+        contributions=tuple(contributions(model)),
+        sobol=sobol_shares(model, sampler.seed),
+        sensitivity=tuple(
+            key_figures(plan, model, lambda drawn, found: _factors(plan, causes, drawn, found))
+        ),
+        linear_model=check,
+        advice=Advice(target, reached, () if reached else advise(model, deviations, target)),
+    )
+    return StudyAnswer(plan, model, deviations, states, shares, found)
+
+
+def _sampled_spread_g_mm(states: Array) -> float:
+    if len(states) < 2:
+        return 0.0
+    return float(Z_95 * np.sqrt(states[:, :2].var(axis=0, ddof=1).sum()))
+
+
+def _percentiles(model: LinearModel, states: Array, shares: Array, factors: Array | None) -> StudyPercentiles:
+    planes = zip("AB", model.plane_magnitudes(states), strict=False)
+    return StudyPercentiles(
+        Percentiles.of(np.hypot(states[:, 0], states[:, 1])),
+        Percentiles.of(shares),
+        None if factors is None else Percentiles.of(factors),
+        tuple(PlanePercentiles(name, Percentiles.of(values)) for name, values in planes),
+    )
+
+
+def _states(model: LinearModel, deviations: Mapping[str, Array], count: int, workers: Workers) -> Array:
+    """Return the states (n, 4) of all cranks, worked out in parts by the workers."""
+    parts = [slice(begin, min(begin + CHUNK, count)) for begin in range(0, count, CHUNK)]
+    tasks = [(model, {label: values[part] for label, values in deviations.items()}) for part in parts]
+    states = np.zeros((count, 4))
+    few = InThisProcess() if len(tasks) == 1 else workers  # a process takes longer to start than a part
+    for done in few.run(_states_of_part, tasks):
+        states[parts[done.number]] = _states_of_part(tasks[done.number]) if done.lost else done.value
+    return states
+
+
+def _states_of_part(task: tuple[LinearModel, Mapping[str, Array]]) -> Array:
+    model, deviations = task
+    return model.states(deviations)
+
+
+def _checked(
+    plan: Plan, model: LinearModel, deviations: Mapping[str, Array], states: Array, count: int
+) -> ModelCheck:
+    if count == 0:
+        return ModelCheck(0, None, None)
+    errors = []
+    for row in range(count):
+        exact = exact_state(plan, {label: values[row] for label, values in deviations.items()})
+        errors.append(float(np.hypot(*(exact - states[row])[:2])))
+    return ModelCheck(count, max(errors), max(errors) / model.tolerance.permissible_g_mm)
+
+
+def _factors(plan: Plan, causes: Causes, deviations: Mapping[str, Array], states: Array) -> Array | None:
+    """Return the balance factor of each crank, f = f_target − U·D/|D|², None where D vanishes."""
+    loads = rotor_from_job.throw_loads(plan.crank.anatomy, plan.job.engine)
+    nominal = factor_direction_g_mm(loads)
+    greatest = sum(load.parts.reciprocating_on_throw_g * load.crank_radius_mm for load in loads)
+    if not np.hypot(*nominal) >= max(LEAST_DIRECTION * greatest, 1e-300):
+        return None
+    direction = np.tile(nominal, (len(states), 1))
+    for label, rate in causes.direction_rates.items():
+        direction = direction + deviations[label] * rate
+    target = np.full(len(states), plan.rotor.factor)
+    for label, slope in causes.factor_rates.items():
+        target = target + slope * deviations[label][:, 0]
+    left = rotor_from_job.overbalance_moments(plan.job, plan.tolerance).first_g_mm[:2]
+    along = ((states[:, :2] + left) * direction).sum(axis=1)
+    factors: Array = target - along / (direction**2).sum(axis=1)
+    return factors

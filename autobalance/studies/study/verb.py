@@ -1,0 +1,136 @@
+"""``ab.study``: many cranks made to one plan, and how many of them are within tolerance."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance.errors import UsageError
+from autobalance.report.plot_files import Plots
+from autobalance.runtime import Progress, no_progress
+from autobalance.studies.study.input import study_options
+from autobalance.types import Array
+from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.progress import telling
+from autobalance.verbs.result import VerbResult
+
+if TYPE_CHECKING:
+    from autobalance.job import Job
+    from autobalance.studies.study.answer import StudyReport
+    from autobalance.verbs.crank import Crank
+
+NOT_REACHED = 4
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StudyResult(VerbResult):
+    """Share of drawn cranks within tolerance, causes of the others, and remedies.
+
+    Attributes
+    ----------
+    series : bytes
+        The drawn cranks as CSV, one row each.
+    shares : array
+        What each of them uses of the permissible value (n,).
+    missed : bool
+        Whether the target asked for is not reached, or the plan itself is above tolerance.
+    """
+
+    content: StudyReport
+    series: bytes
+    shares: Array
+    missed: bool
+
+    @property
+    def exit_code(self) -> int:
+        """4 where the target is not reached or the plan itself is above tolerance, else 0."""
+        return NOT_REACHED if self.missed else 0
+
+    def text(self, units: str = "metric") -> str:
+        """Return the study as lines for people; always metric."""
+        from autobalance.studies.study.text import study_text
+
+        return study_text(self.content)
+
+    def plots(self) -> Plots:
+        """Return a histogram of what is used of the permissible value, and a tornado of the causes."""
+        from autobalance.studies.study.plots import study_plots
+
+        return Plots(study_plots(self.content, self.shares))
+
+    def files(self) -> Mapping[str, bytes]:
+        """Return the series."""
+        return {"series.csv": self.series}
+
+
+@documented
+def study(
+    job: str | Path | Job | Mapping[str, Any],
+    crank: Crank | None = None,
+    *,
+    settings: Sequence[str] = (),
+    samples: int = 10_000,
+    seed: int = 1,
+    target: float | None = None,
+    exact: int = 10,
+    workers: int | None = None,
+    cluster: str | None = None,
+    cluster_timeout_s: float = 10.0,
+    progress: Progress | None = None,
+) -> StudyResult:
+    """Draw cranks made to a job's plan, and judge them.
+
+    Parameters
+    ----------
+    job : path, Job or mapping
+        Job, which is balanced first, or the report of a balanced one. Files that a mapping names are relative
+        to the working folder.
+    samples : int
+        Number of cranks to draw.
+    seed : int
+        Seed of the random numbers: the same seed draws the same cranks.
+    target : float or None
+        Least share of cranks within tolerance, above 0 to 1; below it the exit code is 4; None: none is
+        required, and advice is given for 0.95.
+    exact : int
+        Number of cranks that are also cut and measured, which checks the linear model.
+
+    Returns
+    -------
+    StudyResult
+
+    Raises
+    ------
+    UsageError
+        If a count or the target is out of range.
+    JobError
+        If nothing has a ±, or the job is wrong.
+    """
+    from autobalance.studies.study.monte_carlo import Sampler, study_of
+    from autobalance.studies.study.study_plan import studied_plan
+    from autobalance.studies.study.values import ABOVE_OUTCOME, study_report, study_series
+    from autobalance.studies.workers import workers_of
+
+    started = time.perf_counter()
+    _refuse(samples, seed, target, exact)
+    with workers_of(workers, cluster, cluster_timeout_s) as pool:
+        studied = studied_plan(job, crank, telling(progress), settings)
+        plan = studied.plan
+        sampler = Sampler(samples, seed, study_options(plan.job).sampling, exact)
+        answer = study_of(plan, sampler, target, pool, progress or no_progress)
+    missed = plan.result.outcome == ABOVE_OUTCOME or (
+        target is not None and answer.found.probability_within < target
+    )
+    report = study_report(answer, seed, studied.report_sha256, time.perf_counter() - started)
+    return StudyResult(report, study_series(answer), answer.shares, missed)
+
+
+def _refuse(samples: int, seed: int, target: float | None, exact: int) -> None:
+    for name, value, least in (("samples", samples, 1), ("seed", seed, 0), ("exact", exact, 0)):
+        if value < least:
+            raise UsageError(f"{name} is {value}; must be ≥ {least}")
+    if target is not None and not 0.0 < target <= 1.0:
+        raise UsageError(f"target is {target:g}; must be above 0 and at most 1")

@@ -1,0 +1,1 @@
+"""Test stands: the bench, the balancing machine, influence coefficients."""

@@ -1,0 +1,1 @@
+"""A rotor under speed control in its bearings, beside measured torques."""

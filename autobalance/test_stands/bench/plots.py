@@ -1,0 +1,28 @@
+"""Plots of a rotor bench: speed and torque over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from autobalance.report import plots
+from autobalance.report.plot_files import Plot
+from autobalance.units import RAD_S_PER_RPM
+
+if TYPE_CHECKING:
+    from autobalance.test_stands.bench.answer import BenchReport
+    from autobalance.test_stands.bench.speed_control import Trace
+
+
+def bench_plots(report: BenchReport, traces: Sequence[Trace]) -> dict[str, Plot]:
+    """Return speed and torque of each run over time; empty without runs."""
+    if not traces:
+        return {}
+    names = [f"{speed:g} rpm" for speed in report.input["schedule"]["speeds_rpm"]]
+    pairs = list(zip(names, traces, strict=True))
+    speeds = [plots.Curve(name, trace.time_s, trace.speed / RAD_S_PER_RPM) for name, trace in pairs]
+    torques = [plots.Curve(name, trace.time_s, trace.torque_N_m) for name, trace in pairs]
+    return {
+        "bench-speed": plots.lines("Speed on the bench", ("time [s]", "speed [1/min]"), speeds),
+        "bench-torque": plots.lines("Torque on the bench", ("time [s]", "torque [N·m]"), torques),
+    }

@@ -1,0 +1,136 @@
+"""A rotor bench as lines to read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from autobalance.report.tables import table
+from autobalance.units import G_MM2_PER_KG_MM2
+
+if TYPE_CHECKING:
+    from autobalance.test_stands.bench.answer import (
+        BenchComparison,
+        BenchReading,
+        BenchReport,
+        BenchRun,
+        WrittenRotor,
+    )
+
+
+def bench_text(report: BenchReport) -> str:
+    rotor, loop = report.rotor, report.loop
+    margin = math.degrees(loop.phase_margin_rad)
+    head = f"Rotor of {rotor.mass_kg:.4f} kg, {rotor.inertia_g_mm2 / G_MM2_PER_KG_MM2:.3f} kg·mm²"
+    if rotor.disc_thickness_mm is not None:
+        head += (
+            f": disc {rotor.disc_thickness_mm:.3f} mm thick, shaft {rotor.shaft_each_side_mm:.3f} mm "
+            "on each side"
+        )
+    if rotor.holes:
+        head += f"; {len(rotor.holes)} hole(s) leave {rotor.unbalance_g_mm:.2f} g·mm"
+    parts = [
+        head,
+        f"Speed loop: phase margin {margin:.1f}° at {loop.crossover_rad_s:.3g} rad/s",
+        _runs(report.runs) if report.runs else "Nothing was run: there is no [bearing].",
+    ]
+    if rotor.written:
+        parts.insert(1, _written(rotor.written))
+    if report.readings:
+        parts.append(_readings(report.readings))
+    if report.comparison:
+        parts.append(_comparison(report.comparison))
+    return "\n\n".join(parts)
+
+
+def _written(solids: Sequence[WrittenRotor]) -> str:
+    rows: list[Sequence[str]] = [("Measured on the written files", "mass", "inertia", "off", "unbalance")]
+    rows += [
+        (
+            f"  {each.file}",
+            f"{each.mass_kg:.5f} kg",
+            f"{each.inertia_g_mm2 / G_MM2_PER_KG_MM2:.3f} kg·mm²",
+            f"{each.inertia_difference_percent:+.4f} %",
+            f"{each.unbalance_g_mm:.2f} g·mm",
+        )
+        for each in solids
+    ]
+    return table(rows)
+
+
+def _runs(runs: Sequence[BenchRun]) -> str:
+    rows: list[Sequence[str]] = [
+        (
+            "Run",
+            "unbalance",
+            "friction",
+            "in the ramp",
+            "mean held",
+            "power",
+            "greatest",
+            "overshoot",
+            "error",
+        )
+    ]
+    for run in runs:
+        name = f"  {run.speed_rpm:g} rpm" + (f" ({run.repeat})" if run.repeat > 1 else "")
+        torques = (run.friction_N_m, run.ramp_torque_N_m, run.mean_torque_N_m)
+        rows.append(
+            (
+                name,
+                f"{run.unbalance_force_N:.2f} N",
+                *(f"{torque:.4f} N·m" for torque in torques),
+                f"{run.power_W:.1f} W",
+                f"{run.greatest_torque_N_m:.4f} N·m",
+                f"{run.overshoot_rpm:.1f} rpm",
+                f"{100.0 * run.speed_error:.4f} %",
+            )
+        )
+    return table(rows)
+
+
+def _volts(value: float | None) -> str:
+    return "" if value is None else f"{value:.4f} V"
+
+
+def _pm(value: float | None) -> str:
+    return "" if value is None else f" ± {value:.4f}"
+
+
+def _dropped(reading: BenchReading) -> str:
+    """Return the numbers of the runs left out, with "(temperature)" after runs dropped for it."""
+    cold = reading.dropped_for_temperature
+    return ", ".join(f"{run} (temperature)" if run in cold else str(run) for run in reading.dropped)
+
+
+def _readings(readings: Sequence[BenchReading]) -> str:
+    rows: list[Sequence[str]] = [("Reading", "speed", "mean", "zero", "torque", "runs left out")]
+    for each in readings:
+        rows.append(
+            (
+                f"  case {each.case}",
+                f"{each.speed_rpm:g} rpm",
+                _volts(each.mean_V),
+                _volts(each.zero_V),
+                f"{each.torque_N_m:.4f} N·m{_pm(each.uncertainty_N_m)}",
+                _dropped(each),
+            )
+        )
+    return table(rows)
+
+
+def _comparison(comparison: Sequence[BenchComparison]) -> str:
+    rows: list[Sequence[str]] = [("Comparison", "speed", "test", "simulated", "apart")]
+    for each in comparison:
+        simulated, apart = each.simulated_N_m, each.difference_percent
+        rows.append(
+            (
+                f"  case {each.case}",
+                f"{each.speed_rpm:g} rpm",
+                f"{each.test_N_m:.4f} N·m{_pm(each.uncertainty_N_m)}",
+                "no run" if simulated is None else f"{simulated:.4f} N·m",
+                "" if apart is None else f"{apart:.2f} %",
+            )
+        )
+    return table(rows)

@@ -1,0 +1,262 @@
+"""Read ``TRIALS.toml``: readings, trial weights and possible weights as complex numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values
+from autobalance.errors import JobError
+from autobalance.job.files.reading_keys import AS_READ
+from autobalance.job.toml.document import text_of, toml_of
+from autobalance.job.toml.keys import named_in, read_document
+from autobalance.test_stands.influence.fitted_weights import Fitting
+from autobalance.test_stands.influence.influence_coefficients import Trial, changes
+from autobalance.test_stands.influence.limited_weights import Goal
+from autobalance.test_stands.influence.trial_records import RECORDS_KEYS, with_recorded_readings
+from autobalance.types import Array, Complex
+
+Reading = tuple[float, float]
+PlaneName = int | str
+
+TRIAL_KEYS = (
+    Key("plane", PlaneName, "correction plane: a number or a name"),
+    Key("g_mm", float, "trial weight times its radius, added [g·mm]", POSITIVE, None),
+    Key("g", float, "or: trial weight [g], with radius_mm", POSITIVE, None),
+    Key("radius_mm", float, "radius of the trial weight [mm]", POSITIVE, None),
+    Key("angle_deg", float, "where it is added, counter-clockwise [°]"),
+    Key(
+        "readings",
+        tuple[Reading, ...] | str | tuple[str, ...],
+        "[amplitude, phase_deg] of each reading with the trial weight on, or a record, or one a speed",
+    ),
+    Key("left_on", bool, "whether it stays on for the trials after it", default=False),
+)
+PLANE_KEYS = (
+    Key("plane", PlaneName, "a plane of the trials"),
+    Key("max_g_mm", float, "greatest size of the plane's sum [g·mm]", POSITIVE, None),
+    Key(
+        "angles_deg",
+        tuple[float, ...],
+        "places, at most one weight at each [°]; none: any angle",
+        default=None,
+    ),
+    Key(
+        "weights_g_mm",
+        tuple[float, ...],
+        "weights in stock, any number of each [g·mm]; none: any",
+        POSITIVE,
+        None,
+    ),
+    Key("max_weights", int, "weights in the plane at most", COUNTED, None),
+)
+SEAM_KEYS = (
+    Key("at", tuple[Literal["A", "B"], ...], "tolerance plane of each plane of the trials", default=None),
+    Key("z_mm", tuple[float, ...], "or: where each stands, rotor frame [mm]", default=None),
+    *AS_READ,
+)
+"""As in a reading file; ``rotation`` and ``zero_deg`` say how the trials' angles count."""
+TRIALS_KEYS = (
+    Key("goal", Literal["least_squares", "least_worst"], "quantity to minimise", default="least_squares"),
+    Key("phases", Literal["same", "opposite"], "sense in which phase_deg counts", default="same"),
+    Key(
+        "initial",
+        tuple[Reading, ...] | str | tuple[str, ...],
+        "[amplitude, phase_deg] of each reading, all trial weights off, or a record, or one a speed",
+    ),
+    Key("reading_weights", tuple[float, ...], "how much each reading counts", NOT_NEGATIVE, None),
+    Key("target", float, "amplitude that each residual must not exceed", POSITIVE, None),
+    Key("trial", says="runs with a trial weight, in their order", keys=TRIAL_KEYS, many=True),
+    Key("plane", says="weights that can be fitted", keys=PLANE_KEYS, many=True, default=None),
+    Key("records", says="how records give readings", keys=RECORDS_KEYS, default=None),
+    Key("reading", says="conditions of the measurement that `recut` needs", keys=SEAM_KEYS, default=None),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """The file as complex numbers; ``radius_mm`` by plane where the trials say one, else None.
+
+    ``initial`` and the trials' readings are conjugated where phases count against the angles, so that weights
+    and readings turn in one sense; ``phases_opposite`` says so for what is written.
+    """
+
+    values: Values
+    planes: tuple[PlaneName, ...]
+    initial: Complex
+    reading_weights: Array
+    trials: tuple[Trial, ...]
+    fittings: tuple[Fitting, ...]
+    radius_mm: tuple[float | None, ...]
+    goal: Goal
+    target: float | None
+    phases_opposite: bool
+
+
+def read_trials(source: str | Path | Mapping[str, Any]) -> Trials:
+    """Read a trials file, or its structure.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    JobError
+        If a key is unknown, missing or impossible, or a trial weight changes nothing.
+    """
+    if isinstance(source, Mapping):
+        return read_document(with_recorded_readings(source, Path()), "", TRIALS_KEYS, _trials)
+    path = Path(source)
+    raw = toml_of(text_of(path, "trials file"), path.name)
+    with named_in(path):
+        values = with_recorded_readings(raw, path.parent)
+        return read_document(values, "", TRIALS_KEYS, _trials)
+
+
+def _trials(values: Values) -> Trials:
+    count = len(values["initial"])
+    if not count:
+        raise JobError("initial is an empty list; expected at least one reading")
+    opposite = values["phases"] == "opposite"
+    planes = tuple(dict.fromkeys(each["plane"] for each in values["trial"]))
+    if values["reading_weights"] is None:
+        values["reading_weights"] = (1.0,) * count
+    _check_length(values["reading_weights"], "reading_weights", count)
+    if not any(values["reading_weights"]):
+        raise JobError("reading_weights are all 0; at least one reading must count")
+    if len(planes) > count:
+        raise JobError(
+            f"trial has {len(planes)} planes, initial {count} reading{'s' * (count > 1)}; expected at "
+            "least as many readings as planes"
+        )
+    _check_seam(values["reading"], len(planes))
+    initial = _readings(values["initial"], "initial", opposite)
+    trials = tuple(
+        _trial(each, f"trial[{number}]", planes, count, opposite)
+        for number, each in enumerate(values["trial"], 1)
+    )
+    _check_changes(initial, trials)
+    return Trials(
+        values,
+        planes,
+        initial,
+        np.array(values["reading_weights"]),
+        trials,
+        _fittings(values["plane"], planes),
+        tuple(_radius(values["trial"], plane) for plane in planes),
+        values["goal"],
+        values["target"],
+        opposite,
+    )
+
+
+def _check_seam(seam: Values | None, planes: int) -> None:
+    """Refuse a ``[reading]`` that ``recut`` does not take: one plane or two, each with its place."""
+    if seam is None:
+        return
+    if planes > 2:
+        raise JobError(f"reading is given for {planes} planes; recut takes one or two")
+    places = [key for key in ("at", "z_mm") if seam[key] is not None]
+    if len(places) != 1 and not (planes == 1 and not places):
+        raise JobError(
+            "reading.at is missing; or z_mm, one for each plane"
+            if not places
+            else "reading.at is given with z_mm; expected one of them"
+        )
+    for key in places:
+        if len(seam[key]) != planes:
+            raise JobError(f"reading.{key} has {len(seam[key])} entries; the trials have {planes} planes")
+
+
+def _check_length(entries: tuple[Any, ...], where: str, count: int) -> None:
+    if len(entries) != count:
+        raise JobError(
+            f"{where} has {len(entries)} entries; initial has {count}; expected one for each reading"
+        )
+
+
+def _readings(pairs: tuple[Reading, ...], where: str, opposite: bool) -> Complex:
+    for number, (amplitude, _) in enumerate(pairs, 1):
+        if amplitude < 0.0:
+            raise JobError(f"{where}[{number}] has an amplitude of {amplitude:g}; must be ≥ 0")
+    readings = np.array([a * np.exp(1j * math.radians(phase)) for a, phase in pairs], dtype=complex)
+    return np.conj(readings) if opposite else readings
+
+
+def _trial(each: Values, where: str, planes: tuple[PlaneName, ...], count: int, opposite: bool) -> Trial:
+    _check_length(each["readings"], f"{where}.readings", count)
+    weight = size_g_mm(each, where) * np.exp(1j * math.radians(each["angle_deg"]))
+    readings = _readings(each["readings"], f"{where}.readings", opposite)
+    return Trial(planes.index(each["plane"]), complex(weight), readings, each["left_on"])
+
+
+def size_g_mm(each: Values, where: str) -> float:
+    """Return an unbalance given as ``g_mm``, or as ``g`` with ``radius_mm``.
+
+    Raises
+    ------
+    JobError
+        If neither or both are given.
+    """
+    g_mm, g, radius = each["g_mm"], each["g"], each["radius_mm"]
+    if g_mm is None and g is None:
+        raise JobError(f"{where}.g_mm is missing; or g with radius_mm")
+    if g_mm is not None and g is not None:
+        raise JobError(f"{where}.g is given with g_mm; expected one of them")
+    if g is not None and radius is None:
+        raise JobError(f"{where}.radius_mm is missing; g needs it")
+    return float(g * radius if g_mm is None else g_mm)
+
+
+LEAST_CHANGE = 1e-6
+"""Of the greatest amplitude: a trial weight that changes less shows nothing."""
+
+
+def _check_changes(initial: Complex, trials: tuple[Trial, ...]) -> None:
+    greatest = max(
+        float(np.abs(readings).max()) for readings in (initial, *(each.readings for each in trials))
+    )
+    for number, change in enumerate(changes(initial, trials), 1):
+        if float(np.abs(change).max()) < LEAST_CHANGE * greatest or not change.any():
+            raise JobError(
+                f"trial[{number}]: changes nothing; its readings are those without it; choose a heavier "
+                "weight or another place"
+            )
+
+
+def _radius(trials: list[Values], plane: PlaneName) -> float | None:
+    """Return the radius of a plane's trial weights; None where they state none, or differ."""
+    radii = {each["radius_mm"] for each in trials if each["plane"] == plane and each["radius_mm"] is not None}
+    return radii.pop() if len(radii) == 1 else None
+
+
+def _fittings(tables: list[Values], planes: tuple[PlaneName, ...]) -> tuple[Fitting, ...]:
+    fittings = dict.fromkeys(planes, Fitting())
+    seen = set()
+    for number, each in enumerate(tables, 1):
+        where, plane = f"plane[{number}]", each["plane"]
+        if plane not in fittings:
+            listed = ", ".join(str(known) for known in planes)
+            raise JobError(f"{where}.plane is {plane!r}; no trial is in that plane: {listed}")
+        if plane in seen:
+            raise JobError(f"{where}.plane is {plane!r} again; each plane may stand once")
+        seen.add(plane)
+        for key in ("angles_deg", "weights_g_mm"):
+            if each[key] == ():
+                raise JobError(f"{where}.{key} is an empty list; leave it out, or name at least one")
+        fittings[plane] = _fitting(each)
+    return tuple(fittings.values())
+
+
+def _fitting(each: Values) -> Fitting:
+    angles, weights = each["angles_deg"], each["weights_g_mm"]
+    return Fitting(
+        None if angles is None else np.radians(sorted({angle % 360.0 for angle in angles})),
+        None if weights is None else np.array(sorted(set(weights))),
+        each["max_weights"],
+        math.inf if each["max_g_mm"] is None else each["max_g_mm"],
+    )

@@ -1,0 +1,1 @@
+"""A balancing machine, simulated and read."""

@@ -1,0 +1,93 @@
+"""``compare``: every kind of correction and the useful mixes on one crank, like for like."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from autobalance import job as jobs
+from autobalance.balancing.run import Compared, compare_job
+from autobalance.job import JobSource
+from autobalance.runtime import Progress
+from autobalance.verbs.balance import with_crank
+from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.engine_case import job_set
+from autobalance.verbs.entry import Entries, entries
+from autobalance.verbs.progress import telling
+from autobalance.verbs.result import VerbResult
+
+if TYPE_CHECKING:
+    from autobalance.report.records.compare import CompareReport
+    from autobalance.verbs.crank import Crank
+
+GOOD_OUTCOMES = ("within_tolerance", "already_within_tolerance")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CompareResult(VerbResult):
+    """One row for each kind and mix; those within tolerance are ranked, and one is recommended."""
+
+    content: CompareReport
+
+    @property
+    def rows(self) -> Entries:
+        """The rows, with the keys of the report."""
+        return entries(self.report["rows"])
+
+    @property
+    def exit_code(self) -> int:
+        """0 if some kind comes within tolerance (or nothing is to be cut), 4 if none does."""
+        return 0 if any(row.outcome in GOOD_OUTCOMES for row in self.content.comparison.rows) else 4
+
+    def text(self, units: str = "metric") -> str:
+        """Return the table that the command prints."""
+        from autobalance.report.balance.comparison import comparison_text
+        from autobalance.report.display_units import ON_SCREEN
+
+        return comparison_text(self.content.comparison, ON_SCREEN[units])
+
+    def _repr_html_(self) -> str:
+        from autobalance.report.balance.comparison import comparison_html
+        from autobalance.report.display_units import ON_SCREEN
+
+        return comparison_html(self.content.comparison, ON_SCREEN["metric"])
+
+
+@documented
+def compare(job: JobSource, crank: Crank | None = None, *, progress: Progress | None = None) -> CompareResult:
+    """Balance one crank by every kind of correction and the useful mixes in turn; nothing is written.
+
+    Parameters
+    ----------
+    job : Job, path or dict
+        Job file; each kind takes its limits from its own table there, or its defaults. ``method`` is not
+        looked at.
+
+    Raises
+    ------
+    AutobalanceError
+        For anything wrong with the job or the crank.
+    """
+    return compared(job, crank, progress)
+
+
+def compared(
+    job: JobSource,
+    crank: Crank | None,
+    progress: Progress | None,
+    done: Callable[[CompareResult], None] = lambda _: None,
+) -> CompareResult:
+    """Compare as ``compare`` does; ``done`` is called after each kind with the result so far."""
+    from autobalance.report.balance.comparison import comparison
+    from autobalance.report.records.compare import CompareReport
+
+    whole_job = jobs.as_job(job)
+    measured = None if crank is None else crank.measured
+    of = whole_job if crank is None else with_crank(whole_job, crank)
+
+    def result(some: Compared) -> CompareResult:
+        report = comparison(str(of.path), some.tolerance, some.initial, some.rows, of.prefer)
+        return CompareResult(CompareReport(comparison=report, warnings=some.warnings, **job_set(of)))
+
+    return result(compare_job(of, telling(progress), measured, lambda some: done(result(some))))

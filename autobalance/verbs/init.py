@@ -1,0 +1,285 @@
+"""``init``: a job for a crank, as TOML or as a workbook; and a job in the other form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+from autobalance.balancing.measured import Crank as MeasuredCrank
+from autobalance.balancing.measured_crank import measure_crank, measured_source
+from autobalance.balancing.rotor_from_job import default_planes_mm
+from autobalance.balancing.usual_layout import factor_hint, holds_two_rods
+from autobalance.correction import KINDS
+from autobalance.crank.assembly_parts import AssemblyPart, assembly_parts
+from autobalance.declare import ABSENT
+from autobalance.errors import BodiesError, FileError, JobError, UsageError
+from autobalance.job.assembled import body_key, other_parts
+from autobalance.job.header import SHOP
+from autobalance.job.model import Crankshaft
+from autobalance.job.read import tables_of
+from autobalance.job.read_crankshaft import read_crankshaft
+from autobalance.job.shop import NAME, user_folder
+from autobalance.job.template import (
+    OtherParts,
+    RecognisedCrank,
+    commented_toml,
+    described_rows,
+    job_rows,
+    table_rows,
+)
+from autobalance.job.toml.settings import with_settings
+from autobalance.job.toml.text import toml_text
+from autobalance.job.toml.typed_units import FILL_IN, leaves
+from autobalance.job.workbook import rows_of, write_workbook
+from autobalance.report.files import seen_from
+from autobalance.report.records.answers import InitReport
+from autobalance.runtime import Progress, Stopwatch
+from autobalance.solid.formats.bodies import read_bodies
+from autobalance.solid.formats.registry import needs_unit
+from autobalance.units import STEEL_KG_M3
+from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.crank import Crank
+from autobalance.verbs.progress import telling
+from autobalance.verbs.result import VerbResult
+
+JOB_ENDINGS = (".toml", ".xlsx")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InitResult(VerbResult):
+    """A job that was written for a crank, or a shop's own file, as the bytes of its file."""
+
+    caller_names_files: ClassVar[bool] = True
+
+    content: InitReport
+    file: Path
+    data: bytes
+
+    def text(self, units: str = "metric") -> str:
+        """Return the path of the written job, and its keys that are left to fill in."""
+        if self.content.shop is not ABSENT:
+            places = f"beside a job as {NAME}, or as {user_folder() / NAME} for all jobs"
+            return f"{self.file}: the shop's own file; uncomment what it has. It is read {places}"
+        if not self.content.fill_in:
+            return f"{self.file}: the same job, nothing left to fill in"
+        keys = "\n".join(f"  {key}" for key in self.content.fill_in)
+        return f"{self.file}: a job for {self.content.crank}; left to fill in:\n{keys}"
+
+    def files(self) -> Mapping[str, bytes]:
+        """Return the job's file."""
+        return {self.file.name: self.data}
+
+
+@documented
+def init(
+    source: str | Path | None = None,
+    *,
+    file: str | Path | None = None,
+    unit: str | None = None,
+    density_kg_m3: float | None = None,
+    method: str = "drill",
+    settings: Sequence[str] = (),
+    shop: bool = False,
+    progress: Progress | None = None,
+) -> InitResult:
+    """Make a commented job for a crank, put a job into its other form, or begin a shop's own file.
+
+    Nothing is written until asked.
+
+    Parameters
+    ----------
+    source : path or None
+        Crank file, whose journals and throws are recognised, or a job (.toml, .xlsx) to convert.
+    file : path or None
+        File to write, .toml or .xlsx; None: the source's name with .toml, in the working folder.
+    unit : {"mm", "cm", "m", "inch"} or None
+        Unit of length of the crank file, where its format carries none; None: the format's.
+    density_kg_m3 : float or None
+        Density [kg/m³]; None: left to fill in.
+    method : str
+        Kind of correction to begin with.
+    settings : sequence of str
+        Key of the job to set before the crank is recognised, for example crankshaft.crankpin_in_file=false.
+        Each as text.
+    shop : bool
+        Write shop.toml, the shop's own file: its name, tools and machine, read with every job beside it. In
+        the user's configuration folder it is read with all jobs.
+
+    Raises
+    ------
+    AutobalanceError
+        If the crank or the job cannot be read.
+    """
+    if shop:
+        return _shop(source, file)
+    if source is None:
+        raise UsageError("init needs a CRANK or a JOB; or --shop for the shop's own file")
+    source = Path(source)
+    target = Path(file) if file is not None else Path(f"{source.stem}.toml")
+    if target.suffix.lower() not in JOB_ENDINGS:
+        raise UsageError(f"-o {target}: a job ends in .toml or .xlsx")
+    if source.suffix.lower() in JOB_ENDINGS:
+        return _converted(source, target, settings)
+    if method not in KINDS:
+        raise UsageError(f"--method is {method!r}; must be one of {', '.join(KINDS)}")
+    telling(progress)("reading the crank")
+    recognised = _recognised(source, target, unit, density_kg_m3, method, settings)
+    rows = job_rows(recognised)
+    data = write_workbook(rows) if _is_workbook(target) else commented_toml(rows).encode()
+    left = [
+        key for row in rows if row.active for key, value in leaves(row.value, row.key) if value == FILL_IN
+    ]
+    return InitResult(InitReport(crank=str(source), job=str(target), fill_in=left), target, data)
+
+
+def _shop(source: str | Path | None, file: str | Path | None) -> InitResult:
+    target = Path(NAME if file is None else file)
+    if source is not None:
+        raise UsageError(f"--shop beside {source}; the shop's own file is for every crank: leave it out")
+    if target.suffix.lower() != ".toml":
+        raise UsageError(f"-o {target}: the shop's own file ends in .toml")
+    report = InitReport(crank=None, job=None, shop=str(target), fill_in=())
+    return InitResult(report, target, commented_toml(table_rows(SHOP), kept=("shop",)).encode())
+
+
+def _is_workbook(target: Path) -> bool:
+    return target.suffix.lower() == ".xlsx"
+
+
+def _converted(source: Path, target: Path, settings: Sequence[str]) -> InitResult:
+    values = with_settings(tables_of(source), settings)
+    crank = values.get("crankshaft", {}).get("file")
+    if isinstance(crank, str) and source.parent.resolve() != target.parent.resolve():
+        values["crankshaft"]["file"] = seen_from(target.parent, source.parent / crank)
+    data = (
+        write_workbook(described_rows(rows_of(values)))
+        if _is_workbook(target)
+        else toml_text(values).encode()
+    )
+    left = [key for key, value in leaves(values) if value == FILL_IN]
+    return InitResult(InitReport(crank=str(crank), job=str(target), fill_in=left), target, data)
+
+
+def _recognised(
+    source: Path,
+    target: Path,
+    unit: str | None,
+    density_kg_m3: float | None,
+    method: str,
+    settings: Sequence[str],
+) -> RecognisedCrank:
+    changed = _changed_settings(settings)
+    unit = changed.get("unit", unit)
+    keywords = {key: value for key, value in changed.items() if key not in ("file", "unit", "density_kg_m3")}
+    density = changed.get("density_kg_m3", density_kg_m3)
+    crank, body, parts = _read(source, target, unit, {"density_kg_m3": density or STEEL_KG_M3, **keywords})
+    return RecognisedCrank(
+        file=seen_from(target.parent, source),
+        unit=unit if needs_unit(source) else None,
+        density_kg_m3=density,
+        crankpin_in_file=crank.measured.holds_crankpins,
+        stroke_mm=round(2.0 * crank.throws[0].crank_radius_mm, 4),
+        planes_mm=_rounded(default_planes_mm(crank.measured.anatomy)),
+        method=method,
+        factor_hint=factor_hint(crank.measured),
+        two_rods_fit=holds_two_rods(crank.measured.anatomy),
+        hints=_hints(crank),
+        asked=changed,
+        body=body,
+        parts=parts,
+    )
+
+
+def _read(
+    source: Path, target: Path, unit: str | None, keywords: Mapping[str, Any]
+) -> tuple[Crank, int | str | None, OtherParts]:
+    """Return the crank of a file, its body among several, and what the others are."""
+    if unit is None and not source.exists():  # before its unit is asked for
+        raise FileError(f"{source} does not exist")
+    values = {"file": str(source), **({} if unit is None else {"unit": unit}), **keywords}
+    crankshaft = _crankshaft(values)
+    body = keywords.get("body")
+    try:
+        crank = Crank(measure_crank(crankshaft, Stopwatch(), try_all_bodies=False), crankshaft)
+        if body is None or body == "all":
+            return crank, None, OtherParts()
+        parts = assembly_parts(read_bodies(source, unit))
+    except BodiesError as several:
+        parts = assembly_parts(read_bodies(source, unit))
+        chosen = _crank_among(parts, several)
+        if chosen is None:
+            return Crank(_of_pieces(crankshaft, several), crankshaft), None, OtherParts()
+        body, crankshaft = body_key(chosen), _crankshaft({**values, "body": body_key(chosen)})
+        assert chosen.anatomy is not None
+        measured = measured_source(chosen.body.source, chosen.anatomy, crankshaft.density_g_mm3)
+        crank = Crank(measured, crankshaft)
+    located = {"file": seen_from(target.parent, source)}
+    if unit is not None and needs_unit(source):
+        located["unit"] = unit
+    return crank, body, other_parts(parts, body, located, len(crank.throws))
+
+
+def _crankshaft(values: Mapping[str, Any]) -> Crankshaft:
+    read_as = read_crankshaft(values, Path())
+    if "crankpin_in_file" in values:
+        return read_as
+    either = replace(read_as.overrides, crankpin_in_file=None)  # crankpins first, then bores for them
+    return replace(read_as, overrides=either)
+
+
+def _of_pieces(crankshaft: Crankshaft, several: BodiesError) -> MeasuredCrank:
+    """Return the pressed-up crank that the bodies are the pieces of."""
+    try:
+        return measure_crank(crankshaft, Stopwatch())
+    except BodiesError:
+        raise BodiesError(f"{several}; none of them alone is a crank, nor are they together") from None
+
+
+def _crank_among(parts: Sequence[AssemblyPart], several: BodiesError) -> AssemblyPart | None:
+    """Return the one body that is a crank; None where there is none."""
+    cranks = [part for part in parts if part.role == "crank"]
+    if not cranks:
+        return None
+    if len(cranks) == 1:
+        return cranks[0]
+    named = " and ".join(str(part.body.number) for part in cranks)
+    raise BodiesError(
+        f"{several}; bodies {named} may each be the crank: --set crankshaft.body=N says which"
+    ) from None
+
+
+def _changed_settings(settings: Sequence[str]) -> dict[str, Any]:
+    values = with_settings({}, settings)
+    if set(values) - {"crankshaft"}:
+        other = ", ".join(sorted(set(values) - {"crankshaft"}))
+        raise JobError(f"--set {other}: init takes keys of [crankshaft] alone; edit the job for others")
+    crankshaft: dict[str, Any] = values.get("crankshaft", {})
+    return crankshaft
+
+
+def _hints(crank: Crank) -> dict[str, Any]:
+    """Return the recognised crank, in the file's own axes, as keys of ``[crankshaft]``."""
+    back = crank.measured.anatomy.rotor_to_file
+
+    def place(point: Any) -> list[float]:
+        return [round(float(value), 4) + 0.0 for value in back[:3, :3] @ point + back[:3, 3]]
+
+    def pin(each: Any) -> dict[str, Any]:
+        return {
+            "centre_mm": place(each.centre_mm),
+            "diameter_mm": round(float(each.diameter_mm), 4),
+            "width_mm": round(float(each.width_mm), 4),
+        }
+
+    return {
+        "axis_point_mm": [round(float(value), 4) + 0.0 for value in back[:3, 3]],
+        "axis_direction": [round(float(value), 6) + 0.0 for value in back[:3, 2]],
+        "main_journals": [pin(each) for each in crank.main_journals],
+        "crankpins": [pin(each.crankpin) for each in crank.throws],
+    }
+
+
+def _rounded(planes: tuple[float, float] | None) -> tuple[float, float] | None:
+    return None if planes is None else (round(planes[0], 4), round(planes[1], 4))

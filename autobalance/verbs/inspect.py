@@ -1,0 +1,227 @@
+"""``inspect``: measure a crank and say what was recognised in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance.balancing.chordal_correction import facet_entry
+from autobalance.balancing.faces import offered_faces
+from autobalance.balancing.measured import Crank as MeasuredSolid
+from autobalance.balancing.measured_crank import input_file, measure_crank, surfaces_entry
+from autobalance.balancing.record import MeasuredCrank, Record
+from autobalance.balancing.rotor_from_job import default_planes_mm
+from autobalance.crank.sections import sections, web_weights
+from autobalance.declare import present
+from autobalance.job import Job
+from autobalance.job.read import WORKBOOKS, load, load_crankshaft
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.runtime import Progress, Stopwatch
+from autobalance.solid.formats.registry import needs_unit
+from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.crank import Crank, read_crank
+from autobalance.verbs.inspect_sections import TableOptions, loaded, weighed_table, whole_job
+from autobalance.verbs.progress import INSPECTED_BEFORE, telling
+from autobalance.verbs.result import VerbResult
+
+if TYPE_CHECKING:
+    from autobalance.balancing.suggestions.wanted import Aim, Refused, Suggestion
+    from autobalance.crank.against import AgainstDrawing
+    from autobalance.crank.anatomy import Face
+    from autobalance.report.records.report import Report
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InspectResult(VerbResult):
+    """The measured and recognised crank, with its report."""
+
+    content: Report
+    crank: Crank
+    faces: tuple[Face, ...]
+    against: AgainstDrawing | None = None
+
+    def text(self, units: str = "metric") -> str:
+        """Return the summary that the command prints."""
+        from autobalance.report.balance.crank_text import inspect_text
+        from autobalance.report.display_units import ON_SCREEN
+
+        return inspect_text(self.content, ON_SCREEN[units])
+
+    def sections_text(self, units: str = "metric") -> str:
+        """Return the table of sections: with what hangs on the crank, where that was asked for."""
+        from autobalance.report.balance.crank_text import sections_text
+        from autobalance.report.balance.section_text import section_table_text
+        from autobalance.report.display_units import ON_SCREEN
+
+        table, u = present(self.content.section_table), ON_SCREEN[units]
+        return sections_text(self.content, u) if table is None else section_table_text(table, u)
+
+    def picture(self) -> bytes:
+        """Return a PNG of the crank with its axis, pins, and faces by their ids.
+
+        Of a scan, or held against a drawing, it is seen a second time in the colours of its distance from the
+        surfaces recognised in it, or from the drawing.
+        """
+        from autobalance.report.pictures.anatomy import crank_picture
+        from autobalance.report.pictures.deviation import surface_image
+
+        measured = self.crank.measured
+        below = surface_image(measured, self.against)
+        return crank_picture(measured.source.solid.mesh, measured.anatomy, self.faces, below=below)
+
+
+@documented
+def inspect(
+    crank: Crank | Job | str | Path,
+    *,
+    settings: Sequence[str] = (),
+    table: TableOptions | None = None,
+    suggest: Mapping[str, Any] | None = None,
+    against: str | Path | Crank | None = None,
+    progress: Progress | None = None,
+    **keywords: Any,
+) -> InspectResult:
+    """Measure a crank and say what was recognised in it: mass, axis, journals, throws, webs, faces.
+
+    Parameters
+    ----------
+    crank : Crank, Job or path
+        Crank file, or a job, of which only its [crankshaft] is required. Or a crank or a job as an object.
+    settings : sequence of str
+        Key of the job to set before it is checked, for example crankshaft.body=1. Each as text.
+    table : TableOptions or None
+        Given, the report has ``section_table``: the crank's metal with its holes filled, the holes, and with
+        a job its bob-weights, what sits on the crankpins and attached parts, with sums and a verdict.
+    suggest : mapping or None
+        Wanted inertia_kg_mm2, or balance_factor of a job, for example inertia_kg_mm2=2900, for which changes
+        are suggested; alone: the job's factor. ``report["suggestions"]`` then says which bores, weights or
+        turned rims would do it, each one tried. Empty: the factor that the job asks for.
+    against : path, Crank or None
+        Drawing, or another crank, that this one is held against: distances of its surface, mass, unbalance.
+    **keywords
+        Those of ``read_crank``, where ``crank`` is a path.
+
+    Raises
+    ------
+    AutobalanceError
+        As ``read_crank``.
+
+    Examples
+    --------
+    >>> from autobalance.bundled import bundled_folder
+    >>> file = bundled_folder() / "crf250r" / "drafted" / "crank.stl"
+    >>> len(inspect(file, unit="mm", crankpin_in_file=False).report["crank"]["webs"])
+    2
+    """
+    notify, watch, source = telling(progress, INSPECTED_BEFORE), Stopwatch(), crank
+    if not isinstance(crank, Crank):
+        notify("reading and measuring the crank")
+        with watch.stage("load"):
+            crank = _read(crank, settings, keywords)
+    elif keywords:
+        raise TypeError(f"{', '.join(keywords)}: a crank that is read already takes no keywords")
+    with watch.stage("plan"):
+        notify("looking for faces")
+        crank = crank.with_faces()
+        measured = crank.measured
+        faces = offered_faces(measured)
+        notify("weighing the sections")
+        parts = sections(measured.source.solid, measured.anatomy, measured.density_g_mm3)
+    warnings = measured.warnings(crank.file, whole_job(source, settings))
+    weighed = None
+    if table is not None:
+        notify("weighing attached parts")
+        weighed, more = weighed_table(crank, parts, source, settings, table)
+        warnings = (*warnings, *more)
+    hung_on, more = loaded(crank, source, settings)
+    warnings = (*warnings, *more)
+    suggested = None
+    if suggest is not None:
+        notify("trying changes that would reach it")
+        suggested = _suggested(measured, _job_of(source, settings), suggest)
+    held = None
+    if against is not None:
+        notify("holding the crank against the drawing")
+        held = _held_against(crank, against)
+    record = Record(
+        command="inspect",
+        input=input_file(crank.file, measured),
+        crank=MeasuredCrank(
+            measured.moments,
+            measured.volume_mm3,
+            measured.anatomy,
+            facet_entry(measured.facets, measured.correction),
+            measured.calibration,
+            measured.mass_pm_g,
+        ),
+        initial=Unbalance.of(measured.moments),
+        surfaces=surfaces_entry(measured),
+        planes_z_mm=default_planes_mm(measured.anatomy),
+        faces=faces,
+        sections=parts,
+        web_weights=web_weights(parts, measured.anatomy),
+        warnings=warnings,
+        seconds=watch.seconds,
+        job_set=tuple(settings),
+        section_table=weighed,
+        loaded=hung_on,
+        suggested=suggested,
+        against=measured.beside.against if held is None and measured.beside is not None else held,
+    )
+    from autobalance.report.records.report import Report
+
+    return InspectResult(Report.of(record), crank, tuple(candidates.face for candidates in faces), held)
+
+
+def _held_against(crank: Crank, against: Crank | str | Path) -> AgainstDrawing:
+    """Hold a crank against a drawing, of the same unit where its format carries none."""
+    from autobalance.balancing.against import against_drawing
+
+    own = crank.crankshaft
+    if not isinstance(against, Crank):
+        path = Path(against)
+        against = read_crank(
+            path,
+            unit=(own.unit or "mm") if needs_unit(path) else None,
+            density_kg_m3=crank.density_kg_m3,
+            crankpin_in_file=own.overrides.crankpin_in_file,
+        )
+    return against_drawing(crank.measured, against.measured, str(against.file or "in memory"))
+
+
+def _job_of(source: Crank | Job | str | Path, settings: Sequence[str]) -> Job | None:
+    """Return the whole job that was given, if one was."""
+    if isinstance(source, Job):
+        return source
+    if isinstance(source, Crank) or Path(source).suffix.lower() not in (".toml", *WORKBOOKS):
+        return None
+    return load(source, settings)
+
+
+def _suggested(
+    measured: MeasuredSolid, job: Job | None, suggest: Mapping[str, Any]
+) -> tuple[Aim, Sequence[Suggestion], Sequence[Refused]]:
+    """Return changes of a crank for a wanted factor or inertia: bores, weights, turned rims."""
+    from autobalance.balancing.oil_from_job import with_oil
+    from autobalance.balancing.rotor_from_job import target_factor
+    from autobalance.balancing.suggestions.metal import suggested_metal
+    from autobalance.balancing.suggestions.wanted import Aim, Wanted
+
+    job = None if job is None else with_oil(job, measured)
+    if not suggest and job is not None:
+        suggest = {"balance_factor": target_factor(job, measured.anatomy, measured.moments)}
+    aim = Aim.of(Wanted.of(suggest), measured.moments, measured.anatomy, None if job is None else job.engine)
+    solid = measured.source.solid.moved(measured.anatomy.file_to_rotor)
+    return (aim, *suggested_metal(solid, measured.density_g_mm3, aim))
+
+
+def _read(source: Job | str | Path, settings: Sequence[str], keywords: dict[str, Any]) -> Crank:
+    """Read the crank of a file or of a job."""
+    if not isinstance(source, Job) and Path(source).suffix.lower() not in (".toml", *WORKBOOKS):
+        return read_crank(source, **keywords)
+    if keywords:
+        raise TypeError(f"{', '.join(keywords)}: a job says its own")
+    crankshaft = source.crankshaft if isinstance(source, Job) else load_crankshaft(source, settings)
+    return Crank(measure_crank(crankshaft, Stopwatch()), crankshaft)
