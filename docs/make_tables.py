@@ -41,7 +41,7 @@ HEAD = "| key | value | default | meaning |\n|---|---|---|---|"
 def blocks() -> dict[str, str]:
     """Return what stands in each block, by the name in its first line."""
     tables = {key.name: key for key in job_tables()}
-    of_torsion = [key.name for key in OF_A_JOB]
+    of_torsion = sorted((key.name for key in OF_A_JOB), key="torsion".__ne__)
     found = {name: of_tables((key,)) for name, key in tables.items() if name not in of_torsion}
     found["torsion"] = of_tables(tuple(tables[name] for name in of_torsion))
     found["a weight"] = "\n\n".join(

@@ -111,6 +111,16 @@ def test_every_verb_is_documented() -> None:
     assert {name for name in functions if f"ab.{name}(" not in script} == set()
 
 
+def test_the_map_of_the_package_is_the_contract_of_its_layers() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    contracts = {each["id"]: each for each in settings["tool"]["importlinter"]["contracts"]}
+    layers = [layer.split(" | ") for layer in contracts["layers"]["layers"] if layer != "__main__"]
+    page = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+    table = page.partition("| layer |")[2].partition("\n\n")[0]
+    mapped = [re.findall(r"`(\w+)`", row.split("|")[1]) for row in table.splitlines()[2:]]
+    assert mapped == layers
+
+
 def test_every_kind_of_output_is_documented() -> None:
     page = (ROOT / "docs" / "outputs.md").read_text(encoding="utf-8")
     for name, kind in KINDS.items():
