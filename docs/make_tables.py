@@ -24,9 +24,9 @@ from autobalance.drawn_cranks.keys import DESIGN, PRESET  # noqa: E402
 from autobalance.job.files.declared import forms_of  # noqa: E402
 from autobalance.job.read_engine import WEIGHTS  # noqa: E402
 from autobalance.job.tables import job_tables  # noqa: E402
-from autobalance.job.toml.text import toml_value  # noqa: E402
 from autobalance.profile_search.keys import DESIGN_KEYS  # noqa: E402
 from autobalance.registry import FILES  # noqa: E402
+from autobalance.toml_files.text import toml_value  # noqa: E402
 
 DOCS = ROOT / "docs"
 PAGES = tuple(

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 import autobalance as ab
-from autobalance.job.toml.text import toml_text
 from autobalance.solid.csg.shape import Prism, polygon, tessellated
+from autobalance.toml_files.text import toml_text
 from tests import jobs
 from tests.rods import FlatRod
 

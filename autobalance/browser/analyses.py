@@ -13,7 +13,7 @@ from autobalance.browser.named_files import FILE_KEYS, named_files
 from autobalance.browser.project import Project
 from autobalance.declare import UNIT_BY_ENDING
 from autobalance.errors import AutobalanceError, UsageError
-from autobalance.job.toml.document import text_of, toml_of
+from autobalance.toml_files.document import text_of, toml_of
 from autobalance.verbs.declaration import REQUIRED, Parameter, parameters_of
 
 

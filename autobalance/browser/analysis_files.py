@@ -11,8 +11,8 @@ from starlette.routing import Route
 from autobalance.browser.analyses import ANALYSES, example
 from autobalance.browser.answers import body_of, file_of, jsonable, refused
 from autobalance.errors import AutobalanceError
-from autobalance.job.toml.document import toml_of
-from autobalance.job.toml.text import toml_text
+from autobalance.toml_files.document import toml_of
+from autobalance.toml_files.text import toml_text
 
 if TYPE_CHECKING:
     from autobalance.browser.project import Project

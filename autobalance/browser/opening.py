@@ -12,8 +12,8 @@ from autobalance.browser.named_files import FILE_KEYS
 from autobalance.browser.project import JOB, Project, is_plain
 from autobalance.bundled import bundled_folder
 from autobalance.errors import FileError, FormatError
-from autobalance.job.toml.document import toml_of
-from autobalance.job.toml.text import toml_text
+from autobalance.toml_files.document import toml_of
+from autobalance.toml_files.text import toml_text
 
 REPORT = "report.json"
 JOBS = (".toml", ".xlsx")

@@ -23,8 +23,8 @@ from autobalance.browser.project import APP_FOLDER, RUN_ID, RUNS, Project
 from autobalance.browser.work import nothing, work
 from autobalance.errors import AutobalanceError
 from autobalance.job.changes import differences
-from autobalance.job.toml.text import toml_text
 from autobalance.runtime import held_signals
+from autobalance.toml_files.text import toml_text
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection

@@ -34,8 +34,8 @@ from autobalance.browser.runs import Runs
 from autobalance.browser.work import MODEL, VERBS
 from autobalance.errors import AutobalanceError
 from autobalance.job.changes import differences
-from autobalance.job.toml.document import toml_of
-from autobalance.job.toml.text import toml_text
+from autobalance.toml_files.document import toml_of
+from autobalance.toml_files.text import toml_text
 from autobalance.version import __version__
 
 TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".json": "application/json"}

@@ -122,7 +122,7 @@ def _read(table: Asked, place: Place, notify: Progress) -> Crank:
     from autobalance.browser.meshes import bare_mesh
     from autobalance.errors import RecognitionError
     from autobalance.job.read_crankshaft import read_crankshaft
-    from autobalance.job.toml.typed_units import in_base_units
+    from autobalance.toml_files.typed_units import in_base_units
     from autobalance.verbs.crank import Crank
 
     crankshaft = read_crankshaft(in_base_units({"crankshaft": table})["crankshaft"], place.project)
@@ -167,7 +167,7 @@ def _recut(request: Asked, place: Place, notify: Progress) -> int:
 def _nc(request: Asked, place: Place, notify: Progress) -> int:
     """Write the NC programs of a result on a machine whose file was pasted into the page."""
     import autobalance as ab
-    from autobalance.job.toml.document import toml_of
+    from autobalance.toml_files.document import toml_of
 
     report = place.results.parent / request["run"] / REPORT
     result = ab.nc(report, toml_of(request["machine"], "machine file"), progress=notify)

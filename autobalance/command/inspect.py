@@ -158,7 +158,7 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
 
 def _table(arguments: argparse.Namespace) -> TableOptions | None:
     """Return the options of the section table; None where none is asked for."""
-    from autobalance.job.toml.typed_units import length_mm
+    from autobalance.toml_files.typed_units import length_mm
     from autobalance.verbs.inspect_sections import DATUMS, TableOptions
 
     datum, oil = arguments.datum, arguments.oil_density_kg_m3

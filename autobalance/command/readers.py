@@ -88,7 +88,7 @@ def dimensions(option: str, texts: Sequence[str]) -> dict[str, Any]:
     """Return texts ``KEY=VALUE`` as a mapping, each value as TOML or, where it is none, as text."""
     import tomllib
 
-    from autobalance.job.toml.document import refuse_deep
+    from autobalance.toml_files.document import refuse_deep
 
     sizes: dict[str, Any] = {}
     for text in texts:
@@ -150,7 +150,7 @@ def unit_or_mm(unit: str | None, path: Path) -> str | None:
 
 def unbalance_unit(text: str) -> str:
     """Return the name of a unit of unbalance, however it is typed: ``oz-in``, ``gmm``, ``KG.MM``."""
-    from autobalance.job.toml.typed_units import unbalance_unit as named
+    from autobalance.toml_files.typed_units import unbalance_unit as named
     from autobalance.units import G_MM_PER
 
     unit = named(text)

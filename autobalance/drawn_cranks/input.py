@@ -12,10 +12,10 @@ from autobalance.drawn_cranks.keys import DESIGN
 from autobalance.errors import JobError
 from autobalance.job.model import EngineParts
 from autobalance.job.read_engine import ENGINE, engine_of
-from autobalance.job.toml.document import toml_of
-from autobalance.job.toml.keys import read
-from autobalance.job.toml.table import Table, unknown_keys
-from autobalance.job.toml.typed_units import in_base_units
+from autobalance.toml_files.document import toml_of
+from autobalance.toml_files.keys import read
+from autobalance.toml_files.table import Table, unknown_keys
+from autobalance.toml_files.typed_units import in_base_units
 
 
 def read_design(text: str, source: str) -> tuple[Design, EngineParts | None]:

@@ -26,7 +26,6 @@ from autobalance.drawn_cranks.generate import crank_shape, crank_solid, exact_mo
 from autobalance.drawn_cranks.input import design_from, read_design, with_settings
 from autobalance.drawn_cranks.true_anatomy import crank_anatomy
 from autobalance.errors import JobError, UsageError
-from autobalance.job.toml.document import text_of
 from autobalance.report.records import balance as balance_records
 from autobalance.report.records import crank as records
 from autobalance.report.records import source
@@ -37,6 +36,7 @@ from autobalance.runtime import Progress
 from autobalance.solid.formats.registry import format_named
 from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.measure import soup_moments
+from autobalance.toml_files.document import text_of
 from autobalance.units import G_PER_MM3_PER_KG_M3, MM_PER
 from autobalance.verbs.common_parameters import documented
 from autobalance.verbs.progress import telling

@@ -11,7 +11,7 @@ from autobalance.errors import JobError
 from autobalance.finite_elements.elasticity import Material
 from autobalance.finite_elements.statics import Box, Hold, Load
 from autobalance.job.model import LengthUnit
-from autobalance.job.toml.keys import plain, read_document
+from autobalance.toml_files.keys import plain, read_document
 from autobalance.units import STEEL_KG_M3
 
 T_MM3_PER_KG_M3 = 1e-12

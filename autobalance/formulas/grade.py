@@ -10,7 +10,6 @@ import numpy as np
 
 from autobalance.errors import UsageError
 from autobalance.formulas.grade_answer import GradeReport
-from autobalance.job.toml.typed_units import unbalance_unit
 from autobalance.report.plot_files import Drawn, Plots
 from autobalance.rigid_rotor.grade import GRADES, listed_grade, neighbours, specific_unbalance_mm
 from autobalance.rigid_rotor.tolerance import (
@@ -19,6 +18,7 @@ from autobalance.rigid_rotor.tolerance import (
     permissible_unbalance_g_mm,
     share_between_planes,
 )
+from autobalance.toml_files.typed_units import unbalance_unit
 from autobalance.units import G_MM_PER, G_PER, RAD_S_PER_RPM
 from autobalance.verbs.options import place_mm, positive
 from autobalance.verbs.result import VerbResult

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from autobalance import registry
 from autobalance.declare import Key, Values
-from autobalance.job.toml.keys import plain
+from autobalance.toml_files.keys import plain
 
 
 class TablesRead(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from autobalance.declare import POSITIVE, REQUIRED, Key
-from autobalance.running_gear.materials import MATERIALS
+from autobalance.materials import MATERIALS
 
 Material: Any = Literal[tuple(MATERIALS)]
 

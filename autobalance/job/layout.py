@@ -10,7 +10,7 @@ from autobalance.declare import ANY, COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Ke
 from autobalance.errors import JobError
 from autobalance.job.model import BalanceShaftEntry, Bolted, CylinderLayout, LinkRod, RodOnScales
 from autobalance.job.solid_weights import SOLID_ROD
-from autobalance.job.toml.keys import plain
+from autobalance.toml_files.keys import plain
 from autobalance.units import G_MM2_PER_KG_MM2
 
 Sense = Literal["forward", "backward"]

@@ -20,7 +20,7 @@ from autobalance.correction.faces.patches import FaceLimits
 from autobalance.declare import ANY, NOT_NEGATIVE, Key, Range, TypedIn, Values
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job.header import SHOP
-from autobalance.job.toml.keys import read
+from autobalance.toml_files.keys import read
 
 FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
 """Keys of the top level, which the kinds share whose limits have ``faces``."""

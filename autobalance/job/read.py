@@ -29,14 +29,14 @@ from autobalance.job.rod_solid import with_measured_rod
 from autobalance.job.shop import located, with_shop
 from autobalance.job.solid_weights import with_weighed_solids
 from autobalance.job.tables import TOP_KEYS, job_tables
-from autobalance.job.toml.document import text_of, toml_of
-from autobalance.job.toml.faults import Faults
-from autobalance.job.toml.keys import plain, read, value_of
-from autobalance.job.toml.settings import with_settings
-from autobalance.job.toml.table import Table, unknown_keys
-from autobalance.job.toml.typed_units import gathered_in_base_units, in_base_units, refuse_unfilled
 from autobalance.solid.formats.registry import FOREIGN_CAD
 from autobalance.solid.formats.table import endings
+from autobalance.toml_files.document import text_of, toml_of
+from autobalance.toml_files.faults import Faults
+from autobalance.toml_files.keys import plain, read, value_of
+from autobalance.toml_files.settings import with_settings
+from autobalance.toml_files.table import Table, unknown_keys
+from autobalance.toml_files.typed_units import gathered_in_base_units, in_base_units, refuse_unfilled
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:

@@ -15,10 +15,10 @@ from autobalance.errors import JobError
 from autobalance.job.density import density_keys
 from autobalance.job.model import Crankshaft, LengthUnit
 from autobalance.job.scan_keys import SCAN, holes_of, readings_of
-from autobalance.job.toml.convert import convert
-from autobalance.job.toml.keys import read
 from autobalance.runtime import note_read
 from autobalance.solid.formats.registry import names_bodies, needs_unit
+from autobalance.toml_files.convert import convert
+from autobalance.toml_files.keys import read
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 Vector = tuple[float, float, float]

@@ -19,8 +19,8 @@ from autobalance.job.model import (
     Weight,
 )
 from autobalance.job.solid_weights import SOLID
-from autobalance.job.toml.keys import plain
-from autobalance.job.toml.typed_units import WEIGHT_TABLES
+from autobalance.toml_files.keys import plain
+from autobalance.toml_files.typed_units import WEIGHT_TABLES
 from autobalance.units import G_PER, G_PER_MM3_PER_KG_M3
 
 Turns = Literal["ccw", "cw"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from autobalance.declare import Values
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.job.solid_weights import SOLID_ROD
-from autobalance.job.toml.keys import read
+from autobalance.toml_files.keys import read
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from typing import Any
 
 from autobalance.errors import JobError
 from autobalance.job.header import SHOP
-from autobalance.job.toml.document import text_of, toml_of
-from autobalance.job.toml.keys import read
-from autobalance.job.toml.typed_units import in_base_units
+from autobalance.toml_files.document import text_of, toml_of
+from autobalance.toml_files.keys import read
+from autobalance.toml_files.typed_units import in_base_units
 
 NAME = "shop.toml"
 FILES = ("logo", "machine")

@@ -11,8 +11,8 @@ from autobalance.declare import COUNTED, NOT_NEGATIVE, Key, Values
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.job.density import density_keys
 from autobalance.job.model import Distribution, LengthUnit
-from autobalance.job.toml.keys import read
-from autobalance.job.toml.typed_units import WEIGHT_TABLES
+from autobalance.toml_files.keys import read
+from autobalance.toml_files.typed_units import WEIGHT_TABLES
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 BODY = (

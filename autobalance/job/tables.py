@@ -14,7 +14,7 @@ from autobalance.job.layout import SHAFTS
 from autobalance.job.limits import correction_key
 from autobalance.job.read_crankshaft import CRANKSHAFT
 from autobalance.job.read_engine import ENGINE, ORIGINAL
-from autobalance.job.toml.keys import json_schema
+from autobalance.toml_files.keys import json_schema
 
 ASSEMBLY_TABLE = "assembly"
 OWN_KEYS = (

@@ -14,10 +14,10 @@ from autobalance.job.limits import correction_key
 from autobalance.job.read_crankshaft import CRANKSHAFT
 from autobalance.job.read_engine import ENGINE
 from autobalance.job.tables import key_at
-from autobalance.job.toml.keys import plain
-from autobalance.job.toml.text import toml_value
-from autobalance.job.toml.typed_units import FILL_IN
 from autobalance.job.workbook import Row
+from autobalance.toml_files.keys import plain
+from autobalance.toml_files.text import toml_value
+from autobalance.toml_files.typed_units import FILL_IN
 
 WIDTH = 108
 WORDS = ("share",)

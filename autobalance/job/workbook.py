@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.errors import JobError
-from autobalance.job.toml.document import refuse_deep
-from autobalance.job.toml.settings import set_key
-from autobalance.job.toml.spreadsheet import sheet_cells
-from autobalance.job.toml.text import toml_value
+from autobalance.toml_files.document import refuse_deep
+from autobalance.toml_files.settings import set_key
+from autobalance.toml_files.spreadsheet import sheet_cells
+from autobalance.toml_files.text import toml_value
 
 SHEET = "Job"
 HEADING = ("Key", "Value", "Unit", "Meaning")

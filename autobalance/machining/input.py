@@ -11,9 +11,9 @@ from typing import Any, Literal
 
 from autobalance.declare import NOT_NEGATIVE, POSITIVE, Key, Range, Values
 from autobalance.errors import JobError
-from autobalance.job.toml.document import text_of, toml_of
-from autobalance.job.toml.keys import named_in, read
-from autobalance.job.toml.typed_units import in_base_units, length_mm
+from autobalance.toml_files.document import text_of, toml_of
+from autobalance.toml_files.keys import named_in, read
+from autobalance.toml_files.typed_units import in_base_units, length_mm
 
 ToolKind = Literal["drill", "end_mill", "turning"]
 LENGTHS = 1e4

@@ -11,10 +11,6 @@ from typing import Any
 from autobalance.declare import Values, names
 from autobalance.errors import JobError
 from autobalance.job.read import Job, parse, tables_of
-from autobalance.job.toml.faults import Faults
-from autobalance.job.toml.keys import read
-from autobalance.job.toml.table import Table, unknown_keys
-from autobalance.job.toml.typed_units import in_base_units
 from autobalance.profile_search.keys import (
     ALL_OBJECTIVES,
     DEFAULT_ANALYSES,
@@ -25,6 +21,10 @@ from autobalance.profile_search.keys import (
     Point,
     Points,
 )
+from autobalance.toml_files.faults import Faults
+from autobalance.toml_files.keys import read
+from autobalance.toml_files.table import Table, unknown_keys
+from autobalance.toml_files.typed_units import in_base_units
 
 
 @dataclass(frozen=True)

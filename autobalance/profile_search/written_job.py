@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.job.toml.text import toml_text
 from autobalance.profile_search.problem import Problem
+from autobalance.toml_files.text import toml_text
 from autobalance.units import MM_PER
 
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from autobalance.job.toml.typed_units import FILL_IN
+from autobalance.toml_files.typed_units import FILL_IN
 
 URR_PERCENT, UMAR_G_MM = 95.0, 0.5
 """Usual values of a hard-bearing machine in order, to begin with."""

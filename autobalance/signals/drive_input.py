@@ -10,8 +10,8 @@ from typing import Any
 from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.errors import JobError
 from autobalance.job.addon_tables import AddonTables, TablesRead
-from autobalance.job.toml.keys import read_document
 from autobalance.signals.drive_sources import Belt, Drive, DrivenShaft, Gear
+from autobalance.toml_files.keys import read_document
 
 NAME = Key("name", str, "name in reports")
 GEAR_KEYS = (

@@ -9,10 +9,10 @@ from autobalance.engines.forces.complete_balance import bolted_pair, complete_ba
 from autobalance.engines.forces.counterweight import fan_counterweight, fan_counterweight_for
 from autobalance.engines.forces.stroking import crankpin_overlap_mm, stroke_for_displacement_mm, stroked_crank
 from autobalance.engines.forces.substitute_rotor import disc_rotor, substitute_rotor
+from autobalance.materials import density
 from autobalance.running_gear.balance_factor import correction_mass_g, counterweight_product_g_mm
 from autobalance.running_gear.conrod import conrod_cut_in_two
 from autobalance.running_gear.forces import order_table
-from autobalance.running_gear.materials import density
 from autobalance.running_gear.parts import bob_weight_g, sum_of_parts
 from autobalance.running_gear.section_table import (
     balancing_counterweights,

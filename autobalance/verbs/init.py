@@ -29,15 +29,15 @@ from autobalance.job.template import (
     job_rows,
     table_rows,
 )
-from autobalance.job.toml.settings import with_settings
-from autobalance.job.toml.text import toml_text
-from autobalance.job.toml.typed_units import FILL_IN, leaves
 from autobalance.job.workbook import rows_of, write_workbook
 from autobalance.report.files import seen_from
 from autobalance.report.records.answers import InitReport
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.solid.formats.bodies import read_bodies
 from autobalance.solid.formats.registry import needs_unit
+from autobalance.toml_files.settings import with_settings
+from autobalance.toml_files.text import toml_text
+from autobalance.toml_files.typed_units import FILL_IN, leaves
 from autobalance.units import STEEL_KG_M3
 from autobalance.verbs.common_parameters import documented
 from autobalance.verbs.crank import Crank

@@ -15,8 +15,8 @@ from autobalance.crank.sections import Section
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.job import Job
 from autobalance.job.read import WORKBOOKS, load, tables_of
-from autobalance.job.toml.settings import with_settings
-from autobalance.job.toml.typed_units import FILL_IN, leaves, length_mm
+from autobalance.toml_files.settings import with_settings
+from autobalance.toml_files.typed_units import FILL_IN, leaves, length_mm
 from autobalance.verbs.crank import Crank
 
 DATUMS = ("A", "B", "front", "rear", "centre")

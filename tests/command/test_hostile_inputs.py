@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from autobalance.errors import JobError
-from autobalance.job.toml.document import toml_of
+from autobalance.toml_files.document import toml_of
 from tests import jobs
 
 

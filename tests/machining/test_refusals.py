@@ -16,12 +16,12 @@ import autobalance as ab
 from autobalance.command import main
 from autobalance.correction.machining import HoleOperation
 from autobalance.errors import FormatError, JobError
-from autobalance.job.toml.text import toml_text
 from autobalance.machining.input import read_machine_tool
 from autobalance.machining.interpreter import read_program
 from autobalance.machining.part import Part
 from autobalance.machining.run import NcRun, nc_run, refuse_travel, simulated
 from autobalance.machining.stock import Stock
+from autobalance.toml_files.text import toml_text
 from tests import nc_jobs
 from tests.jobs import without_advice
 

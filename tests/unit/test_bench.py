@@ -11,7 +11,6 @@ import pytest
 from autobalance.engines.bearings.film import JournalBearing
 from autobalance.engines.bearings.verb import bearing
 from autobalance.errors import JobError
-from autobalance.job.toml.keys import json_schema
 from autobalance.test_stands.bench.keys import BENCH_KEYS
 from autobalance.test_stands.bench.rotor import (
     DryBearings,
@@ -21,6 +20,7 @@ from autobalance.test_stands.bench.rotor import (
 )
 from autobalance.test_stands.bench.speed_control import SpeedControl, Trace, loop_margin, ramp_and_hold
 from autobalance.test_stands.bench.verb import bench
+from autobalance.toml_files.keys import json_schema
 
 J = 0.002847335
 DEFAULTS = SpeedControl(0.05, 0.5, 5.0)

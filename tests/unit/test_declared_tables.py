@@ -24,7 +24,7 @@ from autobalance.declare import (
     made,
 )
 from autobalance.errors import JobError
-from autobalance.job.toml.keys import read
+from autobalance.toml_files.keys import read
 
 
 @dataclass(frozen=True)

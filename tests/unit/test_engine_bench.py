@@ -11,9 +11,9 @@ import pytest
 import autobalance as ab
 from autobalance.bundled import bundled_folder
 from autobalance.command import main
-from autobalance.job.toml.keys import json_schema
 from autobalance.test_stands.bench.engine_input import ENGINE_BENCH_KEYS
 from autobalance.test_stands.bench.engine_verb import EngineBenchResult
+from autobalance.toml_files.keys import json_schema
 from autobalance.units import RAD_S_PER_RPM
 
 CRANK = bundled_folder() / "crf250r" / "straight" / "crank.stl"

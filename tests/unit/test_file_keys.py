@@ -12,9 +12,9 @@ import autobalance as ab
 from autobalance.declare import Key
 from autobalance.errors import JobError
 from autobalance.job.files.declared import forms_of
-from autobalance.job.toml.keys import read
-from autobalance.job.toml.typed_units import in_base_units
 from autobalance.registry import FILES
+from autobalance.toml_files.keys import read
+from autobalance.toml_files.typed_units import in_base_units
 from autobalance.verbs.schema import READ_FILES
 from tests.unit.test_job_keys import (
     FITTING,

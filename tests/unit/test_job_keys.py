@@ -17,9 +17,9 @@ from autobalance.correction import KINDS
 from autobalance.declare import ANY, REQUIRED, Key, Large, Range
 from autobalance.errors import JobError
 from autobalance.job.tables import job_schema, job_tables
-from autobalance.job.toml.convert import MAX_NUMBER
-from autobalance.job.toml.keys import read
-from autobalance.job.toml.typed_units import in_base_units
+from autobalance.toml_files.convert import MAX_NUMBER
+from autobalance.toml_files.keys import read
+from autobalance.toml_files.typed_units import in_base_units
 from autobalance.units import G_PER
 
 Path_ = tuple[str | int, ...]

@@ -12,7 +12,6 @@ from scipy.integrate import solve_ivp
 
 from autobalance.errors import JobError
 from autobalance.job.files.reading_keys import Convention
-from autobalance.job.toml.keys import json_schema
 from autobalance.test_stands.bench.spun_rotor import (
     PlanarUnbalance,
     PointMass,
@@ -26,6 +25,7 @@ from autobalance.test_stands.machine.input import MACHINE_KEYS
 from autobalance.test_stands.machine.reading_toml import reading_toml
 from autobalance.test_stands.machine.static_stand import roll_time_s, static_stand
 from autobalance.test_stands.machine.verb import machine
+from autobalance.toml_files.keys import json_schema
 
 OMEGA_600 = 600.0 * 2.0 * math.pi / 60.0
 

@@ -21,9 +21,9 @@ from autobalance.balancing.machine_reading import (
 from autobalance.balancing.reading_mistakes import Comparison, bob_weight_fit, suspects
 from autobalance.errors import JobError
 from autobalance.job.files.reading import READING_KEYS, read_reading
-from autobalance.job.toml.keys import json_schema
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.toml_files.keys import json_schema
 from autobalance.units import G_MM_PER_OZ_IN
 
 NOTHING = Unbalance(np.zeros(2), np.zeros(2))

@@ -13,10 +13,10 @@ import pytest
 from openpyxl import Workbook
 
 from autobalance.errors import FileError, JobError
-from autobalance.job.toml import spreadsheet
-from autobalance.job.toml.spreadsheet import sheet_cells
 from autobalance.job.workbook import Row, read_workbook, write_workbook
 from autobalance.studies.batch.input import read_batch_list
+from autobalance.toml_files import spreadsheet
+from autobalance.toml_files.spreadsheet import sheet_cells
 
 ROWS = [Row("", meaning="Balance"), Row("balance.factor", 0.5), Row("balance.speed_rpm", 9000)]
 

@@ -12,7 +12,7 @@ import pytest
 from autobalance.browser.analyses import ANALYSES, analyses, example, keywords_of, wrong_request
 from autobalance.browser.project import Project
 from autobalance.errors import UsageError
-from autobalance.job.toml.document import toml_of
+from autobalance.toml_files.document import toml_of
 from tests.web_app import small
 from tests.web_app.serving import Served
 

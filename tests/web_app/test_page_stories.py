@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.job.toml.text import toml_text
+from autobalance.toml_files.text import toml_text
 from autobalance.wording import at as value_at
 from tests import jobs
 from tests.generated import generated_crank

@@ -33,7 +33,7 @@ from autobalance.declare import (
     made,
 )
 from autobalance.errors import JobError
-from autobalance.job.toml.keys import read_document
+from autobalance.toml_files.keys import read_document
 from autobalance.types import Array
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM, STEEL_KG_M3
 

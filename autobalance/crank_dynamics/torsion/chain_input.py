@@ -15,7 +15,7 @@ from autobalance.crank_dynamics.torsion.model import TorsionQuestion
 from autobalance.crank_dynamics.torsion.train_input import INERTIA, SPRING
 from autobalance.declare import FILLED, Key, Values
 from autobalance.errors import JobError
-from autobalance.job.toml.keys import read_document
+from autobalance.toml_files.keys import read_document
 from autobalance.units import M_PER_MM
 
 CHAIN = (

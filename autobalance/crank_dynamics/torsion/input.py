@@ -20,7 +20,7 @@ from autobalance.crank_dynamics.torsion.train_input import TRAIN, train_parts
 from autobalance.declare import ANY, COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Large, Range, Values
 from autobalance.errors import JobError
 from autobalance.job.addon_tables import AddonTables, TablesRead
-from autobalance.job.toml.keys import read
+from autobalance.toml_files.keys import read
 from autobalance.types import Array
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 

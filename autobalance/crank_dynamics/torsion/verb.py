@@ -32,10 +32,10 @@ from autobalance.engines.cycle.model import Cycle
 from autobalance.errors import UsageError
 from autobalance.job import Job
 from autobalance.job.read import tables_of
-from autobalance.job.toml.keys import named_in
-from autobalance.job.toml.settings import with_settings
 from autobalance.report.plot_files import Plots
 from autobalance.runtime import Progress, no_progress
+from autobalance.toml_files.keys import named_in
+from autobalance.toml_files.settings import with_settings
 from autobalance.verbs.common_parameters import documented
 from autobalance.verbs.engine_case import job_set, request
 from autobalance.verbs.result import Values, VerbResult

@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from autobalance.engines.bearings.cases import History
 from autobalance.errors import JobError, file_errors, refuse_pipe
-from autobalance.job.toml.convert import did_you_mean
 from autobalance.runtime import note_read
+from autobalance.toml_files.convert import did_you_mean
 from autobalance.types import Array
 
 ANGLE = "angle_deg"

@@ -34,10 +34,10 @@ from autobalance.engines.bearings.keys import (
 from autobalance.engines.bearings.oil import WaltherOil
 from autobalance.engines.bearings.rolling import FourSources, Palmgren, RollingBearing
 from autobalance.errors import JobError
-from autobalance.job.toml.document import text_of, toml_of
-from autobalance.job.toml.keys import plain, read
-from autobalance.job.toml.table import Table
-from autobalance.job.toml.typed_units import in_base_units
+from autobalance.toml_files.document import text_of, toml_of
+from autobalance.toml_files.keys import plain, read
+from autobalance.toml_files.table import Table
+from autobalance.toml_files.typed_units import in_base_units
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
 Kind = Literal["dry", "hydrodynamic", "rolling", "squeeze_film"]

@@ -15,7 +15,7 @@ from autobalance.engines.cycle.pendulum import Path as PendulumPath
 from autobalance.engines.cycle.pendulum import Pendulum
 from autobalance.errors import JobError
 from autobalance.job.addon_tables import AddonTables, TablesRead
-from autobalance.job.toml.keys import plain
+from autobalance.toml_files.keys import plain
 from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM
 
 WallHeat = Literal["none", "woschni"]

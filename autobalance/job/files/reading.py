@@ -12,8 +12,8 @@ from typing import Any, Literal
 from autobalance.declare import NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.errors import JobError
 from autobalance.job.files.reading_keys import AS_READ, READS, Convention
-from autobalance.job.toml.keys import read_document
-from autobalance.job.toml.typed_units import refuse_unfilled
+from autobalance.toml_files.keys import read_document
+from autobalance.toml_files.typed_units import refuse_unfilled
 from autobalance.units import G_MM_PER_OZ_IN
 
 PLANE_KEYS = (

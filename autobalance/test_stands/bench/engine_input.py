@@ -9,7 +9,7 @@ from typing import Any
 
 from autobalance.declare import POSITIVE, SHARE, Key, Values
 from autobalance.errors import JobError
-from autobalance.job.toml.keys import read_document
+from autobalance.toml_files.keys import read_document
 
 ENGINE = (
     Key("job", str, "job of the engine, with [cycle]; relative to this file"),

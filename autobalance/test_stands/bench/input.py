@@ -14,7 +14,6 @@ from autobalance.engines.bearings.cases import RollingCase
 from autobalance.engines.bearings.film import JournalBearing
 from autobalance.engines.bearings.input import parse_bearing
 from autobalance.errors import JobError
-from autobalance.job.toml.keys import read_document
 from autobalance.test_stands.bench.keys import BENCH_KEYS, DRY_KEYS, PLAIN_KEYS, ROLLING_KEYS, Pair
 from autobalance.test_stands.bench.rotor import (
     BenchBearings,
@@ -26,6 +25,7 @@ from autobalance.test_stands.bench.rotor import (
     disc_thickness_mm,
 )
 from autobalance.test_stands.bench.speed_control import SpeedControl
+from autobalance.toml_files.keys import read_document
 from autobalance.units import (
     G_MM2_PER_KG_MM2,
     G_PER_KG,

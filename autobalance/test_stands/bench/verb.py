@@ -112,8 +112,8 @@ def bench(
     >>> round(found.report["runs"][0]["mean_torque_N_m"], 4)
     0.1944
     """
-    from autobalance.job.toml.keys import named_in
     from autobalance.test_stands.bench.input import read_bench, refuse_runs_without_bearings
+    from autobalance.toml_files.keys import named_in
 
     raw = bench_file if isinstance(bench_file, Mapping) else _tables(Path(bench_file))
     if "engine" in raw or "variant" in raw:
@@ -127,7 +127,7 @@ def bench(
 
 
 def _tables(path: Path) -> Mapping[str, Any]:
-    from autobalance.job.toml.document import text_of, toml_of
+    from autobalance.toml_files.document import text_of, toml_of
 
     return toml_of(text_of(path, "bench file"), path.name)
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from autobalance.job.toml.text import toml_value
 from autobalance.test_stands.influence.answer import InfluenceReport
+from autobalance.toml_files.text import toml_value
 
 
 def unbalance_toml(report: InfluenceReport) -> str:

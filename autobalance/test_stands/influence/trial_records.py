@@ -10,7 +10,7 @@ from typing import Any
 
 from autobalance.declare import POSITIVE, Key, Values
 from autobalance.errors import AutobalanceError, JobError
-from autobalance.job.toml.keys import read
+from autobalance.toml_files.keys import read
 from autobalance.units import wrapped_deg
 
 RECORDS_KEYS = (

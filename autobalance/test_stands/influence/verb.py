@@ -89,8 +89,8 @@ def influence(trials: str | Path | Mapping[str, Any]) -> InfluenceResult:
     >>> [round(result.report["corrections"][0][key], 6) for key in ("g_mm", "angle_deg")]
     [10.0, 180.0]
     """
-    from autobalance.job.toml.keys import named_in
     from autobalance.test_stands.influence.input import read_trials
+    from autobalance.toml_files.keys import named_in
 
     task = read_trials(trials)
     with named_in(trials):

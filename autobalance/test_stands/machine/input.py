@@ -20,10 +20,10 @@ from autobalance.job.files.reading_keys import (
     ZERO_DEG,
     Convention,
 )
-from autobalance.job.toml.keys import read_document
 from autobalance.test_stands.bench.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric
 from autobalance.test_stands.machine.balancing_machine import Noise
 from autobalance.test_stands.machine.drilled_depth import DrillPlace, HoleDirection
+from autobalance.toml_files.keys import read_document
 from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM, STEEL_KG_M3
 
 MachineKind = Literal["hard", "soft", "cradle", "nodal", "static"]

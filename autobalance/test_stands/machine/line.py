@@ -10,8 +10,6 @@ from typing import Any
 
 from autobalance.declare import Values
 from autobalance.errors import JobError
-from autobalance.job.toml.keys import read_document
-from autobalance.job.toml.typed_units import unbalance_unit
 from autobalance.test_stands.machine.input import MACHINE_KEYS
 from autobalance.test_stands.machine.live_reading import (
     ONE_PLANE_GROUPS,
@@ -19,6 +17,8 @@ from autobalance.test_stands.machine.live_reading import (
     LineFormat,
     Settling,
 )
+from autobalance.toml_files.keys import read_document
+from autobalance.toml_files.typed_units import unbalance_unit
 from autobalance.units import G_MM_PER
 
 

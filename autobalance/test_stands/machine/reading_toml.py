@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from autobalance.job.files.reading_keys import Convention
-from autobalance.job.toml.text import toml_value
+from autobalance.toml_files.text import toml_value
 
 if TYPE_CHECKING:
     from autobalance.test_stands.machine.answer import MachineReport

@@ -88,8 +88,8 @@ def machine(machine_file: str | Path | Mapping[str, Any]) -> MachineResult:
     >>> [round(plane["g_mm"], 6) for plane in found.report["runs"][0]["planes"]]
     [0.0, 100.0]
     """
-    from autobalance.job.toml.keys import named_in
     from autobalance.test_stands.machine.input import read_machine
+    from autobalance.toml_files.keys import named_in
 
     case = read_machine(machine_file)
     with named_in(machine_file):

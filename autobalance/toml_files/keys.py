@@ -24,12 +24,12 @@ from autobalance.declare import (
     names,
 )
 from autobalance.errors import JobError
-from autobalance.job.toml.convert import LARGEST_OF_ALL, MAX_NUMBER, shown
-from autobalance.job.toml.document import text_of, toml_of
-from autobalance.job.toml.faults import Faults
-from autobalance.job.toml.table import Table, unknown_keys
-from autobalance.job.toml.typed_units import in_base_units
-from autobalance.job.toml.typed_values import TYPED_UNITS, TypedUnit
+from autobalance.toml_files.convert import LARGEST_OF_ALL, MAX_NUMBER, shown
+from autobalance.toml_files.document import text_of, toml_of
+from autobalance.toml_files.faults import Faults
+from autobalance.toml_files.table import Table, unknown_keys
+from autobalance.toml_files.typed_units import in_base_units
+from autobalance.toml_files.typed_values import TYPED_UNITS, TypedUnit
 
 T = TypeVar("T")
 

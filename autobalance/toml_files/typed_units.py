@@ -13,10 +13,10 @@ from typing import Any
 
 from autobalance.declare import COUNTED
 from autobalance.errors import JobError
-from autobalance.job.toml.convert import did_you_mean, shown
-from autobalance.job.toml.faults import Faults
-from autobalance.job.toml.table import Table
-from autobalance.running_gear.materials import MATERIALS
+from autobalance.materials import MATERIALS
+from autobalance.toml_files.convert import did_you_mean, shown
+from autobalance.toml_files.faults import Faults
+from autobalance.toml_files.table import Table
 from autobalance.units import G_MM_PER, G_PER
 
 WEIGHT_TABLES = ("rotating_g", "reciprocating_g", "crankpin_g")

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from autobalance.job.toml.typed_units import LENGTHS, NUMBER, length_mm, unbalance_g_mm
+from autobalance.toml_files.typed_units import LENGTHS, NUMBER, length_mm, unbalance_g_mm
 from autobalance.units import G_MM_PER, G_PER
 
 

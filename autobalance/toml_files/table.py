@@ -7,7 +7,7 @@ from typing import Any
 
 from autobalance.declare import ANY, MIN_POSITIVE, POSITIVE, Range
 from autobalance.errors import JobError
-from autobalance.job.toml.convert import convert, did_you_mean, shown
+from autobalance.toml_files.convert import convert, did_you_mean, shown
 
 
 class Table:
