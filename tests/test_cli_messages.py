@@ -19,6 +19,9 @@ READING = "urr_percent = 95.0\numar_g_mm = 2.0\n"
         (b"[balance]\n\nfactor = -0,28\n", 3, "write a decimal point: -0.28"),
         (b"[balance]\nfactor = .28\n", 2, "write 0.28"),
         (b"[balance]\nfactor = 5.\n", 2, "write 5.0"),
+        (b"[balance]\nspeed_rpm = 11 000  # highest\n", 2, "; write 11000\n"),
+        (b"[balance]\nspeed_rpm = 11 krpm\n", 2, '; put a number and its unit in quotes: "11 krpm"\n'),
+        (b"[balance]\nfactor = 28 % # of it\n", 2, '; put a number and its unit in quotes: "28 %"\n'),
         (
             b'[crankshaft]\nfile = "C:\\Users\\me\\crank.stl"\n',
             2,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -117,16 +118,33 @@ def _slip(text: str, error: tomllib.TOMLDecodeError) -> str:
     if found is None or not 0 < int(found[1]) <= len(lines):
         return ""
     line = lines[int(found[1]) - 1]
-    if re.search(r'"[^"]*\\', line):
-        return "; in paths write / for \\, or put the text in '...'"
-    outside = re.sub(r"\"[^\"]*\"|'[^']*'|#.*", "", line)
-    if comma := re.search(r"[-+]?\d+,\d+", outside):
-        return f"; write a decimal point: {comma[0].replace(',', '.')}"
-    if bare := re.search(r"(?<![\d.])([-+]?)\.(\d+)", outside):
-        return f"; write {bare[1]}0.{bare[2]}"
-    if bare := re.search(r"(?<![\d.])([-+]?\d+)\.(?!\d)", outside):
-        return f"; write {bare[1]}.0"
-    return ""
+    for slip, cure in WHOLE_LINE_SLIPS:
+        if match := slip.search(line):
+            return f"; {cure(match)}"
+    outside = TEXTS_AND_COMMENTS.sub("", line)
+    return next((f"; {cure(match)}" for slip, cure in SLIPS if (match := slip.search(outside))), "")
+
+
+TEXTS_AND_COMMENTS = re.compile(r"\"[^\"]*\"|'[^']*'|#.*")
+Cure = Callable[[re.Match[str]], str]
+WHOLE_LINE_SLIPS: tuple[tuple[re.Pattern[str], Cure], ...] = (
+    (re.compile(r'"[^"]*\\'), lambda _: "in paths write / for \\, or put the text in '...'"),
+    (
+        re.compile(r"=\s*([-+]?\d[\d.]*\s*(?:%|[A-Za-z][\w·/]*))\s*(?:#.*)?$"),
+        lambda found: f'put a number and its unit in quotes: "{found[1]}"',
+    ),
+)
+"""What people type that is not TOML, and what to write."""
+SLIPS: tuple[tuple[re.Pattern[str], Cure], ...] = (
+    (
+        re.compile(r"[-+]?\d+,\d+"),
+        lambda found: f"write a decimal point: {found[0].replace(',', '.')}",
+    ),
+    (re.compile(r"=\s*([-+]?\d{1,3}(?: \d{3})+)\s*$"), lambda found: f"write {found[1].replace(' ', '')}"),
+    (re.compile(r"(?<![\d.])([-+]?)\.(\d+)"), lambda found: f"write {found[1]}0.{found[2]}"),
+    (re.compile(r"(?<![\d.])([-+]?\d+)\.(?!\d)"), lambda found: f"write {found[1]}.0"),
+)
+"""The same outside of texts and comments."""
 
 
 def _first_line(error: Exception) -> str:

@@ -100,7 +100,8 @@ def _values(raw: object, keys: tuple[Key, ...], path: str) -> Values:
     """Return the values of a table; of one that is not there, its first missing key is named alone."""
     table = Table(raw, path, None)
     faults = Faults()
-    faults.lines += unknown_keys(table, names(keys))
+    below = {one.name: f"{key.name}.{one.name}" for key in keys if not key.many for one in key.keys}
+    faults.lines += unknown_keys(table, names(keys), below)
     misspelt, alone = bool(faults.lines), not table.raw and bool(path)
     values: Values = {}
     for key in keys:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from autobalance.declare import ANY, MIN_POSITIVE, POSITIVE, Range
@@ -65,12 +65,16 @@ class Table:
         return [Table(item, f"{self.place(key)}[{place}]", known) for place, item in enumerate(raw, 1)]
 
 
-def unknown_keys(table: Table, known: Sequence[str]) -> list[str]:
-    """Return a message for each unknown key of a table; the first lists the known keys."""
+def unknown_keys(table: Table, known: Sequence[str], below: Mapping[str, str] | None = None) -> list[str]:
+    """Return a message for each unknown key of a table; the first lists the known keys.
+
+    ``below`` are keys of tables inside, each with its path from here: one that stands a level too high.
+    """
     lines, listed = [], f"; known here: {', '.join(known)}"
     for key in table.raw:
         if key not in known:
-            close = did_you_mean(key, known)
+            path = (below or {}).get(key)
+            close = f"; did you mean {table.place(path)}?" if path else did_you_mean(key, known)
             lines.append(f"{table.place(key)} is an unknown key{close or listed}")
             listed = listed if close else ""
     return lines

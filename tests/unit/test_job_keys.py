@@ -309,3 +309,11 @@ def test_the_command_says_each_on_a_line(tmp_path: Path, capsys: pytest.CaptureF
 def test_an_absent_table_is_one_line() -> None:
     raw = {key: value for key, value in BASE.items() if key != "balance"}
     assert complaint(raw) == ["balance.factor is missing; it must be 0 to 1"]
+
+
+def test_a_key_a_level_too_high_is_told_its_table() -> None:
+    keys = (Key("layout", keys=(Key("bank_deg", float),), default=None), Key("stroke_mm", float, default=1.0))
+    with pytest.raises(
+        JobError, match=r"^engine.bank_deg is an unknown key; did you mean engine.layout.bank_deg\?$"
+    ):
+        read({"bank_deg": 60.0}, keys, "engine")
