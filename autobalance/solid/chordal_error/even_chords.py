@@ -43,6 +43,8 @@ LENS_DEPTH = 0.6
 """Depth of a lens's centroid under its corners, as a share of the sag."""
 BY_ANGLE = 0.025
 """Error bar of a chord by the square of its angle, 4e-4 of fillets of 13 rows, where 2e-4 is seen."""
+BY_TAPER = 1.0
+"""Error bar of a chord by its greatest angle times its taper; 0.4 is seen of fillets of 5 to 13 rows."""
 ROUNDED_STEPS = 2.0
 """Steps of single precision that the turn between two chords may be off by over one's width."""
 ONE_WAY_SHARE = 0.05
@@ -207,9 +209,12 @@ def _even_lenses(look: Look, sides: _Sides, tapered: Array) -> Lenses:
     """Return the lenses beside the meetings that tell of even chords; beyond a last chord they are whole."""
     turns, length, wide = sides.chords.turns, sides.chords.length, sides.chords.wide
     x, y, z = (column.take(sides.rows) for column in look.meetings.middle.T)
-    share = _shares(look, sides, tapered).take(sides.faces) + BY_ANGLE * turns.angle_rad**2
-    share += tapered.take(sides.faces) * length / (3.0 * np.maximum(np.hypot(x, y), length))
+    size, taper = np.abs(turns.angle_rad), tapered.take(sides.faces)
+    share = _shares(look, sides, tapered).take(sides.faces) + BY_ANGLE * size**2
+    share += BY_TAPER * taper * _steepest(look.count, sides).take(sides.faces)
+    share += taper * length / (3.0 * np.maximum(np.hypot(x, y), length))
     more = sides.volume * sides.ends.take(sides.faces) * np.maximum(sides.beside, 0.0)
+    more += 4.0 * more * _shorter(look, sides, more)
     whole = sides.volume + more
     volume = whole[0] + whole[1]
     apart = np.maximum(volume, 1e-300)
@@ -223,6 +228,41 @@ def _even_lenses(look: Look, sides: _Sides, tapered: Array) -> Lenses:
     signed = np.copysign(volume, turns.angle_rad)
     told = (whole[0] * share[0] + whole[1] * share[1]) / apart
     return Lenses(signed, place, told, turns.along * (length / math.sqrt(12.0)))
+
+
+def _steepest(count: int, sides: _Sides) -> Array:
+    """Return the greatest angle (count,) at each face."""
+    steepest = np.zeros(count)
+    for face in sides.faces:
+        np.maximum.at(steepest, face, np.abs(sides.chords.turns.angle_rad))
+    return steepest
+
+
+def _shorter(look: Look, sides: _Sides, more: Array) -> Array:
+    """Return by how much last chords (2, k) are shorter on their far sides, as a share of the sum of both.
+
+    L w³ κ / 24 from area over its near side is as the mean length cubed over the square of the near one.
+    """
+    found = np.zeros(more.shape)
+    edge = look.smooth.take(look.distinct_pairs[1].take(sides.rows))
+    beside = (look.edges.left, look.edges.right)
+    for held, face, triangles, out in zip(more, sides.faces, beside, found, strict=True):
+        rows = np.flatnonzero(held)
+        first, (p, q) = triangles.take(edge.take(rows)), look.edges.ends.take(edge.take(rows), axis=0).T
+        start = look.starts.take(face.take(rows))
+        second = look.order.take(start) + look.order.take(start + 1) - first
+        a, b = (look.mesh.triangles.take(each, axis=0) for each in (first, second))
+        r = a.sum(axis=1) - p - q
+        s = b.sum(axis=1) - r - np.where((b == p[:, None]).any(axis=1), p, q)
+        near, far = (_apart_mm(look, *ends) for ends in ((p, q), (r, s)))
+        out[rows] = (near - far) / np.maximum(near + far, 1e-300)
+    return found
+
+
+def _apart_mm(look: Look, one: Indices, other: Indices) -> Array:
+    """Return the distances (n,) of vertices by their numbers (n,) [mm]."""
+    between = look.mesh.vertices.take(one, axis=0) - look.mesh.vertices.take(other, axis=0)
+    return np.asarray(np.sqrt(np.einsum("nk,nk->n", between, between)))
 
 
 def _tapers(look: Look) -> Array:
@@ -266,7 +306,7 @@ def _shares(look: Look, sides: _Sides, tapered: Array) -> Array:
     uneven = np.abs(chords.wide[0] - chords.wide[1]) / chords.both
     step = ROUNDED_STEPS * float(np.spacing(np.float32(np.abs(look.mesh.bounds).max())))
     rounded = step / np.maximum(0.5 * chords.both * np.abs(chords.turns.angle_rad), 1e-300)
-    left = np.maximum(unlike - tapered, 0.0)
+    left = np.maximum(unlike - 2.0 * tapered, 0.0)
     regular = _regular(sides, tapered)
     rounding, alike, beside = np.zeros(count), np.zeros(count), np.zeros(count)
     narrow = uneven < ALIKE_WIDE
@@ -275,7 +315,8 @@ def _shares(look: Look, sides: _Sides, tapered: Array) -> Array:
         rounding += np.bincount(face, held * rounded, count)
         inner = held * (narrow & near & regular.take(other))
         alike += np.bincount(face, inner, count)
-        beside += np.bincount(face, inner * (left.take(other) + uneven), count)
+        apart = left.take(other) + np.maximum(uneven - tapered.take(face), 0.0)
+        beside += np.bincount(face, inner * apart, count)
     within = np.maximum(left - rounding / whole, 0.0) + unlike**2
     last = np.where(alike > 0.5 * sides.front, LAST_SHARE + beside / np.maximum(alike, 1e-300), UNLIKE_SHARE)
     return np.asarray(EXACT_SHARE + tapered**2 + np.where(sides.ends, last, within))
