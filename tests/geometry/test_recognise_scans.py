@@ -131,8 +131,8 @@ def test_points_about_an_oil_hole_of_a_decimated_scan_end_no_crankpin() -> None:
     on, hole, fillets = np.repeat(np.arange(0.2, 20.0, 1.1), 2), np.full(20, 7.0), np.array([-0.9, 20.9] * 10)
     off = np.concatenate([np.full(len(on), 0.02), np.full(20, -0.3), np.full(20, 0.6)])
     areas = np.concatenate([np.full(len(on), 8.0), np.full(20, 0.1), np.full(20, 2.0)])
-    low, high = _ends(np.concatenate([on, hole, fillets]), off, areas, run, 0.15)
-    assert (low, high) == pytest.approx((0.0, 20.0), abs=0.9)
+    low, high = _ends(np.concatenate([on, hole, fillets]), off, areas, run, 0.15, 1.1)
+    assert (low.last_mm, high.last_mm) == pytest.approx((0.0, 20.0), abs=0.9)
 
 
 def test_a_groove_ends_no_journal_and_a_step_far_from_a_web_is_not_in_it() -> None:
@@ -141,9 +141,9 @@ def test_a_groove_ends_no_journal_and_a_step_far_from_a_web_is_not_in_it() -> No
     off = np.where(np.abs(z - 86.0) < 0.8, -0.4, 0.02)
     kept = np.abs(z - 88.0) > 1.2  # the groove's floor is too deep to be looked at
     low, high = _ends(
-        z[kept], off[kept], np.ones(kept.sum()), CylinderRun(np.zeros(2), 16.0, 0.0, 120.0), 0.1
+        z[kept], off[kept], np.full(kept.sum(), 50.0), CylinderRun(np.zeros(2), 16.0, 0.0, 120.0), 0.1, 0.5
     )
-    assert (low, high) == pytest.approx((0.0, 120.0), abs=1.0)
+    assert (low.last_mm, high.last_mm) == pytest.approx((0.0, 120.0), abs=1.0)
     step, web = [5, 6, 7], list(range(30, 75))
     assert _without_ragged([*step, *web], True) == web
     assert _without_ragged([*step, *web], False) == [*step, *web]

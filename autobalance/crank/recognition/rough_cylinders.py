@@ -39,9 +39,18 @@ MIN_POINTS = 24
 """A cylinder of fewer points is not fitted."""
 END_MM = 1e-3
 """Corners beyond a cylinder's end by less are at its end."""
+BEYOND_RUN_MM = 1.5
+"""A cylinder's ends are sought so far beyond the last section that shows it whole."""
+END_PM_MM = 0.4
+"""Standard error of an end without a face beside it: points are checked in steps of this length."""
+UNIFORM_SIGMA = 1.0 / math.sqrt(12.0)
+"""Standard deviation of a point anywhere between two places, as a share of their distance."""
 THIN_RING_SHARE = 0.15
 """Points that stand for less than this share of the ring between two places say nothing of it: where a mesh
 has its vertices in rows, only walls of a keyway lie between. A journal of 46 mm ended there at 38."""
+
+End = tuple[float, float]
+"""A height and its standard error [mm]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +105,8 @@ class RoughCylinder:
     """A fitted cylinder, its points, and the fit.
 
     ``middle_pm_mm`` and ``width_pm_mm`` are the standard errors of its middle's height and its length;
-    ``steps_mm`` are the heights at which steps to the faces beside it begin, below and above.
+    ``steps_mm`` are the heights at which steps to the faces beside it begin, below and above, ``bare_ends``
+    its ends where no face tells them.
     """
 
     run: CylinderRun
@@ -105,6 +115,7 @@ class RoughCylinder:
     middle_pm_mm: float = 0.0
     width_pm_mm: float = 0.0
     steps_mm: tuple[float | None, float | None] = (None, None)
+    bare_ends: tuple[End, End] | None = None
 
 
 def cylinder_region(
@@ -147,7 +158,7 @@ def fitted_cylinder(
     rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float
 ) -> RoughCylinder:
     """Return a cylinder fitted to its surface between its ends."""
-    wide = replace(run, z_low=run.z_low - 1.5, z_high=run.z_high + 1.5)
+    wide = replace(run, z_low=run.z_low - BEYOND_RUN_MM, z_high=run.z_high + BEYOND_RUN_MM)
     fit = fit_circle_along_z(cylinder_region(rough, long, normals, run, slack), run.centre, run.radius)
     here = replace(run, centre=fit.values[:2], radius=float(fit.values[2]))
     rows = rows_near(long.vertices, wide.z_low, wide.z_high)
@@ -155,11 +166,17 @@ def fitted_cylinder(
     off = np.hypot(*(points[:, :2] - here.centre).T) - here.radius
     near = np.abs(off) < 4.0 * slack + 0.5
     areas = rough.at_vertex.take(rows[near])
-    low, high = _ends(points[near, 2], off[near], areas, here, max(3.0 * fit.rms_mm, 0.03))
-    here = replace(here, z_low=low, z_high=high)
+    within = max(3.0 * fit.rms_mm, 0.03)
+    low, high = _ends(points[near, 2], off[near], areas, here, within, rough.edge_mm)
+    here = replace(here, z_low=low.last_mm, z_high=high.last_mm)
     region = cylinder_region(rough, long, normals, here, slack)
     fit = fit_circle_along_z(region, here.centre, here.radius)
-    return RoughCylinder(replace(here, centre=fit.values[:2], radius=float(fit.values[2])), region, fit)
+    return RoughCylinder(
+        replace(here, centre=fit.values[:2], radius=float(fit.values[2])),
+        region,
+        fit,
+        bare_ends=(low.between, high.between),
+    )
 
 
 def fitted_bores(
@@ -174,29 +191,71 @@ def fitted_bores(
     return RoughCylinder(replace(run, centre=fit.values[:2], radius=float(fit.values[2])), region, fit)
 
 
-def _ends(z: Array, off: Array, areas: Array, run: CylinderRun, within: float) -> tuple[float, float]:
+@dataclass(frozen=True)
+class _BareEnd:
+    """The end of a cylinder by its points: by ``last_mm`` it has ended, from ``first_mm`` on it may have."""
+
+    last_mm: float
+    first_mm: float
+    least_pm_mm: float
+
+    @property
+    def between(self) -> End:
+        """Anywhere between the two."""
+        apart = abs(self.last_mm - self.first_mm)
+        return 0.5 * (self.last_mm + self.first_mm), max(self.least_pm_mm, UNIFORM_SIGMA * apart)
+
+
+def _ends(
+    z: Array, off: Array, areas: Array, run: CylinderRun, within: float, edge_mm: float
+) -> tuple[_BareEnd, _BareEnd]:
     """Return the ends of a cylinder: heights where most of its surface leaves it, from the middle on.
 
     At an oil hole a little of it leaves it, in a fillet all does. Points count by their ``areas``: of a
     decimated scan most lie at edges of holes (a crankpin ended there, 3.5 mm short), and none in between.
     """
-    size = max(0.4, run.width / 60.0)
+    size = max(END_PM_MM, run.width / 60.0)
     places = np.floor((z - run.z_mid) / size).astype(np.int64)
     first, order = int(places.min()), np.lexsort((off, places))
     area = np.bincount(places - first, areas)
     halves = np.cumsum(area) - 0.5 * area
     middle = np.abs(off[order].take(np.searchsorted(np.cumsum(areas[order]), halves).clip(max=len(off) - 1)))
-    good = np.flatnonzero((middle <= within) & (area > 0.0)) + first
-    told = area > THIN_RING_SHARE * 2.0 * math.pi * run.radius * size
-    bad = np.flatnonzero((middle > within) & told) + first
+    holds, told = middle <= within, area > THIN_RING_SHARE * 2.0 * math.pi * run.radius * size
+    good = np.flatnonzero(holds & (area > 0.0)) + first
+    bad = np.flatnonzero(~holds & told) + first
     half = 0.5 * run.width / size
     bad = np.array([place for place in bad if not _goes_on(int(place), good, half)], dtype=np.int64)
+    sure = size * (np.flatnonzero(holds & told) + first + 0.5).astype(np.float64)
+    on = (z - run.z_mid)[np.abs(off) <= within]
     below, above = bad[bad < -1], bad[bad > 0]
-    low = run.z_mid + size * (float(below.max()) + 1.0) if len(below) else float(z.min())
-    high = run.z_mid + size * float(above.min()) if len(above) else float(z.max())
-    if high - low < 0.5 * run.width:  # a groove or a dent near the middle is not an end
-        return run.z_low, run.z_high
-    return low, high
+    left_low = -size * (float(below.max()) + 1.0) if len(below) else None
+    left_high = size * float(above.min()) if len(above) else None
+    half_mm, least_pm = 0.5 * run.width, max(size, UNIFORM_SIGMA * edge_mm)
+    low, low_first = _end(-sure, -on, size, left_low, half_mm)
+    high, high_first = _end(sure, on, size, left_high, half_mm)
+    if low + high < half_mm:  # a groove or a dent near the middle is not an end
+        least_pm = max(least_pm, UNIFORM_SIGMA * BEYOND_RUN_MM)
+        low = low_first = high = high_first = half_mm
+    return (
+        _BareEnd(run.z_mid - low, run.z_mid - low_first, least_pm),
+        _BareEnd(run.z_mid + high, run.z_mid + high_first, least_pm),
+    )
+
+
+def _end(sure: Array, on: Array, size: float, left_mm: float | None, whole_mm: float) -> tuple[float, float]:
+    """Return by which distance from the middle a cylinder has ended, and from which on it may have.
+
+    ``left_mm`` is where most of what is there has left it, if that is so. Else its last point is its end, but
+    for what lies apart from where enough of it is there (``sure``): where a bore or another cylinder crosses
+    it, a few points are as far from its axis as it is, and a hollow journal went on 1.5 mm into its web.
+    ``whole_mm`` is the last section to show it whole: past an eccentric's face the rest of its shaft goes on.
+    """
+    limit = math.inf if left_mm is None else left_mm
+    begin = float(sure[sure < limit].max(initial=0.0)) - 0.5 * size
+    beyond = np.sort(on[(on > begin) & (on < limit)])
+    apart = np.flatnonzero(np.diff(beyond) > size)
+    last = float(beyond[apart[0] if len(apart) else -1]) if len(beyond) else begin
+    return (last, min(whole_mm, last)) if left_mm is None else (left_mm, last)
 
 
 def _goes_on(place: int, good: Indices, half: float) -> bool:

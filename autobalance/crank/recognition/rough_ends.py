@@ -9,7 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.crank.recognition.rough_cylinders import RoughCylinder
+from autobalance.crank.recognition.cylinder_runs import CylinderRun
+from autobalance.crank.recognition.rough_cylinders import (
+    BEYOND_RUN_MM,
+    END_PM_MM,
+    UNIFORM_SIGMA,
+    End,
+    RoughCylinder,
+)
 from autobalance.crank.recognition.rough_planes import RoughPlane
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.types import Array
@@ -26,17 +33,12 @@ STEP_HEIGHT_RATIO = 0.02
 """The surface leaves the cylinder at a step where it is this share of the radius beyond it."""
 MAX_POINT_DISTANCE = (0.15, 4.0)
 """Points farther off than this [mm] and so many times the roughness belong to drillings and the like."""
+CLOSES_RATIO = 0.9
+"""A face that closes a cylinder comes nearer to its axis than this share of the radius."""
 FILLET_STEP_MM = 0.02
 MIN_POINTS = 30
 FILLET_PM = 0.03
 """Standard error of a fitted fillet's radius as a share of the triangles' edges, found by simulation."""
-END_PM_MM = 0.4
-"""Standard error of an end without a face beside it: points are checked in steps of this length."""
-UNIFORM_SIGMA = 1.0 / math.sqrt(12.0)
-"""Standard deviation of a point anywhere between two places, as a share of their distance."""
-
-End = tuple[float, float]
-"""A height and its standard error [mm]."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +144,10 @@ def _fillet(
     beside = [
         (side * (plane.centroid[2] - end), plane, pm) for plane, pm in planes if side * plane.normal[2] < 0.0
     ]
+    passed = [item for item in beside if -FACE_MM - BEYOND_RUN_MM < item[0] <= -FACE_MM]
     beside = [item for item in beside if -FACE_MM < item[0] < reach]
+    # an eccentric beside a shaft covers a part of it: past its face the rest of the shaft goes on
+    beside = beside or [item for item in passed if _touches(item[1], run, reach)]
     if not beside:
         return None
     _, plane, face_pm = min(beside, key=lambda item: abs(item[0]))
@@ -160,6 +165,12 @@ def _fillet(
             return None
         return _Step(face - side * float(np.quantile(beyond, OUTERMOST)), face, face_pm)
     return _Fillet(float(radii[best]), FILLET_PM * edge_mm + each.fit.rms_mm, face, face_pm)
+
+
+def _touches(plane: RoughPlane, run: CylinderRun, reach: float) -> bool:
+    """Return whether a face begins beside a cylinder, within ``reach`` of its surface."""
+    out = np.hypot(*(plane.fit.points[:, :2] - run.centre).T) - run.radius
+    return bool(np.abs(out).min() < reach)
 
 
 def _corner(
@@ -192,15 +203,29 @@ def _off_corner(along: Array, out: Array, radius: float) -> Array:
 
 
 def _free_end(each: RoughCylinder, planes: Sequence[tuple[RoughPlane, float]], side: float) -> End:
-    """Return the end of a cylinder without a fillet: amid its last points and the face there, if any."""
+    """Return the end of a cylinder without a fillet: amid its last points and the face there, if any.
+
+    Nothing of it lies beyond the face that closes it: what seems to is a shaft's that an eccentric is on.
+    """
     run = each.run
     end = run.z_low if side < 0.0 else run.z_high
     beyond = [
-        (side * (plane.centroid[2] - end), pm)
+        (side * (float(plane.centroid[2]) - end), plane, pm)
         for plane, pm in planes
-        if side * plane.normal[2] > 0.0 and -FACE_MM < side * (plane.centroid[2] - end) < 2.0 * FACE_MM
+        if side * plane.normal[2] > 0.0
     ]
-    if not beyond:
-        return end, END_PM_MM
-    far, pm = min(beyond, key=lambda item: abs(item[0]))
+    closing = [item for item in beyond if -FACE_MM - BEYOND_RUN_MM < item[0] < 0.0 and _closes(item[1], run)]
+    if closing:
+        _, plane, pm = max(closing, key=lambda item: item[0])
+        return float(plane.centroid[2]), max(pm, 0.25 * END_PM_MM)
+    near = [(far, pm) for far, _, pm in beyond if -FACE_MM < far < 2.0 * FACE_MM]
+    if not near:
+        bare = each.bare_ends
+        return (end, END_PM_MM) if bare is None else bare[0 if side < 0.0 else 1]
+    far, pm = min(near, key=lambda item: abs(item[0]))
     return end + 0.5 * side * far, max(math.hypot(UNIFORM_SIGMA * far, pm), 0.25 * END_PM_MM)
+
+
+def _closes(plane: RoughPlane, run: CylinderRun) -> bool:
+    """Return whether a face lies within a cylinder, as its end does; a collar's face lies around it."""
+    return bool(np.hypot(*(plane.fit.points[:, :2] - run.centre).T).min() < CLOSES_RATIO * run.radius)

@@ -42,17 +42,18 @@ def chordal_error_from_edges(look: Look, density_g_mm3: float) -> ChordalError:
     meet, turns = look.meetings, turns_of(look)
     size = np.abs(turns.angle_rad)
     even = even_chords(look, turns)
-    ongoing = _ongoing(look, turns, even)
+    around = all_around(turns.faces, turns.away, look.count)
+    ongoing = _ongoing(look, turns, even, around)
     steep = ongoing & (size > GENTLE_RAD)
     known = _of_steep_arcs(look, steep) & steep | (ongoing & (size <= GENTLE_RAD))
     left = known.copy()
     left[even.rows] = False
     rows = np.flatnonzero(left)
-    askew = (look.sizes.take(turns.faces[:, rows]) == 1).any(axis=0)
+    askew = (look.sizes.take(turns.faces.take(rows, axis=1)) == 1).any(axis=0)
     share = np.where(steep[rows], STEEP_SHARE, np.where(askew, ASKEW_SHARE, KNOWN_SHARE))
-    lenses = joined(even.lenses, uneven_chords(look, turns, rows, even, share))
+    lenses = joined(even.lenses, uneven_chords(look, turns, rows, even, share, around))
     alone = np.flatnonzero(_alone(look, ongoing) & ~even.coarse)
-    mass, at = density_g_mm3 * lenses.volume, lenses.place
+    mass, at = density_g_mm3 * lenses.volume, lenses.place.T
     bars = Bar.of(np.abs(mass) * lenses.share, at)
     bars = bars + Bar.of(LOOSE_SHARE * density_g_mm3 * meet.hidden_mm3[alone], meet.middle[alone])
     mean, mean_square = bars.along / (bars.unbalance_g_mm or 1.0)
@@ -68,7 +69,7 @@ def chordal_error_from_edges(look: Look, density_g_mm3: float) -> ChordalError:
     )
 
 
-def _ongoing(look: Look, turns: Turns, even: EvenChords) -> Flags:
+def _ongoing(look: Look, turns: Turns, even: EvenChords, around: Flags) -> Flags:
     """Mark the edges (n,) at which either facet goes on turning, at a side where the next is about as wide.
 
     Only those between uneven chords are looked at. Blunt edges between planes do not go on, also where these
@@ -78,11 +79,12 @@ def _ongoing(look: Look, turns: Turns, even: EvenChords) -> Flags:
     left[even.rows] = False
     asked = np.zeros(look.count, dtype=bool)
     asked[turns.faces[:, left]] = True
-    rows = np.flatnonzero(asked[turns.faces].any(axis=0))
-    few = Turns(turns.faces[:, rows], turns.away[:, rows], turns.angle_rad[rows])
+    near = asked.take(turns.faces)
+    rows = np.flatnonzero(near[0] | near[1])
+    few = turns.at(rows)
     ongoing = np.zeros(len(left), dtype=bool)
-    beyond = goes_on_beyond(look, few, wide_of(look, few, look.meetings.length_mm[rows]))
-    ongoing[rows] = (beyond & ~all_around(turns.faces, turns.away, look.count).take(few.faces)).any(axis=0)
+    beyond = goes_on_beyond(look, few, wide_of(look, few, look.meetings.length_mm.take(rows)))
+    ongoing[rows] = (beyond & ~around.take(few.faces)).any(axis=0)
     ongoing &= left
     ongoing[even.rows] = True
     return ongoing

@@ -110,18 +110,19 @@ class Look:
     def meetings(self) -> Meetings:
         """Pairs of faces that meet smoothly, and estimates of the volume that their chords hide."""
         pair, _, number = self.distinct_pairs
-        ends = self.mesh.vertices[self.edges.ends[self.smooth]]
-        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        vertices = np.ascontiguousarray(self.mesh.vertices.T)
+        start, end = (vertices.take(ends.take(self.smooth), axis=1) for ends in self.edges.ends.T)
+        length = np.sqrt(np.einsum("kn,kn->n", end - start, end - start))
         whole: Array = np.bincount(number, length, len(pair)).astype(np.float64)
         weight = np.where(whole > 0.0, whole, 1.0)
         angle = np.bincount(number, length * self.edges.angle_rad[self.smooth], len(pair)) / weight
-        middles = length[:, None] * ends.mean(axis=1)
-        middle = np.stack([np.bincount(number, column, len(pair)) for column in middles.T], axis=1)
+        middles = 0.5 * length * (start + end)
+        middle = np.stack([np.bincount(number, column, len(pair)) for column in middles]) / weight
         low, high = pair // self.count, pair % self.count
         across = self.broad_mm2
         width = np.minimum(across[low], across[high]) / weight
         hidden = whole * width**2 * angle / 12.0
-        return Meetings(low, high, middle / weight[:, None], whole, hidden, angle, width * angle / 8.0)
+        return Meetings(low, high, middle.T, whole, hidden, angle, width * angle / 8.0)
 
     @cached_property
     def area_mm2(self) -> Array:
