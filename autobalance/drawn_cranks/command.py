@@ -8,14 +8,13 @@ from pathlib import Path
 from autobalance.command.options import add_json, add_units
 from autobalance.command.readers import dimensions
 from autobalance.command.verb import SUGGEST_OPTION, Option, Verb
+from autobalance.drawn_cranks.preset_names import PRESET_NAMES
 from autobalance.errors import UsageError
 from autobalance.solid.formats.table import written_endings
 
 
 def _presets() -> tuple[str, ...]:
-    from autobalance.drawn_cranks.design import PRESETS
-
-    return tuple(PRESETS)
+    return PRESET_NAMES
 
 
 VERB = Verb(

@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from autobalance.report.output_kind import OutputKind
+from autobalance.report.reportlab_alone import load_reportlab
 
 if TYPE_CHECKING:
     from autobalance.report.material import Material
 
 
 def _sheet(material: Material) -> dict[str, bytes]:
+    load_reportlab()
     from autobalance.paper.sheet import pdf
 
     choice, report = material.choice, material.report
@@ -18,6 +20,7 @@ def _sheet(material: Material) -> dict[str, bytes]:
 
 
 def _certificate(material: Material) -> dict[str, bytes]:
+    load_reportlab()
     from autobalance.paper.certificate import certificate
 
     choice, after = material.choice, material.pictures[1]
@@ -30,6 +33,7 @@ def _certificate(material: Material) -> dict[str, bytes]:
 
 
 def _card(material: Material) -> dict[str, bytes]:
+    load_reportlab()
     from autobalance.paper.bob_card import bob_card
 
     choice = material.choice

@@ -13,6 +13,7 @@ from autobalance.quantities import with_parts
 from autobalance.report.earlier_files import refuse_another_run
 from autobalance.report.files import Staging
 from autobalance.report.output_kinds import KINDS
+from autobalance.report.reportlab_alone import load_reportlab
 from autobalance.verbs.result import Values, VerbResult
 
 if TYPE_CHECKING:
@@ -134,6 +135,7 @@ def _choice(only: Sequence[str], paper: str, units: str, zero: str, date: str | 
 
 
 def _drawn(values: Values, solid: Solid, frame: Any, choice: Choice) -> dict[str, bytes]:
+    load_reportlab()
     from autobalance.paper.drawing import drawn
     from autobalance.paper.listed_metal import listed_metal
     from autobalance.report.balance.values import showable

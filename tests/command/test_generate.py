@@ -13,6 +13,7 @@ import autobalance as ab
 from autobalance.command import main
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.input import read_design
+from autobalance.drawn_cranks.preset_names import PRESET_NAMES
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.kernel import properties
 from autobalance.solid.cad.step_file import read_step_file
@@ -210,3 +211,7 @@ def test_what_both_schemas_share_is_the_same() -> None:
 def test_a_report_of_tables_alone_is_shown_by_what_they_hold() -> None:
     values = {"command": "generate", "crank": {"mass_g": 2.0, "webs": []}, "outputs": {"solid": {}}}
     assert scalars(values) == [("crank.mass_g", "2")]
+
+
+def test_the_help_names_every_preset() -> None:
+    assert tuple(PRESETS) == PRESET_NAMES

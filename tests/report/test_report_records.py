@@ -198,7 +198,11 @@ CHANGED = re.compile(
 def test_no_report_is_changed_after_it_was_made() -> None:
     assert all(map(CHANGED.search, ('report["a"] = 1', 'report["a"]["b"] += 1', "result.report.pop('a')")))
     assert not any(map(CHANGED.search, ('report["a"] == 1', 'x = report["a"]', 'f(report["a"], b=2)')))
-    for path in Path(ab.__file__).parent.rglob("*.py"):
+    rooms = ("verbs", "balancing", "command", "engines", "running_gear", "report", "studies", "formulas")
+    more = ("test_stands", "finite_elements", "profile_search", "machining", "drawn_cranks", "paper")
+    for path in (
+        path for room in (*rooms, *more) for path in (Path(ab.__file__).parent / room).rglob("*.py")
+    ):
         changed = CHANGED.search(path.read_text(encoding="utf-8"))
         assert changed is None, f"{path}: {changed}"
 
