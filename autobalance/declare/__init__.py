@@ -11,7 +11,7 @@ field of a frozen dataclass::
         width_pm_mm: StandardError = None  # no key where it is None
 """
 
-from autobalance.declare.encode import Values, converted, decoded, encoded
+from autobalance.declare.encode import Values, decoded, encoded
 from autobalance.declare.fields import (
     ABSENT,
     INLINE,
@@ -164,7 +164,6 @@ __all__ = [
     "Um",
     "Unit",
     "Values",
-    "converted",
     "decoded",
     "derived",
     "described",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING
 from functools import cache
 from types import UnionType
@@ -11,8 +11,8 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 import numpy as np
 
-from autobalance.declare.fields import ABSENT, Absent, Field, Registered, bare, fields_of, marks_of
-from autobalance.declare.units import Unit
+from autobalance.declare.fields import ABSENT, Absent, Field, bare, fields_of
+from autobalance.declare.units import Unit, converted
 
 Values = dict[str, Any]
 T = TypeVar("T")
@@ -60,15 +60,6 @@ def _table(result: Any) -> Values:
     return table
 
 
-def converted(value: Any, convert: Callable[[float], float]) -> Any:
-    """Return a number, or each number of a sequence or an array, in its other unit."""
-    if value is None:
-        return None
-    if isinstance(value, list | tuple) or getattr(value, "ndim", None):
-        return [converted(each, convert) for each in value]
-    return convert(float(value))
-
-
 def decoded(of: type[T], value: Any) -> T:
     """Return a record from what a report has of it: the inverse of ``encoded``.
 
@@ -102,8 +93,8 @@ def _decoded(of: Any, value: Any, unit: Unit | None) -> Any:  # noqa: PLR0911 - 
         pairs = enumerate(zip(each_of, value, strict=True), 1)
         return tuple(_at(f"[{place}]", one, each, unit) for place, (one, each) in pairs)
     if origin is np.ndarray:
-        read = np.asarray(_decoded(Sequence[Any], value, None), float)
-        return read if unit is None else read * unit.over / unit.times
+        array: Any = np.asarray(_decoded(Sequence[Any], value, None), float)
+        return array if unit is None else unit.read(array)
     if origin is Literal:
         if value not in inner:
             raise ValueError(f" is {value!r}; expected one of {', '.join(map(str, inner))}")
@@ -171,11 +162,10 @@ def _is_whole(of: Any) -> bool:
 
 def _decoded_inline(of: Any, field: Field, value: Mapping[str, Any]) -> Any:
     """Return a record whose keys stand among another's, or a mapping of the keys that no field has."""
-    record = _record_in(field.hint)
-    registered = [mark for mark in marks_of(field.hint) if isinstance(mark, Registered)]
-    if registered:
-        types = registered[0].types()
+    if field.registered is not None:
+        types = field.registered()
         return {key: _at(f".{key}", hint, value[key], None) for key, hint in types.items() if key in value}
+    record = _record_in(field.hint)
     if record is None:
         return {key: each for key, each in value.items() if key not in set(_keys(of))}
     there = any(key in value for key in _keys(record))
@@ -190,13 +180,13 @@ def _record_in(hint: Any) -> Any:
 
 def _keys(of: Any) -> Iterator[str]:
     for each in fields_of(of):
-        for mark in marks_of(each.hint):
-            yield from mark.types() if isinstance(mark, Registered) else ()
         inner = _record_in(each.hint) if each.inline else None
-        if inner is not None:
-            yield from _keys(inner)
-        elif not each.inline:
+        if not each.inline:
             yield each.key
+        elif each.registered is not None:
+            yield from each.registered()
+        elif inner is not None:
+            yield from _keys(inner)
 
 
 def _at(place: str, of: Any, value: Any, unit: Unit | None) -> Any:

@@ -105,7 +105,10 @@ _SEVERAL = (Union, UnionType, list, tuple, Sequence)
 
 
 class Field(NamedTuple):
-    """Field of a record as it is written; ``unit`` is another outside, where there is one."""
+    """Field of a record as it is written; ``unit`` is another outside, where there is one.
+
+    ``registered`` are the types of keys that others register, of a mapping that stands inline.
+    """
 
     name: str
     key: str
@@ -114,7 +117,8 @@ class Field(NamedTuple):
     inline: bool
     required: bool
     omitted: bool
-    derived: bool
+    registered: Callable[[], Mapping[str, Any]] | None
+    derived: bool = False
 
 
 class _Derived(property):
@@ -158,7 +162,8 @@ def _field(name: str, hint: Any) -> Field:
     names = [each.name for each in marks if isinstance(each, Named)]
     key = names[0] if names else name if unit is None else unit.key(name)
     may_lack = OMITTED in marks or Absent in get_args(bare(hint))
-    return Field(name, key, hint, unit, INLINE in marks, not may_lack, OMITTED in marks, False)
+    registered = next((each.types for each in marks if isinstance(each, Registered)), None)
+    return Field(name, key, hint, unit, INLINE in marks, not may_lack, OMITTED in marks, registered)
 
 
 def described(hint: Any, meaning: str) -> Any:

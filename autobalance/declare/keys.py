@@ -9,7 +9,7 @@ of what was read.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from types import UnionType
@@ -17,7 +17,7 @@ from typing import Annotated, Any, NewType, TypeVar, Union, get_args, get_origin
 
 from autobalance.declare.fields import Named
 from autobalance.declare.ranges import ANY, Range, TypedIn
-from autobalance.declare.units import Unit, unit_of_name
+from autobalance.declare.units import Unit, converted, unit_of_name
 
 T = TypeVar("T")
 
@@ -194,7 +194,8 @@ def _default(each: dataclasses.Field[Any], hint: Any, table: Any, many: bool) ->
         return REQUIRED
     if table is not None and not many and each.default is not None:
         return FILLED
-    return _converted(each.default, unit.written if (unit := _mark(hint, Unit)) else None)
+    unit = _mark(hint, Unit)
+    return each.default if unit is None else converted(each.default, unit.written)
 
 
 def _table_in(hint: Any) -> tuple[type[Any] | None, bool]:
@@ -215,12 +216,5 @@ def _inside(hint: Any, value: Any) -> Any:
     table, many = _table_in(get_args(hint)[0])
     if table is not None and value is not None:
         return tuple(made(table, each) for each in value) if many else made(table, value)
-    return _converted(value, unit.read if (unit := _mark(hint, Unit)) else None)
-
-
-def _converted(value: Any, convert: Callable[[float], float] | None) -> Any:
-    """Return a number, or each of a sequence, in another unit; lists become tuples."""
-    if isinstance(value, tuple | list):
-        return tuple(_converted(each, convert) for each in value)
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return value if convert is None or not is_number else convert(value)
+    unit = _mark(hint, Unit)
+    return value if unit is None else converted(value, unit.read)

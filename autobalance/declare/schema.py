@@ -32,10 +32,8 @@ from autobalance.declare.fields import (
     Absent,
     Field,
     Like,
-    Registered,
     bare,
     fields_of,
-    marks_of,
 )
 from autobalance.declare.ranges import Pattern, Range, Size
 
@@ -126,9 +124,8 @@ def _fields(fields: Sequence[Field], definitions: Definitions) -> tuple[Values, 
             properties[each.key] = _schema(_hint_where_written(each), definitions)
             required += [each.key] if each.required else []
             continue
-        if registered := [mark for mark in marks_of(each.hint) if isinstance(mark, Registered)]:
-            others = registered[0].types()
-            properties |= {key: _schema(hint, definitions) for key, hint in others.items()}
+        if each.registered is not None:
+            properties |= {key: _schema(hint, definitions) for key, hint in each.registered().items()}
             continue
         record = _record_in(each.hint)
         inner, inner_required, open_inside = (

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, M_PER_MM, N_M_PER_N_MM, RAD_S_PER_RPM
 
@@ -48,6 +49,16 @@ class Unit:
     def read(self, number: float) -> float:
         """Return a number of the key's unit in the field's."""
         return number * self.over / self.times
+
+
+def converted(value: Any, convert: Callable[[float], float]) -> Any:
+    """Return a number, or each number of a sequence or an array as a tuple, in another unit.
+
+    What is no number is returned as it is.
+    """
+    if isinstance(value, list | tuple) or getattr(value, "ndim", None):
+        return tuple(converted(each, convert) for each in value)
+    return value if value is None or isinstance(value, str | bool) else convert(float(value))
 
 
 DEGREES: Final = Unit("_rad", "_deg", times=180.0 / math.pi)
