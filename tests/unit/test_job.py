@@ -3,7 +3,7 @@
 import copy
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -459,9 +459,19 @@ def test_wrong_jobs_name_the_key(name: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_a_method_that_is_not_there_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in set(KINDS) - {"shoulder"}:
-        monkeypatch.delitem(registry._KINDS, name)
+@pytest.fixture
+def only_shoulder() -> Iterator[None]:
+    """No other kind is registered; afterwards all are, in their order, which lists and ranks follow."""
+    kept = dict(KINDS)
+    registry._KINDS.clear()
+    registry._KINDS["shoulder"] = kept["shoulder"]
+    yield
+    registry._KINDS.clear()
+    registry._KINDS.update(kept)
+
+
+@pytest.mark.usefixtures("only_shoulder")
+def test_a_method_that_is_not_there_says_so() -> None:
     with pytest.raises(JobError, match="'drill'; must be 'shoulder'"):
         parsed(put("correction.method", ["shoulder", "drill"]))
 
