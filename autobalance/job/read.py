@@ -6,13 +6,14 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from autobalance.correction import Limits
 from autobalance.correction.contract import Prefer
 from autobalance.declare import Values
 from autobalance.errors import JobError
 from autobalance.job.addon_tables import AddonTables, TablesRead, addon_tables
+from autobalance.job.assembly import assembly_of
 from autobalance.job.balance import balance_of, fitted_parts
 from autobalance.job.layout import shaft_values, shafts_of
 from autobalance.job.limits import correction_of, drills_of_shop, slugs_of_shop
@@ -23,6 +24,7 @@ from autobalance.job.model import (
     EngineParts,
     PartWeights,
 )
+from autobalance.job.model.assembly import AssemblyEntry
 from autobalance.job.read_crankshaft import CRANKSHAFT, crankshaft_of, of_no_file
 from autobalance.job.read_engine import engine_of, engine_values, original_of, weight_values
 from autobalance.job.rod_solid import with_measured_rod
@@ -38,9 +40,6 @@ from autobalance.toml_files.settings import with_settings
 from autobalance.toml_files.table import Table, unknown_keys
 from autobalance.toml_files.typed_units import gathered_in_base_units, in_base_units, refuse_unfilled
 from autobalance.units import RAD_S_PER_RPM
-
-if TYPE_CHECKING:
-    from autobalance.job.model.assembly import AssemblyEntry
 
 T = TypeVar("T")
 ALWAYS_THERE = ("crankshaft", "engine", "original", "balance", "correction", "shafts")
@@ -293,20 +292,22 @@ def _job(
             ),
         ),
         "shafts": (("shafts",), lambda: shafts_of(values["shafts"])),
-        "assembly": ((), lambda: _assembly(values, path.parent)),
+        "assembly": (("assembly",), lambda: assembly_of(values["assembly"], path.parent)),
     }
+
+    def are_right(needs: tuple[str, ...]) -> bool:
+        """Return whether none of these tables is wrong by itself."""
+        return all(key in values for key in needs if key in raw or key in ALWAYS_THERE)
+
     for name, (needs, maker) in makers.items():
-        if any(key not in values for key in needs if key in raw or key in ALWAYS_THERE):
-            continue  # that table is wrong by itself
-        with later.gathered():
-            parsed[name] = maker()
-    read, addons = TablesRead(values, raw), addon_tables(raw)
-    made: list[tuple[AddonTables, Any]] = []
-    for tables in addons:
-        if any(key not in values for key in tables.needs if key in raw or key in ALWAYS_THERE):
-            continue
-        with later.gathered():
-            made.append((tables, tables.made(read)))
+        if are_right(needs):
+            with later.gathered():
+                parsed[name] = maker()
+    read, made = TablesRead(values, raw), list[tuple[AddonTables, Any]]()
+    for tables in addon_tables(raw):
+        if are_right(tables.needs):
+            with later.gathered():
+                made.append((tables, tables.made(read)))
     faults.with_more(later).refuse()
     method_names, methods = parsed.pop("correction")
     job = Job(
@@ -327,14 +328,6 @@ def _job(
     for tables, each in made:
         filled |= {} if each is None else tables.filled(tables, read, each)
     return replace(job, filled=_filled(job, values, filled), engine=engine)
-
-
-def _assembly(values: Values, folder: Path) -> tuple[AssemblyEntry, ...]:
-    if not values.get("assembly"):
-        return ()
-    from autobalance.job.assembly import assembly_of
-
-    return assembly_of(values["assembly"], folder)
 
 
 def _filled(job: Job, values: Values, addons: Values) -> Values:

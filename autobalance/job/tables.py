@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from autobalance import registry
 from autobalance.declare import Key
 from autobalance.job.addon_tables import addon_tables
+from autobalance.job.assembly import ASSEMBLY
 from autobalance.job.balance import BALANCE
 from autobalance.job.header import JOB, SHOP
 from autobalance.job.layout import SHAFTS
@@ -16,18 +17,7 @@ from autobalance.job.read_crankshaft import CRANKSHAFT
 from autobalance.job.read_engine import ENGINE, ORIGINAL
 from autobalance.toml_files.keys import json_schema
 
-ASSEMBLY_TABLE = "assembly"
-OWN_KEYS = (
-    "crankshaft",
-    "engine",
-    "original",
-    "balance",
-    "correction",
-    "shafts",
-    "job",
-    "shop",
-    ASSEMBLY_TABLE,
-)
+OWN_KEYS = ("crankshaft", "engine", "original", "balance", "correction", "shafts", "job", "shop", "assembly")
 TOP_KEYS = (*OWN_KEYS, *registry.JOB_TABLES)
 """Keys of the top level of a job."""
 
@@ -35,23 +25,13 @@ TOP_KEYS = (*OWN_KEYS, *registry.JOB_TABLES)
 def job_tables(held: Mapping[str, Any] | None = None) -> tuple[Key, ...]:
     """Return the declarations of a job's tables.
 
-    Of those that few jobs hold, and of the kinds of correction, only what is in ``held``; None: all.
+    Of those of add-ons, and of the kinds of correction, only what is in ``held``; None: all.
     """
     names = TOP_KEYS if held is None else held
     tables = None if held is None else held.get("correction")
     correction = correction_key(tables if isinstance(tables, Mapping) else None)
-    usual = (CRANKSHAFT, ENGINE, ORIGINAL, BALANCE, correction, SHAFTS, JOB, SHOP)
-    addons = (key for each in addon_tables(names) for key in each.keys)
-    return (*usual, *_assembly(names), *addons)
-
-
-def _assembly(held: Collection[str]) -> tuple[Key, ...]:
-    """Return ``[[assembly]]``, which few jobs hold: its declaration loads what it is about."""
-    if ASSEMBLY_TABLE not in held:
-        return ()
-    from autobalance.job.assembly import ASSEMBLY
-
-    return (ASSEMBLY,)
+    own = (CRANKSHAFT, ENGINE, ORIGINAL, BALANCE, correction, SHAFTS, JOB, SHOP, ASSEMBLY)
+    return (*own, *(key for each in addon_tables(names) for key in each.keys))
 
 
 def key_at(path: str) -> Key:
