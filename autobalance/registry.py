@@ -283,8 +283,11 @@ ODDITIES: Final = {"cycle": "engines.cycle.firing_from_job:odd_firing"}
 """Table of a job → function of job and anatomy that says what is odd about it."""
 OWN_HELP: Final = {"calc": "formulas.calc_command:help_for"}
 """Verb → function of the words of the command line that returns its help, or None."""
-CYCLE_SECTIONS: Final = {"flexible": "crank_dynamics.flexible.section:SECTION"}
-"""Parts of a cycle's report that add-ons compute, by key."""
+CYCLE_SECTIONS: Final = {
+    "roll": RunSection("engines.cycle.block_roll:SECTION", "cycle"),
+    "flexible": RunSection("crank_dynamics.flexible.section:SECTION"),
+}
+"""Parts of a cycle's report beside its summary, by key; the section itself says which jobs have it."""
 VIEW: Final = "browser.views:view"
 """The view of a crank in a notebook."""
 

@@ -356,3 +356,60 @@ def test_a_shaft_that_takes_the_first_order_changes_the_best_factor(single: ab.C
     with_shaft = mounted(7500.0, single_wrench(7500.0, 0.5, 4785.0, (0.0, 0.0), 0.0))
     assert bare == pytest.approx(27.65, rel=2e-3)
     assert with_shaft == pytest.approx(6.21, rel=5e-3)
+
+
+# --- in the cycle -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("turns", ["ccw", "cw"])
+@pytest.mark.parametrize(("height", "figure"), [(None, 31.1), (0.0, 31.1), (10.0, 9.3)])
+def test_a_cycle_has_the_couple_of_an_offset_cylinder(
+    single: ab.Crank, height: float | None, figure: float, turns: str
+) -> None:
+    """Ruckle 2014, Sec. 3.1.2: the couple beside the torque's is that of inertia, whatever the gas does."""
+    job = ruckle_job(single, height)
+    side = -1.0 if turns == "cw" else 1.0
+    job["engine"]["turns"] = turns
+    job["engine"]["layout"]["offset_mm"] *= side
+    for shaft in job.get("shafts", []):
+        shaft["place_mm"][1] *= side
+    job["cycle"] = {"bore_mm": 70.0, "compression_ratio": 10.0, "heat_J": 300.0}
+    result = ab.cycle(job, crank=single)
+    roll = result.report["roll"]
+    assert roll["greatest_besides_torque_N_m"] == pytest.approx(figure, abs=0.05)
+    assert roll["greatest_pistons_N_m"] == pytest.approx(31.1, abs=0.05)
+    # second way: walls by their levers, and gas on the head beside the crank axis
+    analysis, shaft_roll = result.analysis, ruckle_roll(0.0)
+    (cylinder,) = analysis.firing.engine.cylinders
+    place = cylinder.slider_crank.motion(analysis.grid.angle_rad + cylinder.throw_angle_rad).x_mm
+    gas = analysis.firing.parts.gas_state.force_n[0]
+    lever = cylinder.slider_crank.offset_mm
+    block = (place * analysis.loads.wall_n[0] - lever * gas) * 1e-3
+    assert shaft_roll == pytest.approx(31.1, abs=0.05)
+    if height is None:
+        assert roll["greatest_N_m"] == pytest.approx(block.max(), rel=1e-9)
+        assert roll["least_N_m"] == pytest.approx(block.min(), rel=1e-9)
+        for each in roll["orders"]:
+            (own,) = np.abs(analysis.grid.harmonics(block, np.array([each["order"]])))
+            assert each["roll_N_m"] == pytest.approx(own, rel=1e-9, abs=1e-9 * np.abs(block).max())
+    assert roll["mean_N_m"] == pytest.approx(-analysis.firing.gas_mean_n_m, rel=1e-9)
+    assert "without the reaction of the torque" in result.text()
+
+
+def test_shafts_tell_the_roll_by_order_before_and_after(single: ab.Crank) -> None:
+    report = ab.shafts(ruckle_job(single, 10.0), single).report
+    line = RUCKLE["e"] * RUCKLE["m"] * ruckle_acceleration(TURN) * N_M
+    spectrum = np.abs(np.fft.rfft(line)) * 2.0 / len(line)
+    before, after = (
+        {each["order"]: each["roll_n_m"] for each in report[key]["roll_orders"]}
+        for key in ("without", "with")
+    )
+    for order in (1, 2, 3, 4):
+        assert before[order] == pytest.approx(spectrum[order], rel=1e-4, abs=1e-4)
+    pull = RUCKLE["m"] * RUCKLE["r"] * (RUCKLE["rpm"] * math.pi / 30.0) ** 2 * RUCKLE["e"] * N_M
+    first = abs(np.fft.rfft(line)[1] * 2.0 / len(line) + pull)
+    assert after[1] == pytest.approx(first, rel=1e-3)
+    assert after[2] == before[2]
+    # each proposal under the cylinder: no first order is left
+    (pair, *_) = (each for each in report["proposals"] if len(each["shafts"]) == 2)
+    assert pair["roll_orders"][0]["roll_n_m"] < 1e-6 * before[1]

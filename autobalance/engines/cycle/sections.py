@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,8 @@ class CycleSection:
     """A part of the report of a cycle: ``record`` declares what stands in it.
 
     ``computed`` finds it, ``answer`` makes the record of what was found, ``text`` shows the record, ``plots``
-    draw what was found, by name, and ``doubts`` yields why the model is not to be trusted.
+    draw what was found, by name, and ``doubts`` yields why the model is not to be trusted. ``wanted`` says
+    whether a job has it; of a section that an option asks for, none has.
     """
 
     record: type
@@ -26,12 +27,23 @@ class CycleSection:
     text: Callable[[Any], str]
     plots: Callable[[CycleAnalysis, Any], Mapping[str, Any]]
     doubts: Callable[[CycleAnalysis, Job, Any], Iterator[str]]
+    wanted: Callable[[Job], bool] = lambda _: True
 
 
 def cycle_section(key: str) -> CycleSection:
     """Return the section that the report has under a key."""
-    found: CycleSection = registry.loaded(registry.CYCLE_SECTIONS[key])
+    found: CycleSection = registry.loaded(registry.CYCLE_SECTIONS[key].place)
     return found
+
+
+def sections_of(job: Job, asked: Collection[str]) -> dict[str, CycleSection]:
+    """Return the sections of a job's cycle by key: those that an option asked for, and the job's own."""
+    found = {
+        key: cycle_section(key)
+        for key, place in registry.CYCLE_SECTIONS.items()
+        if place.table or key in asked
+    }
+    return {key: each for key, each in found.items() if key in asked or each.wanted(job)}
 
 
 def cycle_section_types() -> dict[str, Any]:

@@ -127,7 +127,7 @@ def cycle(
     from autobalance.engines.cycle.doubts import model_doubts
     from autobalance.engines.cycle.films import film_table
     from autobalance.engines.cycle.firing_from_job import check_cycle, firing_engine
-    from autobalance.engines.cycle.sections import cycle_section
+    from autobalance.engines.cycle.sections import sections_of
     from autobalance.engines.cycle.summary import cycle_summary, pendulum_figures, sweep_rows
 
     compared_factors, speeds = checked_factors(factors), _checked_sweep(sweep_rpm)
@@ -142,7 +142,7 @@ def cycle(
     assert cycle is not None  # the firing engine needs it
     films, of_factors, of_sweep = _films(case, analysis, compared_factors, speeds)
     absorber = cycle.absorber
-    asked = {FLEXIBLE: cycle_section(FLEXIBLE)} if flexible else {}
+    asked = sections_of(case.job, {FLEXIBLE} if flexible else ())
     found = {key: each.computed(analysis, case.job, case.crank) for key, each in asked.items()}
     doubts = [line for key, each in asked.items() for line in each.doubts(analysis, case.job, found[key])]
     report = CycleReport(

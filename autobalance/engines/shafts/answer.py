@@ -87,28 +87,39 @@ class CoupleOfShaft:
 
 
 @record
+class RollAmplitude:
+    """Peak amplitude of one order of the roll couple on the block, the reaction of the torque left out."""
+
+    order: Ordinal
+    roll_n_m: NotNegative
+
+
+@record
 class Proposal:
     """Proposed balance shafts; ``what`` names the order and kind of load that they cancel.
 
-    ``greatest_roll_n_m``: roll couple on the block with these shafts, the reaction of the torque left out.
+    ``greatest_roll_n_m``, ``roll_orders``: roll couple on the block with these shafts, the reaction of the
+    torque left out.
     """
 
     what: str
     shafts: Sequence[Shaft]
     couple_shafts: Sequence[CoupleOfShaft] = ()
     greatest_roll_n_m: NotNegative
+    roll_orders: Sequence[RollAmplitude]
 
 
 @record
 class OrdersWithout:
     """Orders without balance shafts.
 
-    ``greatest_roll_n_m``: roll couple of rods and pistons on the block, the reaction of the torque left out.
-    It is zero where all cylinder lines meet the crank axis and rods are two masses.
+    ``greatest_roll_n_m``, ``roll_orders``: roll couple of rods and pistons on the block, the reaction of the
+    torque left out. It is zero where all cylinder lines meet the crank axis and rods are two masses.
     """
 
     orders: Sequence[ForceOrder]
     greatest_roll_n_m: NotNegative
+    roll_orders: Sequence[RollAmplitude]
 
 
 @record

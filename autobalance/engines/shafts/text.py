@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from autobalance.engines.forces.text import orders_table
@@ -10,7 +11,10 @@ from autobalance.report.tables import table
 
 if TYPE_CHECKING:
     from autobalance.engines.forces.complete_balance import ShaftWeight
-    from autobalance.engines.shafts.answer import Shaft, ShaftsReport
+    from autobalance.engines.shafts.answer import RollAmplitude, Shaft, ShaftsReport
+
+LEAST_ROLL = 0.005
+"""Amplitude [N·m] from which on an order of the roll is listed."""
 
 
 def shafts_text(report: ShaftsReport, units: DisplayUnits) -> str:
@@ -47,17 +51,28 @@ def shafts_text(report: ShaftsReport, units: DisplayUnits) -> str:
 
 def _shafts_roll(report: ShaftsReport) -> str:
     """Return the roll couple about the crank axis without shafts, with each proposal, and with the job's."""
-    rows = [("Roll couple on the block, reaction of the torque left out", "maximum")]
-    rows.append(("  without shafts", f"{report.without.greatest_roll_n_m:.2f} N·m"))
-    rows += [
-        (f"  with {offer.what} cancelled", f"{offer.greatest_roll_n_m:.2f} N·m")
+    cases = [("without shafts", report.without.greatest_roll_n_m, report.without.roll_orders)]
+    cases += [
+        (f"with {offer.what} cancelled", offer.greatest_roll_n_m, offer.roll_orders)
         for offer in report.proposals
         if offer.shafts
     ]
     if report.shafts:
-        rows.append(("  with the job's shafts", f"{report.with_.greatest_roll_n_m:.2f} N·m"))
-        rows.append(("  the job's shafts alone", f"{report.with_.greatest_shaft_roll_n_m:.2f} N·m"))
+        cases.append(("with the job's shafts", report.with_.greatest_roll_n_m, report.with_.roll_orders))
+    shown = [each for each in (1, 2, 3, 4) if any(_order(orders, each) >= LEAST_ROLL for *_, orders in cases)]
+    head = ("Roll couple on the block, reaction of the torque left out", "maximum")
+    rows: list[Sequence[str]] = [(*head, *(f"order {each}" for each in shown))]
+    for name, greatest, orders in cases:
+        amplitudes = (f"{_order(orders, each):.2f} N·m" for each in shown)
+        rows.append((f"  {name}", f"{greatest:.2f} N·m", *amplitudes))
+    if report.shafts:
+        alone = f"{report.with_.greatest_shaft_roll_n_m:.2f} N·m"
+        rows.append(("  the job's shafts alone", alone, *("" for _ in shown)))
     return table(rows)
+
+
+def _order(orders: Sequence[RollAmplitude], number: int) -> float:
+    return next(each.roll_n_m for each in orders if each.order == number)
 
 
 def _where(shaft: Shaft, units: DisplayUnits) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from autobalance.engines.shafts.answer import (
     OrdersWith,
     OrdersWithout,
     Proposal,
+    RollAmplitude,
     Shaft,
     ShaftsReport,
 )
@@ -25,7 +27,7 @@ from autobalance.job import JobSource
 from autobalance.job.model import BalanceShaftEntry
 from autobalance.report.plot_files import Drawn, Plots
 from autobalance.running_gear.balance_factor import LEAST_DIRECTION
-from autobalance.running_gear.force_summary import HIGHEST_ORDER
+from autobalance.running_gear.force_summary import HIGHEST_ORDER, highest_order
 from autobalance.running_gear.forces import centrifugal_force_n
 from autobalance.running_gear.loads import whole_turn
 from autobalance.running_gear.roll import momentum_roll_n_m, momentum_roll_orders
@@ -37,6 +39,7 @@ from autobalance.running_gear.shafts import (
     orders_with_shafts,
     place_of_least_moment_mm,
     roll_moment_n_m,
+    roll_of_order,
     under_the_pistons,
 )
 from autobalance.running_gear.whole_engine import Engine, ForceOrder, about
@@ -71,7 +74,8 @@ class ShaftsResult(VerbResult):
     def plots(self) -> Plots:
         """Return bars of the orders."""
         rpm, shafts = self.content.speed_rpm, bool(self.content.shafts)
-        return Plots(_plots(list(self.orders), list(self.left), rpm, has_shafts=shafts))
+        forces = _plots(list(self.orders), list(self.left), rpm, has_shafts=shafts)
+        return Plots({**forces, **_roll_plot(self.content)})
 
 
 @documented
@@ -139,12 +143,14 @@ def shafts(
         without=OrdersWithout(
             orders=orders,
             greatest_roll_n_m=float(abs(pistons_roll).max()),
+            roll_orders=_roll_orders(engine, (), speed),
         ),
         proposals=_proposals(bare, engine, speed, shaft_ends_mm(anatomy)),
         shafts=[Shaft.of(shaft, _weights(entry)) for shaft, entry in zip(own, case.job.shafts, strict=True)],
         with_=OrdersWith(
             orders=left,
             greatest_roll_n_m=float(abs(pistons_roll + shafts_roll).max()),
+            roll_orders=_roll_orders(engine, turned, speed),
             greatest_shaft_roll_n_m=float(abs(shafts_roll).max()),
         ),
         warnings=case.warnings,
@@ -191,10 +197,13 @@ def _proposals(
             pair = couple_shafts(order, speed)
             pair = tuple(each.mirrored() for each in pair) if engine.clockwise else pair
             couples = [CoupleOfShaft.of(shaft, ends_mm) for shaft in pair]
-            left = _roll_left(engine, [], speed)
             proposals.append(
                 Proposal(
-                    what=f"couple of the {name}", shafts=(), couple_shafts=couples, greatest_roll_n_m=left
+                    what=f"couple of the {name}",
+                    shafts=(),
+                    couple_shafts=couples,
+                    greatest_roll_n_m=_roll_left(engine, [], speed),
+                    roll_orders=_roll_orders(engine, (), speed),
                 )
             )
     return proposals
@@ -202,9 +211,23 @@ def _proposals(
 
 def _proposal(what: str, shafts: list[BalanceShaft], engine: Engine, speed: float) -> Proposal:
     """Return a proposal; shafts of a clockwise engine are its mirror image's."""
-    left = _roll_left(engine, shafts, speed)
     shown = [each.mirrored() for each in shafts] if engine.clockwise else shafts
-    return Proposal(what=what, shafts=[Shaft.of(each) for each in shown], greatest_roll_n_m=left)
+    return Proposal(
+        what=what,
+        shafts=[Shaft.of(each) for each in shown],
+        greatest_roll_n_m=_roll_left(engine, shafts, speed),
+        roll_orders=_roll_orders(engine, shafts, speed),
+    )
+
+
+def _roll_orders(engine: Engine, shafts: Sequence[BalanceShaft], speed: float) -> list[RollAmplitude]:
+    """Return the orders of the roll of pistons, rods and shafts together, the torque's reaction left out."""
+    highest = max([highest_order(engine), *(each.order for each in shafts)])
+    rolls = momentum_roll_orders(engine, highest)
+    return [
+        RollAmplitude(order=n, roll_n_m=abs(complex(rolls[n]) + roll_of_order(shafts, float(n))) * speed**2)
+        for n in range(1, highest + 1)
+    ]
 
 
 def _roll_left(engine: Engine, shafts: list[BalanceShaft], speed: float) -> float:
@@ -227,3 +250,19 @@ def _plots(orders: list[ForceOrder], left: list[ForceOrder], rpm: float, *, has_
         groups["with the job's shafts"] = heights(left)
     title = f"Shaking force by order at {rpm:g} rpm"
     return {"shafts-orders": plots.bars(title, "greatest force [N]", whole, groups)}
+
+
+def _roll_plot(report: ShaftsReport) -> Drawn:
+    """Draw the orders of the roll couple without shafts, with the job's and with each proposal, if any."""
+    from autobalance.report import plots
+
+    if report.without.greatest_roll_n_m == report.with_.greatest_roll_n_m == 0.0:
+        return {}
+    cases = {"without shafts": report.without.roll_orders}
+    if report.shafts:
+        cases["with the job's shafts"] = report.with_.roll_orders
+    cases |= {f"with {each.what} cancelled": each.roll_orders for each in report.proposals if each.shafts}
+    groups = {name: [each.roll_n_m for each in orders[:HIGHEST_ORDER]] for name, orders in cases.items()}
+    title = f"Roll couple on the block by order at {report.speed_rpm:g} rpm, without the torque's reaction"
+    orders = [float(each.order) for each in report.without.roll_orders[:HIGHEST_ORDER]]
+    return {"shafts-roll-orders": plots.bars(title, "amplitude [N·m]", orders, groups)}
