@@ -11,7 +11,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.declare import names
-from autobalance.engines.bearings.keys import BEARING_FORMS, HISTORY_KEYS, OIL_KEYS
+from autobalance.engines.bearings.keys import BEARING_FORMS, HISTORY_KEYS, OIL_KEYS, SUPPLY_KEYS
 from autobalance.engines.bearings.reynolds import reynolds
 from autobalance.engines.bearings.short_bearing import ocvirk
 
@@ -26,7 +26,9 @@ def test_the_first_file_runs() -> None:
 
 
 def test_every_key_is_documented() -> None:
-    keys = {key for each in (*BEARING_FORMS.values(), OIL_KEYS, HISTORY_KEYS) for key in names(each)}
+    keys = {
+        key for each in (*BEARING_FORMS.values(), OIL_KEYS, HISTORY_KEYS, SUPPLY_KEYS) for key in names(each)
+    }
     assert {key for key in keys if f"`{key}`" not in TEXT and f"\n{key} = " not in TEXT} - {
         "oil",
         "history",

@@ -12,13 +12,24 @@ from autobalance.engines.bearings import dry, loads, rolling, squeeze_film
 from autobalance.engines.bearings.answer import (
     BearingFriction,
     BearingRow,
+    FedBearingFigures,
     FilmOrbit,
     LoadMeans,
     Oil,
     OilFilm,
     Plates,
 )
-from autobalance.engines.bearings.cases import Case, DryCase, Lubricant, PlainCase, PlatesCase, RollingCase
+from autobalance.engines.bearings.cases import (
+    Case,
+    DryCase,
+    FedCase,
+    Lubricant,
+    PlainCase,
+    PlatesCase,
+    RollingCase,
+)
+from autobalance.engines.bearings.fed_film import FedFilm
+from autobalance.engines.bearings.fed_states import FedState, fed_figures, fed_states
 from autobalance.engines.bearings.film import (
     Film,
     film_at_eccentricity,
@@ -44,7 +55,7 @@ class State:
     oil: Oil = NO_OIL
     load: LoadMeans | None = None
     attitude_rad: float | None = None
-    film: Film | None = None
+    film: Film | FedFilm | None = None
     oil_film: OilFilm | None = None
     petroff_N_m: float | None = None
     parts: rolling.PalmgrenParts | rolling.FourParts | None = None
@@ -73,6 +84,7 @@ class BearingAnalysis:
 
     states: tuple[State, ...]
     orbit: Orbits | None = None
+    fed: FedBearingFigures | None = None
 
     @property
     def first(self) -> State:
@@ -102,7 +114,7 @@ def analyse(case: Case, speeds_rad_s: tuple[float, ...]) -> BearingAnalysis:
 
     Parameters
     ----------
-    case : DryCase, PlainCase, RollingCase or PlatesCase
+    case : DryCase, FedCase, PlainCase, RollingCase or PlatesCase
     speeds_rad_s : tuple of float
         Positive [rad/s].
     """
@@ -112,6 +124,9 @@ def analyse(case: Case, speeds_rad_s: tuple[float, ...]) -> BearingAnalysis:
         return BearingAnalysis(tuple(_rolling(case, speed) for speed in speeds_rad_s))
     if isinstance(case, PlatesCase):
         return BearingAnalysis(tuple(_plates(case, speed) for speed in speeds_rad_s))
+    if isinstance(case, FedCase):
+        fed = fed_states(case, speeds_rad_s)
+        return BearingAnalysis(tuple(_fed(case, each) for each in fed), fed=fed_figures(case, fed))
     if case.solver == "petroff":
         states = tuple(_petroff(case, speed) for speed in speeds_rad_s)
     else:
@@ -211,7 +226,7 @@ def _films(case: PlainCase, speeds_rad_s: tuple[float, ...]) -> tuple[State, ...
     guess: Film | None = None
     for speed in speeds_rad_s:
         state = _film_state(case, model, speed, guess)
-        guess = state.film or guess
+        guess = state.film if isinstance(state.film, Film) else guess
         states.append(state)
     return tuple(states)
 
@@ -252,6 +267,20 @@ def _film_state(case: PlainCase, model: FilmModel, speed_rad_s: float, guess: Fi
     )
 
 
+def _fed(case: FedCase, state: FedState) -> State:
+    film, speed = state.film, state.speed_rad_s
+    if film is None:
+        return _broken(speed, state.lubricant)
+    return State(
+        speed,
+        _friction(film.moment_N_m, speed, film.load_N, case.bearing.diameter_m),
+        _oil(state.lubricant, state.outlet_C),
+        film=film,
+        oil_film=_oil_film(film),
+        petroff_N_m=petroff_moment_N_m(case.bearing, film.case.viscosity_Pa_s, speed),
+    )
+
+
 def _broken(speed_rad_s: float, lubricant: Lubricant) -> State:
     return State(speed_rad_s, BearingFriction(), _oil(lubricant), oil_film=OilFilm(), contact=True)
 
@@ -265,7 +294,7 @@ def _oil(lubricant: Lubricant, outlet_C: float | None = None) -> Oil:
     )
 
 
-def _oil_film(film: Film) -> OilFilm:
+def _oil_film(film: Film | FedFilm) -> OilFilm:
     whirl = film.whirl
     return OilFilm(
         eccentricity_ratio=film.eccentricity_ratio,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
 from autobalance.declare import (
@@ -106,3 +107,48 @@ class BearingRow:
     stiffness_N_m: Matrix2 | None
     damping_N_s_m: Matrix2 | None
     limit: Limit
+
+
+@record
+class FeedPoint:
+    """A recess, groove or hole: place, pressure above the ambient's, and flow into the film."""
+
+    angle_rad: Degrees
+    z_m: Annotated[float, MM]
+    pressure_pa: Annotated[float, MPA]
+    flow_m3_s: Annotated[float, MM3_S]
+
+
+@record
+class FedRow:
+    """A bearing with feeds at one speed and place of its journal; nulls at contact."""
+
+    speed_rad_s: Annotated[NotNegative, RPM]
+    eccentricity_ratio: NotNegative | None
+    attitude_angle_rad: Degrees | None
+    load_N: float | None
+    moment_N_m: float | None
+    power_W: float | None
+    supplied_m3_s: Annotated[float | None, MM3_S]
+    pumping_W: float | None
+    stiffness_N_m: Matrix2 | None
+    damping_N_s_m: Matrix2 | None
+    limit: Limit
+
+
+@record
+class FedBearingFigures:
+    """Oil under pressure in a bearing, at its first speed; then by speed and by eccentricity.
+
+    ``heat_W`` is the power of friction and pump, ``energy_error`` the share of it that shear, flow in the
+    film and restrictors do not account for (null with the film cut off, "half").
+    """
+
+    schema_name: ClassVar[str] = "FedBearing"
+    supplied_m3_s: Annotated[float | None, MM3_S]
+    pumping_W: float | None
+    heat_W: float | None
+    energy_error: NotNegative | None
+    supplies: Sequence[FeedPoint]
+    by_speed: Sequence[FedRow]
+    by_eccentricity: Sequence[FedRow]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,6 +11,7 @@ import numpy as np
 from autobalance.engines.bearings.film import JournalBearing
 from autobalance.engines.bearings.heat_balance import Supply
 from autobalance.engines.bearings.oil import WaltherOil
+from autobalance.engines.bearings.oil_feeds import Feed
 from autobalance.engines.bearings.reynolds import Boundary
 from autobalance.engines.bearings.rolling import RollingBearing
 from autobalance.types import Array
@@ -124,4 +126,19 @@ class PlatesCase:
     width_m: float
 
 
-Case = DryCase | PlainCase | RollingCase | PlatesCase
+@dataclass(frozen=True, eq=False)
+class FedCase:
+    """A plain bearing with feeds under pressure; ``feeds`` gives them at a viscosity of what is supplied."""
+
+    bearing: JournalBearing
+    lubricant: Lubricant
+    feeds: Callable[[float], tuple[Feed, ...]]
+    wedge: bool
+    boundary: Boundary
+    grid: tuple[int, int]
+    load_N: float | None
+    eccentricity_ratio: float | None
+    eccentricity_ratios: tuple[float, ...] = ()
+
+
+Case = DryCase | FedCase | PlainCase | RollingCase | PlatesCase

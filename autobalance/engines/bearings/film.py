@@ -95,6 +95,12 @@ def friction_moment_N_m(
     return shear + lever * load_N * math.sin(attitude_rad)
 
 
+def turning(angle_rad: float) -> Array:
+    """Return the matrix (2, 2) that turns vectors by an angle from x to y [rad]."""
+    cosine, sine = math.cos(angle_rad), math.sin(angle_rad)
+    return np.array([[cosine, -sine], [sine, cosine]])
+
+
 @dataclass(frozen=True, eq=False)
 class Film:
     """A film in steady running, SI.
@@ -119,6 +125,11 @@ class Film:
     unit: UnitFilm
 
     @property
+    def heat_W(self) -> float:
+        """Power of friction."""
+        return self.moment_N_m * self.speed_rad_s
+
+    @property
     def whirl(self) -> WhirlThreshold:
         """Threshold of oil whirl."""
         if self.eccentricity_ratio < LEAST_RATIO:
@@ -127,8 +138,7 @@ class Film:
 
     def turned(self, load_rad: float) -> tuple[Array, Array]:
         """Return stiffness and damping in axes in which the load stands at an angle from x [rad]."""
-        cosine, sine = math.cos(load_rad), math.sin(load_rad)
-        turn = np.array([[cosine, -sine], [sine, cosine]])
+        turn = turning(load_rad)
         return turn @ self.stiffness_N_m @ turn.T, turn @ self.damping_N_s_m @ turn.T
 
 
@@ -185,12 +195,7 @@ def _film(
     centred = ratio < LEAST_RATIO
     load = 0.0 if centred else force * unit.load
     clearance, radius = bearing.clearance_m, bearing.radius_m
-    turn = np.array(
-        [
-            [math.cos(unit.attitude_rad), -math.sin(unit.attitude_rad)],
-            [math.sin(unit.attitude_rad), math.cos(unit.attitude_rad)],
-        ]
-    )
+    turn = turning(unit.attitude_rad)
     flow = speed_rad_s * radius * bearing.length_m * clearance
     moment = friction_moment_N_m(bearing, viscosity_Pa_s, speed_rad_s, ratio, load, unit.attitude_rad)
     return Film(

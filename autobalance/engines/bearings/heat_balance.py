@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 from scipy.optimize import brentq
 
-from autobalance.engines.bearings.film import Film
 from autobalance.engines.bearings.oil import WaltherOil
 
 HOTTEST_RISE_K = 400.0
@@ -23,15 +23,28 @@ class Supply:
     heat_capacity_J_kg_K: float = 2000.0
 
 
-def outlet_rise_K(film: Film, oil: WaltherOil, supply: Supply) -> float:
-    """Return the temperature rise of the side flow that carries off the whole heat of friction [K]."""
+class Heated(Protocol):
+    """A film that makes heat, and the oil that leaves it."""
+
+    @property
+    def heat_W(self) -> float: ...
+
+    @property
+    def side_flow_m3_s(self) -> float: ...
+
+
+AFilm = TypeVar("AFilm", bound=Heated)
+
+
+def outlet_rise_K(film: Heated, oil: WaltherOil, supply: Supply) -> float:
+    """Return the temperature rise of the side flow that carries off the whole heat of film and pump [K]."""
     carried = oil.density_kg_m3 * supply.heat_capacity_J_kg_K * film.side_flow_m3_s
-    return film.moment_N_m * film.speed_rad_s / carried
+    return film.heat_W / carried
 
 
 def running_temperature_C(
-    film_at: Callable[[float], Film | None], oil: WaltherOil, supply: Supply
-) -> tuple[float, Film] | None:
+    film_at: Callable[[float], AFilm | None], oil: WaltherOil, supply: Supply
+) -> tuple[float, AFilm] | None:
     """Return the film's mean temperature, half way from supply to outlet, and the film at it.
 
     All heat leaves with the side flow, and the viscosity is that of the mean temperature throughout the

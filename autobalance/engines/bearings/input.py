@@ -19,6 +19,7 @@ from autobalance.engines.bearings.cases import (
     RollingCase,
     Solver,
 )
+from autobalance.engines.bearings.fed_input import fed_case
 from autobalance.engines.bearings.film import JournalBearing
 from autobalance.engines.bearings.heat_balance import Supply
 from autobalance.engines.bearings.history import history_of_arrays, read_history
@@ -40,7 +41,7 @@ from autobalance.toml_files.table import Table
 from autobalance.toml_files.typed_units import in_base_units
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
-Kind = Literal["dry", "hydrodynamic", "rolling", "squeeze_film"]
+Kind = Literal["dry", "hydrodynamic", "hydrostatic", "hybrid", "rolling", "squeeze_film"]
 Model = Literal["palmgren", "skf"]
 HistorySource = str | Path | Mapping[str, Any] | None
 """A history in place of the one that a file names."""
@@ -103,16 +104,17 @@ def parse_bearing(
     case = _case(kind, values)
     if isinstance(case, PlainCase):
         case = _with_history(case, values, folder, history)
-    elif history is not None:
-        raise JobError(f'a history is given, but kind is "{kind}"; only "hydrodynamic" has a film to follow')
+    elif history is not None or values.get("history") is not None:
+        what = "the film has a [[supply]]" if kind == "hydrodynamic" else f'kind is "{kind}"'
+        raise JobError(f'a history is given, but {what}; only "hydrodynamic" without a supply has an orbit')
     return BearingFile(kind, speeds, case, _described(values))
 
 
 def _described(values: Values) -> dict[str, Any]:
     """Return the file with its defaults filled in, without tables that are not there."""
     described: dict[str, Any] = plain(values)
-    for key in ("oil", "history"):
-        if described.get(key, ...) is None:
+    for key in ("oil", "history", "supply", "supply_pressure_bar", "eccentricity_ratios"):
+        if described.get(key, ...) in (None, [], ()):
             del described[key]
     if "oil" in described:
         of_heat = ("supply_C", "heat_capacity_J_kg_K")
@@ -126,7 +128,11 @@ def _case(kind: Kind, values: Values) -> Case:
         return _dry(values)
     if kind == "rolling":
         return _rolling(values)
-    return _plates(values) if kind == "squeeze_film" else _plain(values)
+    if kind == "squeeze_film":
+        return _plates(values)
+    if kind in ("hydrostatic", "hybrid") or values["supply"]:
+        return fed_case(kind, values, _journal_bearing(values), _lubricant(values, "viscosity_Pa_s"))
+    return _plain(values)
 
 
 def _dry(values: Values) -> DryCase:
@@ -145,13 +151,24 @@ def _dry(values: Values) -> DryCase:
     return case
 
 
-def _plain(values: Values) -> PlainCase:
+def _journal_bearing(values: Values) -> JournalBearing:
     bearing = JournalBearing(
         *(M_PER_MM * values[key] for key in ("diameter_mm", "length_mm", "radial_clearance_mm"))
     )
     if not bearing.clearance_m < bearing.radius_m:
         clearance = bearing.clearance_m / M_PER_MM
         raise JobError(f"radial_clearance_mm is {clearance:g}; must be less than half of diameter_mm")
+    check_grid(values["grid"])
+    return bearing
+
+
+def _plain(values: Values) -> PlainCase:
+    bearing = _journal_bearing(values)
+    for key in ("supply_pressure_bar", "eccentricity_ratios"):
+        if values[key] not in (None, ()):
+            raise JobError(
+                f"{key} is given without a [[supply]]; add the groove or hole that has the pressure"
+            )
     solver: Solver = values["solver"]
     load, ratio = values["load_N"], values["eccentricity_ratio"]
     if solver != "petroff" and load is not None and ratio is not None:
@@ -174,7 +191,7 @@ def _plain(values: Values) -> PlainCase:
         lubricant,
         solver,
         values["boundary"],
-        _grid(values["grid"]),
+        values["grid"],
         load,
         ratio,
         math.radians(values["attitude_deg"] or 0.0),
@@ -182,13 +199,12 @@ def _plain(values: Values) -> PlainCase:
     )
 
 
-def _grid(grid: tuple[int, int]) -> tuple[int, int]:
+def check_grid(grid: tuple[int, int]) -> None:
     for name, cells, fewest in zip(("around", "along"), grid, FEWEST_CELLS, strict=True):
         if cells < fewest:
             raise JobError(f"grid has {cells} cells {name}; must have at least {fewest}")
     if grid[0] * grid[1] > MOST_CELLS:
         raise JobError(f"grid has {grid[0] * grid[1]} cells; must have at most {MOST_CELLS}")
-    return grid
 
 
 def _lubricant(values: Values, key: str, heats: bool = True) -> Lubricant:

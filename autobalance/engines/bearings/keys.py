@@ -45,6 +45,41 @@ HISTORY_KEYS = (
     Key("bush_speed_rpm", float, "of the bush about its own axis", ANY, 0.0),
     Key("turns", Turns, '"cw" for the series of an engine with `turns = "cw"`', default="ccw"),
 )
+SUPPLY_KEYS = (
+    Key("angle_deg", float, "middle, from the load's direction in the sense of turning", ANY, 0.0),
+    Key("width_mm", float, "width around; without it and `diameter_mm`: a groove all around", POSITIVE, None),
+    Key("length_mm", float, "length along the bearing", POSITIVE, None),
+    Key("diameter_mm", float, "or a hole of this diameter", POSITIVE, None),
+    Key("z_mm", float, "middle, from the middle of the bearing's length", ANY, 0.0),
+    Key("count", int, "number alike, evenly around from `angle_deg`", COUNTED, 1),
+    Key(
+        "pressure_bar",
+        float,
+        "pressure above the ambient's",
+        NOT_NEGATIVE,
+        None,
+        usual="`supply_pressure_bar`",
+    ),
+    Key(
+        "restrictor",
+        Literal["none", "capillary", "orifice", "flow"],
+        'device upstream of it; "none": it has the supply pressure',
+        default="none",
+    ),
+    Key("capillary_diameter_mm", float, "bore of the capillary", POSITIVE, None),
+    Key("capillary_length_mm", float, "length of the capillary", POSITIVE, None),
+    Key("orifice_diameter_mm", float, "diameter of the orifice", POSITIVE, None),
+    Key("discharge_coefficient", float, "discharge coefficient of the orifice", POSITIVE, 0.6),
+    Key("flow_mm3_s", float, "flow of each, whatever the pressure", NOT_NEGATIVE, None),
+    Key(
+        "depth_mm",
+        float,
+        "depth below the bush's surface, for friction; without it there is none in it",
+        POSITIVE,
+        None,
+    ),
+)
+"""Of a recess, groove or hole under pressure."""
 
 
 def _viscosity(name: str, quantity: str) -> tuple[Key, Key]:
@@ -62,14 +97,14 @@ def _viscosity(name: str, quantity: str) -> tuple[Key, Key]:
     )
 
 
-def _form(kind: str, *keys: Key) -> tuple[Key, ...]:
+def _form(kind: str, *keys: Key, speed: Range = POSITIVE) -> tuple[Key, ...]:
     return (
         Key("kind", Literal[kind], "of bearing"),
         Key(
             "speed_rpm",
             float | tuple[float, ...],
             "one speed or a list; the first is reported in full, the others as rows",
-            POSITIVE,
+            speed,
             3000.0,
             not_empty=f"must have 1 to {MOST_SPEEDS} entries",
         ),
@@ -87,11 +122,31 @@ DRY = _form(
     Key("mu", float, "coefficient of friction; or give `torque_N_m`", NOT_NEGATIVE, None),
     Key("torque_N_m", float, "measured, to find the coefficient from", NOT_NEGATIVE, None),
 )
+CLEARANCE = Key("radial_clearance_mm", float, "of the journal in its bush", POSITIVE)
+GRID = Key(
+    "grid",
+    tuple[int, int],
+    f"cells around and along; at least {FEWEST_CELLS}, {MOST_CELLS} in all",
+    default=(120, 40),
+    shape={"prefixItems": [{"type": "integer", "minimum": fewest} for fewest in FEWEST_CELLS]},
+)
+OF_FEEDS = (
+    Key(
+        "supply_pressure_bar", float, "pressure of the oil supplied, above the ambient's", NOT_NEGATIVE, None
+    ),
+    Key(
+        "eccentricity_ratios",
+        tuple[float, ...],
+        "eccentricity ratios at which load, flow, powers, stiffness and damping are listed too",
+        UP_TO_ONE,
+        (),
+    ),
+)
 HYDRODYNAMIC = _form(
     "hydrodynamic",
     DIAMETER,
     LENGTH,
-    Key("radial_clearance_mm", float, "of the journal in its bush", POSITIVE),
+    CLEARANCE,
     *_viscosity("viscosity_Pa_s", "dynamic"),
     Key("load_N", float, "steady; or `eccentricity_ratio`, or a `[history]` alone", NOT_NEGATIVE, None),
     Key("eccentricity_ratio", float, "in place of the load; with petroff beside it", UP_TO_ONE, None),
@@ -104,15 +159,36 @@ HYDRODYNAMIC = _form(
         default=None,
         usual='"half" with ocvirk, else "reynolds"',
     ),
+    GRID,
+    *OF_FEEDS,
     Key(
-        "grid",
-        tuple[int, int],
-        f"cells around and along; at least {FEWEST_CELLS}, {MOST_CELLS} in all",
-        default=(120, 40),
-        shape={"prefixItems": [{"type": "integer", "minimum": fewest} for fewest in FEWEST_CELLS]},
+        "supply",
+        says="recess, groove or hole under pressure in the film",
+        keys=SUPPLY_KEYS,
+        many=True,
+        default=None,
     ),
     Key("history", says="loads by angle, for the journal's orbit", keys=HISTORY_KEYS, default=None),
 )
+
+
+def _fed(kind: str) -> tuple[Key, ...]:
+    return _form(
+        kind,
+        DIAMETER,
+        LENGTH,
+        CLEARANCE,
+        *_viscosity("viscosity_Pa_s", "dynamic"),
+        Key("load_N", float, "steady load; or `eccentricity_ratio`", NOT_NEGATIVE, None),
+        Key("eccentricity_ratio", float, "in place of the load", UP_TO_ONE, None),
+        Key("boundary", Boundary, "treatment of negative pressure", default="reynolds"),
+        GRID,
+        *OF_FEEDS,
+        Key("supply", says="recess, groove or hole under pressure", keys=SUPPLY_KEYS, many=True),
+        speed=NOT_NEGATIVE,
+    )
+
+
 PALMGREN_KEYS = (
     Key("f0", float, "palmgren: constant of the part without load", NOT_NEGATIVE),
     Key("f1", float, "palmgren: constant of the part with load", NOT_NEGATIVE, 0.0),
@@ -154,6 +230,8 @@ SQUEEZE_FILM = _form(
 BEARING_FORMS: Mapping[str, tuple[Key, ...]] = {
     "dry": DRY,
     "hydrodynamic": HYDRODYNAMIC,
+    "hydrostatic": _fed("hydrostatic"),
+    "hybrid": _fed("hybrid"),
     "rolling": _rolling(
         Key("model", Literal["palmgren"], "how friction is found", default="palmgren"), PALMGREN_KEYS
     ),

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
-from autobalance.declare import INLINE, Degrees, record
+from autobalance.declare import INLINE, OMITTED, Degrees, record
 from autobalance.engines.bearings.analysis import BearingAnalysis
 from autobalance.engines.bearings.answer import (
     BearingFriction,
     BearingRow,
+    FedBearingFigures,
     FilmOrbit,
     Limit,
     LoadMeans,
@@ -40,6 +41,7 @@ class BearingReport(Head):
     limit: Limit
     parts: PalmgrenParts | FourParts | None
     plates: Annotated[Plates, INLINE]
+    fed: Annotated[FedBearingFigures | None, OMITTED] = None
 
     @classmethod
     def of(cls, kind: Kind, described: Mapping[str, Any], analysis: BearingAnalysis) -> Self:
@@ -59,4 +61,5 @@ class BearingReport(Head):
             limit="contact" if first.contact or analysis.orbit_breaks else None,
             parts=first.parts,
             plates=first.plates,
+            fed=analysis.fed,
         )

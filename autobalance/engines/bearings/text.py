@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from autobalance.declare import DEGREES, MM, MM3_S, MPA, RPM, Unit
-from autobalance.engines.bearings.answer import BearingRow, FilmOrbit, Oil, Plates
+from autobalance.engines.bearings.answer import BearingRow, FedBearingFigures, FilmOrbit, Oil, Plates
 from autobalance.engines.bearings.report import BearingReport
 from autobalance.engines.bearings.rolling import FourParts, PalmgrenParts
 
@@ -13,6 +13,8 @@ SHOWN_ROWS = 12
 NAMES = {
     "dry": "Dry journal bearing",
     "hydrodynamic": "Hydrodynamic journal bearing",
+    "hydrostatic": "Hydrostatic journal bearing",
+    "hybrid": "Hybrid journal bearing",
     "rolling": "Rolling bearing",
     "squeeze_film": "Squeeze film between flat plates",
 }
@@ -24,7 +26,7 @@ def bearing_text(report: BearingReport) -> str:
     if report.limit:
         lines.append("Limit: the film breaks (eccentricity ratio above 0.99); values beyond it are left out")
     lines += _friction(report)
-    lines += _load(report) + _oil(report.oil) + _film(report) + _parts(report.parts)
+    lines += _load(report) + _oil(report.oil) + _film(report) + _fed(report.fed) + _parts(report.parts)
     lines += _plates(report.plates) + _orbit(report.orbit) + _rows(report.rows)
     return "\n".join(lines)
 
@@ -98,6 +100,32 @@ def _film(report: BearingReport) -> list[str]:
     elif film.stiffness_N_m is not None:
         lines.append("  no mass of a rigid rotor makes the oil whirl")
     return ["Film", *lines] if lines else []
+
+
+def _fed(fed: FedBearingFigures | None) -> list[str]:
+    if fed is None:
+        return []
+    lines = ["Supply"]
+    lines += _line("flow", fed.supplied_m3_s, "mm³/s", MM3_S)
+    lines += _line("pumping power", fed.pumping_W, "W") + _line("heat, friction and pump", fed.heat_W, "W")
+    for number, each in enumerate(fed.supplies, 1):
+        place = f"{DEGREES.written(each.angle_rad):.6g}°, z {MM.written(each.z_m):.6g} mm"
+        figures = f"{MPA.written(each.pressure_pa):.4g} MPa, {MM3_S.written(each.flow_m3_s):.4g} mm³/s"
+        lines.append(f"  {f'supply {number} at {place}':<34}{figures}")
+    if fed.by_eccentricity:
+        lines.append(
+            "Speed [1/min]  Eccentricity  Load [N]   Flow [mm³/s]  Pump [W]  Moment [N·m]  k_xx [N/µm]"
+        )
+    for row in fed.by_eccentricity:
+        head = f"  {RPM.written(row.speed_rad_s):<13.6g}{row.eccentricity_ratio or 0.0:<14.4g}"
+        if row.load_N is None or row.supplied_m3_s is None or row.stiffness_N_m is None:
+            lines.append(f"{head}the film breaks, or carries nothing along the load")
+            continue
+        flow, stiffness = MM3_S.written(row.supplied_m3_s), 1e-6 * row.stiffness_N_m[0][0]
+        lines.append(
+            f"{head}{row.load_N:<11.4g}{flow:<14.4g}{row.pumping_W:<10.4g}{row.moment_N_m:<14.4g}{stiffness:.4g}"
+        )
+    return lines
 
 
 def _parts(parts: PalmgrenParts | FourParts | None) -> list[str]:
