@@ -149,3 +149,9 @@ def _paths(value: Any, path: str = "") -> set[str]:
     if isinstance(value, list):
         return {each for part in value for each in _paths(part, f"{path}[]")}
     return set()
+
+
+def differs(file: str, text: str) -> Iterator[str]:
+    """Yield where a text differs from what is stored of it."""
+    compare_as = report_differences if file.endswith(".json") else differences
+    yield from compare_as((HERE / file).read_text(encoding="utf-8"), text)

@@ -11,7 +11,7 @@ from jsonschema import Draft202012Validator
 import autobalance as ab
 from autobalance.command.main import full_parser
 from tests.every_command import CALLS, SCHEMAS
-from tests.frozen.outputs import HERE, differences, report_differences
+from tests.frozen.outputs import differs
 from tests.frozen.run import LINES, helps, run_of, write_inputs
 
 
@@ -25,9 +25,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def check(fresh: dict[str, str]) -> None:
     told = []
     for name, text in fresh.items():
-        stored = (HERE / name).read_text(encoding="utf-8")
-        compare = report_differences if name.endswith(".json") else differences
-        told += [f"{name}: {line}" for line in compare(stored, text)]
+        told += [f"{name}: {line}" for line in differs(name, text)]
     assert not told, "\n".join(told[:60])
 
 
