@@ -17,7 +17,7 @@ from autobalance.balancing.measuring import Measure
 from autobalance.balancing.offers import best_offer, heavy_vectors, workpiece
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import KINDS, kind_of, search_levels
-from autobalance.correction.apart import keep_apart
+from autobalance.correction.apart import gap_mm, keep_apart
 from autobalance.correction.contract import Apart, Cut, Item, Limits, SharedDepth
 from autobalance.correction.faces.cut import FaceCut
 from autobalance.correction.kind import Candidates, Kind, Workpiece
@@ -34,8 +34,6 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 _Pair = TypeVar("_Pair", SharedDepth, Apart, Overlap)
-GAP_MM = 5e-4
-"""Accuracy of the gap that is told of two kept cuts too near each other."""
 SECTOR_DEG = 0.5
 """Sector to both sides of a cut's angle in which its place is looked for."""
 
@@ -91,18 +89,13 @@ class KeptPlan:
         self, mine: Sequence[Item], cuts: Sequence[Cut], pair: tuple[int, int], walls: Array
     ) -> JobError:
         """Return the error of two cuts that are too near each other at their least depths, with the gap."""
-        both = [cuts[k].envelope for k in pair]
         least = np.array([cuts[k].least_depth_mm for k in pair])
         wanted = float(max(walls[k] for k in pair))
-        low, high = 0.0, wanted
-        while high - low > GAP_MM:
-            middle = 0.5 * (low + high)
-            near = bool(keep_apart(both, least, np.full(2, middle)))
-            low, high = (low, middle) if near else (middle, high)
+        gap = gap_mm([cuts[k].envelope for k in pair], least, wanted)
         one, other = (mine[k]["number"] for k in pair)
         return JobError(
             f"{self.report}: cuts {one} and {other} have no place beside each other with the job's limits: "
-            f"{low:.3f} mm between them, {wanted - low:.3f} mm less than the {wanted:g} mm of "
+            f"{gap:.3f} mm between them, {wanted - gap:.3f} mm less than the {wanted:g} mm of "
             "min_spacing_mm or min_wall_mm; balance without keep"
         )
 

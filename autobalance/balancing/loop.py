@@ -196,6 +196,24 @@ def balance(
     return run.corrected(plan, best, passes)
 
 
+def cut_as_given(
+    rotor: Rotor,
+    tolerance: Tolerance,
+    given: BestOffer,
+    measure: Measure,
+    progress: Notify,
+    order: Sequence[int],
+) -> Result:
+    """Make cuts that nobody planned, once, and judge the crank; ``order`` is that of the corrections."""
+    progress("cutting, pass 1")
+    initial, plan = Unbalance.of(rotor.moments + rotor.loads), given.plan
+    run = _Run(
+        rotor, tolerance, given.methods, "simple", False, progress, initial, rotor.doubt(rotor.moments), given
+    )
+    done = cut_and_measure(rotor, tolerance, given.candidates.cuts, plan.depths_mm, measure)
+    return run.corrected(plan, done, [(plan, done)], order)
+
+
 @dataclass(frozen=True, eq=False)
 class _Run:
     """Inputs and candidates of a run, with a method for each of its ends."""
@@ -237,14 +255,20 @@ class _Run:
         )
         return replace(result, reason=said("{}; {}", result.reason, text))
 
-    def corrected(self, plan: Plan, best: Pass, passes: Sequence[tuple[Plan, Pass]]) -> Result:
+    def corrected(
+        self,
+        plan: Plan,
+        best: Pass,
+        passes: Sequence[tuple[Plan, Pass]],
+        order: Sequence[int] | None = None,
+    ) -> Result:
         """Return the end of a run that cut the crank, its cuts in the order in which they are made."""
         rotor, candidates = self.rotor, self.chosen.candidates
         listed, overlaps = _in_turn(rotor, candidates, best)
         cuts = made_cuts(candidates.cuts, best.depths_mm)
-        order = setup_order(listed, [cut for cut, _ in cuts], overlaps)
+        order = setup_order(listed, [cut for cut, _ in cuts], overlaps) if order is None else order
         corrections = tuple(listed[k] for k in order)
-        places = np.flatnonzero(best.depths_mm > 0.0)[order]
+        places = np.flatnonzero(best.depths_mm > 0.0)[list(order)]
         refuse_sum(rotor, best.measured, corrections)
         doubt = rotor.doubt(best.measured.moments, corrections, best.solid)
         within = self.tolerance.is_met_by(best.residual, doubt)

@@ -19,6 +19,7 @@ from autobalance.balancing import (
 from autobalance.balancing.comparison import ComparedRow, compare
 from autobalance.balancing.external import carried_unbalances, with_external
 from autobalance.balancing.kept import KeptPlan, balanced_as_kept, refuse_other_crank
+from autobalance.balancing.listed import cut_as_listed
 from autobalance.balancing.loop import Result, balance, planned
 from autobalance.balancing.measured import Crank
 from autobalance.balancing.measured_crank import input_file, work_on_faces
@@ -82,7 +83,9 @@ def balanced_record(
         if kept is not None:
             refuse_other_crank(kept, job, crank.anatomy)
         try:
-            if kept is None:
+            if job.cuts:
+                result = cut_as_listed(job, rotor, tolerance, measure_of(crank.source), stages)
+            elif kept is None:
                 result = balance(
                     rotor,
                     tolerance,

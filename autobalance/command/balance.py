@@ -15,7 +15,7 @@ from autobalance.command.options import (
     units_of,
 )
 from autobalance.command.progress import add_progress, mode_of
-from autobalance.command.verb import Option, Verb
+from autobalance.command.verb import NOT_TYPED, Option, Verb
 
 VERB = Verb(
     "verbs.balance:balance",
@@ -25,6 +25,7 @@ VERB = Verb(
     ),
     options={
         "job": Option(metavar="JOB.toml"),
+        "cuts": NOT_TYPED,
         "keep": Option(metavar="REPORT.json", usual="the job's correction.keep"),
     },
     writes=(

@@ -321,11 +321,18 @@ class Add(FaceKind[AddLimits]):
     datum = "the face as it is, outward along its normal"
     limits = AddLimits
     adds_metal = True
+    usual_depth_mm = DEFAULT_MAX_MM
 
     def offer(self, work: Workpiece, limits: AddLimits, search_level: int) -> Candidates:
         """Return the faces that metal may be added on: on the light side, unless the job picks them."""
         light = [(z, -vector) for z, vector in work.heavy_at]
-        add_cuts = cuts(work, patches_of(work, limits, light, search_level), limits)
+        return self.of_patches(work, limits, patches_of(work, limits, light, search_level), math.inf)
+
+    def of_patches(
+        self, work: Workpiece, limits: AddLimits, patches: Sequence[Patch], reach_mm: float
+    ) -> Candidates:
+        del reach_mm  # metal grows as far as there is room
+        add_cuts = cuts(work, patches, limits)
         return Candidates(
             tuple(add_cuts), same_depth=limits.same_depth, apart=_clear_of_each_other(add_cuts, limits)
         )

@@ -116,6 +116,20 @@ def _padded(corners: Array, count: int) -> Array:
     return corners[:, np.minimum(np.arange(count), corners.shape[1] - 1)]
 
 
+def gap_mm(pair: Sequence[Envelope], depths_mm: Array, wanted_mm: float) -> float:
+    """Return the distance between two envelopes at their depths, where it is less than the wanted one."""
+    low, high = 0.0, wanted_mm
+    while high - low > GAP_MM:
+        middle = 0.5 * (low + high)
+        near = bool(keep_apart(pair, depths_mm, np.full(2, middle)))
+        low, high = (low, middle) if near else (middle, high)
+    return low
+
+
+GAP_MM = 5e-4
+"""Accuracy of the gap that is told of two cuts too near each other."""
+
+
 def _near_rooms(
     pieces: _Pieces, count: int, wall_mm: Array, groups: NDArray[np.int_] | None
 ) -> tuple[Indices, Indices]:

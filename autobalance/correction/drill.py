@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 from autobalance.correction.contract import Correction, Count, Figures, Item, Variety
 from autobalance.correction.cut import listed, on_step
 from autobalance.correction.faces.patches import heavy_vector
 from autobalance.correction.holes.bores import fitting_mm, old_sites
 from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at
-from autobalance.correction.holes.drill_limits import ZONES, DrillLimits
+from autobalance.correction.holes.drill_limits import MOST_OBLIQUITY_DEG, ZONES, DrillLimits
 from autobalance.correction.holes.drill_series import SAME_MM
 from autobalance.correction.holes.drill_sizes import likely_sizes_mm, widest_fitting_mm
 from autobalance.correction.holes.drill_words import no_place, why_none
 from autobalance.correction.holes.hole import Hole, keep_apart
 from autobalance.correction.holes.kind import HoleKind
 from autobalance.correction.holes.largest_fit import ended_by, widest_mm
-from autobalance.correction.holes.missed import missed
+from autobalance.correction.holes.missed import ALL_AROUND, missed
 from autobalance.correction.holes.positions import listed_position, positions_of, unused_notes
 from autobalance.correction.holes.sites import Places, Site, in_sectors, make_holes, reach_of
 from autobalance.correction.holes.trace import DrillTrace
@@ -111,6 +113,7 @@ class Drill(HoleKind[DrillLimits]):
     limits = DrillLimits
     search_levels = 2
     finishes = True
+    settings = ("direction", "point_angle_deg")
 
     def at_place(self, work: Workpiece, limits: DrillLimits, item: Item) -> Sequence[DrillCut]:
         """Return the holes that fit at a listed one's place; none for a deepened one: a search finds it."""
@@ -127,6 +130,50 @@ class Drill(HoleKind[DrillLimits]):
         except CorrectionError:
             nearly = replace(there, min_wall_mm=max(there.min_wall_mm - SAME_WALL_MM, 0.0))
             return cuts(work.solid, work.anatomy, work.density_g_mm3, heavy, nearly, 0, listed_mm)
+
+    def open_keys(self, item: Item) -> Mapping[str, Any]:
+        """Return the limits of a listed hole: its own drill, direction and depth, and no walls."""
+        depth = float(item["depth_mm"])
+        return {
+            "direction": item["direction"],
+            "diameters_mm": (float(item["diameter_mm"]),),
+            "series": None,
+            "point_angle_deg": float(item.get("point_angle_deg", DrillLimits.point_angle_deg)),
+            "min_depth_mm": min(depth, DrillLimits.min_depth_mm),
+            "max_depth_mm": max(depth + float(item.get("deepened_from_mm") or 0.0), DrillLimits.max_depth_mm),
+            "depth_step_mm": 0.0,
+            "min_wall_mm": 0.0,
+            "min_spacing_mm": 0.0,
+            "sectors_deg": ALL_AROUND,
+            "zone": "anywhere",
+            "max_obliquity_deg": MOST_OBLIQUITY_DEG,
+            "min_step_mm": min(depth, DrillLimits.min_step_mm),
+            "deepen": True,
+        }
+
+    def opened(self, limits: DrillLimits, item: Item, stated: Collection[str]) -> DrillLimits:
+        """Return limits for a listed hole; a drill that is at hand keeps its name in its series."""
+        has_it = any(abs(size - float(item["diameter_mm"])) < SAME_MM for size in limits.at_hand_mm)
+        held = ("diameters_mm", "series")
+        return super().opened(limits, item, {*stated, *held} if has_it or {*held} & {*stated} else stated)
+
+    def at_listed_place(self, work: Workpiece, limits: DrillLimits, item: Item) -> Sequence[DrillCut]:
+        """Return the holes that fit at a listed one's place, where it deepens an old one too."""
+        if item.get("deepened_from_mm") is None:
+            return self.at_place(work, limits, item)
+        there = replace(limits, positions=(listed_position(item),), deepen=True)
+        return cuts(work.solid, work.anatomy, work.density_g_mm3, partial(heavy_vector, work.heavy_at), there)
+
+    def too_many(self, items: Sequence[Item], limits: DrillLimits, stated: Collection[str]) -> str | None:
+        """Return the holes of a web, or the different drills, that are more than a job states."""
+        by_web = Counter(int(item["web"]) for item in items if item.get("deepened_from_mm") is None)
+        web, most = max(by_web.items(), key=lambda pair: pair[1], default=(0, 0))
+        if "max_holes" in stated and most > limits.max_holes:
+            return f"{most} holes are listed in web {web}; drill.max_holes is {limits.max_holes}"
+        drills = {float(item["diameter_mm"]) for item in items}
+        if "max_drills" in stated and len(drills) > limits.max_drills:
+            return f"{len(drills)} different drills are listed; drill.max_drills is {limits.max_drills}"
+        return None
 
     def why_not_kept(self, work: Workpiece, limits: DrillLimits, item: Item) -> str | None:
         """Return the limit that a listed hole misses on this crank, and by how much."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
@@ -24,6 +24,7 @@ from autobalance.correction.contract import (
 )
 from autobalance.correction.relaxing import Relaxing
 from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.errors import CorrectionError
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
@@ -101,9 +102,19 @@ class Candidates:
     equal: bool = False
 
 
+class ListedCutError(CorrectionError):
+    """A cut that a job lists and that has no place: ``item`` is the cut as it is listed."""
+
+    def __init__(self, item: Item, why: str) -> None:
+        super().__init__(why)
+        self.item = item
+
+
 L = TypeVar("L", bound=Limits)
 KEPT_MM = 0.05
 """Tolerance of the place of a kept cut, on a slightly changed crank."""
+SAME_DEPTH_MM = 2e-3
+"""Depth by which a listed cut may exceed a limit: those of a plan are used up to the accuracy of walls."""
 ENTRY_MM = 1.0
 """Tolerance of the entry of a kept hole or pocket along its axis."""
 
@@ -144,6 +155,8 @@ class Kind(ABC, Generic[L]):
         Whether one look finds all its cuts wherever the unbalance lies: faces and rims.
     pressed_in : (str, str) or None
         Keys of the details that hold mass [g] and centre (3,) [mm] of what is pressed in.
+    settings : tuple of str
+        Limits that are a cut's own values too: what a listed cut says of one must be what the job states.
     """
 
     name: ClassVar[str]
@@ -161,6 +174,7 @@ class Kind(ABC, Generic[L]):
     remedy: ClassVar[Limits | None] = None
     pressed_in: ClassVar[tuple[str, str] | None] = None
     offers_all: ClassVar[bool] = False
+    settings: ClassVar[tuple[str, ...]] = ()
 
     # --- cuts -------------------------------------------------------------------------------------------
 
@@ -204,6 +218,92 @@ class Kind(ABC, Generic[L]):
         shown = cut.correction(cut.max_depth_mm)
         near = np.linalg.norm(shown.position_mm - np.array(item["position_mm"], dtype=np.float64))
         return bool(shown.web == item.get("web") and shown.face == item.get("face") and near <= KEPT_MM)
+
+    # --- cuts that a job lists ---
+
+    def open_keys(self, item: Item) -> Mapping[str, Any]:
+        """Return the limits that let a listed cut be made, where its job states none: its own settings."""
+        del item
+        return {}
+
+    def opened(self, limits: L, item: Item, stated: Collection[str]) -> L:
+        """Return limits for a listed cut: those that a job states, and none else."""
+        return replace(limits, **{k: v for k, v in self.open_keys(item).items() if k not in stated})
+
+    def completed(self, item: Item, anatomy: Anatomy, limits: L) -> Item:
+        """Return a listed cut with the values that follow from those that describe it.
+
+        Raises
+        ------
+        CorrectionError
+            If it lacks a value, or holds none that can be.
+        """
+        del anatomy, limits
+        return item
+
+    def as_listed(self, work: Workpiece, limits: Sequence[L], items: Sequence[Item]) -> Candidates:
+        """Return the cuts at the places of listed ones, in their order, each with its limits.
+
+        Raises
+        ------
+        ListedCutError
+            If one has no place.
+        """
+        return Candidates(
+            tuple(self._listed_cut(work, each, item) for each, item in zip(limits, items, strict=True))
+        )
+
+    def _listed_cut(self, work: Workpiece, limits: L, item: Item) -> Cut:
+        try:
+            found = next(
+                (each for each in self.at_listed_place(work, limits, item) if self.is_listed(each, item)),
+                None,
+            )
+        except CorrectionError as error:
+            raise ListedCutError(item, self.why_not_kept(work, limits, item) or str(error)) from None
+        if found is None:
+            why = self.why_not_kept(work, limits, item)
+            raise ListedCutError(item, why or "it has no place there: the metal ends, or is too thin for it")
+        return found
+
+    def at_listed_place(self, work: Workpiece, limits: L, item: Item) -> Sequence[Cut]:
+        """Return the cuts possible at the place of a cut that a job lists.
+
+        Raises
+        ------
+        CorrectionError
+            If no cut fits there.
+        """
+        return self.at_place(work, limits, item)
+
+    def is_listed(self, cut: Any, item: Item) -> bool:
+        """Return whether a cut is the one that a job lists."""
+        return self.is_kept(cut, item)
+
+    def listed_depth_mm(self, cut: Any, item: Item) -> float:
+        """Return the depth to make a listed cut in.
+
+        Raises
+        ------
+        CorrectionError
+            If it breaks a limit.
+        """
+        depth, step = abs(float(item["depth_mm"])), float(cut.depth_step_mm)
+        if depth > cut.max_depth_mm + SAME_DEPTH_MM:
+            most = math.floor(1e3 * cut.max_depth_mm) / 1e3
+            raise CorrectionError(f"depth_mm is {depth:g}; {cut.limit} allows {most:g} mm at most")
+        if depth < cut.least_depth_mm - SAME_DEPTH_MM:
+            raise CorrectionError(
+                f"depth_mm is {depth:g}; the least depth there is {cut.least_depth_mm:.4g} mm"
+            )
+        if step and abs(depth - step * round(depth / step)) > SAME_DEPTH_MM:
+            raise CorrectionError(f"depth_mm is {depth:g}, no multiple of depth_step_mm = {step:g}")
+        return min(depth, float(cut.max_depth_mm))
+
+    def too_many(self, items: Sequence[Item], limits: L, stated: Collection[str]) -> str | None:
+        """Return the stated number that listed cuts exceed, in words; None where there is none."""
+        del items, limits, stated
+        return None
 
     def relaxing(self, limits: L) -> Sequence[Relaxing]:
         """Return the ways to widen these limits where they fall short."""

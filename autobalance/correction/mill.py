@@ -7,9 +7,10 @@ sides and below, and has the cutter's radius in its corners.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from autobalance.correction.pockets.walls import SKIN_MM, Below
 from autobalance.correction.refusals import wall_missed
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.trace import Trace, stated_number
-from autobalance.crank.anatomy import Face
+from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
 from autobalance.quantities import bare_mm, mm, said
 from autobalance.rigid_rotor.moments import Moments
@@ -268,6 +269,7 @@ class Mill(Kind[MillLimits]):
     limits = MillLimits
     needs_faces = True
     mixed_with = ("drill",)
+    settings = ("cutter_mm",)
 
     def offer(self, work: Workpiece, limits: MillLimits, search_level: int) -> Candidates:
         """Return the pockets that a job's limits allow, and the pairs of them too near to each other."""
@@ -300,6 +302,28 @@ class Mill(Kind[MillLimits]):
             and abs(below.z_mm - float(item["face_z_mm"])) <= ENTRY_MM
         )
         return [cut for cut in cuts if cut is not None]
+
+    def completed(self, item: Item, anatomy: Anatomy, limits: MillLimits) -> Item:
+        """Return a listed pocket with its corners and the middle of its metal."""
+        del anatomy
+        corner = float(item.get("corner_radius_mm") or 0.5 * float(item.get("cutter_mm") or limits.cutter_mm))
+        face, depth = stated_number(item, "face_z_mm"), stated_number(item, "depth_mm")
+        side = item["side"] if item.get("side") else listed_side(item)
+        place = item.get("position_mm") or (0.0, 0.0, 0.0)
+        position = [float(place[0]), float(place[1]), face - 0.5 * float(side) * depth]
+        return {**item, "corner_radius_mm": corner, "cutter_mm": 2.0 * corner, "position_mm": position}
+
+    def open_keys(self, item: Item) -> Mapping[str, Any]:
+        """Return the limits of a listed pocket: its own cutter and depth, and no walls."""
+        depth = float(item["depth_mm"])
+        return {
+            "cutter_mm": float(item["cutter_mm"]),
+            "min_wall_mm": 0.0,
+            "min_depth_mm": min(depth, MillLimits.min_depth_mm),
+            "max_depth_mm": max(depth, MillLimits.max_depth_mm),
+            "depth_step_mm": 0.0,
+            "sectors_deg": ((0.0, 360.0),),
+        }
 
     def why_not_kept(self, work: Workpiece, limits: MillLimits, item: Item) -> str | None:
         """Return the limit that a listed pocket misses on this crank, and by how much."""

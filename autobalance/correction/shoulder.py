@@ -314,8 +314,12 @@ class Shoulder(FaceKind[ShoulderLimits]):
         patches = patches_of(work, limits, work.heavy_at, search_level)
         worth = sum(_worth_g_mm_per_mm(patch, work) for patch in patches)
         reach = work.look * LOOK_AHEAD * work.need_g_mm / worth if worth > 0.0 else math.inf
-        reach = min(reach, work.solid.mesh.diagonal_mm)
-        shoulder_cuts = cuts(work.solid, work.anatomy, patches, work.density_g_mm3, limits, reach)
+        return self.of_patches(work, limits, patches, min(reach, work.solid.mesh.diagonal_mm))
+
+    def of_patches(
+        self, work: Workpiece, limits: ShoulderLimits, patches: Sequence[Patch], reach_mm: float
+    ) -> Candidates:
+        shoulder_cuts = cuts(work.solid, work.anatomy, patches, work.density_g_mm3, limits, reach_mm)
         shared = tuple(shared_depths(shoulder_cuts, work.anatomy, limits))
         apart, both = overlaps(shoulder_cuts, _beside_each_other(shoulder_cuts))
         return Candidates(tuple(shoulder_cuts), shared, limits.same_depth, apart, overlaps=both)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from autobalance.correction.holes.cut import SAME_MM, HoleCut, HoleSearch, Towar
 from autobalance.correction.holes.hole import Hole, keep_apart
 from autobalance.correction.holes.kind import HoleKind
 from autobalance.correction.holes.largest_fit import ended_by, widest_mm
-from autobalance.correction.holes.missed import missed
+from autobalance.correction.holes.missed import ALL_AROUND, missed
 from autobalance.correction.holes.positions import Position, listed_position, positions_of
 from autobalance.correction.holes.sites import Places, Site
 from autobalance.correction.holes.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn, fills
@@ -120,6 +120,10 @@ MOST_HEAVIER = 16
 """Greatest number of slugs tried where counterweights are too light."""
 
 
+DEPTH_MM = 0.005
+"""Rounding of a listed slug's depth: reports are read to hundredths."""
+
+
 class Slug(HoleKind[SlugLimits]):
     """Heavy-metal slugs."""
 
@@ -134,6 +138,44 @@ class Slug(HoleKind[SlugLimits]):
         diameters_mm=(12.0, 16.0, 20.0, 25.4), lengths_mm=(8.0, 12.0, 16.0, 20.0, 25.4), max_slugs=1
     )
     pressed_in = ("slug_mass_g", "slug_centre_mm")
+    settings = ("direction", "density_kg_m3")
+
+    def open_keys(self, item: Item) -> Mapping[str, Any]:
+        """Return the limits of a listed slug: its own size and metal, and no walls."""
+        return {
+            "direction": item["direction"],
+            "diameters_mm": (float(item["diameter_mm"]),),
+            "lengths_mm": (float(item["length_mm"]),),
+            "density_kg_m3": float(item.get("density_kg_m3", SlugLimits.density_kg_m3)),
+            "min_wall_mm": 0.0,
+            "sectors_deg": ALL_AROUND,
+            "fill": bool(item.get("fills_a_hole")),
+        }
+
+    def at_listed_place(self, work: Workpiece, limits: SlugLimits, item: Item) -> Sequence[Cut]:
+        """Return the slugs that fit at a listed one's place, where it fills an old hole too."""
+        if not item.get("fills_a_hole"):
+            return self.at_place(work, limits, item)
+        return list(fills(work, Surface.of(work.solid.mesh, work.anatomy.file_to_rotor), limits))
+
+    def is_listed(self, cut: Any, item: Item) -> bool:
+        same_length = abs(cut.length_mm - float(item["length_mm"])) < SAME_MM
+        same_place = isinstance(cut, FillCut) == bool(item.get("fills_a_hole"))
+        return same_length and same_place and super().is_listed(cut, item)
+
+    def listed_depth_mm(self, cut: Any, item: Item) -> float:
+        """Return the depth of a slug, which is its own."""
+        own, listed = float(cut.correction(cut.max_depth_mm).depth_mm), float(item["depth_mm"])
+        if abs(listed - own) > DEPTH_MM:
+            raise CorrectionError(
+                f"depth_mm is {listed:g}; a slug sits at the depth of its own length, here {own:.6g} mm"
+            )
+        return float(cut.max_depth_mm)
+
+    def too_many(self, items: Sequence[Item], limits: SlugLimits, stated: Collection[str]) -> str | None:
+        if "max_slugs" in stated and len(items) > limits.max_slugs:
+            return f"{len(items)} slugs are listed; slug.max_slugs is {limits.max_slugs}"
+        return None
 
     def offer(self, work: Workpiece, limits: SlugLimits, search_level: int) -> Candidates:
         filled: list[FillCut] = []

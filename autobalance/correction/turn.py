@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -243,6 +243,21 @@ class Turn(Kind[TurnLimits]):
 
     def is_kept(self, cut: TurnCut, item: Item) -> bool:
         return list(cut.webs) == list(item["webs"])
+
+    def completed(self, item: Item, anatomy: Anatomy, limits: TurnLimits) -> Item:
+        """Return a listed rim with all of its webs: those that it lists, or its one."""
+        del anatomy, limits
+        webs = item.get("webs") or ([] if item.get("web") is None else [item["web"]])
+        if not webs:
+            raise CorrectionError("web is missing: the number of the web that is turned, or webs, a list")
+        return {**item, "webs": list(webs)}
+
+    def open_keys(self, item: Item) -> Mapping[str, Any]:
+        """Return the limits of a listed rim: its webs at once, in any depth outside of the crankpins."""
+        return {"per_web": len(item["webs"]) == 1, "depth_step_mm": 0.0}
+
+    def at_listed_place(self, work: Workpiece, limits: TurnLimits, item: Item) -> Sequence[TurnCut]:
+        return cuts(work.solid, work.anatomy, work.density_g_mm3, limits)
 
     def relaxing(self, limits: TurnLimits) -> Sequence[Relaxing]:
         if limits.min_radius_mm is None:

@@ -50,7 +50,7 @@ class Key:
     ``not_empty`` says what to do instead of leaving a list or text empty, ``missing`` what more to say where
     a key is not there, ``usual`` what a default is that is not a value, ``verbs`` which verbs read it,
     ``example`` what a template shows of it where it has no default, ``shape`` what JSON Schema has to say
-    beyond all that.
+    beyond all that. ``ignored`` are names that may stand in a table of an array and are not read.
     """
 
     name: str
@@ -70,6 +70,7 @@ class Key:
     verbs: str = ""
     example: Any = None
     shape: Mapping[str, Any] = field(default_factory=dict)
+    ignored: tuple[str, ...] = ()
 
     @property
     def unit(self) -> str:

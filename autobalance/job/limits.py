@@ -17,13 +17,19 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from autobalance.correction import KINDS, Limits
 from autobalance.correction.contract import Prefer
 from autobalance.correction.faces.patches import FaceLimits
-from autobalance.declare import ANY, NOT_NEGATIVE, Key, Range, TypedIn, Values
+from autobalance.declare import (
+    ANY,
+    NOT_NEGATIVE,
+    Key,
+    Range,
+    TypedIn,
+    Values,
+)
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job.header import SHOP
+from autobalance.job.listed_cuts import FACE_KEYS, LISTED, LISTED_CUTS, kinds_listed
 from autobalance.toml_files.keys import read
 
-FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
-"""Keys of the top level, which the kinds share whose limits have ``faces``."""
 OF_FACES = {
     "faces": "or a list of ids from `inspect`, or of points in file coordinates in mm, one on each face",
     "sector_deg": "only this part of each face: two angles about the axis, in the rotor frame",
@@ -56,7 +62,7 @@ def correction_key(kinds: Collection[str] | None = None) -> Key:
     The keys of those that are not among ``kinds`` are left out: a job that has no table of theirs is read
     without looking at them.
     """
-    method: Any = Literal[tuple(KINDS)]
+    method: Any = Literal[(*KINDS, LISTED)]
     return Key(
         "correction",
         says="how metal may be taken off or added",
@@ -66,7 +72,8 @@ def correction_key(kinds: Collection[str] | None = None) -> Key:
             Key(
                 "method",
                 method | tuple[method, ...],
-                "the kind of correction, or a list of them to mix",
+                'the kind of correction, or a list of them to mix; `"listed"`: exactly the cuts of '
+                "`[[correction.cut]]`, nothing is planned",
                 not_empty="must name at least one method",
             ),
             Key("prefer", Prefer, PREFER, default="simple"),
@@ -92,6 +99,7 @@ def correction_key(kinds: Collection[str] | None = None) -> Key:
                 default=None,
                 usual="planned anew",
             ),
+            LISTED_CUTS,
             *_shared_keys(),
             *(_table_of(name, kinds is None or name in kinds) for name in KINDS),
         ),
@@ -180,6 +188,12 @@ def correction_of(
         If they contradict each other.
     """
     method = values["method"]
+    if method in (LISTED, (LISTED,)):
+        method = kinds_listed(values)
+    elif LISTED in method:
+        raise JobError(f'correction.method mixes "{LISTED}" with kinds; the list says the kind of each cut')
+    elif values["cut"]:
+        raise JobError(f'correction.cut lists cuts, but correction.method is not "{LISTED}"')
     methods = method if isinstance(method, tuple) else (method,)
     for place, name in enumerate(methods):
         if name in methods[:place]:

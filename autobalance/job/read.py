@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
-from autobalance.correction import Limits
-from autobalance.correction.contract import Prefer
+from autobalance.correction import KINDS, Limits
+from autobalance.correction.contract import Item, Prefer
 from autobalance.declare import Values
 from autobalance.errors import JobError
 from autobalance.job.addon_tables import AddonTables, TablesRead, addon_tables
@@ -17,6 +17,7 @@ from autobalance.job.assembly import assembly_of
 from autobalance.job.balance import balance_of, fitted_parts
 from autobalance.job.layout import shaft_values, shafts_of
 from autobalance.job.limits import correction_of, drills_of_shop, slugs_of_shop
+from autobalance.job.listed_cuts import LISTED, numbered_cuts, shown_correction, stated_limits
 from autobalance.job.model import (
     Balance,
     BalanceShaftEntry,
@@ -58,7 +59,8 @@ class Job:
     ``depth_tolerance_mm`` is by how much the depth of a cut may be off, None where the job does not say.
     ``settings`` are the keys that were set from outside, as given.
     ``filled`` are the tables as the report has them, defaults filled in.
-    ``keep`` is the report whose cuts are kept, or its values.
+    ``keep`` is the report whose cuts are kept, or its values. ``cuts`` are those that are made
+    exactly as the job lists them, each with its ``number``; empty where cuts are planned.
     ``addons`` are what add-ons made of their tables, by type (``table``).
     """
 
@@ -79,6 +81,7 @@ class Job:
     addons: Mapping[type, Any] = field(default_factory=dict)
     filled: Mapping[str, Any] = field(default_factory=dict)
     keep: Path | Mapping[str, Any] | None = None
+    cuts: tuple[Item, ...] = ()
 
     def __repr__(self) -> str:
         balance = self.balance
@@ -118,6 +121,22 @@ class Job:
         """Return what an add-on made of its table, as ``job.table(Cycle)``; None where the job has none."""
         found: T | None = self.addons.get(of)
         return found
+
+    def limits_of(self, kind: str) -> Limits:
+        """Return the limits of a kind of correction that is among the job's methods."""
+        return self.methods[self.method_names.index(kind)]
+
+    def stated_limits(self, kind: str) -> frozenset[str]:
+        """Return the limits of a kind that the job states itself; for the others its defaults stand."""
+        return stated_limits(self.raw["correction"], kind)
+
+    def limits_at(self, item: Item) -> Limits:
+        """Return the limits that a correction of the job keeps: a listed cut only those that it states."""
+        limits = self.limits_of(item["kind"])
+        if not self.cuts:
+            return limits
+        opened: Limits = KINDS[item["kind"]].opened(limits, item, self.stated_limits(item["kind"]))
+        return opened
 
     @property
     def name(self) -> str:
@@ -177,6 +196,22 @@ def as_job(job: JobSource, settings: Sequence[str] = ()) -> Job:
     if not isinstance(job, str | os.PathLike):
         raise JobError(f"job is {job!r}; expected a job, the path of a job file, or a dict of its structure")
     return load(job, settings)
+
+
+def with_cuts(job: Job, cuts: Sequence[Mapping[str, Any]]) -> Job:
+    """Return a job with a list of cuts to be made exactly so, in place of what its method would plan.
+
+    Raises
+    ------
+    JobError
+        If a cut is not described, or the job keeps the cuts of a report.
+    """
+    if job.keep is not None:
+        raise JobError("keep plans new depths, cuts keep those listed; leave one out")
+    listed = [{key: plain(value) for key, value in each.items() if value is not None} for each in cuts]
+    correction = {**job.raw["correction"], "method": LISTED, "cut": listed}
+    free, path = job.crankshaft.file is None, job.path.with_name(f"{job.path.stem} with listed cuts.toml")
+    return parse({**job.raw, "correction": correction}, path, crank_given=free, settings=job.settings)
 
 
 def _cell(path: Path, message: str) -> str:
@@ -319,6 +354,7 @@ def _job(
         min_gain=0.01 * values["correction"]["min_gain_percent"],
         depth_tolerance_mm=values["correction"]["depth_tolerance_mm"],
         keep=None if values["correction"]["keep"] is None else path.parent / values["correction"]["keep"],
+        cuts=numbered_cuts(values["correction"]),
         settings=settings,
         addons={type(each): each for _, each in made if each is not None},
         **parsed,
@@ -341,15 +377,7 @@ def _filled(job: Job, values: Values, addons: Values) -> Values:
         **({"job": plain(values["job"])} if "job" in job.raw else {}),
         **({"shop": located(plain(values["shop"]), job.path.parent)} if "shop" in job.raw else {}),
         **({"assembly": [dict(each.values) for each in job.assembly]} if job.assembly else {}),
-        "correction": {
-            "method": list(job.method_names),
-            "prefer": job.prefer,
-            "min_gain_percent": values["correction"]["min_gain_percent"],
-            "depth_tolerance_mm": job.depth_tolerance_mm,
-            **({} if values["correction"]["keep"] is None else {"keep": values["correction"]["keep"]}),
-            **{
-                name: plain(asdict(limits))
-                for name, limits in zip(job.method_names, job.methods, strict=True)
-            },
-        },
+        "correction": shown_correction(
+            values["correction"], job.raw["correction"], dict(zip(job.method_names, job.methods, strict=True))
+        ),
     }

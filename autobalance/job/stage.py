@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from autobalance.correction import KINDS
+from autobalance.job.listed_cuts import LISTED, planned_anew
 from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.job.read import Job, parse
 
@@ -25,6 +26,8 @@ def for_recut(job: Job, correction: Mapping[str, Any] | None) -> Job:
         correction is None or "prefer" not in correction
     ):
         table["prefer"] = "same_setup"
+    if table.get("method") in (LISTED, [LISTED]):
+        table = planned_anew(table)
     method = table.get("method", [])
     for name in [method] if isinstance(method, str) else method:
         if name in KINDS and any(each.name == "deepen" for each in fields(KINDS[name].limits)):

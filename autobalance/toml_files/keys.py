@@ -192,9 +192,16 @@ def _many(table: Table, key: Key) -> Any:
     tables = []
     for place, item in enumerate(raw, 1):
         with faults.gathered():
-            tables.append(_values(item, key.keys, f"{where}[{place}]"))
+            tables.append(_values(_read_of(item, key), key.keys, f"{where}[{place}]"))
     faults.refuse()
     return tables
+
+
+def _read_of(item: object, key: Key) -> object:
+    """Return a table of an array without the keys that are not read."""
+    if not key.ignored or not isinstance(item, Mapping):
+        return item
+    return {name: value for name, value in item.items() if name not in key.ignored}
 
 
 def _named(table: Table, each: Key) -> Values:
@@ -272,7 +279,9 @@ def _has_default(key: Key) -> bool:
 def _value_schema(key: Key) -> Values:
     if key.many:
         least = 1 if key.default is REQUIRED or key.not_empty else 0
-        many: Values = {"type": "array", "items": _table_schema(key.keys)}
+        items = _table_schema(key.keys)
+        items["properties"] |= {name: {} for name in key.ignored}
+        many: Values = {"type": "array", "items": items}
         return {**many, "minItems": least} if least else many
     if key.named is not None:
         free = {"type": "object", "additionalProperties": _key_schema(key.named)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -21,6 +21,7 @@ from autobalance.balancing.measured_crank import (
 from autobalance.errors import JobError
 from autobalance.job import Job, JobSource
 from autobalance.job.model.crank_readings import CrankReadings
+from autobalance.job.read import with_cuts
 from autobalance.report.bundle import choice_of
 from autobalance.report.material import Choice
 from autobalance.runtime import Notify, Progress, Stopwatch
@@ -221,6 +222,7 @@ def balance(
     crank: Crank | None = None,
     *,
     keep: str | Path | Mapping[str, Any] | None = None,
+    cuts: Sequence[Mapping[str, Any]] | None = None,
     fem: bool = False,
     progress: Progress | None = None,
 ) -> BalanceResult:
@@ -236,6 +238,9 @@ def balance(
     keep : path, dict or None
         Report whose cuts are kept with new depths: places, tools, faces and numbers stay; None: the job's
         ``correction.keep``.
+    cuts : sequence of dict or None
+        Cuts to be made exactly so, as ``[[correction.cut]]`` of the job has them: entries of a report's
+        ``corrections`` as they are, or changed. Nothing is planned then.
     fem : bool
         Compute how the rods bend the webs at service speed, before and after the cuts: the weakest section of
         each web, and by finite elements the throw that loses most (extra fem).
@@ -264,6 +269,8 @@ def balance(
         read = jobs.as_job(job)
         if keep is not None:
             read = replace(read, keep=keep if isinstance(keep, Mapping) else Path(keep))
+        if cuts is not None:
+            read = with_cuts(read, cuts)
     return run(read, crank, telling(progress), watch, fem)
 
 

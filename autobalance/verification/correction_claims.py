@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance.balancing.measuring import DEVIATION_MM
 from autobalance.balancing.uncertainty_budget import spacing_mm
-from autobalance.correction import KINDS, kind_of
+from autobalance.correction import KINDS
 from autobalance.correction.clearance import clear_of_roughness
 from autobalance.correction.contract import Limits
 from autobalance.correction.trace import Before, Metal, Trace
@@ -75,9 +75,9 @@ class Change:
             return rounding
         return rounding + DEVIATION_MM
 
-    def limits(self, kind: str) -> Limits | None:
-        """Return the job's limits for a kind of correction; None where it is not among the job's methods."""
-        return next((each for each in self.job.methods if kind_of(each).name == kind), None)
+    def limits(self, part: Claims) -> Limits | None:
+        """Return the job's limits for a correction; None where its kind is not among the job's methods."""
+        return self.job.limits_at(part.values) if part.get("kind", str) in self.job.method_names else None
 
 
 def check_corrections(claims: Claims, change: Change, first_number: int | None = 1) -> None:
@@ -105,7 +105,7 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
             )
         part.hold("kind")
         part.same("number", number)
-        _check_point(claims, part, change.limits(name))
+        _check_point(claims, part, change.limits(part))
         check_place(part)
         check_file_place(part, change.anatomy.rotor_to_file)
         if not _is_kept_unused(claims, part):
@@ -114,7 +114,7 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
     _check_plan_kept(claims, parts)
     parts = [part for part in parts if part.get("depth_mm", float) != 0.0]
     for part in parts:
-        check_within_limits(part, change.limits(part.get("kind", str)))
+        check_within_limits(part, change.limits(part))
     files, key = change.files, (id(change.before), id(change.after))
     metal = files.once(("gone", *key), lambda: _gone(change))
     crank = files.once(("before", *key), lambda: _before(change))
@@ -289,7 +289,7 @@ def _check_one(
     change: Change,
     crank: Before,
 ) -> None:
-    limits = change.limits(part.get("kind", str))
+    limits = change.limits(part)
     if limits is not None:
         limits = clear_of_roughness(limits, change.anatomy)  # as it was planned
     if trace is not None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from autobalance.solid.csg.tool import wedge
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
+
+if TYPE_CHECKING:
+    from autobalance.correction.kind import Workpiece
 
 FacePoint = tuple[float, float, float]
 HeavyAt = Sequence[tuple[float, Array]]
@@ -77,6 +80,56 @@ def chosen_patches(limits: FaceLimits, mesh: Mesh, anatomy: Anatomy, faces: Sequ
         return [Patch(face) for face in picked]
     reach = farthest_mm(mesh, anatomy)
     return [_patch(face, limits.sector_deg, reach) for face in picked]
+
+
+def listed_patch(limits: FaceLimits, name: str, sector_deg: Sequence[float] | None, work: Workpiece) -> Patch:
+    """Return the patch of a listed cut: a face by its id, and the part of it between two angles.
+
+    Parameters
+    ----------
+    limits : FaceLimits
+        Faces and sector that the cut may not leave.
+    name : str
+        Id of the face.
+    sector_deg : (float, float) or None
+        The part; None: the whole face.
+    work : Workpiece
+
+    Raises
+    ------
+    CorrectionError
+        If the face is not on this crank or none of the job's, or the part leaves the job's sector.
+    """
+    face = _face_by_id(name, [each for each in work.faces if each.kind == "plane"])
+    if limits.faces != "auto":
+        may = chosen_patches(replace(limits, sector_deg=None), work.solid.mesh, work.anatomy, work.faces)
+        if name not in [each.face.id for each in may]:
+            raise CorrectionError(f"face {name} is none of faces: {', '.join(each.face.id for each in may)}")
+    if limits.sector_deg is not None:
+        low, high = limits.sector_deg
+        span = (high - low) % 360.0 or 360.0
+        start, end = sector_deg or (0.0, 360.0)
+        part, begins = (end - start) % 360.0 or 360.0, (start - low + SAME_DEG) % 360.0
+        if span < 360.0 and begins + part > span + 2.0 * SAME_DEG:
+            raise CorrectionError(f"its part of the face leaves sector_deg = [{low:g}, {high:g}]")
+    if sector_deg is None:
+        return Patch(face)
+    return _patch(face, (sector_deg[0], sector_deg[1]), farthest_mm(work.solid.mesh, work.anatomy))
+
+
+SAME_DEG = 1e-6
+
+
+def share_a_part(one: Patch, other: Patch) -> bool:
+    """Return whether two patches have a part of one face in common."""
+    if one.face.id != other.face.id:
+        return False
+    if one.sector_deg is None or other.sector_deg is None:
+        return True
+    low, high = one.sector_deg
+    start, end = other.sector_deg
+    spans = (high - low) % 360.0 or 360.0, (end - start) % 360.0 or 360.0
+    return (start - low) % 360.0 < spans[0] - SAME_DEG or (low - start) % 360.0 < spans[1] - SAME_DEG
 
 
 def _face_by_id(name: str, planes: Sequence[Face]) -> Face:

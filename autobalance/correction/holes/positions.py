@@ -52,6 +52,64 @@ def listed_position(item: Item) -> tuple[float, ...]:
     return turn_deg(x, y), z + float(item["inward"][2]) * ENTRY_MM, math.hypot(x, y)
 
 
+def completed_hole(item: Item, anatomy: Anatomy, usual: str) -> Item:
+    """Return a hole that a job lists with the entry that its angle, height and radius give.
+
+    ``angle_deg`` and ``entry_radius_mm`` come before ``position_mm``, which need not be there. A radial hole
+    without a height is in the middle of its web; an axial one is entered from the face that ``inward`` or its
+    height points to. ``usual`` is the direction of a hole that names none.
+
+    Raises
+    ------
+    CorrectionError
+        If a value is missing, or the web is none of the crank's.
+    """
+    direction = item.get("direction", usual)
+    web = next((each for each in anatomy.webs if each.number == item.get("web")), None)
+    if web is None:
+        raise CorrectionError(f"web is {item.get('web')}; expected 1 to {len(anatomy.webs)}")
+    place = item.get("entry_mm") or item.get("position_mm")
+    x, y, z = (math.nan, math.nan, math.nan) if place is None else (float(each) for each in place)
+    angle_deg = float(item.get("angle_deg", math.degrees(math.atan2(y, x))))
+    radius = float(item.get("entry_radius_mm", math.hypot(x, y)))
+    if place is None:
+        z = float(item.get("z_mm", math.nan))
+    if math.isnan(angle_deg):
+        raise CorrectionError("angle_deg is missing")
+    if direction == "radial":
+        along, down = -1.0, 0.0
+        z = 0.5 * (web.z_min_mm + web.z_max_mm) if math.isnan(z) else z
+    else:
+        along, down = 0.0, _feed(item, web, z)
+        z = web.z_min_mm if down > 0.0 else web.z_max_mm
+        if math.isnan(radius):
+            raise CorrectionError("entry_radius_mm is missing")
+    turn = math.radians(angle_deg)
+    at = 1.0 if math.isnan(radius) else radius  # of a radial hole, whose axis is right at any radius
+    return {
+        **item,
+        "direction": direction,
+        "entry_radius_mm": None if math.isnan(radius) else radius,
+        "position_mm": [at * math.cos(turn), at * math.sin(turn), z],
+        "inward": [along * math.cos(turn), along * math.sin(turn), down],
+    }
+
+
+def _feed(item: Item, web: Web, z_mm: float) -> float:
+    """Return the feed of a listed axial hole along the axis: 1 towards +z, -1 towards -z.
+
+    Raises
+    ------
+    CorrectionError
+        If nothing says from which side of the web it is drilled.
+    """
+    if item.get("inward") is not None:
+        return math.copysign(1.0, float(item["inward"][2]))
+    if math.isnan(z_mm):
+        raise CorrectionError("z_mm is missing: an axial hole is drilled from the side that it is nearer to")
+    return math.copysign(1.0, 0.5 * (web.z_min_mm + web.z_max_mm) - z_mm)
+
+
 def positions_of(listed: Sequence[Sequence[float]] | None, anatomy: Anatomy) -> tuple[Position, ...] | None:
     """Return the positions of a job; None where it names none.
 

@@ -93,6 +93,14 @@ class FillCut(PressedIn):
         return f"slug ⌀{2.0 * self.radius_mm:g} × {self.length_mm:g} in the hole in web {self.hole.web}"
 
     @property
+    def web(self) -> int:
+        return self.hole.web
+
+    @property
+    def diameter_mm(self) -> float:
+        return 2.0 * self.radius_mm
+
+    @property
     def max_depth_mm(self) -> float:
         return self.length_mm
 

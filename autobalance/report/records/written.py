@@ -6,6 +6,7 @@ from typing import Any
 
 from autobalance.correction import KINDS
 from autobalance.declare.schema import schema_of
+from autobalance.job.listed_cuts import LISTED
 from autobalance.report.records.report import Report
 
 Values = dict[str, Any]
@@ -63,6 +64,6 @@ def written_schema() -> Values:
     """
     schema = schema_of(Report, REPORT_HEAD, RULES)
     method = schema["$defs"]["job_correction"]["properties"]["method"]
-    method["items"]["enum"] = list(KINDS)
+    method["items"]["enum"] = [*KINDS, LISTED]
     schema["$defs"]["correction"]["properties"]["kind"]["enum"] = list(KINDS)
     return schema

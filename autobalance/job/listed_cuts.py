@@ -1,0 +1,171 @@
+"""Cuts that a job lists, to be made exactly so: ``[[correction.cut]]`` with ``method = "listed"``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from typing import Any, Literal
+
+from autobalance.correction import KINDS, Limits
+from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values
+from autobalance.errors import JobError
+from autobalance.toml_files.keys import plain
+
+FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
+"""Keys of the top level, which the kinds share whose limits have ``faces``."""
+LISTED = "listed"
+"""Method of a job that lists its cuts."""
+LISTED_CUTS = Key(
+    "cut",
+    says='a cut to be made exactly so, with `method = "listed"`: keys as in the `corrections` of a report, '
+    "whose entries may be copied whole: what does not describe the cut is not read. Angles are of the rotor "
+    "frame. Limits count where the kind's own table states them",
+    many=True,
+    default=(),
+    keys=(
+        Key("kind", Literal[tuple(KINDS)], "the kind of correction"),
+        Key("depth_mm", float, "from the kind's datum; it wins over all that follows from it"),
+        Key("web", int, "the web that is cut", COUNTED, None, usual="of the face"),
+        Key("webs", tuple[int, ...], "turn: the webs of one setting", COUNTED, None, usual="web alone"),
+        Key("face", str, "shoulder, add: the face, by its id from `inspect`", default=None),
+        Key("sector_deg", tuple[float, float], "shoulder, add: only this part of it", default=None),
+        Key("angle_deg", float, "drill, slug: about the crank axis", default=None, usual="of position_mm"),
+        Key("direction", Literal["radial", "axial"], "drill, slug", default=None, usual="the table's"),
+        Key("diameter_mm", float, "drill, slug", POSITIVE, None),
+        Key("length_mm", float, "slug: its length", POSITIVE, None),
+        Key("density_kg_m3", float, "slug: its metal", POSITIVE, None, usual="the table's"),
+        Key("point_angle_deg", float, "drill: 180 is flat", POSITIVE, None, usual="the table's"),
+        Key("entry_radius_mm", float, "axial holes: of the entry", POSITIVE, None, usual="of position_mm"),
+        Key("z_mm", float, "holes: of the axis; axial: on which side", default=None, usual="of position_mm"),
+        Key("position_mm", tuple[float, float, float], "entry of a hole", default=None, usual="by the above"),
+        Key("entry_mm", tuple[float, float, float], "entry of a hole that was deepened", default=None),
+        Key("inward", tuple[float, float, float], "holes: the feed; its z is enough", default=None),
+        Key("deepened_from_mm", float, "drill: depth of the hole that is deepened", POSITIVE, None),
+        Key("fills_a_hole", bool, "slug: pressed into a hole that is there", default=False),
+        Key("cutter_mm", float, "mill", POSITIVE, None, usual="twice corner_radius_mm"),
+        Key("corner_radius_mm", float, "mill", POSITIVE, None, usual="that of the cutter"),
+        Key("side", int, "mill: 1 from +z, -1 from -z", default=None, usual="of position_mm"),
+        Key("face_z_mm", float, "mill: z of the cheek", default=None),
+        Key("inner_radius_mm", float, "mill: the pocket's least radius", NOT_NEGATIVE, None),
+        Key("outer_radius_mm", float, "mill: its greatest radius", POSITIVE, None),
+        Key("start_deg", float, "mill: where it begins, counter-clockwise", default=None),
+        Key("end_deg", float, "mill: where it ends", default=None),
+    ),
+    ignored=(
+        "number",
+        "label",
+        "radius_mm",
+        "removed_mass_g",
+        "removed_volume_mm3",
+        "unbalance_change_g_mm",
+        "unbalance_per_mm_g_mm",
+        "moment_per_mm_g_mm2",
+        "tool_volume_mm3",
+        "file_position_mm",
+        "file_axis",
+        "normal",
+        "face_height_mm",
+        "new_height_mm",
+        "new_face_area_mm2",
+        "area_mm2",
+        "outline",
+        "outline_to_rotor",
+        "entry_lift_mm",
+        "point_mm",
+        "drill",
+        "deepened_at",
+        "wall_left_mm",
+        "depth_left_mm",
+        "slug_mass_g",
+        "slug_centre_mm",
+        "centrifugal_load_N",
+        "z_from_mm",
+        "z_to_mm",
+        "rim_radius_mm",
+        "new_radius_mm",
+    ),
+)
+"""A listed cut: what a kind needs to rebuild it; the rest of a report's entry may stay where it is copied."""
+NEEDED = {
+    "drill": ("web", "diameter_mm"),
+    "slug": ("web", "diameter_mm", "length_mm"),
+    "mill": ("web", "face_z_mm", "inner_radius_mm", "outer_radius_mm", "start_deg", "end_deg"),
+    "shoulder": ("face",),
+    "add": ("face",),
+}
+"""Keys without which a listed cut is not described; what may stand for another is asked for by the kind."""
+
+
+def kinds_listed(values: Values) -> tuple[str, ...]:
+    """Return the kinds of the cuts that a job lists.
+
+    Raises
+    ------
+    JobError
+        If it lists none, or one lacks a key of its kind.
+    """
+    if not values["cut"]:
+        raise JobError(f'correction.method is "{LISTED}": list the cuts, each as [[correction.cut]]')
+    if values["keep"] is not None:
+        raise JobError(
+            f'correction.keep plans new depths, method "{LISTED}" keeps those listed; leave one out'
+        )
+    for item in numbered_cuts(values):
+        where, kind = f"correction.cut[{item['number']}]", item["kind"]
+        for key in NEEDED.get(kind, ()):
+            if key not in item:
+                raise JobError(f"{where}.{key} is missing; a cut of kind {kind} needs it")
+        depth = item["depth_mm"]
+        if depth == 0.0 or (depth < 0.0 and not KINDS[kind].adds_metal):
+            raise JobError(f"{where}.depth_mm is {depth:g}; must be > 0")
+    return tuple(dict.fromkeys(item["kind"] for item in values["cut"]))
+
+
+def numbered_cuts(values: Values) -> tuple[dict[str, Any], ...]:
+    """Return the cuts that a job lists, each with the keys that it has and its ``number`` in the list."""
+    return tuple(
+        {**{key: plain(value) for key, value in item.items() if value is not None}, "number": number}
+        for number, item in enumerate(values["cut"], 1)
+    )
+
+
+def stated_limits(raw: Mapping[str, Any], kind: str) -> frozenset[str]:
+    """Return the limits of a kind that a table ``[correction]`` states: its own, or those of all faces."""
+    names = {each.name for each in fields(KINDS[kind].limits)}
+    of_faces = {key for key in FACE_KEYS if key in raw} if "faces" in names else set()
+    return frozenset({*raw.get(kind, {}), *of_faces} & names)
+
+
+def planned_anew(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ``[correction]`` for a stage after listed cuts: their kinds, with the settings of the first."""
+    kinds: dict[str, Mapping[str, Any]] = {}
+    for item in table["cut"]:
+        kinds.setdefault(item["kind"], item)
+    own = {
+        name: {key: item[key] for key in KINDS[name].settings if item.get(key) is not None}
+        | table.get(name, {})
+        for name, item in kinds.items()
+    }
+    others = {key: value for key, value in table.items() if key != "cut"}
+    return {**others, **own, "method": list(kinds)}
+
+
+def shown_correction(values: Values, raw: Mapping[str, Any], limits: Mapping[str, Limits]) -> dict[str, Any]:
+    """Return ``[correction]`` for the report: limits by kind, of listed cuts those that it states."""
+    listed = LISTED in values["method"]
+    tables = {name: plain(asdict(each)) for name, each in limits.items()}
+    if listed:
+        tables = {
+            name: {key: table[key] for key in table if key in stated_limits(raw, name)}
+            for name, table in tables.items()
+        }
+    cuts = [{key: value for key, value in each.items() if key != "number"} for each in numbered_cuts(values)]
+    return {
+        "method": [LISTED] if listed else list(limits),
+        "prefer": values["prefer"],
+        "min_gain_percent": values["min_gain_percent"],
+        "depth_tolerance_mm": values["depth_tolerance_mm"],
+        **({} if values["keep"] is None else {"keep": values["keep"]}),
+        **({"cut": cuts} if listed else {}),
+        **{name: table for name, table in tables.items() if table or not listed},
+    }
