@@ -1,7 +1,7 @@
 // The page: what the user knows goes into a job, the server's functions do the work, their numbers are shown.
 import { $ } from "/static/tools.js";
 import { askJson, behind, guarded, knows } from "/static/server.js";
-import { CRANKS, edits, emit, isKeptSince, on, state, taken } from "/static/job.js";
+import { CRANKS, brought, edits, emit, isComing, isKeptSince, on, state, taken } from "/static/job.js";
 import { ending } from "/static/tools.js";
 import * as analyse from "/static/analyse.js";
 import * as board from "/static/board.js";
@@ -82,7 +82,7 @@ async function begin() {
   limits.setUp(declared.kinds);
   for (const each of [open, correct, see, drag, views]) each.setUp(view);
   for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings]) each.setUp();
-  takeProject(await askJson("/api/project"));
+  proposed(await brought(() => askJson("/api/project")));
   tour.setUp();
   const told = (await askJson("/api/runs")).runs;
   runs.list(told);
@@ -98,13 +98,10 @@ async function begin() {
   for (const going of told.filter((each) => ["waiting", "running"].includes(each.state))) again(going);
 }
 
-function takeProject(found) {
+// A project that says no crank has the first that lies in it.
+function proposed(found) {
   state.text = knows(found).job_text;
-  taken(found.job);
-  if (!state.file) {
-    state.file = found.files.find((name) => CRANKS.includes(ending(name))) || null;
-    redraw();
-  }
+  state.file ||= found.files.find((name) => CRANKS.includes(ending(name))) || null;
   redraw();
 }
 
@@ -129,7 +126,10 @@ const again = guarded(async (going) => {
 // Another tab may have changed the job meanwhile; what was typed here since goes first.
 window.addEventListener("focus", behind(async () => {
   const before = edits(), found = await askJson("/api/project");
-  if (isKeptSince(before) && found.job_text !== state.text) takeProject(found);
+  if (isKeptSince(before) && !isComing() && found.job_text !== state.text) {
+    taken(found.job);
+    proposed(found);
+  }
   runs.list((await askJson("/api/runs")).runs);
 }));
 

@@ -1,7 +1,7 @@
 // Files and folders that are dropped or chosen: sent to the project, and opened.
 import { $, ending } from "/static/tools.js";
 import { askJson, guarded, post } from "/static/server.js";
-import { CRANKS, JOBS, USUAL, assumed, changed, emit, state, taken } from "/static/job.js";
+import { CRANKS, JOBS, USUAL, assumed, brought, changed, emit, state } from "/static/job.js";
 import { signal } from "/static/store.js";
 
 export const sent = signal(""); // what is being sent, by its names
@@ -53,36 +53,34 @@ const taking = guarded(async (files) => {
 
 async function result(files) {
   const apart = [...crypto.getRandomValues(new Uint8Array(6))].map((each) => each.toString(16).padStart(2, "0")).join("");
-  for (const file of files) await send(file, apart);
-  const { run, job } = await post("/api/open", { file: "report.json", apart });
-  taken(job);
+  const { run } = await brought(async () => {
+    for (const file of files) await send(file, apart);
+    return post("/api/open", { file: "report.json", apart });
+  });
   changed();
   emit("show", await askJson(`/api/runs/${run}`));
   emit("tab", "see");
 }
 
 async function crankAndJob(files) {
-  const kept = {};
-  for (const file of files) kept[file.name] = (await send(file)).file;
-  const names = Object.values(kept);
-  const job = names.find((name) => JOBS.includes(ending(name))), crank = names.find((name) => CRANKS.includes(ending(name)));
-  const { job: tables } = await post("/api/open", { file: job || crank || names[0] });
-  if (job && crank && tables.crankshaft && Object.keys(kept).includes(tables.crankshaft.file)) tables.crankshaft.file = kept[tables.crankshaft.file];
-  another(tables);
+  await brought(async () => {
+    const kept = {};
+    for (const file of files) kept[file.name] = (await send(file)).file;
+    const names = Object.values(kept);
+    const job = names.find((name) => JOBS.includes(ending(name))), crank = names.find((name) => CRANKS.includes(ending(name)));
+    const answer = await post("/api/open", { file: job || crank || names[0] }), tables = answer.job;
+    if (job && crank && tables.crankshaft && Object.keys(kept).includes(tables.crankshaft.file)) tables.crankshaft.file = kept[tables.crankshaft.file];
+    return answer;
+  }, true);
+  changed();
   return (await askJson("/api/project")).files.includes(state.file);
 }
 
 // A crank to begin with: the bundled one with its weights, or one from a preset's dimensions.
 export const example = guarded(async (preset) => {
-  another((await post("/api/example", { preset })).job);
+  const model = $("model").dataset, before = model.state;
+  model.state = "loading";
+  try { await brought(() => post("/api/example", { preset }), true); } catch (error) { model.state = before; throw error; }
+  changed();
   await opens();
 });
-
-function another(tables) {
-  state.inspected = null;
-  state.file = null;
-  state.tables = {};
-  emit("forgotten");
-  taken(tables);
-  changed();
-}

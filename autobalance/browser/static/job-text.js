@@ -2,7 +2,7 @@
 import { html } from "/static/preact.min.js";
 import { $ } from "/static/tools.js";
 import { guarded, put } from "/static/server.js";
-import { changed, emit, state, taken } from "/static/job.js";
+import { brought, changed, emit, state } from "/static/job.js";
 import { mount, redrawNow, signal } from "/static/store.js";
 import { t } from "/static/words.js";
 
@@ -17,9 +17,8 @@ function edit() {
 }
 const leave = () => { typed.value = null; };
 const take = guarded(async () => {
-  const { job } = await put("/api/job/text", { toml: typed.value });
+  await brought(() => put("/api/job/text", { toml: typed.value }));
   leave();
-  taken(job);
   changed();
   emit("typed");
 });

@@ -4,6 +4,7 @@ import { $, debounced, ending, typed } from "/static/tools.js";
 import { askJson, behind, put } from "/static/server.js";
 import { plain } from "/static/words.js";
 import { correction, takeCorrection } from "/static/limits.js";
+import { merged } from "/static/merged.js";
 
 // Endings of crank files, and those of formats without a unit: the server writes them into the page.
 const endings = (name) => $("panel-open").dataset[name].split(" ");
@@ -94,14 +95,41 @@ export function job() {
 let changes = 0, sent = 0;
 export const edits = () => changes;
 export const isKeptSince = (before) => sent === changes && changes === before;
-const kept = debounced(behind(async () => {
-  if (!state.file) return;
+let coming = 0; // jobs that were asked for and are not here yet
+export const isComing = () => coming > 0;
+const save = behind(async () => {
+  if (!state.file || sent === changes) return;
   const now = changes;
   state.text = (await put("/api/job", job())).job_text;
   sent = now;
   if (state.result?.told) state.result.told = await askJson(`/api/runs/${state.result.id}`);
   redraw();
-}), 250);
+});
+const kept = debounced(() => { if (!coming) save(); }, 250);
+
+// Take the job that an answer brings, with what was typed while the answer was on its way; return the answer.
+// Of another crank's job nothing goes over but that.
+export async function brought(asks, isAnother = false) {
+  const before = structuredClone(job()), then = changes;
+  coming++;
+  try {
+    await save();
+    const answer = await asks(), isTyped = changes !== then;
+    const tables = isTyped ? merged(before, job(), answer.job) : answer.job;
+    if (isAnother) forget(isTyped);
+    taken(tables);
+    return answer;
+  } finally {
+    coming--;
+    if (sent !== changes) kept();
+  }
+}
+function forget(isTyped) {
+  state.inspected = state.file = null;
+  state.tables = {};
+  if (!isTyped) for (const group of Object.keys(GROUPS)) state.weights[group] = [];
+  emit("forgotten");
+}
 
 export function changed() {
   changes++;
@@ -118,12 +146,18 @@ export function taken(tables) {
   state.tables = tables;
   const { crankshaft: crank = {}, engine = {} } = tables;
   state.file = crank.file || state.file;
-  for (const group of Object.keys(GROUPS)) state.weights[group] = Object.entries(engine[group] || {}).map(rowOf);
+  for (const group of Object.keys(GROUPS)) state.weights[group] = rowsOf(state.weights[group], engine[group] || {});
   const empty = Object.values(state.weights).every((rows) => !rows.length);
   if (empty) for (const group of Object.keys(GROUPS)) state.weights[group] = Object.entries(state.usual[group] || {}).map(([name, hint]) => ({ name, g: "", pm: "", pieces: "", hint }));
   takeCorrection(tables.correction || {});
   emit("taken");
 }
+
+// Rows for a group of weights; those that stand there stay as they are typed while they say the same.
+function rowsOf(rows, weights) {
+  return same(byName(rows), weights) ? rows : Object.entries(weights).map(rowOf);
+}
+const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
 
 function rowOf([name, value]) {
   const row = { name, g: "", pm: "", pieces: "" };

@@ -21,7 +21,7 @@ export function setUp(model) {
   view = model;
   takeFiles(open);
   mount(Open, $("panel-open"));
-  on("forgotten", () => { view.clear(); doubts.value = []; chosen.value = { row: "", part: 0 }; });
+  on("forgotten", () => { opening++; view.clear(); doubts.value = []; chosen.value = { row: "", part: 0 }; });
 }
 
 // --- the crank is looked at ---------------------------------------------------------------------------------
@@ -79,10 +79,9 @@ function meanwhile(mine) {
 }
 
 export async function show(id, fresh = false) {
-  const report = await askJson(`/api/runs/${id}/report`);
-  const model = await askLeft(`/api/runs/${id}/model`);
-  if (fresh && model?.crankpin_in_file === false) keep("crankshaft.crankpin_in_file", false);
-  const mesh = await askBuffer(`/api/runs/${id}/mesh`);
+  const mine = opening, report = await askJson(`/api/runs/${id}/report`), model = await askLeft(`/api/runs/${id}/model`), mesh = await askBuffer(`/api/runs/${id}/mesh`);
+  if (mine !== opening) return; // another crank is opened meanwhile
+  if (fresh && model?.crankpin_in_file === false && at("crankshaft.crankpin_in_file") === undefined) keep("crankshaft.crankpin_in_file", false);
   if (mesh) view.showCrank(mesh);
   state.inspected = { id, report };
   chosen.value = { row: "", part: 0 };
