@@ -285,6 +285,7 @@ OWN_HELP: Final = {"calc": "formulas.calc_command:help_for"}
 """Verb → function of the words of the command line that returns its help, or None."""
 CYCLE_SECTIONS: Final = {
     "roll": RunSection("engines.cycle.block_roll:SECTION", "cycle"),
+    "weight": RunSection("engines.cycle.weight_section:SECTION", "cycle"),
     "flexible": RunSection("crank_dynamics.flexible.section:SECTION"),
 }
 """Parts of a cycle's report beside its summary, by key; the section itself says which jobs have it."""

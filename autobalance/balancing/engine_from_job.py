@@ -111,11 +111,9 @@ def with_solid(job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float, c
         for part, z in beside:
             inside = (z > low or number == 0) and (z <= high or number == len(mains) - 2)
             moments = moments + part if inside else moments
-        a, b = Unbalance.of(moments).in_planes(low, high)
-        pieces += [CrankUnbalance(a, low), CrankUnbalance(b, high)]
+        pieces += _at_mains(moments, low, high)
     if abs(rest.mass_g) > ROUNDING * crank.mass_g:
-        a, b = Unbalance.of(rest).in_planes(mains[0], mains[-1])
-        pieces += [CrankUnbalance(a, mains[0]), CrankUnbalance(b, mains[-1])]
+        pieces += _at_mains(rest, mains[0], mains[-1])
     engine = Engine(cylinders(job, anatomy), tuple(pieces), _polar(job, anatomy, crank))
     return in_its_sense(job, engine)
 
@@ -136,13 +134,19 @@ def with_moments(job: Job, anatomy: Anatomy, crank: Moments, *, rod_needed: bool
     moments = sum((part for part, _ in beside_the_rods(job, anatomy)), crank)
     mains = mains_z_mm(anatomy)
     low, high = (mains[0], mains[-1]) if len(mains) > 1 else (0.0, 1.0)
-    a, b = Unbalance.of(moments).in_planes(low, high)
     engine = Engine(
         cylinders(job, anatomy, rod_needed=rod_needed),
-        (CrankUnbalance(a, low), CrankUnbalance(b, high)),
+        _at_mains(moments, low, high),
         _polar(job, anatomy, crank),
     )
     return in_its_sense(job, engine)
+
+
+def _at_mains(moments: Moments, low_mm: float, high_mm: float) -> tuple[CrankUnbalance, CrankUnbalance]:
+    """Return the unbalance and mass of a piece of the crank as shares at two places beside it."""
+    a, b = Unbalance.of(moments).in_planes(low_mm, high_mm)
+    at_high = (float(moments.first_g_mm[2]) - low_mm * moments.mass_g) / (high_mm - low_mm)
+    return CrankUnbalance(a, low_mm, moments.mass_g - at_high), CrankUnbalance(b, high_mm, at_high)
 
 
 def _polar(job: Job, anatomy: Anatomy, crank: Moments) -> float:

@@ -150,6 +150,7 @@ def loads(
     angle_rad: Array,
     acceleration_rad_s2: float = 0.0,
     gas_n: Array | None = None,
+    gravity_mm_s2: complex = 0j,
 ) -> Loads:
     """Return the loads of an engine over the crank angle: those of inertia, and of gas where it is given.
 
@@ -165,6 +166,9 @@ def loads(
         Crank angles [rad].
     gas_n : (c, n) float, optional
         Force of the gas on each piston, towards the crank: (p − p below) A [N].
+    gravity_mm_s2 : complex
+        Acceleration of free fall, x + iy in the engine's frame, for rods and pistons; pieces of the crank,
+        of which only the unbalance is known, have none [mm/s²].
 
     Returns
     -------
@@ -181,11 +185,14 @@ def loads(
     for number, cylinder in sorted(enumerate(engine.cylinders), key=lambda each: each[1].master is None):
         motion = cylinder.slider_crank.motion(angle + (cylinder.throw_angle_rad - cylinder.bank_rad))
         gas = np.zeros(1) if gas_n is None else gas_n[number] / N_PER_G_MM_S2
-        ends = _rod_ends(cylinder, motion, square, acceleration_rad_s2, gas, on_master[number])
+        fall = gravity_mm_s2 * complex(*cylinder.direction).conjugate()
+        ends = _rod_ends(cylinder, motion, square, acceleration_rad_s2, gas, on_master[number], fall)
         wrist[number], wall[number], crankpin[number] = ends
         if cylinder.master is not None:
             on_master[cylinder.master] += _about_crankpin(cylinder, motion, crankpin[number])
         torque += _torque(cylinder, motion, square, acceleration_rad_s2)
+        if fall:
+            torque -= _weight_torque(cylinder, motion, fall)
         gas_torque -= gas * motion.dx_mm
         main += _at_mains(crankpin[number], cylinder.z_mm, mains_z_mm)
     turning = np.exp(1j * angle) * (square - 1j * acceleration_rad_s2) * N_PER_G_MM_S2
@@ -213,11 +220,20 @@ def _about_crankpin(cylinder: Cylinder, motion: Motion, load_n: Array) -> Array:
 
 
 def _rod_ends(
-    cylinder: Cylinder, motion: Motion, square: float, acceleration: float, gas: Array, links_n_mm: Array
+    cylinder: Cylinder,
+    motion: Motion,
+    square: float,
+    acceleration: float,
+    gas: Array,
+    links_n_mm: Array,
+    fall: complex,
 ) -> tuple[Array, Array, Array]:
-    """Wrist-pin load, wall force, crankpin load [N] of a cylinder, (n, 2), (n,), (n, 2); gas in g·mm/s²."""
+    """Wrist-pin load, wall force, crankpin load [N] of a cylinder, (n, 2), (n,), (n, 2); gas in g·mm/s².
+
+    ``fall``: free fall in the cylinder's axes; masses have their weight where their acceleration less it is.
+    """
     crank = cylinder.slider_crank
-    along = motion.ddx_mm * square + motion.dx_mm * acceleration
+    along = motion.ddx_mm * square + motion.dx_mm * acceleration - fall.real
     tilt = motion.ddtilt * square + motion.dtilt * acceleration
     couple = cylinder.couple_inertia_g_mm2 * tilt / crank.rod_length_mm
     inertia = cylinder.reciprocating_g * along + gas
@@ -231,13 +247,16 @@ def _rod_ends(
     else:
         pin = cylinder.rotating_g * (motion.knuckle.second * square + motion.knuckle.first * acceleration)
         pin_x, pin_y = pin.real, pin.imag
+    pin_x, pin_y = pin_x - cylinder.rotating_g * fall.real, pin_y - cylinder.rotating_g * fall.imag
     cosine, sine = cylinder.direction * N_PER_G_MM_S2
 
     def in_engine(x: Array, y: Array) -> Array:
         return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
 
     carried = (cylinder.reciprocating_g - cylinder.small_end_g) * along + gas
-    return in_engine(-carried, side), -side * N_PER_G_MM_S2, in_engine(-pin_x - inertia, side - pin_y)
+    on_pin, on_wall = cylinder.small_end_g * fall.imag, cylinder.reciprocating_g * fall.imag
+    wall = -(side - on_wall) * N_PER_G_MM_S2
+    return in_engine(-carried, side - on_pin), wall, in_engine(-pin_x - inertia, side - pin_y)
 
 
 def _torque(cylinder: Cylinder, motion: Motion, square: float, acceleration: float) -> Array:
@@ -249,6 +268,16 @@ def _torque(cylinder: Cylinder, motion: Motion, square: float, acceleration: flo
     result: Array = slope * square
     if acceleration:
         result = result + variable_inertia_g_mm2(cylinder, motion) * acceleration
+    return result
+
+
+def _weight_torque(cylinder: Cylinder, motion: Motion, fall: complex) -> Array:
+    """Return the torque of a cylinder's weights on the crank, m g · dr/dθ (n,) [g·mm²/s²]."""
+    radius = cylinder.slider_crank.crank_radius_mm
+    turned = motion.crank_cosine + 1j * motion.crank_sine
+    pin = 1j * radius * turned if motion.knuckle is None else motion.knuckle.first
+    of_pin = cylinder.rotating_g * (pin.conj() * fall).real
+    result: Array = of_pin + cylinder.reciprocating_g * fall.real * motion.dx_mm
     return result
 
 

@@ -93,10 +93,14 @@ class Cylinder:
 
 @dataclass(frozen=True, eq=False)
 class CrankUnbalance:
-    """Unbalance (2,) [g·mm] of a piece of the crank at ``z_mm``, in the rotor frame."""
+    """Unbalance (2,) [g·mm] and mass of a piece of the crank at ``z_mm``, in the rotor frame.
+
+    The mass is 0 where it is not known; only the crank's weight needs it.
+    """
 
     unbalance_g_mm: Array
     z_mm: float
+    mass_g: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -137,12 +137,15 @@ def _forces(cycle: CycleAnalysis, job: Job, crank: Crank, solid: Solid) -> tuple
     """Return the beam's nodes [mm], and the loads on them (nodes, n) as the crank sees them [N]."""
     anatomy, back = crank.anatomy, np.exp(-1j * cycle.grid.angle_rad)
     webs = [web for throw in anatomy.throws for web in webs_beside(anatomy, throw)]
+    gravity = cycle.firing.gravity
+    fall = 0j if gravity is None else _seen(job, _vector(gravity.fall_mm_s2)) * N_PER_G_MM_S2
     places = [
         *(float(z) for z in solid.bounds[:, 2]),
         *mains_z_mm(anatomy),
         *(0.5 * (web.z_min_mm + web.z_max_mm) for web in webs),
         *(cylinder.z_mm for cylinder in cycle.firing.engine.cylinders),
         *(z for _, z in beside_the_rods(job, anatomy)),
+        *([] if gravity is None else [z for _, z in gravity.parts]),
     ]
     nodes = np.unique(np.round(np.array(places) / SAME_MM) * SAME_MM)
     node = {place: int(np.argmin(np.abs(nodes - place))) for place in places}
@@ -150,11 +153,22 @@ def _forces(cycle: CycleAnalysis, job: Job, crank: Crank, solid: Solid) -> tuple
     pull = cycle.speed_rad_s**2 * N_PER_G_MM_S2
     for place in range(len(nodes) - 1):
         piece = solid.above(nodes[place]).below(nodes[place + 1])
-        ends = Unbalance.of(piece.moments(crank.density_g_mm3)).in_planes(nodes[place], nodes[place + 1])
-        for at, vector in zip((place, place + 1), ends, strict=True):
+        moments = piece.moments(crank.density_g_mm3)
+        ends = Unbalance.of(moments).in_planes(nodes[place], nodes[place + 1])
+        later = (float(moments.first_g_mm[2]) - nodes[place] * moments.mass_g) / (
+            nodes[place + 1] - nodes[place]
+        )
+        masses = moments.mass_g - later, later
+        for at, vector, mass in zip((place, place + 1), ends, masses, strict=True):
             forces[at] += pull * _seen(job, vector)
+            if fall:
+                forces[at] += mass * fall * back
     for part, z in beside_the_rods(job, anatomy):
         forces[node[z]] += pull * _seen(job, Unbalance.of(part).resultant_g_mm)
+        if fall:
+            forces[node[z]] += part.mass_g * fall * back
+    for mass, z in () if gravity is None else gravity.parts:
+        forces[node[z]] += mass * fall * back
     for cylinder, load in zip(cycle.firing.engine.cylinders, cycle.loads.crankpin_n, strict=True):
         forces[node[cylinder.z_mm]] += as_complex(load) * back
     return nodes, forces
@@ -209,6 +223,10 @@ def _in_films(
     back = np.exp(-1j * grid.angle_rad)
     loads: Complex = (held - taken_n(stiffness, orbit * back)) / back
     return loads, orbit, paths.is_periodic
+
+
+def _vector(value: complex) -> Array:
+    return np.array([value.real, value.imag])
 
 
 def _seen(job: Job, vector_g_mm: Array) -> complex:

@@ -72,9 +72,16 @@ class CycleAnalysis:
         return result
 
     @property
+    def weight_n_m(self) -> Array | None:
+        """Torque of the weights of crank, rods and pistons (n,), whose mean is zero [N·m]; None without."""
+        weight = self.firing.parts.weight
+        return None if weight is None else weight.torque_n_m
+
+    @property
     def total_n_m(self) -> Array:
-        """Gas − friction + inertia (n,) [N·m]."""
-        return self.gas_n_m - self.friction_n_m + self.inertia_n_m
+        """Gas − friction + inertia + weight (n,) [N·m]."""
+        total = self.gas_n_m - self.friction_n_m + self.inertia_n_m
+        return total if self.weight_n_m is None else total + self.weight_n_m
 
     @cached_property
     def friction_mean_n_m(self) -> float:
@@ -115,8 +122,9 @@ class CycleAnalysis:
 
     @cached_property
     def _surplus_work_n_m(self) -> Array:
-        """∫(gas − its mean) dθ from 0 to each even angle: constant friction and load take the mean away."""
-        work = self.grid.work_to_even(self.gas_n_m)
+        """∫(gas and weight − mean) dθ from 0 to each even angle; constant friction and load take the mean."""
+        driving = self.gas_n_m if self.weight_n_m is None else self.gas_n_m + self.weight_n_m
+        work = self.grid.work_to_even(driving)
         mean = work[-1] / self.grid.span_rad
         result: Array = work[:-1] - mean * self.grid.even_rad
         return result

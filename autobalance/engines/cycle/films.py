@@ -88,6 +88,16 @@ def cycle_films(cycle: CycleAnalysis, anatomy: Anatomy, film: Film) -> CycleFilm
     )
 
 
+def films_of_mains_mm(
+    cycle: CycleAnalysis, anatomy: Anatomy, film: Film, force_n: Complex
+) -> list[float | None]:
+    """Return the least film of each main under any forces (m, n), x + iy; None where it breaks [mm]."""
+    orbits = _orbits(cycle.firing, force_n, main_bearings(anatomy, film), film, cycle.speed_rad_s)
+    settled = (orbits.turns_to_settle > 0) & ~orbits.contact
+    films = orbits.least_film_m / M_PER_MM
+    return [float(value) if good else None for value, good in zip(films, settled, strict=True)]
+
+
 def _on_crankpin(firing: FiringEngine, cylinders: Sequence[int]) -> list[tuple[int, ...]]:
     """Return the rods that turn on a crankpin, each as its cylinder (from 0) and those of the links on it.
 

@@ -12,6 +12,7 @@ import numpy as np
 from autobalance.engines.cycle.cylinder import CylinderCycle, Strokes
 from autobalance.engines.cycle.friction import NO_FRICTION, Friction
 from autobalance.engines.cycle.grid import CycleGrid
+from autobalance.engines.cycle.weight import Gravity, WeightLoads, weight_loads
 from autobalance.running_gear.loads import Loads, lever_shares, loads, variable_inertia_g_mm2
 from autobalance.running_gear.whole_engine import CrankUnbalance, Engine
 from autobalance.types import Array, Complex
@@ -48,6 +49,8 @@ class FiringEngine:
     flywheel_g_mm2 : float
         Polar inertia that turns with the crank besides its own [g·mm²].
     friction : Friction
+    gravity : Gravity or None
+        None: nothing has weight.
     """
 
     engine: Engine
@@ -58,6 +61,7 @@ class FiringEngine:
     firing_rad: tuple[float, ...]
     flywheel_g_mm2: float = 0.0
     friction: Friction = NO_FRICTION
+    gravity: Gravity | None = None
 
     @property
     def strokes(self) -> Strokes:
@@ -140,8 +144,8 @@ class GasState:
 class LoadParts:
     """Loads over the crank angle in parts that speed and counterweights scale.
 
-    At speed Ω a load is its part of the gas + Ω² × its part of the rods and pistons; the mains carry besides
-    Ω² exp(iθ) × the unbalance of the crank, by levers.
+    At speed Ω a load is its part of the gas and the weights + Ω² × its part of the rods and pistons; the
+    mains carry besides Ω² exp(iθ) × the unbalance of the crank, by levers.
 
     Attributes
     ----------
@@ -150,12 +154,15 @@ class LoadParts:
         Of the gas alone; of rods and pistons at 1 rad/s, without the crank.
     crank_n : (m,) complex
         What the crank's unbalance does to each main at 1 rad/s and angle 0, x + iy [N].
+    weight : WeightLoads or None
+        None: nothing has weight.
     """
 
     gas_state: GasState
     gas: Loads
     rods: Loads
     crank_n: Complex
+    weight: WeightLoads | None = None
 
     @classmethod
     def of(cls, firing: FiringEngine, angle_rad: Array) -> LoadParts:
@@ -167,6 +174,9 @@ class LoadParts:
             loads(rods, firing.mains_z_mm, 0.0, angle_rad, gas_n=state.force_n),
             loads(rods, firing.mains_z_mm, 1.0, angle_rad),
             pulls_at_mains_n(firing.engine.crank, firing.mains_z_mm),
+            None
+            if firing.gravity is None
+            else weight_loads(firing.engine, firing.gravity, firing.mains_z_mm, angle_rad),
         )
 
     def at_speed(self, speed_rad_s: float) -> Loads:
@@ -174,6 +184,9 @@ class LoadParts:
         square = speed_rad_s**2
         names = ("wrist_pin_n", "wall_n", "crankpin_n", "torque_n_m")
         both = [getattr(self.gas, name) + square * getattr(self.rods, name) for name in names]
+        if self.weight is not None:  # its torque is told apart from that of inertia
+            own = [getattr(self.weight.rods, name) for name in names[:-1]]
+            both = [load + weight for load, weight in zip(both, own, strict=False)] + both[-1:]
         main = self.mains_n(speed_rad_s, self.crank_n)
         main_n = np.stack([main.real, main.imag], axis=-1)
         wrist, wall, crankpin, torque = both
@@ -183,12 +196,13 @@ class LoadParts:
         """Return the loads x + iy of the mains (m, n) with any crank's unbalance (m,) at them [N]."""
         square = speed_rad_s**2
         turning = np.exp(1j * self.gas.angle_rad) * square
-        result: Complex = self._gas_mains_n + square * self._rod_mains_n + crank_n[:, None] * turning
+        result: Complex = self._steady_mains_n + square * self._rod_mains_n + crank_n[:, None] * turning
         return result
 
     @cached_property
-    def _gas_mains_n(self) -> Complex:
-        return as_complex(self.gas.main_n)
+    def _steady_mains_n(self) -> Complex:
+        gas = as_complex(self.gas.main_n)
+        return gas if self.weight is None else gas + self.weight.mains_n
 
     @cached_property
     def _rod_mains_n(self) -> Complex:

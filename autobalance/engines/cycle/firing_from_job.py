@@ -71,6 +71,7 @@ def firing_engine(
             tuple(_firing_rad(table, mover.cylinders, throws, job.engine.clockwise)),
             table.flywheel_g_mm2,
             table.friction,
+            table.gravity,
         )
     except JobError:  # has named the job and the key
         raise

@@ -13,6 +13,7 @@ from autobalance.engines.cycle.friction import NO_FRICTION, Friction
 from autobalance.engines.cycle.model import Absorber, Cycle, CylinderGas, Film, Model, Peg, TraceFile
 from autobalance.engines.cycle.pendulum import Path as PendulumPath
 from autobalance.engines.cycle.pendulum import Pendulum
+from autobalance.engines.cycle.weight import GRAVITY, gravity_of
 from autobalance.errors import JobError
 from autobalance.job.addon_tables import AddonTables, TablesRead
 from autobalance.toml_files.keys import plain
@@ -144,6 +145,7 @@ CYCLE = Key(
         Key("friction", says="friction losses", keys=FRICTION, default=None),
         Key("pendulum", says="a pendulum absorber", keys=PENDULUM, default=None),
         Key("film", says="the journals' orbits in their oil", keys=FILM, default=None),
+        Key("gravity", says="weight of crank, rods and pistons", keys=GRAVITY, default=None),
     ),
     shape={
         "allOf": [
@@ -210,6 +212,7 @@ def cycle_of(values: Values, raw: Mapping[str, Any]) -> Cycle:
         NO_FRICTION if values["friction"] is None else Friction(**values["friction"]),
         _absorber(values["pendulum"]),
         None if values["film"] is None else Film(*values["film"].values()),
+        gravity_of(values["gravity"]),
         _filled_in(values, raw),
     )
 
@@ -273,7 +276,7 @@ def _absorber(values: Values | None) -> Absorber | None:
 def _filled_in(values: Values, raw: Mapping[str, Any]) -> dict[str, Any]:
     """Return the table in its own units, with every default; tables inside as they stand."""
     friction = {key.name: plain(key.default) for key in FRICTION} | dict(raw.get("friction", {}))
-    own = {key: raw[key] for key in ("cylinder", "pendulum", "film") if key in raw}
-    tables = ("cylinder", "friction", "pendulum", "film")
+    tables = ("cylinder", "friction", "pendulum", "film", "gravity")
+    own = {key: raw[key] for key in tables if key in raw and key != "friction"}
     plainly = {key: plain(value) for key, value in values.items() if key not in tables}
     return {**plainly, "friction": friction, **own}

@@ -9,6 +9,8 @@ from typing import Any, Literal
 from autobalance.engines.cycle.cylinder import Strokes
 from autobalance.engines.cycle.friction import Friction
 from autobalance.engines.cycle.pendulum import Pendulum
+from autobalance.engines.cycle.weight import Gravity
+from autobalance.job import Job
 
 Model = Literal["wiebe", "trace", "motored"]
 Peg = Literal["none", "intake"]
@@ -83,6 +85,7 @@ class Cycle:
     friction: Friction
     absorber: Absorber | None = None
     film: Film | None = None
+    gravity: Gravity | None = None
     values: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -93,3 +96,10 @@ class Cycle:
     def of_cylinder(self, number: int) -> CylinderGas:
         """Return the gas of a cylinder, from 1."""
         return self.by_cylinder.get(number, self.default)
+
+
+def table_of(job: Job) -> Cycle:
+    """Return the ``[cycle]`` of a job that is known to have one."""
+    cycle = job.table(Cycle)
+    assert cycle is not None
+    return cycle
