@@ -18,10 +18,10 @@ from autobalance.types import Array
 
 @dataclass(frozen=True, eq=False)
 class IntegerProgram:
-    """Least cost · x, lower_rows ≤ matrix · x ≤ upper_rows, lower ≤ x ≤ upper, x whole where ``whole``.
+    """Smallest cost · x, lower_rows ≤ matrix · x ≤ upper_rows, lower ≤ x ≤ upper, x whole where ``whole``.
 
-    Shapes: (n,) but for ``matrix`` (m, n), which may be sparse, and the rows' (m,). ``options`` are those of
-    `scipy.optimize.milp`.
+    Shapes: (n,) except for ``matrix`` (m, n), which may be sparse, and the rows' (m,). ``options`` are those
+    of `scipy.optimize.milp`.
     """
 
     cost: Array

@@ -118,7 +118,7 @@ def g_mm(value: float, form: str) -> Quantity:
 
 
 def span(values: Sequence[float], unit: Unit, form: str) -> Quantity:
-    """Return the least and the greatest of some values; one number where both read alike."""
+    """Return the least and the largest of some values; one number where both read alike."""
     low, high = min(values), max(values)
     if format(low, form) == format(high, form):
         return Quantity("{}", (low,), unit, form)

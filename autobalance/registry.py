@@ -299,6 +299,6 @@ def functions() -> dict[str, str]:
 
 
 def loaded(place: str) -> Any:
-    """Return what stands at a place, as ``"engines.cycle.input:TABLES"``."""
+    """Return what is at a place, as ``"engines.cycle.input:TABLES"``."""
     module, name = place.split(":")
     return getattr(import_module(f"autobalance.{module}"), name)

@@ -29,7 +29,7 @@ Notify = Callable[[str], object]
 
 
 def no_progress(_text: str, _share: float) -> None:
-    """Ignore progress, where nothing shows it."""
+    """Ignore progress, if nothing shows it."""
 
 
 class Stopwatch:
@@ -77,7 +77,7 @@ def keep_freed_memory() -> bool:
     """Reuse the memory of a freed array for the next one; return whether that can be set here.
 
     By default glibc gives every array of some megabytes back to the system at once and asks for the next one
-    anew, whose pages then cost more to provide than the arithmetic on them; and it gives every thread memory
+    again, whose pages then cost more to provide than the arithmetic on them; and it gives every thread memory
     of its own. The peak stays nearly the same.
     """
     if sys.platform != "linux":
@@ -96,7 +96,7 @@ def own_standard_output() -> None:
     """Give results a separate descriptor, and discard all other output on descriptor 1, for good.
 
     For commands, once, before there are threads: a library leaves descriptors alone. HiGHS prints a line past
-    every option ("HighsMipSolverData::transformNewIntegerFeasibleSolution", scipy 1.17), which would stand
+    every option ("HighsMipSolverData::transformNewIntegerFeasibleSolution", scipy 1.17), which would be
     in the midst of a report on standard output.
     """
     global _owns_standard_output  # noqa: PLW0603

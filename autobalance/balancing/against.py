@@ -1,4 +1,4 @@
-"""A measured crank held against another one: a scan against its drawing."""
+"""A measured crank compared with another one: a scan against its drawing."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class ComparedRow:
     outcome : Outcome or None
         None where the kind cannot be set up on this crank, for the ``reason``.
     residual_share : float or None
-        Greatest judged residual ÷ its permissible value.
+        Largest judged residual ÷ its permissible value.
     residual_g_mm : float or None
         Magnitude of the resultant.
     mass_change_g, inertia_change_g_mm2 : float or None
@@ -57,7 +57,7 @@ class ComparedRow:
     depths_mm : tuple of float
         One a cut; below 0 for metal added.
     wall_left_mm : float or None
-        Least metal left beside the cuts: see ``wall_left_mm``.
+        Smallest metal left beside the cuts: see ``wall_left_mm``.
     capacity : float or None
         The multiple of the initial unbalance that these limits can still correct, at most; None too where it
         is plenty, more than ``MOST_CAPACITY``.
@@ -98,7 +98,7 @@ class ComparedRow:
     def beats(self, other: ComparedRow) -> bool:
         """Return whether this is within tolerance and nowhere worse than another, and somewhere better.
 
-        Metal moved, change of inertia, number of cuts, least wall left and metal left in the webs count;
+        Metal moved, change of inertia, number of cuts, smallest wall left and metal left in the webs count;
         metal built up on a heavy crank beats none taken off.
         """
         if self.outcome != "within_tolerance":
@@ -171,7 +171,7 @@ def compare(
 
 
 def _refuted(rotor: Rotor, tolerance: Tolerance, chosen: Sequence[Limits], offers: Offers) -> float | None:
-    """Return the least share of the permissible value that a mix leaves where no plan of it is within.
+    """Return the least share of the permissible value that a mix leaves if no plan of it is within.
 
     None where one may be. A kind without a place, or at the reach of its search, is left to planning.
     """
@@ -217,7 +217,7 @@ def ranked(rows: Sequence[ComparedRow], prefer: Prefer) -> list[ComparedRow]:
     """Return the rows within tolerance, the best first, as a job prefers.
 
     Metal is taken off a heavy crank before any is built up on it. Equal rows: first those that do not thin a
-    web behind its crankpin, then those of least metal.
+    web behind its crankpin, then those of the least metal.
     """
 
     def key(row: ComparedRow) -> tuple[float, ...]:
@@ -320,7 +320,7 @@ def wall_left_mm(corrections: Sequence[Correction], anatomy: Anatomy) -> float |
 def _capacity(
     rotor: Rotor, tolerance: Tolerance, chosen: Sequence[Limits], result: Result, offers: Offers
 ) -> float:
-    """Return the greatest multiple of the initial unbalance that may be corrected; 1 is just this one.
+    """Return the largest multiple of the initial unbalance that may be corrected; 1 is just this one.
 
     A coarse grid of places holds nearly as many holes as a fine one, but may miss the direction of a small
     unbalance: where that was corrected, the fine grid is tried too.
@@ -347,7 +347,7 @@ def _capacity(
 
 
 def _efforts(chosen: Sequence[Limits], *, coarse: bool) -> list[int]:
-    """Return the search level for each kind: the greatest, or the least where places lie on a grid."""
+    """Return the search level for each kind: the largest, or the least where places lie on a grid."""
     return [
         0 if coarse and correction.kind_of(limits).has_axis else correction.search_levels(limits) - 1
         for limits in chosen

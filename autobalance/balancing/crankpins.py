@@ -14,7 +14,7 @@ from autobalance.types import Array
 PIN_SEGMENTS = 96
 PIN_OVERLAP_SHARE = 1e-4
 """Share by which the flats of a crankpin that is put in lie outside its bore, and its ends outside its webs:
-no sliver is left between, nor where two planes are one but for rounding."""
+no sliver is left between, nor where two planes are one except for rounding."""
 BEYOND, BEHIND = 1.15, 0.1
 """Where a web is looked for behind its crankpin, and how far about, over the crankpin's radius."""
 
@@ -34,7 +34,7 @@ def with_crankpins(solid: Solid, crank: Crank) -> Solid:
     Raises
     ------
     JobError
-        If a crankpin that is not there has no webs on both sides.
+        If a crankpin that is missing has no webs on both sides.
     """
     if crank.holds_crankpins:
         return solid

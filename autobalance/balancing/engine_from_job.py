@@ -174,7 +174,7 @@ def balanced_to(engine: Engine, job: Job, anatomy: Anatomy, factor: float) -> En
 
 
 def balance_shafts(job: Job, reference_mm: float) -> tuple[BalanceShaft, ...]:
-    """Return the job's balance shafts; one that does not say its z stands where moments are taken about."""
+    """Return the job's balance shafts; one that does not say its z is where moments are taken about."""
     return tuple(
         BalanceShaft(
             each.order,
@@ -197,7 +197,7 @@ def shafts_beside(engine: Engine, job: Job, reference_mm: float) -> tuple[Balanc
 def shaking(job: Job, anatomy: Anatomy, crank: Moments) -> ShakingForce | None:
     """Return the shaking force of the job's engine at its top speed with a crank of those moments.
 
-    None where several rods share a throw and the job does not say where their cylinders stand. Without a
+    None where several rods share a throw and the job does not say where their cylinders are. Without a
     rod length only the first order is right, and there are no others.
 
     Raises

@@ -10,7 +10,7 @@ from autobalance.crank.rims import find_rims
 
 
 def offered_faces(crank: Crank) -> tuple[FaceOffer, ...]:
-    """Return the faces on webs and the rims, the greatest unbalance per millimetre first."""
+    """Return the faces on webs and the rims, the largest unbalance per millimetre first."""
     faces = tuple(face for face in crank.faces if face.web is not None)
     rims = find_rims(crank.source.solid.mesh, crank.anatomy)
     depths = face_depths_mm(crank.source.solid, crank.anatomy, crank.density_g_mm3, faces, rims)

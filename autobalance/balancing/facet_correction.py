@@ -61,7 +61,7 @@ class FacetCorrection:
 
     @property
     def verdict(self) -> Literal["applied", "mass_only", "declined", "not_needed"] | None:
-        """Result of the wish to correct, in one word; None where there was none."""
+        """Result of the wish to correct, in one word; None if there was none."""
         if not self.asked:
             return None
         if self.mass:

@@ -43,8 +43,8 @@ class KeptPlan:
     """The plan to keep: its report's file name, sha256 and values, and its cuts as they are listed.
 
     ``cuts`` are those cuts on this crank, by number, once they were found on it; ``offered`` are all
-    candidates found for them, with their numbers: some are set up anew where a look reaches farther.
-    ``heavy_at`` is the unbalance at the time of the report, as of a workpiece.
+    candidates found for them, with their numbers: some are set up again where a look reaches farther.
+    ``heavy_at`` is the unbalance at the time of the report, as in a workpiece.
     """
 
     report: str
@@ -154,7 +154,7 @@ class KeptPlan:
         return self.cuts[number]
 
     def with_tools(self, result: Result) -> Result:
-        """Return a result in the order of the kept numbers, with an empty body where nothing is cut."""
+        """Return a result in the order of the kept numbers, with an empty body if nothing is cut."""
         cuts = self._made_by_number(result)
         places = [cuts.get(number) for number in self.numbers]
         order = [k for k in places if k is not None]
@@ -220,7 +220,7 @@ def _offered(kind: Kind[Any], work: Workpiece, limits: Limits, level: int) -> Se
 
 
 def _kept(kind: Kind[Any], item: Item, offered: Callable[[], Sequence[Cut]]) -> Cut | None:
-    """Return the listed cut among what a kind offers; None if it is not there."""
+    """Return the listed cut among what a kind offers; None if it is missing."""
     try:
         return next((cut for cut in offered() if kind.is_kept(cut, item)), None)
     except CorrectionError:
@@ -253,7 +253,7 @@ def balanced_as_kept(
 
 
 def _without(kept: KeptPlan, job: Job, rotor: Rotor, tolerance: Tolerance) -> tuple[Relaxation, ...]:
-    """Return the remedy of planning anew without keep, if that reaches the tolerance."""
+    """Return the remedy of planning again without keep, if that reaches the tolerance."""
     initial = Unbalance.of(rotor.moments + rotor.loads)
     free = best_offer(rotor, tolerance, job.methods, initial, job.prefer)
     if free.plan.share > 1.0:

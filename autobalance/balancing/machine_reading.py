@@ -26,7 +26,7 @@ class PlaneReading:
 
 @dataclass(frozen=True)
 class MachineAccuracy:
-    """Unbalance reduction ratio (a share) and minimum achievable residual unbalance, as of ISO 21940-21."""
+    """Unbalance reduction ratio (a share) and minimum achievable residual unbalance, as in ISO 21940-21."""
 
     urr: float
     umar_g_mm: float

@@ -70,7 +70,7 @@ class Crank:
 
     @property
     def weighed(self) -> Crank:
-        """The crank whose file moments and their uncertainty come from: the scan where there is one."""
+        """The crank whose file moments and their uncertainty come from: the scan if there is one."""
         return self if self.beside is None else self.beside.crank
 
     @property
@@ -122,7 +122,7 @@ class Crank:
     def mass_pm_g(self) -> float | None:
         """Uncertainty of a scan's mass (95 %) [g]; None where the crank was drawn.
 
-        A thin skin lacks metal as facets do: both add up where nothing was measured of it. Density is not in
+        A thin skin lacks metal as facets do: both add up if nothing was measured of it. Density is not in
         it; nor is what a cut crank's scan, whose noise is not known any more, leaves open.
         """
         crank = self.weighed

@@ -168,7 +168,7 @@ def _refuse_other_layout(drawn: Anatomy, scanned: Anatomy, file: Path | None) ->
 
 
 def _calibrated(crank: Crank, read_as: Crankshaft) -> Crank:
-    """Return a crank with its moments and density calibrated by a shop's readings, as far as asked for."""
+    """Return a crank with its moments and density calibrated by a shop's readings, as far as requested."""
     density, pm = crank.density_g_mm3, read_as.density_pm_g_mm3 or 0.0
     hides = None if crank.correction.unbalance else crank.facets
     scanned = Scanned(
@@ -252,7 +252,7 @@ def _read(crankshaft: Crankshaft, try_all_bodies: bool) -> Source:
 def _all_bodies(crankshaft: Crankshaft, several: BodiesError) -> Source | None:
     """Return all bodies of a file where they are the pieces of a pressed-up crank, one more than its throws.
 
-    None where the job states whether its crankpins are in the file, or they are a crank of another kind.
+    None if the job states whether its crankpins are in the file, or they are a crank of another kind.
 
     Raises
     ------

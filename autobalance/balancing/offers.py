@@ -32,7 +32,7 @@ Offers = Callable[[Workpiece, Limits, int], Candidates]
 MAX_SEARCHES = 8
 """Most looks for metal, each four times deeper than the last."""
 HARDLY_MORE = 1.25
-"""Ratio to the least residual that a plan without a new set-up may leave, where no plan leaves little."""
+"""Ratio to the least residual that a plan without a new set-up may leave, if no plan leaves little."""
 MAX_EXPLAINED_DRILLS = 6
 """Most unused drills for which a plan of their own is computed."""
 

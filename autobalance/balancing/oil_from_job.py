@@ -17,7 +17,7 @@ from autobalance.rigid_rotor.moments import Moments
 
 
 def rooms_of(crank: Crank) -> tuple[OilRoom, ...]:
-    """Return the rooms in a crank that oil fills, its crankpins put in where the file has none."""
+    """Return the rooms in a crank that oil fills, its crankpins put in if the file has none."""
     return oil_rooms(
         with_crankpins(crank.source.solid.moved(crank.anatomy.file_to_rotor), crank), crank.anatomy
     )

@@ -34,16 +34,16 @@ BOB_SHARE = (1e-3, 20.0)
 """Bob-weights over the crank's own mass: no running engine lies outside."""
 USUAL_BOB_SHARE = (1e-2, 5.0)
 MAX_WEIGHT_RATIO = 50.0
-"""Greatest ratio of two tables of weights: rotating to reciprocating, or a throw's, or the original ones', to
+"""Largest ratio of two tables of weights: rotating to reciprocating, or a throw's, or the original ones', to
 the job's."""
 LEAST_G = 1.0
-"""Least mass that moves with one rod: a model aircraft's engine has more."""
+"""Smallest mass that moves with one rod: a model aircraft's engine has more."""
 PIN_SHARE = 20.0
-"""Greatest ratio of a crankpin's weight to that of its bare cylinder, or the reverse."""
+"""Largest ratio of a crankpin's weight to that of its bare cylinder, or the reverse."""
 USUAL_FACTOR_RANGE = (-1.0, 3.0)
 """Balance factor that a crank may have before, with parts that are meant for it."""
 LEAST_ALIKE = 0.01
-"""Throws that cancel each other out but for this share of their sum have no meaningful factor."""
+"""Throws that cancel each other out except for this share of their sum have no meaningful factor."""
 INERTIA_SHARE = (0.5, 2.0)
 INERTIA_REFUSED = (0.05, 20.0)
 """A rod's inertia over m a b of two masses at its eyes: rods are near 1."""
@@ -53,7 +53,7 @@ LEAST_SPEED_RPM = 300.0
 """Top speed of an engine with rods; the slowest ships' run at a quarter, whose cranks nobody balances so:
 11.000 for eleven thousand was taken for 11."""
 USUAL_THOUSANDS_RPM = 25.0
-"""Greatest speed that may be meant in thousands."""
+"""Largest speed that may be meant in thousands."""
 WIDEST_TOLERANCE = 0.02
 """Share of the reciprocating mass that the permissible unbalance may span before it is said."""
 KG_PART_RANGE = 3.0
@@ -101,7 +101,7 @@ def odd_parts(job: Job) -> tuple[str, ...]:
 
 
 def odd_alone(job: Job) -> tuple[str, ...]:
-    """Return the oddities of a job's weights where no crank is read to compare them with, one line each.
+    """Return the oddities of a job's weights if no crank is read to compare them with, one line each.
 
     Raises
     ------

@@ -54,8 +54,8 @@ class FacetsNeeded:
 class ChordalErrorEntry:
     """Excess of the true surface over the facets: mass, and the magnitude of the unbalance.
 
-    ``mass_bar_g`` and ``unbalance_bar_g_mm`` are their error bars, ``sag_mm`` is the greatest chord height.
-    ``correction`` is whether the estimate was added to the measured moments (None: not asked for), ``reason``
+    ``mass_bar_g`` and ``unbalance_bar_g_mm`` are their error bars, ``sag_mm`` is the largest chord height.
+    ``correction`` is whether the estimate was added to the measured moments (None: not requested), ``reason``
     why not or not all of it; ``needed`` is None where the facets are fine enough or nothing is asked of them.
     ``added`` are the moments added before and after cutting, None where none were.
     """

@@ -25,7 +25,7 @@ from autobalance.runtime import Notify
 
 @dataclass(frozen=True, eq=False)
 class Above:
-    """A crank that stays above its tolerance, with the methods asked for and the candidates."""
+    """A crank that stays above its tolerance, with the methods requested and the candidates."""
 
     rotor: Rotor
     tolerance: Tolerance
@@ -83,7 +83,7 @@ def why_above(
 
 
 def _least_metal_first(found: Iterable[Relaxation | None]) -> list[Relaxation]:
-    """Return the relaxations that there are; the one that takes least metal comes first."""
+    """Return the relaxations that there are; the one that takes the least metal comes first."""
     return sorted(filter(None, found), key=lambda relaxed: round(relaxed.metal_g or 0.0, 6))
 
 
@@ -126,13 +126,13 @@ def _is_crank_after(rotor: Rotor, tolerance: Tolerance, best: BestOffer) -> bool
 
 
 def _factor_tried(above: Above, shortfall: Shortfall, attempt: Attempt) -> Relaxation | None:
-    """Return the first change of the balance factor at which the job's own methods suffice, planned anew."""
+    """Return the first change of the balance factor at which the job's own methods suffice, planned again."""
     ways = (_planned_at(above, shortfall, attempt, way) for way in factor_relaxations(shortfall))
     return next(filter(None, ways), None)
 
 
 def _planned_at(above: Above, shortfall: Shortfall, attempt: Attempt, way: Relaxation) -> Relaxation | None:
-    """Return a change of the balance factor with its plan's residual; None where no plan is good enough."""
+    """Return a change of the balance factor with its plan's residual; None if no plan is good enough."""
     (change,) = way.changes
     moved = shortfall.per_factor.scaled(change.proposed - change.present)
     initial = above.initial + moved

@@ -81,7 +81,7 @@ def _parts(weights: PartWeights, throw: ThrowParts, oil_g: float) -> Parts:
 
 
 def rod_weights_g(link: LinkRod, rotating_g: float, reciprocating_g: float) -> tuple[float, float]:
-    """Return rotating and reciprocating weight of a link rod; the throw's where the job has none."""
+    """Return rotating and reciprocating weight of a link rod; the throw's if the job has none."""
     return (
         rotating_g if link.rotating_g is None else link.rotating_g,
         reciprocating_g if link.reciprocating_g is None else link.reciprocating_g,
@@ -136,7 +136,7 @@ def crank_factor(crank: Moments, loads: tuple[ThrowLoad, ...], attached: Moments
 
 
 def target_factor(job: Job, anatomy: Anatomy, crank: Moments) -> float:
-    """Return the balance factor asked for; with ``"original"``, the untouched crank's with its old parts.
+    """Return the balance factor requested; with ``"original"``, the untouched crank's with its old parts.
 
     Raises
     ------

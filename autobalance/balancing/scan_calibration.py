@@ -1,6 +1,6 @@
 """Skin and scale of a scan, from what a scale and a micrometer say of the same crank.
 
-A scan is the crank times ``scale``, with ``skin_mm`` of metal on it that is not there. Mass and diameters are
+A scan is the crank times ``scale``, with ``skin_mm`` of metal on it that is missing. Mass and diameters are
 linear in both, and in how much more metal the scan's facets hide than was estimated: weighted least squares
 gives all three. What is known of them before anything is measured are three more observations.
 """
@@ -135,7 +135,7 @@ class _Observation:
 
 
 def calibration_of(crank: Scanned, readings: CrankReadings) -> Calibration | None:
-    """Return the calibration of a scan by readings of the crank; None where nothing was measured.
+    """Return the calibration of a scan by readings of the crank; None if nothing was measured.
 
     Raises
     ------

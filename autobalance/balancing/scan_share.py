@@ -31,7 +31,7 @@ class ScanShare:
 
 
 def scan_share(crank: Crank, accuracy_mm: float | None, places: Places) -> ScanShare | None:
-    """Return the uncertainty of the unbalance by a scan and closed holes; None where there is neither."""
+    """Return the uncertainty of the unbalance by a scan and closed holes; None if there is neither."""
     off_faces_mm = 0.0 if crank.beside is None else crank.beside.against.p95_mm
     crank = crank.weighed
     patched = tuple(Share.of(off, places) for off in crank.patch_moments)

@@ -36,7 +36,7 @@ class ScanUncertainty:
     skin_and_scale : (2, 2) float
         Their covariance.
     places : (float, float), optional
-        Where planes A and B stand [mm].
+        Where planes A and B are [mm].
     """
 
     at_random: Share
@@ -52,8 +52,8 @@ class ScanUncertainty:
     def after(self, rates: Sequence[Moments]) -> Share:
         """Return the share of the budget once cuts are made that change so much with a millimetre of depth.
 
-        Skin is metal that is not there. Depths that count from the metal leave it on the new faces too; tools
-        that stand where they stand take it off with them: the greater of both counts.
+        Skin is metal that is missing. Depths that count from the metal leave it on the new faces too; tools
+        that are where they are take it off with them: the greater of both counts.
         """
         whole = self._evenly(self.acting)
         if not rates:
@@ -128,9 +128,9 @@ def scan_uncertainty(
         Density [g/mm³].
     accuracy_mm : float or None
         Of the scanner, 95 %: an even skin, and the same over the whole crank as scale. None: the roughness
-        stands in.
+        is in.
     places : (float, float), optional
-        Where planes A and B stand [mm].
+        Where planes A and B are [mm].
     skin_and_scale : (2, 2) float, optional
         Covariance of the scanner's skin [mm] and scale, where they were calibrated; None: what the accuracy
         leaves open of them.
@@ -165,7 +165,7 @@ def mass_noise_g(surface: Patches, fit: ScanFit, density_g_mm3: float) -> float:
 
 
 def _open(surface: Patches, fit: ScanFit, accuracy_mm: float | None) -> Array:
-    """Return the covariance (2, 2) of skin and scale; the roughness stands in for an accuracy not stated."""
+    """Return the covariance (2, 2) of skin and scale; the roughness replaces a missing accuracy."""
     return systematic(fit.roughness_mm if accuracy_mm is None else accuracy_mm, surface.diagonal_mm)
 
 

@@ -35,7 +35,7 @@ RowKind = Kind | Literal["facets", "balance hole", "bob-weight", "oil", "on cran
 class SectionRow:
     """A row: what it is, which one (the journal's, throw's or web's number, or a hole's), and its moments.
 
-    ``name`` is a part's, where it has one.
+    ``name`` is a part's, if it has one.
     """
 
     kind: RowKind
@@ -104,7 +104,7 @@ def _dynamic_place_mm(moments: Moments) -> float:
 def section_table(
     crank: Crank, sections: Sequence[Section], job: Job | None, factor: float, oil_kg_m3: float | None = None
 ) -> SectionTable:
-    """Return the section table of a crank, and of all that hangs on it where there is a job.
+    """Return the section table of a crank, and of all that hangs on it if there is a job.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ class State(NamedTuple):
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the report: ``record`` declares what stands in it, ``meaning`` says what it is.
+    """A part of the report: ``record`` declares what is in it, ``meaning`` says what it is.
 
     ``begun`` computes what is needed of the crank before; with it ``ended`` makes the record of the crank
     after. ``text`` and ``page`` show a record, on the terminal and as (template, values). ``unchecked`` says

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def one_by_one(
     rotor: Rotor, cut_depths: Made, removed: Sequence[EachTaken], added: Sequence[EachTaken]
 ) -> tuple[Correction | None, ...]:
-    """Return the corrections of cuts as measured, one a cut; None where no metal went or came.
+    """Return the corrections of cuts as measured, one a cut; None if no metal went or came.
 
     ``removed`` and ``added`` are the metal that the tools took and added, each in the order of the cuts.
     """

@@ -136,7 +136,7 @@ def _moved_axis(journals: tuple[CylinderFound | None, ...], number: int) -> Axis
 
 
 def _in_moved_plane(anatomy: Anatomy, rotor: _Rotor, number: int) -> str:
-    """Return the change of the initial unbalance in a tolerance plane that stands at a journal, in words."""
+    """Return the change of the initial unbalance in a tolerance plane that is at a journal, in words."""
     tolerance, found = rotor.tolerance, (anatomy.typed.main_journals or ())[number]
     planes = default_planes_mm(anatomy)
     if planes is None or found is None:

@@ -47,9 +47,9 @@ class UncertaintyBudget:
     crank : Moments
         The bare crank before correction, rotor frame.
     tolerance : Tolerance
-        Where the planes stand.
+        Where the planes are.
     factor : float
-        The balance factor asked for.
+        The balance factor requested.
     facets : ChordalError
     spacing_mm : float
         Between two numbers that the file can distinguish, at the far end of the crank.

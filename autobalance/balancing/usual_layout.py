@@ -10,7 +10,7 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.rigid_rotor.unbalance import Unbalance
 
 TWO_RODS_WIDTH = 0.75
-"""Least width of a crankpin over its diameter for two rods side by side: singles and in-line engines have
+"""Smallest width of a crankpin over its diameter for two rods side by side: singles and in-line engines have
 0.35 to 0.62 (presets, bundled cranks, gmsh 4a), V8, V12 and V twins 0.79 and more."""
 CANCELLED = 1e-3
 """Share of a sum of throws, or of their moments, below which they cancel."""

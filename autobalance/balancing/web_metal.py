@@ -25,7 +25,7 @@ OFF_GRID = 0.37
 """Place of a column in its cell, and of the section in a web: beside the edges that round numbers have."""
 CIRCLES = 33
 WITHIN_PINS = 0.9
-"""Share of a pin's radius within which columns stand: edges of the web are chamfered."""
+"""Share of a pin's radius within which columns are: edges of the web are chamfered."""
 BORED_SHARE = 0.5
 """Columns with less metal than this share of the web's thickness go through bores and drillings."""
 THINNED_SHARE = 0.9
@@ -39,7 +39,7 @@ ZERO_AREA = 1e-300
 
 @dataclass(frozen=True)
 class WebMetal:
-    """Least metal along the axis between a web's crankpin and its main journal, before and after the cuts."""
+    """Minimum metal along the axis between a web's crankpin and main journal, before and after the cuts."""
 
     web: int
     thinnest_before_mm: float
@@ -69,7 +69,7 @@ def web_metal(before: Solid, after: Solid | None, anatomy: Anatomy) -> tuple[Web
 
 
 def least_share(metal: Sequence[WebMetal]) -> float | None:
-    """Return the least share of its metal that a web keeps; None where no web carries a crankpin."""
+    """Return the least share of its metal that a web keeps; None if no web carries a crankpin."""
     return min((each.thinnest_mm / each.thinnest_before_mm for each in metal), default=None)
 
 

@@ -49,7 +49,7 @@ def refused(text: str, status: int) -> Response:
 
 
 def file_of(path: Path | None, saved_as: str | None = None) -> Response:
-    """Return a file, a picture to be shown, anything else to be saved; 404 where there is none."""
+    """Return a file, a picture to be shown, anything else to be saved; 404 if there is none."""
     if path is None:
         return refused("there is no such file", 404)
     picture = PICTURES.get(path.suffix.lower())

@@ -86,7 +86,7 @@ def open_example(name: str | None, project: Project) -> None:
 
 
 def open_crank(name: str, project: Project) -> None:
-    """Make a file of the project the crank of its job; the job of another crank goes, but for the shop's own.
+    """Use a file of the project as the job's crank; a job of another crank is removed, its shop keys stay.
 
     Unit, weights, the original's parts and limits belong to the crank that they were typed for. What goes is
     kept as a file of the project, `JOB_BEFORE`.
@@ -105,7 +105,7 @@ def _for_another(project: Project) -> dict[str, Any]:
 
 
 def job_of(project: Project) -> dict[str, Any]:
-    """Return the project's job as tables; empty where there is none."""
+    """Return the project's job as tables; empty if there is none."""
     path = project.file(JOB)
     try:
         return {} if path is None else toml_of(path.read_text(encoding="utf-8"), JOB)

@@ -27,7 +27,7 @@ def linear_model(result: BalanceResult) -> Values:
     """Return the input of `predicted` from a result: every cut's effect and its slope with the depth.
 
     Effects are those of the kinds of correction themselves; ``may_turn`` is which cuts have a place of
-    their own on the rim, so that they may stand at another angle.
+    their own on the rim, so that they may be at another angle.
     """
     record = result.record.balanced
     assert record is not None

@@ -52,7 +52,7 @@ class Project:
         return cls(folder.resolve())
 
     def file(self, name: str) -> Path | None:
-        """Return a file of the project by its plain name; None where there is none, or a link."""
+        """Return a file of the project by its plain name; None if there is none, or a link."""
         if not is_plain(name):
             return None
         path = self.folder / name
@@ -81,16 +81,16 @@ class Project:
             shutil.rmtree(folder, ignore_errors=True)
 
     def result(self, run: str, name: str) -> Path | None:
-        """Return a result file of a run; None where there is none, or a link."""
+        """Return a result file of a run; None if there is none, or a link."""
         return _inside(self.run_folder(run), run, name)
 
     def own(self, run: str, name: str) -> Path | None:
-        """Return one of the page's own files of a run; None where there is none."""
+        """Return one of the page's own files of a run; None if there is none."""
         return _inside(self.own_folder(run), run, name)
 
     @property
     def job_text(self) -> str:
-        """The text of the job; empty where there is none."""
+        """The text of the job; empty if there is none."""
         path = self.file(JOB)
         return "" if path is None else path.read_text(encoding="utf-8", errors="replace")
 

@@ -66,7 +66,7 @@ class Run:
 
     @cached_property
     def job(self) -> dict[str, Any] | None:
-        """The job that was asked for, as a file would hold it; None where the run had none of its own."""
+        """The job that was requested, as a file would hold it; None where the run had none of its own."""
         job = self.asked.get("job")
         try:
             return tomllib.loads(toml_text(job)) if isinstance(job, dict) else None
@@ -110,17 +110,17 @@ class Runs:
         return [self._state(run, job) for run in runs]
 
     def state_of(self, run_id: str) -> dict[str, Any] | None:
-        """Return one run; None where there is none."""
+        """Return one run; None if there is none."""
         run = self._runs.get(run_id)
         return None if run is None else self._state(run, job_of(self._project))
 
     def asked(self, run_id: str) -> dict[str, Any] | None:
-        """Return the request of a run; None where there is no such run."""
+        """Return the request of a run; None if there is no such run."""
         run = self._runs.get(run_id)
         return None if run is None else run.asked
 
     def cancel(self, run_id: str) -> bool:
-        """End a run and take its files away; False where there is none."""
+        """End a run and take its files away; False if there is none."""
         run = self._runs.get(run_id)
         if run is None:
             return False
@@ -134,7 +134,7 @@ class Runs:
         return True
 
     def delete(self, run_id: str) -> bool:
-        """Take a run away with its files; False where there is none."""
+        """Take a run away with its files; False if there is none."""
         if not self.cancel(run_id):
             return False
         with self._lock:
@@ -153,7 +153,7 @@ class Runs:
             thread.join(timeout=3.0)
 
     def prepare(self) -> None:
-        """Load the modules of runs before the first is asked for."""
+        """Load the modules of runs before the first is requested."""
         if not self._loaded:
             thread = threading.Thread(target=self._load, daemon=True)
             self._threads.append(thread)

@@ -52,7 +52,7 @@ class TurnedCut:
 
 @dataclass(frozen=True)
 class Trial:
-    """Measured crank, and the bytes of the file on which it was measured; None where there is no file."""
+    """Measured crank, and the bytes of the file on which it was measured; None if there is no file."""
 
     values: Values
     data: bytes | None

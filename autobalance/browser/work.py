@@ -193,7 +193,7 @@ def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
 
 
 def _papers(result: BalanceResult) -> dict[str, bytes]:
-    """Return the files that the command writes only where they are asked for; the drawing with its extra."""
+    """Return the files that the command writes only where they are requested; the drawing with its extra."""
     from autobalance.errors import FormatError
     from autobalance.report.balance.values import showable
     from autobalance.report.bundle import bundle, choice_of

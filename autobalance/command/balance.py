@@ -67,5 +67,5 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def default_folder(job_path: Path) -> Path:
-    """Return the folder of a job's results where none is asked for."""
+    """Return the folder of a job's results where none is requested."""
     return job_path.with_name(f"{job_path.stem}-balanced")

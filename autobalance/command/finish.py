@@ -1,4 +1,4 @@
-"""The end of every command: the files that were asked for, all or none, and the rest printed."""
+"""The end of every command: the files that were requested, all or none, and the rest printed."""
 
 from __future__ import annotations
 

@@ -157,7 +157,7 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
 
 
 def _table(arguments: argparse.Namespace) -> TableOptions | None:
-    """Return the options of the section table; None where none is asked for."""
+    """Return the options of the section table; None where none is requested."""
     from autobalance.toml_files.typed_units import length_mm
     from autobalance.verbs.inspect_sections import DATUMS, TableOptions
 

@@ -42,7 +42,7 @@ def add_shop_units(parser: argparse.ArgumentParser) -> None:
 
 
 def units_of(arguments: argparse.Namespace, shop: Mapping[str, Any] | None) -> str:
-    """Return the units that are asked for, else those in which a shop works."""
+    """Return the units that are requested, else those in which a shop works."""
     chosen: str = arguments.units or (shop or {}).get("units") or "metric"
     return chosen
 

@@ -22,7 +22,7 @@ def numbers(option: str, text: str) -> tuple[float, ...]:
 
 
 def places(option: str, texts: Sequence[str]) -> list[tuple[float, ...]] | None:
-    """Return places "X,Y,Z"; none of them for the one text "none", None where nothing was typed."""
+    """Return places "X,Y,Z"; none of them for the one text "none", None if nothing was typed."""
     if not texts:
         return None
     if list(texts) == ["none"]:

@@ -1,9 +1,9 @@
 """A command works in a child, so that being ended reaches it in time though a library holds the interpreter.
 
 Python hears a signal between its own steps, and no separate thread goes on, while a library computes with
-the interpreter held (a boolean of the CAD kernel, say). The process that the user started only waits: it
-passes on what ends a command, and ends the child, takes away what that has begun and says so, where it does
-not end by itself.
+the interpreter held (a boolean of the CAD kernel, for example). The process that the user started only waits:
+it passes on what ends a command, and ends the child, takes away what that has begun and says so, where it
+does not end by itself.
 """
 
 from __future__ import annotations

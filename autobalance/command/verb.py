@@ -1,6 +1,6 @@
 """Commands that follow from a public function: its parameters become arguments and options.
 
-What a signature and a docstring cannot say (another spelling, a metavar, how text becomes a value) stands in
+What a signature and a docstring cannot say (another spelling, a metavar, how text becomes a value) is in
 ``Option``; everything else is declared once, by the function.
 """
 

@@ -38,16 +38,16 @@ from autobalance.solid.csg.tool import Raising, Tool
 from autobalance.types import Array
 
 DEFAULT_MAX_MM = 10.0
-"""Greatest height added where the job names none (ours)."""
+"""Largest height added where the job names none (ours)."""
 DEFAULT_CLEARANCE_MM = 2.0
 """Distance kept to the next metal over the face where the job names no ``min_wall_mm`` (ours)."""
 SINK_SHARE = 1e-5
 """Depth in the metal at which an added body starts, as a share of the part's size, so that both unite."""
 
 WITHIN_TOP = 1e-6
-"""Share of the greatest height by which sections stay under it: at the end there is none."""
+"""Share of the largest height by which sections stay under it: at the end there is none."""
 BESIDE_SINKS = 10.0
-"""Overlap of an added body with what stands on the face, in sinks; at free edges it keeps one sink inside,
+"""Overlap of an added body with what is on the face, in sinks; at free edges it keeps one sink inside,
 so that no two surfaces coincide."""
 
 
@@ -62,7 +62,7 @@ class AddLimits(FaceLimits):
     sector_deg : (float, float) or None
         Only this part of each face: angles about the crank axis, rotor frame [deg].
     max_depth_mm : float or None
-        Greatest height added; default 10 mm.
+        Largest height added; default 10 mm.
     same_depth : bool
         One height for all faces.
     min_wall_mm : float or None
@@ -70,7 +70,7 @@ class AddLimits(FaceLimits):
     depth_step_mm : float
         Step in which the height is set; 0: any height [mm].
     min_step_mm : float
-        Least height that a machine is set up for: nothing under it is planned [mm].
+        Smallest height that a machine is set up for: nothing under it is planned [mm].
     crankcase_radius_mm : float or None
         Inner radius of the crankcase about the crank axis; added metal keeps ``min_wall_mm`` from it.
     crankcase_gap_mm : float or None
@@ -92,8 +92,8 @@ class AddLimits(FaceLimits):
 class AddCut(FaceCut):
     """Metal added on one face, of which only the height is open (a `Cut`).
 
-    In the face's frame: ``gain`` is the metal gained from ``height_mm`` up to the greatest height,
-    ``sunk`` the body that is added, from a little inside the metal. They differ where something stands on the
+    In the face's frame: ``gain`` is the metal gained from ``height_mm`` up to the largest height,
+    ``sunk`` the body that is added, from a little inside the metal. They differ where something is on the
     face, or beside it, that is wider or narrower farther up; and by a sink where another sector of the face
     begins, so that the bodies in both grow together: where they only touched, a slit of no width would stay.
     """
@@ -215,7 +215,7 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
 def _without_skins(grown: Region, face: Region) -> Region:
     """Return the pieces of a region that lie on a face.
 
-    What stands on it with a fillet is narrower a little farther up: the overlap with it is parted from the
+    What is on it with a fillet is narrower a little farther up: the overlap with it is parted from the
     face there, and would grow into a skin of hundredths of a millimetre.
     """
     return Region.beside_each_other([each for each in grown.pieces() if not (each & face).is_empty])
@@ -280,7 +280,7 @@ def _room_along_axis_mm(face: Face, stretches: Sequence[tuple[float, float]]) ->
 
 
 def _room_inside_mm(places: Array, out: Array, radius_mm: float) -> float:
-    """Return the greatest multiple of ``out`` (2,) by which points (k, 2) may move inside a circle."""
+    """Return the largest multiple of ``out`` (2,) by which points (k, 2) may move inside a circle."""
     free_mm2 = radius_mm**2 - (places**2).sum(axis=1)
     if radius_mm <= 0.0 or not len(places) or float(free_mm2.min()) <= 0.0:
         return 0.0
@@ -292,10 +292,10 @@ def _room_inside_mm(places: Array, out: Array, radius_mm: float) -> float:
 
 CIRCLE_SEGMENTS = 96
 MOST_BESIDE = 0.24
-"""Share of a main journal's width along which metal stands beside it at each end: with a quarter, the journal
+"""Share of a main journal's width along which metal is next to it at each end: with a quarter, the journal
 is within the web to whoever reads the corrected solid; a V8 with 15 mm on its filleted webs was no crank."""
 MIN_AXIAL_NORMAL = 0.1
-"""Least component along the axis of the normal of a face from which metal grows towards rods."""
+"""Smallest component along the axis of the normal of a face from which metal grows towards rods."""
 
 
 def _clear_of_each_other(add_cuts: Sequence[AddCut], limits: AddLimits) -> tuple[Apart, ...]:
@@ -338,7 +338,7 @@ class Add(FaceKind[AddLimits]):
         )
 
     def heavier(self) -> Sequence[AddLimits]:
-        """Return limits up to the greatest height that is tried."""
+        """Return limits up to the largest height that is tried."""
         return (AddLimits(max_depth_mm=MOST_ADDED_MM),)
 
     def heavier_words(self, cuts: Sequence[tuple[AddCut, float]]) -> tuple[str, Mapping[str, Any]]:
@@ -355,7 +355,7 @@ class Add(FaceKind[AddLimits]):
     def remarks(
         self, corrections: Sequence[Correction], anatomy: Anatomy, limits: AddLimits
     ) -> tuple[str, ...]:
-        """Return the main journals beside which metal stands, where no gap to the crankcase is stated."""
+        """Return the main journals beside which metal is, if no gap to the crankcase is stated."""
         if limits.crankcase_gap_mm is not None:
             return ()
         beside = [(journal, _beside_mm(journal, corrections)) for journal in anatomy.main_journals]
@@ -376,11 +376,11 @@ class Add(FaceKind[AddLimits]):
 
 
 NOTED_BESIDE_MM = 0.05
-"""Length of a main journal beside which metal stands, from which it is noted: the text has tenths."""
+"""Length of a main journal beside which metal is, from which it is noted: the text has tenths."""
 
 
 def _beside_mm(journal: MainJournal, corrections: Sequence[Correction]) -> float:
-    """Return the length of a main journal, at both ends together, beside which added metal stands."""
+    """Return the length of a main journal, at both ends together, beside which added metal is."""
     low, high = _stretch(journal, 0.0)
     from_low, from_high = 0.0, 0.0
     for each in corrections:
@@ -398,7 +398,7 @@ def _beside_mm(journal: MainJournal, corrections: Sequence[Correction]) -> float
 
 
 MOST_ADDED_MM = 40.0
-"""Greatest height tried where counterweights are too light."""
+"""Largest height tried where counterweights are too light."""
 
 
 KIND = Add()

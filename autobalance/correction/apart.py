@@ -51,7 +51,7 @@ def keep_apart(
 ) -> tuple[Apart, ...]:
     """Return the pairs of envelopes nearer than the greater of their walls, with the depth both may have.
 
-    Only envelopes of different groups are compared, where there are ``groups``.
+    Only envelopes of different groups are compared, if there are ``groups``.
     """
     pieces = _Pieces.of(envelopes, most_mm)
     one, other = _near_rooms(pieces, len(envelopes), wall_mm, groups)

@@ -18,8 +18,8 @@ Prefer = Literal[
     "simple", "same_setup", "least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"
 ]
 """Secondary objective among plans that reach the aim; simple: fewest different cuts (of tool and
-depth), then fewest cuts, then least metal; same_setup: first the tools of earlier stages in their own places,
-then these tools anywhere, then simple."""
+depth), then fewest cuts, then the least metal; same_setup: first the tools of earlier stages in their own
+places, then these tools anywhere, then simple."""
 
 
 class Cut(Protocol):
@@ -35,12 +35,12 @@ class Cut(Protocol):
 
     @property
     def least_depth_mm(self) -> float:
-        """Least depth that can be made, if any is made at all; 0 where any depth can."""
+        """Smallest depth that can be made, if any is made at all; 0 where any depth can."""
         ...
 
     @property
     def max_depth_mm(self) -> float:
-        """Greatest depth that the metal and the limits allow [mm]."""
+        """Largest depth that the metal and the limits allow [mm]."""
         ...
 
     @property
@@ -70,7 +70,7 @@ class Cut(Protocol):
 
     @property
     def clearance_mm(self) -> float:
-        """Least metal between its envelope and that of another kind's cut [mm]."""
+        """Smallest metal between its envelope and that of another kind's cut [mm]."""
         ...
 
     def effect(self, depth_mm: float) -> Moments:
@@ -148,7 +148,7 @@ class Count:
 
 @dataclass(frozen=True)
 class Variety:
-    """Groups of cuts of which at most ``most`` may be used: drills, say; ``limit`` names the rule."""
+    """Groups of cuts of which at most ``most`` may be used: drills, for example; ``limit`` names the rule."""
 
     groups: tuple[tuple[int, ...], ...]
     most: int
@@ -158,7 +158,7 @@ class Variety:
 def setting_of(cut: Cut) -> str:
     """Return the set-up of a machine for a cut, beside its depth: ``drill 8``.
 
-    Cuts of one setting and depth are alike in the workshop; where they have no ``setting``, all are of one.
+    Cuts of one setting and depth are alike in the workshop; if they have no ``setting``, all are of one.
     """
     return str(getattr(cut, "setting", type(cut).__name__))
 

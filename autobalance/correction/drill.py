@@ -263,7 +263,7 @@ class Drill(HoleKind[DrillLimits]):
         return f"drill {item['drill']}" if item.get("drill") else f"drill ⌀{item['diameter_mm']:g}"
 
     def instruction(self, item: Item, figures: Figures) -> str:
-        """Return the instruction without the place, which stands in separate columns."""
+        """Return the instruction without the place, which is in separate columns."""
         diameter = figures.mm(item["diameter_mm"], figures.diameter_digits)
         if item.get("drill"):
             diameter += f" ({item['drill']})"
@@ -290,7 +290,7 @@ def _nothing_at(anatomy: Anatomy, limits: DrillLimits, cuts: Sequence[DrillCut])
 
 
 def _sizes_mm(work: Workpiece, limits: DrillLimits, search_level: int) -> tuple[float, ...]:
-    """Return the diameters to set up: likely ones, and those at hand that earlier stages used."""
+    """Return the diameters to set up: likely ones, and those available that earlier stages used."""
     before = [each.diameter_mm for each in work.earlier if each.kind == KIND.name and each.diameter_mm]
     again = {size for size in limits.at_hand_mm for other in before if abs(size - other) < SAME_MM}
     return tuple(sorted({*likely_sizes_mm(work, limits, search_level), *again}))
@@ -316,7 +316,7 @@ def cuts(
     search_level : int
         Fineness of the grid of angles tried.
     tried_mm : sequence of float or None
-        Diameters to set up, of those at hand; None: all of them.
+        Diameters to set up, of those available; None: all of them.
 
     Raises
     ------
@@ -391,7 +391,7 @@ SAME_POINT = 0.03
 
 
 def _deepened(search: HoleSearch, density_g_mm3: float, limits: DrillLimits) -> Iterator[DrillCut | None]:
-    """Yield cuts that deepen blind holes of the crank which a drill at hand fits."""
+    """Yield cuts that deepen blind holes of the crank which a drill available fits."""
     anatomy = search.anatomy
     half_point = math.radians(0.5 * limits.point_angle_deg)
     room = HoleLimits(limits.min_wall_mm, half_point, limits.min_step_mm, limits.max_depth_mm)

@@ -356,7 +356,7 @@ class Kind(ABC, Generic[L]):
 
     @abstractmethod
     def size(self, item: Item) -> str:
-        """Return the settings besides the depth, lengths with their unit; empty where there are none."""
+        """Return the settings besides the depth, lengths with their unit; empty if there are none."""
 
     def drawn(self, item: Item) -> Shape | None:
         """Return the tool's body of a listed correction, rotor frame [mm], exact; None if unknown."""
@@ -388,6 +388,6 @@ class Kind(ABC, Generic[L]):
         return None
 
     def face_depths_mm(self, work: Workpiece, rims: Sequence[Face]) -> Mapping[str, float]:
-        """Return the greatest default depths of faces and rims, by their ids, where metal limits them."""
+        """Return the largest default depths of faces and rims, by their ids, where metal limits them."""
         del work, rims
         return {}

@@ -58,7 +58,7 @@ class AreaOperation:
         Start of the depth, rotor frame.
     depth_mm : float
     corner_radius_mm : float or None
-        Radius of the corners, the greatest of a cutter; None: the area has no walls of its own.
+        Radius of the corners, the largest of a cutter; None: the area has no walls of its own.
     """
 
     region: Region
@@ -69,7 +69,7 @@ class AreaOperation:
 
     @property
     def is_walled(self) -> bool:
-        """Whether metal stands all around, so that the cutter must enter from above."""
+        """Whether metal is all around, so that the cutter must enter from above."""
         return self.corner_radius_mm is not None
 
 

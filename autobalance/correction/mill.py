@@ -41,9 +41,9 @@ from autobalance.units import wrapped_deg
 from autobalance.wording import degrees
 
 MIN_AXIAL_COMPONENT = 1.0 - 1e-6
-"""Least component along the axis of a cheek's normal."""
+"""Smallest component along the axis of a cheek's normal."""
 DEPTH_SHARES = (1.0, 0.5)
-"""Shares of the greatest depth that pockets are placed for, if none fits for the first."""
+"""Shares of the largest depth that pockets are placed for, if none fits for the first."""
 ROOM_RAD = math.radians(15.0)
 MIRROR = np.diag([1.0, -1.0, -1.0, 1.0])
 
@@ -117,7 +117,7 @@ class MillCut(WalledCut):
 
     @cached_property
     def _deepest_mm(self) -> float:
-        """Greatest depth of this pocket alone; never less than that of the plan."""
+        """Largest depth of this pocket alone; never less than that of the plan."""
         limits = self.limits
         deepest = self.cheek.below.deepest_mm(self.pocket.region, limits.min_wall_mm, limits.max_depth_mm)
         return max(on_step(deepest, limits.depth_step_mm, math.floor), self.max_depth_mm)
@@ -210,7 +210,7 @@ def cheeks(work: Workpiece, limits: MillLimits) -> Iterator[Cheek]:
 def _pocket_at(
     pocket: Pocket, face: Face, below: Below, work: Workpiece, limits: MillLimits
 ) -> MillCut | None:
-    """Return the cut of one pocket to its greatest depth; None if it does not fit there."""
+    """Return the cut of one pocket to its largest depth; None if it does not fit there."""
     open_from_above = _open(below.crank, face, below, work)
     step, most = limits.depth_step_mm, limits.max_depth_mm
     deepest = below.deepest_mm(pocket.region, limits.min_wall_mm, most)

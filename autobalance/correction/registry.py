@@ -75,7 +75,7 @@ def finishing(methods: Sequence[Limits]) -> Limits:
 def face_depths_mm(
     solid: Solid, anatomy: Anatomy, density_g_mm3: float, faces: tuple[Face, ...], rims: Sequence[Face]
 ) -> dict[str, float]:
-    """Return the greatest default depths of faces and rims, by their ids, where metal limits them."""
+    """Return the largest default depths of faces and rims, by their ids, where metal limits them."""
     nowhere = (0.0, np.zeros(2))
     work = Workpiece(solid, anatomy, faces, density_g_mm3, (nowhere, nowhere))
     depths: dict[str, float] = {}

@@ -11,7 +11,7 @@ from autobalance.quantities import mm, said
 
 @dataclass(frozen=True)
 class MoreCuts:
-    """Greatest number of cuts, which may rise.
+    """Largest number of cuts, which may rise.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class WiderLimits:
     text: Callable[[float, float], str]
 
     def changed(self, share: float) -> dict[str, float]:
-        """Return the limit widened by a share 0 to 1 of the greatest change."""
+        """Return the limit widened by a share 0 to 1 of the largest change."""
         return {self.key: self.now * (1.0 + share * self.greatest_change)}
 
     def say(self, changed: Mapping[str, float]) -> str:
@@ -74,13 +74,13 @@ class Otherwise:
 Relaxing = MoreCuts | WiderLimits | Otherwise
 
 MAX_DEPTH_RATIO = 3.0
-"""Greatest multiple of a depth that is tried."""
+"""Largest multiple of a depth that is tried."""
 MAX_WALL_REDUCTION = 0.5
-"""Greatest share of a wall that is given up."""
+"""Largest share of a wall that is given up."""
 
 
 def deeper(max_depth_mm: float | None) -> tuple[WiderLimits, ...]:
-    """Return the way to a greater ``max_depth_mm``; empty where there is none."""
+    """Return the way to a greater ``max_depth_mm``; empty if there is none."""
     if max_depth_mm is None:
         return ()
 
@@ -91,7 +91,7 @@ def deeper(max_depth_mm: float | None) -> tuple[WiderLimits, ...]:
 
 
 def thinner(min_wall_mm: float | None) -> tuple[WiderLimits, ...]:
-    """Return the way to a smaller ``min_wall_mm``; empty where there is none."""
+    """Return the way to a smaller ``min_wall_mm``; empty if there is none."""
     if not min_wall_mm:
         return ()
 

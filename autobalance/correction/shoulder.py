@@ -1,7 +1,7 @@
 """Offset of planar faces inward: the shoulder is ground or milled lower.
 
 A face is a largest connected set of triangles on one plane. Lowering it by a depth removes the metal between
-the old plane and the new one that hangs together with the face, except under what stands on the face (a
+the old plane and the new one that hangs together with the face, except under what is on the face (a
 journal, collar, fillet or pin keeps its footprint). Neighbours that lean are trimmed by the new plane, so the
 removed cross-section changes with depth; where it would jump, the depth ends.
 """
@@ -60,7 +60,7 @@ class ShoulderLimits(FaceLimits):
     sector_deg : (float, float) or None
         Only this part of each face: angles about the crank axis, rotor frame [deg].
     max_depth_mm : float or None
-        Greatest depth; default what the metal allows.
+        Largest depth; default what the metal allows.
     same_depth : bool
         One depth for all faces.
     min_wall_mm : float or None
@@ -69,7 +69,7 @@ class ShoulderLimits(FaceLimits):
     depth_step_mm : float
         Step in which the machine sets the depth; 0: any depth [mm].
     min_step_mm : float
-        Least depth that a machine is set up for: nothing under it is planned [mm].
+        Smallest depth that a machine is set up for: nothing under it is planned [mm].
     """
 
 
@@ -108,7 +108,7 @@ class ShoulderCut(FaceCut):
 
     @cached_property
     def envelope(self) -> Envelope:
-        """Metal connected to the face down to its greatest depth, drawn out from the face."""
+        """Metal connected to the face down to its largest depth, drawn out from the face."""
         self.effect(self.max_depth_mm)  # has looked at sections down to here
         return drawn_out(self.layer.taken(self.max_depth_mm), self.height_mm, -1.0, self.to_rotor)
 
@@ -132,7 +132,7 @@ class ShoulderCut(FaceCut):
         return body if self.within is None else body & self.within
 
     def exact_tool(self, depth_mm: float) -> Tool:
-        """Return the lowering without facets; the exact solid itself knows what stands on the face."""
+        """Return the lowering without facets; the exact solid itself knows what is on the face."""
         self.effect(depth_mm)  # has looked at sections down to here
         return lowering(self.layer, depth_mm, self.to_rotor, self.wedge)
 
@@ -186,7 +186,7 @@ def cuts(
     density_g_mm3 : float
     limits : ShoulderLimits
     reach_mm : float
-        Greatest depth of the search; ``limit_is_reach`` marks a cut whose limit is only this.
+        Largest depth of the search; ``limit_is_reach`` marks a cut whose limit is only this.
 
     Returns
     -------
@@ -247,7 +247,7 @@ def _cut(
 
 
 def _reach(limits: ShoulderLimits, reach_mm: float) -> DepthLimit:
-    """Return the depth of the search: the reach, or the job's greatest depth if that is less."""
+    """Return the depth of the search: the reach, or the job's largest depth if that is less."""
     if limits.max_depth_mm is None or limits.max_depth_mm > reach_mm:
         return DepthLimit(reach_mm, "how far was looked", is_reach=True)
     return DepthLimit(limits.max_depth_mm, f"max_depth_mm = {limits.max_depth_mm:g}")
@@ -343,7 +343,7 @@ class Shoulder(FaceKind[ShoulderLimits]):
         return min(walls, default=None)
 
     def face_depths_mm(self, work: Workpiece, rims: Sequence[Face]) -> Mapping[str, float]:
-        """Return the greatest depth of each planar face by itself."""
+        """Return the largest depth of each planar face by itself."""
         planes = [Patch(face) for face in work.faces if face.kind == "plane"]
         thickness = {web.number: web.z_max_mm - web.z_min_mm for web in work.anatomy.webs}
         thickest = max(thickness.values(), default=0.0)

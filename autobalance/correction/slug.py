@@ -117,7 +117,7 @@ class SlugCut(PressedIn, HoleCut):
 
 
 MOST_HEAVIER = 16
-"""Greatest number of slugs tried where counterweights are too light."""
+"""Largest number of slugs tried where counterweights are too light."""
 
 
 DEPTH_MM = 0.005
@@ -232,7 +232,7 @@ class Slug(HoleKind[SlugLimits]):
         return (MoreCuts("max_slugs", limits.max_slugs, "{more} more slug{s} (max_slugs = {to})"),)
 
     def remedy_most_g_mm(self, work: Workpiece) -> float:
-        """Return the unbalance moved by the heaviest slug at the greatest radius of the crank's metal."""
+        """Return the unbalance moved by the heaviest slug at the largest radius of the crank's metal."""
         limits, frame = self.remedy, work.anatomy.file_to_rotor
         x, y = frame[:2, :3] @ work.solid.mesh.vertices.T + frame[:2, 3:]
         radii = 0.5 * np.array(limits.diameters_mm)

@@ -1,7 +1,7 @@
 """Values of a correction read off the metal that really went or came, to verify a report.
 
 A trace starts from one correction of a report. It bounds the metal that may be that correction's, and reads
-place, depth and size off that metal anew.
+place, depth and size off that metal again.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ FAR_MM = 1e4
 GREATEST_VALUE = 1e6
 """Bound of every length [mm] and density [kg/m³] of a correction."""
 ON_PLANE = 0.999
-"""Least cosine between normals of facets of one plane."""
+"""Smallest cosine between normals of facets of one plane."""
 FLAP_AREA_SHARE = 0.5
 """Share of a level's forward area below which its net area counts as a flap."""
 
@@ -195,11 +195,11 @@ class Reading:
 
 
 DEEPEST_MM = 5e-3
-"""Uncertainty of the greatest depth beside the machine's step, on files that were rounded."""
+"""Uncertainty of the largest depth beside the machine's step, on files that were rounded."""
 
 
 def depth_left(deepest_mm: float, depth_mm: float, step_mm: float) -> Reading:
-    """Return the depth that a cut has left, to the greatest depth or a step short of it."""
+    """Return the depth that a cut has left, to the largest depth or a step short of it."""
     return Reading(np.array(deepest_mm - depth_mm - 0.5 * step_mm), 0.5 * step_mm + DEEPEST_MM)
 
 

@@ -45,7 +45,7 @@ EQUAL_AREA = equal_area(SEGMENTS)
 ROOM_SECTORS = 36
 """Number of blocks that stand for a ring in its envelope."""
 FIRST_SHARE = 0.02
-"""Share of the greatest depth whose slope serves below it: a tool not yet all around the rim has none."""
+"""Share of the largest depth whose slope serves below it: a tool not yet all around the rim has none."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class TurnLimits(Limits):
     Attributes
     ----------
     min_radius_mm : float or None
-        Least rim radius left; default what leaves 2 mm outside of the crankpins and main journals.
+        Smallest rim radius left; default what leaves 2 mm outside of the crankpins and main journals.
     per_web : bool
         Each web its own radius; else one radius for all.
     depth_step_mm : float
@@ -295,7 +295,7 @@ class Turn(Kind[TurnLimits]):
         return None if radius is None else radius - max(reach, default=0.0)
 
     def face_depths_mm(self, work: Workpiece, rims: Sequence[Face]) -> Mapping[str, float]:
-        """Return the greatest depth of each rim, unless its web reaches farther elsewhere."""
+        """Return the largest depth of each rim, unless its web reaches farther elsewhere."""
         least = least_radius_mm(work.anatomy)
         outlines = {web.number: web.outline for web in work.anatomy.webs}
         reach = _reaches_mm(work.solid, work.anatomy)
@@ -310,7 +310,7 @@ class Turn(Kind[TurnLimits]):
 
 
 def _reaches_mm(solid: Solid, anatomy: Anatomy) -> dict[int, float]:
-    """Return the greatest radius of each web's metal: at a vertex of its slab, or an edge that enters it."""
+    """Return the largest radius of each web's metal: at a vertex of its slab, or an edge that enters it."""
     frame, mesh = anatomy.file_to_rotor, solid.mesh
     x, y, z = np.ascontiguousarray((mesh.vertices @ frame[:3, :3].T + frame[:3, 3]).T)
     square = np.zeros(len(z))  # a vertex of no triangle is not metal
@@ -333,5 +333,5 @@ def _reaches_mm(solid: Solid, anatomy: Anatomy) -> dict[int, float]:
 
 
 MAX_RADIUS_REDUCTION = 0.4
-"""Greatest share of the least radius that is given up."""
+"""Largest share of the least radius that is given up."""
 KIND = Turn()

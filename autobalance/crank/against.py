@@ -1,4 +1,4 @@
-"""Alignment of a crank with another, as of a scan with its drawing: on axis and throws, then on all points.
+"""Alignment of a crank with another, as in a scan with its drawing: on axis and throws, then on all points.
 
 Distances are from the nearest of many points on the drawing, along the surface's own direction there
 (point to plane), and least squares over them gives the last of the alignment.

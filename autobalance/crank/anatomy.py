@@ -38,7 +38,7 @@ class Pin:
 
     @property
     def z_range_mm(self) -> tuple[float, float]:
-        """Least and greatest z of the bare cylinder [mm]."""
+        """Smallest and largest z of the bare cylinder [mm]."""
         half = 0.5 * self.width_mm
         return float(self.centre_mm[2]) - half, float(self.centre_mm[2]) + half
 
@@ -77,7 +77,7 @@ class Throw:
 
 @dataclass(frozen=True)
 class CounterweightOutline:
-    """A counterweight's greatest distance from the axis, the angle that its rim spans, and its thickness.
+    """A counterweight's largest distance from the axis, the angle that its rim spans, and its thickness.
 
     ``skew_rad`` is how far the middle of that angle lies from the direction away from the web's crankpins,
     counter-clockwise seen from +z.
@@ -254,7 +254,7 @@ class AxisFound:
 
     @property
     def offset_mm(self) -> float:
-        """Greatest distance of a middle from the z axis."""
+        """Largest distance of a middle from the z axis."""
         return float(np.hypot(*self.centres_mm[:, :2].T).max())
 
     def at(self, z_mm: float) -> Array:
@@ -290,7 +290,7 @@ class Anatomy:
     """A recognised crankshaft.
 
     ``file_to_rotor`` (4, 4) takes file coordinates (in mm) to the rotor frame;
-    ``journal_misalignment_mm`` is the greatest distance of a main journal's centre from the common axis;
+    ``journal_misalignment_mm`` is the largest distance of a main journal's centre from the common axis;
     ``datums`` None: not looked for; ``scan`` None: the surface is drawn, not scanned.
     ``cylinders`` are all along the axis, by increasing z; ``doubts`` what could be meant otherwise;
     ``typed`` what the file has where a job's own statements are.
@@ -317,7 +317,7 @@ class Anatomy:
         return back
 
     def throws_of(self, web: Web) -> tuple[Throw, ...]:
-        """Return the throws whose crankpins a web carries: one, or two between which it stands.
+        """Return the throws whose crankpins a web carries: one, or two between which it is.
 
         Of a web drawn alone that is the one whose bore is in it.
         """

@@ -1,7 +1,7 @@
 """Recognition of an assembly's bodies by their places: crank, rods, pins, bearings and pistons.
 
 A rod's big end lies on a crankpin of the crank; what lies within a rod's eye is its pin or bearing; what
-stands around the small end is the piston. Names of parts are not trusted: they are in any language.
+is around the small end is the piston. Names of parts are not trusted: they are in any language.
 """
 
 from __future__ import annotations
@@ -172,6 +172,6 @@ def _box(part: AssemblyPart, eyes: RodEyes) -> Array:
 
 
 def _holds(box: Array, eyes: RodEyes) -> bool:
-    """Return whether a box in the rod's axes stands around the small end and not around the big one."""
+    """Return whether a box in the rod's axes is around the small end and not around the big one."""
     small = np.array([eyes.length_mm, 0.0, eyes.offset_mm])
     return bool((box[0] < small).all() and (box[1] > small).all()) and box[0][0] > 0.0

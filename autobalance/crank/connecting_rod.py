@@ -76,7 +76,7 @@ class MeasuredRod:
         return self.moments.moved(placement)
 
     def missed_couple(self, stroke_mm: float, speed_rad_s: float) -> tuple[float, float]:
-        """Return the greatest couple that two masses leave out [N·m], and its crank angle [rad].
+        """Return the largest couple that two masses leave out [N·m], and its crank angle [rad].
 
         Raises
         ------

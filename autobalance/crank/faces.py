@@ -27,7 +27,7 @@ LEAST_SIDE_AREA_SHARE = 5e-3
 HEIGHT_CELLS = 50.0
 """Triangles of one plane are first sought at heights this many roundings apart."""
 STRADDLING_AREA_SHARE = 0.2
-"""A plane may straddle that grid; a cell with this share of a face's least area is looked at ..."""
+"""A plane may straddle that grid; a cell with this share of a face's smallest area is looked at ..."""
 MOST_OF = 0.7
 """... and followed up if the cells around it hold this share of that area."""
 ONE_DIRECTION = (2e-3, 1e-3)

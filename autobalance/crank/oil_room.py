@@ -22,7 +22,7 @@ from autobalance.types import Array
 SLICE_MM = 1.0
 """Thickness of the slices in which a web's holes are closed."""
 SLANT = 1.5
-"""Greatest sideways shift of a hole within a slice, over its thickness: 56° from the axis."""
+"""Largest sideways shift of a hole within a slice, over its thickness: 56° from the axis."""
 OUTLINE_RADII = 1.02
 """Radius within which a pin's own outline is sought, over the pin's radius."""
 END = 0.02
@@ -92,7 +92,7 @@ def _reaches(piece: Solid, room: Solid) -> bool:
 
 
 def _room_in_pin(solid: Solid, anatomy: Anatomy, pin: Pin) -> Solid:
-    """Return the hollow within a pin's own outline, from web to web; to its end where there is no web."""
+    """Return the hollow within a pin's own outline, from web to web; to its end if there is no web."""
     (low, high), z = pin.z_range_mm, float(pin.centre_mm[2])
     x, y = (float(each) for each in pin.centre_mm[:2])
     slab = solid.above(low + END * (high - low)).below(high - END * (high - low))

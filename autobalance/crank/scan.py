@@ -14,7 +14,7 @@ from autobalance.types import Array
 class ScannedCylinder:
     """A journal or crankpin as scanned: standard errors (``pm``), and its surface's distance from the fit.
 
-    ``out_of_round_mm`` is the greatest less the least radius of its mean section; ``run_out_mm`` a main
+    ``out_of_round_mm`` is the largest less the least radius of its mean section; ``run_out_mm`` a main
     journal's reading on a dial, were the crank turned about the common axis: twice its centre's distance.
     ``centre_pm_mm`` (3,) is of its centre in the rotor frame.
     """
@@ -30,7 +30,7 @@ class ScannedCylinder:
 
 @dataclass(frozen=True)
 class ScannedWeb:
-    """Standard errors of a web, and of its counterweight's outline where it has one (0: none).
+    """Standard errors of a web, and of its counterweight's outline if it has one (0: none).
 
     ``other_ends_mm`` are the heights in the rotor frame where it may begin, and end, instead: at collars.
     """

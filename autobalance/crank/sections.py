@@ -21,7 +21,7 @@ from autobalance.types import Array
 Kind = Literal["main journal", "crankpin", "web", "counterweight", "shaft"]
 
 SHOULDER_MARGIN_RATIO = 0.05
-"""A journal's metal beside a shoulder that stands around it reaches to its radius and this share more."""
+"""A journal's metal beside a shoulder that is around it reaches to its radius and this share more."""
 ASIDE_SHARE = 1e-5
 """Distance from a face, as a share of the part's diagonal, beyond the face's rounding."""
 ROUNDING = 1e-7
@@ -43,7 +43,7 @@ def sections(solid: Solid, anatomy: Anatomy, density_g_mm3: float) -> tuple[Sect
     """Return a crank's parts: journals, crankpins, webs, counterweights and the rest of the shaft.
 
     A web's counterweight is its metal beyond the crank axis, away from its crankpin; fillets and collars
-    belong to the web that they stand on. The parts add up to the whole.
+    belong to the web that they are on. The parts add up to the whole.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def counterweight_moments(solid: Solid, anatomy: Anatomy, density_g_mm3: float) 
 
 @dataclass(frozen=True, eq=False)
 class _Span:
-    """A stretch of the axis with the owner of its metal; a web's shoulder may stand around a journal."""
+    """A stretch of the axis with the owner of its metal; a web's shoulder may be around a journal."""
 
     low: float
     high: float
@@ -237,10 +237,10 @@ class _Cutter:
         return moments
 
     def _beside_shoulder(self, span: _Span, side: Array | None) -> Moments:
-        """Return the moments of a cylinder's metal where a web's shoulder stands around it.
+        """Return the moments of a cylinder's metal where a web's shoulder is around it.
 
-        At the stretch's ends lie faces, even but for rounding; the cylinder is measured between them, where
-        the shoulder is apart from it, and scaled to the whole stretch.
+        At the stretch's ends lie faces, even except for rounding; the cylinder is measured between them,
+        where the shoulder is apart from it, and scaled to the whole stretch.
         """
         assert span.pin is not None
         part = Part(span.pin.centre_mm[:2], 0.5 * (1.0 + SHOULDER_MARGIN_RATIO) * span.pin.diameter_mm, side)

@@ -63,7 +63,7 @@ def _table(result: Any) -> Values:
 def decoded(of: type[T], value: Any) -> T:
     """Return a record from what a report has of it: the inverse of ``encoded``.
 
-    Sequences become tuples. What is derived is what stands there, or derived again where it is not there. A
+    Sequences become tuples. What is derived is what is there, or derived again where it is missing. A
     record computed from what no report has lacks that.
 
     Raises
@@ -161,7 +161,7 @@ def _is_whole(of: Any) -> bool:
 
 
 def _decoded_inline(of: Any, field: Field, value: Mapping[str, Any]) -> Any:
-    """Return a record whose keys stand among another's, or a mapping of the keys that no field has."""
+    """Return a record whose keys are among another's, or a mapping of the keys that no field has."""
     if field.registered is not None:
         types = field.registered()
         return {key: _at(f".{key}", hint, value[key], None) for key, hint in types.items() if key in value}
@@ -173,7 +173,7 @@ def _decoded_inline(of: Any, field: Field, value: Mapping[str, Any]) -> Any:
 
 
 def _record_in(hint: Any) -> Any:
-    """Return the record of a type, or of its union; None where there is none."""
+    """Return the record of a type, or of its union; None if there is none."""
     arms = get_args(bare(hint)) or (bare(hint),)
     return next((each for each in arms if dataclasses.is_dataclass(each)), None)
 

@@ -65,7 +65,7 @@ class Like:
 
 @dataclass(frozen=True)
 class Registered:
-    """Mark of a mapping inline whose keys others register: their types by key, asked for when needed."""
+    """Mark of a mapping inline whose keys others register: their types by key, requested when needed."""
 
     types: Callable[[], Mapping[str, Any]]
 
@@ -76,7 +76,7 @@ class _Marker:
 
 
 INLINE: Final = _Marker("inline")
-"""Mark of a record or mapping in a record: its keys stand among the others, none where it is None."""
+"""Mark of a record or mapping in a record: its keys are among the others, none where it is None."""
 OMITTED: Final = _Marker("omitted")
 """Mark of a field that has no key where it is None."""
 UNWRITTEN: Final = _Marker("unwritten")
@@ -105,9 +105,9 @@ _SEVERAL = (Union, UnionType, list, tuple, Sequence)
 
 
 class Field(NamedTuple):
-    """Field of a record as it is written; ``unit`` is another outside, where there is one.
+    """Field of a record as it is written; ``unit`` is another outside, if there is one.
 
-    ``registered`` are the types of keys that others register, of a mapping that stands inline.
+    ``registered`` are the types of keys that others register, of a mapping that is inline.
     """
 
     name: str
@@ -122,7 +122,7 @@ class Field(NamedTuple):
 
 
 class _Derived(property):
-    """Property of a record that is one of its keys; of a record that was read, what stands there."""
+    """Property of a record that is one of its keys; of a record that was read, what is there."""
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
@@ -144,7 +144,7 @@ else:
 
 @cache
 def fields_of(of: type) -> tuple[Field, ...]:
-    """Return the fields of a record that are written, in their order; what is derived stands behind them."""
+    """Return the fields of a record that are written, in their order; what is derived is behind them."""
     hints = get_type_hints(of, include_extras=True)
     fields = [_field(each.name, hints[each.name]) for each in dataclasses.fields(of)]
     found = {name: each for base in reversed(of.__mro__) for name, each in vars(base).items()}

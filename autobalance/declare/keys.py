@@ -1,6 +1,6 @@
 """Keys of tables: what a TOML file may hold, declared once.
 
-A table is a frozen dataclass whose fields say in ``Annotated`` what stands in the file: ``keys_of`` gives the
+A table is a frozen dataclass whose fields say in ``Annotated`` what is in the file: ``keys_of`` gives the
 declaration from which reading with defaults, the echo of the input in a report, the JSON Schema for
 editors, the job that ``init`` writes and the tables of the documentation come; ``made`` makes the dataclass
 of what was read.
@@ -44,7 +44,7 @@ class Key:
     plain value or a table. ``named`` makes it a table whose keys are free names, and says what each is. A
     table that may be missing has the default None, or ``FILLED``: then it is there with the defaults of its
     keys. ``forms`` are the tables that a file may hold in its place, where what is read was brought to one
-    form before; ``instead`` is the key that may stand in its place, and then only one of both.
+    form before; ``instead`` is the key that may be in its place, and then only one of both.
 
     ``typed`` is the unit of a number that may be typed with it, where the name does not end in one.
     ``not_empty`` says what to do instead of leaving a list or text empty, ``missing`` what more to say where
@@ -74,7 +74,7 @@ class Key:
 
     @property
     def unit(self) -> str:
-        """Unit of its numbers, by its name unless said otherwise; empty where they have none."""
+        """Unit of its numbers, by its name unless said otherwise; empty if they have none."""
         return self.typed or unit_of_name(self.name)
 
     @property
@@ -99,7 +99,7 @@ def names(keys: tuple[Key, ...]) -> tuple[str, ...]:
 
 
 def optional(keys: tuple[Key, ...]) -> tuple[Key, ...]:
-    """Return keys of which none is required: where other keys stand in for them, or they overrule."""
+    """Return keys of which none is required: where other keys replace them, or they overrule."""
     return tuple(replace(key, default=None) if key.default is REQUIRED else key for key in keys)
 
 

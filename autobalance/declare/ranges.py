@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 MIN_POSITIVE = 1e-9
-"""Least positive number where one is needed: dividing by less overflows."""
+"""Smallest positive number where one is needed: dividing by less overflows."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class TypedIn:
 
 @dataclass(frozen=True)
 class Size:
-    """Least and greatest number of entries of a list."""
+    """Smallest and largest number of entries of a list."""
 
     least: int = 0
     most: int | None = None
@@ -31,7 +31,7 @@ class Size:
 
 @dataclass(frozen=True)
 class Pattern:
-    """Regular expression that a text follows, and its least length."""
+    """Regular expression that a text follows, and its smallest length."""
 
     expression: str = ""
     least: int = 0
@@ -48,7 +48,7 @@ class Range:
 
     ``text`` names it in a message; ``least`` and ``most`` may be reached, ``above`` and ``below`` may not;
     the absolute value must be above ``apart``; ``besides`` are numbers permitted in spite of all that, and
-    ``one_of`` the only permitted ones, where there are few.
+    ``one_of`` the only permitted ones, if there are few.
     """
 
     text: str = ""

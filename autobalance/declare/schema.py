@@ -1,7 +1,7 @@
 """From typed records to JSON Schema: one place says what a report holds.
 
 A record is a frozen dataclass (``autobalance.declare``), or a ``TypedDict`` for what a report repeats of a
-file; a bound, a unit or a sentence of explanation stands in ``Annotated``. Every record becomes an entry of
+file; a bound, a unit or a sentence of explanation is in ``Annotated``. Every record becomes an entry of
 ``$defs``, named in snake case, and allows no other keys unless it is marked ``open_keys`` or holds a table
 among its own keys.
 """
@@ -138,7 +138,7 @@ def _fields(fields: Sequence[Field], definitions: Definitions) -> tuple[Values, 
 
 
 def _hint_where_written(field: Field) -> Any:
-    """Return the type of a field where it has a key: one that is left out without a value is never null."""
+    """Return the type of a field if it has a key: one that is left out without a value is never null."""
     if not field.omitted:
         return field.hint
     hint, *marks = get_args(field.hint)
@@ -157,7 +157,7 @@ def _record_in(hint: Any) -> type | None:
 
 
 def _may_lack(hint: Any) -> bool:
-    """Return whether a record that stands inline may be None."""
+    """Return whether a record that is inline may be None."""
     return type(None) in get_args(bare(hint))
 
 

@@ -95,4 +95,4 @@ CRANK_FORMS: Mapping[str, tuple[Key, ...]] = {
     "from dimensions": (*DESIGN, ENGINE),
     "from a preset": (PRESET, *_changes(DESIGN), ENGINE),
 }
-"""Form of the file → all that may stand at its top level."""
+"""Form of the file → all that may be at its top level."""

@@ -167,7 +167,7 @@ def _suggestions(design: Design, engine: EngineParts | None, target: Wanted) -> 
 
 
 def _designed(design: str | Path | Mapping[str, Any]) -> tuple[Design, EngineParts | None]:
-    """Return the design that is asked for, and the weights if it names any."""
+    """Return the design that is requested, and the weights if it names any."""
     if isinstance(design, Mapping):
         return design_from(dict(design))
     path = Path(design)

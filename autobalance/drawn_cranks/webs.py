@@ -1,4 +1,4 @@
-"""Webs of a crankshaft from its dimensions: outlines, and counterweights that stand on them."""
+"""Webs of a crankshaft from its dimensions: outlines, and counterweights that are on them."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def _inner_radius(crank: Design, size: DesignCounterweight) -> float:
 
 
 def _shoulder_outline(crank: Design, size: DesignCounterweight, height: float) -> Outline:
-    """Return the part of a ring that stands on the web: rim, edge, inner arc, edge."""
+    """Return the part of a ring that is on the web: rim, edge, inner arc, edge."""
     inner, edge = _inner_radius(crank, size), _edge_angle(size)
     lean = math.tan(math.radians(size.draft_deg))
     rim, arc = (
@@ -156,7 +156,7 @@ def _shoulder_outline(crank: Design, size: DesignCounterweight, height: float) -
 
 
 def _shoulder(size: DesignCounterweight, web: Span, height: float, outline: Outline) -> Shape:
-    """Return the part of a counterweight that stands on the web's face."""
+    """Return the part of a counterweight that is on the web's face."""
     face = web.high if web.journal_side > 0 else web.low
     top = on_grid(face + web.journal_side * height)
     edges = tuple(place for place, edge in enumerate(outline) if isinstance(edge, Line))

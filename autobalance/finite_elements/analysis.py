@@ -67,7 +67,7 @@ class FemMesh:
 
 @dataclass(frozen=True)
 class FemLevel:
-    """One mesh of the series and what was found on it: the frequencies, or the greatest stress."""
+    """One mesh of the series and what was found on it: the frequencies, or the largest stress."""
 
     size_mm: Positive
     nodes: Ordinal
@@ -94,7 +94,7 @@ class FemMode:
 
 @dataclass(frozen=True)
 class FemStress:
-    """The greatest stress on the last mesh."""
+    """The largest stress on the last mesh."""
 
     greatest_von_mises_MPa: NotNegative
     greatest_principal_MPa: float
@@ -104,7 +104,7 @@ class FemStress:
 
 @dataclass(frozen=True)
 class FemDisplacement:
-    """The greatest displacement on the last mesh."""
+    """The largest displacement on the last mesh."""
 
     greatest_mm: NotNegative
 

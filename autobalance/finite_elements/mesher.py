@@ -97,7 +97,7 @@ def meshes_of(
     solid : SurfaceSolid or Path
         Triangles, or a STEP file, whose true surfaces are meshed.
     size_mm : float or None
-        Greatest edge [mm]; None: ``default_size_mm``.     factors : sequence of float
+        Largest edge [mm]; None: ``default_size_mm``.     factors : sequence of float
         Each gives a mesh, of so many times these sizes.
     share_of_radius : float
         Size of elements on a curved surface, over its radius, at most.
@@ -135,7 +135,7 @@ def meshes_of(
 
 
 def need_libraries() -> None:
-    """Raise FileError, with what to install, unless the mesher and the finite-element library are there."""
+    """Raise FileError, with what to install, unless the mesher and the finite-element library exist."""
     if find_spec("netgen") is None or find_spec("skfem") is None:
         raise FileError(
             "finite elements need netgen-mesher and scikit-fem: pip install 'autobalance[fem]'; the mesher "

@@ -22,11 +22,11 @@ SHIFT = 0.3
 RIGID_SHARE = 1e-4
 """A rigid motion's ω² is rounding: far below this share of the shift's."""
 EXTRA_MODES = 6
-"""Modes found beyond those asked for: a round body has each bending mode twice, and Lanczos may find the
+"""Modes found beyond those requested: a round body has each bending mode twice, and Lanczos may find the
 second one late."""
 SLICES = 40
 THIN_SHARE = 1e-12
-"""A slice with less moment of inertia, as a share of the greatest, is nodes on the axis: it does not turn."""
+"""A slice with less moment of inertia, as a share of the largest, is nodes on the axis: it does not turn."""
 KIND_SHARE = 0.6
 """Share of the kinetic energy that makes a kind."""
 
@@ -204,7 +204,7 @@ def _over(moment: Array, arm: Array) -> Array:
 
 
 def slice_motions(body: ElasticBody) -> SliceMotions:
-    """Return a body's slices along its principal axis of least inertia."""
+    """Return a body's slices along its principal axis of smallest inertia."""
     weight = body.node_masses()
     centred = body.places_mm - weight @ body.places_mm / weight.sum()
     spread = np.einsum("n,ni,nj->ij", weight, centred, centred)

@@ -22,7 +22,7 @@ ROUGH_GRADINGS = (0.5, 0.3, 0.7)
 ROUGH_STEPS = {"optsteps2d": 2, "optsteps3d": 1}
 """How often a mesh is improved, where rough will do; netgen's own is 3 times."""
 TRIES = (1.0, 0.85, 1.2)
-"""Factors of the size asked for, tried likewise."""
+"""Factors of the size requested, tried likewise."""
 
 
 def main(order_file: str) -> None:
@@ -72,7 +72,7 @@ def _exact_geometry(order: dict[str, Any], answer: dict[str, Any]) -> Any:
 
 
 def _one(geometry: Any, order: dict[str, Any], size_field: dict[str, Any], size_mm: float) -> None:
-    """Make one mesh, with coarser or finer settings where those asked for fail."""
+    """Make one mesh, with coarser or finer settings where those requested fail."""
     import netgen.meshing as netgen
 
     options: dict[str, Any] = {}

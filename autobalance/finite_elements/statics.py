@@ -35,7 +35,7 @@ BOX_MARGIN_SHARE = 1e-7
 
 @dataclass(frozen=True)
 class Hold:
-    """Surface with every corner in ``box_mm`` (least corner, greatest corner), held along ``axes``."""
+    """Surface with every corner in ``box_mm`` (smallest corner, largest corner), held along ``axes``."""
 
     box_mm: Box
     axes: str
@@ -73,7 +73,7 @@ class StaticResult:
 
     @property
     def greatest_principal_MPa(self) -> float:
-        """Greatest principal stress anywhere [MPa]."""
+        """Largest principal stress anywhere [MPa]."""
         return float(np.linalg.eigvalsh(self.stress_MPa)[:, -1].max())
 
 

@@ -33,7 +33,7 @@ class ThrowLoads:
     places_mm : (n, 3) float
         Nodes on the surface.
     bending_MPa, torsion_MPa : (n,) float
-        Von Mises' stress of the bending, the greatest principal stress of the torsion [1]_.
+        Von Mises' stress of the bending, the largest principal stress of the torsion [1]_.
     nodes : int
         Of the whole mesh.
 

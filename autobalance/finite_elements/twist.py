@@ -52,7 +52,7 @@ class TwistStiffness:
         return replace(self, error_n_m_rad=self.error_n_m_rad + share * self.n_m_rad)
 
     def scaled(self, by: float) -> TwistStiffness:
-        """Return so many times the stiffness, as of a part of the body."""
+        """Return so many times the stiffness, as in a part of the body."""
         levels = tuple(by * each for each in self.levels_n_m_rad)
         return TwistStiffness(by * self.n_m_rad, by * self.error_n_m_rad, self.nodes, levels)
 

@@ -61,9 +61,9 @@ def fem(
     ----------
     solid : path or dict
         Solid, free in space, or an analysis (FEM.toml). Or the tables of one (files are relative to the
-        working folder then); the other parameters must stand in there.
+        working folder then); the other parameters must be in there.
     unit : str or None
-        Unit of length of the solid's file, mm, cm, m or inch, where its format carries none; None: the
+        Unit of length of the solid's file, mm, cm, m or inch, if its format carries none; None: the
         format's.
     body : int, str or None
         Which solid, where the file holds several.
@@ -76,7 +76,7 @@ def fem(
     modes : int or None
         Number of elastic modes to find; None: 6.
     size_mm : float or None
-        Greatest edge of the last mesh [mm]; None: by the solid, for some thousand elements.
+        Largest edge of the last mesh [mm]; None: by the solid, for some thousand elements.
     crankpin_in_file : bool or None
         Put crankpins into a pressed-up crank that is modelled without them. False: of the crank's own metal,
         one piece with the webs.

@@ -1,1 +1,1 @@
-"""Verbs of the documented formulas, which stand in `theory`."""
+"""Verbs of the documented formulas, which are in `theory`."""

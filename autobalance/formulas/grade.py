@@ -24,7 +24,7 @@ from autobalance.verbs.options import place_mm, positive
 from autobalance.verbs.result import VerbResult
 
 USUAL_SPEEDS_RPM = (100.0, 20000.0)
-"""Plotted where no speed is given: a slow marine diesel to a racing engine."""
+"""Plotted if no speed is given: a slow marine diesel to a racing engine."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

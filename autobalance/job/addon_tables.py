@@ -12,7 +12,7 @@ from autobalance.toml_files.keys import plain
 
 
 class TablesRead(NamedTuple):
-    """Tables of a job that are right each by itself, defaults filled in, and as they stand in the file."""
+    """Tables of a job that are right each by itself, defaults filled in, and as they are in the file."""
 
     values: Values
     raw: Mapping[str, Any]

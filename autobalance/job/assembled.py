@@ -20,7 +20,7 @@ TABLES: Mapping[Role, str] = {
 
 
 def body_key(part: AssemblyPart) -> int | str:
-    """Return the value of ``body`` for a part: its name, or its number where it has no name."""
+    """Return the value of ``body`` for a part: its name, or its number if it has no name."""
     body = part.body
     return body.name if body.name and body.name != "all" and not body.name.isdecimal() else body.number
 

@@ -25,7 +25,7 @@ def describe(job: Job) -> dict[str, Any]:
 
 
 def _crankshaft(job: Job) -> dict[str, Any]:
-    """Return the present table; a crank that is an object stands in its place."""
+    """Return the present table; a crank that is an object is in its place."""
     crank, hints, raw = job.crankshaft, job.crankshaft.overrides, job.raw.get("crankshaft", {})
     weighed = crank.weighed
     densities = {"density_kg_m3": crank.density_g_mm3, "density_pm_kg_m3": crank.density_pm_g_mm3}

@@ -234,7 +234,7 @@ def slugs_of_shop(values: Values) -> Any:
 def _at_hand(slugs: Any) -> dict[str, Any]:
     """Return the shop's slugs as keys of limits: of the metal and the diameter with the most lengths.
 
-    Limits know every diameter in every length, so those of one diameter alone are sure to be at hand.
+    Limits know every diameter in every length, so those of one diameter alone are sure to be available.
     """
     by_kind: dict[tuple[float, float], list[float]] = {}
     for each in slugs:

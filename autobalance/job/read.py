@@ -44,7 +44,7 @@ from autobalance.units import RAD_S_PER_RPM
 
 T = TypeVar("T")
 ALWAYS_THERE = ("crankshaft", "engine", "original", "balance", "correction", "shafts")
-"""Tables that are read of every job, with their defaults where it has none."""
+"""Tables that are read of every job, with their defaults if it has none."""
 WITH_SOLIDS = ("engine", "original")
 """Tables whose weights may be solids; a rod is one of them."""
 WORKBOOKS = (".xlsx", ".xlsm")
@@ -118,7 +118,7 @@ class Job:
         return parse(dict(values), Path(folder) / "job.toml", crank_given=True)
 
     def table(self, of: type[T]) -> T | None:
-        """Return what an add-on made of its table, as ``job.table(Cycle)``; None where the job has none."""
+        """Return what an add-on made of its table, as ``job.table(Cycle)``; None if the job has none."""
         found: T | None = self.addons.get(of)
         return found
 
@@ -243,7 +243,7 @@ def load_crankshaft(path: str | Path, settings: Sequence[str] = ()) -> Crankshaf
 
 
 def tables_of(path: Path) -> dict[str, Any]:
-    """Return the tables of a job file, TOML or workbook, as they stand there.
+    """Return the tables of a job file, TOML or workbook, as they are there.
 
     Raises
     ------
@@ -301,7 +301,7 @@ def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 def _job(
     raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str, ...], faults: Faults
 ) -> Job:
-    """Return the job of tables that are right each by itself; some are left out where there are ``faults``.
+    """Return the job of tables that are right each by itself; some are left out if there are ``faults``.
 
     Raises
     ------

@@ -114,7 +114,7 @@ def described_holes(holes: OpenHoles) -> Values:
 
 
 def described_readings(readings: CrankReadings) -> Values:
-    """Return the keys that give the same readings; nothing where nothing was measured."""
+    """Return the keys that give the same readings; nothing if nothing was measured."""
     if not readings.any:
         return {}
     keys: Values = {"calibrate": readings.calibrate}

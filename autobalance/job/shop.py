@@ -16,7 +16,7 @@ from autobalance.toml_files.typed_units import in_base_units
 
 NAME = "shop.toml"
 FILES = ("logo", "machine")
-"""Keys that are paths, relative to the file that they stand in."""
+"""Keys that are paths, relative to the file that they are in."""
 
 
 def user_folder() -> Path:
@@ -32,7 +32,7 @@ def user_folder() -> Path:
 
 
 def shop_file(folder: Path) -> Path | None:
-    """Return the shop's file for a job in a folder; None where there is none."""
+    """Return the shop's file for a job in a folder; None if there is none."""
     return next((each for each in (folder / NAME, user_folder() / NAME) if each.is_file()), None)
 
 

@@ -274,7 +274,7 @@ def in_plain_text(says: str) -> str:
 
 
 def commented_toml(rows: Iterable[Row], kept: Collection[str] = ()) -> str:
-    """Return rows as a TOML document with a comment for each key; hints stand commented out.
+    """Return rows as a TOML document with a comment for each key; hints are commented out.
 
     So does the heading of a table of the top level that holds hints alone, unless it is ``kept``.
     """

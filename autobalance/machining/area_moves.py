@@ -32,7 +32,7 @@ SAMPLE_MM = 0.25
 
 @dataclass(frozen=True, eq=False)
 class Area:
-    """An area to lower, in the machine's x and y: the floor, what stands around it, heights [mm]."""
+    """An area to lower, in the machine's x and y: the floor, what is around it, heights [mm]."""
 
     floor: Region
     standing: Region

@@ -29,7 +29,7 @@ TOUCH_MM3 = 1e-3
 WITHIN_MM = 1e-3
 """By how much a clearance may fall short: four decimals of the words."""
 BESIDE_MM = 0.02
-"""Least room beside a shank or a holder while the tool cuts: a shank as wide as its flutes rubs along the
+"""Smallest room beside a shank or a holder while the tool cuts: a shank as wide as its flutes rubs along the
 wall that they left, over any length."""
 RAMP_STEP_MM = 0.1
 """Heights in which a ramp is looked at."""

@@ -62,24 +62,24 @@ class Stock:
 
     @cached_property
     def _profile(self) -> tuple[Array, Array, Array]:
-        """Least and greatest z, and greatest distance from the axis, of each triangle."""
+        """Smallest and largest z, and largest distance from the axis, of each triangle."""
         corners = self.solid.mesh.corners
         radius = np.hypot(corners[:, :, 0], corners[:, :, 1]).max(axis=1)
         return corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1), radius
 
     def reach_mm(self, low_mm: float, high_mm: float) -> float:
-        """Return the greatest radius of metal between two z; nothing was cut of it."""
+        """Return the largest radius of metal between two z; nothing was cut of it."""
         low, high, radius = self._profile
         return float(radius[(high >= low_mm) & (low <= high_mm)].max(initial=0.0))
 
     @property
     def greatest_radius_mm(self) -> float:
-        """Greatest radius of metal anywhere."""
+        """Largest radius of metal anywhere."""
         return float(self._profile[2].max())
 
     @property
     def ends_mm(self) -> tuple[float, float]:
-        """Least and greatest z."""
+        """Smallest and largest z."""
         return float(self._profile[0].min()), float(self._profile[1].max())
 
     def part_at(self, place: Array) -> str:
@@ -107,7 +107,7 @@ def strip(begin: Array, end: Array, radius_mm: float) -> Region:
 
 
 def top_mm(metal: Solid, region: Region) -> float:
-    """Return the height of the highest metal over a region; −inf where there is none."""
+    """Return the height of the highest metal over a region; −inf if there is none."""
     if metal.is_empty:
         return -np.inf
     low, high = metal.bounds[0, 2], metal.bounds[1, 2]

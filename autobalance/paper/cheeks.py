@@ -28,7 +28,7 @@ class Cheek:
 
 
 def cheeks(report: Report) -> dict[int, Cheek]:
-    """Return by web the cheek nearest to its cuts, one that no cut moves where there is one."""
+    """Return by web the cheek nearest to its cuts, one that no cut moves if there is one."""
     cuts = [*report["corrections"], *report.get("earlier_corrections", ())]
     moved = [abs(float(cut["face_height_mm"])) for cut in cuts if cut.get("face_height_mm") is not None]
     cheeks_by_web: dict[int, Cheek] = {}

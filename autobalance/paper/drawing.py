@@ -22,7 +22,7 @@ NEAR_MM = 1.0
 BESIDE_MM = 8.0
 """Length of a section through a web beyond the web."""
 MIN_AXIAL_COMPONENT = 0.7
-"""Least z of a tool's direction that counts as axial."""
+"""Smallest z of a tool's direction that counts as axial."""
 BELOW_AXIS_SHARE = 0.05
 """Height of half a section beyond the axis, as a share of its height."""
 
@@ -95,7 +95,7 @@ def drawn(report: Mapping[str, Any], crank: Mesh, gone: Mapping[int, Solid]) -> 
 
 
 def _plane_deg(items: Sequence[Item]) -> float:
-    """Return the angle of the plane of a web's section: that of the cut of the greatest unbalance."""
+    """Return the angle of the plane of a web's section: that of the cut of the largest unbalance."""
     drawn = [
         (math.hypot(*item["unbalance_change_g_mm"]), angle)
         for item in items

@@ -40,7 +40,7 @@ def spread(wanted: Sequence[float], apart: float) -> list[float]:
 
 
 def spread_between(wanted: Sequence[float], apart: float, low: float, high: float) -> list[float]:
-    """Return places as ``spread`` does, all between two ends where there is room for them."""
+    """Return places as ``spread`` does, all between two ends if there is room for them."""
     places = spread([min(max(each, low), high) for each in wanted], apart)
     order = sorted(range(len(places)), key=lambda k: places[k])
     for place, k in enumerate(order):
@@ -51,7 +51,7 @@ def spread_between(wanted: Sequence[float], apart: float, low: float, high: floa
 
 
 def spread_on_circle(wanted_rad: Sequence[float], apart_rad: float) -> list[float]:
-    """Return angles on a circle, ``apart`` or more all around where there is room for them.
+    """Return angles on a circle, ``apart`` or more all around if there is room for them.
 
     The circle is cut open in the widest gap; places beyond the gap are pushed back.
     """

@@ -16,7 +16,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array, Item
 
 COSINE_TOLERANCE = 1e-4
-"""Greatest difference from 1 of the cosine of a normal for a triangle of a corrected face."""
+"""Largest difference from 1 of the cosine of a normal for a triangle of a corrected face."""
 ARC_RAD = math.radians(1.0)
 RING_SEGMENTS = 240
 SKIN_MM = 2e-3
@@ -83,7 +83,7 @@ def _rings(item: Item, webs: Sequence[Item]) -> Solid:
 
 
 def _from_face(item: Item, webs: Sequence[Item], left: Solid) -> Solid | None:
-    """Return the corrected face, extruded along its normal to its old height; None where there is none."""
+    """Return the corrected face, extruded along its normal to its old height; None if there is none."""
     normal = np.array(item["normal"], dtype=np.float64)
     new, old = float(item["new_height_mm"]), float(item["face_height_mm"])
     placement = _to_face(normal)

@@ -24,13 +24,13 @@ HEAD_MM = 8.0
 BESIDE_MM = 5.0
 """Gap between the view and section or table beside it."""
 LEAST_BESIDE_MM = 62.0
-"""Least width for section or table beside a view."""
+"""Smallest width for section or table beside a view."""
 SECTION_MM = 90.0
 LEAST_SECTION_MM = 50.0
 LEAST_WHOLE_MM, MOST_WHOLE_MM = 45.0, 110.0
 """Height of the section of the whole crank."""
 LEAST_SHARE = 0.5
-"""Least rest of a page, as a share, into which a plate that is too high is drawn smaller."""
+"""Smallest rest of a page, as a share, into which a plate that is too high is drawn smaller."""
 
 
 class PlateView(Flowable):  # type: ignore[misc]

@@ -21,14 +21,14 @@ LAP_MM = 10.0
 FAR_DEG, FAR_MM = 60.0, 80.0
 """Gap between holes above which another strip begins: no length of a strip is without a hole."""
 REACH_MM = 60.0
-"""Greatest extension of a strip to an edge or line that it is laid on."""
+"""Largest extension of a strip to an edge or line that it is laid on."""
 FLAT_MM = 0.05
 """Sag up to which a side represents an arc about the axis; above it, it is flat."""
 STRAIGHT_MM = 0.02
 LEAST_SIDE_MM, OFF_SIDE_MM = 0.5, 0.1
-"""Least length of a side of an outline that counts, and greatest distance of its holes from it."""
+"""Smallest length of a side of an outline that counts, and largest distance of its holes from it."""
 MIN_SIDE_RATIO = 1.2
-"""Least length of a flat side, as a multiple of the hole's diameter."""
+"""Smallest length of a flat side, as a multiple of the hole's diameter."""
 CHORD_DEG = 15.1
 """Sides up to so wide with both ends at one radius stand for a circle about the axis: files of 24 corners a
 turn have such, and a strip laid round a true flat of that width is off by 0.3 % of its length."""

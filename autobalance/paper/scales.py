@@ -9,11 +9,11 @@ SCALES = (
     *((float(k), f"{k}:1") for k in (50, 20, 10, 5, 2)),
     *((1.0 / k, f"1:{k}") for k in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)),
 )
-"""ISO 5455, the greatest first."""
+"""ISO 5455, the largest first."""
 
 
 def scale_for(wide_mm: float, high_mm: float, room_x: float, room_y: float) -> tuple[float, str]:
-    """Return the greatest scale up to 2:1 at which a drawing fits, and its name.
+    """Return the largest scale up to 2:1 at which a drawing fits, and its name.
 
     Examples
     --------

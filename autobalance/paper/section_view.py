@@ -65,7 +65,7 @@ class SectionView:
         self.high_mm = self.top + self.scale * float(size[1]) + self.foot
 
     def _dimensioned(self) -> Mapping[str, Any] | None:
-        """Return the hole of the section with the greatest unbalance, to be dimensioned; None without one."""
+        """Return the hole of the section with the largest unbalance, to be dimensioned; None without one."""
         holes = [item for item in self.items if item.get("inward") is not None]
         if self.cheek is None or not holes:
             return None

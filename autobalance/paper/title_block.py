@@ -21,7 +21,7 @@ HEAD_MM = 20.0
 WORK_MM = 4.4
 """Line at the head of a page with the entries of ``[job]``."""
 LOGO_MM = 28.0
-"""Greatest width of the shop's picture."""
+"""Largest width of the shop's picture."""
 FOOT_MM = 17.0
 BAR_MM = 80.0
 """Distance from the margin to the scale bar in the foot of each page."""

@@ -24,7 +24,7 @@ ERROR_SHARE = 0.5
 USUAL_ACCURACY = {"angle_deg": 0.25, "position_mm": 0.1, "depth_mm": 0.1, "diameter_mm": 0.05}
 """Usual workshop accuracies, without special care (ISO 2768-1, fine); angles by an indexing head."""
 MAX_ACCURACY_RATIO = 4.0
-"""Greatest factor on the usual accuracy."""
+"""Largest factor on the usual accuracy."""
 CARE_SHARE = 0.4
 """Share of the usual accuracy below which a workshop needs special care."""
 
@@ -68,7 +68,7 @@ def tolerances(report: Mapping[str, Any]) -> Tolerances | None:
 class Held:
     """Effect of usual workshop accuracies: the error of the resultant from independent errors.
 
-    ``left_g_mm`` is the unused permissible value of the resultant, ``share`` the greatest share of the unused
+    ``left_g_mm`` is the unused permissible value of the resultant, ``share`` the largest share of the unused
     values that the errors use, over resultant and planes; infinite where none is left.
     """
 

@@ -34,7 +34,7 @@ class SheetResult(VerbResult):
     source: Path
 
     def files(self) -> Mapping[str, bytes]:
-        """Return ``sheet.pdf`` and ``drawing.dxf``, as far as they were asked for."""
+        """Return ``sheet.pdf`` and ``drawing.dxf``, as far as they were requested."""
         return {SHEETS[kind]: data for kind, data in self.made.items()}
 
     def text(self, units: str = "metric") -> str:

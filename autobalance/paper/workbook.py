@@ -1,7 +1,7 @@
 """``balance.xlsx``: the calculation as a sheet of live formulas, which follow a changed weight.
 
 Every formula is written with its value, so that a program that does not recalculate shows the right numbers.
-Mass and moments of the solid alone stand in separate cells, marked as measured.
+Mass and moments of the solid alone are in separate cells, marked as measured.
 """
 
 from __future__ import annotations

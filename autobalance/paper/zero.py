@@ -1,4 +1,4 @@
-"""The zero of a sheet's angles: the keyway where there is one, else crankpin 1."""
+"""The zero of a sheet's angles: the keyway if there is one, else crankpin 1."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Zero:
 
     @classmethod
     def of(cls, report: Report, choice: ZeroChoice = "keyway") -> Zero:
-        """Return the chosen zero; crankpin 1 where there is no keyway."""
+        """Return the chosen zero; crankpin 1 if there is no keyway."""
         datum = angle_datum(report)
         if datum is None:
             return cls(CRANKPIN, 0.0)

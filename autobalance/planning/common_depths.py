@@ -74,7 +74,7 @@ class Groups:
 
 
 def common_depths(task: Task, groups: Groups, enough: float) -> Plan | None:
-    """Return the plan of groups at depths of least residual, on machine steps; None if above ``enough``.
+    """Return the plan of groups at depths of smallest residual, on machine steps; None if above ``enough``.
 
     Gauss-Newton steps on the judged vectors; then the nearest machine steps are tried together.
     """
@@ -128,7 +128,7 @@ def _plan(task: Task, groups: Groups, depths: Array) -> Plan:
 
 
 def _on_steps(task: Task, groups: Groups, plan: Plan, bounds: tuple[Array, Array]) -> Plan:
-    """Return the plan of least residual with depths on machine steps near those of ``plan``."""
+    """Return the plan of smallest residual with depths on machine steps near those of ``plan``."""
     steps = [max(task.cuts[k].depth_step_mm for k in group) for group in groups.members]
     if not any(steps):
         return plan
@@ -156,7 +156,7 @@ TRIED_GROUPS = 12
 def _nearest(
     task: Task, groups: Groups, plan: Plan, choices: Sequence[Sequence[float]]
 ) -> list[tuple[float, ...]]:
-    """Return the combinations of depths of least residual on the tangent."""
+    """Return the combinations of depths of smallest residual on the tangent."""
     rows = judged_rows(task.tolerance)
     now = np.array([float(plan.depths_mm[group[0]]) for group in groups.members])
     slopes = np.array([_slope(task, group, d) for group, d in zip(groups.members, now.tolist(), strict=True)])

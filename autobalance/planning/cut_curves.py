@@ -16,12 +16,12 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array, Indices
 
 MOST_LATE = 0.99
-"""Greatest lag of a curve: one that would run backwards at first is taken to start slowly."""
+"""Largest lag of a curve: one that would run backwards at first is taken to start slowly."""
 
 
 @dataclass(frozen=True, eq=False)
 class CutCurves:
-    """All cuts as curves of judged vectors, known at their least, middle and greatest depths.
+    """All cuts as curves of judged vectors, known at their least, middle and largest depths.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class CutCurves:
         return np.ascontiguousarray(self.effect[:, :, 0])
 
     def at_least(self, sets: Indices) -> Array:
-        """Return the sums (m, d) of the effects of sets of cuts (m, k) at their least depths."""
+        """Return the sums (m, d) of the effects of sets of cuts (m, k) at their smallest depths."""
         total = np.zeros((len(sets), len(self.wanted)))
         for members in sets.T:
             total += self.least.take(members, axis=0)
@@ -67,7 +67,7 @@ class CutCurves:
 
     @cached_property
     def chord(self) -> Array:
-        """Change of each effect from the least to the greatest depth (n, d)."""
+        """Change of each effect from the least to the largest depth (n, d)."""
         return self.effect[:, :, 2] - self.effect[:, :, 0]
 
     @cached_property
@@ -89,13 +89,13 @@ class CutCurves:
 
     @cached_property
     def reach(self) -> float:
-        """Greatest growth of the length of an effect per gram of metal."""
+        """Largest growth of the length of an effect per gram of metal."""
         gain, spent = length(np.moveaxis(slopes_of(self.effect), 2, 1)), slopes_of(self.weight)
         return max(float((gain / np.maximum(spent, 1e-12)).max(initial=0.0, where=spent > 1e-12)), 1e-12)
 
     @cached_property
     def deepest_beside(self) -> Array:
-        """Greatest depth, from 0 least to 1 greatest, of the first of two cuts beside the second (n, n).
+        """Largest depth, from 0 smallest to 1 largest, of the first of two cuts beside the second (n, n).
 
         Below 0: the two exclude each other.
         """
@@ -131,7 +131,7 @@ class CutCurves:
 
     @cached_property
     def _groups(self) -> list[tuple[Indices, int]]:
-        """Group of each cut (n,), −1 for none, and greatest number of groups used, by rule of variety."""
+        """Group of each cut (n,), −1 for none, and largest number of groups used, by rule of variety."""
         groups = []
         for rule in self.candidates.varieties:
             number = np.full(len(self.weight), -1, dtype=np.int64)

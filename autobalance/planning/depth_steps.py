@@ -43,7 +43,7 @@ def settled(task: Task, depths: Array) -> Plan:
 
 
 def bounds_of(task: Task, chosen: Sequence[int]) -> tuple[Array, Array]:
-    """Return the least and greatest depths of chosen cuts beside their chosen neighbours."""
+    """Return the least and largest depths of chosen cuts beside their chosen neighbours."""
     least = np.array([task.cuts[k].least_depth_mm for k in chosen])
     most = np.array([task.cuts[k].max_depth_mm for k in chosen])
     place = {k: n for n, k in enumerate(chosen)}
@@ -70,7 +70,7 @@ def finished(task: Task, plan: Plan) -> Plan:
 
 
 def rounding_share(task: Task, depths: Array) -> float:
-    """Return the greatest share of a permissible value that half a depth step of a cut changes."""
+    """Return the largest share of a permissible value that half a depth step of a cut changes."""
     total = 0.0
     rows = judged_rows(task.tolerance)
     for k in np.flatnonzero(depths).tolist():
@@ -85,7 +85,7 @@ def rounding_share(task: Task, depths: Array) -> float:
 
 
 def _rounded(task: Task, plan: Plan) -> Plan:
-    """Return the plan of least residual among those on the nearest machine steps."""
+    """Return the plan of smallest residual among those on the nearest machine steps."""
     chosen = [k for k in np.flatnonzero(plan.depths_mm).tolist() if task.cuts[k].depth_step_mm > 0.0]
     if not chosen:
         return plan

@@ -34,7 +34,7 @@ SETTLED_MM = 1e-7
 SAME_MM = 1e-9
 """Distance within which depths are equal to each other, or to a limit or step."""
 EVENNESS_WEIGHT = 1e-4
-"""Weight of the greatest depth beside the removed mass: between equals, even depths win."""
+"""Weight of the largest depth beside the removed mass: between equals, even depths win."""
 
 
 def metal_g(change: Moments) -> float:
@@ -52,7 +52,7 @@ class Plan:
     predicted : Unbalance
         The residual, as judged.
     share : float
-        Its greatest judged magnitude ÷ the permissible value.
+        Its largest judged magnitude ÷ the permissible value.
     binding : tuple of str
         The limits that keep the plan from less, where ``share`` is above the aim.
     """
@@ -76,7 +76,7 @@ def plan_depths(
     cost: Callable[[Moments], float] = metal_g,
     worth: float = 0.0,
 ) -> Plan:
-    """Return the depths of least judged residual, down to ``aim``, and then of least metal.
+    """Return the depths of smallest judged residual, down to ``aim``, and then of the least metal.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def plan_depths(
     aim : float
         Share of the permissible value below which less residual is worth no metal.
     bounds_mm : ((n,) float, (n,) float), optional
-        Least and greatest depths; default from zero to what the cuts allow.
+        Smallest and largest depths; default from zero to what the cuts allow.
     cost : callable
         Cost of a change of moments, linear in it; default the metal.
     worth : float
@@ -141,7 +141,7 @@ def plan_depths(
 
 
 def _at_ends(depths: Array, least: Array, most: Array) -> Array:
-    """Return depths with those that are a bound but for rounding set to it."""
+    """Return depths with those that are a bound except for rounding set to it."""
     deep: Array = np.where(np.abs(depths - most) <= SAME_MM, most, depths)
     return np.where(np.abs(deep - least) <= SAME_MM, least, deep)
 
@@ -203,7 +203,7 @@ def _tangent_step(
     aim: float,
     cost_of: Callable[[Moments], float],
 ) -> Array:
-    """Solve the linear programme of the tangent at a plan for (depths, excess share, greatest depth)."""
+    """Solve the linear programme of the tangent at a plan for (depths, excess share, largest depth)."""
     count = len(cuts)
     least, most = bounds
     depths, now = here.depths_mm, here.predicted.components
@@ -294,7 +294,7 @@ ONLY_MM = 1e-3
 def _only_answer(
     matrix: Array, at_zero: Array, bounds: tuple[Array, Array], same_depth: bool, aim: float
 ) -> Array | None:
-    """Return the depths of least residual where the aim leaves no room for any others; else None.
+    """Return the depths of smallest residual where the aim leaves no room for any others; else None.
 
     Newton's step: a linear programme would find the same depths, and its library takes longer to load than
     everything else that a small crank needs.

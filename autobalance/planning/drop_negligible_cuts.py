@@ -14,7 +14,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 
 NEGLIGIBLE_EFFECT_SHARE = 1e-3
 """Share of the permissible values below which a cut is left out. A rim that is turned by less
-than its facets stand back loses the tips of their edges alone: too little to be found in the file again."""
+than its facets are back loses the tips of their edges alone: too little to be found in the file again."""
 
 
 def worthwhile(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, plan: Plan) -> Plan:

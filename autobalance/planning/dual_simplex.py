@@ -34,12 +34,12 @@ def least_cost(cost: Array, rows: Array, most: Array, bounds: tuple[Array, Array
         With numbers near 1.
     most : (m,) float
     bounds : ((n,) float, (n,) float)
-        Least and greatest x; the greatest may be infinite where the cost is not below zero.
+        Smallest and largest x; the largest may be infinite where the cost is not below zero.
 
     Returns
     -------
     (n,) float or None
-        None where no x meets the constraints.
+        None if no x meets the constraints.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Search for the lightest set of few cuts, where whole numbers decide and a linear bound is weak.
 
-A chosen cut weighs at least as much as at its least depth. So k cuts weigh at least the bound of a small
+A chosen cut weighs at least as much as at its smallest depth. So k cuts weigh at least the bound of a small
 linear programme for any k of all cuts, plus the reduced cost of each one; and the sum of their effects at
 least depths misses the target by no more than the weight left to spend can make up. All sets within both
 bounds are tried, up to a level of weight that rises until one of them serves. Many sets are joined from two
@@ -43,7 +43,7 @@ TRIED_SETS = 8
 LEVEL_RISE = 1.25
 """Factor to which levels rise over the least weight of sets that are too many to try."""
 MAX_CLIPS = 3
-"""Times that the rest is spread anew along the chords that have not come to an end."""
+"""Times that the rest is spread again along the chords that have not come to an end."""
 
 
 def lightest_set(
@@ -61,7 +61,7 @@ def lightest_set(
         With no cut made, as judged.
     tolerance : Tolerance
     candidates : Candidates
-        Cuts with a least depth; shared depths are not heeded.
+        Cuts with a smallest depth; shared depths are not heeded.
     aim : float
         Share of the permissible value to reach.
     serves : callable
@@ -70,10 +70,10 @@ def lightest_set(
     Returns
     -------
     (n,) float or None
-        Depths near their best; None where nothing was found.
+        Depths near their best; None if nothing was found.
     float
-        Least weight of the sets that were not tried [g]; of those tried the set is lightest to about 0.5 %,
-        since the aim leaves some slack that the search leaves out.
+        Smallest weight of the sets that were not tried [g]; of those tried the set is lightest to about 0.5
+        %, since the aim leaves some slack that the search leaves out.
     """
     fewest = math.ceil(_count_at_least(residual, tolerance, candidates))
     if fewest > MOST_CUTS:
@@ -119,7 +119,7 @@ def _count_at_least(residual: Unbalance, tolerance: Tolerance, candidates: Candi
 
 
 def _possible(candidates: Candidates) -> int:
-    """Return the greatest number of cuts that the rules of count allow."""
+    """Return the largest number of cuts that the rules of count allow."""
     free, total = set(range(len(candidates.cuts))), 0
     for rule in candidates.counts:
         total += min(rule.most, len(free.intersection(rule.members)))
@@ -132,7 +132,7 @@ def _possible(candidates: Candidates) -> int:
 
 @dataclass(frozen=True, eq=False)
 class _Price:
-    """Least weight of sets of cuts: ``bound``, and ``reduced`` (n,) more for each member."""
+    """Smallest weight of sets of cuts: ``bound``, and ``reduced`` (n,) more for each member."""
 
     bound: float
     reduced: Array
@@ -281,8 +281,8 @@ class _Sets:
 def _screened(field: CutCurves, sets: Indices) -> _CutSets:
     """Return the sets (m, k) that can meet the target on their chords, with good depths.
 
-    Depths follow the shortest way along the chords; those past an end stay there and the rest is spread anew.
-    Then, of more cuts than necessary, metal is saved as long as some still can be.
+    Depths follow the shortest way along the chords; those past an end stay there and the rest is spread
+    again. Then, of more cuts than necessary, metal is saved as long as some still can be.
     """
     if sets.shape[1] < len(field.wanted):
         sets = sets[_can_meet(field, sets)]
@@ -325,7 +325,7 @@ def _added(chord: Array, along: Array) -> Array:
 
 
 def _shortest(chord: Array, left: Array) -> Array:
-    """Return the shares (m, k) of chords (m, k, d), least in squares, that make up a remainder (m, d)."""
+    """Return the shares (m, k) of chords (m, k, d), of least squares, that make up a remainder (m, d)."""
     square = np.swapaxes(chord, 1, 2) @ chord
     ridge = 1e-9 * np.maximum(np.trace(square, axis1=1, axis2=2), 1e-30)  # some do not span all directions
     square += ridge[:, None, None] * np.eye(square.shape[1])
@@ -333,7 +333,7 @@ def _shortest(chord: Array, left: Array) -> Array:
 
 
 def _depth_share(bow: Array, along: Array) -> Array:
-    """Return the depths, from 0 least to 1 greatest, at shares ``along`` the chords."""
+    """Return the depths, from 0 smallest to 1 largest, at shares ``along`` the chords."""
     root = np.sqrt(np.maximum((1.0 + bow) ** 2 - 4.0 * bow * along, 0.0))
     return np.asarray(2.0 * along / (1.0 + bow + root))
 

@@ -33,7 +33,7 @@ MOST_MET = 300_000
 MISS_RATIO = 1.3
 """Factor on the distance by which halves may miss each other, since slopes differ a little from effects."""
 TRIED_SETS = 6
-"""Sets kept of each depth, at most: those of least residual."""
+"""Sets kept of each depth, at most: those of smallest residual."""
 MAX_SETTLED_SETS = 3
 """Sets settled on the exact curves, at most: the shallowest."""
 MAX_PAIRED_SETS = 3
@@ -102,7 +102,7 @@ class _CutSeries:
         yield from sorted(waiting, key=_depth_mm)
 
     def _sets_at(self, level: int, depth_mm: float, target: Array, count: int) -> list[_Set]:
-        """Return the sets of least residual at one depth, each moved to its best depth nearby."""
+        """Return the sets of smallest residual at one depth, each moved to its best depth nearby."""
         met = self._meeting(level, target, count)
         if not len(met):
             return []

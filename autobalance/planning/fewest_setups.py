@@ -1,4 +1,4 @@
-"""Simplest plan to make: fewest different cuts, then fewest cuts, then least metal.
+"""Simplest plan to make: fewest different cuts, then fewest cuts, then the least metal.
 
 Cuts are alike where one setting of the machine makes them: the same tool to the same depth. Plans that reach
 the aim are found by the other planners; then depths of one tool are drawn together as long as the residual
@@ -28,7 +28,7 @@ WHOLE_CUTS_SHARE = 0.25
 MERGES = 40
 """Groups drawn together in a plan, tried at most."""
 MOST_FACES = 6
-"""Greatest number of cuts of the lightest plan, of any depth, of which every choice of some is tried."""
+"""Largest number of cuts of the lightest plan, of any depth, of which every choice of some is tried."""
 NEAR_ENOUGH_RATIO = 2.0
 """Multiple of the enough share that the lightest plan may leave, for a few of its cuts to be tried."""
 
@@ -56,7 +56,7 @@ def rank(task: Task, plan: Plan) -> Rank:
 def simplest(task: Task, plans: Iterable[Plan], search: bool = True) -> Plan:
     """Return the simplest plan derived from some plans or, with ``search``, found beside them.
 
-    Where none of them is good enough, the one of least residual is returned.
+    Where none of them is good enough, the one of smallest residual is returned.
     """
     candidates = list(plans)
     least = min(candidates, key=lambda plan: key(plan.share))

@@ -23,7 +23,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
 
 GAP = 0.03, 0.1
-"""Gap to its bound at which the programme may stop, as a share: half of a least cut, within these; less
+"""Gap to its bound at which the programme may stop, as a share: half of a smallest cut, within these; less
 where several cuts are offered for one place. Below 3 %, plans of many holes took half as long again for 0.2 %
 of their metal."""
 NODES = 100
@@ -170,7 +170,7 @@ def _with_own_bounds(rules: MilpModel) -> MilpModel:
 def _slack(task: Task, relaxed: MilpModel, bound: float) -> float:
     """Return the gap to its bound at which the programme may stop, as a share; of holes, below half of one.
 
-    The bound is not for whole cuts, so that the best of few cuts stands off it by about half a least one; to
+    The bound is not for whole cuts, so that the best of few cuts is off it by about half a least one; to
     prove that took most of the time, and the first answer was mostly within 1 % of the best. Cuts of several
     sizes for one place come nearer.
     """
@@ -218,7 +218,7 @@ def _least_cost(rules: MilpModel) -> float:
 def greatest_multiple(
     residual: Unbalance, tolerance: Tolerance, candidates: Candidates, most: float
 ) -> float:
-    """Return the greatest multiple of an unbalance, up to ``most``, that cuts correct (whole or not).
+    """Return the largest multiple of an unbalance, up to ``most``, that cuts correct (whole or not).
 
     The programme's own rows with the multiple in the place of the excess: residual · multiple + effects ≤ 1.
     """

@@ -20,7 +20,7 @@ from autobalance.types import Array
 
 
 def nominal_plan(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, plan: Plan) -> Plan:
-    """Return a plan with nominal depths and their residual; itself where it has them already."""
+    """Return a plan with nominal depths and their residual; itself if it has them already."""
     depths = nominal_depths(candidates, plan.depths_mm)
     if np.array_equal(depths, plan.depths_mm):
         return plan

@@ -24,7 +24,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Notify
 
 EXTRA_CUTS = 6
-"""Greatest number of further cuts tried."""
+"""Largest number of further cuts tried."""
 HALVINGS = 4
 MAX_SEARCHES = 4
 """Searches for metal at most, each four times deeper."""
@@ -62,7 +62,7 @@ class Relaxation:
     metal_g : float or None
         Metal that it then takes; None where the cuts stay as they are [g].
     tried : bool
-        Whether the correction was planned anew with the changes; else they follow from the residual.
+        Whether the correction was planned again with the changes; else they follow from the residual.
     methods : tuple of limits
         The limits of a job with the changes; empty where these are other keys.
     """
@@ -150,7 +150,7 @@ class Attempt:
 
 
 def relaxations(tried: Attempt, more_of_the_same: bool = True) -> list[Relaxation]:
-    """Return changes of single limits that suffice, the one that takes least metal first.
+    """Return changes of single limits that suffice, the one that takes the least metal first.
 
     Without ``more_of_the_same``, more cuts and deeper ones are passed over: they act the wrong way.
     """
@@ -335,7 +335,7 @@ def lighter(tried: Attempt) -> Iterator[Relaxation]:
 
 
 def _may_help(tried: Attempt, kind: Kind[Any]) -> bool:
-    """Return whether a kind's remedy might make up the least residual of the cuts at hand.
+    """Return whether a kind's remedy might make up the least residual of the cuts available.
 
     A change of the unbalance at a height z of the crank moves each judged vector by ``rows`` · (1, z) of it.
     """

@@ -18,9 +18,9 @@ from autobalance.wording import angle_deg
 ROUNDING_SHARE = 0.05
 """Share of the permissible value that rounding a printed angle may be worth."""
 FACTOR_STEPS = (0.0, 0.02, 0.05)
-"""Steps of factors tried below the factor of least residual: there is metal to take off then."""
+"""Steps of factors tried below the factor of smallest residual: there is metal to take off then."""
 AS_LEFT_SHARE = 0.97
-"""Share of the residual from which its lower bound is the residual itself, but for the bound's polygon."""
+"""Share of the residual from which its lower bound is the residual itself, except for the bound's polygon."""
 ONE_PLACE_SHARE = 0.5
 """Share of the permissible value that metal added in one place may leave; else it is named in two."""
 
@@ -139,7 +139,7 @@ def _relaxation(short: Shortfall, factor: float, how: str) -> Relaxation:
 
 
 def _share_at(short: Shortfall, factor: float) -> float:
-    """Return the greatest share of a permissible value that the same cuts leave at a factor."""
+    """Return the largest share of a permissible value that the same cuts leave at a factor."""
     return short.tolerance.used_share(short.residual + short.per_factor.scaled(factor - short.factor))
 
 

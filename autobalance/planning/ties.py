@@ -1,7 +1,7 @@
 """Comparison of numbers without the last digits, in which processors differ: the first of equals wins.
 
-Mirrored cuts have effects that are equal but for rounding. Which of them leaves less in the sixteenth digit
-differs from processor to processor, and with it the plan would.
+Mirrored cuts have effects that are equal except for rounding. Which of them leaves less in the sixteenth
+digit differs from processor to processor, and with it the plan would.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ def choose(
         With no cut made, as judged.
     tolerance : Tolerance
     candidates : Candidates
-        The cuts at hand and their rules.
+        The cuts available and their rules.
     prefer : Prefer
         Preference among plans that reach the aim.
     start_mm : (n,) float, optional

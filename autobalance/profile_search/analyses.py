@@ -18,7 +18,7 @@ from autobalance.studies.workers import Workers
 from autobalance.types import Array
 
 MIN_FIRST_ANALYSES = 6
-"""Least number of designs analysed in the first generation."""
+"""Smallest number of designs analysed in the first generation."""
 SAME_PLACE = 1e-3
 """Distance, as a share of the bounds, within which a design adds nothing new."""
 

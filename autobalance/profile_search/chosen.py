@@ -13,7 +13,7 @@ from autobalance.profile_search.strength_model import Analysed
 from autobalance.profile_search.written import WrittenDesign, written
 
 TRIED_MOST = 20
-"""Greatest number of designs that are written in the search for some that keep every constraint."""
+"""Largest number of designs that are written in the search for some that keep every constraint."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class Chosen:
     found : SearchResult
         Including the analyses of the written designs.
     told_errors : mapping
-        Greatest error of the model at the written designs, before it knew these; by name, as shares.
+        Largest error of the model at the written designs, before it knew these; by name, as shares.
     """
 
     designs: tuple[WrittenDesign, ...]

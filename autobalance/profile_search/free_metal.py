@@ -87,7 +87,7 @@ class FreeMetal:
     start_mm : sequence of (n,) float
         Control radii that follow the webs as they are.
     fit_error_mm : float
-        Greatest distance between the webs and these.
+        Largest distance between the webs and these.
     webs : sequence of FreeWeb
     solid, held, region : Solid
         The original crank, its held metal, and the region of free metal; rotor frame.
@@ -128,7 +128,7 @@ def free_metal(design: DesignJob, crank: Crank) -> FreeMetal:
     Raises
     ------
     JobError
-        If a web does not exist, its control points cross, or held metal stands outside the envelope.
+        If a web does not exist, its control points cross, or held metal is outside the envelope.
     """
     solid = crank.source.solid.moved(crank.anatomy.file_to_rotor)
     bodies, starts, webs, bounds, errors = [], [], [], [], []
@@ -223,7 +223,7 @@ def throw_of(web: Web, throws: Sequence[Throw]) -> Throw:
 
 
 def _body(part: FreePart, web: FreeWeb, solid: Solid) -> tuple[FreeBody, Array, float]:
-    """Return a part's body, the control radii of its start, and their greatest error against the web."""
+    """Return a part's body, the control radii of its start, and their largest error against the web."""
     low, high = part.sector_rad
     angles = np.linspace(low, high, RAYS)
     heights = np.linspace(*web.z_mm, SECTIONS + 2)[1:-1]
@@ -240,7 +240,7 @@ def _body(part: FreePart, web: FreeWeb, solid: Solid) -> tuple[FreeBody, Array, 
 
 
 def _profile(part: FreePart, hold_mm: float, angles: Array, radii: Array) -> tuple[Profile, Array, float]:
-    """Return a profile that follows radii at given angles, its control radii, and the greatest error."""
+    """Return a profile that follows radii at given angles, its control radii, and the largest error."""
     low, high = part.sector_rad
     if part.start_points_mm is None:
         profile = Profile.even((low, high), part.points, hold_mm)
@@ -301,7 +301,7 @@ def _radii_mm(section: Region, angles: Array) -> tuple[Array, Array]:
 
 
 def _refuse_held(held: Solid, design: DesignJob) -> None:
-    """Refuse a start whose held metal stands outside the envelope."""
+    """Refuse a start whose held metal is outside the envelope."""
     envelope, vertices = design.envelope, held.mesh.vertices
     if envelope.radius_mm is not None:
         radii = np.hypot(vertices[:, 0], vertices[:, 1])

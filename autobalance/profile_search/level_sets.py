@@ -1,9 +1,9 @@
 """Start of a search: theoretically best outlines, with control points gathered at their corners.
 
-The least metal that gives a wanted unbalance is a level set: all points whose distance along the wanted
-direction exceeds a limit. A free part's metal begins at the hold radius, so that each ray from the axis is
+Among all shapes of a wanted unbalance, the lightest is a level set: all points whose distance along the
+wanted direction exceeds a limit. A free part's metal begins at the hold radius, so that each ray from the axis is
 filled to a radius of its own, and the choice is a linear programme: one radius for each ray, with the balance
-met and mass or inertia least. Least mass fills rays to the envelope or not at all; between the two the
+met and mass or inertia least. Smallest mass fills rays to the envelope or not at all; between the two the
 outline has a corner, which a spline follows only with close control points.
 """
 
@@ -30,13 +30,13 @@ RAYS, LEVELS = 60, 24
 OBJECTIVE_SHARES = (0.75, 0.5, 0.25)
 """Shares of the first of two objectives in the weighted sums that linear programmes minimize."""
 MIN_FRONT_WIDTH_SHARE = 1e-6
-"""Least difference of the two ends of a front, as a share."""
+"""Smallest difference of the two ends of a front, as a share."""
 CORNER_STEP_SHARE = 0.5
 """Step of the outline at a corner, as a share of the range of a part's radii."""
 CLOSE_DEG = 0.7
 """Half the angle between the control points on the two sides of a corner."""
 NEGLIGIBLE_EFFECT_SHARE = 1e-5
-"""Share of the greatest effect below which an effect on a balance component is only rounding of the file."""
+"""Share of the largest effect below which an effect on a balance component is only rounding of the file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +190,7 @@ def _thicknesses(free: FreeMetal) -> list[tuple[float, ...]]:
 
 
 def _most_mm(problem: Problem, part: int) -> Array:
-    """Return the greatest radii [mm] (RAYS,) of a part's rays within bounds and clear of all neighbours."""
+    """Return the largest radii [mm] (RAYS,) of a part's rays within bounds and clear of all neighbours."""
     free = problem.free
     low, high = float(free.bounds_mm[part][:, 0].min()), float(free.bounds_mm[part][:, 1].max())
     clear_mm = problem.design.envelope.clearance_mm + ROUGH_MM

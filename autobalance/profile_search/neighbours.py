@@ -20,7 +20,7 @@ from autobalance.types import Array
 ANGLES = 240
 """Crank angles of a turn examined first; the least distance is then sought between them."""
 SWEPT_MM = 0.02
-"""Greatest amount by which any distance in the sweep, at any angle and place of the outline, may be less."""
+"""Largest amount by which any distance in the sweep, at any angle and place of the outline, may be less."""
 MOST_PAIRS = 100_000
 """Pairs of an angle range and an outline side examined in all. Two outlines of many corners that pass each
 other at one distance all the time need more: the bound is then as far as this goes, some tenths [mm]."""
@@ -51,7 +51,7 @@ class Neighbour(Protocol):
 
     @property
     def speed_mm(self) -> float:
-        """Greatest speed of its surface [mm/rad of the crank]."""
+        """Largest speed of its surface [mm/rad of the crank]."""
         ...
 
     def distances_mm(self, points_mm: Array, crank_rad: Array | float) -> Array:
@@ -74,7 +74,7 @@ class Piston:
 
     @property
     def speed_mm(self) -> float:
-        """Greatest speed of the skirt [mm/rad]."""
+        """Largest speed of the skirt [mm/rad]."""
         return _wrist_pin_speed_mm(self.crank_radius_mm, self.rod_length_mm)
 
     def distances_mm(self, points_mm: Array, crank_rad: Array | float) -> Array:
@@ -167,7 +167,7 @@ def circle_mm(radius_mm: float) -> Array:
 
 @dataclass(frozen=True)
 class DesignClearance:
-    """Least distance to a neighbour through the turn, its angle and place (rotor frame, crank at zero)."""
+    """Smallest distance to a neighbour through the turn, its angle and place (rotor frame, crank at zero)."""
 
     neighbour: str
     least_mm: float

@@ -190,7 +190,7 @@ class Problem:
     def solved(self, variables: Array, off: Array | None = None) -> Array:
         """Return the nearest variables that meet the balance exactly, as far as their bounds allow.
 
-        Newton's steps of least length over the variables that are not at a bound. ``off`` (4,) is added to
+        Newton's steps of smallest length over the variables that are not at a bound. ``off`` (4,) is added to
         the residual: the excess of the written solid over the profiles' own moments.
         """
         low, high = self.bounds.T

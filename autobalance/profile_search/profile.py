@@ -23,9 +23,9 @@ DEGREE = 3
 GAUSS_POINTS = 8
 """Exact to degree 15; the second moments of a cubic have degree 14 (x³ y')."""
 SAGITTA_MM = 0.004
-"""Greatest deviation of the hold radius's facets; all metal of a design uses the same facets."""
+"""Largest deviation of the hold radius's facets; all metal of a design uses the same facets."""
 SPLINE_SAGITTA_MM = 0.002
-"""Greatest deviation of a written outline's facets from the spline."""
+"""Largest deviation of a written outline's facets from the spline."""
 SAMPLES_PER_SPAN = 16
 
 
@@ -221,7 +221,7 @@ def clamped_knots(count: int) -> Array:
 
 
 def fitted_radii_mm(profile: Profile, angles_rad: Array, radii_mm: Array) -> tuple[Array, float]:
-    """Return control radii (n,) whose spline follows an outline (radii at angles), and the greatest error.
+    """Return control radii (n,) whose spline follows an outline (radii at angles), and the largest error.
 
     Least squares, repeated with the spline's angle at each place updated.
     """

@@ -120,7 +120,7 @@ def _descended(problem: Problem, start: Array, pull: Array) -> Array:
 
 
 def outline_margins(problem: Problem, variables: Array) -> list[Array]:
-    """Return margins of each part's outline to the envelope and to its least curvature, place by place.
+    """Return margins of each part's outline to the envelope and to its smallest curvature, place by place.
 
     The worst place alone would jump along the outline between steps and end the descent early.
     """

@@ -88,7 +88,7 @@ class FreeBody:
         return radii
 
     def rounded(self, radii_mm: Array) -> Region | None:
-        """Return the greatest section and the held metal within it, corners rounded; None: they are sharp."""
+        """Return the largest section and the held metal within it, corners rounded; None: they are sharp."""
         if self.corner_radius_mm == 0.0:
             return None
         whole = np.concatenate([self.profile.spline_points_mm(radii_mm), [[0.0, 0.0]]])

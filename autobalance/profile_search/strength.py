@@ -1,4 +1,4 @@
-"""Strength of a design: main-bearing loads of the cycle, stress under its greatest load, first frequency."""
+"""Strength of a design: main-bearing loads of the cycle, stress under its largest load, first frequency."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from autobalance.types import Array
 
 T_MM3_PER_G_MM3 = 1e-6
 SURFACE_SHARE = 0.03
-"""Greatest distance of a faceted pin's surface from its cylinder, as a share of the radius."""
+"""Largest distance of a faceted pin's surface from its cylinder, as a share of the radius."""
 
 
 def cycle_of(job: Job, anatomy: Anatomy, moments: Moments, solid: Solid | None) -> CycleAnalysis:
@@ -47,12 +47,12 @@ def cycle_of(job: Job, anatomy: Anatomy, moments: Moments, solid: Solid | None) 
 
 
 def greatest_main_load_n(cycle: CycleAnalysis) -> float:
-    """Return the greatest load of any main bearing in a cycle [N]."""
+    """Return the largest load of any main bearing in a cycle [N]."""
     return max(peak.greatest_n for peak in cycle.peaks(cycle.loads.main_n))
 
 
 def greatest_pin_loads_n(cycle: CycleAnalysis) -> Array:
-    """Return the loads (t, 2) on the crankpins in the crank's frame when one of them is greatest [N]."""
+    """Return the loads (t, 2) on the crankpins in the crank's frame when one of them is largest [N]."""
     turning = cycle.loads.crankpin_in_crank_frame_n()
     pins = np.stack([turning[list(throw.cylinders)].sum(axis=0) for throw in cycle.firing.throws])
     worst = int(np.linalg.norm(pins, axis=2).max(axis=0).argmax())
@@ -77,7 +77,7 @@ def first_frequency_hz(body: ElasticBody, density_g_mm3: float) -> float:
 def greatest_stress_MPa(
     body: ElasticBody, anatomy: Anatomy, pin_loads_n: Array, density_g_mm3: float
 ) -> float:
-    """Return the greatest von Mises stress of a crank held at its main journals and loaded at its crankpins.
+    """Return the largest von Mises stress of a crank held at its main journals and loaded at its crankpins.
 
     Raises
     ------

@@ -21,10 +21,10 @@ NOISE_VARIANCES = (1e-6, 1e-3, 1e-1)
 LINE_VARIANCE = 10.0
 """Variance of the straight line, relative to that of the values."""
 LEAST_ERROR = 1e-3
-"""Least error of any prediction, as a share: no mesh is better."""
+"""Smallest error of any prediction, as a share: no mesh is better."""
 MOST_ERROR = 0.5
 MOST_LOG = 5.0
-"""Greatest distance of a prediction's logarithm from the mean."""
+"""Largest distance of a prediction's logarithm from the mean."""
 
 
 @dataclass(frozen=True, eq=False)

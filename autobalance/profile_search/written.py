@@ -20,7 +20,7 @@ from autobalance.types import Array
 
 PASSES = 6
 MIN_IMPROVEMENT_SHARE = 1e-3
-"""Least change of the residual in a pass, as a share: with less, bounds stand in the way."""
+"""Smallest change of the residual in a pass, as a share: with less, bounds are in the way."""
 AIM_SHARE = 0.1
 """Share of the limit that is aimed at: the frame found again on the file moves by its rounding."""
 FORMAT = "stl"

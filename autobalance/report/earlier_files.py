@@ -20,7 +20,7 @@ MOST_BYTES = 200_000_000
 
 
 def earlier_report(path: Path) -> Mapping[str, Any] | None:
-    """Return the values of a report of this program; None where there is none, or another file."""
+    """Return the values of a report of this program; None if there is none, or another file."""
     try:
         if not path.is_file() or path.stat().st_size > MOST_BYTES:
             return None
@@ -46,7 +46,7 @@ def remove_stale(staging: Staging, report: Path, values: Mapping[str, Any]) -> t
     Returns
     -------
     tuple of str
-        Listed files that were changed since, which stay, as a warning; empty where there are none.
+        Listed files that were changed since, which stay, as a warning; empty if there are none.
     """
     earlier = earlier_report(report)
     if earlier is None:

@@ -174,9 +174,9 @@ class Staging:
 
 
 def _kept_aside(path: Path) -> Path | None:
-    """Keep a file under a temporary name until all others are in place; None where there is none.
+    """Keep a file under a temporary name until all others are in place; None if there is none.
 
-    It is a second link, so that the file is never missing; where the disk has no links, it is renamed.
+    It is a second link, so that the file is never missing; if the disk has no links, it is renamed.
     """
     if not os.path.lexists(path):
         return None
@@ -240,7 +240,7 @@ def _sweep(folder: Path) -> None:
 def _lives(process: int, written_s: float) -> bool:
     """Return whether a process that wrote a file is alive; True where that is not known.
 
-    Numbers are given anew, in a container at every start: a process that began after the file was written is
+    Numbers are given again, in a container at every start: a process that began after the file was written is
     another one.
     """
     if os.name == "nt":  # there, signal 0 would end it

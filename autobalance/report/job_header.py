@@ -23,7 +23,7 @@ class Logo(NamedTuple):
 
 
 def work(report: Report) -> dict[str, str]:
-    """Return the entries of ``[job]`` that are there, by key; the serial of a reading takes precedence."""
+    """Return the entries of ``[job]`` that exist, by key; the serial of a reading takes precedence."""
     own = at(report, "job.job") or {}
     entries = {name: str(own[name]) for name in NAMED if own.get(name)}
     if report.get("serial"):

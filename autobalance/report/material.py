@@ -37,7 +37,7 @@ class Material:
         As written to JSON.
     choice : Choice
     before, after : Solid or None
-        File coordinates [mm]; ``after`` None where nothing was cut.
+        File coordinates [mm]; ``after`` None if nothing was cut.
     tools : sequence of Solid
         The tool body of each correction, file coordinates.
     notify : callable

@@ -33,7 +33,7 @@ def _style() -> str:
 
 
 def row(*parts: str) -> str:
-    """Return parts side by side where there is width."""
+    """Return parts side by side if there is width."""
     return f'<div class="row">{"".join(f"<div>{part}</div>" for part in parts if part)}</div>'
 
 

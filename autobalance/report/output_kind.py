@@ -21,7 +21,7 @@ class OutputKind(NamedTuple):
     make : callable
         Material of a run → bytes by the same keys.
     is_usual : bool
-        Whether it is written where nothing is chosen.
+        Whether it is written if nothing is chosen.
     is_to_fill : bool
         Whether people write into it afterwards: then it is not listed in ``outputs``, and one that lies there
         is left as it is.

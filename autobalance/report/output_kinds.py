@@ -31,7 +31,7 @@ def register(kind: OutputKind) -> None:
 
 
 def usual() -> tuple[str, ...]:
-    """Return the names of the kinds that are written where nothing is chosen."""
+    """Return the names of the kinds that are written if nothing is chosen."""
     return tuple(name for name, kind in _KINDS.items() if kind.is_usual)
 
 

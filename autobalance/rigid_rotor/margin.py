@@ -63,7 +63,7 @@ def explain_margin(worst: Judged, causes: Mapping[str, float], ends: tuple[str, 
     Parameters
     ----------
     worst : Judged
-        The judged value with the greatest share of its permissible value.
+        The judged value with the largest share of its permissible value.
     causes : mapping
         Shares of its uncertainty by cause [g·mm].
     ends : tuple of str

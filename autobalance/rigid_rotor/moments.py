@@ -1,7 +1,7 @@
 """Mass moments about a fixed origin: the currency of the program.
 
 Moments add and subtract with the solids they belong to, so nothing here divides by a mass until
-a centre is asked for, and a body minus itself is simply zero.
+a centre is requested, and a body minus itself is simply zero.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ Judge = Literal["dynamic", "static"]
 Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
 
 INBOARD_SHARES = (0.3, 0.7)
-"""Least and greatest share of U_per that a plane may get, centre of mass between the planes."""
+"""Smallest and largest share of U_per that a plane may get, centre of mass between the planes."""
 OVERHUNG_SHARES = (0.3, 1.3)
 """The same with the centre of mass outside the planes: the near plane at most 1.3, the far at least 0.3."""
 
@@ -188,9 +188,9 @@ class OtherRotor:
         )
 
     def best_pin_g(self, rotor: Moments) -> float:
-        """Return the weight of the crankpin with which the worst judged value is least over its permissible.
+        """Return the weight of the crankpin that minimises the worst ratio of a judged value to its limit.
 
-        That ratio has one least value: a convex function over a linear one.
+        That ratio has one smallest value: a convex function over a linear one.
         """
 
         def share(pin_g: float) -> float:
@@ -250,7 +250,7 @@ class Tolerance:
         margin: Margin = "none",
         others_z_mm: Sequence[tuple[str, tuple[float, float] | OtherRotor | None]] = (),
     ) -> Tolerance:
-        """Return the tolerance of a rotor whose centre of mass stands at ``z_centre_mm``.
+        """Return the tolerance of a rotor whose centre of mass is at ``z_centre_mm``.
 
         ``others_z_mm`` names each other reading of the rotor, with its planes if these alone would change,
         else with the rotor as it would be; None if that is not known.
@@ -299,14 +299,14 @@ class Tolerance:
         return rows
 
     def used_share(self, residual: Unbalance) -> float:
-        """Return the greatest judged magnitude ÷ its permissible value, without its uncertainty.
+        """Return the largest judged magnitude ÷ its permissible value, without its uncertainty.
 
         The resultant is always judged; with ``judge = "dynamic"`` each tolerance plane too.
         """
         return self.worst(residual).share
 
     def worst(self, residual: Unbalance) -> Judged:
-        """Return the judged value with the greatest share, without its uncertainty."""
+        """Return the judged value with the largest share, without its uncertainty."""
         return max(self.judged(residual), key=lambda row: row.share)
 
     def is_met_by(self, residual: Unbalance, budget: Budget | None = None) -> bool:

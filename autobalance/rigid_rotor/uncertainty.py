@@ -20,7 +20,7 @@ Places = tuple[float, float] | None
 
 @dataclass(frozen=True)
 class Share:
-    """Uncertainty of the resultant from one cause, and in planes A and B, where there are any.
+    """Uncertainty of the resultant from one cause, and in planes A and B, if there are any.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Budget:
 
     @property
     def total(self) -> Share:
-        """Root of the sum of squares, as of independent causes.
+        """Root of the sum of squares, as in independent causes.
 
         References
         ----------

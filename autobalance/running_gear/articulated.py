@@ -1,7 +1,7 @@
 """Link rods on the pins of a master rod: exact kinematics, and what they put on their master.
 
 A link's big end turns on a knuckle pin that the master rod carries. In the link's own axes (X along its
-cylinder) the crankpin stands at ψ, the master's cylinder at δ, and the master rod leans by β from its own::
+cylinder) the crankpin is at ψ, the master's cylinder at δ, and the master rod leans by β from its own::
 
     knuckle   k = r (cos ψ, sin ψ) + ρ (cos a, sin a),   a = δ + β(ψ − δ) + γ
     piston    x = k_x + √(l² − (k_y − e)²)

@@ -24,7 +24,7 @@ def bob_weight_moments(throws: Sequence[ThrowLoad], factor: float) -> Moments:
     Parameters
     ----------
     throws : sequence of ThrowLoad
-        What each crankpin carries, and where it stands.
+        What each crankpin carries, and where it is.
     factor : float
         Share of the reciprocating mass to balance.
 
@@ -62,7 +62,7 @@ def balance_factor(unbalance_without_reciprocating_g_mm: Array, throws: Sequence
     unbalance_without_reciprocating_g_mm : (2,) float
         U₀, of the crank with the rotating parts on its crankpins and no reciprocating ones [g·mm].
     throws : sequence of ThrowLoad
-        What each crankpin carries, and where it stands.
+        What each crankpin carries, and where it is.
 
     Returns
     -------

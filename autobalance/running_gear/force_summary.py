@@ -28,7 +28,7 @@ class ShakingForce:
     angle_rad : (n,) float
         Crank angles of ``force_n`` [rad].
     force_n : (n, 2) float
-        All orders, along and across the first cylinder; (0, 2) where no more than order 1 is known [N].
+        All orders, along and across the first cylinder; (0, 2) if no more than order 1 is known [N].
     orders : tuple of ForceOrder
         ½ to 8, with link rods to 12, in the engine's frame.
     """
@@ -39,17 +39,17 @@ class ShakingForce:
 
     @derived
     def greatest_n(self) -> NotNegative | None:
-        """Greatest magnitude over a turn [N]."""
+        """Largest magnitude over a turn [N]."""
         return _greatest(np.hypot(self.force_n[:, 0], self.force_n[:, 1]))
 
     @derived
     def greatest_inline_n(self) -> NotNegative | None:
-        """Greatest force along the first cylinder [N]."""
+        """Largest force along the first cylinder [N]."""
         return _greatest(self.force_n[:, 0])
 
     @derived
     def greatest_transverse_n(self) -> NotNegative | None:
-        """Greatest force across the first cylinder [N]."""
+        """Largest force across the first cylinder [N]."""
         return _greatest(self.force_n[:, 1])
 
     def first_order(self) -> ShakingForce:
@@ -98,14 +98,14 @@ def shaking_force(engine: Engine, speed_rad_s: float) -> ShakingForce:
 
 @dataclass(frozen=True)
 class LoadRow:
-    """Greatest and mean magnitude of a load over a turn [N]."""
+    """Largest and mean magnitude of a load over a turn [N]."""
 
     greatest_n: NotNegative
     mean_n: NotNegative
 
 
 def load_row(load_n: Array) -> LoadRow:
-    """Return greatest and mean magnitude of a load (n, 2) over a turn."""
+    """Return largest and mean magnitude of a load (n, 2) over a turn."""
     size = np.hypot(load_n[:, 0], load_n[:, 1])
     return LoadRow(float(size.max()), float(size.mean()))
 

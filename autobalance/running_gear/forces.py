@@ -45,7 +45,7 @@ class FirstOrder:
 
     References
     ----------
-    Hoem & Røsholm 2016, Eq. 4.7 and 4.8 (Sec. 5.1 swaps the angles: 0 % is greatest at the dead centres,
+    Hoem & Røsholm 2016, Eq. 4.7 and 4.8 (Sec. 5.1 swaps the angles: 0 % is largest at the dead centres,
     100 % midway); Task 5, Eq. 5.25: the forward and the backward circle.
 
     Examples

@@ -157,7 +157,7 @@ def loads(
     Parameters
     ----------
     engine : Engine
-        Its crank's pieces are loads where they stand.
+        Its crank's pieces are loads where they are.
     mains_z_mm : sequence of float
         Places of the main bearings, increasing [mm].
     speed_rad_s, acceleration_rad_s2 : float

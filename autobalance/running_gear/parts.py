@@ -49,7 +49,7 @@ class Parts:
 
 @dataclass(frozen=True)
 class ThrowLoad:
-    """The parts on one throw and where their crankpin stands in the rotor frame.
+    """The parts on one throw and where their crankpin is in the rotor frame.
 
     ``angle_rad`` is that of the crankpin's centre from x towards y, ``z_mm`` its place on the axis.
     """

@@ -72,7 +72,7 @@ class BalanceShaft:
 def roll_moment_n_m(shafts: Sequence[BalanceShaft], angle_rad: Array, speed_rad_s: float) -> Array:
     """Return the moment (...,) of the shafts' forces about the crank axis [N·m].
 
-    Two shafts that turn against each other make none where they stand mirrored about the cylinder's plane
+    Two shafts that turn against each other make none where they are mirrored about the cylinder's plane
     at one height; shafts out of place roll the engine. (Ruckle 2014, Sec. 3.1.2 and Fig. 14.)
     """
     total = np.zeros(np.shape(angle_rad))
@@ -97,7 +97,7 @@ def under_the_pistons(
 ) -> tuple[BalanceShaft, ...]:
     """Return shafts of one order at the places where their forces cancel the pistons' roll of that order.
 
-    Of all such places the nearest to the crank axis; like shafts of a pair both stand on the line of the
+    Of all such places the nearest to the crank axis; like shafts of a pair both are on the line of the
     piston. Shafts stay where they are if the places are out of reach.
 
     Parameters
@@ -107,7 +107,7 @@ def under_the_pistons(
     roll_n_m : complex
         Amplitude at 1 rad/s of −dH/dt of rods and pistons in the order [N·m].
     reach_mm : float
-        Greatest distance from the crank axis [mm].
+        Largest distance from the crank axis [mm].
 
     References
     ----------
@@ -223,7 +223,7 @@ def counter_rotating_shaft(force: ForceOrder, speed_rad_s: float) -> BalanceShaf
 
 
 def cancelling_shafts(force: ForceOrder, speed_rad_s: float) -> tuple[BalanceShaft, ...]:
-    """Return the shafts, one for each way that is there, that cancel an order's force altogether.
+    """Return the shafts, one for each way that exists, that cancel an order's force altogether.
 
     The forward shaft takes the forward circle, the backward one the backward; for a force along a line the
     two are the usual like pair.
@@ -303,7 +303,7 @@ class CoupleShaft:
 
 
 def couple_shafts(order: ForceOrder, speed_rad_s: float) -> tuple[CoupleShaft, ...]:
-    """Return the shafts, one for each way that is there, that cancel an order's moment altogether.
+    """Return the shafts, one for each way that exists, that cancel an order's moment altogether.
 
     The moment is a couple where the order's force is gone; else it depends on the place it is taken about.
 

@@ -35,7 +35,7 @@ class SliderCrank:
     Attributes
     ----------
     crank_radius_mm : float
-        Half the stroke where there is no offset [mm].
+        Half the stroke if there is no offset [mm].
     rod_length_mm : float
         Between the centres of its eyes [mm].
     offset_mm : float
@@ -141,7 +141,7 @@ class SliderCrank:
 
     @property
     def greatest_speed_angles_rad(self) -> tuple[float, float]:
-        """Crank angles of greatest piston speed, on the way down and on the way up [rad].
+        """Crank angles of largest piston speed, on the way down and on the way up [rad].
 
         The exact zeros of the acceleration. The usual 77° for a rod of twice the stroke is that of two
         harmonics; exact is 76.72°.
@@ -331,7 +331,7 @@ def swept_volume_cm3(bore_mm: float, stroke_mm: float) -> float:
 
 
 def greatest_speed_angle_of_two_harmonics_rad(ratio: float) -> float:
-    """Return the crank angle of greatest piston speed if only orders 1 and 2 (A₂ ≈ λ) are counted [rad].
+    """Return the crank angle of largest piston speed if only orders 1 and 2 (A₂ ≈ λ) are counted [rad].
 
     For comparison with textbooks: cos θ = (−1 + √(1 + 8 λ²))/(4 λ).
 

@@ -136,7 +136,7 @@ class ForceOrder:
 
     @derived
     def greatest_force_n(self) -> NotNegative:
-        """Greatest magnitude over a turn [N]."""
+        """Largest magnitude over a turn [N]."""
         return sum(_circles(self.force_n))
 
     @derived
@@ -161,7 +161,7 @@ class ForceOrder:
 
     @derived
     def greatest_moment_n_m(self) -> NotNegative:
-        """Greatest magnitude over a turn [N·m]."""
+        """Largest magnitude over a turn [N·m]."""
         return sum(_circles(self.moment_n_m))
 
 
@@ -245,7 +245,7 @@ class Engine:
     def orders(self, speed_rad_s: float, highest: int = 8) -> list[ForceOrder]:
         """Return force and moment of the orders ½, 1, 1½ … ``highest``.
 
-        Half orders are zero: inertia repeats every turn. They stand in the list because gas does not.
+        Half orders are zero: inertia repeats every turn. They are in the list because gas does not.
         """
         force, moment = self._amplitudes(highest)
         square = speed_rad_s**2

@@ -25,10 +25,10 @@ from autobalance.signals.turning import TURN, Turning
 from autobalance.signals.windows import COSINES
 
 STEADY_SPEED_VARIATION = 0.02
-"""Greatest variation of a steady speed, as a share of its mean; with more it is a run-up."""
+"""Largest variation of a steady speed, as a share of its mean; with more it is a run-up."""
 MIN_SAMPLES = 16
 MAX_SAMPLE_SIZE = 1e60
-"""Greatest size of a sample: beyond it squares of squares overflow."""
+"""Largest size of a sample: beyond it squares of squares overflow."""
 STRONGEST_ORDERS = 6
 
 

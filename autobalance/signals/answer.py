@@ -95,7 +95,7 @@ class RecordAnalysis:
 
 @record
 class AskedBearing:
-    """A rolling bearing as it was asked for."""
+    """A rolling bearing as it was requested."""
 
     balls: float
     ball: float
@@ -106,7 +106,7 @@ class AskedBearing:
 
 @record
 class Asked:
-    """The record and what was asked of it; None where nothing was."""
+    """The record and what was asked of it; None if nothing was."""
 
     record: str | None
     record_b: str | None

@@ -24,7 +24,7 @@ LENGTH = (STOP_DB - 8.0) / (2.285 * TURN)
 TABLE = 1 << 13
 """Steps of the filter's table from its middle to its end, read by straight lines."""
 MIN_SAMPLES_PER_PERIOD = 8
-"""Least samples per turn over the highest order: room for the flank, even while the speed varies."""
+"""Smallest samples per turn over the highest order: room for the flank, even while the speed varies."""
 BLOCK_TURNS = 32
 POINTS = 1 << 14
 

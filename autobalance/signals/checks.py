@@ -13,9 +13,9 @@ from autobalance.signals.sines import find_sines
 from autobalance.types import Array
 
 MIN_CLIPPED_RUN = 3
-"""Least run of samples at the extreme in a clipped record."""
+"""Smallest run of samples at the extreme in a clipped record."""
 MIN_CROWDING_RATIO = 5.0
-"""Least ratio of the samples at the extreme to those at the next level: at most three for a rounded sine."""
+"""Smallest ratio of samples at the extreme to those at the next level; a rounded sine has at most three."""
 GUARD_FROM = 0.8
 """Share of half the sample rate above which an anti-aliasing filter should leave nothing."""
 GUARD_SHARE = 0.01
@@ -36,7 +36,7 @@ def clipped_share(channel: Channel) -> float:
 
 
 def _crowd(stored: Array, sign: float) -> int:
-    """Return the number of samples at the greatest (sign > 0) or least value; 0 without clipping."""
+    """Return the number of samples at the largest (sign > 0) or smallest value; 0 without clipping."""
     top = _extreme(stored, sign)
     if not np.isfinite(top):
         return 0
@@ -57,7 +57,7 @@ def _crowd(stored: Array, sign: float) -> int:
 
 
 def _extreme(stored: Array, sign: float) -> float:
-    """Return the greatest (sign > 0) or least value, piece by piece; not finite if there is no number."""
+    """Return the largest (sign > 0) or smallest value, piece by piece; not finite if there is no number."""
     reduce = np.fmax.reduce if sign > 0 else np.fmin.reduce  # they pass over nan
     tops = [float(reduce(stored[start : start + BLOCK])) for start in range(0, len(stored), BLOCK)]
     return float(reduce(tops))

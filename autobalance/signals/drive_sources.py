@@ -11,7 +11,7 @@ from autobalance.units import N_PER_G_MM_S2
 HARMONICS = 3
 """Number of multiples of a mesh and of a belt's turn that are listed."""
 MAX_BELT_SLIP = 0.01
-"""Greatest slip of a belt without teeth on its pulley's rim, as a share."""
+"""Largest slip of a belt without teeth on its pulley's rim, as a share."""
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,11 @@ from autobalance.signals.sources import Source, candidates, natural_sources
 from autobalance.types import Complex
 
 SAME_ORDER = 1e-9
-"""Greatest difference of two equal orders."""
+"""Largest difference of two equal orders."""
 NOISE_SIGMAS = 3.0
 """Multiple of its standard error below which an order's amplitude is noise."""
 ROUNDING_SHARE = 1e-10
-"""Share of a record's greatest order below which an amplitude is rounding: pieces of a record without noise
+"""Share of a record's largest order below which an amplitude is rounding: pieces of a record without noise
 scatter by no more than that."""
 
 

@@ -10,7 +10,7 @@ from autobalance.signals.sines import Sine, find_sines
 from autobalance.types import Array
 
 MAX_WHOLE = 1 << 24
-"""Greatest number of samples of a record transformed whole: 5 minutes at 50 kHz."""
+"""Largest number of samples of a record transformed whole: 5 minutes at 50 kHz."""
 PIECE = 1 << 22
 MODE_SAMPLES = 1 << 22
 SAME_BINS = 0.5

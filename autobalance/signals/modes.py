@@ -25,14 +25,14 @@ from autobalance.signals.turning import TURN, Turning
 from autobalance.types import Array, Complex
 
 MIN_SAMPLES = 256
-"""Least number of samples in which resonances are sought."""
+"""Smallest number of samples in which resonances are sought."""
 PER_DECADE = 300
 """Steps per decade of the logarithmic frequency scale on which resonances are sought: 0.8 % each."""
 MIN_PROMINENCE = np.log(2.0)
-"""Least height of a resonance over its flanks, in ln of amplitude."""
+"""Smallest height of a resonance over its flanks, in ln of amplitude."""
 MOST_DAMPING = 0.3
 LEAST_BINS = 3.0
-"""Least half-power width of a mode [bins]: a narrower line is a steady tone or its record is too short."""
+"""Smallest half-power width of a mode [bins]: a narrower line is a steady tone or its record is too short."""
 SMOOTH_DEGREE = 2
 ROUNDS = 30
 BAND_HALF_WIDTHS = (8.0, 5.0, 5.0)
@@ -40,7 +40,7 @@ BAND_HALF_WIDTHS = (8.0, 5.0, 5.0)
 EXPLAINED_SHARE = 0.5
 BELL_POINTS = 30
 RIDGE_SHARE = 0.7
-"""Least share of a piece's power on the ridge where one sine alone sweeps."""
+"""Smallest share of a piece's power on the ridge where one sine alone sweeps."""
 LEAST_EXCITED = 1e-3
 """Share of the strongest excitation below which a frequency was not excited."""
 
@@ -163,7 +163,7 @@ def _peaks(f: Array, size: Array, excited: NDArray[np.bool_]) -> list[_Candidate
 
 
 def _room(candidates: Sequence[_Candidate], place: int) -> float:
-    """Return the greatest half width of a band [Hz], 0.6 of the way to the next resonance of similar size."""
+    """Return the largest half width of a band [Hz], 0.6 of the way to the next resonance of similar size."""
     own = candidates[place]
     gaps = [
         abs(other.frequency_hz - own.frequency_hz)

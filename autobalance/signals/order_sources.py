@@ -40,7 +40,7 @@ def engine_sources(job: Job, crank: Crank, speed_rpm: float | None, max_order: f
 
 
 def _strokes(job: Job) -> int | None:
-    """Return 2 or 4 where the job states its cycle."""
+    """Return 2 or 4 if the job states its cycle."""
     cycle = job.raw.get("cycle")
     strokes = cycle.get("strokes", 4) if isinstance(cycle, dict) else None
     return strokes if strokes in (2, 4) else None

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from autobalance.signals.answer import OrdersReport, RecordAnalysis
 
 MOST_POINTS = 1 << 18
-"""Most points of a curve; longer records are thinned to least and greatest of neighbours."""
+"""Most points of a curve; longer records are thinned to smallest and largest of neighbours."""
 SPECTRUM_SAMPLES = 1 << 21
 
 
@@ -66,7 +66,7 @@ def _record_curve(analysis: Analysis) -> Values:
 
 
 def _extremes(channel: Channel, few: int) -> tuple[Array, Array]:
-    """Return the least and the greatest of each ``few`` samples of a channel."""
+    """Return the least and the largest of each ``few`` samples of a channel."""
     low, high = [], []
     block = max(few, (1 << 20) // few * few)
     for _, piece in channel.blocks(block):

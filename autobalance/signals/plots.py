@@ -28,7 +28,7 @@ POINTS = 4000
 SHOWN_SHARE = 0.02
 """An order below this share of the strongest is not drawn: its phase is noise."""
 DECADES = 3.0
-"""Decades of amplitude that a map shows, from its greatest down."""
+"""Decades of amplitude that a map shows, from its largest down."""
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
 DOTTED_LINE: dict[str, Any] = {"color": "0.5", "linestyle": ":", "linewidth": 1.0}
 
@@ -126,7 +126,7 @@ def _psd(analysis: Analysis) -> Plot:
 
 
 def _envelope_of(x: Array, y: Array) -> tuple[Array, Array]:
-    """Return curves with more points than pixels reduced to the greatest of neighbours."""
+    """Return curves with more points than pixels reduced to the largest of neighbours."""
     few = -(-len(x) // POINTS)
     if few < 2:
         return x, y

@@ -9,7 +9,7 @@ import numpy as np
 from autobalance.errors import FormatError
 
 MAX_SLIP = 0.02
-"""Greatest share by which a defect may be off its kinematic order, since balls slide a little."""
+"""Largest share by which a defect may be off its kinematic order, since balls slide a little."""
 
 
 @dataclass(frozen=True)

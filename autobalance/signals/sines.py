@@ -18,9 +18,9 @@ from autobalance.signals.windows import SIDELOBE, gain, half_width_bins, line, w
 from autobalance.types import Array, Complex
 
 ROUNDING = 1e-10
-"""Share of the greatest peak below which a peak is only rounding of double precision."""
+"""Share of the largest peak below which a peak is only rounding of double precision."""
 ABOVE_NOISE = 5.0
-"""Least ratio of a peak to the median around it: one in 10⁷ bins of white noise has it."""
+"""Smallest ratio of a peak to the median around it: one in 10⁷ bins of white noise has it."""
 MEDIAN_BINS = 256
 STEPS = 30
 QUICK_STEPS = 5
@@ -29,9 +29,9 @@ CONVERGED_BINS = 1e-11
 LEAKS_BINS = 4096
 """Distance from a sine beyond which every window but the rectangle leaves less than double precision."""
 MOST_LEFT = 0.5
-"""Greatest unexplained share of a sine's power within its main lobe."""
+"""Largest unexplained share of a sine's power within its main lobe."""
 CLOSEST_BINS = 0.3
-"""Least distance of two different sines."""
+"""Smallest distance of two different sines."""
 AT_ONCE = 1 << 18
 """Values of lines in memory at a time."""
 
@@ -66,7 +66,7 @@ def find_sines(values: Array, sample_rate_hz: float, window_name: str = "hann", 
     window_name : str
         A key of ``COSINES``.
     most : int
-        Greatest number of sines; fewer where fewer stand above the noise.
+        Largest number of sines; fewer where fewer are above the noise.
 
     Returns
     -------

@@ -24,12 +24,12 @@ BEARING_NAMES = {
 }
 BEARING_HARMONICS = 3
 CANCELLED_ORDER_SHARE = 1e-6
-"""Share of the engine's greatest order below which an order cancels."""
+"""Share of the engine's largest order below which an order cancels."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """Possible cause of an order; ``slip`` is its greatest deviation from it, as a share."""
+    """Possible cause of an order; ``slip`` is its largest deviation from it, as a share."""
 
     order: float
     text: str
@@ -69,7 +69,7 @@ def mass_sources(
     engine : Engine
         Engine with its present crank.
     shafts : sequence of ForceOrder
-        The engine's orders with its balance shafts, where it has any.
+        The engine's orders with its balance shafts, if it has any.
     first_only : bool
         Whether only the first order is known, as without a rod length.
     """
@@ -111,7 +111,7 @@ def _masses_text(order: ForceOrder, alone: float, cylinders: int, shafts: bool) 
 
 
 def _alone(engine: Engine, speed_rad_s: float, highest: int) -> dict[float, float]:
-    """Return the greatest force of one cylinder's piston alone, by order [N]."""
+    """Return the largest force of one cylinder's piston alone, by order [N]."""
     if not engine.cylinders:
         return {float(k): 0.0 for k in range(1, highest + 1)}
     piston = replace(engine.cylinders[0], rotating_g=0.0)
@@ -171,7 +171,7 @@ def candidates(order: float, resolution: float, sources: Sequence[Source]) -> li
     order : float
         Of the line.
     resolution : float
-        Greatest reading error of a line's order.
+        Largest reading error of a line's order.
     """
     near = [(abs(order - source.order), source) for source in sources]
     near = [(gap, source) for gap, source in near if gap <= resolution + source.slip * source.order]

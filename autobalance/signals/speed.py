@@ -126,7 +126,7 @@ def _comb(size: Array, bins: Array) -> Array:
 
 
 def _best_course(scores: Array) -> NDArray[np.intp]:
-    """Return each row's column on the path of the greatest sum of scores less the cost of its steps."""
+    """Return each row's column on the path of the largest sum of scores less the cost of its steps."""
     rows, columns = scores.shape
     reach = 24
     total = scores[0].copy()

@@ -15,15 +15,15 @@ from autobalance.signals.turning import TURN, Turning
 from autobalance.types import Array
 
 HYSTERESIS = 0.15
-"""Least fall of a signal before its next rise, as a share of the way from threshold to lower extreme."""
+"""Smallest fall of a signal before its next rise, as a share of the way from threshold to lower extreme."""
 NEIGHBOURS = 5
 """Intervals on each side from which the length of one is estimated."""
 LONGEST_WINDOW = 401
 MORE_SCATTER = 1.6
-"""Greatest ratio of a wide smoothing's scatter to the narrowest's; rounding to samples is not white noise."""
+"""Largest ratio of a wide smoothing's scatter to the narrowest's; rounding to samples is not white noise."""
 ERROR_WINDOW = 11
 PATTERN_TURNS = 4
-"""Least turns for the separation of an encoder's own pattern from the shaft's motion."""
+"""Smallest turns for the separation of an encoder's own pattern from the shaft's motion."""
 
 
 @dataclass(frozen=True, eq=False)

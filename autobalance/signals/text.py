@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 SHOWN_PEAKS = 10
 SHOWN_SHARE = 0.01
-"""Orders below this share of the greatest are left out of the summary; the JSON lists every one."""
+"""Orders below this share of the largest are left out of the summary; the JSON lists every one."""
 
 
 def orders_text(values: RecordAnalysis) -> str:
@@ -77,7 +77,7 @@ def _orders(values: RecordAnalysis) -> list[str]:
 
 
 def shown_orders(orders: Sequence[OrderFigures]) -> list[OrderFigures]:
-    """Return the orders that are known and no less than ``SHOWN_SHARE`` of the greatest."""
+    """Return the orders that are known and no less than ``SHOWN_SHARE`` of the largest."""
     known = [(row, row.amplitude) for row in orders if row.amplitude is not None]
     least = SHOWN_SHARE * max((amplitude for _, amplitude in known), default=0.0)
     return [row for row, amplitude in known if amplitude >= least]

@@ -46,7 +46,7 @@ class OrdersResult(VerbResult):
         return orders_text(self.content.found)
 
     def plots(self) -> Plots:
-        """Return spectrum, waterfall, order map, cuts, and the envelope and circles that were asked for."""
+        """Return spectrum, waterfall, order map, cuts, and the envelope and circles that were requested."""
         from autobalance.signals.plots import orders_plots
 
         return Plots(

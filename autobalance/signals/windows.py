@@ -16,7 +16,7 @@ COSINES: dict[str, tuple[float, ...]] = {
 """a of w[n] = Σ (−1)^k a_k cos(2πkn/N): periodic windows, as a Fourier transform needs them."""
 
 SIDELOBE = {"hann": 0.03, "hamming": 0.01, "blackman": 0.002, "flattop": 0.001, "rect": 0.25}
-"""Greatest side lobe relative to the main lobe, with a margin."""
+"""Largest side lobe relative to the main lobe, with a margin."""
 
 
 def window(name: str, length: int) -> Array:

@@ -277,7 +277,7 @@ class Cluster:
     """Runs tasks on the workers of a Dask cluster, by its executor.
 
     Each task goes to one worker that has a free thread. Were the scheduler left to choose, it would hand the
-    tasks of a dead worker on by itself, and count tries of tasks that only stood in its queue.
+    tasks of a dead worker on by itself, and count tries of tasks that were only in its queue.
     """
 
     client: Any

@@ -1,1 +1,1 @@
-"""Test stands: the bench, the balancing machine, influence coefficients."""
+"""Test is: the bench, the balancing machine, influence coefficients."""

@@ -14,7 +14,7 @@ from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
 @dataclass(frozen=True)
 class MeanLoads:
-    """Means over a turn of a load that stands still and one that turns; the first is for friction."""
+    """Means over a turn of a load that is still and one that turns; the first is for friction."""
 
     mean_N: float
     cubic_mean_N: float
@@ -33,7 +33,7 @@ class DryFriction:
 
 @dataclass(frozen=True)
 class FrictionCoefficient:
-    """Coefficient behind a torque; ``mu`` is None where no Coulomb friction explains it."""
+    """Coefficient behind a torque; ``mu`` is None if no Coulomb friction explains it."""
 
     mu: float | None
     mu_small_angle: float
@@ -158,7 +158,7 @@ def journal_friction_n_m(
 
     References
     ----------
-    Hoem & Røsholm 2016, Eq. 7.2: revolutions a second must stand where ω is printed.
+    Hoem & Røsholm 2016, Eq. 7.2: revolutions a second must be where ω is printed.
 
     Examples
     --------
@@ -224,7 +224,7 @@ def squeeze_film(
     References
     ----------
     Hoem & Røsholm 2016, Eq. 7.4 and 7.5, whose damping takes the pressure as uniform: 3 to 3.56 times that
-    of Reynolds' equation, which stands beside it.
+    of Reynolds' equation, which is next to it.
 
     Examples
     --------

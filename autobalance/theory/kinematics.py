@@ -26,7 +26,7 @@ class PistonMotion:
 
 @dataclass(frozen=True)
 class DeadCentres:
-    """Crank angles at which the piston stands still, and the stroke between them."""
+    """Crank angles at which the piston is still, and the stroke between them."""
 
     top_deg: float
     bottom_deg: float
@@ -35,7 +35,7 @@ class DeadCentres:
 
 @dataclass(frozen=True)
 class GreatestSpeed:
-    """Crank angles of the greatest piston speed: exact, and of the first two harmonics alone."""
+    """Crank angles of the largest piston speed: exact, and of the first two harmonics alone."""
 
     down_deg: float
     up_deg: float

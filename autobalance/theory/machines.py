@@ -38,7 +38,7 @@ class Repeated:
 
 @dataclass(frozen=True)
 class MachineAccuracy:
-    """Least residual of a machine, and the unbalances of crank and tooling."""
+    """Smallest residual of a machine, and the unbalances of crank and tooling."""
 
     umar_g_mm: float
     crank_g_mm: float
@@ -54,10 +54,10 @@ def machine_accuracy(
     index_g_mm: Sequence[float],
     index_deg: Sequence[float],
 ) -> MachineAccuracy:
-    """Return a machine's least residual and its tooling's unbalance, by repetition and an index test.
+    """Return a machine's smallest residual and its tooling's unbalance, by repetition and an index test.
 
-    The least residual is a reading's standard deviation times Student's t. The unbalance reduction ratio is
-    not in these readings: it shows when a known weight is read and corrected.
+    The smallest residual is a reading's standard deviation times Student's t. The unbalance reduction ratio
+    is not in these readings: it shows when a known weight is read and corrected.
 
     Parameters
     ----------
@@ -148,8 +148,8 @@ def index_test(
 def repeated_readings(readings_g_mm: Sequence[float], readings_deg: Sequence[float]) -> Repeated:
     """Return the mean of repeated readings, their scatter, and the least residual that they can show.
 
-    The scatter is the standard deviation of x and of y of one reading, both together. The least residual is
-    the scatter times Student's t of 95 %: 2.78 for three readings, which have four degrees of freedom.
+    The scatter is the standard deviation of x and of y of one reading, both together. The smallest residual
+    is the scatter times Student's t of 95 %: 2.78 for three readings, which have four degrees of freedom.
 
     Parameters
     ----------

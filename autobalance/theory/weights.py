@@ -266,7 +266,7 @@ def drill_chart(
     series : str
         mm, inch, letter or number.
     diameters_mm : sequence of float
-        Drills at hand, instead of a series [mm].
+        Drills available, instead of a series [mm].
     step_mm : float
         Of depth [mm].
     density_kg_m3 : float

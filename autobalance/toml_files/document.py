@@ -16,7 +16,7 @@ MAX_DEPTH = 32
 NO_KEYS = re.compile(r"""\"{3}[\s\S]*?\"{3}|'{3}[\s\S]*?'{3}|"(?:\\.|[^"\\\n])*"|'[^'\n]*'|\#[^\n]*""")
 """Texts and comments, which may hold dots and brackets."""
 KEY_ENDS = re.compile(r"[=,{}]")
-"""What a dotted key may stand between."""
+"""What a dotted key may be between."""
 LARGEST_BYTES = 1 << 20
 """Bytes of a job at most; those that people write have a few thousand."""
 

@@ -40,6 +40,6 @@ class Faults:
 
 
 def _is_about(line: str, keys: list[str]) -> bool:
-    """Return whether a line begins with a key, or a key in it; a density's material may stand there."""
+    """Return whether a line begins with a key, or a key in it; a density's material may be there."""
     name = line.split(maxsplit=1)[0].rstrip(":,;")
     return any(name == key or name.startswith((f"{key}.", f"{key}[", f"{key}_kg_m3")) for key in keys)

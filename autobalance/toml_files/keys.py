@@ -50,11 +50,11 @@ def read_document(
     what : str
         What the file is, for messages.
     keys : tuple of Key
-        All that may stand at its top level.
+        All that may be at its top level.
     maker : callable
         Takes the values, defaults filled in.
     check : callable
-        Takes the structure as it stands, and refuses it before anything else does.
+        Takes the structure as it is, and refuses it before anything else does.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def read(raw: Mapping[str, Any], keys: tuple[Key, ...], path: str = "") -> Value
 
 
 def _values(raw: object, keys: tuple[Key, ...], path: str) -> Values:
-    """Return the values of a table; of one that is not there, its first missing key is named alone."""
+    """Return the values of a table; of one that is missing, its first missing key is named alone."""
     table = Table(raw, path, None)
     faults = Faults()
     below = {one.name: f"{key.name}.{one.name}" for key in keys if not key.many for one in key.keys}
@@ -116,7 +116,7 @@ def _values(raw: object, keys: tuple[Key, ...], path: str) -> Values:
 
 
 def value_of(table: Table, key: Key) -> Any:
-    """Return the value of one key of a table, its default where it is not there.
+    """Return the value of one key of a table, its default where it is missing.
 
     Raises
     ------

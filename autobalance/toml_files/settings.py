@@ -50,7 +50,7 @@ def setting_of(setting: str) -> tuple[str, Any]:
 
 
 def value_of(text: str) -> Any:
-    """Return a text's TOML value, or the text where it has none."""
+    """Return a text's TOML value, or the text if it has none."""
     try:
         refuse_deep(text)
         return tomllib.loads(f"value = {text}")["value"]

@@ -68,7 +68,7 @@ class Table:
 def unknown_keys(table: Table, known: Sequence[str], below: Mapping[str, str] | None = None) -> list[str]:
     """Return a message for each unknown key of a table; the first lists the known keys.
 
-    ``below`` are keys of tables inside, each with its path from here: one that stands a level too high.
+    ``below`` are keys of tables inside, each with its path from here: one that is a level too high.
     """
     lines, listed = [], f"; known here: {', '.join(known)}"
     for key in table.raw:

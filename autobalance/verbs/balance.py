@@ -133,7 +133,7 @@ class BalanceResult(VerbResult):
 
     @cached_property
     def crank(self) -> Crank:
-        """The corrected crank, in the frame of the one that came; that one where nothing was cut."""
+        """The corrected crank, in the frame of the one that came; that one if nothing was cut."""
         return corrected_crank(self)
 
     def __repr__(self) -> str:

@@ -34,7 +34,7 @@ class CrankFace:
     """A face that a correction can use, with the keys of a report's ``faces``.
 
     ``normal`` and ``centroid_mm`` (3,) are in the rotor frame, ``file_centroid_mm`` in the file's own;
-    ``unbalance_per_mm_g_mm`` (2,) is what a millimetre of depth changes; ``max_depth_mm`` is None where no
+    ``unbalance_per_mm_g_mm`` (2,) is what a millimetre of depth changes; ``max_depth_mm`` is None if no
     metal ends the depth.
     """
 
@@ -112,7 +112,7 @@ class Crank:
 
     @cached_property
     def faces(self) -> tuple[CrankFace, ...]:
-        """Faces that a correction can use, the greatest unbalance per millimetre first."""
+        """Faces that a correction can use, the largest unbalance per millimetre first."""
         from autobalance.balancing.faces import offered_faces
 
         back = self.measured.anatomy.rotor_to_file
@@ -268,7 +268,7 @@ def read_crank(
     path : path
         Crank file, in any format that docs/job-file.md lists.
     unit : {"mm", "cm", "m", "inch"} or None
-        Unit of length of the crank file, where its format carries none; None: the format's, required where it
+        Unit of length of the crank file, if its format carries none; None: the format's, required if it
         has none.
     density_kg_m3 : float
         Density [kg/m³].

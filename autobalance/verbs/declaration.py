@@ -30,7 +30,7 @@ class Parameter(NamedTuple):
     type : str
         As annotated, without ``| None``.
     default : object
-        ``REQUIRED`` where there is none.
+        ``REQUIRED`` if there is none.
     choices : tuple of str
         Where the docstring's type is a set, ``{"mm", "inch"}``; else empty.
     meaning : str

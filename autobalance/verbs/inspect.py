@@ -50,7 +50,7 @@ class InspectResult(VerbResult):
         return inspect_text(self.content, ON_SCREEN[units])
 
     def sections_text(self, units: str = "metric") -> str:
-        """Return the table of sections: with what hangs on the crank, where that was asked for."""
+        """Return the table of sections: with what hangs on the crank, where that was requested."""
         from autobalance.report.balance.crank_text import sections_text
         from autobalance.report.balance.section_text import section_table_text
         from autobalance.report.display_units import ON_SCREEN
@@ -61,8 +61,8 @@ class InspectResult(VerbResult):
     def picture(self) -> bytes:
         """Return a PNG of the crank with its axis, pins, and faces by their ids.
 
-        Of a scan, or held against a drawing, it is seen a second time in the colours of its distance from the
-        surfaces recognised in it, or from the drawing.
+        Of a scan, or compared with a drawing, it is seen a second time in the colours of its distance from
+        the surfaces recognised in it, or from the drawing.
         """
         from autobalance.report.pictures.anatomy import crank_picture
         from autobalance.report.pictures.deviation import surface_image
@@ -99,7 +99,7 @@ def inspect(
         are suggested; alone: the job's factor. ``report["suggestions"]`` then says which bores, weights or
         turned rims would do it, each one tried. Empty: the factor that the job asks for.
     against : path, Crank or None
-        Drawing, or another crank, that this one is held against: distances of its surface, mass, unbalance.
+        Drawing, or another crank, that this one is compared with: distances of its surface, mass, unbalance.
     **keywords
         Those of ``read_crank``, where ``crank`` is a path.
 
@@ -176,7 +176,7 @@ def inspect(
 
 
 def _held_against(crank: Crank, against: Crank | str | Path) -> AgainstDrawing:
-    """Hold a crank against a drawing, of the same unit where its format carries none."""
+    """Hold a crank against a drawing, of the same unit if its format carries none."""
     from autobalance.balancing.against import against_drawing
 
     own = crank.crankshaft

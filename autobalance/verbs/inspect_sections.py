@@ -31,7 +31,7 @@ class TableOptions:
     ----------
     datum : float or str
         Plane about which couples count: z in the rotor frame [mm], or a length with its unit; ``"A"`` or
-        ``"B"``: a tolerance plane; ``"front"`` or ``"rear"``: the end of the crank of least or greatest z;
+        ``"B"``: a tolerance plane; ``"front"`` or ``"rear"``: the end of the crank of smallest or largest z;
         ``"centre"`` of mass.
     oil_density_kg_m3 : float or None
         Of the oil that fills bores and drillings; None: the job's, ``[engine.oil]``, if it has any.
@@ -73,7 +73,7 @@ def weighed_table(
 def loaded(
     crank: Crank, source: Crank | Job | str | Path, settings: Sequence[str]
 ) -> tuple[SectionTable | None, list[str]]:
-    """Return a job's crank with what hangs on it, and why not; neither where no whole job was given.
+    """Return a job's crank with what hangs on it, and why not; neither if no whole job was given.
 
     What is wrong with the job's other tables is a warning: a crank can be inspected without them.
     """

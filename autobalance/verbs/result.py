@@ -30,7 +30,7 @@ def report_head(command: str) -> Values:
 class VerbResult:
     """Result of a verb; ``report`` is what the command of its name writes with ``--json``.
 
-    ``content`` is the record of it. A verb's own result overrides ``text``, ``plots`` and ``files`` where it
+    ``content`` is the record of it. A verb's own result overrides ``text``, ``plots`` and ``files`` if it
     has any. Results pickle.
     """
 
@@ -47,7 +47,7 @@ class VerbResult:
 
     @property
     def exit_code(self) -> int:
-        """Exit code of the command: 0, or 4 where something asked for was not reached."""
+        """Exit code of the command: 0, or 4 where something requested was not reached."""
         return 0
 
     @property

@@ -68,13 +68,13 @@ def solid_name(job: Job, held_as: str = IN_MEMORY_FORMAT) -> str:
 
 
 def measured_of(record: Record) -> Measured | None:
-    """Return the measurement of the corrected solid; None where nothing was cut."""
+    """Return the measurement of the corrected solid; None if nothing was cut."""
     assert record.balanced is not None
     return record.balanced.result.measured
 
 
 def _without_slugs(record: Record) -> dict[str, bool]:
-    """Say that slugs are not in the written solid, where there are any."""
+    """Say that slugs are not in the written solid, if there are any."""
     from autobalance.correction import KINDS
 
     assert record.balanced is not None
@@ -152,7 +152,7 @@ def _forms_of_earlier(staging: Staging, folder: Path, values: Values) -> Iterato
 
 
 def _blank_form(values: Mapping[str, Any] | None) -> bytes | None:
-    """Return the form of a report as it was written; None where the report has none."""
+    """Return the form of a report as it was written; None if the report has none."""
     from autobalance.report.reading_template import reading_template
 
     if values is None or values.get("command") not in ("balance", "recut"):

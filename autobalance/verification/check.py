@@ -1,4 +1,4 @@
-"""Check of a report's claims: job and frame are taken from it, all else is measured anew."""
+"""Check of a report's claims: job and frame are taken from it, all else is measured again."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ def _crank_before(held: Held, job: Job, anatomy: Anatomy) -> OriginalCrank:
 def _check_as_recorded(
     held: Held, job: Job, crank_before: OriginalCrank, left: Left, tolerance: Tolerance, ends: Ends
 ) -> None:
-    """Make a run's record from the values measured anew, and check the report against it."""
+    """Make a run's record from the values measured again, and check the report against it."""
     if held.as_report is None:
         return
     claims, crank = held.claims, crank_before.crank

@@ -76,13 +76,13 @@ AS_RECORDED: Mapping[str, float] = {
     "web_metal": 1e-3,
     "against": 1e-6,
 }
-"""Keys that are compared with a record made anew, and the share by which numbers may differ. The metal
+"""Keys that are compared with a record made again, and the share by which numbers may differ. The metal
 between two mains is cut out before the solid is written, or after; columns of metal meet
 its rounded corners."""
 
 
 def ended(claims: Claims, ends: Ends, left: Left | None) -> Result:
-    """Return the values measured anew as a run's result; ``left`` is None where nothing was cut."""
+    """Return the values measured again as a run's result; ``left`` is None if nothing was cut."""
     return Result(
         outcome=claims.get("outcome", str),
         reason=None,
@@ -100,7 +100,7 @@ def ended(claims: Claims, ends: Ends, left: Left | None) -> Result:
 
 
 def check_like(held: Held, record: Record) -> None:
-    """Compare a report with a record made anew from job and files."""
+    """Compare a report with a record made again from job and files."""
     if held.as_report is None:
         return
     claims, expected = held.claims, held.as_report(record)

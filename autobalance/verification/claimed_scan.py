@@ -46,7 +46,7 @@ def with_scan_file(claims: Claims, folder: Path, job: Job, files: Files) -> Job:
     Raises
     ------
     FileError
-        If it is not there: mass and unbalance could be claimed at will.
+        If it is missing: mass and unbalance could be claimed at will.
     """
     scan = job.crankshaft.scan
     if scan is None:

@@ -193,7 +193,7 @@ class Claims:
     def alike(self, measured: Mapping[str, Any], rounding: float = ROUNDING, scale: float = 0.0) -> None:
         """Check all values of an object that were not checked before; missing keys are faults.
 
-        Numbers may differ by ``rounding`` of the greatest in the same object or list, at least of ``scale``;
+        Numbers may differ by ``rounding`` of the largest in the same object or list, at least of ``scale``;
         the angle of a magnitude by as much as that moves it: that of nearly nothing is no claim.
         """
         numbers = [abs(each) for value in measured.values() for each in _numbers(value)]

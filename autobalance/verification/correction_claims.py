@@ -273,7 +273,7 @@ def _gone(change: Change) -> tuple[Solid, Solid]:
 def _is_skin(part: Claims, skin: Solid, near_mm: float) -> bool:
     """Return whether a correction without metal is as thin as rounding, by its depth or by ``skin``.
 
-    A rim that is turned by little more than its facets stand back loses a film between two polygons.
+    A rim that is turned by little more than its facets are back loses a film between two polygons.
     """
     if abs(part.get("depth_mm", float)) <= 2.0 * THICKNESS_IN_ROUNDINGS * near_mm:  # a layer has two sides
         return True

@@ -19,7 +19,7 @@ STATED = ("face", "web", "radius_mm", "angle_deg", "z_mm")
 """Keys for the machinist that every correction must have beside its measured values."""
 LENGTH_SHARE = 2e-4
 ROUGH_SHARE = 5e-3
-"""Greatest share of crumbs of the rough face in the metal of a cut in a scanned face."""
+"""Largest share of crumbs of the rough face in the metal of a cut in a scanned face."""
 UNIT_LENGTH = 1e-6
 LENGTH_MM = 2e-3
 ANGLE_DEG = 0.05

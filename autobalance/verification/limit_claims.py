@@ -19,18 +19,18 @@ from autobalance.verification.solids import Files
 
 KEY = "job.correction"
 DEEPER_MM = 2e-3
-"""Greatest excess of a depth over its limit: rounding of a file moves faces."""
+"""Largest excess of a depth over its limit: rounding of a file moves faces."""
 THINNER_MM = 5e-3
-"""Greatest shortfall of a wall from its limit: walls are printed to hundredths, limits are exact."""
+"""Largest shortfall of a wall from its limit: walls are printed to hundredths, limits are exact."""
 OFF_POSITION_DEG = 3.0
-"""Greatest angle between a position and the axis of an old hole that counts as the one there."""
+"""Largest angle between a position and the axis of an old hole that counts as the one there."""
 BESIDE_DEG = 0.05
 MOST_LISTED = 5
 """Changed keys of a job that a warning names."""
 
 
 def check_limits_of_job(claims: Claims, folder: Path, files: Files) -> None:
-    """Check the correction's limits against the job file, where it exists, and warn of all that it says anew.
+    """Check the correction's limits against the job file, if it exists, and repeat its warnings.
 
     A job that was changed after its run proves nothing of the report: then a warning says where they differ.
 

@@ -35,7 +35,7 @@ from autobalance.units import G_PER_MM3_PER_KG_M3
 from autobalance.verification.claims import ROUNDING, Claims
 
 MAX_ROTATION_ERROR = 1e-9
-"""Greatest absolute entry of RᵀR − 1 in a rotation."""
+"""Largest absolute entry of RᵀR − 1 in a rotation."""
 
 
 def claimed_job(claims: Claims, folder: Path) -> Job:

@@ -12,7 +12,7 @@ from autobalance.runtime import note_read
 from autobalance.solid.formats.table import endings
 
 MAX_NUMBER = 1e30
-"""Greatest size of a number: no report holds a larger one, and products stay finite."""
+"""Largest size of a number: no report holds a larger one, and products stay finite."""
 VERSIONS = (1,)
 """Readable versions of reports."""
 

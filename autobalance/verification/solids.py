@@ -32,7 +32,7 @@ from autobalance.verification.claims import ROUNDING, Claims
 from autobalance.verification.premises import density_before
 
 FACET_BARS = 3.0
-"""Greatest difference between true surfaces and slices of facets over them, in error bars of their metal."""
+"""Largest difference between true surfaces and slices of facets over them, in error bars of their metal."""
 
 
 T = TypeVar("T")
@@ -77,7 +77,7 @@ class OriginalCrank:
 
     @property
     def anatomy(self) -> Anatomy:
-        """Anatomy as recognised, or as the report has it where only a cut crank is there."""
+        """Anatomy as recognised, or as the report has it where only a cut crank exists."""
         return self.crank.anatomy
 
     @property
@@ -104,7 +104,7 @@ class Left:
 
 
 def measured_files(claims: Claims, folder: Path, job: Job, frame: Array, files: Files) -> Left:
-    """Read the corrected solid, or the input where nothing was cut, and check the claims of its file."""
+    """Read the corrected solid, or the input if nothing was cut, and check the claims of its file."""
     crankshaft = job.crankshaft
     key = "outputs.solid"
     if claims.get(key, object) is None:
@@ -138,7 +138,7 @@ def measured_solid(claims: Claims, folder: Path, job: Job, anatomy: Anatomy) -> 
     Raises
     ------
     FileError
-        If it is not there.
+        If it is missing.
     ClaimError
         If its sha256 or its mass properties are others than the report's.
     """
@@ -267,7 +267,7 @@ def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files:
     Raises
     ------
     FileError
-        If its file is not there: what went from it could be claimed at will.
+        If its file is missing: what went from it could be claimed at will.
     """
     path = input_path(claims, folder)
     if not path.is_file():
@@ -291,7 +291,7 @@ def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files:
 
 
 def _refuse_other_name(claims: Claims, path: Path) -> None:
-    """Refuse a file that is not there under the name of another: a copied report keeps its crank's name.
+    """Refuse a file that is missing under the name of another: a copied report keeps its crank's name.
 
     Raises
     ------

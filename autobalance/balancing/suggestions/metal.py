@@ -126,7 +126,7 @@ class _CounterweightWeb:
         return [place] if float(place @ self.towards) > radius > half_mm + WALL_MM else []
 
     def column(self, place: Array, diameter_mm: float) -> tuple[float, float]:
-        """Return z at both ends of the metal under a bore [mm]; equal where there is none."""
+        """Return z at both ends of the metal under a bore [mm]; equal if there is none."""
         bore = self.metal & _cylinder(place, diameter_mm, self.web.z_min_mm - 1.0, self.web.z_max_mm + 1.0)
         if bore.is_empty:
             return self.web.z_min_mm, self.web.z_min_mm

@@ -31,7 +31,7 @@ KEYS = ("balance_factor", "inertia_kg_mm2")
 
 @dataclass(frozen=True)
 class Wanted:
-    """A balance factor, an inertia about the crank axis, or both; None: not asked for."""
+    """A balance factor, an inertia about the crank axis, or both; None: not requested."""
 
     balance_factor: float | None = None
     inertia_g_mm2: float | None = None
@@ -83,13 +83,13 @@ class Aim:
         Of the crank, rotor frame.
     anatomy : Anatomy
     loads : tuple of ThrowLoad
-        Parts on the throws; empty where no weights are known.
+        Parts on the throws; empty if no weights are known.
     attached : Moments
         Of attached rotors.
     direction : (2,) float or None
         Unit vector along which unbalance changes the factor; None where the throws cancel each other out.
     per_factor_g_mm : float
-        Product that a factor of one takes; 0 where there is none.
+        Product that a factor of one takes; 0 if there is none.
     """
 
     wanted: Wanted
@@ -128,7 +128,7 @@ class Aim:
         return cls(target, start, anatomy, loads, attached, along / size, 0.0 if factor is None else size)
 
     def factor(self, moments: Moments) -> float | None:
-        """Return the balance factor of a crank with these moments; None where there is none."""
+        """Return the balance factor of a crank with these moments; None if there is none."""
         return crank_factor(moments, self.loads, self.attached) if self.loads else None
 
     def product_g_mm(self, unbalance_g_mm: Array) -> float:
@@ -165,7 +165,7 @@ class Aim:
         return [(web, -away_from_crankpin(web, self.anatomy)) for web in webs]
 
     def webs(self) -> list[tuple[Web, Array]]:
-        """Return the webs with counterweights that count towards the factor; all where there is none."""
+        """Return the webs with counterweights that count towards the factor; all if there is none."""
         webs = self.counterweights()
         if self.direction is None:
             return webs

@@ -24,8 +24,8 @@ BARE_PIN_SHARE = 0.98
 def clear_of_pins(layer: FaceLayer, to_face: Array, anatomy: Anatomy, limit: DepthLimit) -> DepthLimit:
     """Return the depth limit of a face whose cut must not bite into a pin; the other one if that is sooner.
 
-    Pins stand on faces that look along the axis, or lie behind the wall: those are left as they are. A pin
-    whose axis lies above the face stands on it too; of one that the face cuts through, nothing may be taken.
+    Pins are on faces that look along the axis, or lie behind the wall: those are left as they are. A pin
+    whose axis lies above the face is on it too; of one that the face cuts through, nothing may be taken.
 
     Parameters
     ----------

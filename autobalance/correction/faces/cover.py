@@ -15,7 +15,7 @@ from autobalance.solid.slicing.raster import Raster
 from autobalance.types import Array, Indices
 
 CUT_MOST = 1000
-"""Greatest number of triangles on a region's outline that are cut to it for their common area."""
+"""Largest number of triangles on a region's outline that are cut to it for their common area."""
 CELLS_LEAST, CELLS_MOST = 64, 1024
 """Cells of the grid on which triangles are distinguished: about as small as they are."""
 
@@ -85,7 +85,7 @@ class Cover:
 
 
 def _boxes(corners: Array) -> tuple[Array, Array]:
-    """Return the least and greatest coordinates (k, 2) of triangles (k, 3, 2)."""
+    """Return the least and largest coordinates (k, 2) of triangles (k, 3, 2)."""
     a, b, c = corners.transpose(1, 0, 2)
     return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 

@@ -13,11 +13,11 @@ from autobalance.types import Array
 NODES = (5, 9)
 """Samples of a piece, and their number where that is too few: every other one must predict those between."""
 CHECK_SHARE = 1e-5
-"""Permitted error of these predictions, as a share of the greatest: all samples are far nearer."""
+"""Permitted error of these predictions, as a share of the largest: all samples are far nearer."""
 ROUGH_CHECK_SHARE = 1e-3
 """The same of a rough surface, which no polynomial follows closer; what a cut takes of it is measured."""
 SPLITS = 3
-"""Greatest number of splits of a piece with larger errors, as at a kink."""
+"""Largest number of splits of a piece with larger errors, as at a kink."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class _Piece:
 
 
 class DepthCurve:
-    """A vector of numbers over the depths from 0 to a greatest one, in pieces of Chebyshev polynomials.
+    """A vector of numbers over the depths from 0 to a largest one, in pieces of Chebyshev polynomials.
 
     Parameters
     ----------

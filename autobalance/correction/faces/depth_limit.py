@@ -1,4 +1,4 @@
-"""Greatest depth to which a planar face may be lowered, and its limit.
+"""Largest depth to which a planar face may be lowered, and its limit.
 
 The shallowest of these counts:
 
@@ -8,7 +8,7 @@ The shallowest of these counts:
 - another raised part that becomes one with the section, from where on all of it would go.
 
 The surface straight under the face is mostly the limit, and needs no section but that of the face itself. It
-is found first, so that all others are searched only above it: seldom any is there.
+is found first, so that all others are searched only above it: seldom any exists.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ over a section counts for no part."""
 
 @dataclass(frozen=True)
 class DepthLimit:
-    """Greatest depth, its limit in words, and whether that is only the reach of the search."""
+    """Largest depth, its limit in words, and whether that is only the reach of the search."""
 
     depth_mm: float
     reason: str
@@ -49,7 +49,7 @@ class DepthLimit:
 
 
 def depth_limit(layer: FaceLayer, slab: Layer, reach: DepthLimit, wall_mm: float) -> DepthLimit:
-    """Return the greatest depth to which a face may be lowered, and its limit.
+    """Return the largest depth to which a face may be lowered, and its limit.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def depth_limit(layer: FaceLayer, slab: Layer, reach: DepthLimit, wall_mm: float
     slab : Layer
         The triangles under it, down to the reach and a wall more.
     reach : DepthLimit
-        Greatest depth of the search.
+        Largest depth of the search.
     wall_mm : float
         Metal to leave in front of the next surface behind the cut.
     """
@@ -129,7 +129,7 @@ class _Search:
         return highest
 
     def _within_room(self, rows: Indices) -> Indices:
-        """Return the triangles of ``rows``, high to low, that may reach beyond what stands on the face."""
+        """Return the triangles of ``rows``, high to low, that may reach beyond what is on the face."""
         if not len(rows):
             return rows
         corners = self._seen(rows)
@@ -176,7 +176,7 @@ class _Search:
         return None
 
     def merge_mm(self, deepest_mm: float) -> float | None:
-        """Return the greatest depth at which no other raised part is one with the section.
+        """Return the largest depth at which no other raised part is one with the section.
 
         Parts of a section meet where the surface has a saddle, so sections just under saddles show at which,
         and one just above it confirms that. Parts that the tool's room keeps apart may meet elsewhere; then

@@ -18,12 +18,12 @@ LAYER_SHARES = (1.0, 0.5, 0.2, 0.1, 0.04)
 
 
 def lowering(layer: FaceLayer, depth_mm: float, to_rotor: Array, within: Shape | None) -> Lowering:
-    """Return the tool that lowers a face; the exact solid itself knows what stands on the face.
+    """Return the tool that lowers a face; the exact solid itself knows what is on the face.
 
     Raises
     ------
     CorrectionError
-        If other metal stands so near that the tool has no room between.
+        If other metal is so near that the tool has no room between.
     """
     metal = layer.taken(depth_mm)
     low, high = metal.bounds
@@ -44,7 +44,7 @@ def lowering(layer: FaceLayer, depth_mm: float, to_rotor: Array, within: Shape |
 def clear_of(spared: Region, metal: Region, heights_mm: tuple[float, float]) -> tuple[Shape, ...]:
     """Return prisms around metal to spare, whose walls run through air, well clear of its own surface.
 
-    Slivers are left out: those lie between the facets of what stands on the face and the tool's outline.
+    Slivers are left out: those lie between the facets of what is on the face and the tool's outline.
     """
     spared = spared.grown(-SLIVER_MM).grown(SLIVER_MM)
     if spared.is_empty:

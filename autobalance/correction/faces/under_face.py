@@ -15,7 +15,7 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 CLEARANCE = 5.0
-"""Grains between what stands on a face and the tool: it keeps clear of the fillet, and its outline needs no
+"""Grains between what is on a face and the tool: it keeps clear of the fillet, and its outline needs no
 more corners than that (a few µm on a crank of 150 mm; the ring of metal left weighs milligrams)."""
 FACES_KEPT = 16
 """Faces of a mesh that are remembered: about as many as are offered together."""
@@ -32,7 +32,7 @@ class UnderFace:
     outline : Region
         The face itself.
     standing : Region
-        Area closed to the tool: what stands on the face, with room around, and what that encloses.
+        Area closed to the tool: what is on the face, with room around, and what that encloses.
     room : Region
         Area open to the tool: everywhere else.
     """

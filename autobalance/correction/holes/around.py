@@ -1,4 +1,4 @@
-"""Surfaces around the axis of a hole: the wall left beside it, and its greatest depth."""
+"""Surfaces around the axis of a hole: the wall left beside it, and its largest depth."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from autobalance.correction.holes.zones import Fillet, in_fillets
 from autobalance.types import Array
 
 LOOKED_AT_MM = 10.0
-"""Distance searched beside a hole, beyond its width; farther where there is nothing."""
+"""Distance searched beside a hole, beyond its width; farther if there is nothing."""
 NEAR_ENTRY_MM = 0.05
 OLD_SHARE = 0.04
 """Share of the drill's radius by which an old hole that it fits may reach farther out: wider, not round."""
@@ -64,7 +64,7 @@ class Around:
             reach = radius_mm + wall
 
     def deepest_mm(self, radius_mm: float, room: HoleLimits) -> float | None:
-        """Return the greatest depth of a hole within limits, -inf without any; None as of ``wall_mm``."""
+        """Return the largest depth of a hole within limits, -inf without any; None as in ``wall_mm``."""
         others = self._others(max(2.0 * radius_mm + LOOKED_AT_MM, radius_mm + room.wall_mm))
         return None if others is None else greatest_depth_mm(others, radius_mm, room)
 

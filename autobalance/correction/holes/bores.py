@@ -20,7 +20,7 @@ SMOOTH_RAD = math.radians(40.0)
 ROUND_SHARE = 0.02
 """Share of the radius by which the corners of a round hole may lie off one circle."""
 MAX_AXIAL_NORMAL_SQUARE = 1e-3
-"""Greatest square component of a bore's normals along its axis."""
+"""Largest square component of a bore's normals along its axis."""
 ASKEW_RAD = math.radians(2.0)
 OFF_AXIS_MM = 0.5
 LEAST_TRIANGLES = 12
@@ -29,7 +29,7 @@ SAME_DIAMETER = 0.02
 
 
 def fitting_mm(diameters_mm: Sequence[float], radius_mm: float) -> list[float]:
-    """Return the diameters at hand, rising, that fit an existing hole."""
+    """Return the diameters available, rising, that fit an existing hole."""
     return [
         diameter
         for diameter in sorted(set(diameters_mm))

@@ -88,7 +88,7 @@ class HoleSearch:
     def holes(
         self, sites: Sequence[Site], radii_mm: Sequence[float], room: HoleLimits
     ) -> Iterator[tuple[Site, Hole, float]]:
-        """Yield the holes at places that keep the walls: site, hole and greatest depth."""
+        """Yield the holes at places that keep the walls: site, hole and largest depth."""
         for web, metal in reach_of(self.solid, self.anatomy, sites, radii_mm[-1]).items():
             here = [site for site in sites if site.web == web]
             for radius in radii_mm:

@@ -39,7 +39,7 @@ class DrillLimits(Limits):
     direction : "radial" or "axial"
         Into the rim, towards the axis; or into the web, along the axis.
     diameters_mm : tuple of float or None
-        Drills at hand, all of which are tried; None: the program picks from ``series``.
+        Drills available, all of which are tried; None: the program picks from ``series``.
     series : "mm", "inch", "letter" or "number", or tuple of these and diameters, or None
         Drills of the shop, of which the program picks what suits: "mm" (whole and half millimetres 4 to 25),
         "inch" (fractions 1/8 to 1), "letter" (A to Z), "number" (60 to 1), or a list of these and of
@@ -70,7 +70,8 @@ class DrillLimits(Limits):
     max_obliquity_deg : float
         Between a hole's axis and the normal of the surface that it enters: a drill runs off a slanted one.
     min_step_mm : float
-        Least change of depth that a machine is set up for: a hole that is there is deepened by that at least.
+        Smallest change of depth that a machine is set up for: a hole that is there is deepened by that at
+        least.
     deepen : bool or None
         Blind holes that are there may be deepened by a drill of their diameter (to 2 %); the depth then
         counts from the end of the old full diameter (where the old point is another one: from the old bottom
@@ -165,7 +166,7 @@ class DrillLimits(Limits):
 
     @property
     def at_hand_mm(self) -> tuple[float, ...]:
-        """Return the diameters of all drills at hand, thinnest first."""
+        """Return the diameters of all drills available, thinnest first."""
         if self.diameters_mm is not None:
             return tuple(sorted(set(self.diameters_mm)))
         return sizes_mm(self.series or "mm")
@@ -175,7 +176,7 @@ class DrillLimits(Limits):
         return drill_name(self.series, diameter_mm)
 
     def listed_about(self, diameter_mm: float, ratio: float) -> list[dict[str, float | str | None]]:
-        """Return the drills at hand within a ratio of a diameter, by the keys of a listed hole."""
+        """Return the drills available within a ratio of a diameter, by the keys of a listed hole."""
         return [
             {"diameter_mm": each, "drill": self.drill_name(each)}
             for each in self.at_hand_mm

@@ -107,7 +107,7 @@ def _area(corners: Array) -> float:
 
 
 def _cap(surface: Surface, rim: Indices, bore: Bore) -> Array:
-    """Return triangles (k, 3, 3) that close a mouth, raised as much as the round rim of a web stands over it.
+    """Return triangles (k, 3, 3) that close a mouth, raised as much as the round rim of a web is over it.
 
     Over a circle of radius r on a cylinder of radius R the surface lies r²/(8 R) above the mean of the mouth;
     a fan from its middle must be raised by three times that.

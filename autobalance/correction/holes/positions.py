@@ -138,7 +138,7 @@ def unused_notes(
     anatomy: Anatomy,
     limits: str,
 ) -> tuple[str, ...]:
-    """Return a note on each position where no drill fits; ``axes`` are the webs and axes of those that do."""
+    """Return a note on each position if no drill fits; ``axes`` are the webs and axes of those that do."""
     webs = {web.number: web for web in anatomy.webs}
     positions = positions_of(listed, anatomy) or ()
     return tuple(

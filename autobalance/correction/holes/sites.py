@@ -1,4 +1,4 @@
-"""Places for holes on webs: a grid of angles, where a drill can start, and its greatest depth."""
+"""Places for holes on webs: a grid of angles, where a drill can start, and its largest depth."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Site:
     ``oblique_rad`` is the angle between the axis and the normal of the surface that it enters;
     ``old_point_mm`` is the length of that hole's point, and ``on_shoulder`` is true of an entry where
     that point begins, not at its tip: a drill of the same point goes on with all of the bottom at once.
-    ``least_radius_mm`` is the zone's least distance of a hole from the crank axis; ``surface`` and
+    ``least_radius_mm`` is the zone's smallest distance of a hole from the crank axis; ``surface`` and
     ``fillets`` are all of the crank's and the web's; beside a hole that is drilled deeper, surfaces more than
     ``passed_mm`` above its tip, ``tip_mm`` beyond the entry, are not walls of the new part.
     """
@@ -135,7 +135,7 @@ class Places:
         Fineness of the grid of angles tried.
     zone : "counterweights", "web" or "anywhere"
     most_oblique_rad : float
-        Greatest angle between a hole's axis and the normal of the surface that it enters.
+        Largest angle between a hole's axis and the normal of the surface that it enters.
     positions : tuple of Position or None
         The only places, instead of a grid of angles.
     """
@@ -165,7 +165,7 @@ class _Rim:
 
 
 _RIMS: WeakKeyDictionary[Surface, dict[tuple[int, float], _Rim | None]] = WeakKeyDictionary()
-"""Rims of a surface by web and angle: holes of every diameter need them anew."""
+"""Rims of a surface by web and angle: holes of every diameter need them again."""
 
 
 def find_sites(
@@ -213,7 +213,7 @@ def find_sites(
 
 
 def _rim(near: Surface, web: Web, angle: float) -> _Rim | None:
-    """Return the middle of the rim's width at an angle, and its least radius there; None without metal."""
+    """Return the middle of the rim's width at an angle, and its smallest radius there; None without metal."""
     radius = _outline(near, angle)
     thickness = web.z_max_mm - web.z_min_mm
     z = web.z_min_mm + thickness * (np.arange(RAYS) + 0.5) / RAYS
@@ -236,7 +236,7 @@ def _rim(near: Surface, web: Web, angle: float) -> _Rim | None:
 
 
 def _outline(near: Surface, angle: float) -> Callable[[float], float]:
-    """Return the greatest radius of metal at an angle as a function of z [mm]; 0 where there is none."""
+    """Return the largest radius of metal at an angle as a function of z [mm]; 0 if there is none."""
     r_hat = np.array([math.cos(angle), math.sin(angle), 0.0])
     tangent = np.array([-r_hat[1], r_hat[0], 0.0])
     corners = near.corners[near.beside_plane(r_hat, tangent)]
@@ -303,7 +303,7 @@ def _site(
 def make_holes(
     sites: Sequence[Site], metal: Solid, radius_mm: float, room: HoleLimits
 ) -> list[tuple[Site, Hole, float]]:
-    """Return the holes of one radius that keep the walls: site, hole and greatest depth.
+    """Return the holes of one radius that keep the walls: site, hole and largest depth.
 
     ``metal`` is the metal in reach of drills, in the rotor frame.
     """

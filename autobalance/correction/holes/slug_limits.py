@@ -25,7 +25,7 @@ class SlugLimits(Limits):
     ----------
     direction : "axial" or "radial"
     diameters_mm, lengths_mm : tuple of float
-        Slugs at hand: every diameter in every length.
+        Slugs available: every diameter in every length.
     density_kg_m3 : float
         17 000 is that of usual tungsten alloy.
     max_slugs : int
@@ -36,7 +36,7 @@ class SlugLimits(Limits):
     sectors_deg : tuple of (float, float)
         Where the axes of slugs may lie, as for drilled holes.
     fill : bool
-        Blind holes that are there, of a slug's diameter to 2 %, may be filled.
+        Blind holes that exist, of a slug's diameter to 2 %, may be filled.
     """
 
     direction: Direction = "axial"

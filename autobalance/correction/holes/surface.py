@@ -139,7 +139,7 @@ class Surface:
 
     @cached_property
     def _shadows(self) -> tuple[Array, Array, Array, Array]:
-        """Boxes around the triangles as seen along z: least and greatest x, least and greatest y (m,)."""
+        """Boxes around the triangles as seen along z: smallest and largest x, smallest and largest y (m,)."""
         x, y = (list(self.corners[:, :, axis].T) for axis in (0, 1))
         return np.minimum.reduce(x), np.maximum.reduce(x), np.minimum.reduce(y), np.maximum.reduce(y)
 

@@ -197,7 +197,7 @@ def _sizes_mm(limits: Limits | None) -> Sequence[float]:
 
 
 LEAST_WALL = 0.25
-"""Least share of a cylinder's wall in a hole."""
+"""Smallest share of a cylinder's wall in a hole."""
 WALL_MM = 5e-3
 """Uncertainty of walls and old depths: by halving, and on files that were rounded."""
 READING_RADIUS_RATIO = 1.1

@@ -1,4 +1,4 @@
-"""Metal left around a hole, and its greatest depth; pure numbers.
+"""Metal left around a hole, and its largest depth; pure numbers.
 
 A hole is a cylinder with a cone (or a flat) at its end. Its wall is the distance from its surface to any
 surface of the crank but the one it enters and that surface's continuation, which `surface` leaves out.
@@ -24,7 +24,7 @@ MOST_PIECES = 400_000
 
 @dataclass(frozen=True)
 class HoleLimits:
-    """Limits of a hole: its wall, and its least and greatest depth (of the full diameter).
+    """Limits of a hole: its wall, and its smallest and largest depth (of the full diameter).
 
     ``half_point_rad`` is half of the point angle; π/2 for a flat bottom.
     """
@@ -36,11 +36,11 @@ class HoleLimits:
 
 
 def greatest_depth_mm(others: Array, radius_mm: float, room: HoleLimits) -> float:
-    """Return the greatest depth of a hole with its wall left all around; −inf if below the least.
+    """Return the largest depth of a hole with its wall left all around; −inf if below the least.
 
     A point at distance s from the axis and depth τ is clear of a hole of depth t, inflated by the wall, when
-    τ − φ(s) ≥ t, where φ is the front of the inflated point. The least of that over all triangles is found
-    by halving triangles, with the exact least s and τ of each piece as a bound.
+    τ − φ(s) ≥ t, where φ is the front of the inflated point. The smallest of that over all triangles is found
+    by halving triangles, with the exact smallest s and τ of each piece as a bound.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Arc, Line, Outline, outline_points
 
 CLEAR_MM = 1.0
-"""Height of the tool's start over the cheek, and distance of the cutter from what stands there."""
+"""Height of the tool's start over the cheek, and distance of the cutter from what is there."""
 SEGMENTS = 360
 """Parts of a full circle in the tool's outline: what they miss is 5e-5 of a pocket."""
 PLACES = 24
@@ -86,7 +86,7 @@ SLIVER_MM2 = 1e-6
 
 
 def lies_in(inner: Region, outer: Region) -> bool:
-    """Return whether a region lies in another, but for rounding."""
+    """Return whether a region lies in another, except for rounding."""
     return (inner - outer).area_mm2 <= SLIVER_MM2
 
 

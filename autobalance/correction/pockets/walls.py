@@ -1,4 +1,4 @@
-"""Metal left around a milled pocket, and its greatest depth: distances to all voids."""
+"""Metal left around a milled pocket, and its largest depth: distances to all voids."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from autobalance.solid.csg.solid import Solid
 SKIN_MM = 1e-3
 """Metal over or under a cheek that is its own roughness."""
 LOOKED_AT_MM = 10.0
-"""Distance beside and below a pocket within which air is sought, and farther where there is none."""
+"""Distance beside and below a pocket within which air is sought, and farther if there is none."""
 DEPTH_TOLERANCE_MM = 1e-3
 """Depths found here are short of the exact limit by at most this, never beyond it."""
 BISECTIONS = 24
@@ -51,7 +51,7 @@ class Below:
             reach *= 2.0
 
     def deepest_mm(self, pocket: Region, wall_mm: float, most_mm: float) -> float:
-        """Return the greatest depth of a pocket in its web, wall kept, up to ``most_mm``; 0 if none."""
+        """Return the largest depth of a pocket in its web, wall kept, up to ``most_mm``; 0 if none."""
         most_mm = min(most_mm, self.behind_mm - wall_mm)
         air = self._air(self._body(pocket, most_mm), wall_mm + SKIN_MM)
 

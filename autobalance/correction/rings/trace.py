@@ -45,7 +45,7 @@ on its corners for a circle's area."""
 MAX_FLAP_AREA_SHARE = 0.01
 """Share by which the area of a turned surface may differ from that of the rings without flaps on it."""
 FLAP_SHARE = 0.25
-"""Least share of the surface towards the axis at a radius, where flaps on the old rim may be the rest."""
+"""Smallest share of the surface towards the axis at a radius, where flaps on the old rim may be the rest."""
 CORNERS = 1.001
 """The corners of a tool's prism stick out of the circle of its area by this factor at most."""
 

@@ -1,4 +1,4 @@
-"""Check of main journals for one axis and of webs' ends for one face, with warnings where there is doubt."""
+"""Check of main journals for one axis and of webs' ends for one face, with warnings if there is doubt."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ SAME_STRETCH = 0.5
 BESIDE = 0.1
 """... and its middle is off the journal's by less than this share of the radius: typed ones are off, too."""
 SAME_BORE = 0.05
-"""A pressed-in crankpin's bore has its radius but for this share."""
+"""A pressed-in crankpin's bore has its radius except for this share."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,7 @@ THIRD_RATIO = 0.9
 THROUGH_SHARE = 0.5
 """Bores of one web share at least this much of the shorter one."""
 ARC_ROUND = 2e-3
-"""Corners of an arc about a bore are equally far from it but for this share."""
+"""Corners of an arc about a bore are equally far from it except for this share."""
 MAX_FACET_RATIO, MIN_ARC_FACETS = 0.8, 3
 """Its facets are at most this share of its radius long, and at least so many: a plate's edges are long."""
 MIN_ARC_RAD = 0.7
@@ -68,8 +68,8 @@ def bored_arm(
 ) -> BoredWeb | None:
     """Return an arm with a bore for the shaft, and a cylinder beside it as its crankpin; None without one.
 
-    The cylinder and others in line with it are all that stand out, and on one side of the arm only; but for
-    bosses around the bore.
+    The cylinder and others in line with it are all that stand out, and on one side of the arm only; except
+    for bosses around the bore.
     """
     for bore in _by_size(bores):
         beside = [run for run in runs if _apart(run, bore) > SAME_CENTRE * run.radius]

@@ -37,7 +37,7 @@ class Candidate:
 def cylinder_candidates(mesh: Mesh, direction: Array | None = None) -> tuple[Candidate, ...]:
     """Return the bare cylinders along a direction (3,), or along the direction with the most of them.
 
-    A cylinder is bare where no other metal is at its place along the direction: shafts and pins, no bores.
+    A cylinder is bare if no other metal is at its place along the direction: shafts and pins, no bores.
     """
     if direction is not None:
         return _along(mesh, direction)

@@ -18,10 +18,10 @@ TRIALS = (4, 24)
 one whose three corners miss keyways, flats and oil holes is enough."""
 NEARLY_WHOLE = 0.97
 ON_CIRCLE = 2e-4
-"""Greatest distance of a corner from its circle, as a share of the radius: rounding of a file's numbers and
+"""Largest distance of a corner from its circle, as a share of the radius: rounding of a file's numbers and
 the ellipse that a slightly oblique section makes."""
 CHORD_SHARE = 0.02
-"""Most that a corner may stand inside as a share of the radius, because the plane met an edge between two
+"""Most that a corner may be inside as a share of the radius, because the plane met an edge between two
 corners of the mesh; only as much as the outline's own steps suggest."""
 LONGEST_STEP = 0.8
 """A straight piece longer than this share of the radius is a flat, not a facet: seven facets or fewer are no
@@ -39,7 +39,7 @@ HELD_TRIALS, HELD_STRIDES = 48, (3, 7, 11)
 """Circles tried through three corners a third, a seventh and an eleventh of such an outline apart."""
 
 MAX_LENGTH_RATIO = 1.75
-"""Greatest length of an outline over its width: a circle of which ``LEAST_COVER`` is left, and all of that
+"""Largest length of an outline over its width: a circle of which ``LEAST_COVER`` is left, and all of that
 within its slack, is at most 1.6 times as long."""
 MEASURED_DIRECTIONS = np.array(
     [[1.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)], [0.0, 1.0, math.sqrt(0.5), -math.sqrt(0.5)]]
@@ -75,7 +75,7 @@ def preceding(points: NDArray[T]) -> NDArray[T]:
 def corners_of(outline: Array, grain_mm: float) -> Array:
     """Return the corners (k, 2) of a closed outline, without those on a line between neighbours.
 
-    ``grain_mm`` is a corner's greatest distance from the line; every other one of a straight row goes in each
+    ``grain_mm`` is a corner's largest distance from the line; every other one of a straight row goes in each
     pass.
     """
     points = outline
@@ -96,7 +96,7 @@ def corners_of(outline: Array, grain_mm: float) -> Array:
 def whole_circle(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> Circle | None:
     """Return the circle of a closed outline (k, 2), pieces cut out of it apart; None if it is none.
 
-    ``rough_mm`` is the greatest distance of a rough surface's corners from it.
+    ``rough_mm`` is the largest distance of a rough surface's corners from it.
     """
     if _is_long(outline):
         return None
@@ -137,7 +137,7 @@ def whole_circle(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> Circ
 def hole_circles(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> tuple[Circle, ...]:
     """Return the circles of a hole's outline (k, 2), counter-clockwise: those of round bores in it.
 
-    That is one, but for two bores that a slot joins, and none in a window. Slots in a bore lie beyond its
+    That is one, except for two bores that a slot joins, and none in a window. Slots in a bore lie beyond its
     circle: nothing reaches into it. They are looked for in drawn surfaces alone.
     """
     whole = whole_circle(outline, grain_mm, rough_mm)
@@ -171,7 +171,7 @@ def hole_circles(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> tupl
 
 
 def _fitted_without_outliers(near: Array, grain_mm: float) -> Circle:
-    """Return the circle of points near it; a chord's, where a slot cuts it, stand inside."""
+    """Return the circle of points near it; a chord's, where a slot cuts it, are inside."""
     for _ in range(TRIMMED_CIRCLES):
         centre, radius = fit_circle(near)
         away = np.abs(distances(near, centre) - radius)

@@ -20,9 +20,9 @@ from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
 from autobalance.types import Array, Indices
 
 MIN_COVER = 0.6
-"""Least share of a cylinder's surface that is there: of a journal with a port all through it, 0.87."""
+"""Smallest share of a cylinder's surface that exists: of a journal with a port all through it, 0.87."""
 ONE_SIDED = 0.75
-"""Greatest one-sidedness of the missing surface, where a half would be 1: a gap of 90° is 0.71, one of 40°
+"""Largest one-sidedness of the missing surface, where a half would be 1: a gap of 90° is 0.71, one of 40°
 (a port) 0.35; drillings and keyways are less than 0.1."""
 OUTWARD, UPRIGHT = 0.8, 0.25
 """Triangles of a cylinder along z face away from its axis by more than the first, along z by less than the
@@ -34,11 +34,11 @@ EXTENSION_RATIO = 0.15
 MAX_COVER_BEYOND = 0.5
 """... and no more than this share of the surface there is its own,"""
 MAX_ONE_SIDED_GAP = 0.5
-"""unless more than this of it is missing on one side (as for ``ONE_SIDED``): metal stands beside it there."""
+"""unless more than this of it is missing on one side (as for ``ONE_SIDED``): metal is next to it there."""
 MAX_OFFSET_RATIO = 1e-3
-"""A cylinder lies where its surface does but for this share of its radius."""
+"""A cylinder lies where its surface does except for this share of its radius."""
 WAVED_VERTEX_RATIO = 1e-4
-"""Vertices that stand off by more than this share of the radius are waved. The pin of a V6 whose vertices had
+"""Vertices that are off by more than this share of the radius are waved. The pin of a V6 whose vertices had
 moved by 0.06 mm was 0.35 mm too small by its sections, and right to 0.01 mm by all its surface."""
 MAX_LEAN_RATIO = 4e-3
 """A bent crank's cylinder leans by up to this share of its radius from its middle to an end."""
@@ -88,7 +88,7 @@ def on_surface(
     Raises
     ------
     RecognitionError
-        If a cylinder's surface is not there, is not all of it, or goes on, with the place.
+        If a cylinder's surface is missing, is not all of it, or goes on, with the place.
     """
     heights = least_and_greatest(long.vertices[:, 2], mesh.triangles)
     mended = []
@@ -170,9 +170,9 @@ def _looked_at(
 
 
 def _fitted(skin: _Skin, here: Array, run: CylinderRun) -> tuple[float, CylinderRun]:
-    """Return the offset of a cylinder's surface, greatest of centre, radius and lean, and the cylinder there.
+    """Return the offset of a cylinder's surface, largest of centre, radius and lean, and the cylinder there.
 
-    Corners within facets stand inside by the facets' depth, which is not a fault of the radius: by half the
+    Corners within facets are inside by the facets' depth, which is not a fault of the radius: by half the
     square of the angle between a facet's direction and the radius.
     """
     weights = np.repeat(skin.areas * here, 3)

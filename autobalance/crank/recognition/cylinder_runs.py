@@ -18,14 +18,14 @@ SAME_RADIUS = 0.01
 ON_CYLINDER = 1e-5
 """A vertex lies on a cylinder when it is off by less than this share of the radius (and rounding)."""
 ROUNDING = 3e-7
-"""Rounding of a file's coordinates (float32), as a share of the greatest coordinate, with some room."""
+"""Rounding of a file's coordinates (float32), as a share of the largest coordinate, with some room."""
 MAX_INNER_DEPTH_RATIO = 1e-3
 """Metal within a cylinder, up to this share of its radius, is part of it: drillings, keyways, grooves."""
 GAP_SHARE = 0.5
 """A groove all around may part a cylinder for this share of its radius."""
 SURFACE_LEFT = 0.035
 """Between parts of one cylinder, however long a window parts them, some surface is left: metal still reaches
-the radius but for this share (twelve facets)."""
+the radius except for this share (twelve facets)."""
 MAX_VERTEX_DISTANCE_RATIO = 0.2
 """Vertices farther than this share of the radius from a cylinder are ignored."""
 NARROW_SEARCH_RATIOS = (2e-5, 2e-4)
@@ -36,13 +36,13 @@ sections through fillets too large. The radius of most vertices is tried then.""
 TRIED_RADII = 3
 """Number of most frequent vertex radii that are tried."""
 OUT_OF_ROUND = 1e-3
-"""A cylinder's vertices stand off it by less than this share of its radius, half of them at least: coarse
+"""A cylinder's vertices are off it by less than this share of its radius, half of them at least: coarse
 facets have their corners on the true surface, a scan near it. A web with a rim of two radii looks round only
 beside the length of coarse facets."""
 OUT_OF_LINE = 0.3
 """Cylinders are out of line when vertices are nearer than this to their own lines, beside a common one."""
 LEAST_VERTICES = 8
-"""Least number of vertices on a cylinder."""
+"""Smallest number of vertices on a cylinder."""
 MOST_OF_SPAN = 0.6
 """A cylinder's vertices reach over at least this share of the sections that show it."""
 LEAST_WIDTH = 0.05
@@ -273,7 +273,7 @@ def _fitted(
     rounding_mm: float,
     least_width_mm: float | None,
 ) -> CylinderRun | None:
-    """Return the cylinder through vertices whose distances ``away`` are a radius but for a share of it."""
+    """Return the cylinder through vertices whose distances ``away`` are a radius except for a share of it."""
     ring = np.flatnonzero(np.abs(away - radius) <= share * radius + rounding_mm)
     if len(ring) < LEAST_VERTICES:
         return None

@@ -30,7 +30,7 @@ ON_AXIS = 0.03
 MIN_SLOT_DEPTH_RATIO = 0.004
 """Corners this share of the radius inside the shaft's circle are in a slot ..."""
 SAGITTA = 0.3
-"""... and deeper than this share of the square of their facets over the radius, as far as chords stand in."""
+"""... and deeper than this share of the square of their facets over the radius, as far as chords are in."""
 KEY_WIDTHS = (0.08, 0.5)
 """A keyway's width as a share of the shaft's diameter (DIN 6885: 0.22 to 0.33; Woodruff keys: 0.16 up)."""
 KEY_DEPTHS = (0.02, 0.35)
@@ -40,7 +40,7 @@ KEYWAY_WALL_COSINE = math.cos(math.radians(3.0))
 WALL_SHARE = 0.4
 """A wall is straight over at least this share of the slot's depth; the rest may be a rounded corner."""
 FLAT_FLOOR = 0.3
-"""A keyway's floor is flat but for this share of its depth."""
+"""A keyway's floor is flat except for this share of its depth."""
 SAME_ANGLE_RAD = math.radians(1.0)
 SAME_WIDTH = 0.03
 """Sections show one keyway when their slots differ by less than this."""
@@ -55,9 +55,9 @@ MIN_FLANGE_RATIO = 1.4
 AT_END = 0.5
 """... and nearer to the crank's end than this share of the journal's radius; else it is a collar."""
 BOLTS = 3
-"""Least number of holes on a bolt circle."""
+"""Smallest number of holes on a bolt circle."""
 ON_BOLT_CIRCLE = 0.02
-"""Holes of a bolt circle are as far from the axis but for this share."""
+"""Holes of a bolt circle are as far from the axis except for this share."""
 HOLE_SHARE = 0.25
 """A bolt hole's radius over its distance from the axis is at most this."""
 

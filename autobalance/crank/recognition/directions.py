@@ -16,7 +16,7 @@ directions of its surface."""
 MOST_BINS = 600
 """Directions of the surface that candidates are judged by; the others hold little area."""
 SIDE_SINE = 0.01
-"""A triangle stands along an axis when the sine of its lean is below this (about half a degree)."""
+"""A triangle is along an axis when the sine of its lean is below this (about half a degree)."""
 CANDIDATES = 8
 """Axes tried before giving up."""
 
@@ -24,9 +24,9 @@ CANDIDATES = 8
 def axis_candidates(area_vectors: Array, side_sine: float = SIDE_SINE) -> Iterator[Array]:
     """Yield likely directions (3,) of the crank axis as unit vectors, likeliest first.
 
-    ``side_sine`` is the sine of the lean of a triangle that still stands along an axis.
+    ``side_sine`` is the sine of the lean of a triangle that still is along an axis.
 
-    The likeliest axis is the one to which most of the surface stands either parallel (journals, crankpins,
+    The likeliest axis is the one to which most of the surface is either parallel (journals, crankpins,
     rims) or square (webs' faces); a cylinder's surface counts, a flat's could belong to any of many axes.
     """
     length = np.linalg.norm(area_vectors, axis=1)

@@ -16,11 +16,11 @@ from autobalance.types import Array
 NEAR_RAD = 1e-2
 """An axis estimated from the surface's directions is that of cylinders which differ by less."""
 PARALLEL_RAD = 1e-7
-"""Axes of cylinders that differ by less are one direction, but for rounding [rad]."""
+"""Axes of cylinders that differ by less are one direction, except for rounding [rad]."""
 SAME_SHARE = 1e-3
 """A cylinder is the solid's own when centre and radius are this near, as shares of the radius."""
 ONE_AXIS = 1e-7
-"""Journals whose axes are apart by less than this share of the length lie on one line, but for rounding."""
+"""Distance of two axes over the length, below which their journals lie on one line except for rounding."""
 
 
 def own_direction(estimate: Array, cylinders: Sequence[CylinderFace]) -> Array | None:
@@ -36,7 +36,7 @@ def own_direction(estimate: Array, cylinders: Sequence[CylinderFace]) -> Array |
 
 
 def own_layout(long: SectionStack, layout: JournalLayout, cylinders: Sequence[CylinderFace]) -> JournalLayout:
-    """Return a layout with the solid's own centres and radii, where it has any."""
+    """Return a layout with the solid's own centres and radii, if it has any."""
     journals = [own_cylinder(long, run, cylinders) for run in layout.journals]
     pins = [own_cylinder(long, run, cylinders) for run in layout.pins]
     centres = np.array([run.centre for run in journals])

@@ -17,7 +17,7 @@ from autobalance.types import Array
 def without_given_keys(text: str, overrides: Overrides) -> str:
     """Return a refusal that asks for what is missing beside ``main_journals`` or ``crankpins``.
 
-    Recognition is skipped only where both are there; the key that is there is not asked for again.
+    Recognition is skipped only where both exist; the key that is there is not requested again.
     """
     hints_by_name = {name: getattr(overrides, name) for name in ("main_journals", "crankpins")}
     fault, _, advice = text.rpartition("; ")

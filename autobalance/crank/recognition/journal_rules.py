@@ -1,6 +1,6 @@
 """Choice of the main journal on each stretch of the crank axis that crankpins part.
 
-Where several cylinders stand on one stretch, these decide, in this order: a cylinder as thick as the journals
+Where several cylinders are on one stretch, these decide, in this order: a cylinder as thick as the journals
 that are certain; one next to the web that is no thrust collar; one as thick as journals that are settled so.
 A keyway, a spline or teeth mark a shaft. What is left open is a doubt: one cylinder is chosen, another may be
 meant.

@@ -30,16 +30,16 @@ MIN_LENGTH_RATIO = 1.3
 """A line of cylinders wins over another when it has this much more shaft, or metal reaches this much farther
 beyond it, and neither is so the other way round."""
 OUT_OF_LINE = 0.2
-"""A cylinder beside the axis by less than this share of the greatest crank radius is a main journal out of
+"""A cylinder beside the axis by less than this share of the largest crank radius is a main journal out of
 line: strokes of one crank do not differ as much."""
 WANDER = 0.15
 """Journals of a crank that is bent, or badly drawn, are apart by less than this share of their radius."""
 MAX_LISTED_AXES = 4
-"""Greatest number of possible axes that are listed."""
+"""Largest number of possible axes that are listed."""
 WEB_REACH = 1.5
 """A web between crankpins of one line reaches farther than this many times their radius."""
 SLACK_SHARE = 1e-3
-"""Cylinders that share less than this part of the length along the axis do not stand beside each other."""
+"""Share of their length along the axis that neighbouring cylinders have in common, at least."""
 
 
 class GapError(RecognitionError):
@@ -51,7 +51,7 @@ class JournalLayout:
     """Main journals and crankpins, each by increasing z, in the turned axes; ``axis`` (2,).
 
     ``settled`` means that the axis is the journals' own, with nothing left to fit; ``chosen_from`` are
-    all the bare cylinders; ``others`` is the cylinder that may be meant instead of each journal, None where
+    all the bare cylinders; ``others`` is the cylinder that may be meant instead of each journal, None if
     there is no doubt; ``shafts`` the stretches of a shaft that runs through, beside or within crankpins.
     ``bored`` means that the main journal is a bore for the shaft, ``lone_bores`` that the crankpins are bores
     of one web alone. ``other_axis`` is the cylinder that may be the axis instead, ``axis_setting`` the line
@@ -87,7 +87,7 @@ def crank_axis(
     Where none does, the crank is overhung, and the axis is the line with more shaft on it and more metal
     beyond it, or the one that is keyed; unless one of these says otherwise.
 
-    ``hint`` (2,) is a job's own axis; ``wander`` is the greatest distance between cylinders of one line, as a
+    ``hint`` (2,) is a job's own axis; ``wander`` is the largest distance between cylinders of one line, as a
     share of the radius. Where no line is the axis for certain, journals that wander farther are tried.
 
     Raises
@@ -183,7 +183,7 @@ def _shafts_mm(long: SectionStack, centres: Array) -> Array:
 
 
 def _beyond(long: SectionStack, centres: Array) -> Array:
-    """Return the greatest reach of metal beyond each line, seen from each other one [mm] (n, n)."""
+    """Return the largest reach of metal beyond each line, seen from each other one [mm] (n, n)."""
     points = np.concatenate([piece.outline for section in long.sections for piece in section.pieces])
     away = centres[:, None] - centres
     away /= np.maximum(np.linalg.norm(away, axis=2, keepdims=True), 1e-12)
@@ -193,7 +193,7 @@ def _beyond(long: SectionStack, centres: Array) -> Array:
 
 
 def _lines(runs: Sequence[CylinderRun], wander: float) -> list[list[CylinderRun]]:
-    """Return cylinders by common centre line, but for ``wander``, a share of the lesser radius."""
+    """Return cylinders by common centre line, except for ``wander``, a share of the lesser radius."""
     lines: list[list[CylinderRun]] = []
     for run in sorted(runs, key=lambda run: -run.width):
         for line in lines:
@@ -224,7 +224,7 @@ def solid_layout(
     Raises
     ------
     RecognitionError
-        If there is no axis, no crankpin, or a cylinder beside the axis stands beside a journal.
+        If there is no axis, no crankpin, or a cylinder beside the axis is next to a journal.
     """
     arm = _arm(long, runs, given_axis, rounding_mm)
     if arm is not None:

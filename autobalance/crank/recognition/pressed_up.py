@@ -90,7 +90,7 @@ def _lone_web(
 
 
 def _gaps(long: SectionStack, axis: Array) -> list[tuple[float, float]]:
-    """Return the z ranges without metal; without any, the end of the part where there are bores."""
+    """Return the z ranges without metal; without any, the end of the part if there are bores."""
     z = long.vertices[:, 2]
     empty = [section.z_mm for section in long.sections if not section.pieces]
     gaps: list[tuple[float, float]] = []

@@ -53,9 +53,9 @@ from autobalance.solid.roughness.estimate import DRAWN, MIN_TRIANGLES, SCANNED, 
 from autobalance.types import Array
 
 SMOOTH_MESH_SHARE = 1e-6
-"""A mesh without noise stands off smooth surfaces by less than this share of its diagonal."""
+"""A mesh without noise is off smooth surfaces by less than this share of its diagonal."""
 WAVED_ROUGHNESS_RATIO = 3.0
-"""Vertices of a drawn mesh that was waved stand off its surfaces by up to so many times its roughness."""
+"""Vertices of a drawn mesh that was waved are off its surfaces by up to so many times its roughness."""
 SLIGHTLY_WAVED = 0.6
 """Of a crank waved by 1 µm a third of the triangles lie in one plane with a neighbour, of drawn ones nearly
 all."""
@@ -220,7 +220,7 @@ def _waved(rough: RoughMesh, overrides: Overrides, refusal: RecognitionError) ->
 
 
 def _with_or_without_pins(overrides: Overrides, found_with: Callable[[Overrides], Anatomy]) -> Anatomy:
-    """Return a crank with its crankpins, or without where the job leaves open whether they are there."""
+    """Return a crank with its crankpins, or without where the job leaves open whether they exist."""
     if overrides.crankpin_in_file is not None:
         return found_with(overrides)
     try:
@@ -516,7 +516,7 @@ def _throw(local: Array, run: CylinderRun, number: int) -> Throw:
 
 
 def _misalignment(layout: JournalLayout, typed: Typed) -> float:
-    """Return the greatest distance of a main journal from the axis: the file's, if it is typed otherwise."""
+    """Return the largest distance of a main journal from the axis: the file's, if it is typed otherwise."""
     offsets = [float(np.linalg.norm(run.centre - layout.axis)) for run in layout.journals]
     for number, found in enumerate(typed.main_journals or ()):
         if found is not None and found.offset_mm > found.within_mm:

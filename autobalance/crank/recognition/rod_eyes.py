@@ -25,7 +25,7 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 TRIED_DIRECTIONS = 3
-"""Directions tried: most of a rod's surface stands along its eyes or square to them."""
+"""Directions tried: most of a rod's surface is along its eyes or square to them."""
 LEAST_SHARE = 0.2
 """A bore smaller than this share of the largest is an oil hole or one for lightness, not an eye."""
 END_SHARE = 3.0
@@ -58,7 +58,7 @@ class RodEyes:
     big, small : RodEye
     file_to_rod : (4, 4) float
         From the file's coordinates [mm] to the rod's: origin in the big end's centre, z along the eyes, x
-        towards the small end. z has a crank axis's sense: its greatest component in the file is positive.
+        towards the small end. z has a crank axis's sense: its largest component in the file is positive.
     """
 
     big: RodEye
@@ -113,7 +113,7 @@ def find_eyes(mesh: Mesh, centre_mm: Array, cylinders: Sequence[CylinderFace] = 
 
 
 def _upright(axis: Array) -> Array:
-    """Return the direction whose greatest component is positive, as a crank's axis has it."""
+    """Return the direction whose largest component is positive, as a crank's axis has it."""
     size = np.abs(axis)
     return axis if axis[int(np.flatnonzero(size >= size.max() - 1e-6)[0])] > 0.0 else -axis
 

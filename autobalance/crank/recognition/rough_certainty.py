@@ -151,7 +151,7 @@ def scanned_face(
 
 
 def _out_of_round_mm(each: RoughCylinder) -> float:
-    """Return greatest less least radius of the mean section, of up to five waves a turn."""
+    """Return largest less smallest radius of the mean section, of up to five waves a turn."""
     fit = each.fit
     angle = np.arctan2(fit.points[:, 1] - each.run.centre[1], fit.points[:, 0] - each.run.centre[0])
     turns = np.arange(2, 6)

@@ -1,4 +1,4 @@
-"""Collars beside a scanned web: a scan leaves open whether one is the web's end, or stands on it."""
+"""Collars beside a scanned web: a scan leaves open whether one is the web's end, or is on it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Heights = tuple[float, ...]
 
 
 def other_ends_mm(web: Web, mesh: Mesh, fitted: FittedCrank, apart_mm: float) -> tuple[Heights, Heights]:
-    """Return other possible beginnings and ends of a web: at collars, and at the face on which they stand.
+    """Return other possible beginnings and ends of a web: at collars, and at the face on which they are.
 
     Heights in the rotor frame; a face less than ``apart_mm`` from the web's end is that end.
     """

@@ -24,7 +24,7 @@ MAX_AXIAL_COMPONENT = 0.25
 HOPELESS_MM = 0.3
 """Rougher meshes are refused: neighbourhoods of a coarse mesh seem rougher than its faces are."""
 CREDIBLE_MM = 0.1
-"""Greatest roughness that counts: neighbourhoods of a mesh decimated to a few large triangles have more."""
+"""Largest roughness that counts: neighbourhoods of a mesh decimated to a few large triangles have more."""
 ROUGHEST_MM = 0.15
 """Rougher surfaces are not judged."""
 BORE_REACH = 2.0
@@ -85,7 +85,7 @@ class RoughMesh:
 
     @property
     def slack_mm(self) -> float:
-        """Greatest distance of an outline from its circle [mm]."""
+        """Largest distance of an outline from its circle [mm]."""
         return rough_slack_mm(min(self.local_mm, CREDIBLE_MM))
 
     def refusal(self, reason: RecognitionError) -> RecognitionError:
@@ -106,7 +106,7 @@ class RoughCylinder:
 
     ``middle_pm_mm`` and ``width_pm_mm`` are the standard errors of its middle's height and its length;
     ``steps_mm`` are the heights at which steps to the faces beside it begin, below and above, ``bare_ends``
-    its ends where no face tells them.
+    its ends if no face tells them.
     """
 
     run: CylinderRun

@@ -33,7 +33,7 @@ EXACT_SHARE = 0.1
 NEAR_SHARE = 5e-3
 """Corners up to this share of the radius off a cylinder are looked at."""
 END_SHARE = 0.1
-"""... but for this share of its width at each end, where fillets begin."""
+"""... except for this share of its width at each end, where fillets begin."""
 LONGEST_MM = 25.6
 """Where nothing can be fitted the surface's errors are taken to be alike over so much."""
 MIN_CORNERS = 100
@@ -41,7 +41,7 @@ MIN_CORNERS = 100
 
 
 def is_rough(mesh: Mesh, anatomy: Anatomy) -> bool:
-    """Return whether a crank's mesh (file coordinates) stands off most journals' and crankpins' cylinders."""
+    """Return whether a crank's mesh (file coordinates) is off most journals' and crankpins' cylinders."""
     digits = ROUNDING * float(np.abs(mesh.bounds).max())
     points = rotated(mesh.vertices, anatomy.file_to_rotor)
     pins: list[Pin] = [*anatomy.main_journals, *(throw.crankpin for throw in anatomy.throws)]
@@ -50,7 +50,7 @@ def is_rough(mesh: Mesh, anatomy: Anatomy) -> bool:
 
 
 def _stands_off(points: Array, pin: Pin, digits: float) -> bool | None:
-    """Return whether a cylinder's corners are not on it; None where there are too few."""
+    """Return whether a cylinder's corners are not on it; None if there are too few."""
     low, high = pin.z_range_mm
     trim = END_SHARE * pin.width_mm
     radius = 0.5 * pin.diameter_mm
@@ -217,7 +217,7 @@ def _throw(number: int, pin: Pin) -> Throw:
 
 
 def _datums_moved(drawn: Anatomy, along: float) -> Datums | None:
-    """Return datums that stand further along the axis by so much [mm]."""
+    """Return datums that are further along the axis by so much [mm]."""
     if drawn.datums is None:
         return None
     return Datums(

@@ -26,7 +26,7 @@ FILLET_SHARE, FACE_MM = 0.3, 1.0
 ALIKE_MM = 0.6
 """The two fillets of a cylinder are alike when they differ by less."""
 STEP_POINT_SHARE = 0.08
-"""No fillet leads from a cylinder to a face when more than this share of the points between stands off it: a
+"""No fillet leads from a cylinder to a face when more than this share of the points between is off it: a
 collar does, or a chamfer. Of fillets none does, at holes 2 % do, at a public crank's collars 20 to 27 %."""
 OUTERMOST, SECTORS = 0.95, 12
 STEP_HEIGHT_RATIO = 0.02
@@ -187,9 +187,9 @@ def _corner(
 
 
 def _all_around(stands: NDArray[np.bool_], angle: Array) -> float:
-    """Return the share of points that stand off, in the sector at the lower quartile of the sectors.
+    """Return the share of points that are off, in the sector at the lower quartile of the sectors.
 
-    The shoulder of a counterweight beside a journal stands off on one side, a collar all around.
+    The shoulder of a counterweight beside a journal is off on one side, a collar all around.
     """
     sector = np.floor((angle / (2.0 * math.pi) + 0.5) * SECTORS).astype(np.int64) % SECTORS
     count = np.bincount(sector, minlength=SECTORS)

@@ -11,13 +11,13 @@ import numpy as np
 from autobalance.types import Array, Indices
 
 OUTLIER = 3.5
-"""Points that stand off a surface by more than so many standard deviations (of the middle ones) are not part
+"""Points that are off a surface by more than so many standard deviations (of the middle ones) are not part
 of it: dents, drillings, edges."""
 NO_OUTLIER = 5e-4
-"""... but for those that stand off a drawn cylinder by less than this share of its radius."""
+"""... except for those that are off a drawn cylinder by less than this share of its radius."""
 LEAST_IN_PLANE = 0.5
 """Where the points near a plane stand for less than this share of the area, points are counted by area: faces
-of v-hacd's crank have few corners, and the many of fine rounds beside them all stood off."""
+of v-hacd's crank have few corners, and the many vertices of fine rounds next to them are all off."""
 ROUNDS = 5
 PATCHES = 220
 """Number of patches, about, over which a region's errors are averaged."""

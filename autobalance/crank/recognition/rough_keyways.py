@@ -22,9 +22,9 @@ MAX_AXIAL_COMPONENT = 0.35
 MAX_OVERRUN_RADII = 0.3
 """A shaft reaches so many radii past the last sections that show its circle, at most."""
 OUTLIER_RATIO = 3.0
-"""Points that stand off a wall by more than so many times the usual are of its corners."""
+"""Points that are off a wall by more than so many times the usual are of its corners."""
 MIN_TRIANGLES = 8
-"""Least number of triangles on a floor or a wall; fewer may be chance."""
+"""Smallest number of triangles on a floor or a wall; fewer may be chance."""
 
 
 class RoughKeyway:
@@ -51,7 +51,7 @@ def rough_keyway(
     shaft : (k, 2) float
         Heights, rising, and the shaft's radii there [mm].
     keys : two pairs of float
-        Least and greatest width and depth as shares of the shaft's diameter.
+        Smallest and largest width and depth as shares of the shaft's diameter.
     """
     corners = vertices.take(triangles, axis=0)
     middle = corners.mean(axis=1)

@@ -22,7 +22,7 @@ MIN_RADIAL_COMPONENT = 0.97
 MAX_AXIAL_COMPONENT = 0.25
 """... and along it by less than this."""
 MAX_ROUGHNESS_RATIO = 2.5
-"""Rims that stand off a cylinder about the axis by more than so many times the roughness are left out."""
+"""Rims that are off a cylinder about the axis by more than so many times the roughness are left out."""
 MIN_TRIANGLES = 24
 END_HEIGHT_SIGMA_SHARE = 0.5
 """Where another face may be a web's end, its height is uncertain by this share of their distance."""

@@ -23,7 +23,7 @@ STEP_MM = 0.6
 STATIONS = (120, 600)
 """Sections are this far apart, but not fewer or more of them."""
 MAX_OUTLINE_DISTANCE = (4.0, 0.02)
-"""A rough outline may stand off its circle by so many times the local roughness, and this much more [mm]:
+"""A rough outline may be off its circle by so many times the local roughness, and this much more [mm]:
 waves longer than a neighbourhood, journals out of round."""
 SAME_CENTRE, SAME_RADIUS = 0.03, 0.015
 """Circles follow each other along one shaft when centre and radius differ by less, as shares of the last."""
@@ -40,7 +40,7 @@ MIN_SECTION_SHARE = 0.6
 
 
 def rough_slack_mm(local_mm: float) -> float:
-    """Return the greatest distance of an outline from its circle, for a roughness [mm]."""
+    """Return the largest distance of an outline from its circle, for a roughness [mm]."""
     return MAX_OUTLINE_DISTANCE[0] * local_mm + MAX_OUTLINE_DISTANCE[1]
 
 

@@ -11,14 +11,14 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 OVAL_SHARE = 2e-3
-"""Greatest less least diameter, as a share of it, up to which a journal is round: ground ones are to
+"""Largest less smallest diameter, as a share of it, up to which a journal is round: ground ones are to
 1e-4, and a mesh that was scaled by mistake is out by percents."""
 OVAL_MM = 0.02
 NEAR_SHARE = 0.05
-"""Greatest distance of a journal's own corner from its radius, as a share of it."""
+"""Largest distance of a journal's own corner from its radius, as a share of it."""
 LEAST_CORNERS, MOST_GAP_RAD = 8, 0.5 * math.pi
 ROUNDS = 12
-"""Fits, each without the corners that stand farthest off the last: those of oil holes and keyways lie inside
+"""Fits, each without the corners that are farthest off the last: those of oil holes and keyways lie inside
 on chords, those of other surfaces beside it outside."""
 ON_IT = 1e-4
 """Share of the radius within which all corners lie on the fit."""
@@ -43,7 +43,7 @@ def ovality_warning(anatomy: Anatomy, mesh: Mesh) -> str | None:
 
 
 def _oval_mm(corners: Array, pin: Pin) -> float:
-    """Return greatest less least diameter of a cylinder, from r = R + a₁ cos(φ − α₁) + a₂ cos 2(φ − α₂)."""
+    """Return largest less smallest diameter of a cylinder, from r = R + a₁ cos(φ − α₁) + a₂ cos 2(φ − α₂)."""
     low, high = pin.z_range_mm
     radius = 0.5 * pin.diameter_mm
     x, y = (corners[:, :2] - pin.centre_mm[:2]).T

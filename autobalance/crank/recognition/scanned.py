@@ -40,7 +40,7 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 SIDE_SINE = 0.06
-"""A triangle of a scan stands along an axis when the sine of its smoothed lean is below this."""
+"""A triangle of a scan is along an axis when the sine of its smoothed lean is below this."""
 DIRECTIONS = 4
 """Number of directions tried before giving up."""
 MIN_COVER = 0.45
@@ -129,7 +129,7 @@ def fitted_crank(
     Raises
     ------
     RecognitionError
-        If a journal's or crankpin's surface is not there, or is rougher than the others'.
+        If a journal's or crankpin's surface is missing, or is rougher than the others'.
     """
     journals = [fitted_cylinder(rough, long, normals, run, slack) for run in layout.journals]
     fit_pin = fitted_bores if bores else fitted_cylinder

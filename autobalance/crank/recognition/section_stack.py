@@ -17,23 +17,23 @@ from autobalance.types import Array, Indices
 MIN_AXIAL_COMPONENT = 1.0 - 1e-4
 """A triangle is square to the axis when its normal has at least this component along it (0.8°)."""
 LEVEL_SHARE = 2e-3
-"""A height counts as a level, where cross-sections jump, if planes of at least this share of the greatest
+"""A height counts as a level, where cross-sections jump, if planes of at least this share of the largest
 level's area lie there."""
 ASIDE_SHARE = 2e-5
 """Distance of the sections next to a level from it, as a share of the part's length."""
 MIN_STATIONS = 40
 """Stations are at most the part's length divided by this apart."""
 FLAKE_SHARE = 1e-3
-"""Pieces of a rough section below this share of the greatest are flakes, cut off a face by a plane."""
+"""Pieces of a rough section below this share of the largest are flakes, cut off a face by a plane."""
 UPRIGHT_SINE = 1e-4
-"""A triangle stands along the axis when the sine of its lean is below this, or its lean is but rounding."""
+"""A triangle is along the axis when the sine of its lean is below this, or its lean is but rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class SectionPiece:
     """One connected piece of a section: its outline (k, 2), holes, and its outline's circle, if any.
 
-    ``rough_mm`` is the greatest distance of a rough surface from a circle; 0 for a drawn one.
+    ``rough_mm`` is the largest distance of a rough surface from a circle; 0 for a drawn one.
     """
 
     outline: Array
@@ -57,7 +57,7 @@ class SectionPiece:
         return tuple(circle for circles in self.bores_of_holes for circle in circles)
 
     def reach_from(self, centre: Array) -> float:
-        """Return the greatest distance of the outline from ``centre`` (2,) [mm]."""
+        """Return the largest distance of the outline from ``centre`` (2,) [mm]."""
         return float(distances(self.outline, centre).max())
 
 
@@ -84,7 +84,7 @@ class SectionStack:
     sections : tuple of Section
         At increasing heights; between two levels there is at least one.
     blur_mm : float
-        Greatest distance of levels from the sections that show them; 0 for a drawn surface.
+        Largest distance of levels from the sections that show them; 0 for a drawn surface.
     """
 
     turn: Array
@@ -124,7 +124,7 @@ class SectionStack:
 def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float, rough_mm: float = 0.0) -> SectionStack:
     """Return a mesh with ``direction`` (3,) turned to z, its middle the origin, cut at stations along z.
 
-    Vertices are off by ``rounding_mm``, outlines may stand off circles by ``rough_mm``.
+    Vertices are off by ``rounding_mm``, outlines may be off circles by ``rough_mm``.
     Where nothing changes from one station to the next, one cut serves both.
     """
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
@@ -177,7 +177,7 @@ def _stretches(
 ) -> Indices:
     """Return for each of ``count`` stations the number of its stretch of equal cross-sections.
 
-    Two neighbours show the same section when all triangles between them stand along the axis: none leans by
+    Two neighbours show the same section when all triangles between them are along the axis: none leans by
     more than rounding, or shows its face.
     """
     lean, size = np.abs(along), mesh.doubled_areas

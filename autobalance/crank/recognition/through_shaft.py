@@ -26,7 +26,7 @@ BARE_SHARE = 0.6
 """At least this share of an eccentric's circle is bare: the shaft takes the rest. Of the boss of a web around
 a crankpin it is less than half."""
 MIN_HELD_BOTH_RATIO, MIN_HELD_ONCE_RATIO = 0.3, 0.5
-"""Least radius of a crankpin beside a shaft, as a share of the shaft's, where both of its ends are held, and
+"""Smallest radius of a crankpin next to a shaft, as a share of the shaft's, if both of its ends are held, and
 where one is free: a dowel beside a flange's pilot has less than the second."""
 MOSTLY = 0.5
 """A shaft's cylinder with a crankpin beside more than this share of it is no journal."""
@@ -203,7 +203,7 @@ def shafts_within(
 def clear_of(
     runs: Sequence[CylinderRun], pins: Sequence[CylinderRun]
 ) -> list[tuple[CylinderRun, CylinderRun]]:
-    """Return the part of each cylinder that no crankpin stands beside, with the cylinder itself."""
+    """Return the part of each cylinder that no crankpin is next to, with the cylinder itself."""
     parts = []
     for run in runs:
         if any(shared_mm(run, pin) > MOSTLY * run.width for pin in pins):

@@ -32,7 +32,7 @@ from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
 from autobalance.types import Array, Indices
 
 LEAST_COVER = 0.25
-"""Least share of a typed cylinder that a surface covers to be the one that is meant."""
+"""Smallest share of a typed cylinder that a surface covers to be the one that is meant."""
 COVER_OF_ANOTHER = 0.6
 """... of one of another diameter, as the bearing surfaces have: a web's hub about the axis covers half ..."""
 ANOTHER_SIZE = 0.1
@@ -44,14 +44,14 @@ REACH_RATIO = 2.5
 PAIRS, SAMPLE = 400, 1500
 """Pairs of triangles whose normals meet in an axis, and triangles on which each axis is tried."""
 LEAST_ANGLE = 0.3
-"""Least difference of a pair's unit normals: nearly parallel ones meet anywhere."""
+"""Smallest difference of a pair's unit normals: nearly parallel ones meet anywhere."""
 VOTE_RATIO = 0.12
 """A triangle votes for an axis that its normal passes by less than this share of the radius: a third of the
 width of one of 24 facets."""
 COARSE_VOTE_RATIO = 0.8
 """... or its middle is beside the axis by less than this share: a facet of a pentagon."""
 CORNER_RATIO = 0.3
-"""Corners of a pentagon stand so much farther out than its sides, as a share of their distance."""
+"""Corners of a pentagon are so much farther out than its sides, as a share of their distance."""
 MAX_RESIDUAL_RATIO = 0.02
 """Vertices are on a cylinder when they are off it by less than this share of the radius."""
 MEDIANS = 5.0
@@ -258,7 +258,7 @@ def _round(points: Array, centre: Array, size: float, rounding_mm: float) -> tup
     """Return centre, radius and root mean square distance of the circle that points (k, 2 or more) show.
 
     Vertices of a model are on it exactly, those of an oil hole's rim within: then it is the ring that most
-    are on. Points of a rough surface all count but for the farthest.
+    are on. Points of a rough surface all count except for the farthest.
     """
     centre, size = fit_circle(points[:, :2])
     for share in RINGS:

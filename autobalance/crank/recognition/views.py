@@ -15,10 +15,10 @@ from autobalance.types import Array
 class Views:
     """Sections and bare cylinders of a mesh along the directions tried.
 
-    ``rough_mm`` is the vertices' greatest distance from drawn surfaces, beside the file's rounding.
+    ``rough_mm`` is the vertices' largest distance from drawn surfaces, beside the file's rounding.
 
     A crank not recognised with crankpins is sought without them, along the same directions. Turned
-    vertices, most of a view's memory, are not kept, but turned anew.
+    vertices, most of a view's memory, are not kept, but turned again.
     """
 
     def __init__(self, mesh: Mesh, rough_mm: float = 0.0) -> None:

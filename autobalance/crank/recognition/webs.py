@@ -35,7 +35,7 @@ and the web's outline there is one arc that goes on towards the crankpin: a coun
 HUB_FROM_RAD, HUB_RAYS = math.radians(78.0), 16
 """The arc is looked at from this angle to the crankpin on, on both sides, at so many places."""
 HUB_ROUNDNESS = 0.05
-"""Its radius changes by less than this share; facets of a coarse circle stand in by 0.035."""
+"""Its radius changes by less than this share; facets of a coarse circle are in by 0.035."""
 CYLINDER_MARGIN_RATIO = 0.25
 """Within the width that a job (or the recogniser) gives a cylinder, metal up to this share beyond its radius
 is still the cylinder: corners of coarse facets, a diameter given roundly."""
@@ -62,14 +62,14 @@ MIN_THROW_WIDTH_RATIO = 0.2
 MAX_IN_WEB = 0.25
 """A journal or crankpin is within a web over less than this share of its width: fillets of typed ones are."""
 MAX_BESIDE_BOSSES = 0.9
-"""The same share of a cylinder that is apart from all other metal: what stands on a web's face beside it, as
+"""The same share of a cylinder that is apart from all other metal: what is on a web's face beside it, as
 bosses and bolts do, makes the web wider and the cylinder no part of it."""
 MAX_SHARED = 0.25
 """Two of them share less than this part of the narrower one's width."""
 MAX_LISTED = 8
 """Number of cylinders that a refusal lists."""
 RIM_SHARE = 0.99
-"""The rim is where the counterweight reaches at least this share of its greatest radius."""
+"""The rim is where the counterweight reaches at least this share of its largest radius."""
 
 
 def find_webs(long: SectionStack, layout: JournalLayout) -> list[Web]:
@@ -111,7 +111,7 @@ def refuse_impossible(
 ) -> None:
     """Refuse what no crank has: a crankpin of hardly any width, a cylinder within a web, two on one stretch.
 
-    ``webs`` are in the layout's z. It holds of typed cylinders as well; but webs begin where the file has no
+    ``webs`` are in the layout's z. It holds of typed cylinders as well; but webs begin if the file has no
     surface of a typed crankpin, so that such a crankpin is only compared with the file.
 
     Raises
@@ -213,7 +213,7 @@ def _joins(one: CylinderRun, other: CylinderRun, is_pin: bool, other_is_pin: boo
 def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
     """Refuse a journal or a crankpin that was not recognised as one.
 
-    That is a neck within a web (``webs`` are placed as the layout is), one beside the axis where there is no
+    That is a neck within a web (``webs`` are placed as the layout is), one beside the axis if there is no
     crankpin, and a cylinder between a web and the main journal taken instead of it: a flange, a gear's seat.
     A recognised one that is none is refused too: one of two pins side by side, a bolt's hole.
 

@@ -16,7 +16,7 @@ from autobalance.engines.bearings.mobility import squeeze_velocity
 from autobalance.types import Array, Complex
 
 CYCLE_CHANGE_TOLERANCE = 2e-4
-"""Greatest change of an eccentricity ratio between cycles of a settled path."""
+"""Largest change of an eccentricity ratio between cycles of a settled path."""
 MOST_CYCLES = 12
 ABSOLUTE_TOLERANCE = 2e-5
 """Absolute accuracy of the eccentricity ratio in an integration step."""
@@ -52,7 +52,7 @@ class JournalPaths:
     force_n : (m, n) complex
         On the bushes, in the same axes [N].
     off : float
-        Greatest change of an eccentricity ratio over the last cycle.
+        Largest change of an eccentricity ratio over the last cycle.
     """
 
     ratio: Complex

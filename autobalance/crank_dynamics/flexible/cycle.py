@@ -57,7 +57,7 @@ class FlexibleCycle:
         Where the journals are, engine's frame [mm].
     webs : tuple of WebMoment
     rigid_difference : float
-        Greatest difference to a main load of the rigid crank, over the greatest of these.
+        Largest difference to a main load of the rigid crank, over the largest of these.
     clearance_mm : (m,) float or None
         Of films, radial.
     is_periodic : bool
@@ -177,7 +177,7 @@ def _forces(cycle: CycleAnalysis, job: Job, crank: Crank, solid: Solid) -> tuple
 def _without(solid: Solid, anatomy: Anatomy) -> Solid:
     """Return a crank without its counterweights: the webs' metal beyond the axis, away from the crankpins.
 
-    A counterweight that is thicker than its web stands around a journal, which stays.
+    A counterweight that is thicker than its web is around a journal, which stays.
     """
     far = 2.0 * float(np.abs(solid.bounds[:, :2]).max())
     journals = union([_around(journal) for journal in anatomy.main_journals])

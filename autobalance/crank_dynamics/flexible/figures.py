@@ -23,7 +23,7 @@ MRAD_PER_RAD = 1e3
 
 @record
 class FlexibleMain:
-    """A main's load and its journal's orbit; beside, the rigid crank's greatest load."""
+    """A main's load and its journal's orbit; beside, the rigid crank's largest load."""
 
     number: Ordinal
     stiffness_N_mm: Annotated[Positive | None, "null in a film"]
@@ -38,7 +38,7 @@ class FlexibleMain:
 
 @record
 class FlexibleWeb:
-    """Least and greatest bending moment in a throw's plane in the middle of a web."""
+    """Smallest and largest bending moment in a throw's plane in the middle of a web."""
 
     throw: Ordinal
     web: Ordinal
@@ -47,7 +47,7 @@ class FlexibleWeb:
 
 @record
 class FlexibleShaft:
-    """Least and greatest twist and torque between two stations of the torsional chain, next to each other."""
+    """Smallest and largest twist and torque between neighbouring stations of the torsional chain."""
 
     between: tuple[str, str]
     twist_mrad: Pair

@@ -10,7 +10,7 @@ from autobalance.crank_dynamics.rotor.critical_speeds import CriticalSpeed
 from autobalance.declare import Count
 
 RIGID_BELOW = 0.7
-"""Greatest ratio of service speed to first critical speed of a rotor usually taken as rigid."""
+"""Largest ratio of service speed to first critical speed of a rotor usually taken as rigid."""
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from autobalance.types import Array, Complex
 SCANNED_SPEEDS = 120
 """Number of speeds at which frequencies are compared with the speed, without a direct solution."""
 EQUAL_SPEED_SHARE = 1e-8
-"""Greatest relative difference of two critical speeds reported as one."""
+"""Largest relative difference of two critical speeds reported as one."""
 SECANT_STEPS = 4
 
 

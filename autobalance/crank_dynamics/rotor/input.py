@@ -44,7 +44,7 @@ POISSON = Range("must be over -1 and at most 0.5", above=-1.0, most=0.5)
 POINTS = Range("must be 2 to 100000", least=2, most=100000)
 MODES = Range("must be 1 to 200", least=1, most=200)
 STEEPEST, WIDEST, SLENDEREST = 20.0, 200.0, 2000.0
-"""Ratios of diameters in a cone and in a shaft, and of length to diameter, that beams can be asked for."""
+"""Ratios of diameters in a cone and in a shaft, and of length to diameter, that beams can be requested."""
 SPEED = Range("must be ≥ 0 and at most 1e6", least=0.0, most=1e6)
 ELEMENTS = Range("must be 0 (as many as needed) to 2000", least=0, most=2000)
 

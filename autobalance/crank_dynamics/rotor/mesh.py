@@ -20,7 +20,7 @@ CLASSICAL_DEGREE = 0
 REFINED_DEGREE = 3
 """Degree of elements in a number set by the accuracy."""
 PHASE_PER_ELEMENT = 2.0
-"""Greatest wave number × length [rad] of a refined element with about 1e-6 of error in frequency."""
+"""Largest wave number × length [rad] of a refined element with about 1e-6 of error in frequency."""
 MERGED_SECTION_SHARE = 1e-6
 """Share of a section within which a division moves to the bearing, disc or probe beside it."""
 
@@ -94,7 +94,7 @@ def _shares(
 
 
 def _cone_phase(section: ShaftSection, ends: Array) -> Array:
-    """Return least phases for steep cones, whose diameter may at most double along an element."""
+    """Return smallest phases for steep cones, whose diameter may at most double along an element."""
     outer, inner = section.diameters_m(ends)
     wall = outer - inner
     doubled = [np.abs(np.diff(np.log2(each))) for each in (outer, wall)]

@@ -26,7 +26,7 @@ from autobalance.declare import G_MM, Degrees, Mm, Named, NotNegative, record
 from autobalance.types import Array, Complex
 
 MIN_SINGULAR_VALUE_RATIO = 1e-9
-"""Least over greatest singular value below which the planes cannot balance the modes."""
+"""Smallest over largest singular value below which the planes cannot balance the modes."""
 
 
 @record

@@ -89,7 +89,7 @@ def _response(response: Sequence[Response], value: Callable[[OrbitPoint], float]
 
 
 def _orbits(response: Sequence[Response]) -> Plot:
-    """Return each probe's orbit at the speed at which it is greatest."""
+    """Return each probe's orbit at the speed at which it is largest."""
     curves = []
     for probe in response:
         point = probe.greatest

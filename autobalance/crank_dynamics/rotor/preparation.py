@@ -21,7 +21,7 @@ MESH_ERROR = 5e-6
 REDUCTION_ERROR = 1e-5
 """Relative error of frequencies in Campbell diagrams; single modes and critical speeds have less."""
 MOST_STIFF = 1e13
-"""Greatest ratio of the shaft's stiffness to a bearing's: rounding leaves three digits of the bearing."""
+"""Largest ratio of the shaft's stiffness to a bearing's: rounding leaves three digits of the bearing."""
 KEPT_FREQUENCIES = 4.0
 """Highest frequency of the modes kept in a reduction, as a multiple of the highest of interest."""
 SPARE_MODES = 2

@@ -19,9 +19,9 @@ from autobalance.crank_dynamics.rotor.matrices import PLANE_COUPLING, RotorMatri
 from autobalance.types import Array
 
 ROUNDING = 1e-12
-"""Share of the greatest 1/ω² below which a planar mode is rounding."""
+"""Share of the largest 1/ω² below which a planar mode is rounding."""
 KEPT_ENERGY_SHARE = 1e-9
-"""Least share of a static shape's energy beyond the kept modes for the shape to be kept."""
+"""Smallest share of a static shape's energy beyond the kept modes for the shape to be kept."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,7 +34,7 @@ class RunUpInstant:
 
 @record
 class RunUpMotion:
-    """The motion of a probe while the speed changes, and its greatest on all steps of the integration."""
+    """The motion of a probe while the speed changes, and its largest on all steps of the integration."""
 
     schema_name: ClassVar[str] = "RunUp"
     z_m: Mm

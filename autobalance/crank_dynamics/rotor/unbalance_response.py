@@ -19,7 +19,7 @@ from autobalance.types import Array, Complex
 
 @record
 class OrbitPoint:
-    """The orbit of a place at a speed; None where it has no steady response.
+    """The orbit of a place at a speed; None if it has no steady response.
 
     x = ``x_m`` cos(Ωt + ``x_phase_rad``), likewise y. Half the ellipse's axes: ``major_m``, and ``minor_m``,
     negative where the orbit runs backward.
@@ -59,7 +59,7 @@ class Response:
 
     @property
     def greatest(self) -> OrbitPoint | None:
-        """The orbit with the longest axis; None where there is no steady response."""
+        """The orbit with the longest axis; None if there is no steady response."""
         known = [point for point in self.points if point.major_m is not None]
         return max(known, key=lambda point: point.major_m or 0.0, default=None)
 
@@ -150,7 +150,7 @@ class Deflection:
 
 @record
 class Reaction:
-    """A bearing's force on the shaft under gravity; None where nothing holds it."""
+    """A bearing's force on the shaft under gravity; None if nothing holds it."""
 
     z_m: Mm
     x_n: Newtons | None

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from autobalance.crank_dynamics.rotor.beam_rotor import BeamRotor
 
 SPEED_RPM = 3000.0
-"""Of a crank, where nothing is said."""
+"""Of a crank, if nothing is said."""
 SPEED_MULTIPLE = 10.0
 """Critical speeds are looked for up to so many times a single speed."""
 
@@ -49,7 +49,7 @@ class RotorResult(VerbResult):
         return rotor_text(self.content)
 
     def plots(self) -> Plots:
-        """Return Campbell diagram, shapes, response and, where they were asked for, map and run-up."""
+        """Return Campbell diagram, shapes, response and, where they were requested, map and run-up."""
         from autobalance.crank_dynamics.rotor.plots import rotor_plots
 
         return Plots(rotor_plots(self.content))
@@ -72,7 +72,7 @@ def rotor(
         rotor is made. Or a dict of its structure, or a crank as an object. The other parameters are for
         cranks.
     unit : str or None
-        Unit of length of a crank's file, mm, cm, m or inch, where its format carries none; None: the
+        Unit of length of a crank's file, mm, cm, m or inch, if its format carries none; None: the
         format's.
     density_kg_m3 : float or None
         Density of a crank [kg/m³]; None: 7850.
@@ -88,7 +88,7 @@ def rotor(
     Raises
     ------
     UsageError
-        If parameters of a crank stand beside a rotor file.
+        If parameters of a crank are next to a rotor file.
     JobError
         If the file says something unknown or impossible.
     """

@@ -22,9 +22,9 @@ Whirl = Literal["forward", "backward", "mixed"] | None
 MAX_DAMPING_RATIO = 0.99
 """Damping ratio above which a mode is no vibration."""
 PLANAR_AREA_RATIO = 1e-6
-"""Ratio of swept area to the square of the greatest amplitude below which motion is in a plane."""
+"""Ratio of swept area to the square of the largest amplitude below which motion is in a plane."""
 RIGID_MOTION_SHARE = 1e-3
-"""Greatest share of its kinetic energy by which a mode may differ from a rigid-body motion."""
+"""Largest share of its kinetic energy by which a mode may differ from a rigid-body motion."""
 ONE_VALUE = 1e-8
 """Relative distance of two eigenvalues below which rounding decides the whirl of their modes."""
 ONE_VECTOR = 1e-6
@@ -55,7 +55,7 @@ class ShapePoint:
 
 @record
 class ShapedMode:
-    """A damped mode with its shape, the greatest amplitude 1 with phase 0."""
+    """A damped mode with its shape, the largest amplitude 1 with phase 0."""
 
     figures: Annotated[ModeFigures, INLINE]
     shape: Sequence[ShapePoint]
@@ -126,7 +126,7 @@ def modes_at(reduced: ReducedRotor, speed_rad_s: float, count: int) -> list[Whir
     speed_rad_s : float
         Speed of rotation, from 0 [rad/s].
     count : int
-        Greatest number of modes; a planar pair is two.
+        Largest number of modes; a planar pair is two.
     """
     values, vectors = reduced_modes(reduced, speed_rad_s)
     modes = []

@@ -14,7 +14,7 @@ from autobalance.types import Array
 ADDITIONAL_BENDING_MPA = 10.0
 """σ_add of trunk piston engines, for misalignment and for axial and bending vibration [MPa]: IACS UR M53."""
 LEAST_ACCEPTABILITY = 1.15
-"""Least acceptability factor Q of a fillet: IACS UR M53."""
+"""Smallest acceptability factor Q of a fillet: IACS UR M53."""
 SHEAR_SHARE = 1.0 / math.sqrt(3.0)
 """Strength in torsion over that in bending, of ductile metal (von Mises)."""
 
@@ -37,7 +37,7 @@ class FilletStress:
     equivalent_alternating_MPa : float
         √(σ_a² + 3 τ_a²) of the half ranges, whenever they are reached [1]_.
     greatest_MPa : float
-        Greatest √(σ² + 3 τ²) at any angle.
+        Largest √(σ² + 3 τ²) at any angle.
 
     References
     ----------
@@ -54,7 +54,7 @@ class FilletStress:
 
 @record
 class FilletSafety:
-    """Safeties, least over the cycle; None without stress, or where the yield strength is not known.
+    """Safeties, smallest over the cycle; None without stress, or where the yield strength is not known.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class FilletSafety:
     iacs : float or None
         Fatigue strength over the equivalent alternating stress.
     yielding : float or None
-        Yield over the greatest stress.
+        Yield over the largest stress.
 
     References
     ----------
@@ -149,7 +149,7 @@ class Fatigue:
 
 
 def oil_bore_equivalent_MPa(bending_MPa: float, torsion_MPa: float) -> float:
-    """Return the equivalent alternating stress at an oil bore's outlet: its greatest principal stress [MPa].
+    """Return the equivalent alternating stress at an oil bore's outlet: its largest principal stress [MPa].
 
     σ_v = σ/3 (1 + 2 √(1 + 9/4 (τ/σ)²)) of the local alternating stresses, whose peaks lie at different places
     of the edge; no σ_add is counted [1]_. A small hole in a plate has exactly this (Kirsch).

@@ -202,7 +202,7 @@ def _polynomial(x: float, coefficients: Sequence[float]) -> float:
 
 
 MAX_OIL_BORE_RATIO = 0.2
-"""Greatest diameter of an oil bore over the crankpin's for which its factors were measured: IACS UR M53."""
+"""Largest diameter of an oil bore over the crankpin's for which its factors were measured: IACS UR M53."""
 
 
 def oil_bore_factors(bore_mm: float, pin_mm: float) -> FilletFactors:

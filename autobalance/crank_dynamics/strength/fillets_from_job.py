@@ -32,7 +32,7 @@ Costs = Mapping[tuple[int, Place], float]
 
 @record
 class NominalStress:
-    """Least and greatest nominal stress of a cycle: of the web's section, of the pin's in torsion."""
+    """Smallest and largest nominal stress of a cycle: of the web's section, of the pin's in torsion."""
 
     bending_MPa: Pair
     shear_MPa: Pair
@@ -91,7 +91,7 @@ class LeastSafety:
 
     @classmethod
     def of(cls, fillets: Sequence[FilletRow]) -> Self | None:
-        """Return the least of some fillets; None where nothing stresses them."""
+        """Return the least of some fillets; None if nothing stresses them."""
         known = [each for each in fillets if each.fatigue.safety.gough_pollard is not None]
         if not known:
             return None
@@ -110,7 +110,7 @@ class LeastSafety:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """One side of a throw: its dimensions, loads, and whether a main journal stands beside its web."""
+    """One side of a throw: its dimensions, loads, and whether a main journal is next to its web."""
 
     shape: FilletShape
     loads: WebLoads

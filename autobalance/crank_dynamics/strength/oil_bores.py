@@ -35,7 +35,7 @@ from autobalance.job import Job
 from autobalance.types import Array
 
 ANGLES = 360
-"""Angles of the outlet that are tried where the job states none: to 4e-5 of the greatest bending."""
+"""Angles of the outlet that are tried if the job states none: to 4e-5 of the largest bending."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ class OilBoreOutlet:
 
 @record
 class OilBoreNominal:
-    """Least and greatest nominal stress of a cycle at an oil bore's outlet, as if there were no hole."""
+    """Smallest and largest nominal stress of a cycle at an oil bore's outlet, as if there were no hole."""
 
     bending_MPa: Pair
     torsion_MPa: Pair
@@ -163,7 +163,7 @@ class FilletState:
 def oil_bores(
     job: Job, crank: Crank, cycle: CycleAnalysis, vibration: Sequence[ThrowVibration] | None = None
 ) -> list[OilBoreOutlet]:
-    """Return the outlet of each crankpin's oil bore, in the order of the axis; none where no bore is stated.
+    """Return the outlet of each crankpin's oil bore, in the order of the axis; none if no bore is stated.
 
     Parameters
     ----------

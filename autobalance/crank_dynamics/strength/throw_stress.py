@@ -42,14 +42,14 @@ NEEDLE_MM = 1e-3
 LONGEST_S = 90.0
 """Processor time for the meshes of one throw [s]."""
 EXAMINED_RADIUS_SHARES = (0.15, 0.85)
-"""Between these shares of a fillet's radius, out from its pin, its surface stands off both pin and web."""
+"""Between these shares of a fillet's radius, out from its pin, its surface is off both pin and web."""
 OFF_WEB = 0.02
 """By this share of the radius at least; less is a sharp corner."""
 
 
 @dataclass(frozen=True)
 class FilletByElements:
-    """Greatest stress in a fillet by finite elements.
+    """Largest stress in a fillet by finite elements.
 
     Attributes
     ----------
@@ -75,9 +75,9 @@ class FilletByElements:
 
 @dataclass(frozen=True, eq=False)
 class ThrowByElements:
-    """A throw's fillets by finite elements, and the greatest stress beyond them, in holes say.
+    """A throw's fillets by finite elements, and the largest stress beyond them, in holes say.
 
-    ``in_boxes_MPa`` is the greatest stress of the bending in each box; None where it holds no surface.
+    ``in_boxes_MPa`` is the largest stress of the bending in each box; None where it holds no surface.
     """
 
     fillets: tuple[FilletByElements, ...]
@@ -121,7 +121,7 @@ class FilletElements:
 
 @record
 class ThrowFillets:
-    """One throw by finite elements; of each cut, its greatest stress, bent, over the fillets' greatest."""
+    """One throw by finite elements; of each cut, its largest stress, bent, over the fillets' largest."""
 
     schema_name: ClassVar[str] = "ThrowElements"
     throw: Ordinal
@@ -160,7 +160,7 @@ def throw_by_elements(
         The throw's two.
     asked : Strength
     boxes_mm : sequence of ((3,), (3,))
-        Boxes (rotor frame) in which the greatest stress is looked for too: around cuts.
+        Boxes (rotor frame) in which the largest stress is looked for too: around cuts.
     progress : callable
 
     Raises

@@ -33,7 +33,7 @@ MERGED_MM = (1e-2, 2e-2, 5e-2, 0.0)
 LONGEST_S = 40.0
 """Processor time for the meshes [s]."""
 SHARE_OF_SURFACE = 0.01
-"""Share of the throw's surface, as it came, that bears more than what is taken: the greatest of a coarse mesh
+"""Share of the throw's surface, as it came, that bears more than what is taken: the largest of a coarse mesh
 is at a sharp inner edge, and chance."""
 TIE_TOLERANCE = 1e-6
 

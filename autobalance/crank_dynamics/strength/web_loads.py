@@ -33,7 +33,7 @@ class WebLoads:
     web : int
         Number of the web.
     is_above : bool
-        Whether it stands above the crankpin (greater z).
+        Whether it is above the crankpin (greater z).
     z_mm : float
         Middle of the web, where its loads are taken [mm].
     bending_n_m : (n,) float
@@ -145,7 +145,7 @@ def web_loads(
     """Return the loads of the webs on both sides of each throw.
 
     The crank is hinged at its mains, as the loads of ``cycle`` have it: a bay between two mains carries its
-    rods and its own metal, which turns at constant speed. Torque goes out beyond the last main (greatest z).
+    rods and its own metal, which turns at constant speed. Torque goes out beyond the last main (largest z).
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def web_loads(
 def crankpin_loads(
     cycle: CycleAnalysis, job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float
 ) -> list[CrankpinLoads]:
-    """Return the loads in the middle of each crankpin; parameters as of `web_loads`."""
+    """Return the loads in the middle of each crankpin; parameters as in `web_loads`."""
     sense = -1.0 if job.engine.clockwise else 1.0  # such an engine is computed as its mirror image
     listed = []
     for each in _throws(cycle, job, anatomy, solid, density_g_mm3):

@@ -12,7 +12,7 @@ from autobalance.declare import KG_MM2_OF_SI, NewtonMetres, NotNegative, record
 from autobalance.types import Array, Complex
 
 NODE = 1e-9
-"""Amplitude of a node in a mode with a greatest amplitude of 1."""
+"""Amplitude of a node in a mode with a largest amplitude of 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class TorsionChain:
 
 @dataclass(frozen=True, eq=False)
 class TorsionMode:
-    """An undamped mode: ``shape`` (n,), its greatest amplitude +1, and its number of nodes."""
+    """An undamped mode: ``shape`` (n,), its largest amplitude +1, and its number of nodes."""
 
     frequency_rad_s: float
     shape: Array
@@ -166,7 +166,7 @@ def torsion_response(
     torques_n_m : (k, n) complex
         T cos(ωt + φ) as T exp(iφ).
     added_kg_m2 : sequence of (station from 0, inertia)
-        Equivalent inertias of pendulums at this order; infinite where tuned to it: the station stands
+        Equivalent inertias of pendulums at this order; infinite where tuned to it: the station is
         still. Below zero the pendulum swings against it.
 
     Notes

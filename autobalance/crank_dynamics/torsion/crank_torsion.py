@@ -18,7 +18,7 @@ from autobalance.declare import Named, NotNegative, Positive
 from autobalance.types import Array
 
 MIN_EQUIVALENT_LENGTH = 1e-12
-"""Least Le [1/mm³]: that of a solid shaft of 1 m diameter and 1 mm length."""
+"""Smallest Le [1/mm³]: that of a solid shaft of 1 m diameter and 1 mm length."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ class DamperRule:
     """Optimal damper of a mass ratio μ.
 
     ``frequency_ratio`` is the ring's own over the system's, 0 without a spring; ``damping_ratio`` is
-    c/(2 J_d ω_n); ``peak`` the greatest amplitude over the static one.
+    c/(2 J_d ω_n); ``peak`` the largest amplitude over the static one.
     """
 
     mass_ratio: float

@@ -21,7 +21,7 @@ from autobalance.errors import JobError
 from autobalance.types import Array
 
 TUNED_ORDERS = 8
-"""Orders that a damper is tuned by, those of the greatest strain without it."""
+"""Orders that a damper is tuned by, those of the largest strain without it."""
 LITTLE_DAMPING = 0.01
 """Share of critical damping with which these are looked for in a train that has none."""
 DAMPING_RANGE, SPRING_RANGE = 1e4, 1e2
@@ -31,7 +31,7 @@ FIRST_TRIED = {"viscous": 41, "ring": 9}
 AT_BOUND = 1e-3
 """Of a logarithm: nearer to its bound, the search ended there."""
 STRAIN_SHARE = 0.5
-"""Least share of a mode's strain energy in the crank's own shafts for a damper's rule to be of that mode."""
+"""Smallest share of a mode's strain energy in the crank for which a damper's rule applies to it."""
 
 
 @record
@@ -96,8 +96,8 @@ class FittedDamper:
     frequency_rad_s : float
         Of that mode.
     without, with_ : ShaftStrain or None
-        Greatest strain of the crank's own shafts in the range of speeds, without and with it, both with the
-        same damping of every mode; None where nothing excites, or, without it, nothing damps.
+        Largest strain of the crank's own shafts in the range of speeds, without and with it, both with the
+        same damping of every mode; None if nothing excites, or, without it, nothing damps.
     modal_ratio : float
         That damping.
     bound : str or None
@@ -125,7 +125,7 @@ class FittedDamper:
 
 
 def with_dampers(model: ExcitedTrain) -> tuple[ExcitedTrain, tuple[FittedDamper, ...]]:
-    """Return a train with all its dampers, those to be tuned of the least greatest strain, each as fitted.
+    """Return a train with all its dampers, those to be tuned of the least largest strain, each as fitted.
 
     Raises
     ------
@@ -203,7 +203,7 @@ def _tuned(
     frequency_rad_s: float,
     links: Sequence[int],
 ) -> tuple[Damper, str | None]:
-    """Return a damper of the least greatest strain of shafts, and the bound of the search that it is at."""
+    """Return a damper of the least largest strain of shafts, and the bound of the search that it is at."""
     from scipy.optimize import minimize, minimize_scalar
 
     inertia = damper.inertia_kg_m2
@@ -256,7 +256,7 @@ def _bound(logs: Array, bounds: Sequence[tuple[float, float]]) -> str | None:
 
 
 def _loudest(model: ExcitedTrain, links: Sequence[int]) -> tuple[float, ...]:
-    """Return the orders of the greatest strain; with a little damping where the train has none."""
+    """Return the orders of the largest strain; with a little damping if the train has none."""
     little = model.question if model.damped else replace(model.question, damping_ratio=LITTLE_DAMPING)
     tried = replace(model, question=little)
     peaks = {order: peak_of(tried, order, links) for order in model.orders}

@@ -45,7 +45,7 @@ LEAST_BESIDE = 0.01
 """Share of a web's arm beside its pins' fillets, at least, for its thickness to be taken there."""
 MIN_SHOULDER_RATIO = 1.1
 """Where metal beside the pins is thicker than that between them by this much, a counterweight's shoulder
-stands on it: webs of the drafted bundled crank came out at 17.7 mm for 11."""
+is on it: webs of the drafted bundled crank came out at 17.7 mm for 11."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +160,7 @@ def sides_of_throws(crank: Crank) -> list[tuple[ThrowShape, ThrowShape]]:
 
 @dataclass(frozen=True)
 class _Stations:
-    """First main, throws, last main; a main that is not there has no station."""
+    """First main, throws, last main; a main that is missing has no station."""
 
     throws: tuple[Throw, ...]
     first: MainJournal | None
@@ -279,7 +279,7 @@ def journal_beside(anatomy: Anatomy, throw: Throw, above: bool) -> MainJournal |
 
 
 def _between_webs_mm(anatomy: Anatomy, pin: Pin) -> float:
-    """Return the length between the webs beside a pin, fillets in it; to its end where there is no web."""
+    """Return the length between the webs beside a pin, fillets in it; to its end if there is no web."""
     z, (low, high) = float(pin.centre_mm[2]), pin.z_range_mm
     below = max((web.z_max_mm for web in anatomy.webs if web.z_max_mm < z), default=low)
     above = min((web.z_min_mm for web in anatomy.webs if web.z_min_mm > z), default=high)
@@ -287,7 +287,7 @@ def _between_webs_mm(anatomy: Anatomy, pin: Pin) -> float:
 
 
 def _bore_mm(solid: Solid, pin: Pin) -> float:
-    """Return the bore of a journal or crankpin from what its section lacks; 0 where there is none."""
+    """Return the bore of a journal or crankpin from what its section lacks; 0 if there is none."""
     circle = Region.circle(0.51 * pin.diameter_mm, 256, tuple(float(x) for x in pin.centre_mm[:2]))
     area = (solid.section(float(pin.centre_mm[2])) & circle).area_mm2
     whole = 0.25 * math.pi * pin.diameter_mm**2

@@ -1,4 +1,4 @@
-"""The greatest strain of a train's shafts over its range of speeds, found between points too."""
+"""The largest strain of a train's shafts over its range of speeds, found between points too."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from autobalance.types import Array
 
 Torque = Annotated[NotNegative, NEWTON_METRES]
 Sizes = Callable[[Array], Array]
-"""Speeds (k,) → what is to be least of them (k,)."""
+"""Speeds (k,) → what is to be smallest of them (k,)."""
 SPEEDS = 400
 """In the range at which peaks are looked for, beside those of natural frequencies."""
 CLOSER = 8
@@ -27,9 +27,9 @@ TIMES = 5
 
 @record
 class ShaftStrain:
-    """The greatest strain of some shafts by one order in the range of speeds, at ``speed_rad_s``.
+    """The largest strain of some shafts by one order in the range of speeds, at ``speed_rad_s``.
 
-    ``torque_n_m``, ``stress_pa`` and ``twist_rad`` are the greatest of any of the shafts at that speed.
+    ``torque_n_m``, ``stress_pa`` and ``twist_rad`` are the largest of any of the shafts at that speed.
     ``size`` is what is compared: the stress where all of the shafts have a diameter, else the torque.
     """
 
@@ -43,7 +43,7 @@ class ShaftStrain:
 
 @record
 class OrderPeak:
-    """The greatest torque of one order in the range of speeds, along any shaft, found between points too."""
+    """The largest torque of one order in the range of speeds, along any shaft, found between points too."""
 
     order: Positive
     speed_rad_s: Rpm
@@ -69,13 +69,13 @@ def by_stress(model: ExcitedTrain, links: Sequence[int]) -> bool:
 def greatest(
     model: ExcitedTrain, links: Sequence[int], orders: Sequence[float] | None = None
 ) -> ShaftStrain | None:
-    """Return the greatest peak of any order; None where nothing excites, or no shaft is there."""
+    """Return the largest peak of any order; None if nothing excites, or no shaft exists."""
     peaks = [peak_of(model, order, links) for order in (model.orders if orders is None else orders)]
     return max((each for each in peaks if each is not None), key=lambda each: each.size, default=None)
 
 
 def order_peaks(model: ExcitedTrain) -> list[OrderPeak]:
-    """Return the greatest torque of each order that something excites, along any shaft; none undamped."""
+    """Return the largest torque of each order that something excites, along any shaft; none undamped."""
     if not (model.damped or model.damping_ratio):
         return []
     every = tuple(range(len(model.named.train.links)))
@@ -89,7 +89,7 @@ def order_peaks(model: ExcitedTrain) -> list[OrderPeak]:
 
 
 def peak_of(model: ExcitedTrain, order: float, links: Sequence[int]) -> ShaftStrain | None:
-    """Return the greatest strain of shafts by one order over the range of speeds."""
+    """Return the largest strain of shafts by one order over the range of speeds."""
     speeds = _looked_at(model, order)
     if not links or not model.torque_at(order, speeds).any():
         return None
@@ -135,7 +135,7 @@ def _weights(model: ExcitedTrain, links: Sequence[int]) -> Array:
 
 
 def _refined(sizes: Sizes, speeds: Array) -> tuple[float, float]:
-    """Return place and size of the greatest value, each local greatest one looked at closer."""
+    """Return place and size of the largest value, each local largest one looked at closer."""
     values = sizes(speeds)
     padded = np.concatenate([[-np.inf], values, [-np.inf]])
     tops = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]))

@@ -22,7 +22,7 @@ DRAWN_MODES = 5
 MIN_UPRIGHT_STATIONS = 12
 """Fewest stations with upright names."""
 MAX_MARKED_SPEEDS = 30
-"""Most critical speeds drawn, the greatest torque first."""
+"""Most critical speeds drawn, the largest torque first."""
 
 
 def torsion_plots(report: TorsionReport) -> dict[str, Plot]:
@@ -106,7 +106,7 @@ def _critical_map(report: TorsionReport) -> Plot:
 
 
 def _torques(response: Sequence[OrderResponse], damping: Damping) -> Plot:
-    """Return the greatest torque along the chain over the speed, for the strongest orders."""
+    """Return the largest torque along the chain over the speed, for the strongest orders."""
     curves = []
     for each in response:
         speeds = np.array([RPM.written(point.speed_rad_s) for point in each.points])

@@ -29,7 +29,7 @@ class ResponsePoint:
 
     @property
     def greatest_n_m(self) -> float | None:
-        """Greatest torque of any link; None where it is not steady."""
+        """Largest torque of any link; None where it is not steady."""
         known = [each for each in self.torque_n_m if each is not None]
         return max(known, default=None) if len(known) == len(self.torque_n_m) else None
 
@@ -45,9 +45,9 @@ class OrderResponse:
 
 @record
 class CriticalOrder:
-    """A speed at which an order meets a mode, with the greatest torque and stress there.
+    """A speed at which an order meets a mode, with the largest torque and stress there.
 
-    These are None where nothing excites the order, or nothing damps it.
+    These are None if nothing excites the order, or nothing damps it.
     """
 
     schema_name: ClassVar[str] = "CriticalFigures"

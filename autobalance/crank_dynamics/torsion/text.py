@@ -175,7 +175,7 @@ def _response(response: Sequence[OrderResponse]) -> str:
 
 
 def _strain(strain: ShaftStrain | None, none: str) -> str:
-    """Return the greatest strain of the crank's shafts."""
+    """Return the largest strain of the crank's shafts."""
     if strain is None:
         return none
     stress = "" if strain.stress_pa is None else f", {MPA.written(strain.stress_pa):.4g} MPa"

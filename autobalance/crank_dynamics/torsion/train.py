@@ -19,9 +19,9 @@ from autobalance.types import Array, Complex
 
 Integers = NDArray[np.int64]
 RIGID_MODE_SHARE = 1e-12
-"""Share of the greatest ω² below which a mode is a rigid rotation, but for rounding."""
+"""Share of the largest ω² below which a mode is a rigid rotation, except for rounding."""
 SAME_RATIO = 1e-9
-"""Greatest relative difference of equal speeds along the two ways of a closed train."""
+"""Largest relative difference of equal speeds along the two ways of a closed train."""
 
 
 @dataclass(frozen=True)
@@ -256,7 +256,7 @@ def train_response(
     damping_ratio : float
         Of every mode, beside the train's viscous dampers.
     added_kg_m2 : sequence of (station from 0, inertia)
-        As in ``torsion_response``; infinite: the station stands still.
+        As in ``torsion_response``; infinite: the station is still.
 
     Notes
     -----

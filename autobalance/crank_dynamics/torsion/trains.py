@@ -54,7 +54,7 @@ def named_train(
     Raises
     ------
     JobError
-        If a station is not there, a shaft that is a coupling is missing, gears disagree.
+        If a station is missing, a shaft that is a coupling is missing, gears disagree.
     """
     train = NamedTrain(TorsionTrain.of_chain(chain), names, diameters_m)
     for number, branch in enumerate(parts.branches, 1):

@@ -40,7 +40,7 @@ class ThrowVibration:
 
 @record
 class TorsionalVibration:
-    """Whether torsional vibration is counted, and the greatest torque that it adds in a journal."""
+    """Whether torsional vibration is counted, and the largest torque that it adds in a journal."""
 
     counted: bool
     greatest_added_N_m: NotNegative | None

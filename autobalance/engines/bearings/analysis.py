@@ -165,7 +165,7 @@ def _dry(case: DryCase, speed_rad_s: float) -> State:
 
 
 def load_means(constant_N: float, rotating_N: float) -> LoadMeans:
-    """Return the means of a load that stands still and one that turns with the shaft."""
+    """Return the means of a load that is still and one that turns with the shaft."""
     total = constant_N + rotating_N
     equivalent = float(loads.equivalent_load_N(constant_N, rotating_N))
     return LoadMeans(

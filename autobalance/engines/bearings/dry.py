@@ -1,7 +1,7 @@
 """Dry journal bearing: Coulomb friction of the whole load, and the coefficient behind a measured torque.
 
 The journal climbs its bush until the reaction is tangent to the friction circle: the line from its centre
-to the contact stands at the attitude angle φ = atan μ from the load, and the moment is |F| (d/2) sin φ. The
+to the contact is at the attitude angle φ = atan μ from the load, and the moment is |F| (d/2) sin φ. The
 usual |F| (d/2) μ is its small-angle form, 2 % high at μ = 0.2 and without bound above.
 """
 
@@ -72,7 +72,7 @@ def small_angle_mu(moment_N_m: float, load_N: float, diameter_m: float) -> float
 
 
 def mu_of_moment(moment_N_m: float, load_N: float, diameter_m: float) -> float | None:
-    """Return the coefficient of friction tan asin(T/(F d/2)); None where no Coulomb friction explains T.
+    """Return the coefficient of friction tan asin(T/(F d/2)); None if no Coulomb friction explains T.
 
     A moment above F d/2 needs sin φ > 1: part of it does not come from the load, as in a rolling bearing.
 

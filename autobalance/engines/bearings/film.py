@@ -239,7 +239,7 @@ def film_coefficients(
     speeds_rad_s: Sequence[float] | npt.ArrayLike,
     load_N: tuple[float, float],
 ) -> FilmCoefficients:
-    """Return stiffness and damping over the speed for a load that stands still.
+    """Return stiffness and damping over the speed for a load that is still.
 
     Parameters
     ----------

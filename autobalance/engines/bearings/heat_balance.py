@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from autobalance.engines.bearings.oil import WaltherOil
 
 HOTTEST_RISE_K = 400.0
-"""Greatest rise above the supply at which a balance is sought."""
+"""Largest rise above the supply at which a balance is sought."""
 NEAR_K = 1e-6
 
 

@@ -111,7 +111,7 @@ def parse_bearing(
 
 
 def _described(values: Values) -> dict[str, Any]:
-    """Return the file with its defaults filled in, without tables that are not there."""
+    """Return the file with its defaults filled in, without tables that are missing."""
     described: dict[str, Any] = plain(values)
     for key in ("oil", "history", "supply", "supply_pressure_bar", "eccentricity_ratios"):
         if described.get(key, ...) in (None, [], ()):

@@ -83,7 +83,7 @@ SUPPLY_KEYS = (
 
 
 def _viscosity(name: str, quantity: str) -> tuple[Key, Key]:
-    """Return the key of a viscosity and the table that may stand in its place."""
+    """Return the key of a viscosity and the table that may be in its place."""
     return (
         Key(
             name,
@@ -238,7 +238,7 @@ BEARING_FORMS: Mapping[str, tuple[Key, ...]] = {
     "rolling, skf": _rolling(Key("model", Literal["skf"], "how friction is found"), SKF_KEYS),
     "squeeze_film": SQUEEZE_FILM,
 }
-"""Form of the file → all that may stand at its top level."""
+"""Form of the file → all that may be at its top level."""
 
 
 def form_of(raw: Mapping[str, Any]) -> tuple[Key, ...]:

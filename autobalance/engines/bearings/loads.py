@@ -21,7 +21,7 @@ def mean_load_N(constant_N: npt.ArrayLike, rotating_N: npt.ArrayLike) -> Array:
     Parameters
     ----------
     constant_N, rotating_N : (...) float
-        The part that stands still, and the one that turns with the shaft, not negative [N].
+        The part that is still, and the one that turns with the shaft, not negative [N].
 
     Returns
     -------

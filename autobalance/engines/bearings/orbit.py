@@ -67,12 +67,12 @@ class Orbits:
 
     @property
     def film_m(self) -> Array:
-        """Least film at each angle (n, k)."""
+        """Smallest film at each angle (n, k)."""
         return self.clearance_m * (1.0 - self.ratio)
 
     @property
     def least_film_m(self) -> Array:
-        """Least film of the cycle (k,)."""
+        """Smallest film of the cycle (k,)."""
         return np.asarray(self.film_m.min(axis=0))
 
     @property

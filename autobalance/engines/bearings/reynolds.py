@@ -133,7 +133,7 @@ class _Grid:
         return float(lines @ np.cos(self.angle)), float(lines @ np.sin(self.angle))
 
     def side_flow(self, pressure: Array) -> float:
-        """Return the flow out of both ends in units of Ω R L c, where there is pressure."""
+        """Return the flow out of both ends in units of Ω R L c, if there is pressure."""
         last, before = 1.0 - self.place[-1], 1.0 - self.place[-2]
         slope = pressure[:, -1] * before / last - pressure[:, -2] * last / before
         slope /= before - last
@@ -281,7 +281,7 @@ def _obstacle(matrix: csc_array, right: Array, free: Flags) -> tuple[Array, Flag
 
 
 def _greatest(grid: _Grid, pressure: Array) -> float:
-    """Return the greatest pressure in the middle of the length, by a parabola through the highest nodes."""
+    """Return the largest pressure in the middle of the length, by a parabola through the highest nodes."""
     middle = grid.middle(pressure)
     top = int(np.argmax(middle))
     before, at, after = middle[top - 1], middle[top], middle[(top + 1) % len(middle)]

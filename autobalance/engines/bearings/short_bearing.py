@@ -58,7 +58,7 @@ def ocvirk(slenderness: float) -> FilmModel:
 
 
 def _greatest(ratio: float, slenderness: float) -> float:
-    """Return the greatest pressure, at cos θ = (1 − √(1 + 24 ε²))/(4 ε) in the middle of the length."""
+    """Return the largest pressure, at cos θ = (1 − √(1 + 24 ε²))/(4 ε) in the middle of the length."""
     cosine = -6.0 * ratio / (1.0 + math.sqrt(1.0 + 24.0 * ratio**2))
     sine = math.sqrt(1.0 - cosine**2)
     return 3.0 * slenderness**2 * ratio * sine / (1.0 + ratio * cosine) ** 3

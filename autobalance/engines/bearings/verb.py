@@ -45,7 +45,7 @@ class BearingResult(VerbResult):
         return f"<autobalance bearing: {', '.join(words)}>"
 
     def rotor_bearing(self, z_mm: float, load_deg: float = 270.0) -> dict[str, Any]:
-        """Return the film as a ``[[bearing]]`` of ``ab.rotor``, over the speeds where there are several.
+        """Return the film as a ``[[bearing]]`` of ``ab.rotor``, over the speeds if there are several.
 
         Parameters
         ----------

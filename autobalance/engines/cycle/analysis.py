@@ -90,7 +90,7 @@ class CycleAnalysis:
 
     @property
     def inertia_mean_n_m(self) -> float:
-        """Mean inertia torque, zero but for rounding [N·m]."""
+        """Mean inertia torque, zero except for rounding [N·m]."""
         return float(self.grid.mean(self.inertia_n_m))
 
     @property
@@ -156,14 +156,14 @@ class CycleAnalysis:
     # --- peaks ----------------------------------------------------------------------------------------------
 
     def peak(self, load_n: Array) -> LoadPeak:
-        """Return greatest and mean magnitude of a load (n, 2) or (n,)."""
+        """Return largest and mean magnitude of a load (n, 2) or (n,)."""
         size = np.abs(load_n) if load_n.ndim == 1 else np.hypot(load_n[:, 0], load_n[:, 1])
         place = int(np.argmax(size))
         at = float(self.grid.angle_rad[place])
         return LoadPeak(float(size[place]), at, float(self.grid.mean(size)))
 
     def peaks(self, loads_n: Sequence[Array] | Array) -> tuple[LoadPeak, ...]:
-        """Return greatest and mean magnitude of each load."""
+        """Return largest and mean magnitude of each load."""
         return tuple(self.peak(load) for load in loads_n)
 
 

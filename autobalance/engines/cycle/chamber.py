@@ -21,7 +21,7 @@ class Chamber:
     bore_mm : float
         Diameter of the cylinder [mm].
     compression_ratio : float or None
-        Greatest over least volume; None where it is not known: then the volume counts from top dead centre.
+        Largest over smallest volume; None where it is not known: then the volume counts from top dead centre.
 
     Examples
     --------
@@ -47,12 +47,12 @@ class Chamber:
 
     @property
     def swept_mm3(self) -> float:
-        """Greatest less least volume [mm³]."""
+        """Largest less smallest volume [mm³]."""
         return self.piston_area_mm2 * self.slider_crank.stroke_mm
 
     @property
     def clearance_mm3(self) -> float:
-        """Least volume, zero where the compression ratio is not known [mm³]."""
+        """Smallest volume, zero where the compression ratio is not known [mm³]."""
         return 0.0 if self.compression_ratio is None else self.swept_mm3 / (self.compression_ratio - 1.0)
 
     @property
@@ -62,7 +62,7 @@ class Chamber:
 
     @property
     def bottom_after_top_rad(self) -> float:
-        """Angle from top to bottom dead centre; π but for an offset [rad]."""
+        """Angle from top to bottom dead centre; π except for an offset [rad]."""
         top, bottom = self.slider_crank.dead_centres_rad
         return bottom - top
 

@@ -91,7 +91,7 @@ def burn_edges_rad(heat: Wiebe, low_rad: float, high_rad: float) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class AdiabaticPart:
-    """The closed part with a constant γ and no heat through the walls, exact but for quadrature.
+    """The closed part with a constant γ and no heat through the walls, exact except for quadrature.
 
     By parts, ∫ V^(γ−1) dQ = Q V^(γ−1) − ∫ Q dV^(γ−1): Q has no peak, however short the burn is.
     """

@@ -1,7 +1,8 @@
 """The counterweight that leaves the least reaction: the smallest circle round a load as the crank sees it.
 
-A counterweight adds one constant vector to a load in the crank's frame. The greatest load is least where that
-vector moves the centre of the smallest circle round the load's path to the axis; the radius is what is left.
+A counterweight adds one constant vector to a load in the crank's frame. The largest load is smallest where
+that vector moves the centre of the smallest circle round the load's path to the axis; the radius is what is
+left.
 """
 
 from __future__ import annotations
@@ -24,12 +25,12 @@ class Circle:
 
 
 MAX_COUNTERWEIGHT_RATIO = 4.0
-"""Greatest counterweight that is looked at, over that which would take the greatest load away."""
+"""Largest counterweight that is looked at, over that which would take the largest load away."""
 
 
 @dataclass(frozen=True)
 class BestCounterweight:
-    """The unbalance to add in a throw's plane, in the rotor frame, and the greatest load it leaves."""
+    """The unbalance to add in a throw's plane, in the rotor frame, and the largest load it leaves."""
 
     product_g_mm: float
     angle_rad: float
@@ -100,7 +101,7 @@ def _hull(points: Complex) -> Complex:
 
 
 def best_counterweight(load_n: Complex, angle_rad: Array, speed_rad_s: float) -> BestCounterweight:
-    """Return the counterweight that leaves the least greatest load.
+    """Return the counterweight that leaves the least largest load.
 
     Parameters
     ----------
@@ -126,7 +127,7 @@ def best_counterweight_at(
 ) -> BestCounterweight:
     """Return the best counterweight where only one direction in the rotor frame is allowed.
 
-    The greatest load is a convex function of the product: it has one valley. Zero where any makes it worse.
+    The largest load is a convex function of the product: it has one valley. Zero where any makes it worse.
     """
     from scipy.optimize import minimize_scalar
 

@@ -23,7 +23,7 @@ Strokes = Literal[2, 4]
 WIDEST_RAD = math.radians(0.5)
 GAUSS_POINTS = 3
 AT_JUMP_RAD = 1e-5
-"""So little before a jump is at it: throws of a crank from a file stand by a millionth off their angles."""
+"""So little before a jump is at it: throws of a crank from a file are by a millionth off their angles."""
 
 
 def span_rad(strokes: Strokes) -> float:
@@ -272,7 +272,7 @@ class CylinderCycle:
 
     @cached_property
     def peak(self) -> tuple[float, float]:
-        """Greatest pressure [MPa] and its angle after firing top dead centre [rad]."""
+        """Largest pressure [MPa] and its angle after firing top dead centre [rad]."""
         if self.trace is not None:
             pressure = self.pressure_mpa(self.trace.angle_rad)
             place = int(np.argmax(pressure))
@@ -283,7 +283,7 @@ class CylinderCycle:
 
     @cached_property
     def peak_temperature_k(self) -> float | None:
-        """Greatest temperature of the charge between intake and exhaust; None without its volume [K]."""
+        """Largest temperature of the charge between intake and exhaust; None without its volume [K]."""
         if self.chamber.compression_ratio is None:
             return None
         return self._greatest(self.temperature_k)[0]
@@ -299,7 +299,7 @@ class CylinderCycle:
         return result
 
     def _greatest(self, function: Callable[[Array], Array]) -> tuple[float, float]:
-        """Greatest value of a function in the closed part, and its angle [rad], between points too."""
+        """Largest value of a function in the closed part, and its angle [rad], between points too."""
         from scipy.optimize import minimize_scalar
 
         low, high = self.exchange.closed_ends_rad(self.chamber)

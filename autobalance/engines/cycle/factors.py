@@ -20,7 +20,7 @@ from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 MAX_SPEED_RATIO = 10.0
 """Multiple of the speed up to which friction is asked whether it takes all torque."""
 MIN_SPEED_RATIO = 0.1
-"""Share of the speed from which on the greatest torque is looked for."""
+"""Share of the speed from which on the largest torque is looked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class FactorRow:
     ----------
     factor : float
     greatest_mains_n : (m,) float
-        Greatest load of each main [N].
+        Largest load of each main [N].
     mean_main_n : float
         Mean magnitude over angles, then over the mains [N].
     friction_mean_n_m : float
@@ -45,7 +45,7 @@ class FactorRow:
 
     @property
     def greatest_main_n(self) -> float:
-        """Greatest over all mains [N]."""
+        """Largest over all mains [N]."""
         return float(self.greatest_mains_n.max())
 
 
@@ -118,7 +118,7 @@ class KeyFigures:
         Where friction takes all torque of the gas; 0 where it does from the start, None beyond ten times the
         speed [rad/s].
     greatest_torque_n_m : float
-        Mean torque at the shaft, greatest from a tenth of the speed to the speed [N·m].
+        Mean torque at the shaft, largest from a tenth of the speed to the speed [N·m].
     """
 
     acceleration_rad_s2: float
@@ -131,7 +131,7 @@ def key_figures(firing: FiringEngine, speed_rad_s: float, factor: float | None =
 
     References
     ----------
-    Hoem & Røsholm 2016, Sec. 1.3: throttle response, greatest speed and greatest torque.
+    Hoem & Røsholm 2016, Sec. 1.3: throttle response, largest speed and largest torque.
     """
     mains = MainLoads.of(firing)
 

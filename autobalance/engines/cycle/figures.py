@@ -126,7 +126,7 @@ class CycleSpeed:
 
 @record
 class CycleLoads:
-    """Greatest and mean loads of pins and bearings."""
+    """Largest and mean loads of pins and bearings."""
 
     crankpins: Sequence[NumberedLoad]
     big_ends: Sequence[NumberedLoad]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from autobalance.engines.bearings.orbit import Orbits
 
 FILM_ANGLE_STRIDE = 2
-"""Angles of the grid from one force to the next: a degree, and two where there are many bearings."""
+"""Angles of the grid from one force to the next: a degree, and two if there are many bearings."""
 FEW_BEARINGS = 100
 """Bearings up to which they are not many."""
 
@@ -56,7 +56,7 @@ def main_bearings(anatomy: Anatomy, film: Film) -> Bearings:
 
 
 def big_ends(anatomy: Anatomy, film: Film, rods: Sequence[int]) -> Bearings | None:
-    """Return the big ends, with the number of them on each throw; None where no clearance is given."""
+    """Return the big ends, with the number of them on each throw; None if no clearance is given."""
     if film.crankpin_clearance_mm is None:
         return None
     pins = [throw.crankpin for throw, count in zip(anatomy.throws, rods, strict=True) for _ in range(count)]

@@ -12,7 +12,7 @@ SLACK_RAD = math.radians(0.01)
 ROUNDING_RAD = 1e-9
 """An angle so near to 0 is 0."""
 EVEN_RAD = math.radians(1.0)
-"""Greatest difference of intervals that count as even: an offset moves dead centres by less."""
+"""Largest difference of intervals that count as even: an offset moves dead centres by less."""
 LARGEST_MISS_RAD = math.radians(10.0)
 """How far a given firing angle may lie from its cylinder's dead centre."""
 

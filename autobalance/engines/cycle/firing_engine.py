@@ -24,7 +24,7 @@ NO_WORK = 1e-9
 
 @dataclass(frozen=True)
 class ThrowPlace:
-    """A throw: where its crankpin stands, and the numbers from 0 of the cylinders that work on it."""
+    """A throw: where its crankpin is, and the numbers from 0 of the cylinders that work on it."""
 
     angle_rad: float
     z_mm: float
@@ -124,7 +124,7 @@ class FiringEngine:
 
     @property
     def energy_error(self) -> float | None:
-        """|∮ torque dθ − Σ work|/Σ|work|; None where the gas does no work but for rounding."""
+        """|∮ torque dθ − Σ work|/Σ|work|; None where the gas does no work except for rounding."""
         size = sum(abs(cycle.work_n_mm) for cycle in self.cycles)
         if size <= NO_WORK * sum(cycle.peak[0] * cycle.chamber.swept_mm3 for cycle in self.cycles):
             return None

@@ -274,7 +274,7 @@ def _absorber(values: Values | None) -> Absorber | None:
 
 
 def _filled_in(values: Values, raw: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the table in its own units, with every default; tables inside as they stand."""
+    """Return the table in its own units, with every default; tables inside as they are."""
     friction = {key.name: plain(key.default) for key in FRICTION} | dict(raw.get("friction", {}))
     tables = ("cylinder", "friction", "pendulum", "film", "gravity")
     own = {key: raw[key] for key in tables if key in raw and key != "friction"}

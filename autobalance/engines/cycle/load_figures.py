@@ -11,7 +11,7 @@ from autobalance.declare import ABSENT, INLINE, Absent, Degrees, NewtonMetres, N
 
 @dataclass(frozen=True)
 class LoadPeak:
-    """Greatest magnitude of a load, the crank angle where it is, and its mean magnitude over a cycle."""
+    """Largest magnitude of a load, the crank angle where it is, and its mean magnitude over a cycle."""
 
     greatest_n: Annotated[Newtons, Range(least=0)]
     at_rad: Degrees
@@ -48,7 +48,7 @@ Carrier = Literal["knuckle pin", "no bearing"]
 def numbered_loads(
     peaks: Sequence[LoadPeak], on: Sequence[Carrier | Absent] | None = None
 ) -> list[NumberedLoad]:
-    """Return greatest and mean loads, numbered from 1; ``on``: what carries each."""
+    """Return largest and mean loads, numbered from 1; ``on``: what carries each."""
     carriers = [ABSENT] * len(peaks) if on is None else on
     return [
         NumberedLoad(number=number, load=peak, on=carrier)

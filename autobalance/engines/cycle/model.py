@@ -51,7 +51,7 @@ class TraceFile:
 
 @dataclass(frozen=True)
 class Absorber:
-    """A pendulum, its greatest swing, and the share of its order's torque that it is to take."""
+    """A pendulum, its largest swing, and the share of its order's torque that it is to take."""
 
     pendulum: Pendulum
     swing_rad: float

@@ -55,7 +55,7 @@ class Pendulum:
 
     @property
     def widest_swing_rad(self) -> float:
-        """Greatest swing on the path: to its cusp, s = ρ/(n √(n² + 1)), or a quarter turn [rad]."""
+        """Largest swing on the path: to its cusp, s = ρ/(n √(n² + 1)), or a quarter turn [rad]."""
         if self.path == "circular":
             return 0.5 * math.pi
         reach = (self.distance_mm + self.length_mm) / (self.order * math.sqrt(self.order**2 + 1.0))
@@ -78,7 +78,7 @@ class Pendulum:
         return self.order * 0.5 * math.pi / float(ellipk(math.sin(0.5 * swing_rad) ** 2))
 
     def torque_n_m(self, mass_g: float, swing_rad: float, speed_rad_s: float) -> float:
-        """Return the torque m Ω² (R + L) R φ that it holds against its order at a small swing [N·m]."""
+        """Return the torque m Ω² (R + L) R φ that it compares with its order at a small swing [N·m]."""
         arm = (self.distance_mm + self.length_mm) * self.distance_mm
         return mass_g * speed_rad_s**2 * arm * swing_rad * N_M_PER_G_MM2_S2
 

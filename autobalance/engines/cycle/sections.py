@@ -1,4 +1,4 @@
-"""Parts of a cycle's report that add-ons compute beside it, as of a crank that bends."""
+"""Parts of a cycle's report that add-ons compute beside it, as in a crank that bends."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from autobalance.job import Job
 
 @dataclass(frozen=True)
 class CycleSection:
-    """A part of the report of a cycle: ``record`` declares what stands in it.
+    """A part of the report of a cycle: ``record`` declares what is in it.
 
     ``computed`` finds it, ``answer`` makes the record of what was found, ``text`` shows the record, ``plots``
     draw what was found, by name, and ``doubts`` yields why the model is not to be trusted. ``wanted`` says

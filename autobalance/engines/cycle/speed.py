@@ -43,7 +43,7 @@ class UnevenSpeed:
 
     @property
     def greatest_rad_s(self) -> float:
-        """Greatest, between the angles too [rad/s]."""
+        """Largest, between the angles too [rad/s]."""
         return _peak(self.speed_rad_s)
 
     @property
@@ -53,12 +53,12 @@ class UnevenSpeed:
 
     @property
     def fluctuation(self) -> float:
-        """(greatest − least)/mean, the coefficient of fluctuation."""
+        """(largest − least)/mean, the coefficient of fluctuation."""
         return (self.greatest_rad_s - self.least_rad_s) / self.mean_rad_s
 
 
 def _peak(values: Array) -> float:
-    """Top of the parabola through the greatest of periodic values and the two beside it."""
+    """Top of the parabola through the largest of periodic values and the two beside it."""
     place = int(np.argmax(values))
     before, top, after = (float(values[(place + step) % values.size]) for step in (-1, 0, 1))
     bend = before - 2.0 * top + after

@@ -61,9 +61,9 @@ def cycle_summary(
     factors : sequence of float
         Balance factors to compare.
     fluctuation : float or None
-        Fluctuation of the speed that is asked for.
+        Fluctuation of the speed that is requested.
     least_film_mm : sequence of float or None
-        Least film of the mains by factor, where there are films [mm].
+        Smallest film of the mains by factor, if there are films [mm].
     """
     firing = analysis.firing
     cylinders = [

@@ -42,7 +42,7 @@ class CycleResult(VerbResult):
 
     @property
     def flexible(self) -> Any:
-        """The crank as it bends, where that was asked for."""
+        """The crank as it bends, where that was requested."""
         bent = self.sections.get(FLEXIBLE)
         return None if bent is None else bent.cycle
 
@@ -162,7 +162,7 @@ def cycle(
 
 
 def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:
-    """Return the factors asked for, or the usual ones.
+    """Return the factors requested, or the usual ones.
 
     Raises
     ------

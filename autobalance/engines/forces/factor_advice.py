@@ -1,10 +1,10 @@
 """Shaking forces of an engine by balance factor, and the best factor for each aim.
 
 Counterweights turn with the crank, so they change the forward-rotating part of the first order and nothing
-else: the backward part, and with it the greatest first-order force |forward| + |backward|, is least where the
-forward part is gone. For one crankpin with n rods of equal weight the forward part is (½ − f) n m_rec r ω²,
-whatever the angles of the banks; so 50 % is least-worst for singles and V twins alike, and leaves nothing of
-a 90° V twin's first order.
+else: the backward part, and with it the largest first-order force |forward| + |backward|, is smallest where
+the forward part is gone. For one crankpin with n rods of equal weight the forward part is (½ − f) n m_rec r
+ω², whatever the angles of the banks; so 50 % is least-worst for singles and V twins alike, and leaves nothing
+of a 90° V twin's first order.
 
 Throws may cancel each other's force and leave a couple, as those of a cross-plane V8 do: then the factor is
 chosen by the couple. Force and couple are weighed as a mount feels them: as forces in two planes, those of
@@ -28,7 +28,7 @@ from autobalance.running_gear.whole_engine import Engine, about
 from autobalance.types import Array
 
 ANGLES = 720
-"""Crank angles for the greatest force; the eighth order has 90 of them a period."""
+"""Crank angles for the largest force; the eighth order has 90 of them a period."""
 
 
 @dataclass(frozen=True)
@@ -56,18 +56,18 @@ class FactorAdvice:
     Attributes
     ----------
     least_first_order : float
-        Least greatest force of the first order; exact.
+        Minimum of the largest force of the first order; exact.
     least_greatest : float
-        Least greatest force, all orders counted.
+        Minimum of the largest force, all orders counted.
     least_transverse : float
-        Least force across the first cylinder.
+        Smallest force across the first cylinder.
     for_mount : float
-        Least greatest force where the mount takes force across the cylinder ``transverse_weight`` times as
+        Minimum of the largest force if the mount takes force across the cylinder ``transverse_weight`` times as
         badly as along it.
     least_moment : float
-        Least greatest moment about the reference, all orders counted.
+        Minimum of the largest moment about the reference, all orders counted.
     least_in_planes : float
-        Least greatest force in the planes of the outermost mains: force and couple weighed together.
+        Minimum of the largest force in the planes of the outermost mains: force and couple weighed together.
     rows : tuple of FactorRow
         The trade, one row a factor.
 
@@ -109,7 +109,7 @@ def advise(
         frame sideways, 0 where only the force along the cylinder counts.
     planes_z_mm : (float, float), optional
         Planes in which force and couple are weighed together; default the outermost cylinders, or 1 mm apart
-        where there is one [mm].
+        if there is one [mm].
     reference_z_mm : float, optional
         Place that moments are taken about; default the middle of these planes [mm].
 
@@ -224,7 +224,7 @@ def _row(
 
 
 def _least_greatest(at_zero: Array, change: Array) -> float:
-    """Return the factor in 0..1 of least greatest |at_zero + factor change|, which is convex in it."""
+    """Return the factor in 0..1 that minimises the largest |at_zero + factor change|, a convex function."""
     from scipy.optimize import minimize_scalar
 
     def greatest(factor: float) -> float:
@@ -235,7 +235,7 @@ def _least_greatest(at_zero: Array, change: Array) -> float:
 
 
 def _without_forward_part(engine: Engine, speed_rad_s: float, scale: float) -> float | None:
-    """Return the factor in 0..1 that leaves least of the forward part: p₀ + f (p₁ − p₀) is linear in it."""
+    """Return the factor in 0..1 that minimises the forward part, p₀ + f (p₁ − p₀)."""
     none, all_of_it = (_forward(engine.with_counterweights(factor), speed_rad_s) for factor in (0.0, 1.0))
     step = all_of_it - none
     if abs(step) <= LEAST_DIRECTION * scale:

@@ -35,7 +35,7 @@ def forces_text(report: ForcesReport) -> str:
 
 
 def _mounts(mounts: MountedAnalysis) -> str:
-    """Return natural frequencies on the mounts, and the greatest velocity of each place by factor."""
+    """Return natural frequencies on the mounts, and the largest velocity of each place by factor."""
     names = [place.name for place in mounts.responses[0].places if not place.name.startswith("mount ")]
     rows: list[Sequence[str]] = [("On its mounts, greatest RMS velocity", *names)]
     for each in mounts.responses:

@@ -158,7 +158,7 @@ def forces(
 def _mounted(
     case: Request, as_file: Engine, factors: Sequence[float], reference_mm: float
 ) -> MountedAnalysis:
-    """Return the engine on its mounts, by factor; with its balance shafts, and gas where it has a cycle."""
+    """Return the engine on its mounts, by factor; with its balance shafts, and gas if it has a cycle."""
     from autobalance.engines.mounts.mounted_engine import Torque, analysed, inertia_torque
 
     held = case.job.table(Mounts)

@@ -70,7 +70,7 @@ TABLES = AddonTables((MOUNTS, MOUNT), _made, needs=("balance",))
 
 
 def mounts_of(values: Values | None, listed: list[Values], top_rad_s: float) -> Mounts | None:
-    """Return the engine on its mounts; None where the job has none.
+    """Return the engine on its mounts; None if the job has none.
 
     Raises
     ------

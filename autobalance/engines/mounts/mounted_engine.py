@@ -50,7 +50,7 @@ class MountedResponse:
 class MountedAnalysis:
     """Natural frequencies and shapes, responses by factor, and the best factor for each named place.
 
-    That is the one of the least greatest velocity. ``shape_unknowns`` name the motion of the centre of mass
+    That is the one of the least largest velocity. ``shape_unknowns`` name the motion of the centre of mass
     in each of ``shapes``.
     """
 

@@ -63,7 +63,7 @@ class MountedEngine:
     def modes(self) -> tuple[Array, Array]:
         """Return undamped natural frequencies (6,) [rad/s], ascending, and shapes (6, 6), columns.
 
-        A shape's greatest motion is 1: mm, or turns over the radius of gyration.
+        A shape's largest motion is 1: mm, or turns over the radius of gyration.
         """
         from scipy.linalg import eigh
 

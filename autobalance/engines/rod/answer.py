@@ -89,7 +89,7 @@ class RodMeasures:
 
 @record
 class RodCouple:
-    """The greatest couple that two masses miss at a stroke and a speed."""
+    """The largest couple that two masses miss at a stroke and a speed."""
 
     stroke_mm: Positive
     speed_rpm: Positive

@@ -62,7 +62,7 @@ def rod(
     file : path
         Connecting rod's solid.
     unit : {"mm", "cm", "m", "inch"} or None
-        Unit of length of the file, where its format carries none; None: the format's, required where it has
+        Unit of length of the file, if its format carries none; None: the format's, required if it has
         none.
     density_kg_m3 : float
         Density [kg/m³].
@@ -72,7 +72,7 @@ def rod(
         Body to measure where the file holds several: its number, its name, or all. As in ``[crankshaft]`` of
         a job; "all" for a rod with its cap and bolts.
     stroke_mm : float or None
-        Stroke [mm]; with the speed, the greatest couple that two masses miss is computed.
+        Stroke [mm]; with the speed, the largest couple that two masses miss is computed.
     speed_rpm : float or None
         Crank speed [rpm], with the stroke.
 
@@ -137,7 +137,7 @@ def _input(path: Path, measured: MeasuredRod) -> RodFile:
 
 
 def _couple(measured: MeasuredRod, stroke_mm: float | None, speed_rpm: float | None) -> RodCouple | None:
-    """Return the greatest couple that the rod's two masses miss at a stroke and a speed."""
+    """Return the largest couple that the rod's two masses miss at a stroke and a speed."""
     if stroke_mm is None or speed_rpm is None:
         return None
     try:

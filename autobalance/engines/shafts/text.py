@@ -76,7 +76,7 @@ def _order(orders: Sequence[RollAmplitude], number: int) -> float:
 
 
 def _where(shaft: Shaft, units: DisplayUnits) -> str:
-    """Return the place of a shaft: along the axis, and beside it where it does not stand on it."""
+    """Return the place of a shaft: along the axis, and beside it where it does not be on it."""
     along = f"z {units.of_length(shaft.z_mm)}"
     x, y = shaft.place_mm
     return along if x == y == 0.0 else f"{along}, x {units.of_length(x)}, y {units.of_length(y)}"

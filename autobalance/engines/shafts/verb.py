@@ -169,7 +169,7 @@ def _proposals(
 ) -> list[Proposal]:
     """Return shafts for what is left of orders 1 and 2, force and couple, where more than rounding is.
 
-    Shafts against a force stand where they leave least of its moment; what is left then is a couple.
+    Shafts against a force are where they leaves the least of its moment; what is left then is a couple.
     """
     products = [each.reciprocating_g * each.slider_crank.crank_radius_mm for each in engine.cylinders]
     least = LEAST_DIRECTION * centrifugal_force_n(sum(products), speed)
@@ -231,7 +231,7 @@ def _roll_orders(engine: Engine, shafts: Sequence[BalanceShaft], speed: float) -
 
 
 def _roll_left(engine: Engine, shafts: list[BalanceShaft], speed: float) -> float:
-    """Return the greatest roll of pistons, rods and shafts together, the torque's reaction left out [N·m]."""
+    """Return the largest roll of pistons, rods and shafts together, the torque's reaction left out [N·m]."""
     angle = whole_turn(ROLL_ANGLES)
     roll = momentum_roll_n_m(engine, angle, speed) + roll_moment_n_m(shafts, angle, speed)
     return float(abs(roll).max())

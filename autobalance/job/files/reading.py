@@ -45,7 +45,7 @@ class ReadPlane:
 
 @dataclass(frozen=True, eq=False)
 class MachineReading:
-    """A reading file; ``before`` is empty where nothing was read before the cuts."""
+    """A reading file; ``before`` is empty if nothing was read before the cuts."""
 
     values: Values
     serial: str | None

@@ -1,4 +1,4 @@
-"""A job in mm, g, s and rad; tables that few jobs hold stand in separate modules."""
+"""A job in mm, g, s and rad; tables that few jobs hold are in separate modules."""
 
 from autobalance.job.model.engine import (
     Attached,

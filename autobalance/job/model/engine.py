@@ -24,7 +24,7 @@ Sampling = Literal["random", "latin_hypercube"]
 class Crankshaft:
     """The file and what has to be known to read it as a crank.
 
-    ``file`` is None where the crank is given as an object; ``unit`` is None where the format carries its
+    ``file`` is None where the crank is given as an object; ``unit`` is None if the format carries its
     own; ``body`` picks one of several solids, from 1, or by its name where the format has names;
     ``density_pm_g_mm3`` is by how much the density may be off, None where the job does not say;
     ``scan_accuracy_mm`` is the scanner's, likewise; ``readings`` are what a shop measured of it,
@@ -45,7 +45,7 @@ class Crankshaft:
 
     @property
     def weighed(self) -> Crankshaft:
-        """The file whose mass and unbalance count: the scan where there is one, else this one."""
+        """The file whose mass and unbalance count: the scan if there is one, else this one."""
         return self if self.scan is None else self.scan
 
     def weighed_with(self, **changes: Any) -> Crankshaft:

@@ -10,7 +10,7 @@ from autobalance.units import G_MM2_PER_KG_MM2
 
 
 def suggestions_text(suggestions: Suggestions | None) -> str:
-    """Return the suggestions of a report; empty where it has none."""
+    """Return the suggestions of a report; empty if it has none."""
     if suggestions is None:
         return ""
     targets = suggestions.wanted

@@ -59,11 +59,11 @@ def page(
     report : mapping
         The report as written to JSON.
     body : Mesh
-        The crank as it is now (corrected, or untouched where nothing was cut), file coordinates [mm].
+        The crank as it is now (corrected, or untouched if nothing was cut), file coordinates [mm].
     pieces : sequence of Piece
         The metal that was removed.
     still : bytes or None
-        A PNG of the crank: for paper, and where the browser has no WebGL.
+        A PNG of the crank: for paper, and if the browser has no WebGL.
     view_note : str or None
         What to say of the view: that it was decimated.
     units : {"metric", "inch"}

@@ -47,7 +47,7 @@ def surface_image(crank: Crank, held: AgainstDrawing | None = None) -> Image | N
 
 
 def deviation_image(placed: Mesh, distances_mm: Array) -> Image:
-    """Return a picture of a crank in the rotor frame; its vertices' distances (n,) are NaN where nothing is known."""
+    """Return a picture of a crank in the rotor frame; distances of vertices (n,) are NaN where unknown."""
     known = np.abs(distances_mm[~np.isnan(distances_mm)])
     reach = 1e3 * float(np.quantile(known, SCALE_QUANTILE)) if len(known) else 0.0
     most_um = next((um for um in ROUND_UM if um >= reach), ROUND_UM[-1])

@@ -35,7 +35,7 @@ def placed(
     picture : (float, float)
         Width and height [pixels].
     away : float
-        Least distance of a label's middle from its mark; 0: on it where there is room.
+        Smallest distance of a label's middle from its mark; 0: on it if there is room.
     """
     boxes: list[Box] = []
     places_of_labels = []

@@ -20,7 +20,7 @@ SHALLOW, DEEP = (0.97, 0.78, 0.40), (0.86, 0.33, 0.09)
 LIFT_SHARE = 2e-4
 """Distance of coloured surfaces from the metal beneath, towards the eye, as a share of its size."""
 DISC, BESIDE = 14.0, 34.0
-"""Radius of the disc around a number, and least distance of its centre from its mark [pixels]."""
+"""Radius of the disc around a number, and smallest distance of its centre from its mark [pixels]."""
 NUMBERED_PIXELS = 60
 """Pixels of a coloured surface above which it is numbered."""
 

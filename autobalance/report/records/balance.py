@@ -31,7 +31,7 @@ PLANES: tuple[Literal["A", "B"], ...] = ("A", "B")
 
 @record
 class ReasonQuantity:
-    """Numbers of one unit in a text: where they stand, and how metric text writes them."""
+    """Numbers of one unit in a text: where they are, and how metric text writes them."""
 
     pattern: str
     values: Sequence[float]
@@ -107,7 +107,7 @@ class Engine:
 
 @record
 class BalanceFactor:
-    """Before, wanted, after; null where the crank has none."""
+    """Before, wanted, after; null if the crank has none."""
 
     initial: float | None
     target: Share

@@ -14,7 +14,7 @@ from autobalance.rigid_rotor.margin import Judged
 
 @record
 class WorstPlace:
-    """The judged value with the greatest share of its permissible value."""
+    """The judged value with the largest share of its permissible value."""
 
     place: str
     g_mm: NotNegative

@@ -75,7 +75,7 @@ class Axis:
 
 @record
 class Journal:
-    """A main journal; of a scanned one also standard errors (``pm``), and how it stands off the fit.
+    """A main journal; of a scanned one also standard errors (``pm``), and how it is off the fit.
 
     It runs out where the journals are not coaxial, or were scanned.
     """

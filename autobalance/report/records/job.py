@@ -107,7 +107,7 @@ class JobBalance(TypedDict):
 
 @open_keys
 class JobCorrection(TypedDict):
-    """Kinds of correction and their preference; each kind's own table stands beside these."""
+    """Kinds of correction and their preference; each kind's own table is next to these."""
 
     method: Annotated[list[str], Size(1)]
     depth_tolerance_mm: NotRequired[NotNegative | None]

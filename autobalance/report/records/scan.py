@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @record
 class ScannedShaft:
-    """A scanned shaft: standard errors (``pm``), and how its surface stands off the fit."""
+    """A scanned shaft: standard errors (``pm``), and how its surface is off the fit."""
 
     centre_pm_mm: Triple
     diameter_pm_mm: NotNegative
@@ -49,7 +49,7 @@ class ScannedThrow:
 
 @record
 class ScannedOutline:
-    """Standard errors of a scanned counterweight, and how its rim stands off the fitted one."""
+    """Standard errors of a scanned counterweight, and how its rim is off the fitted one."""
 
     rim_radius_pm_mm: NotNegative
     rms_mm: NotNegative

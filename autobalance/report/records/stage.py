@@ -185,7 +185,7 @@ class AssemblyStage:
     def of(
         cls, number: int, stage: staged_assembly.AssemblyStage, places_mm: tuple[float, float] | None
     ) -> Self:
-        """Return a stage, numbered from 1; the crank's sum stands in two planes too."""
+        """Return a stage, numbered from 1; the crank's sum is in two planes too."""
         part = stage.part
         total = rigid_rotor.Unbalance(_xy(stage.sum_g_mm), _xy(stage.sum_moment_g_mm2))
         return cls(

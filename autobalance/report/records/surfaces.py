@@ -28,7 +28,7 @@ SURFACES = ("plane", "cylinder", "cone", "sphere", "torus")
 
 @record
 class NamedFace:
-    """A face that a correction names; of a scanned one also how it stands off its fitted plane."""
+    """A face that a correction names; of a scanned one also how it is off its fitted plane."""
 
     id: str
     kind: Literal["plane", "cylinder"]

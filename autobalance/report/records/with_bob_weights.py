@@ -44,7 +44,7 @@ class WithBobWeights:
 
     @classmethod
     def of(cls, sections: section_rows.SectionTable) -> Self | None:
-        """Return the unbalance of a crank with all parts on it; None where no tolerance judges it."""
+        """Return the unbalance of a crank with all parts on it; None if no tolerance judges it."""
         tolerance, total = sections.tolerance, sections.unbalance
         if tolerance is None:
             return None

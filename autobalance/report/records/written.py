@@ -60,7 +60,7 @@ RULES: list[Values] = [
 def written_schema() -> Values:
     """Return the JSON Schema (draft 2020-12) of reports, from the records.
 
-    The kinds of correction in it are those that are there.
+    The kinds of correction in it are those that exist.
     """
     schema = schema_of(Report, REPORT_HEAD, RULES)
     method = schema["$defs"]["job_correction"]["properties"]["method"]

@@ -61,7 +61,7 @@ def read(path: str | Path, sample_rate_hz: float | None = None) -> Record:
 
 
 def agreed_rate(file: str, told_hz: float | None, asked_hz: float | None) -> float:
-    """Return a file's own sample rate, or the user's where it has none.
+    """Return a file's own sample rate, or the user's if it has none.
 
     Raises
     ------

@@ -25,12 +25,12 @@ TIME_UNITS = {None: 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e
 ANGLE_UNITS = {"deg": 1.0, "°": 1.0, "rad": 180.0 / np.pi}
 LEAST_STEP_S, MOST_STEP_S = 1e-12, 1e9
 UNEVEN_SHARE = 0.25
-"""Greatest distance of a sample from its place, in steps, in an even record."""
+"""Largest distance of a sample from its place, in steps, in an even record."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Sheet:
-    """Columns (rows, columns) of numbers, nan where there is none, with their names, units and kinds."""
+    """Columns (rows, columns) of numbers, nan if there is none, with their names, units and kinds."""
 
     headers: list[str]
     units: list[str | None]

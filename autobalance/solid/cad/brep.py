@@ -87,7 +87,7 @@ class ExactSolid:
 
     @property
     def bounds(self) -> Array:
-        """Least and greatest coordinates (2, 3) [mm], with a little room."""
+        """Smallest and largest coordinates (2, 3) [mm], with a little room."""
         return bounds_mm(self._body)
 
     def face_kinds(self) -> dict[str, int]:
@@ -120,7 +120,7 @@ class ExactSolid:
     ) -> tuple[ExactSolid, tuple[Taken | None, ...]]:
         """Return the ``machined`` solid and each removing tool's metal, None where its drawing shows that.
 
-        Metal that stands on a lowered face is sectioned at the first of ``shares`` of the part's diagonal
+        Metal that is on a lowered face is sectioned at the first of ``shares`` of the part's diagonal
         over it that makes a sound cut; see ``clear_shares``.
 
         Raises

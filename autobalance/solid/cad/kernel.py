@@ -20,7 +20,7 @@ from autobalance.solid.cad.installed import (
 )
 
 MOST_MM: Final = 1e7
-"""Greatest distance from the origin, 10 km: on files beyond it the kernel computes without end."""
+"""Largest distance from the origin, 10 km: on files beyond it the kernel computes without end."""
 VOLUME_TOLERANCE = 1e-10
 """Relative error of each face's share of the volume; in its default order the kernel is off by 1e-5
 of a hole that enters a round rim."""

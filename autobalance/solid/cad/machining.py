@@ -28,7 +28,7 @@ from autobalance.solid.csg.tool import Drilling, Lowering, Raising, Tool
 from autobalance.types import Array
 
 CLEAR_SHARES = (1e-7, 1e-6, 1e-5, 1e-4)
-"""Heights over a face at which the metal that stands on it is sectioned, as shares of the part's diagonal:
+"""Heights over a face at which the metal that is on it is sectioned, as shares of the part's diagonal:
 higher where the kernel cannot make a sound cut of the first."""
 AS_DRAWN = 1e-6
 """Largest share at which cuts are as planned: a fillet's foot is a hundredth of a millimetre wider."""
@@ -129,13 +129,13 @@ def _seamless(result: Any, before: Any) -> Any:
 
 
 def clear_shares(removed: Sequence[Tool], shares: Sequence[float] | None = None) -> Sequence[float]:
-    """Return the shares to try, else `CLEAR_SHARES`: one where no tool lowers a face, as all are alike."""
+    """Return the shares to try, else `CLEAR_SHARES`: one if no tool lowers a face, as all are alike."""
     shares = CLEAR_SHARES if shares is None else shares
     return shares if any(isinstance(tool, Lowering) for tool in removed) else shares[:1]
 
 
 def tool_shape(tool: Tool, body: Any, clear_mm: float) -> Any:
-    """Return the kernel's body of a tool; metal that stands on a face is sectioned ``clear_mm`` over it."""
+    """Return the kernel's body of a tool; metal that is on a face is sectioned ``clear_mm`` over it."""
     if isinstance(tool, Lowering):
         return _lowering(tool, body, clear_mm)
     if isinstance(tool, Raising):
@@ -176,7 +176,7 @@ def _in_hole(tool: Drilling, face: CylinderFace) -> Drilling | None:
 
 
 def _lowering(tool: Lowering, body: Any, clear_mm: float) -> Any:
-    """Return the prism over the new plane, without the metal that stands on the old one."""
+    """Return the prism over the new plane, without the metal that is on the old one."""
     top = tool.face_mm + clear_mm
     room = moved(built(Prism(tool.outline, tool.low_mm, top)), tool.placement)
     keep = [moved(built(spared), tool.placement) for spared in tool.spared]
@@ -196,7 +196,7 @@ def _lowering(tool: Lowering, body: Any, clear_mm: float) -> Any:
 def _outlines(footprint: Any, seed: Array) -> tuple[Any, list[Any]]:
     """Return a plane face with its holes filled, and the holes, as faces, that contain a point (3,).
 
-    The cut goes into those; all other holes are drillings in the metal that stands on the face.
+    The cut goes into those; all other holes are drillings in the metal that is on the face.
     """
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace

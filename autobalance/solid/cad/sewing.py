@@ -26,7 +26,7 @@ def bodies_of(shape: Any, what: str) -> tuple[tuple[NamedBody, ...], tuple[str, 
     FormatError
         If it has no face.
     SolidError
-        If its faces do not close, or lie where no crankshaft does.
+        If its faces do not close, or lie if no crankshaft does.
     """
     refuse_odd_shape(shape)
     solids = explored(shape, "SOLID")

@@ -44,11 +44,11 @@ class Gap:
     face : int
         Its number in the solid, from 0.
     distance_mm : float
-        The greatest.
+        The largest.
     area_mm2 : float
         Of the face.
     bounds : (2, 3) float
-        Least and greatest coordinates of the face [mm].
+        Smallest and largest coordinates of the face [mm].
     """
 
     face: int
@@ -132,7 +132,7 @@ def _distances(face: Any, least_mm: float) -> Iterator[tuple[int, float, Array]]
 
 
 def _apart(edge: Any, face: Any) -> tuple[float, Array]:
-    """Return the greatest distance of an edge's curve from its curve on a face's surface, and its place."""
+    """Return the largest distance of an edge's curve from its curve on a face's surface, and its place."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve
 
     curves = BRepAdaptor_Curve(edge), BRepAdaptor_Curve(edge, face)
@@ -236,7 +236,7 @@ def _shell_faults(body: Any) -> Iterator[Any]:
 
 
 def _open_faces(body: Any) -> str:
-    """Return a list of the faces that have an edge without a neighbour; empty where there is none."""
+    """Return a list of the faces that have an edge without a neighbour; empty if there is none."""
     bare = [str(number + 1) for number in faces_without_neighbour(body)]
     more = ", ..." if len(bare) > FAULTS_SHOWN else ""
     return f" beside face {', '.join(bare[:FAULTS_SHOWN])}{more}" if bare else ""

@@ -24,7 +24,7 @@ TIME: Final = "2000-01-01T00:00:00"
 
 
 def read_step_file(data: bytes) -> CadFile:
-    """Read the solids of a STEP file; where it has none, its surfaces are sewn.
+    """Read the solids of a STEP file; if it has none, its surfaces are sewn.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def read_step_file(data: bytes) -> CadFile:
         If the CAD kernel is not installed, or the file is not a STEP file or holds neither solids nor
         surfaces.
     SolidError
-        If its surfaces do not close, or lie where no crankshaft does.
+        If its surfaces do not close, or lie if no crankshaft does.
     """
     require_kernel("STEP")
     if b"ISO-10303-21" not in data[:256]:

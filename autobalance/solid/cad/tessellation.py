@@ -12,9 +12,9 @@ from autobalance.solid.cad.surface import CylinderFace, PlaneFace, Surface
 from autobalance.types import Array, Indices
 
 SAG_SHARE: Final = 2e-5
-"""Greatest distance of a triangle from the true surface, as a share of the diagonal."""
+"""Largest distance of a triangle from the true surface, as a share of the diagonal."""
 TURN_RAD: Final = 0.1
-"""Greatest angle between neighbouring triangles on one surface."""
+"""Largest angle between neighbouring triangles on one surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class Facets:
 
 
 def bounds_mm(body: Any) -> Array:
-    """Return least and greatest coordinates (2, 3) of a body [mm], with a little room."""
+    """Return smallest and largest coordinates (2, 3) of a body [mm], with a little room."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
 
@@ -49,7 +49,7 @@ def bounds_mm(body: Any) -> Array:
 
 @dataclass(frozen=True)
 class Fineness:
-    """Greatest distance of a triangle from the surface as a share of the diagonal, and angle between two."""
+    """Largest distance of a triangle from the surface as a share of the diagonal, and angle between two."""
 
     sag_share: float
     turn_rad: float
@@ -60,7 +60,7 @@ class Fineness:
 
 
 def tessellate(body: Any, fineness: Fineness | None = None) -> None:
-    """Let the kernel put triangles on a body's faces, where they have none that are as fine."""
+    """Let the kernel put triangles on a body's faces, if they have none that are as fine."""
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
 
     fineness = fineness or Fineness.usual()

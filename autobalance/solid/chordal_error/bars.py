@@ -39,7 +39,7 @@ many lines at least. The webs' arcs of four chords, at 48 segments: their 4 % wa
 whose throws cancel. Of three chords, alike on both sides of a plane through the axis, one distance is free,
 and none is left over that would show that it is no arc."""
 LEAST_SINE = 0.02
-"""Least sine of the angle between two surfaces at a seam: closer to one plane they are tangent, with one sag,
+"""Smallest sine of the angle between two surfaces at a seam: below it they are tangent, with one sag,
 and its rounding over the sine would have no bound."""
 SAME_PROFILE = 1e-3
 """Corners of a profile closer than this share of its size are one point of it."""
@@ -50,8 +50,8 @@ PROFILE_MORE = 1
 FEW_OF_PROFILE = 4
 """Points of a profile up to which an arc through them may be an accident: so is that of a chamfered rim."""
 TANGENT_SHARE = 0.35
-"""Angle between a surface and the face beside it up to which it goes on from that, as a share of the greatest
-between its own facets: it is none where an arc ends as it was drawn, and half where there is no arc."""
+"""Angle between a surface and the face beside it up to which it goes on from that, as a share of the largest
+between its own facets: it is none where an arc ends as it was drawn, and half if there is no arc."""
 PLANE_SHARE = 2e-3
 """Angle of a face to a sure cylinder beside it up to which it is a plane that goes over into that, as a share
 of its angle to the next face: it is half of a chord of an arc, a sixth of one of a clothoid. Flanks of two
@@ -62,8 +62,8 @@ EITHER_SHARE = 1.05
 NEARLY_TANGENT_RAD = 0.3
 """Angle between two surfaces at a seam up to which their wedge is flat, maybe longer than their faces."""
 COARSER = 1.5
-"""What turns by more than so many times the greatest angle between facets of a mesh's surfaces, and would be
-deeper than so many times their greatest sag, is no chord: exporters bound one or the other."""
+"""What turns by more than so many times the largest angle between facets of a mesh's surfaces, and would be
+deeper than so many times their largest sag, is no chord: exporters bound one or the other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +167,7 @@ def accidents(
 
 
 def lean_to_sure(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Array:
-    """Return the angle (count,) of each face to a sure cylinder beside it; infinite where there is none.
+    """Return the angle (count,) of each face to a sure cylinder beside it; infinite if there is none.
 
     A plane that goes over into an arc does so to rounding. A chord leans to what its curve goes over into by
     half of what it turns.
@@ -186,7 +186,7 @@ def lean_to_sure(look: Look, surfaces: list[Revolved], surface_of: Indices) -> A
 
 
 def _angles(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Array:
-    """Return the greatest angle between two facets of each surface (k,)."""
+    """Return the largest angle between two facets of each surface (k,)."""
     low, high = look.meetings.low, look.meetings.high
     within = (surface_of[low] >= 0) & (surface_of[low] == surface_of[high])
     angles = np.zeros(len(surfaces))

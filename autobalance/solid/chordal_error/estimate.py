@@ -60,7 +60,7 @@ class ChordalError:
     gross_mass_g, gross_unbalance_g_mm : float
         Sums of the magnitudes of the contributions, which partly cancel.
     sag_mm : float
-        Greatest distance of a facet from its fitted surface.
+        Largest distance of a facet from its fitted surface.
     surfaces : int
         Number of surfaces fitted.
     bar_at_mm : (float, float)
@@ -144,7 +144,7 @@ def estimate_chordal_error(mesh: Mesh, density_g_mm3: float, frame: Array | None
     Returns
     -------
     ChordalError
-        Zero where nothing is curved.
+        Zero if nothing is curved.
     """
     return chordal_error_of(look_at(mesh if frame is None else mesh.moved(frame)), density_g_mm3)
 
@@ -209,7 +209,7 @@ def _lenses(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
 
 
 def _extent_mm(corners: Array) -> float:
-    """Return the greatest extent of a triangle (m, 3, 3) along x or y."""
+    """Return the largest extent of a triangle (m, 3, 3) along x or y."""
     sides = corners[:, :, :2] - corners[:, (1, 2, 0), :2]
     return float(np.abs(sides).max(initial=0.0))
 

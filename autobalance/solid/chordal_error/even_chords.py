@@ -44,7 +44,7 @@ LENS_DEPTH = 0.6
 BY_ANGLE = 0.025
 """Error bar of a chord by the square of its angle, 4e-4 of fillets of 13 rows, where 2e-4 is seen."""
 BY_TAPER = 1.0
-"""Error bar of a chord by its greatest angle times its taper; 0.4 is seen of fillets of 5 to 13 rows."""
+"""Error bar of a chord by its largest angle times its taper; 0.4 is seen of fillets of 5 to 13 rows."""
 ROUNDED_STEPS = 2.0
 """Steps of single precision that the turn between two chords may be off by over one's width."""
 ONE_WAY_SHARE = 0.05
@@ -231,7 +231,7 @@ def _even_lenses(look: Look, sides: _Sides, tapered: Array) -> Lenses:
 
 
 def _steepest(count: int, sides: _Sides) -> Array:
-    """Return the greatest angle (count,) at each face."""
+    """Return the largest angle (count,) at each face."""
     steepest = np.zeros(count)
     for face in sides.faces:
         np.maximum.at(steepest, face, np.abs(sides.chords.turns.angle_rad))
@@ -277,7 +277,7 @@ def _tapers(look: Look) -> Array:
 
 
 def _regular(sides: _Sides, tapered: Array) -> Flags:
-    """Mark the faces (count,) of which both sides tell alike, but for the squares of a trapezium's lengths.
+    """Mark the faces (count,) whose two sides agree, except for the squares of a trapezium's lengths.
 
     Five rows of a fillet of 4 mm on a journal of 12 mm, a tenth longer each, were taken for chamfers.
     """
@@ -298,7 +298,7 @@ def _coarse(sides: _Sides, tapered: Array) -> Flags:
 def _shares(look: Look, sides: _Sides, tapered: Array) -> Array:
     """Return the error bars of faces (count,) as shares.
 
-    What both sides know differently counts, but for what roundings make and what a trapezium's lengths do.
+    What both sides know differently counts, except for what roundings make and what a trapezium's lengths do.
     """
     count, chords = look.count, sides.chords
     whole = np.where(sides.whole > 0.0, sides.whole, 1.0)

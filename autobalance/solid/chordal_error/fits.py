@@ -59,7 +59,7 @@ class Sets:
         return self.sums(values) / sizes
 
     def most(self, values: Array) -> Array:
-        """Return the greatest (k, ...) of values (count, ...)."""
+        """Return the largest (k, ...) of values (count, ...)."""
         greatest: Array = np.maximum.reduceat(values, self.starts, axis=0)
         return greatest
 

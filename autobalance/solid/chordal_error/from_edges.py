@@ -73,7 +73,7 @@ def _ongoing(look: Look, turns: Turns, even: EvenChords, around: Flags) -> Flags
     """Mark the edges (n,) at which either facet goes on turning, at a side where the next is about as wide.
 
     Only those between uneven chords are looked at. Blunt edges between planes do not go on, also where these
-    end in the narrow chords of an arc: two at 12° told of 4 g that are not there.
+    end in the narrow chords of an arc: two at 12° told of 4 g that are missing.
     """
     left = ~even.coarse
     left[even.rows] = False
@@ -111,7 +111,7 @@ def _alone(look: Look, ongoing: Flags) -> Flags:
 
 
 def _sag_mm(look: Look, known: Flags) -> float:
-    """Return the greatest height w δ / 8 over a chord, from the lesser area L w and the hidden volume."""
+    """Return the largest height w δ / 8 over a chord, from the lesser area L w and the hidden volume."""
     meet, across = look.meetings, look.broad_mm2
     area = np.minimum(across.take(meet.low), across.take(meet.high))
     sag = 1.5 * meet.hidden_mm3 / np.where(area > 0.0, area, 1.0)

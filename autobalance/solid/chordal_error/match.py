@@ -14,7 +14,7 @@ from autobalance.types import Array, Floats, Indices
 SAME_PLANE = 4e-6
 """Distance of corners from a facet's plane, as a share of the part's reach: roundings of float32."""
 SAME_WAY = 5e-3
-"""Greatest lean of a triangle against its facet [rad]; thin ones that lean more hide nothing."""
+"""Largest lean of a triangle against its facet [rad]; thin ones that lean more hide nothing."""
 LOOKED_AT = 4
 """Facets of nearly one plane that are compared with a triangle."""
 

@@ -19,7 +19,7 @@ ON_TUBE, LONGEST = 3e-4, 2.0
 size at most: any few points lie roughly on some arc, and those of a tapered nose with a keyway on one of two
 metres."""
 MAX_ASIDE_RAD = 0.2
-"""Greatest angle of a facet's direction to the half-plane through its middle and the axis [rad]."""
+"""Largest angle of a facet's direction to the half-plane through its middle and the axis [rad]."""
 MAX_AXIAL_SHARE = 0.01
 """Share of a facet's direction along the axis, at most, of a possible cylinder about it."""
 IDLE_AXES = 8
@@ -27,7 +27,7 @@ IDLE_AXES = 8
 AXES_MOST = 40
 """Axes tried for cones and tori, those of the largest cylinders."""
 OUTER_ROUNDS, OUTER_SPREAD = 3, 3.0
-"""Times that a line is fitted anew to the points not farther in than so many times their median distance."""
+"""Times that a line is fitted again to the points not farther in than so many times their median distance."""
 OUTER_LEAST = 0.9
 """Share of the points that must lie on such a line: of a barrel's three to ten rings two lie on one, too."""
 

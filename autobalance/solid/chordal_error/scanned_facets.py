@@ -62,7 +62,7 @@ class ScannedFacets:
         return Moments(float(mass.sum()), mass @ places, (places * mass[:, None]).T @ places)
 
     def left(self, vertices: Array, *, from_file: bool = False) -> ScannedFacets:
-        """Return the facets whose vertices still stand among those (k, 3) of the cut solid.
+        """Return the facets whose vertices still are among those (k, 3) of the cut solid.
 
         Vertices of a solid just cut are the same to the bit, those of one read ``from_file`` rounded.
         """

@@ -1,7 +1,7 @@
 """Cylinders, cones and tori from a few facets at a time: irregular ones, and surfaces that join smoothly.
 
-Corners between smooth facets lie on the true surface but for rounding; a surface through a few of them that
-passes through many others as exactly is not an accident.
+Corners between smooth facets lie on the true surface except for rounding; a surface through a few of them
+that passes through many others as exactly is not an accident.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from autobalance.solid.mesh.components import numbered_components
 from autobalance.types import Array, Flags, Indices
 
 LEAST_FACETS = 6
-"""Least facets of a piece that is tried."""
+"""Smallest facets of a piece that is tried."""
 LEAST_POINTS = 8
 """Corners that a cylinder is fitted to at least; five would make one of any."""
 SEEDS = 10
@@ -188,7 +188,7 @@ def _pieces(look: Look, surface_of: Indices) -> list[Indices]:
 
 
 def _worth(look: Look, pieces: list[Indices], surface_of: Indices) -> list[Indices]:
-    """Return the pieces at which most is at stake, the greatest first."""
+    """Return the pieces at which most is at stake, the largest first."""
     pieces = [piece for piece in pieces if len(piece) >= LEAST_FACETS]
     stake = np.array([float(look.at_stake[piece].sum()) for piece in pieces])
     order = np.argsort(-stake, kind="stable")[:PIECES_MOST]
@@ -271,7 +271,7 @@ def _cylinders(look: Look, points: _Points, tries: _Tries, tight: float) -> dict
 
 
 def _profiles(points: _Points, tries: _Tries, point: Array, axis: Array, tight: float) -> dict[int, Revolved]:
-    """Return the line or the arc through the profile of each seed, where there is one."""
+    """Return the line or the arc through the profile of each seed, if there is one."""
     if len(tries.faces) == 0:
         return {}
     row, corner = points.of(tries.faces)

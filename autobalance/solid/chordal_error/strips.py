@@ -17,7 +17,7 @@ from autobalance.types import Array, Flags, Indices
 MIN_SURE_FACES = 16
 """Faces of a strip from which on its circle is not an accident, even if a few ends lie off it."""
 EQUAL_CIRCLE_SHARE = 0.03
-"""Greatest difference of radius and centre between two chords' circles, as a share of the radius."""
+"""Largest difference of radius and centre between two chords' circles, as a share of the radius."""
 CHORD_RATIO = 0.8, 1.25
 """Sag of a chord over that of its width, for most chords of a strip."""
 MAX_SAG_RATIO = 4.5
@@ -270,7 +270,7 @@ class _Table:
         return away
 
     def depth(self, look: Look, faces: Indices, number: Indices) -> Array:
-        """Return the greatest depth of each face's plane below its cylinder [mm] (k,)."""
+        """Return the largest depth of each face's plane below its cylinder [mm] (k,)."""
         point = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]], 0]]
         height = np.einsum("ij,ij->i", point - self.point[number], look.normal[faces])
         deep: Array = self.radius[number] - np.abs(height)

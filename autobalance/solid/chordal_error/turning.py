@@ -14,7 +14,7 @@ BESIDE_SHARE = 0.3
 """Angle on the other side of a facet, as a share of the least that an arc has there, from which on the facets
 go on turning; beyond a blunt edge between two surfaces of the part there is less, or nothing."""
 FLAT_SHARE = 0.1
-"""Facets that meet at less than this share of their greatest angles are about one, drawn askew."""
+"""Facets that meet at less than this share of their largest angles are about one, drawn askew."""
 AS_WIDE = 4.5
 """Chords of one curve side by side are less than so many times as wide as each other; planes beside the first
 chord of an arc, or beside a chamfer, are wider."""

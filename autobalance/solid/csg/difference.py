@@ -21,7 +21,7 @@ def differences(one: Solid, other: Solid) -> tuple[Solid, Solid]:
 
     Where many planes of both are square to the axes and differ by rounding alone, manifold3d 3.5 may drop a
     wedge of metal between them: one of 926 mm³ lost 56. Then the volumes do not add up, and both solids are
-    taken from each other in another position, where no plane is square to an axis.
+    taken from each other in another position, if no plane is square to an axis.
     """
     more = one.volume_mm3 - other.volume_mm3
     best, least = (one - other, other - one), np.inf
@@ -40,7 +40,7 @@ def common(one: Solid, other: Solid) -> Solid:
 
     A piece of metal that an earlier boolean left may carry films without volume, along which manifold3d 3.5
     drops metal, in any position: of a 617 mm³ strip beside a turned rim, half a millimetre at its end. Then
-    what is shared and what is left do not add up, and it is done again with the piece built anew from its
+    what is shared and what is left do not add up, and it is done again with the piece built again from its
     triangles, then in other positions.
     """
     best, least = Solid.nothing(), np.inf
@@ -54,7 +54,7 @@ def common(one: Solid, other: Solid) -> Solid:
 
 
 def _splits(one: Solid, other: Solid) -> Iterator[tuple[Solid, Solid]]:
-    """Yield the parts of the first solid inside and outside of the second, done anew each time."""
+    """Yield the parts of the first solid inside and outside of the second, done again each time."""
     yield one.split(other)
     anew = one.built_anew() or one
     yield anew.split(other)

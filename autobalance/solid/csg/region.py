@@ -62,7 +62,7 @@ class Region:
 
     @property
     def bounds(self) -> Array:
-        """Least and greatest coordinates (2, 2) [mm]."""
+        """Smallest and largest coordinates (2, 2) [mm]."""
         return np.asarray(self.section.bounds(), dtype=np.float64).reshape(2, 2)
 
     @property
@@ -88,7 +88,7 @@ class Region:
         return Region(self.section.offset(by_mm, m3.JoinType.Round, 2.0, SPREAD_SIDES))
 
     def rounded(self, radius_mm: float, sagitta_mm: float) -> Region:
-        """Return the region with its outward corners rounded, in facets that stand off by ``sagitta_mm``."""
+        """Return the region with its outward corners rounded, in facets that are off by ``sagitta_mm``."""
         step = 2.0 * math.acos(1.0 - min(sagitta_mm / radius_mm, 0.5))
         inner = self.section.offset(-radius_mm, m3.JoinType.Miter)
         segments = max(8, math.ceil(2.0 * math.pi / step))
@@ -100,7 +100,7 @@ class Region:
         return Region.of(polygon[::sense] @ matrix.T for polygon in self.polygons)
 
     def simplified(self, by_mm: float) -> Region:
-        """Return the region without corners that stand off its outline by less than ``by_mm``."""
+        """Return the region without corners that are off its outline by less than ``by_mm``."""
         return Region(self.section.simplify(by_mm))
 
     def contains(self, points_mm: Array) -> NDArray[np.bool_]:

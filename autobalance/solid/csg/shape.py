@@ -47,7 +47,7 @@ class Arc:
     """An arc of a circle, counter-clockwise if ``end_rad`` > ``start_rad``.
 
     ``share`` is the fineness of its division over that of a full circle into ``segments``, and ``least`` the
-    least number of parts: fillets have few.
+    smallest number of parts: fillets have few.
     """
 
     centre: Point
@@ -198,7 +198,7 @@ class Drafted:
 
     @property
     def up(self) -> float:
-        """1 or −1: the sense in which it stands on the face."""
+        """1 or −1: the sense in which it is on the face."""
         return math.copysign(1.0, self.top - self.face)
 
     @property

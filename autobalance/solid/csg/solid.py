@@ -178,7 +178,7 @@ class Solid:
 
     @property
     def bounds(self) -> Array:
-        """Least and greatest coordinates (2, 3) [mm]."""
+        """Smallest and largest coordinates (2, 3) [mm]."""
         if self._built is None:
             return self.mesh.bounds
         return np.asarray(self._built.bounding_box(), dtype=np.float64).reshape(2, 3)

@@ -1,7 +1,7 @@
 """Tools of corrections, which remove or add metal, described exactly; no facets, no kernel.
 
 Most tools are plain shapes. Three depend on the solid that they meet: a face is lowered except under metal
-that stands on it, metal grows on a face within the face's own outline, and a drill follows the hole that it
+that is on it, metal grows on a face within the face's own outline, and a drill follows the hole that it
 finds.
 """
 
@@ -18,10 +18,10 @@ from autobalance.types import Array
 
 @dataclass(frozen=True, eq=False)
 class Lowering:
-    """Metal over a new, lower plane, except under metal that stands on the old one.
+    """Metal over a new, lower plane, except under metal that is on the old one.
 
     ``outline`` is drawn in the axes of ``placement`` (4, 4), whose z is the face's normal, and encloses the
-    metal to remove; ``seed`` is a point of the face there, on the face's side of a ring that stands on it;
+    metal to remove; ``seed`` is a point of the face there, on the face's side of a ring that is on it;
     ``spared``, in the same axes, encloses other metal at those heights, which stays. ``within``, in
     the axes that ``placement`` leads to, is the part of space to which the cut keeps.
     """

@@ -15,7 +15,7 @@ from autobalance.solid.formats.registry import format_of
 
 @dataclass(frozen=True, eq=False)
 class BodySource:
-    """One solid of a file by itself: its number, as ``body`` counts them, and its name where it has one."""
+    """One solid of a file by itself: its number, as ``body`` counts them, and its name if it has one."""
 
     number: int
     name: str

@@ -76,5 +76,5 @@ def _first_and_last(word: bytes) -> tuple[int, int] | None:
 
 
 def _quantile(numbers: Indices) -> int:
-    """Return the least number but for a share of ``MIN_HABIT_SHARE``."""
+    """Return the least number except for a share of ``MIN_HABIT_SHARE``."""
     return int(np.quantile(numbers, MIN_HABIT_SHARE, method="inverted_cdf"))

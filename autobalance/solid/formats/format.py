@@ -20,7 +20,7 @@ Writer = Callable[[Floats, Indices, float], bytes]
 
 @dataclass(frozen=True)
 class Format:
-    """Reader and writer of one kind of file, with its properties; the endings stand in ``table.py``.
+    """Reader and writer of one kind of file, with its properties; the endings are in ``table.py``.
 
     Attributes
     ----------

@@ -28,7 +28,7 @@ class Raw:
     soup : (m, 3, 3) float32 or float64
         Corners in the file's unit, finite; m ≥ 1.
     unit : str or None
-        Name of the unit, where the format carries one.
+        Name of the unit, if the format carries one.
     mm_per_unit : float or None
         Its length [mm].
     vertices : int or None

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from autobalance.solid.cad.surface import Surfaces
 
 FARTHEST_MM = 1e7
-"""Greatest coordinate: ten kilometres leave no digit for a crank, and products would overflow."""
+"""Largest coordinate: ten kilometres leave no digit for a crank, and products would overflow."""
 
 REFUSED_HOLES = OpenHoles()
 """Default treatment of holes: a mesh that is open for more than small plane holes is not a solid."""
@@ -64,7 +64,7 @@ class Source:
     exact : Exact or None
         The solid with its true surfaces, where the format keeps them; ``solid`` is only tessellated then.
     in_memory_file : bytes or None
-        The file that a shape in memory could have come in; None where there is one, or for a mesh.
+        The file that a shape in memory could have come in; None if there is one, or for a mesh.
     step_mm : float
         Between two coordinates that the file can distinguish at its far end, by its digits or its numbers;
         0 where that follows from ``format`` alone.
@@ -115,7 +115,7 @@ def read(
     path : Path
         Its ending names the format.
     unit : str or None
-        mm, cm, m or inch; required where the format carries none, and an error where it carries another.
+        mm, cm, m or inch; required if the format carries none, and an error where it carries another.
     body : int or str or None
         Which body, numbered from 1 by falling volume, or its name where the format has names; "all" unites
         them, overlaps counting once.
@@ -327,7 +327,7 @@ def _format(path: Path) -> tuple[str, Format]:
 
 
 def _mm_per_unit(unit: str | None, carried: float | None, unit_asked: str | None, name: str) -> float:
-    """Return the length of a file's unit [mm]: of the one that it carries, or else of the one asked for."""
+    """Return the length of a file's unit [mm]: of the one that it carries, or else of the one requested."""
     known = ", ".join(MM_PER)
     if unit_asked is not None and unit_asked not in MM_PER:
         raise FormatError(f"the unit '{unit_asked}' is not known; expected one of {known}")

@@ -42,7 +42,7 @@ class Mesh:
 
     @cached_property
     def bounds(self) -> Array:
-        """Least and greatest coordinates (2, 3) [mm]."""
+        """Smallest and largest coordinates (2, 3) [mm]."""
         return np.array([[column.min() for column in self.vertices.T], [c.max() for c in self.vertices.T]])
 
     @property
@@ -254,7 +254,7 @@ MORTON = _every_third_bit(10)
 
 
 def least_and_greatest(values: Numbers, triangles: Indices) -> tuple[Numbers, Numbers]:
-    """Return the least and the greatest (m,) of the values (n,) at each triangle's corners."""
+    """Return the least and the largest (m,) of the values (n,) at each triangle's corners."""
     values = np.ascontiguousarray(values)  # else each take would copy them all
     least, greatest = np.zeros(len(triangles), values.dtype), np.zeros(len(triangles), values.dtype)
     for begin in range(0, len(triangles), CHUNK):

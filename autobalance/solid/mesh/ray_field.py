@@ -38,7 +38,7 @@ class Doubled:
     volume_mm3 : float
         Of it, counted as often as it is too much or too little.
     low_mm, high_mm : (3,) float
-        Least and greatest coordinates of the stretches of rays within it; meaningless without any.
+        Smallest and largest coordinates of the stretches of rays within it; meaningless without any.
     stretches : int
         Number of stretches of rays within it.
     pitch_mm : float
@@ -84,9 +84,9 @@ def doubled_metal(mesh: Mesh, rays: int, axes: Array) -> list[Doubled]:
     ----------
     mesh : Mesh
     rays : int
-        Least number of rays in each field, over the rectangle that the mesh fills as seen along them.
+        Smallest number of rays in each field, over the rectangle that the mesh fills as seen along them.
     axes : (3, 3) float
-        A right-handed frame, in rows: planes stand square to its second axis.
+        A right-handed frame, in rows: planes are square to its second axis.
 
     Returns
     -------
@@ -191,7 +191,7 @@ def _expanded(first: Whole, count: Whole | Levels) -> tuple[Indices, Whole]:
 
 
 def _stretches(plane: Whole, across: Array, along: Array, columns: int, depth: int) -> tuple[Whole, Array]:
-    """Follow rays that stand at whole numbers across, through segments with start and end (2, k).
+    """Follow rays that are at whole numbers across, through segments with start and end (2, k).
 
     Returns
     -------

@@ -19,7 +19,7 @@ CRUMB_VOLUME_SHARE = 1e-12
 
 
 _PARTS: WeakKeyDictionary[Mesh, tuple[Indices, int]] = WeakKeyDictionary()
-"""Parts of meshes without crumbs: their bodies are asked for as soon as they are built."""
+"""Parts of meshes without crumbs: their bodies are requested as soon as they are built."""
 
 
 def parts_at_edges(mesh: Mesh) -> tuple[Indices, int]:

@@ -1,4 +1,4 @@
-"""Recognition of scanned meshes, and their roughness: drawn faces are plane but for rounding."""
+"""Recognition of scanned meshes, and their roughness: drawn faces are plane except for rounding."""
 
 from __future__ import annotations
 

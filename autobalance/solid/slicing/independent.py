@@ -77,7 +77,7 @@ def _sliced(corners: Array) -> tuple[float, Array, Array]:
 
 
 def agreement(one: Moments, other: Moments) -> float:
-    """Return the greatest difference of two sets of moments, as a share of mass times size to the power."""
+    """Return the largest difference of two sets of moments, as a share of mass times size to the power."""
     size = float(np.sqrt(np.trace(one.second_g_mm2) / one.mass_g))
     return max(
         abs(one.mass_g - other.mass_g) / one.mass_g,

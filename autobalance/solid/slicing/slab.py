@@ -49,7 +49,7 @@ class Slab:
 
     @cached_property
     def reach(self) -> tuple[Array, Array]:
-        """Least and greatest z (m,) of each triangle."""
+        """Smallest and largest z (m,) of each triangle."""
         return least_and_greatest(self._axes[2], self.triangles)
 
     @cached_property

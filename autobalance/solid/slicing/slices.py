@@ -63,7 +63,7 @@ def cross_sections(
     -------
     list of k lists of (j, 2) float
         For each height the closed outlines: counter-clockwise around metal, clockwise around holes. Corners
-        stand where the plane meets the mesh's edges.
+        are where the plane meets the mesh's edges.
     """
     spans = spans or Spans.of(vertices, triangles, heights_mm)
     hit = np.flatnonzero(spans.low != spans.high)
@@ -82,7 +82,7 @@ def cross_sections(
 
 
 def thinned(outline: Array, within_mm: float) -> Array:
-    """Return a closed outline (k, 2) without the corners that stand in line with those beside them.
+    """Return a closed outline (k, 2) without the corners that are in line with those beside them.
 
     Of neighbours only one goes at a time, so that the outline moves by ``within_mm`` in a round at most, and
     a curve of many short chords keeps as many as that takes. Rounds end when little more is in line.
@@ -152,7 +152,7 @@ def following_of(start: Indices, end: Indices, station: Indices, count: int) -> 
 
 
 def _cycles(following: Indices) -> list[Indices]:
-    """Return the cycles of a permutation, by their least members."""
+    """Return the cycles of a permutation, by their smallest members."""
     step = following.tolist()
     left = np.ones(len(step), dtype=bool)
     cycles = []

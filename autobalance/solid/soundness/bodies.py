@@ -32,7 +32,7 @@ class Body:
     outside_volume_mm3 : float
         Volume inside that part; negative while it is inside out.
     bounds : (2, 3) float
-        Least and greatest coordinates [mm].
+        Smallest and largest coordinates [mm].
     cavities : tuple of Solid
     """
 

@@ -1,7 +1,7 @@
 """Closing of holes that a scanner left open by the surface around them, or joining of a bore's two ends.
 
 A rim in a plane or a cylinder is closed by that surface, any other by a thin plate through the points around
-it (Duchon 1977). Where the triangles at a rim stand along the hole the scanner looked into something: whether
+it (Duchon 1977). Where the triangles at a rim are along the hole the scanner looked into something: whether
 that is a bore is the user's to state.
 """
 
@@ -25,7 +25,7 @@ from autobalance.types import Array, Indices
 MAX_LISTED_HOLES = 6
 """Holes that a refusal lists."""
 MIN_AREA = 1e-300
-"""Least area, and addition to a length, of triangles so small that it is 0."""
+"""Smallest area, and addition to a length, of triangles so small that it is 0."""
 MAX_RIM_WIDTH_SHARE = 0.4
 """Width of a rim, as a share of the mesh's diagonal, beyond which a part of the crank is missing."""
 FIT_DISTANCE_SHARE = 0.7
@@ -111,7 +111,7 @@ def listed(holes: Sequence[Hole]) -> str:
 
 
 def open_holes_text(mesh: Mesh) -> str:
-    """Return a hint on the holes of an open mesh and their closing; empty where no open edges make a rim."""
+    """Return a hint on the holes of an open mesh and their closing; empty if no open edges make a rim."""
     holes = _holes(mesh)
     if not holes:
         return ""
@@ -192,7 +192,7 @@ def _bores(holes: Sequence[Hole], allowed: OpenHoles) -> list[tuple[Hole, Hole]]
 
 
 def _face_each_other(one: Hole, other: Hole) -> bool:
-    """Return whether the line through both middles stands on both rims, whose widths are alike."""
+    """Return whether the line through both middles is on both rims, whose widths are alike."""
     way = other.centre - one.centre
     length = float(np.linalg.norm(way))
     alike = 0.7 < one.width / other.width < 1.0 / 0.7

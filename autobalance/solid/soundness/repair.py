@@ -33,9 +33,9 @@ MAX_MOVED_SHARE = 1e-4
 """A hole that may be filled unasked changes the volume by at most this share: an exporter's wrongly
 triangulated face was filled, and the volume moved by 2 %."""
 MAX_RIM_DISTANCE_SHARE = 1e-4
-"""Greatest distance of a rim from its plane, as a share of the diagonal ..."""
+"""Largest distance of a rim from its plane, as a share of the diagonal ..."""
 FACET_CORNERS = 4
-"""... where the rim has no more corners than one facet, or holes are filled on request."""
+"""... if the rim has no more corners than one facet, or holes are filled on request."""
 HOLE_MOST = 0.01
 """Area of a hole that may be filled, as a share of the surface."""
 

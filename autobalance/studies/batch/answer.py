@@ -60,6 +60,6 @@ class BatchReport(Head):
 
     @property
     def worst_shares(self) -> list[float]:
-        """Greatest share used of the permissible value, of each row that has a residual."""
+        """Largest share used of the permissible value, of each row that has a residual."""
         shares = [row.numbers.worst_share for row in self.results]
         return [share for share in shares if share is not None]

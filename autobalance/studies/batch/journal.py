@@ -35,7 +35,7 @@ class JournalLine:
 
 
 def made_folder(folder: Path) -> None:
-    """Make a folder where there is none.
+    """Make a folder if there is none.
 
     Raises
     ------

@@ -16,7 +16,7 @@ WIDTH, HEIGHT = 640, 180
 LEFT, BELOW = 44, 36
 MOST_REASONS = 12
 QUARTERS_TO = 3.0
-"""Greatest share used at which the histogram's axis has quarters."""
+"""Largest share used at which the histogram's axis has quarters."""
 NAMES = {
     "mean": "mean of the share used",
     "standard_deviation": "standard deviation",
@@ -51,7 +51,7 @@ def _reasons(report: BatchReport) -> Iterator[Values]:
 
 
 def _histogram(shares: Sequence[float]) -> str:
-    """Return a histogram of the greatest share used as SVG; empty where no row has a residual."""
+    """Return a histogram of the largest share used as SVG; empty if no row has a residual."""
     if not shares:
         return ""
     top = 1.05 * max(1.0, *shares)

@@ -52,7 +52,7 @@ class ArchivedJob:
     searched: Annotated[str, UNWRITTEN]
 
     def holds(self, text: str) -> bool:
-        """Return whether a text stands in the header of the job, whatever its case."""
+        """Return whether a text is in the header of the job, whatever its case."""
         return text.casefold() in self.searched.casefold()
 
 
@@ -147,7 +147,7 @@ def _last_stages(entries: Mapping[str, dict[str, Any]]) -> Iterator[ArchivedJob]
 
 
 def _index_of(folder: Path) -> dict[str, tuple[int, int, dict[str, Any] | None]]:
-    """Return the entries of the index; none where there is no index, or none of ours."""
+    """Return the entries of the index; none if there is no index, or none of ours."""
     path = folder / INDEX
     if not path.is_file():
         return {}
@@ -162,7 +162,7 @@ def _index_of(folder: Path) -> dict[str, tuple[int, int, dict[str, Any] | None]]
 
 
 def _write_index(folder: Path, entries: Mapping[str, tuple[int, int, dict[str, Any] | None]]) -> None:
-    """Write the index anew; a folder that nobody may write to goes without."""
+    """Write the index again; a folder that nobody may write to goes without."""
     path = folder / INDEX
     with suppress(OSError, sqlite3.Error):
         path.unlink(missing_ok=True)

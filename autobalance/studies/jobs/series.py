@@ -24,7 +24,7 @@ class SeriesPlane:
     """A plane over a series: mean and scatter of the cranks as they come and as they go.
 
     The mean before is a vector, what all of them share; the mean after is of the magnitudes left. A scatter
-    is the standard deviation of x and of y, both together. ``capability`` is None where nothing scatters,
+    is the standard deviation of x and of y, both together. ``capability`` is None if nothing scatters,
     the drift of fewer than four cranks.
     """
 

@@ -54,7 +54,7 @@ def jobs(folder: str | Path = ".", *, find: str | None = None) -> JobsResult:
     Raises
     ------
     FileError
-        If the folder is not there.
+        If the folder is missing.
     """
     from autobalance.studies.jobs.answer import JobsReport
     from autobalance.studies.jobs.archive import archive

@@ -28,7 +28,7 @@ Deviations = Mapping[str, Array]
 
 
 def exact_state(plan: Plan, deviations: Deviations) -> Array:
-    """Return the state (4,) of one crank with these deviations, its metal cut and measured anew."""
+    """Return the state (4,) of one crank with these deviations, its metal cut and measured again."""
     change = _cut(plan, deviations) - _cut(plan, {})
     density = plan.job.crankshaft.density_g_mm3
     heavier_by = 0.0

@@ -173,7 +173,7 @@ class LinearModel:
         return states
 
     def used_shares(self, states: Array) -> Array:
-        """Return the greatest of what is judged over its permissible value, of each state (n,)."""
+        """Return the largest of what is judged over its permissible value, of each state (n,)."""
         shares = [np.hypot(states[:, 0], states[:, 1]) / self.tolerance.permissible_g_mm]
         if self.tolerance.judge == "dynamic":
             for magnitude, plane in zip(self.plane_magnitudes(states), self.tolerance.planes, strict=True):

@@ -24,7 +24,7 @@ CURVES = 5
 
 
 def study_plots(report: StudyReport, shares: NDArray[np.float64]) -> dict[str, Plot]:
-    """Return a histogram of the greatest share used (n,), shares of causes, tornado and curves by figure."""
+    """Return a histogram of the largest share used (n,), shares of causes, tornado and curves by figure."""
     drawn = {"study-histogram": _histogram(report, shares)}
     if report.found.contributions:
         drawn["study-causes"] = _causes(report.found)

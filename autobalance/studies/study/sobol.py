@@ -1,6 +1,6 @@
 """Sobol's shares: what each cause makes of the variance of what is judged, which is not linear.
 
-The greatest of magnitudes over their permissible values bends at zero and where another plane takes over, so
+The largest of magnitudes over their permissible values bends at zero and where another plane takes over, so
 the shares of the resultant's variance are not its shares. First-order shares are what a cause makes alone,
 total shares what would be missing without it; what lies between is made together with others.
 
@@ -46,7 +46,7 @@ class SobolShares:
 
 
 def sobol_shares(model: LinearModel, seed: int, count: int = CRANKS) -> SobolShares:
-    """Return Sobol's shares of the greatest share used of what is permitted.
+    """Return Sobol's shares of the largest share used of what is permitted.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ that its job gives again."""
 
 @dataclass(frozen=True, eq=False)
 class StudiedPlan:
-    """A plan, and the digest of the report that it stands in."""
+    """A plan, and the digest of the report that it is in."""
 
     plan: Plan
     report_sha256: str | None = None

@@ -36,7 +36,7 @@ class StudyResult(VerbResult):
     shares : array
         What each of them uses of the permissible value (n,).
     missed : bool
-        Whether the target asked for is not reached, or the plan itself is above tolerance.
+        Whether the target requested is not reached, or the plan itself is above tolerance.
     """
 
     content: StudyReport
@@ -93,7 +93,7 @@ def study(
     seed : int
         Seed of the random numbers: the same seed draws the same cranks.
     target : float or None
-        Least share of cranks within tolerance, above 0 to 1; below it the exit code is 4; None: none is
+        Smallest share of cranks within tolerance, above 0 to 1; below it the exit code is 4; None: none is
         required, and advice is given for 0.95.
     exact : int
         Number of cranks that are also cut and measured, which checks the linear model.

@@ -78,7 +78,7 @@ class BenchReading:
 
 @record
 class BenchComparison:
-    """A measured torque beside the simulated one; None where there is no run of that speed."""
+    """A measured torque beside the simulated one; None if there is no run of that speed."""
 
     case: int | str
     speed_rpm: Positive

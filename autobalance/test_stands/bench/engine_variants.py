@@ -31,9 +31,9 @@ class VariantFigures:
     acceleration_rad_s2 : float
         (gas − friction)/J, means, without load [rad/s²].
     greatest_main_n, mean_main_n : float
-        Greatest and mean magnitude of the mains' loads over the cycle [N].
+        Largest and mean magnitude of the mains' loads over the cycle [N].
     greatest_mains_n : (m,) float
-        Greatest magnitude of each [N].
+        Largest magnitude of each [N].
     torque_mean_n_m, torque_greatest_n_m, torque_least_n_m : float
         Of gas − friction + inertia at the angles of the grid [N·m].
     fluctuation : float or None

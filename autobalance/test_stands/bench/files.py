@@ -1,4 +1,4 @@
-"""The bench rotor as files: STL, STEP where the kernel is there, and a drawing; each solid measured again."""
+"""The bench rotor as files: STL, STEP where the kernel exists, and a drawing; each solid measured again."""
 
 from __future__ import annotations
 

@@ -22,10 +22,10 @@ STEP_PER_TIME_CONSTANT = 0.1
 SHORTEST_DELAY_S = 5e-5
 """Delay below which the torque is extrapolated by its slope, rather than steps made shorter."""
 MOST_STEPS = 200_000
-"""Greatest number of steps of a run; 30 s need 5500 millisecond steps, of some 30 µs each."""
+"""Largest number of steps of a run; 30 s need 5500 millisecond steps, of some 30 µs each."""
 BISECTIONS = 48
 AT_LIMIT = 1e-9
-"""Greatest relative distance of a torque at its limit from the limit."""
+"""Largest relative distance of a torque at its limit from the limit."""
 STANDING_RAD_S = 1e-12
 
 

@@ -77,7 +77,7 @@ class BenchResult(VerbResult):
         return ("\n".join(lines) + "\n").encode()
 
     def files(self) -> Mapping[str, bytes]:
-        """Return the runs as ``bench.csv``, and the rotor's solids and drawing where asked for."""
+        """Return the runs as ``bench.csv``, and the rotor's solids and drawing where requested."""
         return {**({"bench.csv": self.series()} if self.traces else {}), **self.solids}
 
 

@@ -14,7 +14,7 @@ Reading = Annotated[Pair, "amplitude and phase, in the sense in which the file c
 
 @record
 class SplitWeight:
-    """A weight at one of the angles where there are places."""
+    """A weight at one of the angles if there are places."""
 
     angle_deg: Angle
     g_mm: NotNegative

@@ -18,10 +18,10 @@ from autobalance.test_stands.influence.weights_with_sum import Fitted, places_wi
 from autobalance.types import Array, Complex
 
 MAX_BOUND_EXCESS_SHARE = 0.007
-"""Greatest share by which the worst residual may exceed the bound."""
+"""Largest share by which the worst residual may exceed the bound."""
 SOLVER_GAP = 0.003
 NEGLIGIBLE_RESIDUAL_SHARE = 1e-6
-"""Share of the greatest initial reading below which a residual is negligible."""
+"""Share of the largest initial reading below which a residual is negligible."""
 TANGENTS = 24
 """Sides of each circle's first polygon."""
 SECTORS = 24
@@ -89,7 +89,7 @@ class _Program:
 
 @dataclass(frozen=True, eq=False)
 class _Scaled:
-    """The problem with readings scaled to a greatest of 1 and each plane's weights to its influence."""
+    """The problem with readings scaled to a largest of 1 and each plane's weights to its influence."""
 
     rows: Complex
     start: Complex

@@ -213,7 +213,7 @@ def size_g_mm(each: Values, where: str) -> float:
 
 
 LEAST_CHANGE = 1e-6
-"""Of the greatest amplitude: a trial weight that changes less shows nothing."""
+"""Of the largest amplitude: a trial weight that changes less shows nothing."""
 
 
 def _check_changes(initial: Complex, trials: tuple[Trial, ...]) -> None:

@@ -17,7 +17,7 @@ from autobalance.types import Array, Complex
 Goal = Literal["least_squares", "least_worst"]
 
 GAP = {"least_squares": 1e-11, "least_worst": 1e-8}
-"""Distance to the optimum of the sum of squares or the worst, with readings scaled to a greatest of 1."""
+"""Distance to the optimum of the sum of squares or the worst, with readings scaled to a largest of 1."""
 GROWTH = 8.0
 """Factor on the barrier's weight from one centre to the next."""
 NEWTON_STEPS = 60
@@ -55,14 +55,14 @@ def limited_weights(
     reading_weights : (M,) float
         v, importance of each reading.
     limits_g_mm : (N,) float
-        Greatest size of each plane's weight; inf: no limit.
+        Largest size of each plane's weight; inf: no limit.
     goal : str
         ``least_squares``: Σ (v_i |r_i|)²; ``least_worst``: max v_i |r_i|.
 
     Returns
     -------
     (N,) complex
-        Optimal to 1e-8 of the greatest v_i |initial_i| for the worst residual, 1e-11 of its square
+        Optimal to 1e-8 of the largest v_i |initial_i| for the worst residual, 1e-11 of its square
         for the sum.
     """
     free = least_squares(influence, initial, reading_weights)

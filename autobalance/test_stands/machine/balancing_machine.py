@@ -100,7 +100,7 @@ def noisy_readings(
 ) -> list[tuple[complex, ...]]:
     """Return the readings of a machine with errors in each run: (1 + gain) U e^(i angle) + (x + i y).
 
-    Errors are drawn anew from normal distributions for each plane and each run.
+    Errors are drawn again from normal distributions for each plane and each run.
     """
     draws = np.random.default_rng(seed).standard_normal((runs, len(planes), 4))
     gain, angle = noise.gain * draws[:, :, 0], noise.angle_rad * draws[:, :, 1]

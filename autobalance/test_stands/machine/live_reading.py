@@ -75,7 +75,7 @@ class Settling:
     count : int
         Readings that must agree.
     share : float
-        Greatest distance of a reading from the mean, over its magnitude.
+        Largest distance of a reading from the mean, over its magnitude.
     least_g_mm : float
         Lower bound of that distance.
     """

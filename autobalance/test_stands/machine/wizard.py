@@ -1,4 +1,4 @@
-"""``autobalance machine --wizard``: a machine's least residual by three readings and an index test."""
+"""``autobalance machine --wizard``: a machine's smallest residual by three readings and an index test."""
 
 from __future__ import annotations
 
