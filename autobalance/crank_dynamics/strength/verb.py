@@ -84,7 +84,7 @@ def strength(
         Crank speed [rpm]; None: the job's balance.speed_rpm.
     fem : bool
         Bend and twist the metal of the least safe throw by finite elements too (extra fem); of a report the
-        smallest safe one that was cut, before and after. A throw that cannot be meshed is a warning.
+        least safe one that was cut, before and after. A throw that cannot be meshed is a warning.
 
     Returns
     -------

@@ -62,8 +62,8 @@ class FactorAdvice:
     least_transverse : float
         Smallest force across the first cylinder.
     for_mount : float
-        Minimum of the largest force if the mount takes force across the cylinder ``transverse_weight`` times as
-        badly as along it.
+        Minimum of the largest force if the mount takes force across the cylinder ``transverse_weight`` times
+        as badly as along it.
     least_moment : float
         Minimum of the largest moment about the reference, all orders counted.
     least_in_planes : float
