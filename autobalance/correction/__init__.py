@@ -44,7 +44,7 @@ def offer(work: Workpiece, limits: Limits, search_level: int) -> Candidates:
 def remarks(
     corrections: Sequence[Correction], anatomy: Anatomy, methods: Sequence[Limits]
 ) -> tuple[str, ...]:
-    """Return what a person should check of a plan's corrections, one line each."""
+    """Return the checks of a plan's corrections that need a person, one line each."""
     of_kinds = {kind_of(limits).name: limits for limits in methods}
     return tuple(
         line

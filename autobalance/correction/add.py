@@ -38,14 +38,14 @@ from autobalance.solid.csg.tool import Raising, Tool
 from autobalance.types import Array
 
 DEFAULT_MAX_MM = 10.0
-"""Largest height added where the job names none (ours)."""
+"""Largest height added if the job names none (ours)."""
 DEFAULT_CLEARANCE_MM = 2.0
 """Distance kept to the next metal over the face where the job names no ``min_wall_mm`` (ours)."""
 SINK_SHARE = 1e-5
 """Depth in the metal at which an added body starts, as a share of the part's size, so that both unite."""
 
 WITHIN_TOP = 1e-6
-"""Share of the largest height by which sections stay under it: at the end there is none."""
+"""Share of the largest height by which sections stay below it: the end has no section."""
 BESIDE_SINKS = 10.0
 """Overlap of an added body with what is on the face, in sinks; at free edges it keeps one sink inside,
 so that no two surfaces coincide."""
@@ -74,9 +74,9 @@ class AddLimits(FaceLimits):
     crankcase_radius_mm : float or None
         Inner radius of the crankcase about the crank axis; added metal keeps ``min_wall_mm`` from it.
     crankcase_gap_mm : float or None
-        Length of each main journal, from the web on, that is clear of the crankcase; likewise. Not set:
-        metal beside a filleted main journal ends at 24 % of the journal's width, other metal may go on along
-        it, and a note names each journal with the length that has metal beside it.
+        Length of each main journal, from the web on, that is clear of the crankcase; likewise. Not set: metal
+        next to a filleted main journal ends at 24 % of the journal's width, and other metal may continue
+        along it. A note names each journal with the length that has metal next to it.
     """
 
     crankcase_radius_mm: Annotated[float | None, POSITIVE] = None
@@ -90,12 +90,12 @@ class AddLimits(FaceLimits):
 
 @dataclass(frozen=True, eq=False)
 class AddCut(FaceCut):
-    """Metal added on one face, of which only the height is open (a `Cut`).
+    """Metal added on one face; only its height is open (a `Cut`).
 
-    In the face's frame: ``gain`` is the metal gained from ``height_mm`` up to the largest height,
-    ``sunk`` the body that is added, from a little inside the metal. They differ where something is on the
-    face, or beside it, that is wider or narrower farther up; and by a sink where another sector of the face
-    begins, so that the bodies in both grow together: where they only touched, a slit of no width would stay.
+    In the face's frame: ``gain`` is the metal gained from ``height_mm`` up to the largest height; ``sunk`` is
+    the body that is added, from a little inside the metal. They differ where a part on the face or next to it
+    is wider or narrower farther up. They also differ by a sink where another sector of the face begins, so
+    that the bodies in both grow together. If they only touched, a slit of no width would stay.
     """
 
     face: Face
@@ -292,8 +292,9 @@ def _room_inside_mm(places: Array, out: Array, radius_mm: float) -> float:
 
 CIRCLE_SEGMENTS = 96
 MOST_BESIDE = 0.24
-"""Share of a main journal's width along which metal is next to it at each end: with a quarter, the journal
-is within the web to whoever reads the corrected solid; a V8 with 15 mm on its filleted webs was no crank."""
+"""Share of a main journal's width along which metal is next to it at each end. With a quarter, recognition of
+the corrected solid takes the journal as part of the web; a V8 with 15 mm on its filleted webs was no longer
+recognised as a crank."""
 MIN_AXIAL_NORMAL = 0.1
 """Smallest component along the axis of the normal of a face from which metal grows towards rods."""
 

@@ -1,4 +1,4 @@
-"""Pairs of cuts too near to each other, by their envelopes, whatever their kinds.
+"""Pairs of cuts of any method whose envelopes are too close.
 
 Distances are bounded from below, for all pairs at once: too near never counts as far enough.
 """
@@ -19,7 +19,7 @@ from autobalance.types import Array, Indices
 NEAR_MM = 1e-9
 """Shortfall of a distance that counts as rounding."""
 TOUCHING_MM = 0.05
-"""Metal between cuts without a wall of their own, so that each removes its own metal."""
+"""Metal between cuts without a separate wall, so that each removes its own metal."""
 STEPS = 5
 """Halvings of the interval for the depth that two cuts may both have: to 3 % of the deeper one."""
 BAR_STEPS = 16

@@ -17,9 +17,9 @@ from autobalance.types import Array
 Prefer = Literal[
     "simple", "same_setup", "least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"
 ]
-"""Secondary objective among plans that reach the aim; simple: fewest different cuts (of tool and
-depth), then fewest cuts, then the least metal; same_setup: first the tools of earlier stages in their own
-places, then these tools anywhere, then simple."""
+"""Secondary objective among plans that reach the aim. ``simple``: fewest different cuts (of tool and depth),
+then fewest cuts, then the least metal. ``same_setup``: first the tools of earlier stages in their own places,
+then these tools anywhere, then ``simple``."""
 
 
 class Cut(Protocol):
@@ -130,7 +130,7 @@ class SharedDepth:
 
 @dataclass(frozen=True)
 class Apart:
-    """Two cuts of which, where both are made, neither may be deeper than ``most_mm``; below 0: never both."""
+    """Two cuts: if both are made, neither may be deeper than ``most_mm``; below 0: never both."""
 
     first: int
     second: int
@@ -139,7 +139,7 @@ class Apart:
 
 @dataclass(frozen=True)
 class Count:
-    """Cuts of which at most ``most`` may be made; ``limit`` names the rule: ``max_holes = 6 in web 2``."""
+    """Cuts from which at most ``most`` may be made; ``limit`` names the rule: ``max_holes = 6 in web 2``."""
 
     members: tuple[int, ...]
     most: int
@@ -148,7 +148,7 @@ class Count:
 
 @dataclass(frozen=True)
 class Variety:
-    """Groups of cuts of which at most ``most`` may be used: drills, for example; ``limit`` names the rule."""
+    """Groups of cuts from which at most ``most`` may be used, as drills; ``limit`` names the rule."""
 
     groups: tuple[tuple[int, ...], ...]
     most: int
@@ -158,7 +158,7 @@ class Variety:
 def setting_of(cut: Cut) -> str:
     """Return the set-up of a machine for a cut, beside its depth: ``drill 8``.
 
-    Cuts of one setting and depth are alike in the workshop; if they have no ``setting``, all are of one.
+    Cuts of one setting and depth are equal in the workshop; without ``setting``, all have the same one.
     """
     return str(getattr(cut, "setting", type(cut).__name__))
 
@@ -167,11 +167,11 @@ def setting_of(cut: Cut) -> str:
 class Correction:
     """One finished correction, as the report lists it.
 
-    ``change`` is the exact change of the rotor's moments; ``details`` holds what the kind needs to be
-    machined, with JSON values and keys that end in their unit; ``rate`` is the change by one more millimetre
-    of depth (the loop fills it in where the kind does not). ``axis`` (3,) is the tool's direction, rotor
-    frame: into the metal for holes, pockets and lowered faces, +z for rims, outward for added metal;
-    ``tool_volume_mm3`` is the volume of the tool's body, air included.
+    ``change`` is the exact change of the rotor's moments. ``details`` holds the data for machining, with JSON
+    values and keys that end in their unit. ``rate`` is the change by one more millimetre of depth (the loop
+    fills it in if the method does not). ``axis`` (3,) is the tool's direction, rotor frame: into the metal
+    for holes, pockets and lowered faces, +z for rims, outward for added metal. ``tool_volume_mm3`` is the
+    volume of the tool's body, air included.
     """
 
     kind: str

@@ -176,7 +176,7 @@ class Drill(HoleKind[DrillLimits]):
         return None
 
     def why_not_kept(self, work: Workpiece, limits: DrillLimits, item: Item) -> str | None:
-        """Return the limit that a listed hole misses on this crank, and by how much."""
+        """Return the limit that a listed hole misses on this crank, and the amount."""
         diameter = float(item["diameter_mm"])
         if not any(abs(size - diameter) < SAME_MM for size in limits.at_hand_mm):
             return f"its drill of {diameter:g} mm is none of drill.diameters_mm or drill.series"
@@ -224,7 +224,7 @@ class Drill(HoleKind[DrillLimits]):
         )
 
     def _every(self, work: Workpiece, limits: DrillLimits, search_level: int) -> list[DrillCut]:
-        """Return the holes of a job's drills; where it names none, of those that suit and fit."""
+        """Return the holes of a job's drills; without drills, those of the series that suit and fit."""
 
         def holes(sizes_mm: Sequence[float]) -> list[DrillCut]:
             heavy = partial(heavy_vector, work.heavy_at)
@@ -384,7 +384,7 @@ def _largest(fits: Callable[[DrillLimits], bool], limits: DrillLimits) -> str:
 
 
 SAME_WALL_MM = 2e-3
-"""Wall that a listed hole may miss at its own place: those of a plan are used up to the accuracy of walls and
+"""Wall that a listed hole may miss at its own place. Holes of a plan are used up to the accuracy of walls and
 of the rim's middle, which moves by that with the facets of another file of the same crank."""
 SAME_POINT = 0.03
 """Difference of two points' lengths, in radii, up to which a drill goes on with all of an old bottom."""

@@ -43,7 +43,7 @@ class Envelope:
 
 
 def bar(start_mm: Array, end_mm: Array, per_mm: Array, radius_mm: float) -> Envelope:
-    """Return the envelope of a round bar between two points, of which the second moves with the depth."""
+    """Return the envelope of a round bar between two points; the second moves with the depth."""
     return Envelope(
         np.stack([start_mm, end_mm])[None], np.stack([0.0 * per_mm, per_mm])[None], np.array([radius_mm])
     )

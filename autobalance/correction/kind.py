@@ -142,7 +142,7 @@ class Kind(ABC, Generic[L]):
     adds_metal : bool
         Whether its cuts put metal on instead of taking it.
     has_axis : bool
-        Whether each of its cuts has a place and an axis of its own, as holes have.
+        Whether each of its cuts has a separate place and axis, as holes have.
     is_round_the_rim : bool
         Whether its cuts go all around, so that they have no angle.
     finishes : bool
@@ -209,12 +209,12 @@ class Kind(ABC, Generic[L]):
         return ()
 
     def why_not_kept(self, work: Workpiece, limits: L, item: Item) -> str | None:
-        """Return the limit that a listed cut misses on this crank, and by how much; None if unknown."""
+        """Return the limit that a listed cut misses on this crank, and the amount; None if unknown."""
         del work, limits, item
         return None
 
     def is_kept(self, cut: Any, item: Item) -> bool:
-        """Return whether a candidate is the cut that an earlier report lists, at whatever depth."""
+        """Return whether a candidate is the cut that an earlier report lists, at any depth."""
         shown = cut.correction(cut.max_depth_mm)
         near = np.linalg.norm(shown.position_mm - np.array(item["position_mm"], dtype=np.float64))
         return bool(shown.web == item.get("web") and shown.face == item.get("face") and near <= KEPT_MM)
@@ -344,7 +344,7 @@ class Kind(ABC, Generic[L]):
         return f"{self.verb}{face}"
 
     def machining(self, item: Item) -> Operation | str | None:
-        """Return the operation of a listed correction, or the reason why there is none; None: nothing to cut.
+        """Return the operation of a listed correction, or the reason for its absence; None: nothing to cut.
 
         Raises
         ------
@@ -356,7 +356,7 @@ class Kind(ABC, Generic[L]):
 
     @abstractmethod
     def size(self, item: Item) -> str:
-        """Return the settings besides the depth, lengths with their unit; empty if there are none."""
+        """Return the settings besides the depth, lengths with their unit; empty if depth is the only one."""
 
     def drawn(self, item: Item) -> Shape | None:
         """Return the tool's body of a listed correction, rotor frame [mm], exact; None if unknown."""
@@ -372,7 +372,7 @@ class Kind(ABC, Generic[L]):
         return min(walls, default=None)
 
     def remarks(self, corrections: Sequence[Correction], anatomy: Anatomy, limits: L) -> tuple[str, ...]:
-        """Return what a person should check of a plan's corrections of this kind, one line each."""
+        """Return the checks of a plan's corrections of this method that need a person, one line each."""
         del corrections, anatomy, limits
         return ()
 

@@ -27,8 +27,8 @@ SEGMENTS = 720
 class HoleOperation:
     """A hole along a straight axis, by a drill of its diameter and point.
 
-    ``entry_mm`` (3,) and ``inward`` (unit, (3,)) are in the rotor frame; the depth is that of the full
-    diameter; the body begins ``lift_mm`` outside the entry.
+    ``entry_mm`` (3,) and ``inward`` (unit, (3,)) are in the rotor frame. The depth is that of the full
+    diameter. The body begins ``lift_mm`` outside the entry.
     """
 
     entry_mm: Array
@@ -58,7 +58,7 @@ class AreaOperation:
         Start of the depth, rotor frame.
     depth_mm : float
     corner_radius_mm : float or None
-        Radius of the corners, the largest of a cutter; None: the area has no walls of its own.
+        Radius of the corners, the largest of a cutter; None: the area has no separate walls.
     """
 
     region: Region
@@ -106,7 +106,7 @@ def outlined_region(loops: Sequence[Sequence[dict[str, Any]]]) -> Region:
 
 
 def face_operation(item: Item) -> AreaOperation | str:
-    """Return the operation of a listed face that was lowered; or why there is none."""
+    """Return the operation of a listed face that was lowered, or the reason for its absence."""
     side = item.get("side")
     if side not in (1, -1):
         return "its face is not square to the axis; no set-up reaches it"
@@ -119,7 +119,7 @@ def face_operation(item: Item) -> AreaOperation | str:
 
 
 def rim_operation(item: Item) -> RimOperation | str:
-    """Return the operation of a listed rim; or why there is none."""
+    """Return the operation of a listed rim, or the reason for its absence."""
     if "z_from_mm" not in item:
         return "the report does not list where the rim ends; balance again with this version"
     keys = ("z_from_mm", "z_to_mm", "rim_radius_mm", "new_radius_mm")

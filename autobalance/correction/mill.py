@@ -326,7 +326,7 @@ class Mill(Kind[MillLimits]):
         }
 
     def why_not_kept(self, work: Workpiece, limits: MillLimits, item: Item) -> str | None:
-        """Return the limit that a listed pocket misses on this crank, and by how much."""
+        """Return the limit that a listed pocket misses on this crank, and the amount."""
         pocket = listed_pocket(item)
         if abs(pocket.corner_mm - 0.5 * limits.cutter_mm) >= KEPT_MM:
             return (

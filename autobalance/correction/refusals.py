@@ -80,7 +80,7 @@ def refuse_wide(
     *,
     are_chosen: bool = True,
 ) -> None:
-    """Refuse diameters of which none fits between the faces of the thickest web.
+    """Refuse diameters if no hole fits between the faces of the thickest web.
 
     ``are_chosen``: the job names them, so that others may be chosen.
     """
@@ -97,6 +97,6 @@ def refuse_wide(
 
 
 def wall_missed(wall_mm: float, least_mm: float) -> str:
-    """Return by how much a wall misses its limit, in words."""
+    """Return the amount by which a wall misses its limit, in words."""
     short = least_mm - wall_mm
     return f"it leaves a wall of {wall_mm:.3f} mm here, {short:.3f} mm less than min_wall_mm = {least_mm:g}"

@@ -80,7 +80,7 @@ MAX_WALL_REDUCTION = 0.5
 
 
 def deeper(max_depth_mm: float | None) -> tuple[WiderLimits, ...]:
-    """Return the way to a greater ``max_depth_mm``; empty if there is none."""
+    """Return the way to a larger ``max_depth_mm``; empty if it cannot grow."""
     if max_depth_mm is None:
         return ()
 
@@ -91,7 +91,7 @@ def deeper(max_depth_mm: float | None) -> tuple[WiderLimits, ...]:
 
 
 def thinner(min_wall_mm: float | None) -> tuple[WiderLimits, ...]:
-    """Return the way to a smaller ``min_wall_mm``; empty if there is none."""
+    """Return the way to a smaller ``min_wall_mm``; empty if it cannot shrink."""
     if not min_wall_mm:
         return ()
 

@@ -1,9 +1,9 @@
 """Offset of planar faces inward: the shoulder is ground or milled lower.
 
 A face is a largest connected set of triangles on one plane. Lowering it by a depth removes the metal between
-the old plane and the new one that hangs together with the face, except under what is on the face (a
-journal, collar, fillet or pin keeps its footprint). Neighbours that lean are trimmed by the new plane, so the
-removed cross-section changes with depth; where it would jump, the depth ends.
+the old plane and the new one that is connected to the face. A journal, collar, fillet or pin on the face
+keeps its footprint. Neighbours that lean are trimmed by the new plane, so the removed cross-section changes
+with depth; where it would jump, the depth ends.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class ShoulderLimits(FaceLimits):
 
 @dataclass(frozen=True, eq=False)
 class ShoulderCut(FaceCut):
-    """The lowering of one face, of which only the depth is open; implements ``correction.kind.Cut``."""
+    """The lowering of one face; only its depth is open. Implements ``correction.kind.Cut``."""
 
     face: Face
     to_face: Array
@@ -132,7 +132,7 @@ class ShoulderCut(FaceCut):
         return body if self.within is None else body & self.within
 
     def exact_tool(self, depth_mm: float) -> Tool:
-        """Return the lowering without facets; the exact solid itself knows what is on the face."""
+        """Return the lowering without facets; the exact solid finds the metal on the face itself."""
         self.effect(depth_mm)  # has looked at sections down to here
         return lowering(self.layer, depth_mm, self.to_rotor, self.wedge)
 
@@ -154,7 +154,7 @@ NEAR_HOLES = 0.05
 def _prism(room: Region, low_mm: float, high_mm: float) -> Solid:
     """Return the prism over a room, its caps divided around the holes.
 
-    Triangles that reach from a finely drawn hole to the far corners of the room are long slivers; a boolean
+    Triangles that reach from a finely drawn hole to the far corners of the region are long slivers. A boolean
     compares the box around each with every edge of the crank in it, which made the cut half as slow again.
     """
     holes = Region.rectangle(*room.bounds.tolist()) - room

@@ -214,7 +214,7 @@ class Slug(HoleKind[SlugLimits]):
         return cuts(work, -heavy_vector(work.heavy_at, 0.0), limits, positions=there)
 
     def why_not_kept(self, work: Workpiece, limits: SlugLimits, item: Item) -> str | None:
-        """Return the limit that a listed slug misses on this crank, and by how much."""
+        """Return the limit that a listed slug misses on this crank, and the amount."""
         size = float(item["diameter_mm"]), float(item["length_mm"])
         if size[0] not in limits.diameters_mm or size[1] not in limits.lengths_mm:
             return f"its slug of {size[0]:g} × {size[1]:g} mm is none of slug.diameters_mm and lengths_mm"
@@ -313,8 +313,8 @@ def cuts(
 ) -> list[SlugCut]:
     """Return every slug that may be pressed in, each diameter, length and place by itself.
 
-    ``target`` is a direction (2,) in which one of the places tried lies, or a function of z [mm] that
-    returns it; more ``search_level`` takes a finer grid of angles; ``positions`` are the only places, if any.
+    ``target`` is a direction (2,) in which one of the places tried lies, or a function of z [mm] that returns
+    it. A higher ``search_level`` takes a finer grid of angles. ``positions`` are the only places, if any.
 
     Raises
     ------

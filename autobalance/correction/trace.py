@@ -114,7 +114,7 @@ class Metal:
     def facing(self, normal: Array) -> tuple[float, Moments]:
         """Return the height of most of the surface that faces along ``normal``, and its (1, r, r rᵀ) dA.
 
-        A flap at that height has two sides, of which one is taken off again.
+        A flap at that height has two sides; one is removed again.
         """
         along = self._areas @ normal
         flat = np.abs(along) > ON_PLANE * np.linalg.norm(self._areas, axis=1)

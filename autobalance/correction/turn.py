@@ -45,7 +45,7 @@ EQUAL_AREA = equal_area(SEGMENTS)
 ROOM_SECTORS = 36
 """Number of blocks that stand for a ring in its envelope."""
 FIRST_SHARE = 0.02
-"""Share of the largest depth whose slope serves below it: a tool not yet all around the rim has none."""
+"""Share of the largest depth whose slope serves below it: a tool not yet all around the rim has no slope."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class TurnLimits(Limits):
 
 @dataclass(frozen=True, eq=False)
 class TurnCut(EmptyPlace):
-    """The rims of some webs, of which only the radius is open (a `Cut`).
+    """The rims of some webs; only their radius is open (a `Cut`).
 
     ``metal`` is the metal beyond the least radius, in the rotor frame; ``slabs`` are the tools' extents
     along the axis. The depth counts from the farthest point of these webs, ``rim_mm`` from the axis.

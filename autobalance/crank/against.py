@@ -34,9 +34,9 @@ MAX_ASIDE_SPACINGS = 3.0
 class Aligned:
     """A crank aligned with another one.
 
-    ``motion`` (4, 4) takes the other's rotor frame to this one's, ``turn`` (4, 4) the same by axis and throws
-    alone; ``distances_mm`` (n,) are those of this one's vertices from the other's surface, outside positive,
-    and ``weights`` (n,) the areas that they stand for.
+    ``motion`` (4, 4) takes the other's rotor frame to this one's; ``turn`` (4, 4) does the same by axis and
+    throws alone. ``distances_mm`` (n,) are those of this one's vertices from the other's surface, outside
+    positive. ``weights`` (n,) are the areas that the vertices represent.
     """
 
     motion: Array

@@ -155,7 +155,7 @@ class Face:
 
 @dataclass(frozen=True, eq=False)
 class Cylinder(Pin):
-    """A bare cylinder or bore along the crank axis, whatever it was taken for.
+    """A bare cylinder or bore along the crank axis, recognised as any feature or none.
 
     ``number`` is that of the journal or crankpin that it was taken for, else None.
     """
@@ -193,7 +193,7 @@ class Doubt:
 
     @property
     def pin_in_file(self) -> bool | None:
-        """What ``crankpin_in_file`` is in the other reading, if that is its setting, else None."""
+        """Value of ``crankpin_in_file`` in the other reading, if that is its setting, else None."""
         return PIN_SETTINGS.get(self.setting)
 
 
@@ -267,7 +267,7 @@ class AxisFound:
 
 @dataclass(frozen=True, eq=False)
 class Typed:
-    """What was typed of a crank's axis, journals and crankpins, and what its file has there.
+    """Crank axis, journals and crankpins as typed in a job, with what the file has there.
 
     ``main_journals`` and ``crankpins`` are numbered as the anatomy's, None if none was typed; ``axis`` is
     what its point and direction are compared with.
@@ -289,11 +289,11 @@ class Typed:
 class Anatomy:
     """A recognised crankshaft.
 
-    ``file_to_rotor`` (4, 4) takes file coordinates (in mm) to the rotor frame;
-    ``journal_misalignment_mm`` is the largest distance of a main journal's centre from the common axis;
-    ``datums`` None: not looked for; ``scan`` None: the surface is drawn, not scanned.
-    ``cylinders`` are all along the axis, by increasing z; ``doubts`` what could be meant otherwise;
-    ``typed`` what the file has where a job's own statements are.
+    ``file_to_rotor`` (4, 4) takes file coordinates (in mm) to the rotor frame. ``journal_misalignment_mm`` is
+    the largest distance of a main journal's centre from the common axis. ``datums`` is None if they were not
+    looked for. ``scan`` is None if the surface is drawn, not scanned. ``cylinders`` are all those along the
+    axis, by increasing z. ``doubts`` are the other possible readings; ``typed`` are the features of the file
+    at the job's own entries.
     """
 
     file_to_rotor: Array

@@ -1,7 +1,7 @@
 """Recognition of an assembly's bodies by their places: crank, rods, pins, bearings and pistons.
 
-A rod's big end lies on a crankpin of the crank; what lies within a rod's eye is its pin or bearing; what
-is around the small end is the piston. Names of parts are not trusted: they are in any language.
+A rod's big end lies on a crankpin of the crank. Its pin or bearing lies within a rod's eye. The piston lies
+around the small end. Names of parts are not trusted: they are in any language.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ class MeasuredRod:
     source : Source
     eyes : RodEyes
     density_g_mm3, density_pm_g_mm3 : float
-        Density, and by how much it may be off.
+        Density and its uncertainty.
     moments : Moments
         In the rod's axes (origin in the big end, x to the small end, z along the eyes); what the facets hide
         of round surfaces is added.
@@ -129,7 +129,7 @@ def measure_rod(source: Source, density_g_mm3: float, density_pm_g_mm3: float = 
     source : Source
         The solid, as ``solid.formats.read`` gives it.
     density_g_mm3, density_pm_g_mm3 : float
-        Density, and by how much it may be off [g/mm³].
+        Density and its uncertainty [g/mm³].
 
     Raises
     ------

@@ -8,7 +8,7 @@ from typing import Literal
 End = Literal["-z", "+z"]
 """An end of the crank: what lies beyond its first web, or beyond its last."""
 SAME_HOLE = 0.02
-"""Holes of a bolt circle whose diameters differ by less than this share are alike."""
+"""Holes of a bolt circle whose diameters differ by less than this share count as equal."""
 
 
 @dataclass(frozen=True)

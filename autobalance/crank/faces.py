@@ -1,7 +1,7 @@
 """Planar faces that a correction can use: largest connected sets of triangles on one plane.
 
-A face grows against a plane that stays fixed, by the distance of vertices from it, so that a cylinder of a
-thousand facets does not become one face and slivers with a poor normal are not left out.
+A face grows against a plane that stays fixed, by the distance of vertices from it. So a cylinder of a
+thousand facets does not become one face, and slivers with a poor normal are not left out.
 """
 
 from __future__ import annotations
@@ -307,7 +307,7 @@ def _is_facet(rows: Indices, mesh: Mesh, anatomy: Anatomy) -> bool:
 
 
 def _beside(corners: Indices, mesh: Mesh) -> Array:
-    """Return the third corners (k, 3) of triangles of which two are among ``corners``."""
+    """Return the third corners (k, 3) of triangles with two corners among ``corners``."""
     inside = np.zeros(len(mesh.vertices), dtype=bool)
     inside[corners] = True
     a, b, c = (inside[column] for column in mesh.triangles.T)

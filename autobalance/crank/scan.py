@@ -71,7 +71,7 @@ class ScanFit:
     roughness_mm : float
         Root mean square of the surface's distance from its fit.
     noise_by_reach : tuple of (float, float)
-        Fields whose errors are alike over a distance [mm]: that distance, and their standard deviation [mm].
+        Fields of errors correlated over a distance [mm]: that distance, and their standard deviation [mm].
     axis_offset_mm, axis_angle_deg : float
         Standard errors of the crank axis: at the middle of the main journals, and of its direction.
     axis_middle_mm : float

@@ -108,7 +108,7 @@ class WebWeight:
 def web_weights(parts: Sequence[Section], anatomy: Anatomy) -> tuple[WebWeight, ...]:
     """Return the source's m_cw, r′ and m_cw·r′ of each web with a counterweight; of all for one throw.
 
-    One whose centre of mass lies on the crankpin's side has none: its product would be negative.
+    A web with its centre of mass on the crankpin's side has no counterweight: its product would be negative.
     """
     weights = []
     for web in anatomy.webs:

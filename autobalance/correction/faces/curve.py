@@ -54,7 +54,7 @@ class _Piece:
     value: Array
     """Chebyshev coefficients (k, n) over the piece."""
     integral: Array
-    """Those of the integral from depth zero."""
+    """Chebyshev coefficients of the antiderivative, zero at depth 0."""
 
     def place(self, depth: float) -> float:
         """Return the place of a depth, from −1 at the start to 1 at the end."""
@@ -69,7 +69,7 @@ class DepthCurve:
     sample : callable
         Takes a depth and returns the vector (n,) there; called from shallow to deep within a piece.
     least, most : float
-        Depths between which to sample, 0 <= least < most; above ``least`` the first piece goes on.
+        Depths between which to sample, 0 <= least < most; above ``least`` the first piece continues.
     scale : (n,) float
         Scale of the components' errors.
     breaks : (k,) float

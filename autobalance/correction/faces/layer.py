@@ -27,13 +27,13 @@ from autobalance.types import Array, Indices
 SAME_FACE_AREA_SHARE = 0.01
 """Share of the metal just under a face and in a sector over which the face lies if it is there at all."""
 MAX_NORMAL_COMPONENT = -0.5
-"""A surface counts as the next one behind the face if its normal has at most this component along the face's:
-side walls that lean back a little are not a wall behind the face (ours)."""
+"""A surface counts as the next one behind the face if its normal has at most this component along the face's.
+Side walls that lean back a little are not a wall behind the face (ours)."""
 ABOVE_AND_BELOW = 3
-"""Of a triangle with a corner above the lower height of a slab, bit 1, and one below the upper, bit 2."""
+"""Bit 1: a triangle with a corner above the lower height of a slab; bit 2: with one below the upper."""
 IN_LINE = 1.0 / 32.0
-"""Share of the grain by which a corner of a section may be out of line and be left out: a cut face's area
-changes by a millionth at most, while booleans take as long as there are corners."""
+"""Share of the grain by which a corner of a section may be out of line and be left out. A cut face's area
+changes by a millionth at most, while the time of booleans grows with the number of corners."""
 MIN_COSINE = 1.0 - 1e-5
 """Triangles whose normal has at least this component along the face's are planes that face the same way."""
 
@@ -128,8 +128,9 @@ class Layer:
     def saddle_heights_mm(self) -> Array:
         """Heights of vertices where the surface is not a simple slope: its sections join or divide there.
 
-        Around a vertex of a slope lie two triangles of which it is the middle one by height; around a summit
-        or the bottom of a hollow none, around a saddle four or more. Equal heights count in turn.
+        Around a vertex of a slope lie two triangles in which it is the middle vertex by height. Around a
+        summit or the bottom of a hollow there are none, around a saddle four or more. Equal heights count in
+        turn.
         """
         by_height = np.argsort(self.vertices[:, 2], kind="stable")
         rank = np.zeros(len(by_height), dtype=np.int64)

@@ -18,7 +18,7 @@ LAYER_SHARES = (1.0, 0.5, 0.2, 0.1, 0.04)
 
 
 def lowering(layer: FaceLayer, depth_mm: float, to_rotor: Array, within: Shape | None) -> Lowering:
-    """Return the tool that lowers a face; the exact solid itself knows what is on the face.
+    """Return the tool that lowers a face; the exact solid finds the metal on the face itself.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def lowering(layer: FaceLayer, depth_mm: float, to_rotor: Array, within: Shape |
 
 
 def clear_of(spared: Region, metal: Region, heights_mm: tuple[float, float]) -> tuple[Shape, ...]:
-    """Return prisms around metal to spare, whose walls run through air, well clear of its own surface.
+    """Return prisms around metal to spare, with walls through air, well clear of its own surface.
 
     Slivers are left out: those lie between the facets of what is on the face and the tool's outline.
     """

@@ -179,9 +179,9 @@ def auto_patches(
     limits : FaceLimits
         ``sector_deg`` takes the place of the heavy side.
     search_level : int
-        0: of each web the face whose metal is farthest out, among those worth at least ``WORTH_SHARE`` of
-        the web's best; 1: every face of some worth; 2: the same, each in two halves with their own depths,
-        left and right of the heavy direction.
+        0: the face of each web whose metal is farthest out, among those worth at least ``WORTH_SHARE`` of the
+        web's best. 1: every face of some worth. 2: the same, each in two halves with separate depths, left
+        and right of the heavy direction.
 
     Returns
     -------

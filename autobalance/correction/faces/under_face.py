@@ -15,7 +15,7 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 CLEARANCE = 5.0
-"""Grains between what is on a face and the tool: it keeps clear of the fillet, and its outline needs no
+"""Grains between metal on a face and the tool. The tool keeps clear of the fillet, and its outline needs no
 more corners than that (a few µm on a crank of 150 mm; the ring of metal left weighs milligrams)."""
 FACES_KEPT = 16
 """Faces of a mesh that are remembered: about as many as are offered together."""

@@ -41,9 +41,9 @@ class DrillLimits(Limits):
     diameters_mm : tuple of float or None
         Drills available, all of which are tried; None: the program picks from ``series``.
     series : "mm", "inch", "letter" or "number", or tuple of these and diameters, or None
-        Drills of the shop, of which the program picks what suits: "mm" (whole and half millimetres 4 to 25),
-        "inch" (fractions 1/8 to 1), "letter" (A to Z), "number" (60 to 1), or a list of these and of
-        diameters; None: the shop's drills, else "mm".
+        Drills from which the program picks: "mm" (whole and half millimetres 4 to 25), "inch" (fractions 1/8
+        to 1), "letter" (A to Z), "number" (60 to 1), or a list of these and of diameters; None: the shop's
+        drills, else "mm".
     max_drills : int
         Different drills in one plan, at most.
     point_angle_deg : float
@@ -60,12 +60,12 @@ class DrillLimits(Limits):
         Where the axes of holes may lie: angles in the rotor frame, counter-clockwise from the first to
         the second; (0, 360) is all around.
     positions : tuple of tuple of float, or None
-        The only places for holes, the same drill and one stop depth in as few as do, wherever that keeps the
-        tolerance: [angle_deg, z_mm] of radial holes, [angle_deg, z_mm, radius_mm] of axial ones, which are
-        entered from the side of the web that z_mm is nearer to. A blind hole that is there is deepened;
-        ``zone`` does not count.
+        The only places for holes: [angle_deg, z_mm] for radial holes, [angle_deg, z_mm, radius_mm] for axial
+        ones, which are entered from the side of the web that z_mm is nearer to. As few of
+        them as suffice get the same drill and one stop depth if that keeps the tolerance. An existing blind
+        hole is deepened; ``zone`` is not used.
     zone : "counterweights", "web" or "anywhere"
-        The counterweight, as far as its rim's arc goes and down to the main journals' fillets; the half of
+        The counterweight, as far as its rim's arc extends and down to the main journals' fillets; the half of
         any web away from the crankpin; or all of any web.
     max_obliquity_deg : float
         Between a hole's axis and the normal of the surface that it enters: a drill runs off a slanted one.
@@ -73,9 +73,9 @@ class DrillLimits(Limits):
         Smallest change of depth that a machine is set up for: a hole that is there is deepened by that at
         least.
     deepen : bool or None
-        Blind holes that are there may be deepened by a drill of their diameter (to 2 %); the depth then
-        counts from the end of the old full diameter (where the old point is another one: from the old bottom
-        on the axis), from ``min_step_mm`` on; ``max_depth_mm`` holds for old and new together. None: only in
+        Whether existing blind holes may be deepened by a drill of their diameter (to 2 %). The depth counts
+        from the end of the old full diameter, or, if the old point differs, from the old bottom on the axis.
+        It is at least ``min_step_mm``; ``max_depth_mm`` holds for old and new together. None: only in
         ``recut`` and at ``positions``.
     """
 

@@ -16,7 +16,7 @@ def called(item: Item) -> str | None:
 
 
 def no_place(limits: DrillLimits, radii_mm: Sequence[float]) -> tuple[str, ...]:
-    """Return a note on each named drill of which no hole fits."""
+    """Return a note on each named drill that fits no place."""
     return tuple(
         f"the drill of {diameter:g} mm is not used: no hole of it fits with min_wall_mm = "
         f"{limits.min_wall_mm:g}, min_depth_mm = {limits.min_depth_mm:g}, zone = {limits.zone} and "

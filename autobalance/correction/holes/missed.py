@@ -1,4 +1,4 @@
-"""Limit that a listed hole misses at its own place, and by how much."""
+"""Limit that a listed hole misses at its own place, and the amount."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def missed(
     limits: _Limits,
     wall_left_mm: Callable[[C], float],
 ) -> str | None:
-    """Return what a hole misses, in words; None where it would not fit without its limits either.
+    """Return the limit that a hole misses, in words; None if it would not fit without its limits either.
 
     Parameters
     ----------

@@ -111,7 +111,7 @@ def _feed(item: Item, web: Web, z_mm: float) -> float:
 
 
 def positions_of(listed: Sequence[Sequence[float]] | None, anatomy: Anatomy) -> tuple[Position, ...] | None:
-    """Return the positions of a job; None where it names none.
+    """Return the positions of a job; None if it names none.
 
     Raises
     ------

@@ -45,13 +45,13 @@ RAYS = 9
 class Site:
     """A place for a hole: ``others`` are the surfaces to keep clear of, in local coordinates.
 
-    ``sunk_mm`` is the depth of the entry, the bottom of an existing hole, below that hole's mouth;
-    ``oblique_rad`` is the angle between the axis and the normal of the surface that it enters;
-    ``old_point_mm`` is the length of that hole's point, and ``on_shoulder`` is true of an entry where
-    that point begins, not at its tip: a drill of the same point goes on with all of the bottom at once.
-    ``least_radius_mm`` is the zone's smallest distance of a hole from the crank axis; ``surface`` and
-    ``fillets`` are all of the crank's and the web's; beside a hole that is drilled deeper, surfaces more than
-    ``passed_mm`` above its tip, ``tip_mm`` beyond the entry, are not walls of the new part.
+    ``sunk_mm`` is the depth of the entry, the bottom of an existing hole, below that hole's mouth.
+    ``oblique_rad`` is the angle between the axis and the normal of the surface that it enters.
+    ``old_point_mm`` is the length of that hole's point. ``on_shoulder`` is true of an entry where that point
+    begins, not at its tip: a drill of the same point cuts the whole bottom at once. ``least_radius_mm`` is
+    the zone's smallest distance of a hole from the crank axis. ``surface`` and ``fillets`` are all of the
+    crank's and the web's. Next to a hole that is drilled deeper, surfaces more than ``passed_mm`` above its
+    tip, ``tip_mm`` beyond the entry, are not walls of the new part.
     """
 
     web: int
@@ -177,8 +177,8 @@ def find_sites(
 ) -> Iterator[Site]:
     """Yield the places where a hole may start, web by web, angle by angle.
 
-    ``margin_mm`` is the radius of the widest hole and its wall; ``least`` are the radius and the limits of
-    the least hole wanted: places that a glance shows to be too narrow for it are left out.
+    ``margin_mm`` is the radius of the widest hole and its wall. ``least`` are the radius and the limits of
+    the smallest hole wanted: places that a quick check shows to be too narrow for it are left out.
 
     Radial: in the middle of the rim's width. Axial: as far out as the wall to the rim allows, from the side
     from which the drill can reach the web.
@@ -236,7 +236,7 @@ def _rim(near: Surface, web: Web, angle: float) -> _Rim | None:
 
 
 def _outline(near: Surface, angle: float) -> Callable[[float], float]:
-    """Return the largest radius of metal at an angle as a function of z [mm]; 0 if there is none."""
+    """Return the largest radius of metal at an angle as a function of z [mm]; 0 without metal."""
     r_hat = np.array([math.cos(angle), math.sin(angle), 0.0])
     tangent = np.array([-r_hat[1], r_hat[0], 0.0])
     corners = near.corners[near.beside_plane(r_hat, tangent)]

@@ -118,7 +118,7 @@ class FillCut(PressedIn):
 
     @property
     def envelope(self) -> Envelope:
-        """Envelope of the slug, whatever the depth."""
+        """Envelope of the slug at any depth."""
         axis, end = self.hole.axis, self.hole.shoulder_mm
         top, bottom = (axis.entry_mm + tau * axis.inward for tau in (end - self.length_mm, end))
         return bar(top, bottom, 0.0 * axis.inward, self.radius_mm)

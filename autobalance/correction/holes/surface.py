@@ -200,10 +200,10 @@ class Surface:
     def others(
         self, axis: Axis, entry_row: int, fillet: NDArray[np.bool_] | None = None
     ) -> tuple[Array | None, float]:
-        """Return the triangles (k, 3, 3) that are not a continuation of the entry, and the entry's least τ.
+        """Return the triangles (k, 3, 3) that do not continue the entry, and the smallest τ of the entry.
 
-        Both in local coordinates; None where the entry itself is too slanted to start a drill on, or part
-        of a ``fillet`` (m,), which is not a continuation of a face although it leaves it smoothly.
+        Both in local coordinates. None if the entry itself is too slanted to start a drill on, or is part of
+        a ``fillet`` (m,), which does not continue a face although it leaves it smoothly.
         """
         facing = _facing(self.corners, axis)
         if fillet is not None:

@@ -39,8 +39,8 @@ def greatest_depth_mm(others: Array, radius_mm: float, room: HoleLimits) -> floa
     """Return the largest depth of a hole with its wall left all around; −inf if below the least.
 
     A point at distance s from the axis and depth τ is clear of a hole of depth t, inflated by the wall, when
-    τ − φ(s) ≥ t, where φ is the front of the inflated point. The smallest of that over all triangles is found
-    by halving triangles, with the exact smallest s and τ of each piece as a bound.
+    τ − φ(s) ≥ t, with φ the front of the inflated point. The smallest of that over all triangles is found by
+    halving triangles. The exact smallest s and τ of each piece are the bound.
 
     Parameters
     ----------

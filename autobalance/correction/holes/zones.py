@@ -54,7 +54,7 @@ class Fillet:
     """Fillet between a cylinder and a web, rotor frame.
 
     It begins at the end ``z_mm`` of the bare cylinder, runs towards the web (``sense`` along z), and is
-    nowhere higher than it is long, whatever its radius; ``least_mm`` and ``most_mm`` bound its length.
+    nowhere higher than it is long, at any radius; ``least_mm`` and ``most_mm`` bound its length.
     """
 
     centre_mm: Array

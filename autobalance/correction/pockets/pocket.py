@@ -15,7 +15,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Arc, Line, Outline, outline_points
 
 CLEAR_MM = 1.0
-"""Height of the tool's start over the cheek, and distance of the cutter from what is there."""
+"""Height of the tool's start over the cheek, and distance of the cutter from metal around it."""
 SEGMENTS = 360
 """Parts of a full circle in the tool's outline: what they miss is 5e-5 of a pocket."""
 PLACES = 24

@@ -14,7 +14,7 @@ from autobalance.solid.csg.solid import Solid
 SKIN_MM = 1e-3
 """Metal over or under a cheek that is its own roughness."""
 LOOKED_AT_MM = 10.0
-"""Distance beside and below a pocket within which air is sought, and farther if there is none."""
+"""Distance next to and below a pocket within which air is sought, and farther if none is found."""
 DEPTH_TOLERANCE_MM = 1e-3
 """Depths found here are short of the exact limit by at most this, never beyond it."""
 BISECTIONS = 24

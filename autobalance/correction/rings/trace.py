@@ -67,7 +67,7 @@ def slab_of(web: Web, webs: Sequence[Web]) -> tuple[float, float]:
 
 
 def least_radius_mm(anatomy: Anatomy) -> float:
-    """Return the least radius to turn to where a job names none."""
+    """Return the smallest radius to turn to if a job names none."""
     pins = [throw.crank_radius_mm + 0.5 * throw.crankpin.diameter_mm for throw in anatomy.throws]
     journals = [0.5 * journal.diameter_mm for journal in anatomy.main_journals]
     return max([*pins, *journals], default=0.0) + PIN_WALL_MM
@@ -184,9 +184,9 @@ class RingTrace:
 def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, Any]:
     """Return the change by one more millimetre of radius: from the turned surface, where it is reliable.
 
-    Flaps may hang on the metal where the old rim hardly stood out. So the metal in two thin rings over the
-    new radius counts too: flaps have no volume. The surface is believed as far as the rings confirm it:
-    where the rim hardly stands out, some is rounded away.
+    Flaps may remain on the metal where the old rim barely protruded. So the metal in two thin rings over the
+    new radius counts too: flaps have no volume. The surface is used as far as the rings confirm it: where the
+    rim barely protrudes, some is rounded away.
     """
     exact = rates(turned.scaled(-metal.density_g_mm3))
     if math.isnan(radius_mm):  # nothing faces the axis

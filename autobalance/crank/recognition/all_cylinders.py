@@ -27,7 +27,7 @@ from autobalance.types import Array
 LEAST_WIDTH_MM, LEAST_WIDTH_SHARE = 2.0, 0.05
 """Cylinders are listed from this width on, or from this share of the thickest main journal's diameter."""
 SAME_STRETCH = 0.5
-"""A cylinder is a journal's, or a web's, when it shares so much of its own width or the journal's."""
+"""A cylinder belongs to a journal or a web when it shares so much of its width or of the journal's."""
 BESIDE = 0.1
 """... and its middle is off the journal's by less than this share of the radius: typed ones are off, too."""
 SAME_BORE = 0.05
@@ -158,7 +158,7 @@ def _tight(
 
 
 def _role(run: CylinderRun, layout: JournalLayout, webs: Sequence[Web]) -> CylinderRole:
-    """Return what a bare cylinder is that is neither journal nor crankpin.
+    """Return the feature of a bare cylinder that is neither journal nor crankpin.
 
     A web that is round lies beside the axis, or holds a crankpin; shoulders of webs do not.
     """

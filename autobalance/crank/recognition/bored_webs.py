@@ -1,8 +1,8 @@
 """Cranks whose shaft is not in the file: an arm with its crankpin, one web of a built-up crank drawn alone.
 
-The bore for the shaft is the axis then. Which of two cylinders or bores is the shaft's, and which the
-crankpin's, is decided by a keyway or spline, by their length and size and by the counterweight; where these
-say nothing, or do not agree, it is a doubt.
+The bore for the shaft is the axis then. A keyway or spline, the length and size of two cylinders or bores and
+the counterweight decide which is the shaft's and which the crankpin's. If these decide nothing, or do not
+agree, it is a doubt.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from autobalance.types import Array
 MIN_BORE_RATIO = 0.3
 """A bore is a shaft's or a crankpin's from this share of the other one's size on, else for a bolt or oil."""
 SHAFT_LENGTH_RATIO = 1.7
-"""A shaft is this many times as long as a crankpin's bore beside it is deep: of half a pressed-up motocross
-crank 2.0; a pump's arm has a crankpin 1.4 times as long as the shaft's bore, and metal far beyond it."""
+"""A shaft is this many times as long as the crankpin's bore next to it is deep. Half a pressed-up motocross
+crank has 2.0. A pump's arm has a crankpin 1.4 times as long as the shaft's bore, and metal far beyond it."""
 REACH_RATIO = 1.3
 """A counterweight makes metal beyond the shaft reach this many times as far as that beyond the crankpin."""
 SIZE_RATIO = 1.3
-"""Of two bores the shaft's is the one this many times as wide."""
+"""The shaft's bore is this many times as wide as the other."""
 THIRD_RATIO = 0.9
 """A third bore is smaller than this share of the second one, else it is not certain which two are meant."""
 THROUGH_SHARE = 0.5
@@ -35,7 +35,7 @@ THROUGH_SHARE = 0.5
 ARC_ROUND = 2e-3
 """Corners of an arc about a bore are equally far from it except for this share."""
 MAX_FACET_RATIO, MIN_ARC_FACETS = 0.8, 3
-"""Its facets are at most this share of its radius long, and at least so many: a plate's edges are long."""
+"""Largest length of its facets as a share of its radius, and their least number: a plate's edges are long."""
 MIN_ARC_RAD = 0.7
 """A hub, a boss or a rim goes round a bore by at least this angle."""
 END_RATIO = 1.2
@@ -115,7 +115,7 @@ def _keyed_sign(first: bool, second: bool) -> bool | None:
 
 
 def _agreed(signs: Iterable[bool | None]) -> bool | None:
-    """Return what signs say that say anything; None where they contradict each other, or say nothing."""
+    """Return the common result of signs that decide; None if they contradict each other or decide nothing."""
     told = {sign for sign in signs if sign is not None}
     return told.pop() if len(told) == 1 else None
 
@@ -137,10 +137,10 @@ def _shape_signs(
 def single_web(
     long: SectionStack, runs: Sequence[CylinderRun], bores: Sequence[CylinderRun], is_web: bool = False
 ) -> BoredWeb | None:
-    """Return the bores of one web, drawn alone: the shaft's and the crankpin's; None if it is none.
+    """Return the bores of one web, drawn alone: the shaft's and the crankpin's; None if it is not such a web.
 
-    A plate with more bores of a size is none, nor one with a waist, as a connecting rod has, nor one without
-    a hub, boss or rim about a bore, as a bracket; unless a job states ``is_web``.
+    A plate with more bores of a size is not a web. Nor is one with a waist, as a connecting rod has, nor one
+    without a hub, boss or rim about a bore, as a bracket. A job's ``is_web`` overrides this.
     """
     ordered = _by_size(bores)
     if len(ordered) < 2:
@@ -170,7 +170,8 @@ def shaft_bores(
 ) -> list[CylinderRun]:
     """Return the bores that may be the shaft's beside a known crankpin, largest first.
 
-    There is none if a shaft stands out, or two bores are of a size: it is not certain which is meant.
+    There are no such bores if a shaft sticks out, or two bores are of a size: it is not certain which is
+    meant.
     """
     beside = [
         bore
@@ -271,7 +272,7 @@ def _apart(a: CylinderRun, b: CylinderRun) -> float:
 
 
 def _reach_beyond(long: SectionStack, here: CylinderRun, other: CylinderRun) -> float:
-    """Return how far metal reaches beyond one cylinder, seen from another [mm]."""
+    """Return the reach of metal beyond one cylinder, seen from another [mm]."""
     away = (here.centre - other.centre) / max(_apart(here, other), 1e-12)
     pieces = dict.fromkeys(piece for section in long.sections for piece in section.pieces)
     return max(float(((piece.outline - here.centre) @ away).max()) for piece in pieces)

@@ -15,7 +15,7 @@ MAX_CROSSING = 2.0
 LEAST_OPEN = 0.9
 """... and leave it open to at least this share of its radius."""
 WALL_LEFT = 1.02
-"""What is left of its wall beside a bore across is nearer to its middle than this many radii."""
+"""Largest distance from the middle of a bore, in radii, to the remaining wall next to a bore across."""
 
 
 def bore_runs(long: SectionStack, rounding_mm: float) -> list[CylinderRun]:
@@ -36,7 +36,7 @@ def bore_runs(long: SectionStack, rounding_mm: float) -> list[CylinderRun]:
 
 
 def _follows(long: SectionStack, last: Link, here: Link) -> bool:
-    """Return whether a hole goes on from one section to another: drillings that meet it may lie between."""
+    """Return whether a hole continues from one section to another: drillings that meet it may lie between."""
     between = long.sections[last.place + 1 : here.place]
     gap = long.sections[here.place].z_mm - long.sections[last.place].z_mm
     if here.place == last.place or (between and gap > MAX_CROSSING * here.radius):

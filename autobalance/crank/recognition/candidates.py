@@ -1,4 +1,4 @@
-"""Bare cylinders in a solid, any of which a user may call a journal or a crankpin."""
+"""Bare cylinders in a solid: candidates for a journal or a crankpin."""
 
 from __future__ import annotations
 

@@ -24,22 +24,22 @@ CHORD_SHARE = 0.02
 """Most that a corner may be inside as a share of the radius, because the plane met an edge between two
 corners of the mesh; only as much as the outline's own steps suggest."""
 LONGEST_STEP = 0.8
-"""A straight piece longer than this share of the radius is a flat, not a facet: seven facets or fewer are no
-circle."""
+"""A straight piece longer than this share of the radius is a flat, not a facet: a circle has more than seven
+facets."""
 LEAST_COVER = 0.6
 """Share of the full angle that must lie on the circle: keyways, flats and drillings take the rest."""
 
 HELD_COVER, HELD_GAP_RAD = 0.35, 0.8 * math.pi
-"""A hole with slots beyond its circle, keyways, splines or one to another hole, is a bore if it holds a pin:
-from this share of its circle on, and no arc longer than this is missing. Slots of DIN ISO 14 splines leave
-0.47; the two ends of a long hole have half a circle each."""
+"""Smallest share of its circle that a bore with slots has, and longest missing arc: a hole with keyways,
+splines or a slot to another hole is a bore if it holds a pin. Slots of DIN ISO 14 splines leave 0.47. The two
+ends of a long hole have half a circle each."""
 TRIMMED_CIRCLES = 4
 """Fits of such a circle, each without the corners that the one before shows to be off it."""
 HELD_TRIALS, HELD_STRIDES = 48, (3, 7, 11)
 """Circles tried through three corners a third, a seventh and an eleventh of such an outline apart."""
 
 MAX_LENGTH_RATIO = 1.75
-"""Largest length of an outline over its width: a circle of which ``LEAST_COVER`` is left, and all of that
+"""Largest length of an outline over its width. A circle with ``LEAST_COVER`` of its arc left, all of it
 within its slack, is at most 1.6 times as long."""
 MEASURED_DIRECTIONS = np.array(
     [[1.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)], [0.0, 1.0, math.sqrt(0.5), -math.sqrt(0.5)]]
@@ -94,7 +94,7 @@ def corners_of(outline: Array, grain_mm: float) -> Array:
 
 
 def whole_circle(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> Circle | None:
-    """Return the circle of a closed outline (k, 2), pieces cut out of it apart; None if it is none.
+    """Return the circle of a closed outline (k, 2) but for pieces cut out of it; None if it is not a circle.
 
     ``rough_mm`` is the largest distance of a rough surface's corners from it.
     """
@@ -198,7 +198,7 @@ def _is_held(corners: Array, step: Array, reach: Array, circle: Circle) -> bool:
 
 
 def _is_long(outline: Array) -> bool:
-    """Return quickly whether points are no circle, as most sections of a shaft not cut square."""
+    """Return quickly whether points are off any circle, as most sections of a shaft not cut square."""
     along = outline @ MEASURED_DIRECTIONS
     widths = along.max(axis=0) - along.min(axis=0)
     return bool(widths.max() > MAX_LENGTH_RATIO * widths.min())

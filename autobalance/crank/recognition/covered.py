@@ -28,7 +28,7 @@ OUTWARD, UPRIGHT = 0.8, 0.25
 """Triangles of a cylinder along z face away from its axis by more than the first, along z by less than the
 second."""
 BAND = 0.05
-"""Their corners are off it by less than this share of its radius."""
+"""Largest distance of their corners from it, as a share of its radius."""
 EXTENSION_RATIO = 0.15
 """A cylinder is sought for this share of its radius beyond its ends: fillets have left it there ..."""
 MAX_COVER_BEYOND = 0.5
@@ -82,13 +82,12 @@ def on_surface(
 ) -> tuple[CylinderRun, ...]:
     """Return cylinders, each fitted to its own surface where that lies beside it: that of a bent crank leans.
 
-    ``cylinders`` are named; ``long`` is the mesh's own stack. Where ``shafts`` are, a cylinder may go on
+    ``cylinders`` are named; ``long`` is the mesh's own stack. Within ``shafts`` a cylinder may continue
     beyond its end.
 
     Raises
     ------
-    RecognitionError
-        If a cylinder's surface is missing, is not all of it, or goes on, with the place.
+    RecognitionError If a cylinder's surface is missing, is incomplete or continues, with the place.
     """
     heights = least_and_greatest(long.vertices[:, 2], mesh.triangles)
     mended = []

@@ -31,8 +31,8 @@ MAX_VERTEX_DISTANCE_RATIO = 0.2
 NARROW_SEARCH_RATIOS = (2e-5, 2e-4)
 WIDE_SEARCH_RATIO = 0.02
 """Distances from the sections' circle within which vertices of the cylinder are sought, as shares of the
-radius: regular meshes give it exactly, irregular ones too small by as much as their facets are coarse, and
-sections through fillets too large. The radius of most vertices is tried then."""
+radius. Regular meshes give it exactly. Irregular ones give it too small by the coarseness of their facets,
+and sections through fillets too large. The radius of most vertices is tried then."""
 TRIED_RADII = 3
 """Number of most frequent vertex radii that are tried."""
 OUT_OF_ROUND = 1e-3
@@ -231,9 +231,9 @@ def bare_cylinder(
     """Return the cylinder along z on which vertices in a range of z lie; None if they show none.
 
     A cylinder's vertices lie on it at (at least) two heights, ``span`` or more apart, however coarse its
-    facets; those of fillets, tapers and chamfers do not. Sections through a regular mesh give the radius
-    exactly, those apart that go through fillets or drillings, so each circle ``shown`` is tried; where none
-    does, the one near it that most vertices have, then a wide ring.
+    facets. Those of fillets, tapers and chamfers do not. Sections through a regular mesh give the radius
+    exactly, except those that go through fillets or drillings. So each circle ``shown`` is tried, then the
+    one near it that most vertices have, then a wide ring.
     """
     near = long.between(*z_range)
     away = distances(near, centre)

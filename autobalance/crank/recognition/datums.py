@@ -34,7 +34,7 @@ SAGITTA = 0.3
 KEY_WIDTHS = (0.08, 0.5)
 """A keyway's width as a share of the shaft's diameter (DIN 6885: 0.22 to 0.33; Woodruff keys: 0.16 up)."""
 KEY_DEPTHS = (0.02, 0.35)
-"""Its depth, likewise."""
+"""Its smallest depth, as a share of the same."""
 KEYWAY_WALL_COSINE = math.cos(math.radians(3.0))
 """Walls of a keyway are parallel to the radius in its middle to 3°."""
 WALL_SHARE = 0.4
@@ -47,7 +47,7 @@ SAME_WIDTH = 0.03
 ONE_WAY = math.cos(math.radians(2.5))
 """Triangles of a plane wall face one way; those of a round hole's wall do not."""
 LONG_AS_WIDE = 0.8
-"""A keyway's plane walls are at least this many widths long; so a round hole is none."""
+"""Smallest length of a keyway's plane walls, in widths: it excludes round holes."""
 MAX_KEYWAY_OFFSET_SHARE = 0.05
 """The middle of a keyway passes the axis by less than this share of its width."""
 MIN_FLANGE_RATIO = 1.4

@@ -1,4 +1,4 @@
-"""What could be meant otherwise: main journals and an axis that the rules of recognition leave open."""
+"""Main journals and an axis that the rules of recognition leave open."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def journal_doubts(
     to_rotor: Array,
     to_file: Array,
 ) -> tuple[Doubt, ...]:
-    """Return a doubt for each main journal instead of which another cylinder may be meant.
+    """Return a doubt for each main journal for which another cylinder may be meant.
 
     The line that takes the other one takes it at the other end, too, if the same choice is left open there.
 
@@ -54,7 +54,7 @@ def journal_doubts(
 
 
 def _alike(pair: tuple[Pin, Pin], other: tuple[Pin, Pin]) -> bool:
-    """Return whether two choices are between cylinders of the same sizes: both ends of a crank are alike."""
+    """Return whether two choices are between cylinders of the same sizes, as at two equal ends of a crank."""
     return all(
         abs(a.diameter_mm - b.diameter_mm) < SAME_THICKNESS * a.diameter_mm
         for a, b in zip(pair, other, strict=True)

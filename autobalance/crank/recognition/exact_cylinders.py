@@ -24,7 +24,7 @@ ONE_AXIS = 1e-7
 
 
 def own_direction(estimate: Array, cylinders: Sequence[CylinderFace]) -> Array | None:
-    """Return the direction (3,) of most cylindrical surface near an estimate; None if there is none."""
+    """Return the direction (3,) of most cylindrical surface near an estimate; None without such a surface."""
     near = [face for face in cylinders if float(np.linalg.norm(np.cross(face.axis, estimate))) < NEAR_RAD]
     if not near:
         return None

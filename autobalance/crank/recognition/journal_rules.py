@@ -1,9 +1,9 @@
 """Choice of the main journal on each stretch of the crank axis that crankpins part.
 
-Where several cylinders are on one stretch, these decide, in this order: a cylinder as thick as the journals
-that are certain; one next to the web that is no thrust collar; one as thick as journals that are settled so.
-A keyway, a spline or teeth mark a shaft. What is left open is a doubt: one cylinder is chosen, another may be
-meant.
+If several cylinders are on one stretch, the choice falls in this order: a cylinder as thick as the journals
+that are certain; one next to the web that is not a thrust collar; one as thick as journals chosen in this
+way. A keyway, a spline or teeth mark a shaft. If the choice stays open, it is a doubt: one cylinder is
+chosen, another may be meant.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ SAME_THICKNESS = 0.02
 """Main journals of one crank differ by less than this share of their diameter, as a rule."""
 RING, RING_DOUBT = 0.15, 0.3
 """A cylinder narrower than the first share of its diameter is a ring: a thrust collar, a gear's or a seal's.
-One up to the second share may be: a public crank has shoulders of 54 mm by 12 mm at its webs, and its seats
-of 34.93 mm by 18.8 mm behind them; another one has main journals of 69.85 mm by 19.05 mm."""
+One up to the second share may be. A public crank has shoulders of 54 mm by 12 mm at its webs, and its seats
+of 34.93 mm by 18.8 mm behind them. Another one has main journals of 69.85 mm by 19.05 mm."""
 ROUGH_RING = 0.9
 """Rounded edges of a scan leave so much of a ring's width (a journal of 19.05 mm: 17.44 mm)."""
 LIKELY_RING = 0.225
-"""Of such a ring and the seat behind it the seat is chosen if the ring is narrower than this."""
+"""Ratio of the ring's width to the width of the seat behind it below which the seat is chosen."""
 SEAT = 0.4
-"""A bearing's seat is at least this share of its own diameter wide."""
+"""Smallest width of a bearing's seat as a share of its diameter."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class _Stretch:
 def journal_choices(
     long: SectionStack, on_axis: Sequence[CylinderRun], pins: Sequence[CylinderRun], axis: Array
 ) -> list[JournalChoice]:
-    """Return the main journal of each stretch of the axis, by z; of discs alone there is none.
+    """Return the main journal of each stretch of the axis, by z; a stretch of discs alone has no journal.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def holds(disc: CylinderRun, pin: CylinderRun, centre: Array) -> bool:
 
 
 def _likely(long: SectionStack, runs: Sequence[CylinderRun], size: float) -> list[CylinderRun]:
-    """Return the cylinders that are no rings, and no shafts if others are left; all if none is left."""
+    """Return the cylinders that are neither rings nor, if others are left, shafts; all if none is left."""
     wide = [run for run in runs if _is_wide(run.width, run, RING * size)]
     if len(wide) > 1 and long.blur_mm == 0.0:
         wide = [run for run in wide if not _is_shaft(long, run)] or wide
@@ -122,7 +122,7 @@ def _is_wide(width_mm: float, run: CylinderRun, share: float) -> bool:
 def _chosen(
     stretch: _Stretch, likely: Sequence[CylinderRun], certain: Sequence[float], size: float
 ) -> JournalChoice:
-    """Return the choice among cylinders none of which is a thin ring or a shaft."""
+    """Return the choice among cylinders that are neither thin rings nor shafts."""
     alike = [run for run in likely if any(abs(run.radius - r) < SAME_THICKNESS * r for r in certain)]
     orders = stretch.outward(alike or likely)
     picks = [JournalChoice(order[0]) if alike else _beside_web(order, size) for order in orders]

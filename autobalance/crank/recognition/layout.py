@@ -50,12 +50,12 @@ class GapError(RecognitionError):
 class JournalLayout:
     """Main journals and crankpins, each by increasing z, in the turned axes; ``axis`` (2,).
 
-    ``settled`` means that the axis is the journals' own, with nothing left to fit; ``chosen_from`` are
-    all the bare cylinders; ``others`` is the cylinder that may be meant instead of each journal, None if
-    there is no doubt; ``shafts`` the stretches of a shaft that runs through, beside or within crankpins.
+    ``settled`` means that the axis is the journals' own, with nothing left to fit. ``chosen_from`` are all
+    the bare cylinders; ``others`` is the cylinder that may be meant instead of each journal, None if there is
+    no doubt. ``shafts`` are the stretches of a shaft that runs through, next to or within crankpins.
     ``bored`` means that the main journal is a bore for the shaft, ``lone_bores`` that the crankpins are bores
-    of one web alone. ``other_axis`` is the cylinder that may be the axis instead, ``axis_setting`` the line
-    of a job that takes it; an empty text stands for its place.
+    of one web alone. ``other_axis`` is the cylinder that may be the axis instead; ``axis_setting`` is the
+    line of a job that selects it, with an empty text for its place.
     """
 
     axis: Array
@@ -84,8 +84,8 @@ def crank_axis(
 ) -> list[CylinderRun]:
     """Return the cylinders on the crank axis: the line of cylinders that begins before and ends after others.
 
-    Where none does, the crank is overhung, and the axis is the line with more shaft on it and more metal
-    beyond it, or the one that is keyed; unless one of these says otherwise.
+    If none does, the crank is overhung. The axis is then the line with more shaft on it and more metal beyond
+    it, or the one that is keyed, unless one of these contradicts.
 
     ``hint`` (2,) is a job's own axis; ``wander`` is the largest distance between cylinders of one line, as a
     share of the radius. Where no line is the axis for certain, journals that wander farther are tried.
@@ -248,7 +248,7 @@ def solid_layout(
 
 
 def _no_crankpin(long: SectionStack, on_axis: Sequence[CylinderRun], others: Sequence[CylinderRun]) -> str:
-    """Return a refusal that lists the cylinders beside the axis, none of which is a crankpin."""
+    """Return an error that lists the cylinders next to the axis if they are not crankpins."""
     count = f"{len(on_axis)} cylinder{'s' * (len(on_axis) > 1)} on the axis"
     if not others:
         seen = f"{count} and none beside it"
@@ -277,7 +277,7 @@ def cylinder_text(long: SectionStack, run: CylinderRun) -> str:
 
 
 def _refuse_lone_web(long: SectionStack, runs: Sequence[CylinderRun], rounding_mm: float) -> None:
-    """Refuse one web of a built-up crank, of which a job says that its crankpin is in the file."""
+    """Refuse a single web of a built-up crank if the job sets that its crankpin is in the file."""
     if long.blur_mm > 0.0 or len(_lines(runs, SAME_CENTRE)) > 1:
         return
     web = single_web(long, runs, bore_runs(long, rounding_mm))
@@ -363,7 +363,7 @@ def _shaft_bore(
 
 
 def completed(long: SectionStack, layout: JournalLayout) -> JournalLayout:
-    """Return a layout of a job's own journals and crankpins with the shaft beside them, and bores told."""
+    """Return a layout of a job's own journals and crankpins with the shaft next to them, and bores marked."""
     on_axis = [
         run
         for run in layout.chosen_from

@@ -18,7 +18,7 @@ from autobalance.errors import RecognitionError
 from autobalance.types import Array
 
 BORE_DISTANCE_RATIO = 0.5
-"""Of a half crank, the end with the web is that from which its bore is nearer by this factor."""
+"""Ratio by which a bore of a half crank is nearer to the end with the web than to the other end."""
 
 
 def pressed_up_layout(
@@ -156,7 +156,7 @@ def _near(a: tuple[Array, float], b: tuple[Array, float]) -> bool:
 def _webward(long: SectionStack, gap: tuple[float, float], side: int, axis: Array) -> list[CrossSection]:
     """Return the sections of the web beyond a gap that have a round hole beside the axis.
 
-    The first few may have none: those of a shoulder or a collar, and of a face that leans a little.
+    The first few may be missing: those of a shoulder or a collar, and of a face that leans a little.
     """
     edge = gap[0] if side < 0 else gap[1]
     outward = sorted(

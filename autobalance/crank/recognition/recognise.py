@@ -57,8 +57,7 @@ SMOOTH_MESH_SHARE = 1e-6
 WAVED_ROUGHNESS_RATIO = 3.0
 """Vertices of a drawn mesh that was waved are off its surfaces by up to so many times its roughness."""
 SLIGHTLY_WAVED = 0.6
-"""Of a crank waved by 1 µm a third of the triangles lie in one plane with a neighbour, of drawn ones nearly
-all."""
+"""Share of triangles in one plane with a neighbour: a crank waved by 1 µm has 1/3, drawn ones nearly all."""
 SLIGHT_TILT_RAD = 1e-4
 """Sections along an axis that is off by less than this still show the same circles."""
 
@@ -81,8 +80,7 @@ def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFa
 
     Raises
     ------
-    RecognitionError
-        If something is not found; the message names the job key that settles it.
+    RecognitionError If something is not found; the message names the job key to set.
     """
     try:
         return once(
@@ -209,7 +207,7 @@ def _with_grey(found: Anatomy, flat: float) -> Anatomy:
 
 
 def _waved(rough: RoughMesh, overrides: Overrides, refusal: RecognitionError) -> Anatomy:
-    """Return a drawn crank whose vertices something moved a little; raise the refusal if there is none."""
+    """Return a drawn crank whose vertices were moved a little; raise the error if it is not one."""
     if rough.local_mm <= SMOOTH_MESH_SHARE * rough.mesh.diagonal_mm:
         raise refusal
     views = Views(rough.mesh, WAVED_ROUGHNESS_RATIO * min(rough.local_mm, CREDIBLE_MM))

@@ -36,7 +36,7 @@ SIDE_SHARE = 3.5
 THICK_SHARE = 1.0
 """A rod is thinner along its eyes than they are apart."""
 SAME_DIAMETER = 1e-3
-"""Bores that differ by less are alike; the big end is then the one nearer to the centre of mass."""
+"""Bores that differ by less count as equal; the big end is then the one nearer to the centre of mass."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class RodEyes:
     big, small : RodEye
     file_to_rod : (4, 4) float
         From the file's coordinates [mm] to the rod's: origin in the big end's centre, z along the eyes, x
-        towards the small end. z has a crank axis's sense: its largest component in the file is positive.
+        towards the small end. The largest component of z in the file is positive, as for a crank axis.
     """
 
     big: RodEye

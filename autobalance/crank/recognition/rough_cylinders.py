@@ -32,7 +32,7 @@ BORE_REACH = 2.0
 
 
 GROOVE_PLACES = 6
-"""Beyond a groove a cylinder goes on over at least so many of the places where it is checked."""
+"""Beyond a groove a cylinder continues over at least so many of the places where it is checked."""
 
 
 MIN_POINTS = 24
@@ -104,9 +104,9 @@ class RoughMesh:
 class RoughCylinder:
     """A fitted cylinder, its points, and the fit.
 
-    ``middle_pm_mm`` and ``width_pm_mm`` are the standard errors of its middle's height and its length;
-    ``steps_mm`` are the heights at which steps to the faces beside it begin, below and above, ``bare_ends``
-    its ends if no face tells them.
+    ``middle_pm_mm`` and ``width_pm_mm`` are the standard errors of its middle's height and its length.
+    ``steps_mm`` are the heights at which steps to the faces next to it begin, below and above. ``bare_ends``
+    are its ends if no face gives them.
     """
 
     run: CylinderRun
@@ -245,10 +245,11 @@ def _ends(
 def _end(sure: Array, on: Array, size: float, left_mm: float | None, whole_mm: float) -> tuple[float, float]:
     """Return by which distance from the middle a cylinder has ended, and from which on it may have.
 
-    ``left_mm`` is where most of what is there has left it, if that is so. Else its last point is its end, but
-    for what lies apart from where enough of it is there (``sure``): where a bore or another cylinder crosses
-    it, a few points are as far from its axis as it is, and a hollow journal went on 1.5 mm into its web.
-    ``whole_mm`` is the last section to show it whole: past an eccentric's face the rest of its shaft goes on.
+    ``left_mm`` is the height at which most of the cylinder has ended, if it ends so. Else its last point is
+    its end, except for points apart from where enough of it exists (``sure``). Where a bore or another
+    cylinder crosses it, a few points are as far from its axis as it is; a hollow journal extended 1.5 mm into
+    its web. ``whole_mm`` is the last section to show it whole: past an eccentric's face the rest of its shaft
+    continues.
     """
     limit = math.inf if left_mm is None else left_mm
     begin = float(sure[sure < limit].max(initial=0.0)) - 0.5 * size

@@ -1,7 +1,8 @@
-"""A crank recognised as a drawn one whose surface is rough all the same: how rough, and how sure it is.
+"""Roughness of a crank that was recognised as a drawn one, and its certainty.
 
-The residual of the fitted cylinders, known from thousands of points, decides, and not how many triangles
-happen to be flat: a drawn cylinder's corners lie on it to the file's digits, however fine its facets are.
+The residual of the fitted cylinders, known from thousands of points, decides, and not the number of triangles
+that happen to be flat. A drawn cylinder's corners lie on it to the file's digits, however fine its facets
+are.
 """
 
 from __future__ import annotations
@@ -28,16 +29,16 @@ from autobalance.types import Array
 LEAST_ROUGH_MM = 4e-4
 """Residuals up to this are a file's digits: those of three decimals in mm leave 0.0003 mm."""
 EXACT_SHARE = 0.1
-"""Of a drawn cylinder's corners at least this share lie on it; others lie on chords. Of one waved by 1 µm
-5 % do, of one whose facets were split into twelve along a chord a tenth."""
+"""Smallest share of a drawn cylinder's corners that lie on it; others lie on chords. A cylinder waved by 1 µm
+has 5 %, one whose facets were split into twelve along a chord a tenth."""
 NEAR_SHARE = 5e-3
 """Corners up to this share of the radius off a cylinder are looked at."""
 END_SHARE = 0.1
 """... except for this share of its width at each end, where fillets begin."""
 LONGEST_MM = 25.6
-"""Where nothing can be fitted the surface's errors are taken to be alike over so much."""
+"""Length over which the surface's errors are taken as equal if nothing can be fitted."""
 MIN_CORNERS = 100
-"""A cylinder of fewer corners says nothing: v-hacd's crank has 50 on a journal, all on chords."""
+"""A cylinder of fewer corners is not used: v-hacd's crank has 50 on a journal, all on chords."""
 
 
 def is_rough(mesh: Mesh, anatomy: Anatomy) -> bool:

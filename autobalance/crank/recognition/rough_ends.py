@@ -24,7 +24,7 @@ from autobalance.types import Array
 FILLET_SHARE, FACE_MM = 0.3, 1.0
 """A face is beside a cylinder up to this share of the radius, and this much, from its end [mm]."""
 ALIKE_MM = 0.6
-"""The two fillets of a cylinder are alike when they differ by less."""
+"""The two fillets of a cylinder count as equal if they differ by less."""
 STEP_POINT_SHARE = 0.08
 """No fillet leads from a cylinder to a face when more than this share of the points between is off it: a
 collar does, or a chamfer. Of fillets none does, at holes 2 % do, at a public crank's collars 20 to 27 %."""
@@ -203,7 +203,7 @@ def _off_corner(along: Array, out: Array, radius: float) -> Array:
 
 
 def _free_end(each: RoughCylinder, planes: Sequence[tuple[RoughPlane, float]], side: float) -> End:
-    """Return the end of a cylinder without a fillet: amid its last points and the face there, if any.
+    """Return the end of a cylinder without a fillet: between its last points and the face there, if any.
 
     Nothing of it lies beyond the face that closes it: what seems to is a shaft's that an eccentric is on.
     """

@@ -1,4 +1,4 @@
-"""Least-squares surfaces of a scan's regions, and their certainty when neighbours err alike."""
+"""Least-squares surfaces of a scan's regions, and their certainty when neighbouring errors are correlated."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ of it: dents, drillings, edges."""
 NO_OUTLIER = 5e-4
 """... except for those that are off a drawn cylinder by less than this share of its radius."""
 LEAST_IN_PLANE = 0.5
-"""Where the points near a plane stand for less than this share of the area, points are counted by area: faces
-of v-hacd's crank have few corners, and the many vertices of fine rounds next to them are all off."""
+"""If the points near a plane represent less than this share of the area, points are counted by area. Faces of
+v-hacd's crank have few corners, and the many vertices of fine rounds next to them are all off."""
 ROUNDS = 5
 PATCHES = 220
 """Number of patches, about, over which a region's errors are averaged."""
 REACHES_MM = (0.8, 1.6, 3.2, 6.4, 12.8, 25.6, 51.2)
-"""Errors are taken for a sum of fields that are alike over these distances, and a part alike nowhere.
-Scanners err alike over up to 40 mm: of such waves a journal shows little, and they move it most."""
+"""Errors are modelled as a sum of fields correlated over these distances, and an uncorrelated part. Errors of
+scanners are correlated over up to 40 mm: a journal shows little of such waves, and they move it most."""
 LIKELIHOOD_PATCHES = 70
 """Number of patches, about, of a region from which the fields' variances are estimated."""
 MOST_ROUNDS, MOST_STEP, STILL = 20, 1.5, 0.02
@@ -31,11 +31,12 @@ MOST_ROUNDS, MOST_STEP, STILL = 20, 1.5, 0.02
 LEAST_VARIANCE = 1e-7
 """Share of the residuals' variance that counts as none."""
 PRIOR_INFORMATION = 0.1
-"""Of the logarithm of each variance before a residual is seen: it may be anything within a factor of 20."""
+"""Prior of the logarithm of each variance before a residual is seen: it may be anything within a factor of
+20."""
 DOUBT_SIGMAS = 2.0
-"""Variances of fitted values are widened by so many standard errors of their own: how long waves are is known
-badly from short journals. Without, axes of simulated cranks erred by up to three standard errors as root mean
-square where errors were alike over 40 mm; with it, by 0.6 to 1.2."""
+"""Variances of fitted values are widened by so many of their standard errors: the length of waves is known
+badly from short journals. Without this, axes of simulated cranks erred by up to three standard errors (RMS)
+if errors were correlated over 40 mm; with it, by 0.6 to 1.2."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +79,7 @@ def weighted(rows: Array, target: Array, weights: Array) -> Array:
 
 
 def fit_line(regions: Sequence[Region], starts: Sequence[tuple[Array, float]]) -> Fit:
-    """Return the fit of one axis through cylinders nearly along z, each with a radius of its own.
+    """Return the fit of one axis through cylinders nearly along z, each with a separate radius.
 
     ``values`` are x and y of the axis at the points' mean z, its slopes, and the radii; the residuals are
     outward.

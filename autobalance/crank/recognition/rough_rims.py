@@ -25,7 +25,7 @@ MAX_ROUGHNESS_RATIO = 2.5
 """Rims that are off a cylinder about the axis by more than so many times the roughness are left out."""
 MIN_TRIANGLES = 24
 END_HEIGHT_SIGMA_SHARE = 0.5
-"""Where another face may be a web's end, its height is uncertain by this share of their distance."""
+"""Uncertainty of a web's end, as a share of the distance to another face that may be that end."""
 
 
 def with_rims(

@@ -36,7 +36,7 @@ LEAST_WIDTH = 0.15
 MOST_TAPER = 0.015
 """A cylinder's radius changes by less than this along its length: cones for pulleys begin at 1 : 40."""
 MIN_SECTION_SHARE = 0.6
-"""Of the sections of a cylinder at least this share show its circle."""
+"""Smallest share of a cylinder's sections that show its circle."""
 
 
 def rough_slack_mm(local_mm: float) -> float:

@@ -1,8 +1,8 @@
 """Recognition of a crank in a scan: its layout from rough sections, its surfaces by least squares.
 
-A surface that noise has moved shows no exact circle, plane or level. Sections at even steps and circles with
-some slack give the layout; then every region of the mesh on a journal, a crankpin or a web's face is fitted
-with all its vertices, the main journals together with their common axis.
+A surface moved by noise shows no exact circle, plane or level. Sections at even steps and circles with some
+slack give the layout. Then every region of the mesh on a journal, a crankpin or a web's face is fitted with
+all its vertices, the main journals together with their common axis.
 """
 
 from __future__ import annotations
@@ -74,8 +74,7 @@ def scanned_along(
 
     Raises
     ------
-    RecognitionError
-        If there is none, or it does not explain the surface.
+    RecognitionError If there is no layout, or it does not explain the surface.
     """
     slack = rough.slack_mm
     for _ in range(4):

@@ -26,12 +26,12 @@ BARE_SHARE = 0.6
 """At least this share of an eccentric's circle is bare: the shaft takes the rest. Of the boss of a web around
 a crankpin it is less than half."""
 MIN_HELD_BOTH_RATIO, MIN_HELD_ONCE_RATIO = 0.3, 0.5
-"""Smallest radius of a crankpin next to a shaft, as a share of the shaft's, if both of its ends are held, and
-where one is free: a dowel beside a flange's pilot has less than the second."""
+"""Smallest radius of a crankpin next to a shaft, as a share of the shaft's: first if both of its ends are
+held, then if one is free. A dowel next to a flange's pilot has less than the second."""
 MOSTLY = 0.5
-"""A shaft's cylinder with a crankpin beside more than this share of it is no journal."""
+"""A shaft's cylinder with a crankpin next to more than this share of it is not a journal."""
 MIN_SHAFT_RATIO = 2.0
-"""Beyond the free end of a crankpin its shaft goes on for at least this many times its radius."""
+"""Beyond the free end of a crankpin its shaft continues for at least this many times its radius."""
 
 
 def find_eccentrics(
@@ -149,8 +149,8 @@ def pins_beside_shaft(
 ) -> list[CylinderRun]:
     """Return the cylinders beside a shaft that runs past them, each alone with it and held by a web.
 
-    One with a free end is a crankpin only if it is no thinner than half the shaft, and the shaft goes on past
-    it for a journal's length: the eyes of a connecting rod end together.
+    A cylinder with a free end is a crankpin only if its radius is at least half the shaft's, and the shaft
+    continues past it for a journal's length. The eyes of a connecting rod end together.
     """
     if len(on_axis) < 2:
         return []
@@ -178,7 +178,7 @@ def _goes_on(long: SectionStack, run: CylinderRun, side: int) -> bool:
 
 
 def _beyond_mm(shafts: Sequence[CylinderRun], run: CylinderRun, side: int) -> float:
-    """Return how far shafts beside a cylinder go on past its end on a side."""
+    """Return the length by which shafts next to a cylinder continue past its end on a side."""
     if side < 0:
         return run.z_low - min(shaft.z_low for shaft in shafts)
     return max(shaft.z_high for shaft in shafts) - run.z_high

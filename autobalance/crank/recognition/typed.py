@@ -55,7 +55,7 @@ CORNER_RATIO = 0.3
 MAX_RESIDUAL_RATIO = 0.02
 """Vertices are on a cylinder when they are off it by less than this share of the radius."""
 MEDIANS = 5.0
-"""Those that count in its fit are off it by less than so many times the median: scattered ones all do."""
+"""Largest distance from it of those that count in its fit, in medians; scattered ones all count."""
 HALVINGS = 8
 LEAST_VERTICES = 6
 RINGS = (1e-2, 2e-3, 4e-4, 1e-4)
@@ -72,7 +72,7 @@ GAP_RATIO = 0.3
 BESIDE_RATIO = 2.0
 """Bores of a crankpin that is not in the file are sought beside it along so many of its radii."""
 SAME_MM = 0.02
-"""What is typed agrees with the file within this, or within ..."""
+"""Typed values agree with the file within this, or within ..."""
 ROUGHNESS_RATIO = 3.0
 """... so many times the file's own roughness,"""
 SAME_DIRECTION_DEG = 0.01
@@ -313,7 +313,7 @@ def _voted(surface: _Surface, aside: float) -> tuple[Array, float, NDArray[np.bo
 
 
 def _agree(middles: Array, normals: Array, centre: Array, radius: float, aside: float) -> NDArray[np.bool_]:
-    """Return which triangles face an axis at a radius, middles ``aside`` by at most that share."""
+    """Mark the triangles that face an axis at a radius, middles ``aside`` by at most that share."""
     arms = middles - centre
     along = (arms * normals).sum(axis=1) - radius
     across = arms[:, 0] * normals[:, 1] - arms[:, 1] * normals[:, 0]
@@ -343,7 +343,7 @@ def typed_and_found(
     rounding_mm: float,
     to_rotor: Array,
 ) -> Typed:
-    """Return what the file has where a job types axis, journals and crankpins.
+    """Return the features of the file at the axis, journals and crankpins that a job types.
 
     Parameters
     ----------
@@ -406,7 +406,7 @@ class _Placing:
     def all(
         self, key: str, hints: Sequence[PinHint] | None, runs: Sequence[CylinderRun], may_lack: bool
     ) -> tuple[CylinderFound, ...] | None:
-        """Return what is found for each hint, in the order of the numbered ``runs``; None without hints."""
+        """Return the find for each hint, in the order of the numbered ``runs``; None without hints."""
         if hints is None:
             return None
         long = self.comparison.long
@@ -506,7 +506,7 @@ def _other_axis(anatomy: Anatomy, overrides: Overrides) -> Iterator[str]:
 
 
 def _away_mm(each: Cylinder, at: Array, hint: PinHint) -> float:
-    """Return how far a typed cylinder is from one of the file: aside, beyond its ends, and in size."""
+    """Return the distance of a typed cylinder from one of the file: aside, beyond its ends, and in size."""
     along = max(0.0, abs(float(each.centre_mm[2] - at[2])) - 0.5 * each.width_mm)
     size = 0.0 if hint.diameter_mm is None else 0.5 * abs(each.diameter_mm - hint.diameter_mm)
     return math.hypot(float(np.hypot(*(each.centre_mm[:2] - at[:2]))), along) + size

@@ -28,14 +28,14 @@ MAX_COLLAR_OFFSET_RATIO = 0.02
 by less than this share of its radius."""
 COUNTERWEIGHT_SHARE = 0.4
 """A web carries a counterweight when its first moment beyond the axis, away from the crankpin, is at least
-this share of that on the crankpin's side: a plain web's hub has less than a quarter, a disc has all."""
+this share of that on the crankpin's side. A plain web's hub has less than a quarter, a disc has all."""
 DISC_SHARE = 0.99
-"""... but it is a round hub about the axis, not a counterweight, where that moment is less than this share
-and the web's outline there is one arc that goes on towards the crankpin: a counterweight's edges step in."""
+"""... but it is a round hub about the axis, not a counterweight, if that moment is less than this share and
+the web's outline there is one arc that continues towards the crankpin: a counterweight's edges step in."""
 HUB_FROM_RAD, HUB_RAYS = math.radians(78.0), 16
 """The arc is looked at from this angle to the crankpin on, on both sides, at so many places."""
 HUB_ROUNDNESS = 0.05
-"""Its radius changes by less than this share; facets of a coarse circle are in by 0.035."""
+"""Largest change of its radius, as a share; facets of a coarse circle are in by 0.035."""
 CYLINDER_MARGIN_RATIO = 0.25
 """Within the width that a job (or the recogniser) gives a cylinder, metal up to this share beyond its radius
 is still the cylinder: corners of coarse facets, a diameter given roundly."""
@@ -46,7 +46,7 @@ NECK_WIDTH = 0.1
 ROUGH_FILLET = 0.2
 """Fillets of a scanned crank are lower than this share of their cylinder's radius."""
 MAX_RAGGED_SECTIONS = 3
-"""Number of a scan's sections in a row that may cut a step's face, whose waves are no circle."""
+"""Number of a scan's sections in a row that may cut a step's face, whose waves do not form a circle."""
 ON_AXIS = 0.06
 """A shaft's middle is off the axis by less than this share of its radius: that of seven sides by 0.05."""
 LONE_BORE = 0.3
@@ -62,8 +62,8 @@ MIN_THROW_WIDTH_RATIO = 0.2
 MAX_IN_WEB = 0.25
 """A journal or crankpin is within a web over less than this share of its width: fillets of typed ones are."""
 MAX_BESIDE_BOSSES = 0.9
-"""The same share of a cylinder that is apart from all other metal: what is on a web's face beside it, as
-bosses and bolts do, makes the web wider and the cylinder no part of it."""
+"""The same share of a cylinder that is apart from all other metal. Parts on a web's face next to it, as
+bosses and bolts, make the web wider and the cylinder not part of it."""
 MAX_SHARED = 0.25
 """Two of them share less than this part of the narrower one's width."""
 MAX_LISTED = 8
@@ -109,7 +109,7 @@ def _faced(run: CylinderRun, others: Sequence[CylinderRun], ends: tuple[float, f
 def refuse_impossible(
     long: SectionStack, layout: JournalLayout, webs: Sequence[Web], typed_pins: bool
 ) -> None:
-    """Refuse what no crank has: a crankpin of hardly any width, a cylinder within a web, two on one stretch.
+    """Refuse impossible cranks: a crankpin of almost no width, a cylinder within a web, two on one stretch.
 
     ``webs`` are in the layout's z. It holds of typed cylinders as well; but webs begin if the file has no
     surface of a typed crankpin, so that such a crankpin is only compared with the file.
@@ -213,14 +213,14 @@ def _joins(one: CylinderRun, other: CylinderRun, is_pin: bool, other_is_pin: boo
 def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
     """Refuse a journal or a crankpin that was not recognised as one.
 
-    That is a neck within a web (``webs`` are placed as the layout is), one beside the axis if there is no
-    crankpin, and a cylinder between a web and the main journal taken instead of it: a flange, a gear's seat.
-    A recognised one that is none is refused too: one of two pins side by side, a bolt's hole.
+    It refuses a neck within a web (``webs`` are placed as the layout is) and one next to the axis if there is
+    no crankpin. It refuses a cylinder between a web and the main journal taken instead of it, such as a
+    flange or a gear's seat. A recognised cylinder that is not a crankpin is refused too: one of two pins side
+    by side, a bolt's hole.
 
     Raises
     ------
-    RecognitionError
-        With the place, and the key that settles it.
+    RecognitionError With the place, and the key to set.
     """
     if layout.bored:
         return
@@ -461,7 +461,7 @@ def _web(
 
 
 def _is_round_hub(sections: Sequence[CrossSection], axis: Array, towards: Array) -> bool:
-    """Return whether a web away from its crankpin is an arc about the axis, and goes on towards it."""
+    """Return whether a web away from its crankpin is an arc about the axis that continues towards it."""
     angles = np.concatenate([sign * np.linspace(HUB_FROM_RAD, math.pi, HUB_RAYS) for sign in (1.0, -1.0)])
     outlines = {id(piece): piece.outline for section in sections for piece in section.pieces}
     reach = np.max([_reach(outline - axis, towards, angles) for outline in outlines.values()], axis=0)
@@ -469,7 +469,7 @@ def _is_round_hub(sections: Sequence[CrossSection], axis: Array, towards: Array)
 
 
 def _reach(outline: Array, towards: Array, angles: Array) -> Array:
-    """Return how far a closed outline (k, 2) reaches from the origin at angles (n,) from a direction [mm]."""
+    """Return the reach of a closed outline (k, 2) from the origin at angles (n,) from a direction [mm]."""
     rays = np.stack([np.cos(angles), np.sin(angles)], axis=1) @ np.array(
         [[towards[0], towards[1]], [-towards[1], towards[0]]]
     )

@@ -1,7 +1,7 @@
 """Journals of a bending crank in oil films, which yield to the loads that its bending leaves.
 
 A journal moves as its film lets it (Booker's mobility), and by moving it bends the crank, which changes the
-load on its film: all journals together are one stiff set of equations over the crank angle.
+load on its film. All journals together are one stiff set of equations over the crank angle.
 """
 
 from __future__ import annotations

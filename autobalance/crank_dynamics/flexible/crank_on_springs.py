@@ -1,8 +1,8 @@
 """A crank as a straight beam on springs: effect of its bending on the loads of its mains.
 
-Each stretch between two nodes has its own stiffness in and across a plane of its own, a throw's; mains are
-springs alike in all directions. The beam is in static equilibrium at each crank angle: its inertia in
-vibration is left out.
+Each stretch between two nodes has a separate stiffness in and across a separate plane, a throw's. Mains are
+springs with the same stiffness in all directions. The beam is in static equilibrium at each crank angle: its
+inertia in vibration is left out.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a report lists of a crank that bends over its cycle."""
+"""Figures of a crank that bends over its cycle."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ USUAL_CLEARANCE = 1e-3
 
 
 class Bent(NamedTuple):
-    """The cycle of a crank as it bends; without counterweights, if it has any; and how it twists."""
+    """Cycle of a crank as it bends, without counterweights too if it has any, and its twist."""
 
     cycle: FlexibleCycle
     without_counterweights: FlexibleCycle | None
@@ -37,7 +37,7 @@ class Bent(NamedTuple):
 
 
 def _computed(analysis: CycleAnalysis, job: Job, crank: Crank) -> Bent:
-    """Return the cycle of the crank as it bends; without counterweights, if it has any; and how it twists."""
+    """Return the cycle of the crank as it bends, without counterweights too if it has any, and its twist."""
     springs, cycle = job.table(MainSprings), job.table(Cycle)
     on: tuple[float, ...] | Film
     if springs is not None:

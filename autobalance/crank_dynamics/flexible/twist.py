@@ -31,7 +31,7 @@ class ShaftTwist:
 def shaft_twists(
     cycle: CycleAnalysis, job: Job, crank: Crank, stiffer: float = 1.0
 ) -> tuple[ShaftTwist, ...] | None:
-    """Return the twist of the crank from its first main to its last; None where gears or branches hang on it.
+    """Return the twist of the crank from its first main to its last; None if gears or branches are attached.
 
     Orders up to the 12th swing by the chain's inertias; the mean torque goes out behind the last throw.
     ``stiffer``: times which the springs are as stiff as they are.

@@ -20,7 +20,7 @@ KG_PER_G = 1e-3
 KG_MM2_PER_G_MM2 = 1e-3
 MPA_PER_GPA = 1e3
 E_GPA, NU = 210.0, 0.3
-"""Of steel."""
+"""Young's modulus [GPa] and Poisson's ratio of steel."""
 N_M2_PER_N_MM2 = 1e-6
 MASSLESS_DENSITY_KG_M3 = 8.0
 """Density of the shaft [kg/m³], a thousandth of steel's: the discs have the crank's mass."""

@@ -1,9 +1,9 @@
 """A rotor in a few coordinates, right to about 1e-6 below the highest frequency of interest.
 
-Each plane keeps its lowest modes, bearings in them undamped and at their mean stiffness, up to several
-times the highest frequency of interest, and the static shapes under forces at the bearings and moments
+Each plane keeps its lowest modes, up to several times the highest frequency of interest, with bearings
+undamped and at their mean stiffness. It also keeps the static shapes under forces at the bearings and moments
 at the discs. The omitted modes answer these statically, so the error falls with a high power of the
-frequencies' ratio. It is checked on the whole matrices, and more is kept until it holds.
+frequencies' ratio. The result is checked on the whole matrices, and more modes are kept until it agrees.
 """
 
 from __future__ import annotations

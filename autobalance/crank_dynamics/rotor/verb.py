@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from autobalance.crank_dynamics.rotor.beam_rotor import BeamRotor
 
 SPEED_RPM = 3000.0
-"""Of a crank, if nothing is said."""
+"""Defaults for a crank."""
 SPEED_MULTIPLE = 10.0
 """Critical speeds are looked for up to so many times a single speed."""
 
@@ -68,11 +68,11 @@ def rotor(
     Parameters
     ----------
     source : path, dict or Crank
-        Rotor file (shaft, discs, bearings, unbalances), or a crank's solid, of which the equivalent straight
-        rotor is made. Or a dict of its structure, or a crank as an object. The other parameters are for
-        cranks.
+        Rotor file (shaft, discs, bearings, unbalances), or a crank's solid, from which the equivalent
+        straight rotor is made. Or a dict of its structure, or a crank as an object. The other parameters are
+        for cranks.
     unit : str or None
-        Unit of length of a crank's file, mm, cm, m or inch, if its format carries none; None: the
+        Unit of length of a crank's file, mm, cm, m or inch, if its format carries no unit; None: the
         format's.
     density_kg_m3 : float or None
         Density of a crank [kg/m³]; None: 7850.
@@ -87,10 +87,8 @@ def rotor(
 
     Raises
     ------
-    UsageError
-        If parameters of a crank are next to a rotor file.
-    JobError
-        If the file says something unknown or impossible.
+    UsageError If parameters of a crank are used with a rotor file. JobError If the file has an unknown key or
+    an impossible value.
     """
     if isinstance(source, Crank):
         return _of_crank(source, speed_rpm, bearing_n_m)

@@ -20,7 +20,7 @@ from autobalance.types import Array, Complex
 Whirl = Literal["forward", "backward", "mixed"] | None
 
 MAX_DAMPING_RATIO = 0.99
-"""Damping ratio above which a mode is no vibration."""
+"""Damping ratio above which a mode does not vibrate."""
 PLANAR_AREA_RATIO = 1e-6
 """Ratio of swept area to the square of the largest amplitude below which motion is in a plane."""
 RIGID_MOTION_SHARE = 1e-3

@@ -29,7 +29,7 @@ RANGES = {
     "d_journal": (0.0, 0.8),
     "d_pin": (0.0, 0.8),
 }
-"""Where the formulas hold; s may go far below 0, with what ``FilletShape`` then takes."""
+"""Range of the formulas; s may be far below 0, with the value that ``FilletShape`` then takes."""
 MEANING = {
     "s": "overlap of journal and crankpin over the crankpin",
     "w": "web thickness over the crankpin",
@@ -187,7 +187,7 @@ class FilletShape:
         )
 
     def _torsion(self, r: float) -> float:
-        """Return α_T or β_T of a fillet over the diameter of its own pin."""
+        """Return α_T or β_T of a fillet over the diameter of its pin."""
         return (
             0.8
             * float(r ** (-0.3220 + 0.1015 * self._apart))

@@ -27,7 +27,7 @@ from autobalance.types import Array
 N_MM_PER_N_M = 1e3
 Place = Literal["crankpin", "journal"]
 Costs = Mapping[tuple[int, Place], float]
-"""Number of a web, and which of its fillets → by how much cuts beside it raise its stress."""
+"""Number of a web, and one of its fillets → factor by which cuts next to it raise its stress."""
 
 
 @record
@@ -50,7 +50,7 @@ class FilletRow:
     outside_of_range : sequence of str
         Which ratios are outside of the range of the factors.
     cost_of_cuts : float
-        By how much cuts beside the fillet raise its stress; 1: not at all, or not known.
+        Factor by which cuts next to the fillet raise its stress; 1: not at all, or unknown.
     at_rad : float
         Crank angle where the safeties are least.
     """
@@ -163,8 +163,7 @@ def checked_strength(job: Job) -> Strength:
 
     Raises
     ------
-    JobError
-        If it has none.
+    JobError If it has no such table.
     """
     strength = job.table(Strength)
     if strength is None:

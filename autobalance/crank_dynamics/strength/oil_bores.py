@@ -35,7 +35,7 @@ from autobalance.job import Job
 from autobalance.types import Array
 
 ANGLES = 360
-"""Angles of the outlet that are tried if the job states none: to 4e-5 of the largest bending."""
+"""Angles of the outlet that are tried if the job states no angle: to 4e-5 of the largest bending."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Fillets of one throw by finite elements of its own metal, and what cuts beside them cost."""
+"""Fillets of one throw by finite elements of its metal, and the effect of cuts next to them."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ LONGEST_S = 90.0
 EXAMINED_RADIUS_SHARES = (0.15, 0.85)
 """Between these shares of a fillet's radius, out from its pin, its surface is off both pin and web."""
 OFF_WEB = 0.02
-"""By this share of the radius at least; less is a sharp corner."""
+"""Smallest radius as a share of the pin's; less is a sharp corner."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class FilletByElements:
     torsion_MPa : float
         Principal stress where 1 N·m twists it.
     error : float
-        By how much the last two meshes differ, a share.
+        Difference of the last two meshes, as a share.
     is_there : bool
         Whether the solid has a fillet of about that radius; without, the stress has no limit.
     """
@@ -165,12 +165,8 @@ def throw_by_elements(
 
     Raises
     ------
-    FileError
-        If the extra is not installed.
-    SolidError
-        If the throw cannot be meshed.
-    JobError
-        If it has no bay of its own between two main journals.
+    FileError If the extra is not installed. SolidError If the throw cannot be meshed. JobError If it has no
+    separate bay between two main journals.
     """
     need_libraries()
     ends = throw_ends_mm(crank.anatomy, throw)
@@ -197,7 +193,7 @@ def throw_by_elements(
 
 
 def _with_long_journals(piece: Solid) -> Solid:
-    """Return a throw whose half journals go on as far again as they are thick.
+    """Return a throw whose half journals are extended by their thickness.
 
     So that how its ends are held does not reach its fillets.
     """

@@ -92,12 +92,8 @@ def strength(
 
     Raises
     ------
-    UsageError
-        If the speed is impossible.
-    JobError
-        If a table is missing or says something impossible.
-    AutobalanceError
-        For anything wrong with the crank, the trace or the report.
+    UsageError If the speed is impossible. JobError If a table is missing or has an impossible value.
+    AutobalanceError For anything wrong with the crank, the trace or the report.
     """
     from autobalance.crank_dynamics.strength.answer import StrengthReport
     from autobalance.crank_dynamics.strength.fillets_from_job import fillets
@@ -188,7 +184,7 @@ def _of_report(path: Path, speed_rpm: float | None, progress: Progress | None) -
 def _vibration(
     asked: _StrengthCase, crank: MeasuredCrank, cycle: CycleAnalysis
 ) -> tuple[tuple[ThrowVibration, ...] | None, list[str]]:
-    """Return what torsional vibration adds by throw, None where it is left out; and what to say of it."""
+    """Return the torque added by torsional vibration by throw (None if left out), and the notes on it."""
     from autobalance.crank_dynamics.torsion.vibration_torques import throw_vibrations
 
     if asked.job.table(CrankTorsion) is None:

@@ -50,7 +50,7 @@ class WebBending:
 
 @dataclass(frozen=True)
 class ThrowElements:
-    """One throw by finite elements under the same load; ``failed`` says why there is none.
+    """One throw by finite elements under the same load; ``failed`` is the reason if there is no result.
 
     ``before_MPa`` and ``after_MPa`` are what 1 % of the surface exceeds.
     """
@@ -87,7 +87,7 @@ def inertia_forces_N(job: Job, anatomy: Anatomy) -> tuple[float, ...]:
 def bending(
     before: Crank, after: Solid | None, force_N: Sequence[float], progress: Progress = no_progress
 ) -> Bending:
-    """Return nominal stresses of all webs beside a throw with a bay of its own, and one throw by elements.
+    """Return nominal stresses of all webs next to a throw with a separate bay, and one throw by elements.
 
     The throw is that whose webs lose most by the cuts, the first of several. It is a beam on hinges in the
     middles of its main journals, bent by a force in the middle of its crankpin.

@@ -1,4 +1,4 @@
-"""``autobalance torsion FILE.toml``: torsional vibration of a job's crank, or of a chain of its own."""
+"""``autobalance torsion FILE.toml``: torsional vibration of a job's crank, or of a separate chain."""
 
 from __future__ import annotations
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 class DamperRule:
     """Optimal damper of a mass ratio μ.
 
-    ``frequency_ratio`` is the ring's own over the system's, 0 without a spring; ``damping_ratio`` is
-    c/(2 J_d ω_n); ``peak`` the largest amplitude over the static one.
+    ``frequency_ratio`` is the ring's frequency over the system's, 0 without a spring. ``damping_ratio`` is
+    c/(2 J_d ω_n). ``peak`` is the largest amplitude over the static one.
     """
 
     mass_ratio: float

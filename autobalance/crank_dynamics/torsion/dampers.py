@@ -23,13 +23,13 @@ from autobalance.types import Array
 TUNED_ORDERS = 8
 """Orders that a damper is tuned by, those of the largest strain without it."""
 LITTLE_DAMPING = 0.01
-"""Share of critical damping with which these are looked for in a train that has none."""
+"""Share of critical damping with which these are looked for in an undamped train."""
 DAMPING_RANGE, SPRING_RANGE = 1e4, 1e2
 """Times and parts of the rule's values between which a damper is searched for."""
 FIRST_TRIED = {"viscous": 41, "ring": 9}
 """Values of each quantity, evenly spaced in their logarithm, before the search from the best of them."""
 AT_BOUND = 1e-3
-"""Of a logarithm: nearer to its bound, the search ended there."""
+"""Distance, in the logarithm, to a bound below which the search ended there."""
 STRAIN_SHARE = 0.5
 """Smallest share of a mode's strain energy in the crank for which a damper's rule applies to it."""
 
@@ -129,8 +129,7 @@ def with_dampers(model: ExcitedTrain) -> tuple[ExcitedTrain, tuple[FittedDamper,
 
     Raises
     ------
-    JobError
-        If one is to be tuned and nothing excites the train in the range of speeds.
+    JobError If one needs tuning and nothing excites the train in the range of speeds.
     """
     fitted: list[FittedDamper] = []
     speeds = model.question.speeds_rad_s
@@ -247,7 +246,7 @@ def _tuned(
 
 
 def _bound(logs: Array, bounds: Sequence[tuple[float, float]]) -> str | None:
-    """Return which bound of the search its result is at."""
+    """Return the bound of the search at which its result is."""
     for name, log, (low, high) in zip(("damping", "stiffness"), logs, bounds, strict=False):
         for word, end in (("least", low), ("greatest", high)):
             if abs(float(log) - end) < AT_BOUND:
@@ -256,7 +255,7 @@ def _bound(logs: Array, bounds: Sequence[tuple[float, float]]) -> str | None:
 
 
 def _loudest(model: ExcitedTrain, links: Sequence[int]) -> tuple[float, ...]:
-    """Return the orders of the largest strain; with a little damping if the train has none."""
+    """Return the orders of the largest strain; with a little damping if the train is undamped."""
     little = model.question if model.damped else replace(model.question, damping_ratio=LITTLE_DAMPING)
     tried = replace(model, question=little)
     peaks = {order: peak_of(tried, order, links) for order in model.orders}
@@ -265,7 +264,7 @@ def _loudest(model: ExcitedTrain, links: Sequence[int]) -> tuple[float, ...]:
 
 
 def damper_figures(model: ExcitedTrain, fitted: FittedDamper) -> DamperFigures:
-    """Return what a report lists of a damper, with its heat at the question's speeds."""
+    """Return the report's values of a damper, with its heat at the requested speeds."""
     damper, rule = fitted.damper, fitted.rule
     inertia, frequency = damper.inertia_kg_m2, fitted.frequency_rad_s
     without, with_it = fitted.without, fitted.with_

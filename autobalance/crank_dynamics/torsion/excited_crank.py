@@ -10,7 +10,7 @@ from autobalance.crank_dynamics.torsion.trains import named_train
 from autobalance.engines.cycle.torques import ThrowTorques
 
 USUAL_ORDERS = tuple(0.5 * n for n in range(1, 25))
-"""Of which critical speeds are listed if nothing says what excites a crank."""
+"""Orders whose critical speeds are listed if the excitation of a crank is unknown."""
 
 
 def excited_crank(

@@ -1,4 +1,4 @@
-"""What a report lists of a torsional train: inertias and springs, modes, absorber, its crank's throws."""
+"""Figures of a torsional train: inertias and springs, modes, absorber, its crank's throws."""
 
 from __future__ import annotations
 

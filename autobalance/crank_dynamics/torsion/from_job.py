@@ -1,4 +1,4 @@
-"""A job and its measured crank become a torsional chain: inertias of its own metal, springs of its throws."""
+"""Torsional chain of a job and its measured crank: inertias of its metal, springs of its throws."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ LEAST_BORE = 0.15
 CORE = 0.2
 """Half the breadth of the strip on which a web's thickness is measured, over the crank radius."""
 CELLS = (5, 3)
-"""Of that strip, along and across; the median of their thicknesses counts."""
+"""Points of that strip, along and across; the median of their thicknesses counts."""
 BESIDE_PINS = 1.15
 """Over the radius of a pin: beyond its fillet."""
 INSIDE_EDGE = 0.01
@@ -44,17 +44,17 @@ INSIDE_EDGE = 0.01
 LEAST_BESIDE = 0.01
 """Share of a web's arm beside its pins' fillets, at least, for its thickness to be taken there."""
 MIN_SHOULDER_RATIO = 1.1
-"""Where metal beside the pins is thicker than that between them by this much, a counterweight's shoulder
-is on it: webs of the drafted bundled crank came out at 17.7 mm for 11."""
+"""Ratio of the metal next to the pins to that between them above which a counterweight's shoulder is on it:
+webs of the drafted bundled crank came out at 17.7 mm for 11."""
 
 
 @dataclass(frozen=True, eq=False)
 class CrankChain:
     """A crank's chain with both formulas' springs (n − 1,) beside each other.
 
-    ``names`` are those of the stations; ``throw_stations`` the throws' stations, from 0;
-    ``diameters_m`` the smaller of journal and crankpin along each spring; ``shapes`` the throws' dimensions,
-    both sides' mean; ``throws_n_m_rad`` their stiffness by each formula.
+    ``names`` are those of the stations; ``throw_stations`` are the throws' stations, from 0. ``diameters_m``
+    are the smaller of journal and crankpin along each spring. ``shapes`` are the throws' dimensions, the mean
+    of both sides; ``throws_n_m_rad`` are their stiffness by each formula.
     """
 
     chain: TorsionChain
@@ -287,7 +287,7 @@ def _between_webs_mm(anatomy: Anatomy, pin: Pin) -> float:
 
 
 def _bore_mm(solid: Solid, pin: Pin) -> float:
-    """Return the bore of a journal or crankpin from what its section lacks; 0 if there is none."""
+    """Return the bore of a journal or crankpin from the metal that its section lacks; 0 if it is solid."""
     circle = Region.circle(0.51 * pin.diameter_mm, 256, tuple(float(x) for x in pin.centre_mm[:2]))
     area = (solid.section(float(pin.centre_mm[2])) & circle).area_mm2
     whole = 0.25 * math.pi * pin.diameter_mm**2
@@ -300,8 +300,8 @@ def _bore_mm(solid: Solid, pin: Pin) -> float:
 def _web_mm(solid: Solid, web: Web, throw: Throw, journal: Pin | None) -> tuple[float, float]:
     """Return thickness and breadth of a web's arm, their means between the crank axis and the crankpin's.
 
-    A counterweight may be thicker than the arm; only the arm counts, and beside the fillets where it is seen
-    there: above a journal or crankpin, and in a fillet, metal goes on.
+    A counterweight may be thicker than the arm; only the arm counts. Its thickness is taken next to the
+    fillets: above a journal or crankpin, and in a fillet, metal continues.
     """
     x, y = throw.direction
     radius = throw.crank_radius_mm

@@ -57,7 +57,7 @@ SHARED = (
     Key("pendulum", says="an absorber in place", keys=PENDULUM, default=None),
     *TRAIN,
 )
-"""Keys of a chain's file and of a job alike."""
+"""Keys of a chain's file that a job has too."""
 DAMPING_RATIO = Key(
     "damping_ratio",
     float,
@@ -191,8 +191,7 @@ def check_station(place: str, station: int, stations: int | None) -> None:
 
     Raises
     ------
-    JobError
-        If it is none.
+    JobError If it is not such a file.
     """
     if stations is not None and station > stations:
         raise JobError(f"{place} is {station}; there are {stations} stations")

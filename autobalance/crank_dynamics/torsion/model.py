@@ -11,7 +11,7 @@ from autobalance.types import Array
 Formula = Literal["ker_wilson", "carter"]
 
 USUAL_DAMPING_RATIO = 0.01
-"""Of every mode where the file gives neither a ratio nor a damper: what bare crankshafts show."""
+"""Damping of every mode if the file gives neither a ratio nor a damper, as bare crankshafts have it."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class TorsionQuestion:
 
 @dataclass(frozen=True)
 class Driven:
-    """An inertia on a shaft of its own, next to the crank or to another such inertia."""
+    """An inertia on a separate shaft, next to the crank or to another such inertia."""
 
     name: str
     inertia_kg_m2: float

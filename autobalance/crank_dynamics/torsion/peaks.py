@@ -16,13 +16,13 @@ from autobalance.types import Array
 
 Torque = Annotated[NotNegative, NEWTON_METRES]
 Sizes = Callable[[Array], Array]
-"""Speeds (k,) → what is to be smallest of them (k,)."""
+"""Speeds (k,) → quantity to minimise over them (k,)."""
 SPEEDS = 400
-"""In the range at which peaks are looked for, beside those of natural frequencies."""
+"""Speeds of the range at which peaks are looked for, in addition to natural frequencies."""
 CLOSER = 8
 """Parts of the interval around a local maximum, each time that it is looked at closer."""
 TIMES = 5
-"""How often: 400 speeds of a range, each 4⁵ times closer, place a peak to 2.5e-6 of the range."""
+"""Rounds of refinement: 400 speeds of a range, each 4⁵ times closer, place a peak to 2.5e-6 of the range."""
 
 
 @record
@@ -127,7 +127,7 @@ def _looked_at(model: ExcitedTrain, order: float) -> Array:
 
 
 def _weights(model: ExcitedTrain, links: Sequence[int]) -> Array:
-    """Return what a torque of 1 N·m counts along each shaft: its stress, or 1."""
+    """Return the weight of a torque of 1 N·m along each shaft: its stress, or 1."""
     if not by_stress(model, links):
         return np.ones(len(links))
     diameters = [model.named.diameters_m[n] for n in links]

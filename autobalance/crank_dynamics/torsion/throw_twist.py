@@ -34,14 +34,14 @@ LONGEST_S = 45.0
 EQUAL_SIZES_SHARE = 1e-3
 EQUAL_VOLUME_SHARE = 1e-2
 EQUAL_MOMENTS_SHARE = 3e-3
-"""Bays whose sizes, volumes, and first and second moments agree to these shares are alike. Drillings on
-another side change the stiffness by 0.1 %; the meshes leave 0.7 %, and by how much volumes differ, or
-journals that are longer twist more, counts as error too."""
+"""Bays whose sizes, volumes, and first and second moments agree to these shares count as equal. Drillings on
+another side change the stiffness by 0.1 %, and the meshes leave 0.7 %. The difference of volumes, or of the
+twist of longer journals, counts as error too."""
 
 
 @dataclass(frozen=True)
 class ThrowTwist:
-    """A throw's stiffness, or why it has none of its own."""
+    """A throw's stiffness, or the reason for its absence."""
 
     stiffness: TwistStiffness | None
     reason: str | None = None
@@ -130,9 +130,10 @@ def throw_twists(
     """Return the torsional stiffness of every throw by quadratic tetrahedra on three meshes.
 
     A throw reaches from the middle of the main journal before it to the middle of the one after it. Throws
-    between the same two mains are twisted together, and share the twist as their formulas (Ker Wilson) say.
-    What is alike is solved once, what is unlike the first on its finest mesh alone, with its error. A
-    crankpin that is not in the file is put in, of the bore's diameter, as one piece with the webs.
+    between the same two mains are twisted together, and share the twist as their formulas (Ker Wilson) give
+    it. Equal throws are solved once; a different one is solved on the finest mesh alone, with the error of
+    the first. A crankpin that is not in the file is added, of the bore's diameter, as one piece with the
+    webs.
 
     Raises
     ------
@@ -188,7 +189,7 @@ def bay_ends_mm(anatomy: Anatomy, throw: Throw) -> tuple[float, float] | str:
 
 
 def throw_ends_mm(anatomy: Anatomy, throw: Throw) -> tuple[float, float] | str:
-    """Return the middles of the journals beside a throw, or why there are none of its own."""
+    """Return the middles of the journals next to a throw, or the reason for their absence."""
     ends = bay_ends_mm(anatomy, throw)
     if isinstance(ends, str):
         return ends

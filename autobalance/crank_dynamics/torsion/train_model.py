@@ -15,7 +15,7 @@ DamperKind = Literal["ring", "viscous"]
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """Stations on shafts of their own; ``springs`` has one more where the first hangs on ``station``."""
+    """Stations on separate shafts; ``springs`` has one more if the first is connected to ``station``."""
 
     station: int
     names: tuple[str, ...]
@@ -38,8 +38,8 @@ class Coupling:
     def stiffness_n_m_rad(self, mean_n_m: float) -> float:
         """Return the slope of the characteristic at a mean torque; at a corner the mean of both slopes.
 
-        A characteristic without negative torques holds for both senses; beyond its ends the last slope goes
-        on.
+        A characteristic without negative torques holds for both directions; beyond its ends the last slope
+        continues.
 
         Examples
         --------

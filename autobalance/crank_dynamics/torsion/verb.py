@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from autobalance.verbs.crank import Crank
 
 POISSON = 0.3
-"""Of the crank's metal, where finite elements need it."""
+"""Material of the crank, if finite elements need it."""
 MODES_SHOWN = 6
 
 
@@ -84,7 +84,7 @@ def torsion(
     fem: bool | None = None,
     progress: Progress | None = None,
 ) -> TorsionResult:
-    """Compute the torsional vibration of a job's crank, or of a chain of its own.
+    """Compute the torsional vibration of a job's crank, or of a separate chain.
 
     Parameters
     ----------
@@ -92,15 +92,12 @@ def torsion(
         Job, or a chain of [[inertia]] and [[spring]]. The crank's own metal and dimensions make a job's
         chain, and its ``[cycle]`` excites it; or a dict of either.
     fem : bool or None
-        Twist each throw's own metal by finite elements too (extra fem). None: as the job says,
-        ``torsion.fem``.
+        Twist each throw's metal by finite elements too (extra fem). None: the job's ``torsion.fem``.
 
     Raises
     ------
-    JobError
-        If the file says something unknown or impossible.
-    AutobalanceError
-        For anything wrong with the crank.
+    JobError If the file has an unknown key or an impossible value. AutobalanceError For anything wrong with
+    the crank.
     """
     if isinstance(source, Job):
         return _of_job(source, crank, fem, progress)
@@ -160,7 +157,7 @@ def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress 
 
 
 def _warnings(model: ExcitedTrain, dampers: Sequence[FittedDamper]) -> list[str]:
-    """Return what to doubt of a train: its couplings' torque, and dampers that the search could not tune."""
+    """Return warnings of a train: its couplings' torque, and dampers that the search could not tune."""
     texts = list(model.named.warnings)
     for number, each in enumerate(dampers, 1):
         if each.bound is not None:
@@ -218,7 +215,7 @@ def _solved(
     of_crank: CrankChain | None = None,
     metal: TorsionChain | None = None,
 ) -> TorsionReport:
-    """Return the report with what a chain and a crank have alike."""
+    """Return the report with the parts that a chain and a crank have in common."""
     modes = model.modes()
     absorber = model.question.pendulum
     return TorsionReport(

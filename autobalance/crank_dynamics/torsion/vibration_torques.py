@@ -1,4 +1,4 @@
-"""What torsional vibration adds to the torque of each throw's journals and crankpin over a cycle."""
+"""Torque of torsional vibration in each throw's journals and crankpin over a cycle."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from autobalance.types import Array
 
 @dataclass(frozen=True, eq=False)
 class ThrowVibration:
-    """Torque (n,) that comes on top of statics' in the journals beside a throw and in its crankpin [N·m].
+    """Torque (n,) added to that of statics in the journals next to a throw and in its crankpin [N·m].
 
     Positive as the torque that drives the crank. Of the throw's inertia half lies on each side of its
     crankpin.

@@ -17,8 +17,8 @@ from autobalance.types import Array
 def doubt_of(gaps: Sequence[Gap], density_g_mm3: float, frame: Array) -> ChordalError:
     """Return the error bar of a solid measured on its true surfaces: none where its edges lie on them.
 
-    A face that its edges lie off by d may itself lie off by d: the layer of that thickness on its area
-    counts as far from the axis as the box around it reaches, all faces in the same direction.
+    A face that its edges lie off by d may itself lie off by d. The layer of that thickness on its area counts
+    as far from the axis as the box around it reaches, all faces in the same direction.
 
     Parameters
     ----------

@@ -115,7 +115,7 @@ def _taken(tool: Tool, body: Any, shape: Any) -> Taken | None:
 
 
 def _seamless(result: Any, before: Any) -> Any:
-    """Return a cut body without seams where faces of the tools go on in the body's own.
+    """Return a cut body without seams where faces of the tools continue the body's own.
 
     A body that had such seams before keeps all: its owner may want them.
     """
@@ -129,7 +129,7 @@ def _seamless(result: Any, before: Any) -> Any:
 
 
 def clear_shares(removed: Sequence[Tool], shares: Sequence[float] | None = None) -> Sequence[float]:
-    """Return the shares to try, else `CLEAR_SHARES`: one if no tool lowers a face, as all are alike."""
+    """Return the shares to try, else `CLEAR_SHARES`: one if no tool lowers a face, as all give the same."""
     shares = CLEAR_SHARES if shares is None else shares
     return shares if any(isinstance(tool, Lowering) for tool in removed) else shares[:1]
 

@@ -19,7 +19,7 @@ MAX_NAMED_EDGES: Final = 4
 
 
 def bodies_of(shape: Any, what: str) -> tuple[tuple[NamedBody, ...], tuple[str, ...]]:
-    """Return the solids of a shape of the kernel, sewn of its faces if it has none, and a note on that.
+    """Return the solids of a shape of the kernel, sewn from its faces if it has no solid, and a note on that.
 
     Raises
     ------

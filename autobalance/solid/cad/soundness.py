@@ -158,7 +158,7 @@ def _said(gaps: tuple[Gap, ...]) -> Iterator[str]:
 
 
 def _healed(body: Any) -> tuple[Any, tuple[str, ...]]:
-    """Return a body as the kernel mends it, and a note on the repair."""
+    """Return a body as repaired by the kernel, and a note on the repair."""
     from OCP.ShapeFix import ShapeFix_Shape
 
     fault = faults(body)
@@ -236,14 +236,14 @@ def _shell_faults(body: Any) -> Iterator[Any]:
 
 
 def _open_faces(body: Any) -> str:
-    """Return a list of the faces that have an edge without a neighbour; empty if there is none."""
+    """Return a list of the faces that have an edge without a neighbour; empty if every edge has one."""
     bare = [str(number + 1) for number in faces_without_neighbour(body)]
     more = ", ..." if len(bare) > FAULTS_SHOWN else ""
     return f" beside face {', '.join(bare[:FAULTS_SHOWN])}{more}" if bare else ""
 
 
 def faces_without_neighbour(body: Any) -> list[int]:
-    """Return the numbers of the faces that have an edge which is no other face's, nor twice their own."""
+    """Return the numbers of faces that have an edge shared with no other face and not twice their own."""
     from OCP.BRep import BRep_Tool
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as Parts
     from OCP.TopAbs import TopAbs_ShapeEnum

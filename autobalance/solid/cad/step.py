@@ -28,8 +28,8 @@ FACETS_MOST = 1e-2
 class Exact:
     """A solid with its own surfaces, as a file gives it.
 
-    ``unit`` and ``name`` are the file's; ``surfaces`` are its planes and cylinders with the triangles of
-    ``mesh`` that stand for them, or None where the triangles had to be mended. ``repairs`` has a line each;
+    ``unit`` and ``name`` are the file's. ``surfaces`` are its planes and cylinders with the triangles of
+    ``mesh`` that represent them, or None if the triangles were repaired. ``repairs`` has a line each;
     ``gaps`` are faces that its edges lie off.
     """
 
@@ -51,7 +51,7 @@ def exact_of(file: CadFile, body: int | str | None, pressed_up: bool) -> Exact:
     ----------
     file : CadFile
     body : int or str or None
-        A number, from 1 by falling volume; a name; or "all".
+        A number, from 1 by falling volume, a name, or "all".
     pressed_up : bool
         Whether the file may hold one body for each half of a crank; all are taken.
 

@@ -24,7 +24,7 @@ TIME: Final = "2000-01-01T00:00:00"
 
 
 def read_step_file(data: bytes) -> CadFile:
-    """Read the solids of a STEP file; if it has none, its surfaces are sewn.
+    """Read the solids of a STEP file; without solids, its surfaces are sewn.
 
     Raises
     ------

@@ -62,7 +62,7 @@ class EachTaken:
     loops : tuple of Loop
         Outline of that face: outer loops, each followed by its islands.
     hole : (4, 4) float or None
-        Where a drill ran along a hole that was there, its placement there.
+        If a drill ran along an existing hole, its placement there.
     lift_mm : float
         Height over the old face at which lowering it began, where that was up in a fillet; else 0.
     """

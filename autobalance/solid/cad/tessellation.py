@@ -60,7 +60,7 @@ class Fineness:
 
 
 def tessellate(body: Any, fineness: Fineness | None = None) -> None:
-    """Let the kernel put triangles on a body's faces, if they have none that are as fine."""
+    """Let the kernel put triangles on a body's faces if their triangles are coarser or missing."""
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
 
     fineness = fineness or Fineness.usual()

@@ -2,8 +2,8 @@
 
 The volume between facets and a surface through their corners is exact. It may still be off for three reasons.
 At a seam the lenses over two surfaces leave a wedge, or both count it: the true seam leaves its chord by a
-sag e, and the wedge has an area of e². Corners may lie beside the surface. And few corners lie on many
-surfaces: a strip of three chords has a circle through its corners whatever it was drawn for.
+sag e, and the wedge has an area of e². Corners may lie off the surface. And few corners lie on many surfaces:
+a strip of three chords has a circle through its corners on any surface.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from autobalance.solid.mesh.adjacency import unit
 from autobalance.types import Array, Flags, Indices
 
 NONE, FLAT = -1, -2
-"""In place of a surface's number: of faces that none was fitted to, and of planes of the part."""
+"""Stands for a surface's number: faces without a fitted surface, and planes of the part."""
 UNSURE_SHARE = 0.04
 """Error bar of a surface that few corners would show to be another, as a share of its contribution."""
 SURE_SHARE = 5e-4
@@ -34,10 +34,10 @@ SEAM_SAFETY = 2.0
 BESIDE_SAFETY = 3.0
 """Times that the distance of a face's nearest corner from its surface counts."""
 ABOUT_AXIS, LINES_ABOUT_AXIS = 4.0, 5
-"""Distances from a known axis may differ by so many times the rounding of corners along a short arc of that
-many lines at least. The webs' arcs of four chords, at 48 segments: their 4 % was half of the bar of cranks
-whose throws cancel. Of three chords, alike on both sides of a plane through the axis, one distance is free,
-and none is left over that would show that it is no arc."""
+"""Distances from a known axis may differ by so many times the rounding of corners along a short arc of at
+least that many lines. The webs' arcs of four chords, at 48 segments: their 4 % was half of the bar of cranks
+whose throws cancel. For three chords, equal on both sides of a plane through the axis, one distance is free.
+No other distance is left to show that it is not an arc."""
 LEAST_SINE = 0.02
 """Smallest sine of the angle between two surfaces at a seam: below it they are tangent, with one sag,
 and its rounding over the sine would have no bound."""
@@ -46,24 +46,25 @@ SAME_PROFILE = 1e-3
 LOOKED_AT = 300
 """Facets of a surface whose corners are looked at for the points of its profile."""
 PROFILE_MORE = 1
-"""Points of a profile beyond those that fix its line or arc, from which on it is no accident."""
+"""Points of a profile beyond those that fix its line or arc, from which on a match is not an accident."""
 FEW_OF_PROFILE = 4
 """Points of a profile up to which an arc through them may be an accident: so is that of a chamfered rim."""
 TANGENT_SHARE = 0.35
-"""Angle between a surface and the face beside it up to which it goes on from that, as a share of the largest
-between its own facets: it is none where an arc ends as it was drawn, and half if there is no arc."""
+"""Angle between a surface and the face next to it up to which it continues that face, as a share of the
+largest angle between its own facets. The angle is zero where an arc ends as it was drawn, and half if there
+is no arc."""
 PLANE_SHARE = 2e-3
-"""Angle of a face to a sure cylinder beside it up to which it is a plane that goes over into that, as a share
-of its angle to the next face: it is half of a chord of an arc, a sixth of one of a clothoid. Flanks of two
-planes at 4° or 7° would be as good arcs by all else of a mesh of 48 segments."""
+"""Angle of a face to a sure cylinder next to it up to which it is a plane that blends into it, as a share of
+its angle to the next face. It is half for a chord of an arc, a sixth for one of a clothoid. Flanks of two
+planes at 4° or 7° would otherwise pass as arcs in a mesh of 48 segments."""
 BOTH_SIDES = 2
 EITHER_SHARE = 1.05
 """Error bar of a surface that may as well be planes, as a share of its contribution: all of it."""
 NEARLY_TANGENT_RAD = 0.3
 """Angle between two surfaces at a seam up to which their wedge is flat, maybe longer than their faces."""
 COARSER = 1.5
-"""What turns by more than so many times the largest angle between facets of a mesh's surfaces, and would be
-deeper than so many times their largest sag, is no chord: exporters bound one or the other."""
+"""A facet that turns by more than so many times the largest angle between facets of a mesh's surfaces, and
+would be deeper than so many times their largest sag, is not a chord: exporters bound one or the other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,10 +116,10 @@ def loose_bar(
 ) -> Bar:
     """Return the error bar of smooth facets that no surface was fitted to: L w² δ / 12 at each edge.
 
-    Only edges count at which facets about as wide go on turning the same way: a blunt edge between two planes
+    Only edges count at which facets about as wide keep turning the same way. A blunt edge between two planes
     is real, also where each ends in the narrow chords of an arc. A facet between two wider ones may be the
-    only chord of its arc; where it turns by more than the mesh's chords do, and would be deeper, it is a
-    chamfer. Nor is a plane a chord that goes over into a sure cylinder.
+    only chord of its arc. If it turns by more than the mesh's chords do, and would be deeper, it is a
+    chamfer. Nor is a plane a chord if it blends into a sure cylinder.
     """
     meet = look.meetings
     free = surface_of == NONE
@@ -144,9 +145,9 @@ def accidents(
 ) -> tuple[Flags, Flags]:
     """Mark the surfaces (k,) of a few planes whose corners lie on one arc by accident, and those that may be.
 
-    So do the four of any chamfered rim, and three of any two cones in a row. Nothing goes on from them
-    without an edge; those are sure that are coarser than the mesh's other surfaces, by their angles and by
-    their sag.
+    So do the four of any chamfered rim, and three of any two cones in a row. Nothing continues them without
+    an edge. They are sure if they are coarser than the mesh's other surfaces, by their angles and by their
+    sag.
     """
     count = _counts(surfaces, surface_of)
     few = (_points(look, surfaces, surface_of) <= FEW_OF_PROFILE) | (count < FEW)
@@ -167,7 +168,7 @@ def accidents(
 
 
 def lean_to_sure(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Array:
-    """Return the angle (count,) of each face to a sure cylinder beside it; infinite if there is none.
+    """Return the angle (count,) of each face to a sure cylinder next to it; infinite without one.
 
     A plane that goes over into an arc does so to rounding. A chord leans to what its curve goes over into by
     half of what it turns.
@@ -215,12 +216,12 @@ def _goes_over(look: Look, surfaces: list[Revolved], surface_of: Indices, asked:
 
 
 def _counts(surfaces: list[Revolved], surface_of: Indices) -> Indices:
-    """Return how many faces each surface has (k,)."""
+    """Return the number of faces of each surface (k,)."""
     return np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces))
 
 
 def _points(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Indices:
-    """Return how many points the profile of each cone and torus has (k,); of a cylinder, its faces.
+    """Return the number of points in the profile of each cone and torus (k,); for a cylinder, its faces.
 
     Of many facets some are looked at, enough for a few points.
     """
@@ -252,7 +253,8 @@ def _too_steep(look: Look, surface_of: Indices, sag_mm: float) -> Flags:
 def _unsure(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Flags:
     """Mark the surfaces (k,) that hold too few facets, or whose profile has too few points, to be sure of.
 
-    What goes over into its neighbours on two sides is sure: of a fillet's three points that is no accident.
+    A surface that blends into its neighbours on two sides is sure: a match of a fillet's three points is not
+    an accident.
     """
     least = [3 if one.tube_mm else 2 if one.slope else 0 for one in surfaces]
     scarce = _points(look, surfaces, surface_of) < np.array(least) + PROFILE_MORE
@@ -267,8 +269,8 @@ def _unsure(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Flags:
 def _about_sure_axes(look: Look, surfaces: list[Revolved], surface_of: Indices, asked: Flags) -> Flags:
     """Mark the short arcs (k,) asked whose corners all lie at one distance from the axis of a sure cylinder.
 
-    Only the distance is free then, where a strip of its own has a circle's three; it turns by no more than
-    the mesh's sure surfaces do.
+    Only the distance is free then, if a strip alone has a circle's three; it turns by no more than the mesh's
+    sure surfaces do.
     """
     sure = _sure_cylinders(surfaces, surface_of)
     angles = _angles(look, surfaces, surface_of)
@@ -306,8 +308,8 @@ def _sure_cylinders(surfaces: list[Revolved], surface_of: Indices) -> Flags:
 def _beside(look: Look, surfaces: list[Revolved], surface_of: Indices) -> tuple[Array, Array]:
     """Return the volume [mm³] between each face's corners and its surface, and its place.
 
-    The nearest corner counts: others may lie on a chord of the facet, where another surface's facets meet it,
-    and the lens over a facet is exact whatever its outline.
+    The nearest corner counts: others may lie on a chord of the facet, where another surface's facets meet it.
+    The lens over a facet is exact for any outline.
     """
     faces = np.flatnonzero(surface_of >= 0)
     faces = faces[np.argsort(surface_of[faces], kind="stable")]
@@ -331,7 +333,7 @@ def _wedges(look: Look, surfaces: list[Revolved], surface_of: Indices) -> tuple[
 
     Across the seam the wedge has four corners: the chord, where the direction away from either axis meets its
     surface, and where the two surfaces meet. As wide as in the middle of the chord it counts to both ends.
-    Between two surfaces that are all but tangent it ends with the smaller of the two faces.
+    Between two almost tangent surfaces it ends with the smaller of the two faces.
     """
     left, right = look.face.take(look.edges.left), look.face.take(look.edges.right)
     one, other = surface_of[left], surface_of[right]

@@ -28,7 +28,7 @@ LOOKED_AT = 40_000
 
 
 def cuts_edges_off(look: Look) -> bool:
-    """Return whether the part's sharp edges are no lines of a mesh without noise."""
+    """Return whether the part's sharp edges miss the lines of a mesh without noise."""
     every = np.ones(len(look.mesh.vertices), dtype=bool)
     share = _ending_share(look.edges, look.edges.angle_rad > SMOOTH_RAD, every)
     return share is not None and share > FRAYED_SHARE

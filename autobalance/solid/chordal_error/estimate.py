@@ -66,7 +66,7 @@ class ChordalError:
     bar_at_mm : (float, float)
         Place of the unbalance's bar along z: means of z and of z², weighted with it.
     bar_share : float
-        Share of ``missing`` by which it may be off in every plane alike, of a scan; it is in the bars.
+        Share of ``missing`` by which it may be off equally in every plane, of a scan; it is in the bars.
     fitted : Fitted or None
         The surfaces and the planes of their facets, for the facets left after a cut.
     scanned : ScannedFacets or None
@@ -107,7 +107,7 @@ class ChordalError:
 
     @property
     def scatter_g_mm(self) -> float:
-        """Part of the unbalance's bar that is no share of ``missing`` [g·mm]."""
+        """Part of the unbalance's bar that does not scale with ``missing`` [g·mm]."""
         if self.bar_share == 0.0:
             return self.unbalance_bar_g_mm
         of_estimate = self.bar_share * self.unbalance_g_mm

@@ -1,9 +1,8 @@
 """Lenses over the facets of a large mesh, from the angles on both sides of each: nothing is fitted.
 
-Between two chords a and b wide that turn by δ the curvature is 2 δ / (a + b), and over a facet of length L
-it hides L w³ κ / 12, half by what is known on either side of it. The last chord of an arc has that of its one
-side: drawn arcs are divided evenly. Where both sides agree nothing else is free, so that a facet is as sure
-as they agree.
+Between two chords a and b wide that turn by δ the curvature is 2 δ / (a + b). Over a facet of length L it
+hides L w³ κ / 12, half from each side. The last chord of an arc takes the value of its one side: drawn arcs
+are divided evenly. If both sides agree, nothing else is free, so a facet is as sure as they agree.
 """
 
 from __future__ import annotations
@@ -22,12 +21,12 @@ from autobalance.solid.chordal_error.turning import AS_WIDE, Turns, dotted, spre
 from autobalance.types import Array, Flags, Indices
 
 GENTLE_RAD = 0.35
-"""Angle up to which facets that go on turning are chords: 18 in a circle."""
+"""Angle up to which facets that keep turning are chords: 18 in a circle."""
 EVEN_SHARE = 0.2
 """Difference of two chords' widths at most, as a share of their mean, of chords of one curve."""
 END_SHARE, END_LEAST = 0.1, 0.02
-"""Share of what is known on one side of a facet below which it has nothing on the other, and of all that is
-known of it from which on that counts: the sides of a trapezium lean to its wider end, none lies there."""
+"""Share of the value on one side of a facet below which the other side has nothing, and share of the whole
+value above which that counts. The sides of a trapezium lean to its wider end without an arc there."""
 ALIKE, ALIKE_WIDE = 0.06, 0.04
 """Differences of curvature and of width to the next chord up to which a last one is of the same arc; its
 error bar has them. Rows of a fillet differ by their circumference, 5 % with six of them."""
@@ -38,7 +37,7 @@ EXACT_SHARE = 1e-4
 LAST_SHARE = 0.004
 """Error bar of the last chord of an arc: 4e-4 is seen of webs."""
 UNLIKE_SHARE = 1.0
-"""Error bar of a last chord that is none as wide as the next, or beside one that is unlike the others."""
+"""Error bar of a last chord that is not as wide as the next, or next to one that differs from the others."""
 LENS_DEPTH = 0.6
 """Depth of a lens's centroid under its corners, as a share of the sag."""
 BY_ANGLE = 0.025
@@ -128,10 +127,10 @@ class _Chords:
 
 @dataclass(frozen=True, eq=False)
 class _Sides:
-    """What is known of faces from some meetings: volumes (2, k), directions of the sides, and their sums.
+    """Values of faces from some meetings: volumes (2, k), directions of the sides, and their sums.
 
-    ``whole`` (count,) are the sums, ``towards`` (3, count) the direction in which more is known, ``beside``
-    (2, k) the cosine of each side to it, ``front`` (count,) the sums along it, ``more`` these less those
+    ``whole`` (count,) are the sums; ``towards`` (3, count) is the direction of the larger part. ``beside``
+    (2, k) is the cosine of each side to it, ``front`` (count,) the sums along it, ``more`` these less those
     against it.
     """
 
@@ -172,7 +171,7 @@ class _Sides:
 
 
 def even_chords(look: Look, turns: Turns) -> EvenChords:
-    """Return what facets of two triangles hide that are chords between chords about as wide."""
+    """Return the volume hidden by facets of two triangles that are chords between chords about as wide."""
     tapered = _tapers(look)
     sides = _known_from_sides(look, turns, tapered)
     coarse = _coarse(sides, tapered)
@@ -189,7 +188,7 @@ def even_chords(look: Look, turns: Turns) -> EvenChords:
 
 
 def _known_from_sides(look: Look, turns: Turns, tapered: Array) -> _Sides:
-    """Return what meetings of facets about as wide tell of these: L κ w³ / 24 on either side."""
+    """Return the volume that meetings of facets about as wide give for these: L κ w³ / 24 on either side."""
     length, size = look.meetings.length_mm, np.abs(turns.angle_rad)
     left, right = look.broad_mm2.take(turns.faces)
     two = (look.sizes == 2).take(turns.faces)
@@ -239,7 +238,7 @@ def _steepest(count: int, sides: _Sides) -> Array:
 
 
 def _shorter(look: Look, sides: _Sides, more: Array) -> Array:
-    """Return by how much last chords (2, k) are shorter on their far sides, as a share of the sum of both.
+    """Return the shortening of last chords (2, k) on their far sides, as a share of the sum of both.
 
     L w³ κ / 24 from area over its near side is as the mean length cubed over the square of the near one.
     """
@@ -266,7 +265,7 @@ def _apart_mm(look: Look, one: Indices, other: Indices) -> Array:
 
 
 def _tapers(look: Look) -> Array:
-    """Return how much wider each facet (count,) of two triangles is at one end, over the sum of both widths.
+    """Return the excess width of each facet (count,) of two triangles at one end, over the sum of both.
 
     The areas of the two triangles of a trapezium are as its parallel sides.
     """
@@ -325,11 +324,11 @@ def _shares(look: Look, sides: _Sides, tapered: Array) -> Array:
 def uneven_chords(
     look: Look, turns: Turns, rows: Indices, even: EvenChords, share: Array, around: Flags
 ) -> Lenses:
-    """Return what is hidden beside the other meetings, at ``rows`` (k,), each with its ``share`` (k,).
+    """Return the volume hidden next to the other meetings, at ``rows`` (k,), each with its ``share`` (k,).
 
-    Facets that a hole cuts are integrated triangle by triangle; of others L w² δ / 24 counts on either side,
-    w the lesser width, but not beyond the last chord of an arc, which is whole, nor of the planes (count,)
-    that others lie all ``around``.
+    Facets cut by a hole are integrated triangle by triangle. Others count L w² δ / 24 on either side, with w
+    the smaller width. Not counted are the volume beyond the last chord of an arc, which is whole, and the
+    planes (count,) that others lie all ``around``.
     """
     few, length = turns.at(rows), look.meetings.length_mm.take(rows)
     wide = wide_of(look, few, length)
@@ -370,7 +369,7 @@ def joined(*lenses: Lenses) -> Lenses:
 
 
 def wide_of(look: Look, turns: Turns, length: Array) -> Array:
-    """Return how wide the faces (2, k) are across some edges.
+    """Return the widths of the faces (2, k) across some edges.
 
     Of planes of the part it is area over length: their many corners would be looked at for each edge.
     """

@@ -1,9 +1,9 @@
 """Chord error of a large mesh, from the angles at its edges.
 
-Where facets go on turning the same way they are chords of a curve. Between chords about as wide it is known
-from both sides of each facet (`even_chords`); elsewhere the volume beyond is L w² δ / 12 at each edge: its
-length, the lesser width of the two facets, the angle between them, negative where the surface is hollow. No
-surface is fitted: that finds all to the digits of the corners, but takes five times as long.
+Facets that keep turning the same way are chords of a curve. Between chords about as wide it is known from
+both sides of each facet (`even_chords`). Elsewhere the volume beyond is L w² δ / 12 at each edge: its length,
+the smaller width of the two facets, the angle between them, negative where the surface is hollow. No surface
+is fitted: that gives all to the digits of the corners, but takes five times as long.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from autobalance.solid.chordal_error.turning import AS_WIDE, Turns, all_around, 
 from autobalance.types import Flags
 
 KNOWN_SHARE, ASKEW_SHARE, STEEP_SHARE = 0.04, 0.12, 0.25
-"""Error bars, as shares of the estimates from edges: gentle ones between facets of four corners;
-those beside a triangle, whose sides lie askew to the curvature; steeper ones. Of cranks with over 25 000
-curved facets, 0.005 is found where they were generated, 0.075 where the CAD kernel drew fillets of triangles.
+"""Error bars, as shares of the estimates from edges: gentle ones between facets of four corners, those next
+to a triangle, whose sides lie askew to the curvature, and steeper ones. Cranks with over 25 000 curved facets
+have 0.005 if they were generated, 0.075 if the CAD kernel drew fillets of triangles.
 """
 
 
@@ -70,10 +70,10 @@ def chordal_error_from_edges(look: Look, density_g_mm3: float) -> ChordalError:
 
 
 def _ongoing(look: Look, turns: Turns, even: EvenChords, around: Flags) -> Flags:
-    """Mark the edges (n,) at which either facet goes on turning, at a side where the next is about as wide.
+    """Mark the edges (n,) at which either facet keeps turning, at a side where the next is about as wide.
 
-    Only those between uneven chords are looked at. Blunt edges between planes do not go on, also where these
-    end in the narrow chords of an arc: two at 12° told of 4 g that are missing.
+    Only those between uneven chords are looked at. Blunt edges between planes do not keep turning, also where
+    these end in the narrow chords of an arc: two at 12° gave 4 g that are not missing.
     """
     left = ~even.coarse
     left[even.rows] = False
@@ -101,7 +101,7 @@ def _of_steep_arcs(look: Look, steep: Flags) -> Flags:
 
 
 def _alone(look: Look, ongoing: Flags) -> Flags:
-    """Mark the edges (n,) between smooth facets none of whose edges goes on turning."""
+    """Mark the edges (n,) between smooth facets without an edge that keeps turning."""
     low, high = look.meetings.low, look.meetings.high
     known = np.zeros(look.count, dtype=bool)
     known[low[ongoing]] = known[high[ongoing]] = True

@@ -13,8 +13,9 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 FACETS_MOST = 50_000
-"""Curved facets up to which surfaces are fitted to them, in some 0.6 s, a quarter of `inspect`; of more the
-edges show the error in a tenth of that, to some hundredths of what facets hide in place of a thousandth."""
+"""Curved facets up to which surfaces are fitted to them, in some 0.6 s, a quarter of `inspect`. For more,
+the edges give the error in a tenth of that time, to some hundredths of the hidden volume instead of a
+thousandth."""
 
 
 def chordal_error_of_mesh(

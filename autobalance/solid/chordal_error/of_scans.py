@@ -1,9 +1,9 @@
 """Chord error of a scan's small facets against the smooth surface through their corners.
 
-A scan has no circles to be found in, but small even triangles: over each, the surface is a paraboloid through
-its corners, and the directions at the two ends of an edge give its rise above the edge's middle
-(a·(n₂ − n₁)/8, as for PN triangles). Noise moves directions either way and averages out. Across a sharp edge
-that is a line of the mesh no surface goes on: each side has its own directions there.
+A scan has no circles to be found in, but small even triangles. Over each, the surface is a paraboloid through
+its corners. The directions at the two ends of an edge give its rise above the edge's middle (a·(n₂ − n₁)/8,
+as for PN triangles). Noise moves directions either way and averages out. Across a sharp edge that is a line
+of the mesh no surface continues: each side has its own directions there.
 
 References
 ----------

@@ -16,14 +16,14 @@ from autobalance.types import Array, Indices
 
 ON_TUBE, LONGEST = 3e-4, 2.0
 """Distance of corners from a torus's arc, as a share of its radius, which counts as so many times the patch's
-size at most: any few points lie roughly on some arc, and those of a tapered nose with a keyway on one of two
+size at most. Any few points lie roughly on some arc; those of a tapered nose with a keyway lay on one of two
 metres."""
 MAX_ASIDE_RAD = 0.2
 """Largest angle of a facet's direction to the half-plane through its middle and the axis [rad]."""
 MAX_AXIAL_SHARE = 0.01
 """Share of a facet's direction along the axis, at most, of a possible cylinder about it."""
 IDLE_AXES = 8
-"""Axes in a row without a surface about them that end the search: a free-form surface has none."""
+"""Axes in a row without a surface about them that end the search, as for a free-form surface."""
 AXES_MOST = 40
 """Axes tried for cones and tori, those of the largest cylinders."""
 OUTER_ROUNDS, OUTER_SPREAD = 3, 3.0
@@ -160,8 +160,9 @@ def fitted_profiles(
 def _outer_lines(profile: Array, sets: Sets, tight: float, slack: Array) -> Lines:
     """Fit a line to each set of points (r, h), through the outer ones alone where these lie on one exactly.
 
-    Where a keyway or a hole cuts a chord, corners lie on that, nearer to the axis than the surface. Those of
-    a tapered nose with a keyway drew the line 0.7 µm in at 48 segments, under all 48 facets of the nose.
+    If a keyway or a hole cuts a chord, corners lie on the chord, nearer to the axis than the surface. The
+    corners of a tapered nose with a keyway drew the line 0.7 µm in at 48 segments, under all 48 facets of the
+    nose.
     """
     tried = best = lines(profile, sets)
     rows = sets.rows((best.worst_mm > tight) & (best.worst_mm <= slack))
@@ -182,7 +183,7 @@ def _outer_lines(profile: Array, sets: Sets, tight: float, slack: Array) -> Line
 
 
 def _outward(profile: Array, fitted: Lines, number: Indices) -> Array:
-    """Return how far points (n, 2) lie from the lines of their sets, away from the axis."""
+    """Return the distances of points (n, 2) from the lines of their sets, away from the axis."""
     across, along = (fitted.direction * np.where(fitted.direction[:, 1:] < 0.0, -1.0, 1.0))[number].T
     r, h = (profile - fitted.middle[number]).T
     out: Array = along * r - across * h

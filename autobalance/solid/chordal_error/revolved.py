@@ -85,8 +85,8 @@ def between(
     """Return base points, directions and weights (3, k) of ∫ (base + t·direction)ⁿ up to the surface.
 
     Points of a triangle are moved to the surface along the direction away from the axis, or from the centre
-    of the tube; the volume they sweep is exact, whatever the size of the triangle, up to the quadrature. The
-    first point of every triangle comes first, then the second of every one.
+    of the tube. The volume they sweep is exact for any size of the triangle, up to the quadrature. The first
+    point of every triangle comes first, then the second of every one.
     """
     points, shares = rule
     places = (points @ np.ascontiguousarray(corners.transpose(2, 1, 0))).reshape(3, -1)

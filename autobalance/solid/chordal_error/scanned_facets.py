@@ -13,13 +13,13 @@ from autobalance.types import Array
 
 MASS_SHARE, UNBALANCE_SHARE = 1.75, 1.5
 """Error bars as shares of the estimates: an edge rounded by less than a triangle is cut off, and no parabola
-says by how much. Cranks with edges of 0.5 mm, meshed at 1 to 2 mm, lack 1.4 to 2.4 times the mass and 1.4 to
-1.8 times the unbalance that is estimated; with sharp ones, at 0.7 to 2.5 mm, 2.5 to 2.6 and 1.8 to 2.0 times.
-That always lacks the same way: beside errors that are as likely either way it wants more room than its size
-(100 cuts planned on scans: 1.0 covered the truth 91 times)."""
+gives that amount. Cranks with edges of 0.5 mm, meshed at 1 to 2 mm, lack 1.4 to 2.4 times the estimated mass
+and 1.4 to 1.8 times the estimated unbalance. With sharp edges, at 0.7 to 2.5 mm, they lack 2.5 to 2.6 and 1.8
+to 2.0 times. That error always has the same sign: with errors of either sign it needs more room than its size
+(100 cuts planned on scans: 1.0 covered the true value 91 times)."""
 SCATTER = 0.03
-"""Where throws cancel each other out so does the estimate, but not its errors from place to place: of the sum
-of what is lacking times its radius they left 0.01 to 0.04 (inline-3, -4, v6, v8, edges of 1 to 2.6 mm)."""
+"""Where throws cancel, the estimate cancels too, but its errors from place to place do not. They left 0.01 to
+0.04 of the sum of the missing volume times its radius (inline-3, -4, v6, v8, edges of 1 to 2.6 mm)."""
 WHOLE_SCATTER, WHOLE_MASS_SHARE = 0.1, 1.5
 """The same, and the mass' error bar, where edges are whole: as shares of what lacks or is too much anywhere:
 little of it adds up. The round surface of drawn facets, waved by 1 to 30 µm, is up to 1.1 of it off."""

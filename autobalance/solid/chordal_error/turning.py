@@ -1,4 +1,4 @@
-"""Which facets go on turning the same way on their other side, as the chords of a curve do."""
+"""Facets that keep turning the same way on their other side, as the chords of a curve do."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from autobalance.solid.mesh.components import numbered_components
 from autobalance.types import Array, Flags, Indices
 
 BESIDE_SHARE = 0.3
-"""Angle on the other side of a facet, as a share of the least that an arc has there, from which on the facets
-go on turning; beyond a blunt edge between two surfaces of the part there is less, or nothing."""
+"""Angle on the other side of a facet, as a share of the smallest angle that an arc has there, above which the
+facets keep turning. Beyond a blunt edge between two surfaces of the part there is less, or nothing."""
 FLAT_SHARE = 0.1
 """Facets that meet at less than this share of their largest angles are about one, drawn askew."""
 AS_WIDE = 4.5
 """Chords of one curve side by side are less than so many times as wide as each other; planes beside the first
 chord of an arc, or beside a chamfer, are wider."""
 CHORD_MEETS, AROUND_SHARE = 16, 0.2
-"""Faces that a chord meets smoothly at most, two and a few where fillets end it or triangles divide it; with
-more they lie along two sides, and the squares of their directions across these are this share at most."""
+"""Largest number of faces that a chord meets smoothly: two, and a few if fillets end it or triangles divide
+it. With more, they lie along two sides, and the squares of their directions across these are at most this
+share."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,12 +90,12 @@ def summed(number: Indices, vectors: Array, count: int) -> Array:
 
 
 def widths(look: Look, turns: Turns) -> Array:
-    """Return how wide (2, n) the two faces at each edge are across it [mm]."""
+    """Return the widths (2, n) of the two faces at each edge across it [mm]."""
     return np.stack([widths_across(look, *each) for each in zip(turns.faces, turns.away, strict=True)])
 
 
 def widths_across(look: Look, faces: Indices, away: Array) -> Array:
-    """Return how wide faces (n,) are in directions (3, n) [mm]."""
+    """Return the widths of faces (n,) in directions (3, n) [mm]."""
     row, point = look.corners(faces)
     reach = dotted(point.T, away.take(row, axis=1))
     least, most = np.full(len(faces), np.inf), np.full(len(faces), -np.inf)
@@ -104,18 +105,18 @@ def widths_across(look: Look, faces: Indices, away: Array) -> Array:
 
 
 def goes_on(look: Look, turns: Turns) -> Flags:
-    """Mark the edges (n,) at which either facet goes on turning the same way on its other side."""
+    """Mark the edges (n,) at which either facet keeps turning the same way on its other side."""
     return np.asarray(goes_on_beyond(look, turns).any(axis=0))
 
 
 def goes_on_beyond(look: Look, turns: Turns, wide: Array | None = None) -> Flags:
-    """Mark, of the two facets (2, n) at each edge, those that go on turning the same way on their other side.
+    """Mark, of the two facets (2, n) at each edge, those that keep turning the same way on their other side.
 
-    Two chords a and b wide meet at κ (a + b) / 2, and b turns by κ b / 2 at its other side at least. Of the
+    Two chords a and b wide meet at κ (a + b) / 2, and b turns by κ b / 2 at its other side at least. With the
     angles on the sides of a facet, Σ δ c² and Σ δ c with the cosine c to an edge are those on both sides of
-    it, added and taken from each other. Beside a plane of the part b counts as if it were ``AS_WIDE``:
-    the sides of a cone's facet lean a little to its wider end, too. Given how ``wide`` (2, n) the faces are
-    across their edges, one goes on only at sides where the next is about as wide, or wider.
+    it, added and subtracted. Next to a plane of the part b counts as if it were ``AS_WIDE``: the sides of a
+    cone's facet lean a little to its wider end, too. Given the widths ``wide`` (2, n) of the faces across
+    their edges, a facet keeps turning only at sides where the next is about as wide, or wider.
     """
     count = 2 * look.count
     angles = [turns.angle_rad, turns.angle_rad]

@@ -36,12 +36,12 @@ def differences(one: Solid, other: Solid) -> tuple[Solid, Solid]:
 
 
 def common(one: Solid, other: Solid) -> Solid:
-    """Return what two solids share.
+    """Return the metal that two solids share.
 
-    A piece of metal that an earlier boolean left may carry films without volume, along which manifold3d 3.5
-    drops metal, in any position: of a 617 mm³ strip beside a turned rim, half a millimetre at its end. Then
-    what is shared and what is left do not add up, and it is done again with the piece built again from its
-    triangles, then in other positions.
+    A piece of metal left by an earlier boolean may carry films without volume. Along them manifold3d 3.5
+    drops metal, in any position: half a millimetre at the end of a 617 mm³ strip next to a turned rim. Then
+    the shared and the remaining metal do not add up, and the boolean is repeated with the piece built again
+    from its triangles, then in other positions.
     """
     best, least = Solid.nothing(), np.inf
     for inside, outside in _splits(one, other):

@@ -1,7 +1,7 @@
 """Double metal of one closed mesh: its volume, its place, and a solid in which it counts once.
 
-Booleans multiply winding numbers. With w at a point of body A, A - A has w - w²: nothing where w is 0 or 1,
-so that a body less itself is just its wrongly counted part, its own surfaces as its outline.
+Booleans multiply winding numbers. With w at a point of body A, A - A has w - w², which is nothing if w is 0
+or 1. So a body less itself is just its wrongly counted part, with its own surfaces as its outline.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class SelfOverlap:
 
 
 def self_overlap(solid: Solid) -> SelfOverlap | None:
-    """Measure the metal that a solid counts twice; None if there is none.
+    """Measure the metal that a solid counts twice; None if nothing is counted twice.
 
     A cut along the whole surface: ten times as long as building the solid.
     """
@@ -58,8 +58,8 @@ def self_overlap(solid: Solid) -> SelfOverlap | None:
 def united(solid: Solid) -> Solid:
     """Return a solid in which metal that counts twice counts once.
 
-    Cut out by a box, the two layers of doubled metal are bodies of their own, and those can be united; where
-    they are still connected, in a corner of the box, halves of the box part them.
+    Cut out by a box, the two layers of doubled metal are separate bodies, and those can be united. If they
+    are still connected in a corner of the box, halves of the box separate them.
 
     Raises
     ------

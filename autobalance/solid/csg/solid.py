@@ -27,7 +27,7 @@ out of them, and where these are many, a part of the body with them."""
 STATUS_TEXTS = {
     "InvalidConstruction": "a part of it has no thickness or no area (InvalidConstruction); check its sizes",
 }
-"""What manifold3d's status of a body means."""
+"""Meanings of manifold3d's status of a body."""
 
 
 class Solid:
@@ -255,7 +255,7 @@ class Solid:
     def thicker_pieces(self, thickness_mm: float) -> list[Solid]:
         """Return the connected bodies of more volume than their own area times a thickness [mm].
 
-        Flakes, of which a boolean between near surfaces leaves thousands, are recognised by sums over their
+        A boolean between near surfaces leaves thousands of flakes. They are recognised by sums over their
         facets and never become bodies.
         """
         mesh = self.mesh

@@ -22,7 +22,7 @@ class Shared:
     ----------
     solid : Solid
     small : int
-        The number by which manifold3d knows the small one's surface.
+        manifold3d's number for the small one's surface.
     """
 
     solid: Solid

@@ -1,8 +1,7 @@
 """Tools of corrections, which remove or add metal, described exactly; no facets, no kernel.
 
-Most tools are plain shapes. Three depend on the solid that they meet: a face is lowered except under metal
-that is on it, metal grows on a face within the face's own outline, and a drill follows the hole that it
-finds.
+Most tools are plain shapes. Three depend on the solid that they meet. A face is lowered except under metal
+that is on it. Metal grows on a face within the face's own outline. A drill follows the hole that it finds.
 """
 
 from __future__ import annotations
@@ -21,9 +20,9 @@ class Lowering:
     """Metal over a new, lower plane, except under metal that is on the old one.
 
     ``outline`` is drawn in the axes of ``placement`` (4, 4), whose z is the face's normal, and encloses the
-    metal to remove; ``seed`` is a point of the face there, on the face's side of a ring that is on it;
-    ``spared``, in the same axes, encloses other metal at those heights, which stays. ``within``, in
-    the axes that ``placement`` leads to, is the part of space to which the cut keeps.
+    metal to remove. ``seed`` is a point of the face there, on the face's side of a ring that is on it.
+    ``spared``, in the same axes, encloses other metal at those heights, which stays. ``within``, in the axes
+    that ``placement`` leads to, is the part of space to which the cut keeps.
     """
 
     placement: Array

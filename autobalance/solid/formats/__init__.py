@@ -1,1 +1,1 @@
-"""File formats, a module for each; a registry by file ending; reading and writing through it."""
+"""File formats, a module for each, with a registry by file ending for reading and writing."""

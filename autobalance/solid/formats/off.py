@@ -20,7 +20,7 @@ HEADER: Final = re.compile(rb"(?:ST)?C?N?(?P<w>4)?(?P<n>n)?OFF|off")
 def read_off(data: bytes) -> Raw:
     """Read an OFF file (text): counts, vertices, faces; colours, normals and the like are ignored.
 
-    The places of ``4OFF`` are homogeneous: x/w, y/w, z/w. Those of ``nOFF`` must have three dimensions.
+    The places of ``4OFF`` are homogeneous: x/w, y/w, z/w. A ``nOFF`` file must have three dimensions.
 
     Raises
     ------

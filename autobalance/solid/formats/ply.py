@@ -80,7 +80,7 @@ def read_ply(data: bytes) -> Raw:
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], int]:
-    """Return the order of bytes, "" of text; the elements; and the start of the first."""
+    """Return the order of bytes ("" for text), the elements and the start of the first."""
     head, end, _ = data.partition(b"end_header")
     if not end:
         raise FormatError("the PLY file has no end_header")

@@ -58,8 +58,7 @@ def soup_of(vertices: Floats, triangles: Indices, what: str) -> Floats:
 
     Raises
     ------
-    FormatError
-        If there is none, a vertex number is out of range or a used coordinate is not finite.
+    FormatError If there is no triangle, a vertex number is out of range or a used coordinate is not finite.
     """
     if len(triangles) == 0:
         raise FormatError(

@@ -115,7 +115,7 @@ def read(
     path : Path
         Its ending names the format.
     unit : str or None
-        mm, cm, m or inch; required if the format carries none, and an error where it carries another.
+        mm, cm, m or inch; required if the format carries no unit, and an error if it carries another.
     body : int or str or None
         Which body, numbered from 1 by falling volume, or its name where the format has names; "all" unites
         them, overlaps counting once.

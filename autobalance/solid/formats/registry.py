@@ -46,7 +46,7 @@ def format_named(name: str) -> Format:
 
 
 def format_of(path: Path) -> Format | None:
-    """Return the format that a file's ending names; None where it names none."""
+    """Return the format that a file's ending names; None if it is unknown."""
     return _BY_ENDING.get(path.suffix.lower().lstrip("."))
 
 

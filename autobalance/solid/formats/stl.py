@@ -61,8 +61,8 @@ def read_stl(data: bytes) -> Floats:
     Parameters
     ----------
     data : bytes
-        The whole file. It is binary if its size is 84 + 50 n for the n that it states, whatever its first
-        word; normals and attributes are ignored.
+        The whole file. It is binary if its size is 84 + 50 n for the n that it states, with any first word;
+        normals and attributes are ignored.
 
     Returns
     -------
@@ -93,7 +93,7 @@ def read_stl(data: bytes) -> Floats:
 
 
 def _other_format(data: bytes) -> str:
-    """Return which well-known format a file is of by its first bytes; nothing for one that may be STL."""
+    """Return a well-known format by the first bytes of a file; nothing for one that may be STL."""
     if len(data) >= HEADER_BYTES and len(data) == HEADER_BYTES + RECORD.itemsize * _stated(data):
         return ""  # a header of free text may begin as it likes
     return next((name for start, name in SIGNATURES.items() if data.startswith(start)), "")

@@ -33,7 +33,7 @@ UNITS: Final = {
 }
 """Millimetres in one unit of a model."""
 UNPACKED_MOST: Final = 100
-"""Size an archive may unpack to, as a multiple of its own; packed models are about ten times smaller."""
+"""Size an archive may unpack to, as a multiple of its size; packed models are about ten times smaller."""
 UNPACKED_FREE: Final = 1 << 24
 """Bytes that any archive may unpack to."""
 DEPTH_MOST: Final = 32
@@ -245,7 +245,7 @@ def _placement(text: str | None) -> Array:
 
 
 class _Archive:
-    """Archive whose parts are unpacked and parsed in pieces, up to a total limit, whatever size they claim.
+    """Archive whose parts are unpacked and parsed in pieces, up to a total limit, not trusting stated sizes.
 
     Nothing is ever unpacked under its name.
     """

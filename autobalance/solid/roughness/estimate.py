@@ -16,13 +16,13 @@ FLAT_RAD = 1e-4
 MAX_ROUNDING_STEPS = 4.0
 """... or are out of one plane by less than so many steps of single precision over their height."""
 SCANNED, DRAWN = 0.06, 0.3
-"""Where less than the first share of the triangles lie in one plane with a neighbour, it was scanned; of
-a crank waved by 2 µm it is 2 %, of a V12 scanned at edges of 3 mm and waved by 5 µm 4.4 %, whose faces were
-half a millimetre off as those of a drawn one. Where more than the second do it was drawn: webs' faces,
-halves of facets. Between are free-form cranks (v-hacd's crank.off: 7 %) and smooth ones that were
+"""Shares of triangles in one plane with a neighbour: below the first the mesh was scanned, above the second
+it was drawn. A crank waved by 2 µm has 2 %. A V12 scanned at edges of 3 mm and waved by 5 µm has 4.4 %; its
+faces were half a millimetre off as those of a drawn one. Webs' faces and halves of facets give drawn meshes
+their share. Between the two are free-form cranks (v-hacd's crank.off: 7 %) and smooth ones that were
 decimated."""
 MIN_TRIANGLES = 4000
-"""A mesh of fewer triangles has none to spare for noise: a scan of a crank has 10 000 at least."""
+"""A mesh of fewer triangles is too small to be noisy: a scan of a crank has 10 000 at least."""
 NEIGHBOURHOODS = 400
 """Neighbourhoods that are sampled."""
 ROUGHNESS_QUANTILE = 0.35

@@ -24,7 +24,7 @@ class Body:
     Attributes
     ----------
     mesh : Mesh
-        The mesh of which it is a part.
+        The mesh that it is part of.
     part_of : (m,) int
         The part that each of its triangles belongs to.
     part : int
@@ -103,7 +103,7 @@ def _without_crumbs(parts: list[Body]) -> tuple[list[Body], list[str]]:
 def _parts(solid: Solid) -> list[Body]:
     """Return the connected parts of a solid's mesh as bodies without cavities.
 
-    Parts that lie against each other, and share vertices or edges, are parts all the same.
+    Parts that lie against each other, and share vertices or edges, are still separate parts.
     """
     mesh = solid.mesh
     if solid.is_pinched:

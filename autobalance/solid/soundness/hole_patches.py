@@ -192,7 +192,7 @@ def _bores(holes: Sequence[Hole], allowed: OpenHoles) -> list[tuple[Hole, Hole]]
 
 
 def _face_each_other(one: Hole, other: Hole) -> bool:
-    """Return whether the line through both middles is on both rims, whose widths are alike."""
+    """Return whether the line through both middles is on both rims of equal width."""
     way = other.centre - one.centre
     length = float(np.linalg.norm(way))
     alike = 0.7 < one.width / other.width < 1.0 / 0.7

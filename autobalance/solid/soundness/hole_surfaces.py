@@ -69,7 +69,7 @@ def _spread(values: Array) -> float:
 
 
 def _cylinder(points: Array, normals: Array, hole: Hole) -> tuple[Lift, float] | None:
-    """Return the `Lift` onto the cylinder through points and their spread about it; None if there is none."""
+    """Return the `Lift` onto the cylinder through points and their spread about it, if there is one."""
     from scipy.optimize import least_squares
 
     axis = np.linalg.eigh(normals.T @ normals)[1][:, 0]

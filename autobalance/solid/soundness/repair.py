@@ -46,10 +46,10 @@ def solid_of(welded: Mesh, step_mm: float = 0.0, most_moved: float = math.inf) -
     ``step_mm`` is the step between numbers that the file's digits distinguish; a hole is filled if that moves
     the volume by a share of at most ``most_moved``.
 
-    Pairs of triangles that face each other are cancelled, and copies of a triangle dropped if that leaves
-    fewer open edges, or none; such a mesh may hold folded triangles as well, which are dropped before it is
-    built and not after, when it would have to be built again. Only if the mesh is not closed then, near
-    vertices are welded, the winding is made consistent and small plane holes are filled, one after the other.
+    Pairs of triangles that face each other are cancelled. Copies of a triangle are dropped if that leaves
+    fewer open edges, or none. Such a mesh may also hold folded triangles. They are dropped before it is built
+    and not after, when it would have to be built again. Only if the mesh is still open, near vertices are
+    welded, the winding is made consistent and small plane holes are filled, one after the other.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def _single_shell(mesh: Mesh) -> tuple[Mesh, list[str]]:
 
 
 def _crowded(triangles: Indices) -> Indices:
-    """Return the rows of triangles on the same three corners as others: all of these, and hardly any more.
+    """Return the rows of triangles that share their three corners with others, and almost no more.
 
     A symmetric hash of the corners finds them, a hundred times as fast as sorting the corners themselves.
     """
