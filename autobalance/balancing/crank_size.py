@@ -26,8 +26,7 @@ def refuse_density(crankshaft: Crankshaft) -> None:
 
     Raises
     ------
-    JobError
-        That says which unit may be meant.
+    JobError With the unit that may be meant.
     """
     low, high = DENSITY_KG_M3
     density = crankshaft.density_g_mm3 * 1e6
@@ -43,8 +42,7 @@ def refuse_size(source: Source, file: object) -> None:
 
     Raises
     ------
-    JobError
-        That says which unit would make it one.
+    JobError With the unit that would make it one.
     """
     low, high = SIZE_MM
     longest = longest_mm(source)

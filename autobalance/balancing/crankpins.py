@@ -13,10 +13,11 @@ from autobalance.types import Array
 
 PIN_SEGMENTS = 96
 PIN_OVERLAP_SHARE = 1e-4
-"""Share by which the flats of a crankpin that is put in lie outside its bore, and its ends outside its webs:
-no sliver is left between, nor where two planes are one except for rounding."""
+"""Share by which the flats of a crankpin that is put in lie outside its bore, and its ends outside its webs.
+No sliver is left between them, nor where two planes coincide except for rounding."""
 BEYOND, BEHIND = 1.15, 0.1
-"""Where a web is looked for behind its crankpin, and how far about, over the crankpin's radius."""
+"""Height and half width, over the crankpin's radius, of the region behind a crankpin in which a web is
+sought."""
 
 
 def with_crankpins(solid: Solid, crank: Crank) -> Solid:

@@ -23,8 +23,8 @@ def encoded(source: Source, ending: str, unit: str | None = None) -> bytes:
 
     Raises
     ------
-    FormatError
-        If the format or the unit is not known, or the format keeps true surfaces and the source has none.
+    FormatError If the format or the unit is unknown, or the format keeps true surfaces and the source has
+    triangles.
     """
     name = name_of_ending(ending.lower().lstrip("."))
     kind = format_named(name)

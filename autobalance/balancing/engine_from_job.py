@@ -86,7 +86,7 @@ def in_its_sense(job: Job, engine: Engine) -> Engine:
 
 
 def as_measured(job: Job, crank: Crank) -> Engine:
-    """Return the engine with its crank as the file has it, whose metal loads the mains of its own bay."""
+    """Return the engine with its crank as the file has it; the metal loads the mains of its own bay."""
     return with_solid(job, crank.anatomy, crank.source.solid, crank.density_g_mm3, crank.moments)
 
 
@@ -130,7 +130,7 @@ def beside_the_rods(job: Job, anatomy: Anatomy) -> list[tuple[Moments, float]]:
 
 
 def with_moments(job: Job, anatomy: Anatomy, crank: Moments, *, rod_needed: bool = True) -> Engine:
-    """Return the engine with a crank of which only its moments are known, as two pieces at its ends."""
+    """Return the engine with a crank known by its moments alone, as two pieces at its ends."""
     moments = sum((part for part, _ in beside_the_rods(job, anatomy)), crank)
     mains = mains_z_mm(anatomy)
     low, high = (mains[0], mains[-1]) if len(mains) > 1 else (0.0, 1.0)

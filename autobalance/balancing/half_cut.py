@@ -10,15 +10,15 @@ from autobalance.correction.kind import Workpiece
 from autobalance.crank.anatomy import Web
 
 ALIKE_SHARE = 0.02
-"""Difference of thickness and rim radius up to which two webs are alike, as a share."""
+"""Difference of thickness and rim radius up to which two webs count as equal, as a share."""
 BOTH_SHARE = 0.5
 """Share of the heavier web's unbalance, in its direction, from which the other one needs cuts as well."""
 
 
 def cut_half(chosen: BestOffer, work: Workpiece) -> str | None:
-    """Return which of two like webs a plan leaves uncut, in words; None where it cuts both, or none.
+    """Return the web of two equal ones that a plan leaves uncut, in words; None if it cuts both, or neither.
 
-    Such a plan leaves a couple that the crank had not, and a pair of webs that are no longer alike.
+    Such a plan leaves a couple that the crank had not, and two webs that are no longer equal.
     """
     cuts = zip(chosen.candidates.cuts, chosen.plan.depths_mm.tolist(), strict=True)
     cut_webs = {cut.correction(depth).web for cut, depth in cuts if depth > 0.0}

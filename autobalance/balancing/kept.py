@@ -191,7 +191,7 @@ class KeptPlan:
 
 
 def kept_cut(item: Item, work: Workpiece, limits: Limits) -> Cut | None:
-    """Return the candidate of a kind that lies where a listed cut does; None if there is none.
+    """Return the candidate of a kind that lies where a listed cut does; None without one.
 
     A kind's candidates at that very place come first. Else candidates are tried in even steps from the heavy
     side, which is put where the cut was.

@@ -60,13 +60,13 @@ class Step:
 class Result:
     """The end of a balancing run.
 
-    ``initial_moments`` and ``final_moments`` are the bare crank's with its slugs, in the rotor frame;
+    ``initial_moments`` and ``final_moments`` are the bare crank's with its slugs, in the rotor frame.
     ``initial`` and ``residual`` count bob-weights and attached rotors too, as judged. ``solid`` is the
-    corrected crank in file coordinates [mm], ``measured`` its measurement, with the bytes of its file where
-    these were measured; both are None when nothing was cut. ``tools`` are the corrections' bodies, file
+    corrected crank in file coordinates [mm]. ``measured`` is its measurement, with the bytes of its file if
+    these were measured. Both are None when nothing was cut. ``tools`` are the corrections' bodies, file
     coordinates. ``initial_doubt`` and ``doubt`` are the uncertainties of ``initial`` and ``residual``.
-    ``made`` are the cuts behind the corrections, each with its depth; ``notes`` name kinds that have no
-    place and drills that were not used; ``relaxations`` are the changes of the job that ``reason`` names.
+    ``made`` are the cuts behind the corrections, each with its depth. ``notes`` name kinds that have no place
+    and drills that were not used. ``relaxations`` are the changes of the job that ``reason`` names.
     """
 
     outcome: Outcome

@@ -40,9 +40,9 @@ class MachineAccuracy:
 class JudgedReading:
     """A reading as judged.
 
-    ``unbalance`` counts the parts that the job hangs on the rotor, not those that were on it; ``off`` is the
-    difference, ``machine`` the machine's own unbalance, ``share`` its uncertainty in U, A and B; ``zero_rad``
-    is the rotor angle of the machine's zero mark.
+    ``unbalance`` counts the parts that the job attaches to the rotor, not those that were on it. ``off`` is
+    the difference, ``machine`` the machine's own unbalance, ``share`` its uncertainty in U, A and B.
+    ``zero_rad`` is the rotor angle of the machine's zero mark.
     """
 
     unbalance: Unbalance

@@ -39,8 +39,8 @@ MIN_FILLED_SHARE = 0.05
 class ScannedBeside:
     """The scan of a crank whose drawing is cut.
 
-    ``crank`` is the scan as measured, in the drawing's rotor frame; ``added`` is what the drawing's own
-    moments lack to be the scan's; ``against`` says how both surfaces differ.
+    ``crank`` is the scan as measured, in the rotor frame of the CAD model. ``added`` is the difference of the
+    scan's moments from the model's own. ``against`` is the comparison of both surfaces.
     """
 
     file: Path | None

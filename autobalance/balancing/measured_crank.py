@@ -217,8 +217,7 @@ def recognised(source: Source, hints: Overrides) -> Anatomy:
 
     Raises
     ------
-    RecognitionError
-        If there is none, or not enough of one.
+    RecognitionError If there is no crank, or not enough of one.
     """
     own = source.surfaces.cylinders if source.surfaces is not None else ()
     return recognise(source.solid, hints, own)

@@ -34,12 +34,12 @@ MAX_SEARCHES = 8
 HARDLY_MORE = 1.25
 """Ratio to the least residual that a plan without a new set-up may leave, if no plan leaves little."""
 MAX_EXPLAINED_DRILLS = 6
-"""Most unused drills for which a plan of their own is computed."""
+"""Largest number of unused drills for which a separate plan is computed."""
 
 
 @dataclass(frozen=True, eq=False)
 class BestOffer:
-    """Candidates, a plan of them, the methods that have a place, and notes on those that have none."""
+    """Candidates, a plan of them, the methods that have a place, and notes on the other methods."""
 
     candidates: Candidates
     plan: Plan
@@ -116,7 +116,7 @@ def best_offer(
 def _parts(
     work: Workpiece, methods: Sequence[Limits], kept: Sequence[Limits], search_level: int, offers: Offers
 ) -> tuple[list[Candidates], list[Limits], dict[int, CorrectionError]]:
-    """Return the candidates of each kind, the methods that have any place, and why others have none."""
+    """Return the candidates of each kind, the methods that have any place, and the reasons for the others."""
     parts, placed, errors = [], [], {}
     for number, limits in enumerate(methods):
         level = min(search_level, correction.search_levels(limits) - 1)
@@ -142,8 +142,8 @@ def _without_new_setup(
 def _leaves_little(before: Unbalance, after: Unbalance, tolerance: Tolerance, doubt: Budget | None) -> bool:
     """Return whether a plan without a new set-up is worth it: no judged value is worse, and all are small.
 
-    Small is a quarter of what is permitted beside the doubt of the reading: the next spin has that doubt too,
-    and the shop's own wander comes on top.
+    Small is a quarter of the permissible unbalance in addition to the reading's uncertainty: the next spin
+    has that uncertainty too, and the shop's own drift is added.
     """
     rows = tolerance.judged(after, None if doubt is None else doubt.total)
     return is_harmless(before, after, tolerance) and all(

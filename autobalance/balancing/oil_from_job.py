@@ -17,7 +17,7 @@ from autobalance.rigid_rotor.moments import Moments
 
 
 def rooms_of(crank: Crank) -> tuple[OilRoom, ...]:
-    """Return the rooms in a crank that oil fills, its crankpins put in if the file has none."""
+    """Return the oil volumes in a crank, its crankpins put in if they are not in the file."""
     return oil_rooms(
         with_crankpins(crank.source.solid.moved(crank.anatomy.file_to_rotor), crank), crank.anatomy
     )
@@ -42,7 +42,7 @@ def with_oil(job: Job, crank: Crank) -> Job:
 
 
 def throw_oil(oil: Moments, throw: Throw) -> ThrowOil:
-    """Return a throw's oil as a mass in its crankpin that pulls alike along the throw, and the rest."""
+    """Return a throw's oil as a mass in its crankpin with the same pull along the throw, and the rest."""
     along = float(oil.first_g_mm[:2] @ throw.direction) / throw.crank_radius_mm
     on_crankpin = max(0.0, along)  # more oil on the counterweight's side is not a bob-weight
     return ThrowOil(oil, on_crankpin, oil - Moments.point(on_crankpin, throw.crankpin.centre_mm))

@@ -55,7 +55,7 @@ LEAST_SPEED_RPM = 300.0
 USUAL_THOUSANDS_RPM = 25.0
 """Largest speed that may be meant in thousands."""
 WIDEST_TOLERANCE = 0.02
-"""Share of the reciprocating mass that the permissible unbalance may span before it is said."""
+"""Share of the reciprocating mass that the permissible unbalance may span without a warning."""
 KG_PART_RANGE = 3.0
 """A part below a gram is taken for one in kg if it would be within this many times the parts beside it."""
 LIGHT_PARTS = ("clip", "ring", "shim", "seal", "lock", "oil", "washer", "pin_lock")
@@ -69,8 +69,8 @@ def oddities(job: Job, crank: Crank) -> tuple[str, ...]:
 
     Raises
     ------
-    JobError
-        For impossible values: weights in another unit, a rod that is none, rods beyond the mains.
+    JobError For impossible values: weights in another unit, a rod of impossible weights, rods beyond the
+    mains.
 
     Notes
     -----
@@ -93,8 +93,7 @@ def odd_parts(job: Job) -> tuple[str, ...]:
 
     Raises
     ------
-    JobError
-        For a density that no material has, and for a rod that is none.
+    JobError For a density that no material has, and for a rod of impossible weights.
     """
     refuse_density(job.crankshaft)
     return (*_unlike_weights(job), *_parts_in_kg(job), *_rod(job))

@@ -196,7 +196,7 @@ def _bob_weights(compared: Comparison) -> Iterator[tuple[Cause, float, str]]:
 def bob_weight_fit(difference: Array, per_gram: Array) -> tuple[float, float] | None:
     """Return the error of all bob-weights [g] that explains a difference best, and the difference left.
 
-    None where bob-weights alike change nothing.
+    None if equal bob-weights change nothing.
     """
     square = float((per_gram**2).sum())
     if square <= 1e-12:

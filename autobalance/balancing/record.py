@@ -55,9 +55,9 @@ class ChordalErrorEntry:
     """Excess of the true surface over the facets: mass, and the magnitude of the unbalance.
 
     ``mass_bar_g`` and ``unbalance_bar_g_mm`` are their error bars, ``sag_mm`` is the largest chord height.
-    ``correction`` is whether the estimate was added to the measured moments (None: not requested), ``reason``
-    why not or not all of it; ``needed`` is None where the facets are fine enough or nothing is asked of them.
-    ``added`` are the moments added before and after cutting, None where none were.
+    ``correction`` is whether the estimate was added to the measured moments (None: not requested); ``reason``
+    is why not or not all of it. ``needed`` is None if the facets are fine enough or have no limit. ``added``
+    are the moments added before and after cutting, None if none were.
     """
 
     mass_g: float
@@ -131,8 +131,8 @@ class FaceOffer:
 class Overbalance:
     """Unbalance left on purpose for final drilling, and where the last holes belong; not cut yet.
 
-    ``predicted`` is the residual unbalance with them, as judged without the allowance; ``reason`` is why they
-    are none or not enough.
+    ``predicted`` is the residual unbalance with them, as judged without the allowance. ``reason`` explains
+    why there are none or not enough.
     """
 
     unbalance: Unbalance
@@ -153,10 +153,9 @@ class Forces:
 class Balanced:
     """Findings of a balancing run only.
 
-    ``faces`` are those that corrections name; ``forces`` are None where the job lacks a cylinder's direction;
-    ``sections`` are the records of add-ons by their key in the report;
-    ``job_set`` are the keys of the job that were set from outside, as given; ``kept`` is the earlier plan
-    whose cuts were kept, if one was.
+    ``faces`` are those that corrections name. ``forces`` are None if the job lacks a cylinder's direction.
+    ``sections`` are the records of add-ons by their key in the report. ``job_set`` are the keys of the job
+    that were set from outside, as given. ``kept`` is the earlier plan whose cuts were kept, if any.
     """
 
     job: Mapping[str, Any]
@@ -189,13 +188,13 @@ class TrueSurfaces:
 class Record:
     """Content of a report.
 
-    ``initial`` is the bare crank's unbalance for ``inspect``, as judged for ``balance``; ``planes_z_mm`` are
-    the places of planes A and B, or None. ``outputs`` has one entry a written file.
-    ``warnings`` are what a user should know of the job and the crank, one line each. ``surfaces`` are the
-    crank's as read, where its file keeps true ones. ``staged`` is the content of a stage after the first
-    alone; its corrections count on from ``cuts_before``. ``section_table`` has the plane [mm] that its
-    moments are about; ``loaded`` is the crank with all parts that a job hangs on it; ``suggested`` is an aim
-    with the suggestions that reach it and the refused ones.
+    ``initial`` is the bare crank's unbalance for ``inspect``, as judged for ``balance``. ``planes_z_mm`` are
+    the places of planes A and B, or None. ``outputs`` has one entry a written file. ``warnings`` has one line
+    each for the user about the job and the crank. ``surfaces`` are the crank's as read, if its file keeps
+    true ones. ``staged`` is the content of a stage after the first alone; its corrections are numbered from
+    ``cuts_before`` on. ``section_table`` has the plane [mm] that its moments are about. ``loaded`` is the
+    crank with all parts that a job attaches to it. ``suggested`` is an aim with the suggestions that reach it
+    and the refused ones.
     """
 
     command: Literal["balance", "inspect", "recut"]

@@ -110,7 +110,7 @@ def _as_run(above: Above, attempt: Attempt, relaxed: Relaxation) -> Relaxation |
 def _is_crank_after(rotor: Rotor, tolerance: Tolerance, best: BestOffer) -> bool:
     """Return whether the crank is found, within tolerance, once a plan is carried out.
 
-    Only added metal may hide journals and pins; a plan that only takes metal off is believed.
+    Only added metal may hide journals and pins; a plan that only removes metal is not checked.
 
     Raises
     ------

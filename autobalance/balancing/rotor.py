@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 class Rotor:
     """Rotor that is balanced: the crank in file coordinates [mm] and the loads that turn with it.
 
-    ``exact`` is the crank with its true surfaces, where its file keeps them: plans are made on ``solid``, its
+    ``exact`` is the crank with its true surfaces, if its file keeps them: plans are made on ``solid``, its
     triangles, and the exact solid is cut. ``moments`` are the bare crank's and ``loads`` those of bob-weights
-    and attached rotors, both in the rotor frame; ``loads_per_factor`` is the derivative of the loads with the
+    and attached rotors, both in the rotor frame. ``loads_per_factor`` is the derivative of the loads with the
     balance factor ``factor``. ``budget`` gives the residual's uncertainty, from the bare crank's moments, the
-    corrections made on it and the solid left; None where that is not known. ``hidden`` gives the moments that
-    facets of loose triangles (file coordinates) hide of the smooth surface, which ``moments`` include; None:
-    nothing is added; ``added`` is the share of a calibration or a scan in them, cut or not. ``earlier`` are
-    the cuts of earlier stages, which count where cuts are limited in number.
+    corrections made on it and the solid left; None if that is unknown. ``hidden`` gives the moments between
+    the facets (loose triangles, file coordinates) and the smooth surface, which ``moments`` include; None:
+    nothing is added. ``added`` is the share of a calibration or a scan in them, cut or not. ``earlier`` are
+    the cuts of earlier stages, which count if cuts are limited in number.
     """
 
     solid: Solid

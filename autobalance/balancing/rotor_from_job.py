@@ -81,7 +81,7 @@ def _parts(weights: PartWeights, throw: ThrowParts, oil_g: float) -> Parts:
 
 
 def rod_weights_g(link: LinkRod, rotating_g: float, reciprocating_g: float) -> tuple[float, float]:
-    """Return rotating and reciprocating weight of a link rod; the throw's if the job has none."""
+    """Return rotating and reciprocating weight of a link rod; the throw's if the job has no separate ones."""
     return (
         rotating_g if link.rotating_g is None else link.rotating_g,
         reciprocating_g if link.reciprocating_g is None else link.reciprocating_g,
@@ -189,7 +189,7 @@ def check_engine(job: Job, anatomy: Anatomy) -> None:
 
 
 def _other_stroke(stroke_mm: float, measured_mm: float, slack_mm: float) -> str:
-    """Return what may be meant by another stroke than the crank's: its radius, another unit or file."""
+    """Return possible causes of a stroke that differs from the crank's: its radius, another unit or file."""
     if abs(2.0 * stroke_mm - measured_mm) <= 2.0 * slack_mm:
         return "the crank radius is entered: the stroke is twice that"
     for unit, mm in MM_PER.items():
@@ -240,11 +240,11 @@ def tolerance_of(job: Job, anatomy: Anatomy, crank: Moments) -> Tolerance:
 
 
 OtherPlanes = tuple[str, tuple[float, float] | OtherRotor | None]
-"""What may be meant, and planes A and B [mm] then, or the rotor about another axis; None if not known."""
+"""Other reading, and planes A and B [mm] in it, or the rotor about another axis; None if unknown."""
 
 
 def other_readings(job: Job, anatomy: Anatomy, crank: Moments) -> list[OtherPlanes]:
-    """Return what else could be meant by a crank of some moments.
+    """Return the other readings of a crank of some moments.
 
     Planes that the job states stay where they are, whichever cylinders are the main journals.
     """

@@ -310,7 +310,7 @@ def record_of(
 
 
 def _with_doubts(result: Result, tolerance: Tolerance) -> Result:
-    """Return a result with a reason that says by which other reading of the crank its verdict differs."""
+    """Return a result whose reason names the other reading of the crank that would change its verdict."""
     texts = tolerance.doubts(result.residual, result.doubt)
     reasons = [text for text in (result.reason, *texts) if text is not None]
     return replace(result, reason=joined("; ", reasons)) if texts else result
@@ -333,7 +333,7 @@ def _staged_assembly(job: Job, tolerance: Tolerance, residual: Unbalance) -> tup
 def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> ChordalErrorEntry | None:
     """Return the report's entry on the facets, with the fineness that the grade needs.
 
-    True surfaces need none; their uncertainty is the distance of their edges from them.
+    True surfaces have no facets; their uncertainty is the distance of their edges from them.
     """
     finer = None
     faceted = None if crank.source.exact is not None else crank.facets

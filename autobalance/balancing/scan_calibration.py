@@ -24,15 +24,15 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 OPEN_SKIN_MM, OPEN_SCALE = 0.5, 2e-3
-"""What a scanner of unknown accuracy leaves open, 95 %: sprayed powder, no calibration."""
+"""Uncertainty left by a scanner of unknown accuracy, 95 %: sprayed powder, no calibration."""
 SAME_DIAMETER = 0.02
 """A micrometer reading is of the journals whose diameters differ from it by less than this share."""
 CONTRADICTION_SIGMAS = 3.0
 """Readings that differ by more than so many standard deviations contradict each other."""
 LEAST_SIGMA = 1e-6
-"""Of readings that claim to be exact, in mm or g."""
+"""Smallest uncertainty of readings that claim to be exact, in mm or g."""
 ODD_MASS = 0.01
-"""Of a scanner of unknown accuracy, masses that differ by less than this share do not."""
+"""Share below which masses of a scanner of unknown accuracy do not differ."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,7 +236,7 @@ def _diameters(crank: Scanned, readings: CrankReadings) -> list[_Observation]:
 
 
 def _solved(crank: Scanned, seen: Sequence[_Observation]) -> tuple[Array, Array]:
-    """Return the three unknowns and their covariance, which knows that the density may be off."""
+    """Return the three unknowns and their covariance, with the uncertainty of the density in it."""
     rows = np.array([each.row for each in seen]).reshape(-1, 3)
     weights = np.array([each.sigma for each in seen]) ** -2.0
     covariance = np.linalg.inv(np.linalg.inv(crank.open) + rows.T @ (rows * weights[:, None]))

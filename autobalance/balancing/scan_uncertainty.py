@@ -19,7 +19,7 @@ from autobalance.types import Array
 PATCHES = 900
 """The surface is looked at in about so many patches."""
 TWO_AXES_SIGMAS_95 = 2.45
-"""Of two errors at right angles, each of one standard deviation, 95 % together are within so many."""
+"""Factor for two errors at right angles, each of one standard deviation: 95 % together are within it."""
 ONE_AXIS_SIGMAS_95 = 1.96
 
 
@@ -46,7 +46,7 @@ class ScanUncertainty:
 
     @property
     def share(self) -> Share:
-        """Of the budget, before anything is cut."""
+        """Contribution of the scan to the uncertainty budget before any cut."""
         return self.after(())
 
     def after(self, rates: Sequence[Moments]) -> Share:

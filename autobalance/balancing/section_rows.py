@@ -104,7 +104,7 @@ def _dynamic_place_mm(moments: Moments) -> float:
 def section_table(
     crank: Crank, sections: Sequence[Section], job: Job | None, factor: float, oil_kg_m3: float | None = None
 ) -> SectionTable:
-    """Return the section table of a crank, and of all that hangs on it if there is a job.
+    """Return the section table of a crank, and of all that a job attaches to it.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def section_table(
 
 
 def loaded_table(crank: Crank, job: Job, factor: float) -> SectionTable:
-    """Return a crank as one row, with all that a job hangs on it."""
+    """Return a crank as one row, with all that a job attaches to it."""
     rows = [SectionRow("web", None, "the crank", crank.moments)]
     if job.engine.oil_g_mm3 is not None:
         rows += oil_rows(crank, job.engine.oil_g_mm3)
@@ -194,7 +194,7 @@ def oil_rows(crank: Crank, density_g_mm3: float) -> list[SectionRow]:
 
 
 def _hung_on(crank: Crank, job: Job, factor: float) -> list[SectionRow]:
-    """Return the bob-weights, without what sits on the crankpins; that, part by part; attached parts."""
+    """Return the bob-weights without the parts on the crankpins, those part by part, and attached parts."""
     rows = []
     for throw, load in zip(crank.anatomy.throws, throw_loads(crank.anatomy, job.engine), strict=True):
         pins = job.engine.of_throw(throw.number).weights.crankpin

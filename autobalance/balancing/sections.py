@@ -27,11 +27,12 @@ class State(NamedTuple):
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the report: ``record`` declares what is in it, ``meaning`` says what it is.
+    """A part of the report: ``record`` declares its content, ``meaning`` describes it.
 
-    ``begun`` computes what is needed of the crank before; with it ``ended`` makes the record of the crank
-    after. ``text`` and ``page`` show a record, on the terminal and as (template, values). ``unchecked`` says
-    why ``verify`` cannot compute it again, empty where it can; ``require`` raises where an extra is missing.
+    ``begun`` computes the quantities of the crank before; with it ``ended`` makes the record of the crank
+    after. ``text`` and ``page`` show a record, on the terminal and as (template, values). ``unchecked`` is
+    the reason why ``verify`` cannot compute it again, empty if it can. ``require`` raises if an extra is
+    missing.
     """
 
     record: type
@@ -58,7 +59,7 @@ def of_job(job: Job) -> Iterator[tuple[str, Section]]:
 
 
 def begun(state: State) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Return what a job's sections need of the crank before it is cut, and a warning of each left out."""
+    """Return the values that a job's sections need of the uncut crank, and a warning of each left out."""
     found: dict[str, Any] = {}
     warnings = []
     for key, each in of_job(state.job):

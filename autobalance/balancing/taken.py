@@ -113,7 +113,7 @@ def _outline(took: EachTaken, normal: Array, frame: Array) -> dict[str, Any]:
 
 
 def _in_old_hole(correction: Correction, placement: Array) -> Correction:
-    """Return the correction of a drill that ran along a hole that was there."""
+    """Return the correction of a drill that ran along an existing hole."""
     inward, entry = placement[:3, 2], placement[:3, 3]
     details = dict(correction.details) | {"inward": [float(v) for v in inward]}
     if details.get("entry_mm") is not None:

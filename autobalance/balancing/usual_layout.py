@@ -62,7 +62,7 @@ def own_factors(crank: Crank) -> tuple[float, float] | None:
 
 
 def factor_hint(crank: Crank) -> str:
-    """Return what to take for the balance factor of a crank, in words."""
+    """Return a suggestion for the balance factor of a crank, in words."""
     anatomy = crank.anatomy
     if throws_cancel(anatomy):
         return "0: its throws cancel, force and couple"

@@ -66,7 +66,7 @@ def other_parts(
 
 
 def _per_throw(rods: Sequence[AssemblyPart], throws: int) -> int:
-    """Return the number of rods on a crankpin, where all are alike and spread evenly; else 1."""
+    """Return the number of rods on a crankpin, if all are equal and spread evenly; else 1."""
     volumes = [part.body.source.volume_mm3 for part in rods]
     alike = bool(volumes) and max(volumes) - min(volumes) <= EQUAL_VOLUME_SHARE * max(volumes)
     return len(rods) // throws if alike and len(rods) % throws == 0 else 1

@@ -1,4 +1,4 @@
-"""The table ``[[assembly]]`` of a job: parts put on the crank, or on shafts of their own, in order."""
+"""The table ``[[assembly]]`` of a job: parts put on the crank, or on separate shafts, in order."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ class Difference(NamedTuple):
 
 
 def differences(was: Any, now: Any, key: str = "") -> Iterator[Difference]:
-    """Yield the differences between two jobs, or two tables of them at a key; an empty table is none."""
+    """Yield the differences between two jobs, or two tables at a key; an empty table counts as missing."""
     if isinstance(was, dict | None) and isinstance(now, dict | None) and was != now:
         was, now = was or {}, now or {}
         for name in [*now, *(each for each in was if each not in now)]:

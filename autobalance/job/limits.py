@@ -1,7 +1,7 @@
 """Reading of the ``[correction]`` table into the limits of each kind of correction.
 
-The limits of a kind are a frozen dataclass whose fields are named and typed as the keys of its table, their
-ranges in ``Annotated``, their meanings in its docstring; the kinds are those entered in
+The limits of a kind are a frozen dataclass. Its fields are named and typed as the keys of its table, with
+their ranges in ``Annotated`` and their meanings in its docstring. The kinds are those entered in
 ``autobalance.correction``.
 """
 
@@ -180,7 +180,7 @@ def correction_of(
     """Return the methods of ``[correction]`` and the limits of each.
 
     ``raw`` is the table: the top level supplies keys that a kind's own table lacks. ``drills`` and ``slugs``
-    are those of the shop, which count where a job names none.
+    are those of the shop, which count if a job names none.
 
     Raises
     ------

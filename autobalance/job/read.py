@@ -44,7 +44,7 @@ from autobalance.units import RAD_S_PER_RPM
 
 T = TypeVar("T")
 ALWAYS_THERE = ("crankshaft", "engine", "original", "balance", "correction", "shafts")
-"""Tables that are read of every job, with their defaults if it has none."""
+"""Tables that are read of every job, with their defaults if it lacks them."""
 WITH_SOLIDS = ("engine", "original")
 """Tables whose weights may be solids; a rod is one of them."""
 WORKBOOKS = (".xlsx", ".xlsm")
@@ -118,7 +118,7 @@ class Job:
         return parse(dict(values), Path(folder) / "job.toml", crank_given=True)
 
     def table(self, of: type[T]) -> T | None:
-        """Return what an add-on made of its table, as ``job.table(Cycle)``; None if the job has none."""
+        """Return an add-on's table as its type, as ``job.table(Cycle)``; None if the job lacks it."""
         found: T | None = self.addons.get(of)
         return found
 
@@ -243,7 +243,7 @@ def load_crankshaft(path: str | Path, settings: Sequence[str] = ()) -> Crankshaf
 
 
 def tables_of(path: Path) -> dict[str, Any]:
-    """Return the tables of a job file, TOML or workbook, as they are there.
+    """Return the tables of a job file, TOML or workbook, unchanged.
 
     Raises
     ------

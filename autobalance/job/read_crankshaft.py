@@ -156,7 +156,7 @@ def crankshaft_of(values: Values, folder: Path) -> Crankshaft:
 
 
 def _file(name: str | None, key: str, unit: str | None, folder: Path) -> Path | None:
-    """Return the path of a crank file that a job names, with its unit if its format carries none."""
+    """Return the path of a crank file that a job names, with its unit if its format carries no unit."""
     if name is None:
         return None
     file = folder / name

@@ -27,8 +27,8 @@ def with_measured_rod(values: Mapping[str, Any], folder: Path) -> dict[str, Any]
     """Return the tables of a job with ``[engine.rod] file`` as weights, length and inertia.
 
     The big end goes to ``engine.rotating_g``, the small end to ``engine.reciprocating_g``, the length to
-    ``engine.rod_length_mm``, and what it weighs on two scales with its inertia to ``engine.rod``, whose
-    ``solid`` says where all that is from.
+    ``engine.rod_length_mm``. Its weight on two scales and its inertia go to ``engine.rod``, whose ``solid``
+    names their source.
 
     Parameters
     ----------

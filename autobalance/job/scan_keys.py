@@ -74,8 +74,7 @@ def readings_of(values: Values) -> CrankReadings:
 
     Raises
     ------
-    JobError
-        If something is to be calibrated by what was not measured.
+    JobError If the key to calibrate needs a value that was not measured.
     """
     micrometer = {name: size for name, size in (values["micrometer_mm"] or {}).items() if size is not None}
     weighed, calibrate = values["weighed_g"], values["calibrate"]
@@ -95,8 +94,7 @@ def holes_of(values: Values) -> OpenHoles:
 
     Raises
     ------
-    JobError
-        If bores are named and nothing is to be closed.
+    JobError If bores are named but holes are not closed.
     """
     if values["keep_open"] is not None and values["fill_holes_mm"] == 0.0:
         raise JobError("crankshaft.keep_open stands alone; expected fill_holes_mm beside it")

@@ -32,7 +32,7 @@ def user_folder() -> Path:
 
 
 def shop_file(folder: Path) -> Path | None:
-    """Return the shop's file for a job in a folder; None if there is none."""
+    """Return the shop's file for a job in a folder; None if the folder has no such file."""
     return next((each for each in (folder / NAME, user_folder() / NAME) if each.is_file()), None)
 
 

@@ -22,7 +22,7 @@ BODY = (
     Key("density_pm_kg_m3", float, "by how much that may be off", NOT_NEGATIVE, 0.0),
     Key("body", int | str, "which of several bodies, by number or name", default=None),
 )
-"""Where a part's solid is, and what it weighs."""
+"""Source of a part's solid, and its weight."""
 SOLID = Key(
     "",
     says="of a solid",

@@ -1,4 +1,4 @@
-"""A job for ``recut``, with defaults of its own."""
+"""A job for ``recut``, with separate defaults."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.job.read import Job, parse
 
 USUAL_PREFERENCE = "simple"
-"""What `balance` spares where a job does not say."""
+"""Secondary objective of `balance` if a job sets none of its own."""
 
 
 def for_recut(job: Job, correction: Mapping[str, Any] | None) -> Job:
-    """Return the job of a further stage: the reading's ``[correction]``, if any, in place of its own.
+    """Return the job of a further stage, with the reading's ``[correction]``, if any, in place of the job's.
 
-    What was set up before is gone on with first (``prefer = "same_setup"``), and holes that are there may be
-    deepened, unless the table says otherwise. A report says ``"simple"`` where its job said nothing.
+    Earlier set-ups are used first (``prefer = "same_setup"``), and existing holes may be deepened, unless the
+    table sets otherwise. A report has ``"simple"`` if its job had no setting.
     """
     table = dict(job.raw["correction"] if correction is None else correction)
     if table.get("prefer", USUAL_PREFERENCE) == USUAL_PREFERENCE and (

@@ -39,8 +39,7 @@ def key_at(path: str) -> Key:
 
     Raises
     ------
-    KeyError
-        If there is none.
+    KeyError If there is no such table.
     """
     keys: tuple[Key, ...] = job_tables()
     declared = None

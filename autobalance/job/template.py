@@ -21,7 +21,7 @@ from autobalance.toml_files.typed_units import FILL_IN
 
 WIDTH = 108
 WORDS = ("share",)
-"""Units that the meaning says in words."""
+"""Units that the meaning gives in words."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ class OtherParts:
 class RecognisedCrank:
     """Results of recognition, as keys and values of a job.
 
-    ``hints`` are keys that say what was recognised but need not be said; ``factor_hint`` what to take for the
-    balance factor; ``two_rods_fit``: the crankpins are wide enough for two rods.
+    ``hints`` are keys with recognised values that need not be set; ``factor_hint`` is a suggestion for the
+    balance factor. ``two_rods_fit``: the crankpins are wide enough for two rods.
     """
 
     file: str
@@ -232,7 +232,7 @@ def _correction(crank: RecognisedCrank) -> list[Row]:
 
 
 def _hints(key: Key, path: str, shown: Collection[str]) -> list[Row]:
-    """Return the keys of a table of which nothing was said, each with its default or an example of it."""
+    """Return the unset keys of a table, each with its default or an example of it."""
     rows = []
     for each in key.keys:
         value = each.example if each.default in (None, ()) else plain(each.default)

@@ -36,7 +36,7 @@ class Row:
 
 
 def read_workbook(path: Path) -> dict[str, Any]:
-    """Return the tables that a workbook's sheet ``Job`` says.
+    """Return the tables of a workbook's sheet ``Job``.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Bores, heavy metal and turned rims that would give a solid crank a wanted factor or inertia.
 
-Amounts are closed forms (mass at a radius, depth of a bore); each is then cut from the solid in memory, the
-metal taken is measured, and the depth is corrected by the closed form's error.
+Amounts are closed forms (mass at a radius, depth of a bore). Each is then cut from the solid in memory, the
+removed metal is measured, and the depth is corrected by the closed form's error.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ class _CounterweightWeb:
         return [place] if float(place @ self.towards) > radius > half_mm + WALL_MM else []
 
     def column(self, place: Array, diameter_mm: float) -> tuple[float, float]:
-        """Return z at both ends of the metal under a bore [mm]; equal if there is none."""
+        """Return z at both ends of the metal under a bore [mm]; equal without metal."""
         bore = self.metal & _cylinder(place, diameter_mm, self.web.z_min_mm - 1.0, self.web.z_max_mm + 1.0)
         if bore.is_empty:
             return self.web.z_min_mm, self.web.z_min_mm
@@ -216,7 +216,7 @@ class _NoRoomError(CorrectionError):
 
 
 def _depths(seats: Seats, aim: Aim, missing: Missing, effect_g_mm3: float) -> dict[float, float]:
-    """Return the depth of the bores on each side, alike on every web: a mass at a radius, and its length.
+    """Return the depth of the bores on each side, the same on every web: a mass at a radius, and its length.
 
     Products a (away from the crankpin) and b (on its side): s (a − b) = P, s (a j_a + b j_b) = J.
 

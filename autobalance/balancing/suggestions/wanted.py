@@ -89,7 +89,7 @@ class Aim:
     direction : (2,) float or None
         Unit vector along which unbalance changes the factor; None where the throws cancel each other out.
     per_factor_g_mm : float
-        Product that a factor of one takes; 0 if there is none.
+        Product that a factor of one takes; 0 without reciprocating mass.
     """
 
     wanted: Wanted
@@ -106,8 +106,7 @@ class Aim:
 
         Raises
         ------
-        JobError
-            If a factor is wanted of a crank that has none.
+        JobError If a factor is requested for a crank that has no factor.
         """
         loads = () if engine is None else throw_loads(anatomy, engine)
         attached = Moments.zero() if engine is None else beside_throws(engine)
@@ -128,7 +127,7 @@ class Aim:
         return cls(target, start, anatomy, loads, attached, along / size, 0.0 if factor is None else size)
 
     def factor(self, moments: Moments) -> float | None:
-        """Return the balance factor of a crank with these moments; None if there is none."""
+        """Return the balance factor of a crank with these moments; None if it has no factor."""
         return crank_factor(moments, self.loads, self.attached) if self.loads else None
 
     def product_g_mm(self, unbalance_g_mm: Array) -> float:
@@ -165,7 +164,7 @@ class Aim:
         return [(web, -away_from_crankpin(web, self.anatomy)) for web in webs]
 
     def webs(self) -> list[tuple[Web, Array]]:
-        """Return the webs with counterweights that count towards the factor; all if there is none."""
+        """Return the webs with counterweights that count towards the factor; all if no web has one."""
         webs = self.counterweights()
         if self.direction is None:
             return webs
@@ -186,8 +185,8 @@ class Change:
 class Bore:
     """A flat-bottomed bore along the crank axis, from a web's face away from its crankpin on.
 
-    ``mass_g`` is the mass that it takes away, or adds with heavy metal in it; ``angle_rad`` and ``radius_mm``
-    are its place, ``z_mm`` its beginning; ``closed_form_mm`` is the depth before it was tried.
+    ``mass_g`` is the mass that it removes, or adds if filled with heavy metal. ``angle_rad`` and
+    ``radius_mm`` are its place, ``z_mm`` its beginning. ``closed_form_mm`` is the depth before it was tried.
     """
 
     web: int

@@ -1,4 +1,4 @@
-"""What an analysis of a bearing finds: friction, oil, film and orbit, as a report lists them."""
+"""Figures of a bearing's analysis in the report: friction, oil, film and orbit."""
 
 from __future__ import annotations
 

@@ -107,7 +107,7 @@ class PlainCase:
 
 @dataclass(frozen=True)
 class RollingCase:
-    """Rolling bearings alike, each with a radial load."""
+    """Equal rolling bearings, each with a radial load."""
 
     bearing: RollingBearing
     lubricant: Lubricant

@@ -1,8 +1,8 @@
 """Dry journal bearing: Coulomb friction of the whole load, and the coefficient behind a measured torque.
 
-The journal climbs its bush until the reaction is tangent to the friction circle: the line from its centre
-to the contact is at the attitude angle φ = atan μ from the load, and the moment is |F| (d/2) sin φ. The
-usual |F| (d/2) μ is its small-angle form, 2 % high at μ = 0.2 and without bound above.
+The journal climbs its bush until the reaction is tangent to the friction circle. The line from its centre to
+the contact is at the attitude angle φ = atan μ from the load, and the moment is |F| (d/2) sin φ. The usual
+|F| (d/2) μ is its small-angle form, 2 % high at μ = 0.2 and without bound above.
 """
 
 from __future__ import annotations

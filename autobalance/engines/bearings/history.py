@@ -21,9 +21,9 @@ LARGEST_BYTES = 1 << 27
 FEWEST_ROWS = 8
 WIDEST_GAP_DEG = 10.0
 EVEN_SHARE = 1e-3
-"""Of a step: how far rows may be off equal steps and still count as such."""
+"""Share of a step by which rows may be off equal steps and still count as such."""
 STEP_DEG = 0.5
-"""Of the rows that uneven ones are brought to."""
+"""Number of rows to which uneven ones are resampled."""
 
 
 def read_history(path: Path, x_column: str, y_column: str, bush_speed_rad_s: float = 0.0) -> History:

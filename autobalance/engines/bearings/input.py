@@ -46,7 +46,7 @@ Model = Literal["palmgren", "skf"]
 HistorySource = str | Path | Mapping[str, Any] | None
 """A history in place of the one that a file names."""
 SERIES_COLUMNS = {"x": "main_1_x_N", "y": "main_1_y_N"}
-"""Columns of a history whose file names none, as `cycle --series` writes them."""
+"""Columns of a history whose file names no columns, as `cycle --series` writes them."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ MOST_SPEEDS = 10_000
 FEWEST_CELLS = (8, 4)
 MOST_CELLS = 100_000
 OIL_POINTS: tuple[Pair, Pair] = ((40.0, 100.0), (100.0, 11.0))
-"""Of an oil that names none: an SAE 30."""
+"""Oil of a file that states none of its keys: an SAE 30."""
 
 UP_TO_ONE = Range("must be 0 to 1: the journal touches its bush at 1", least=0.0, most=1.0)
 ABOVE_ZERO_KELVIN = Range("must be above -273.15", above=-273.15)
@@ -242,6 +242,6 @@ BEARING_FORMS: Mapping[str, tuple[Key, ...]] = {
 
 
 def form_of(raw: Mapping[str, Any]) -> tuple[Key, ...]:
-    """Return the keys of the form that a file's kind and model name; the first where they name none."""
+    """Return the keys of the form that a file's kind and model name; by default the first."""
     name = str(raw.get("kind"))
     return BEARING_FORMS.get(f"{name}, {raw.get('model')}", BEARING_FORMS.get(name, DRY))

@@ -1,12 +1,12 @@
 """Booker's mobility of the short bearing: velocity of the journal under a force, in closed form.
 
 Seen from axes that turn with the mean speed of journal and bush, the film is squeezed only, with velocity V.
-The pressure is positive where V·e(α) > 0, half the circle around V; with V = ε̇/Ω and a force in units of
-η Ω R L³/c² the force of the journal on the bush is f = J V,
+The pressure is positive where V·e(α) > 0, half the circle around V. With V = ε̇/Ω and a force in units of η Ω
+R L³/c² the force of the journal on the bush is f = J V,
 
     J = ∫ e eᵀ/(1 − ε cos u)³ du,    u from the line of centres, over that half circle.
 
-J has a closed form by Sommerfeld's substitution, cos u = (cos γ + ε)/(1 + ε cos γ): its integrands become
+J has a closed form by Sommerfeld's substitution, cos u = (cos γ + ε)/(1 + ε cos γ). Its integrands become
 polynomials of cos γ and sin γ, and γ at both ends of the half circle is algebraic. Since the pressure ends at
 zero, J is also ∂f/∂V: Newton's method on f(V) = f is V ← J(V)⁻¹ f.
 """

@@ -24,9 +24,9 @@ MOST_TURNS = 120
 MAX_FILM_FORCE = 1e6
 """Force in units of η Ω R L³/c² that breaks any film within half a degree: its orbit is not computed."""
 STEP_TOLERANCE = 5e-7
-"""Of the eccentricity ratio in one step of the integration."""
+"""Tolerance of the eccentricity ratio in one step of the integration."""
 NEWTON_TOLERANCE_RATIO = 0.1
-"""Of that, where a path is closed by Newton's method."""
+"""Tolerance of the ratio, if a path is closed by Newton's method."""
 CLOSING_STEPS = 12
 RATIO_STEP = 1e-4
 """Step of the eccentricity ratio for the derivative of a cycle's end by its start."""
@@ -113,7 +113,8 @@ def film_orbits(
     speed_rad_s : float or (k,)
         Of the journal, positive in the sense from x to y [rad/s].
     viscosity_Pa_s, diameter_m, length_m, clearance_m : float or (k,)
-        Dynamic viscosity [Pa·s]; journal diameter, bearing length, radial clearance [m]; positive.
+        Dynamic viscosity [Pa·s]; then journal diameter, bearing length and radial clearance [m]. All are
+        positive.
     bush_speed_rad_s : float, (k,) or (n, k)
         Of the bush about its own axis, in the same axes; by angle for a rod that swings [rad/s].
     most_turns : int, optional

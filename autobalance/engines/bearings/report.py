@@ -45,7 +45,7 @@ class BearingReport(Head):
 
     @classmethod
     def of(cls, kind: Kind, described: Mapping[str, Any], analysis: BearingAnalysis) -> Self:
-        """Return the report of an analysis: all but the rows at the first speed."""
+        """Return the report of an analysis: everything except the rows at the first speed."""
         first = analysis.first
         return cls(
             input=described,

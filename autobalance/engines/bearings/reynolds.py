@@ -1,9 +1,9 @@
 """Reynolds' equation of a plain bearing of any length, on a grid of finite volumes.
 
 Around, the cells are equal in Sommerfeld's angle γ, 1 + ε cos θ = (1 − ε²)/(1 − ε cos γ), which gathers them
-where the film is thin: a few dozen cells resolve a film of 1 % of the clearance. Along, half the length is
-enough, and the cells are equal in s, Z = z/(L/2) = sin(π s/2), which gathers them at the open end. In units
-of 6 η Ω (R/c)² for the pressure, with g = dθ/dγ and λ = L/D,
+where the film is thin. A few dozen cells resolve a film of 1 % of the clearance. Along, half the length is
+enough, and the cells are equal in s, Z = z/(L/2) = sin(π s/2), which gathers them at the open end. The
+pressure is in units of 6 η Ω (R/c)², with g = dθ/dγ and λ = L/D,
 
     ∂γ(H³/g ∂γP) + g/λ² H³ ∂²P/∂Z² = ∂γH + 2 g ∂H/∂t/Ω.
 """
@@ -23,8 +23,8 @@ from autobalance.types import Array
 
 Flags = npt.NDArray[np.bool_]
 Boundary = Literal["half", "reynolds", "full"]
-"""Where pressure would be negative: cut from the full solution; kept from forming, so that it ends without
-slope; or left as it is."""
+"""Treatment of negative pressure: cut from the full solution, prevented so that it ends without slope, or
+left."""
 PRESSURE_UNIT = 6.0
 """The pressure here in units of η Ω (R/c)²."""
 ACTIVE_SET_STEPS = 100
@@ -67,13 +67,13 @@ class _Grid:
     """θ half a cell on from each node (n,)."""
     face_metric: Array
     step: float
-    """Of γ."""
+    """Step in γ [rad]."""
     place: Array
     """Z of the nodes inside (m,)."""
     cell: Array
     """Length along of the nodes' cells (m,)."""
     weight: Array
-    """Of the nodes in an integral over half the length (m,)."""
+    """Weights of the nodes in an integral over half the length (m,)."""
 
     @classmethod
     def of(cls, ratio: float, slenderness: float, grid: tuple[int, int]) -> _Grid:
@@ -191,7 +191,7 @@ class _Solution:
     pressure: Array
     """Pressures that count (n, m)."""
     free: Flags
-    """Where the equation holds (n m,)."""
+    """Whether the equation holds at a node (n m,)."""
     cover: Array
     """Share of each node's cell whose pressure counts (n, m)."""
 

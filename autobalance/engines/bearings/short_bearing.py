@@ -18,8 +18,8 @@ POINTS = (121, 21)
 def ocvirk(slenderness: float) -> FilmModel:
     """Return the film of a short bearing as a function of the eccentricity ratio.
 
-    Radial force −4 λ² ε²/(1 − ε²)², tangential λ² π ε/(1 − ε²)^1.5, with λ = L/D; the load's Sommerfeld
-    number is S λ² = (1 − ε²)²/(π ε √(π² (1 − ε²) + 16 ε²)), its attitude tan φ = π √(1 − ε²)/(4 ε).
+    Radial force −4 λ² ε²/(1 − ε²)², tangential λ² π ε/(1 − ε²)^1.5, with λ = L/D. The load's Sommerfeld
+    number is S λ² = (1 − ε²)²/(π ε √(π² (1 − ε²) + 16 ε²)). Its attitude is tan φ = π √(1 − ε²)/(4 ε).
 
     Parameters
     ----------

@@ -27,9 +27,9 @@ NO_THRESHOLD = WhirlThreshold(None, None)
 def whirl_threshold(stiffness_N_m: Array, damping_N_s_m: Array, speed_rad_s: float) -> WhirlThreshold:
     """Return the threshold of oil whirl of a rigid rotor from a film's coefficients.
 
-    On the threshold m ẍ + C ẋ + K x = 0 has a solution that neither grows nor decays, at the whirl speed ω:
-    m ω² = k = (K_xx C_yy + K_yy C_xx − K_xy C_yx − K_yx C_xy)/(C_xx + C_yy) and
-    ω² det C = (K_xx − k)(K_yy − k) − K_xy K_yx.
+    On the threshold m ẍ + C ẋ + K x = 0 has a solution that neither grows nor decays, at the whirl speed ω.
+    Then m ω² = k = (K_xx C_yy + K_yy C_xx − K_xy C_yx − K_yx C_xy)/(C_xx + C_yy) and ω² det C = (K_xx −
+    k)(K_yy − k) − K_xy K_yx.
 
     Parameters
     ----------

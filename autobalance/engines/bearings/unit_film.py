@@ -94,7 +94,7 @@ FilmModel = Callable[[float], UnitFilm]
 """Function from an eccentricity ratio in (0, 1) to the film."""
 
 TOLERANCE = 1e-11
-"""Of the logarithm of the load."""
+"""Step in the logarithm of the load."""
 
 
 def film_for_load(model: FilmModel, load: float, guess: UnitFilm | None = None) -> UnitFilm | None:

@@ -90,9 +90,9 @@ def bearing(
         Bearing file: its kind and dimensions, and its loads by angle if any. Or its tables; files are
         relative to it, or to the working folder.
     history : path or dict, optional
-        Forces of the journal on the bush through a cycle, for the film's orbit: a CSV file whose columns
-        ``[history]`` names (``x_N`` and ``y_N`` where it does not), in place of its ``file``; or arrays
-        ``angle_deg``, ``x_N`` and ``y_N``, each (n,).
+        Forces of the journal on the bush through a cycle, for the film's orbit, in place of the file's own
+        ``file``. Either a CSV file whose columns ``[history]`` names (default: ``x_N`` and ``y_N``), or
+        arrays ``angle_deg``, ``x_N`` and ``y_N``, each (n,).
 
     Returns
     -------

@@ -56,7 +56,7 @@ class CycleRoll:
 
 @dataclass(frozen=True, eq=False)
 class RollCurves:
-    """Roll couple over the grid's angles (n,): all of it; without the torque's reaction; of pistons alone."""
+    """Roll couple over the grid's angles (n,): total, without the torque's reaction, of pistons alone."""
 
     whole_n_m: Array
     besides_torque_n_m: Array

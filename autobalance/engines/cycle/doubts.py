@@ -18,7 +18,7 @@ GREATEST_SWING = 0.2
 
 
 def model_doubts(analysis: CycleAnalysis, job: Job) -> tuple[str, ...]:
-    """Return what to doubt of a cycle: its gas, its constant speed."""
+    """Return the warnings about a cycle: its gas, its constant speed."""
     return (*_gas(analysis, job), *_speed(analysis, job))
 
 

@@ -14,7 +14,7 @@ ROUNDING_RAD = 1e-9
 EVEN_RAD = math.radians(1.0)
 """Largest difference of intervals that count as even: an offset moves dead centres by less."""
 LARGEST_MISS_RAD = math.radians(10.0)
-"""How far a given firing angle may lie from its cylinder's dead centre."""
+"""Largest distance of a given firing angle from its cylinder's dead centre."""
 
 
 def dead_centres_rad(cylinders: Sequence[Cylinder]) -> list[float]:
@@ -107,7 +107,7 @@ def intervals_rad(fired_rad: Sequence[float], span_rad: float) -> list[float]:
 
 
 def is_even(fired_rad: Sequence[float], span_rad: float) -> bool:
-    """Return whether all intervals between firings are alike."""
+    """Return whether all intervals between firings are equal."""
     wanted = span_rad / len(fired_rad)
     return all(abs(each - wanted) <= EVEN_RAD for each in intervals_rad(fired_rad, span_rad))
 

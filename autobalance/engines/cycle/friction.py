@@ -20,8 +20,8 @@ class Friction:
     main_mu : float
         Coefficient of friction of the dry main journals.
     chen_flynn : tuple of four float
-        A, B, C, D of the friction mean pressure A + B p_max + C c_m + D c_m² in bar, with the peak pressure
-        p_max in bar and the mean piston speed c_m in m/s: rings, skirts, auxiliaries.
+        A, B, C, D of the friction mean pressure A + B p_max + C c_m + D c_m² in bar (rings, skirts,
+        auxiliaries). The peak pressure p_max is in bar and the mean piston speed c_m in m/s.
 
     References
     ----------

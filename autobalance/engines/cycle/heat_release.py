@@ -12,14 +12,14 @@ from autobalance.types import Array
 
 @dataclass(frozen=True)
 class Wiebe:
-    """Burnt share x = 1 − exp(−a ((θ − start)/duration)ⁿ), which goes on past the duration.
+    """Burnt share x = 1 − exp(−a ((θ − start)/duration)ⁿ), which continues past the duration.
 
     Attributes
     ----------
     start_rad : float
         After firing top dead centre [rad].
     duration_rad : float
-        Angle after which all but exp(−a) is burnt [rad].
+        Angle after which all except exp(−a) is burnt [rad].
     a, n : float
         Its two numbers; n is the exponent of the angle, m + 1 in some books.
     heat_n_mm : float

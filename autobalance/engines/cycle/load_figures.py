@@ -33,8 +33,8 @@ class TorqueOrder:
 class NumberedLoad:
     """A bearing's or pin's load through the cycle.
 
-    ``on``, in an articulated engine: a link rod's big end is on its knuckle pin; the load of its master rod
-    alone is on no bearing, whose one big end carries the links too and has the load of the crankpin.
+    ``on``, in an articulated engine: a link rod's big end is on its knuckle pin. The load of its master rod
+    alone is on no bearing: the one big end carries the links too and has the load of the crankpin.
     """
 
     number: Ordinal

@@ -1,7 +1,7 @@
 """A pendulum absorber on the crank: the order that it takes, and the mass that an order of torque needs.
 
 In a crank that turns evenly the mass moves in the field of the centrifugal force as a pendulum does under
-gravity, φ″ = −(R/L) sin φ by the crank angle: its frequency is an order of the speed, at any speed.
+gravity, φ″ = −(R/L) sin φ by the crank angle. Its frequency is an order of the speed, at any speed.
 """
 
 from __future__ import annotations

@@ -16,9 +16,9 @@ from autobalance.job import Job
 class CycleSection:
     """A part of the report of a cycle: ``record`` declares what is in it.
 
-    ``computed`` finds it, ``answer`` makes the record of what was found, ``text`` shows the record, ``plots``
-    draw what was found, by name, and ``doubts`` yields why the model is not to be trusted. ``wanted`` says
-    whether a job has it; of a section that an option asks for, none has.
+    ``computed`` computes it, ``answer`` makes the record, ``text`` shows the record, ``plots`` draw the
+    result by name, and ``doubts`` yields the reasons to distrust the model. ``wanted`` is whether a job has
+    it; it is never true for a section that an option requests.
     """
 
     record: type
@@ -37,7 +37,7 @@ def cycle_section(key: str) -> CycleSection:
 
 
 def sections_of(job: Job, asked: Collection[str]) -> dict[str, CycleSection]:
-    """Return the sections of a job's cycle by key: those that an option asked for, and the job's own."""
+    """Return the sections of a job's cycle by key: those that an option requests, and the job's own."""
     found = {
         key: cycle_section(key)
         for key, place in registry.CYCLE_SECTIONS.items()

@@ -42,7 +42,7 @@ from autobalance.engines.cycle.speed import run_up_s
 from autobalance.running_gear.dead_centres import dead_centres
 
 SHARES = (0.9, 1.0, 1.1)
-"""Of inertia and of reciprocating mass, for what they do to the key figures."""
+"""Steps of inertia and of reciprocating mass, for their effect on the key figures."""
 RUN_UP_FROM = 0.2
 """Share of the speed at which the run-up's clock starts."""
 
@@ -138,7 +138,7 @@ def _run_up(cycle: CycleAnalysis) -> list[RunUpPoint] | None:
 
 
 def _big_ends_on(cycle: CycleAnalysis) -> list[Carrier | Absent]:
-    """Return what carries each cylinder's own rod, where that is not its bearing on the crankpin."""
+    """Return the carrier of each cylinder's own rod, if it is not the bearing on the crankpin."""
     cylinders = cycle.firing.engine.cylinders
     masters = {each.master for each in cylinders}
     return [

@@ -12,7 +12,7 @@ from autobalance.types import Array
 
 LARGEST_GAP_RAD = math.radians(10.0)
 PEG_RAD = (math.radians(-185.0), math.radians(-175.0))
-"""Where a pressure is taken for that of the intake: about bottom dead centre before compression."""
+"""Half width about bottom dead centre before compression, in which a pressure is taken as the intake's."""
 WHOLE_SHARE = 1e-6
 """A record's length is a whole number of cycles within this share of one."""
 
@@ -93,7 +93,7 @@ class Trace:
 
     @property
     def each(self) -> list[Trace]:
-        """Its cycles, each a trace."""
+        """Cycles of the trace, each a trace."""
         return [Trace(self.angle_rad, row[None, :], self.span_rad, self.whole) for row in self.pressure_mpa]
 
     def shifted(self, by_rad: float) -> Trace:

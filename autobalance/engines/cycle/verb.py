@@ -114,12 +114,8 @@ def cycle(
 
     Raises
     ------
-    UsageError
-        If speed or factors are impossible.
-    JobError
-        If the job says something impossible, or its engine cannot have this cycle.
-    AutobalanceError
-        For anything wrong with the crank or the trace.
+    UsageError If speed or factors are impossible. JobError If the job has an impossible value, or its engine
+    cannot have this cycle. AutobalanceError For anything wrong with the crank or the trace.
     """
     from autobalance.balancing.engine_from_job import as_measured
     from autobalance.engines.cycle.analysis import CycleAnalysis

@@ -22,8 +22,8 @@ RELATIVE_TOLERANCE = 1e-10
 class Woschni:
     """Heat transfer to walls of one temperature.
 
-    h = 3.26 B^−0.2 p^0.8 T^−0.55 w^0.8 in W/(m² K), with B in m, p in kPa, T in K, and the gas speed
-    w = 2.28 c_m + C₂ V_s T₀/(p₀ V₀) (p − p_motored) in m/s; C₂ is 0.00324 once fuel burns, before it 0.
+    h = 3.26 B^−0.2 p^0.8 T^−0.55 w^0.8 in W/(m² K), with B in m, p in kPa and T in K. The gas speed is w =
+    2.28 c_m + C₂ V_s T₀/(p₀ V₀) (p − p_motored) in m/s; C₂ is 0.00324 once fuel burns, before it 0.
 
     Attributes
     ----------

@@ -1,10 +1,9 @@
 """Shaking forces of an engine by balance factor, and the best factor for each aim.
 
 Counterweights turn with the crank, so they change the forward-rotating part of the first order and nothing
-else: the backward part, and with it the largest first-order force |forward| + |backward|, is smallest where
-the forward part is gone. For one crankpin with n rods of equal weight the forward part is (½ − f) n m_rec r
-ω², whatever the angles of the banks; so 50 % is least-worst for singles and V twins alike, and leaves nothing
-of a 90° V twin's first order.
+else. The largest first-order force |forward| + |backward| is smallest when the forward part is zero. For one
+crankpin with n rods of equal weight the forward part is (½ − f) n m_rec r ω², for any angles of the banks. So
+50 % gives the smallest maximum for singles and V twins, and cancels a 90° V twin's first order.
 
 Throws may cancel each other's force and leave a couple, as those of a cross-plane V8 do: then the factor is
 chosen by the couple. Force and couple are weighed as a mount feels them: as forces in two planes, those of

@@ -89,7 +89,7 @@ def forces(
         Balance factors to compare, each 0 to 1; on mounts -0.5 to 1.5, where under- and overbalance mean
         something.
     transverse_weight : float
-        Weight of force across cylinder 1 against force along it, by how much worse the mount takes it.
+        Weight of force across cylinder 1 against force along it: ratio of their effects on the mount.
     reference_z_mm : float or None
         Place on the axis that moments are taken about, z in the rotor frame [mm]; None: the middle of the
         outermost main journals.

@@ -70,12 +70,11 @@ TABLES = AddonTables((MOUNTS, MOUNT), _made, needs=("balance",))
 
 
 def mounts_of(values: Values | None, listed: list[Values], top_rad_s: float) -> Mounts | None:
-    """Return the engine on its mounts; None if the job has none.
+    """Return the engine on its mounts; None if the job has no mounts.
 
     Raises
     ------
-    JobError
-        If the inertia is none, or nothing holds the engine.
+    JobError If the inertia is missing, or nothing holds the engine.
     """
     if values is None:
         if listed:

@@ -14,7 +14,7 @@ from autobalance.running_gear.parts import RolledUp
 
 @record
 class ThrowWeights:
-    """The weights on a throw; number None: on every throw that has none of its own."""
+    """The weights on a throw; number None: on every throw without separate weights."""
 
     number: Ordinal | None
     rods: Count

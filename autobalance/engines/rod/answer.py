@@ -99,7 +99,7 @@ class RodCouple:
 
 @record
 class RodCut:
-    """The rod cut at its centre of mass, which is wrong, and by how much."""
+    """The rod cut at its centre of mass, a wrong method, with its error."""
 
     big_half_g: Positive
     small_half_g: Positive

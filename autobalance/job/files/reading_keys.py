@@ -33,7 +33,7 @@ AS_READ = (
     ROTATION,
     ZERO_DEG,
 )
-"""How a machine read: of a reading file, and of trials from which one is made."""
+"""Conventions of a machine's reading: of a reading file, and of trials that make one."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 Calibrate = Literal["skin", "density", "none"]
-"""What makes up for a mass that differs: an even offset of the surface, the density, or nothing."""
+"""Quantity that absorbs a difference of mass: an even offset of the surface, the density, or nothing."""
 
 
 @dataclass(frozen=True)

@@ -24,12 +24,12 @@ Sampling = Literal["random", "latin_hypercube"]
 class Crankshaft:
     """The file and what has to be known to read it as a crank.
 
-    ``file`` is None where the crank is given as an object; ``unit`` is None if the format carries its
-    own; ``body`` picks one of several solids, from 1, or by its name where the format has names;
-    ``density_pm_g_mm3`` is by how much the density may be off, None where the job does not say;
-    ``scan_accuracy_mm`` is the scanner's, likewise; ``readings`` are what a shop measured of it,
-    ``holes`` which holes of an open mesh are to be closed. ``scan`` is a scan of the same crank, whose mass
-    and unbalance count while the file's own faces are cut; scanner, readings and holes are its then.
+    ``file`` is None if the crank is given as an object. ``unit`` is None if the format carries its own.
+    ``body`` picks one of several solids, from 1, or by its name if the format has names. ``density_pm_g_mm3``
+    is the uncertainty of the density, None if the job does not state it; ``scan_accuracy_mm`` is the
+    scanner's, likewise. ``readings`` are a shop's measurements of it; ``holes`` are the holes of an open mesh
+    to close. ``scan`` is a scan of the same crank, whose mass and unbalance count while the file's own faces
+    are cut; scanner, readings and holes are its then.
     """
 
     file: Path | None
@@ -64,7 +64,7 @@ class Crankshaft:
 class Weight:
     """A mass on the scale, and its uncertainty [g].
 
-    ``distribution`` is how the ± is read by ``study``; None: as the job's ``[study]`` says.
+    ``distribution`` is how ``study`` reads the ±; None: the job's ``[study]`` decides.
     """
 
     mass_g: float
@@ -93,8 +93,8 @@ class PartWeights:
 class LinkRod:
     """A rod that hangs on the master rod of its throw, on a knuckle pin.
 
-    ``cylinder`` counts through the engine, from 1; ``knuckle_rad`` is about the crankpin from the master
-    rod's axis; masses None: those of the throw's other rods.
+    ``cylinder`` is the number through the engine, from 1. ``knuckle_rad`` is about the crankpin from the
+    master rod's axis. Masses None: those of the throw's other rods.
     """
 
     cylinder: int
@@ -119,7 +119,7 @@ class ThrowParts:
 class Attached:
     """A part that turns with the crank and is out of balance, at a place on the axis (rotor frame).
 
-    ``pm_g_mm`` is by how much its unbalance may be off.
+    ``pm_g_mm`` is the uncertainty of its unbalance.
     """
 
     name: str
@@ -147,7 +147,7 @@ class CylinderLayout:
     """Places of the cylinders about the crank; for forces and shafts.
 
     ``bank_rad`` has one direction for each rod of a throw, from the rotor's x axis at crank angle 0, or is
-    None where the job does not say; ``bank_by_throw`` has those of the throws that differ, by their number.
+    None if the job does not state it. ``bank_by_throw`` has those of the throws that differ, by their number.
     """
 
     bank_rad: tuple[float, ...] | None = None
@@ -164,7 +164,7 @@ class CylinderLayout:
 class RodOnScales:
     """Weights of a bare connecting rod on two scales, and its inertia about its centre of mass.
 
-    ``solid`` says of which file that was measured, empty where it was weighed.
+    ``solid`` names the file that was measured, empty if the part was weighed.
     """
 
     big_end_g: float

@@ -65,7 +65,7 @@ class VariantCurves:
 
 @dataclass(frozen=True, eq=False)
 class FiringVariant:
-    """A job's engine with one crank in it, of its own unbalance or an ideal one of a factor."""
+    """A job's engine with one crank in it, of a separate unbalance or an ideal one of a factor."""
 
     job: Job
     crank: Crank

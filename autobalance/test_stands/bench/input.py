@@ -178,7 +178,7 @@ def _check_holes(holes: Sequence[Values], disc_mm: float | None) -> None:
 
 
 def _shape(rotor: Values, density: float) -> DiscOnShaft | None:
-    """Return the disc on its shaft; None if the file has none."""
+    """Return the disc on its shaft; None if the file has no disc."""
     if rotor["disc_mm"] is None:
         for key in ("shaft_mm", "length_mm", "thickness_mm"):
             if rotor[key] is not None:

@@ -22,7 +22,7 @@ ROUNDING_SHARE = 1e-9
 
 @dataclass(frozen=True)
 class PlanarUnbalance:
-    """An unbalance [g·mm], complex, in a plane at z, without mass of its own."""
+    """An unbalance [g·mm], complex, in a plane at z, without mass."""
 
     z_mm: float
     unbalance_g_mm: complex
@@ -69,8 +69,8 @@ def axisymmetric(
 class SpunRotor:
     """A rotor with all its masses and unbalances.
 
-    ``unbalance_g_mm`` is ∫ (x + i y) dm, ``moment_g_mm2`` ∫ z (x + i y) dm about the rotor's z = 0;
-    ``transverse_g_mm2`` and ``second_g_mm2`` (∫ r rᵀ dm) are about the centre of mass; ``size_g_mm`` and
+    ``unbalance_g_mm`` is ∫ (x + i y) dm, ``moment_g_mm2`` ∫ z (x + i y) dm about the rotor's z = 0.
+    ``transverse_g_mm2`` and ``second_g_mm2`` (∫ r rᵀ dm) are about the centre of mass. ``size_g_mm`` and
     ``lever_mm`` are the scales of its parts, for rounding.
     """
 

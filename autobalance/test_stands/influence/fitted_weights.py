@@ -1,8 +1,8 @@
 """Correction weights on available places and from stock: a mixed-integer program over all planes.
 
 The worst weighted residual is minimized. Circles (sizes of residuals, limits, a weight at any angle) are
-replaced by circumscribed polygons, so the solver's bound is a true lower bound; they are refined where the
-solution lies until the best set is within a known share of that bound.
+replaced by circumscribed polygons, so the solver's bound is a true lower bound. They are refined at the
+solution until the best set is within a known share of that bound.
 """
 
 from __future__ import annotations
@@ -383,6 +383,6 @@ def _single(fitting: Fitting) -> list[float]:
 
 
 def _least_sine(angles_rad: Array) -> float:
-    """Return the least |sin| between two places neither equal nor opposite; 1 if there are none."""
+    """Return the smallest |sin| between two places neither equal nor opposite; 1 without such places."""
     between = np.abs(np.sin(angles_rad[:, None] - angles_rad[None, :]))
     return max(1e-3, float(between[between > 1e-6].min(initial=1.0)))

@@ -85,7 +85,7 @@ def condition(influence: Complex, reading_weights: Array) -> tuple[float, Array]
     """Return σ_max/σ_min of the weighted coefficients, columns scaled to length 1, and the planes' shares.
 
     Shares (N,) are the magnitudes of the weakest combination of weights: large for planes that the readings
-    hardly distinguish.
+    barely distinguish.
     """
     weighted = reading_weights[:, None] * influence
     lengths = np.linalg.norm(weighted, axis=0)

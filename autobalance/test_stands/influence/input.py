@@ -60,7 +60,7 @@ SEAM_KEYS = (
     Key("z_mm", tuple[float, ...], "or: where each stands, rotor frame [mm]", default=None),
     *AS_READ,
 )
-"""As in a reading file; ``rotation`` and ``zero_deg`` say how the trials' angles count."""
+"""Conventions as in a reading file; ``rotation`` and ``zero_deg`` define the angles of the trials."""
 TRIALS_KEYS = (
     Key("goal", Literal["least_squares", "least_worst"], "quantity to minimise", default="least_squares"),
     Key("phases", Literal["same", "opposite"], "sense in which phase_deg counts", default="same"),
@@ -82,8 +82,8 @@ TRIALS_KEYS = (
 class Trials:
     """The file as complex numbers; ``radius_mm`` by plane where the trials say one, else None.
 
-    ``initial`` and the trials' readings are conjugated where phases count against the angles, so that weights
-    and readings turn in one sense; ``phases_opposite`` says so for what is written.
+    ``initial`` and the trials' readings are conjugated if phases count against the angles, so that weights
+    and readings turn in one direction. ``phases_opposite`` records this for the written files.
     """
 
     values: Values
@@ -213,7 +213,7 @@ def size_g_mm(each: Values, where: str) -> float:
 
 
 LEAST_CHANGE = 1e-6
-"""Of the largest amplitude: a trial weight that changes less shows nothing."""
+"""Share of the largest amplitude: a trial weight that changes less shows nothing."""
 
 
 def _check_changes(initial: Complex, trials: tuple[Trial, ...]) -> None:
@@ -229,7 +229,7 @@ def _check_changes(initial: Complex, trials: tuple[Trial, ...]) -> None:
 
 
 def _radius(trials: list[Values], plane: PlaneName) -> float | None:
-    """Return the radius of a plane's trial weights; None where they state none, or differ."""
+    """Return the radius of a plane's trial weights; None if they state no radius, or differ."""
     radii = {each["radius_mm"] for each in trials if each["plane"] == plane and each["radius_mm"] is not None}
     return radii.pop() if len(radii) == 1 else None
 

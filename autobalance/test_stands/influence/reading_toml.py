@@ -7,7 +7,7 @@ from autobalance.toml_files.text import toml_value
 
 
 def unbalance_toml(report: InfluenceReport) -> str:
-    """Return the unbalance from ``influence`` as a reading, heavy where its weights come off."""
+    """Return the unbalance from ``influence`` as a reading, heavy where its weights are removed."""
     reading = report.input["reading"]
     lines = ["# The unbalance that trial weights and influence coefficients found."]
     if reading["serial"] is not None:

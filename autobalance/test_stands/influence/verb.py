@@ -29,7 +29,7 @@ LARGEST_CONDITION = 1e4
 """Above it the readings cannot distinguish the planes."""
 WARNED_CONDITION = 30.0
 NAMED_SHARE = 0.3
-"""Of the weakest combination of weights: planes with at least this are named."""
+"""Share of the weakest combination of weights: planes with at least this are named."""
 TARGET_TOLERANCE = 1e-9
 """Relative, by which a residual may pass its target: rounding."""
 

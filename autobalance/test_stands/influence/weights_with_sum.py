@@ -15,7 +15,7 @@ ROUNDING = 1e-7
 
 
 def places_with_sum(total_g_mm: complex, angles_rad: Array) -> tuple[Fitted, ...]:
-    """Return the least weights at one or two of some places with a sum; empty if there are none."""
+    """Return the least weights at one or two of some places with a sum; empty without such places."""
     size, angle = abs(total_g_mm), float(np.angle(total_g_mm))
     pairs = []
     for a in angles_rad:
@@ -34,8 +34,8 @@ def places_with_sum(total_g_mm: complex, angles_rad: Array) -> tuple[Fitted, ...
 def weights_with_sum(total_g_mm: complex, stock_g_mm: Array) -> tuple[Fitted, ...]:
     """Return a few weights from stock, any number of each, with their angles, for a sum.
 
-    One where the size is in stock; else two, the pair of smallest sum whose difference is not over the size;
-    else as many of the largest as are needed, turned by equal angles to both sides.
+    One if the size is in stock; else two, the pair of smallest sum whose difference is not over the size.
+    Else as many of the largest as are needed, turned by equal angles to both sides.
     """
     size, angle = abs(total_g_mm), float(np.angle(total_g_mm))
     if size <= 1e-9 * float(stock_g_mm.min()):

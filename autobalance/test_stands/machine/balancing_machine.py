@@ -76,8 +76,7 @@ def node_mm(rotor: SpunRotor, plane_mm: float) -> float:
 
     Raises
     ------
-    ValueError
-        If the plane goes through the centre of mass: all of the axis moves alike.
+    ValueError If the plane goes through the centre of mass: all of the axis moves by the same amount.
     """
     assert rotor.transverse_g_mm2 is not None
     lever = plane_mm - rotor.z_mm

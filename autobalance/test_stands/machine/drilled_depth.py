@@ -37,7 +37,7 @@ class DrillPlace:
         return self.density_g_mm3 * (full * at_full + point * at_point)
 
     def depth_mm(self, unbalance_g_mm: float) -> float | None:
-        """Return the depth that removes an unbalance; None if there is none.
+        """Return the depth that removes an unbalance; None without such a depth.
 
         The point alone may remove more; a radial hole removes most when its point reaches the axis.
         """

@@ -121,9 +121,9 @@ class Stand:
 class Machine:
     """The file in mm, g, s, rad.
 
-    ``body`` and ``planes_mm`` are None where a report says them.
+    ``body`` and ``planes_mm`` are None if a report has them.
 
-    ``polar_g_mm2`` is that of the rotor without point masses, None where it is not said.
+    ``polar_g_mm2`` is that of the rotor without point masses, None if it is not given.
     """
 
     values: Values

@@ -37,10 +37,7 @@ def read_watched(source: str | Path | Mapping[str, Any]) -> Watched:
 
     Raises
     ------
-    FileError
-        If it cannot be read.
-    JobError
-        If ``[machine.line]`` is missing or its pattern is none.
+    FileError If it cannot be read. JobError If ``[machine.line]`` is missing or its pattern is invalid.
     """
     needless = ("kind", "rotor")
     keys = tuple(replace(key, default=None) if key.name in needless else key for key in MACHINE_KEYS)

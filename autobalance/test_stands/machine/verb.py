@@ -231,7 +231,7 @@ def _node_places(rotor: SpunRotor, planes_mm: Pair) -> Pair:
 
 
 def _nodes(case: Machine, rotor: SpunRotor, planes_mm: Pair | None) -> list[PlaneNode] | None:
-    """Return the node of each plane's unbalance; None for the kinds that have none."""
+    """Return the node of each plane's unbalance; None for the kinds that have no such planes."""
     if case.kind != "nodal" or planes_mm is None:
         return None
     of_B, of_A = _node_places(rotor, planes_mm)
