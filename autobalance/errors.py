@@ -59,7 +59,7 @@ class SolidError(AutobalanceError, ValueError):
 
 
 class BodiesError(SolidError):
-    """File of several bodies of which none was chosen."""
+    """File of several bodies without a choice of one."""
 
     def __init__(self, message: str, bodies: int = 0) -> None:
         super().__init__(message)

@@ -43,7 +43,7 @@ MATERIALS: Final[Mapping[str, Material]] = {
         Material("tungsten alloy", 17000.0, "ASTM B777, class 1: 90 % tungsten, 16 850 to 17 250"),
     )
 }
-"""By name, as a job's ``density`` takes them."""
+"""Materials by name, as a job's ``density`` takes them."""
 
 
 def density(material: str = "all") -> Material | tuple[Material, ...]:

@@ -1,8 +1,8 @@
 """Texts with quantities in them, rendered last, in the units that a reader works in.
 
-A `Text` is a string, and reads as metric text wherever a string does; it knows its quantities, and is
-never searched for numbers. Joined with ``+``, ``said`` or ``joined`` it stays one; in an f-string it becomes
-a plain string, which is shown as it is.
+A `Text` is a string, and reads as metric text wherever a string does. It keeps its quantities, and is never
+searched for numbers. Joined with ``+``, ``said`` or ``joined`` it stays one. In an f-string it becomes a
+plain string, which is shown unchanged.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ Part = str | Quantity
 
 
 class Text(str):
-    """A string that knows its quantities; ``parts`` are plain strings and quantities, in order."""
+    """A string with its quantities; ``parts`` are plain strings and quantities, in order."""
 
     __slots__ = ("parts",)
     parts: tuple[Part, ...]
@@ -118,7 +118,7 @@ def g_mm(value: float, form: str) -> Quantity:
 
 
 def span(values: Sequence[float], unit: Unit, form: str) -> Quantity:
-    """Return the least and the largest of some values; one number where both read alike."""
+    """Return the smallest and the largest of some values; one number if both read the same."""
     low, high = min(values), max(values)
     if format(low, form) == format(high, form):
         return Quantity("{}", (low,), unit, form)
@@ -145,7 +145,7 @@ def with_parts(text: Any, parts: Any) -> Any:
 
 
 def from_listed(parts: Any) -> Text | None:
-    """Return the text of parts as a report lists them; None where they are none."""
+    """Return the text of parts as a report lists them; None without parts."""
     try:
         return Text(each if isinstance(each, str) else _quantity(each) for each in parts)
     except (TypeError, ValueError, KeyError, IndexError, AttributeError):

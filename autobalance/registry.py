@@ -1,4 +1,4 @@
-"""Verbs and add-ons by name: this alone knows them, as text, so that nothing is loaded before its time."""
+"""Commands and add-ons by name, as text, so that nothing is loaded before its time."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any, Final, NamedTuple
 class Verb(NamedTuple):
     """A function ``ab.NAME`` and a command ``autobalance NAME``: what it does, and the modules of both.
 
-    The command follows from the function's signature and docstring; ``command`` says what these cannot, and
-    is empty where they say all. A verb that is no function has no module of one.
+    The command follows from the function's signature and docstring. ``command`` adds the rest, and is empty
+    if these suffice. A verb that is not a function has no separate module.
     """
 
     says: str
@@ -192,7 +192,7 @@ VERBS: Final[dict[str, Verb]] = {
         "command.completion",
     ),
 }
-"""In the order of the help text."""
+"""Commands in the order of the help text."""
 TORSION: Final = "crank_dynamics.torsion.input:TABLES"
 JOB_TABLES: Final = {
     "study": "studies.study.input:TABLES",
@@ -280,7 +280,7 @@ RUN_SECTIONS: Final = {
 DRAWINGS: Final = "paper.drawing:drawings"
 """Outlines of the crank and of the removed metal, for the papers."""
 ODDITIES: Final = {"cycle": "engines.cycle.firing_from_job:odd_firing"}
-"""Table of a job → function of job and anatomy that says what is odd about it."""
+"""Table of a job → function of job and anatomy that returns its oddities."""
 OWN_HELP: Final = {"calc": "formulas.calc_command:help_for"}
 """Verb → function of the words of the command line that returns its help, or None."""
 CYCLE_SECTIONS: Final = {
@@ -288,7 +288,7 @@ CYCLE_SECTIONS: Final = {
     "weight": RunSection("engines.cycle.weight_section:SECTION", "cycle"),
     "flexible": RunSection("crank_dynamics.flexible.section:SECTION"),
 }
-"""Parts of a cycle's report beside its summary, by key; the section itself says which jobs have it."""
+"""Parts of a cycle's report besides its summary, by key; the section itself decides for a job."""
 VIEW: Final = "browser.views:view"
 """The view of a crank in a notebook."""
 
@@ -299,6 +299,6 @@ def functions() -> dict[str, str]:
 
 
 def loaded(place: str) -> Any:
-    """Return what is at a place, as ``"engines.cycle.input:TABLES"``."""
+    """Return the object at a place, as ``"engines.cycle.input:TABLES"``."""
     module, name = place.split(":")
     return getattr(import_module(f"autobalance.{module}"), name)

@@ -77,8 +77,8 @@ def keep_freed_memory() -> bool:
     """Reuse the memory of a freed array for the next one; return whether that can be set here.
 
     By default glibc gives every array of some megabytes back to the system at once and asks for the next one
-    again, whose pages then cost more to provide than the arithmetic on them; and it gives every thread memory
-    of its own. The peak stays nearly the same.
+    again. Its pages then cost more to provide than the arithmetic on them. It also gives every thread
+    separate memory. The peak stays nearly the same.
     """
     if sys.platform != "linux":
         return False
@@ -130,7 +130,7 @@ _owns_standard_output = False
 def silence_loggers() -> None:
     """Discard what libraries log, for good: standard error holds the command's own lines.
 
-    For commands, as ``own_standard_output`` is. npTDMS logs a cut-off file with a handler of its own,
+    For commands, as ``own_standard_output`` is. npTDMS logs a cut-off file with a separate handler,
     matplotlib a home folder that cannot be written.
     """
     import logging
@@ -216,7 +216,7 @@ def interruptible() -> Iterator[None]:
 
 
 LATEST_S = 1.2
-"""Time that work in a library, which no signal stops, may go on after a command was ended."""
+"""Time that work in a library, which no signal stops, may continue after a command was ended."""
 to_clean: set[Callable[[], None]] = set()
 """Clean-up of begun files and child processes, for a command that ends in the midst of a library's work."""
 
@@ -252,8 +252,8 @@ def begun_paths(notes: int) -> list[bytes]:
 def ended_in_time(last_words: Callable[[], int]) -> Iterator[None]:
     """End the process soon after a signal to stop, though a library holds on to the main thread.
 
-    Python hears a signal when a call into a library returns; a solver's search takes minutes. A thread of
-    its own hears it at once. ``last_words`` reports that the command was stopped and returns its exit code.
+    Python handles a signal when a call into a library returns; a solver's search takes minutes. A separate
+    thread handles it at once. ``last_words`` reports that the command was stopped and returns its exit code.
     """
     if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
         yield

@@ -15,7 +15,7 @@ Flags = NDArray[np.bool_]
 Floats = NDArray[Any]
 """float32 or float64."""
 Numbers = NDArray[Any]
-"""Of one type, integer or not."""
+"""Array of one type, integer or not."""
 Values = Mapping[str, Any]
 """A table of a file or an object of JSON, as it is read."""
 Report = Values

@@ -92,7 +92,7 @@ def percent(share: float) -> str:
 
 
 def signed(value: float | None, digits: int = 2) -> str:
-    """Return a number with its sign, plus too; zero has none."""
+    """Return a number with its sign, plus too; zero without a sign."""
     text = number(value, digits)
     positive = value is not None and value > 0.0 and any(c in "123456789" for c in text)
     return f"+{text}" if positive else text
@@ -160,7 +160,7 @@ def weights(report: Mapping[str, Any], group: str) -> dict[str, float]:
 
 
 def oil_on_crankpin_g(report: Mapping[str, Any], throw: int) -> float:
-    """Return the oil that is part of a throw's bob-weight [g]; 0 where the crank holds none."""
+    """Return the oil that is part of a throw's bob-weight [g]; 0 without oil."""
     return sum(float(each["on_crankpin_g"]) for each in report.get("oil") or () if each["throw"] == throw)
 
 
@@ -197,7 +197,7 @@ def verdict(report: Mapping[str, Any]) -> Text:
 
 
 def _unproven_words(report: Mapping[str, Any]) -> str:
-    """Return why a residual within tolerance is not proven: another reading of the crank, or uncertainty."""
+    """Return the reason why a residual within tolerance is not proven: another reading, or uncertainty."""
     reason = report.get("reason")
     return said("Not proven: {}.", reason) if reason else "With its uncertainty it exceeds that: not proven."
 

@@ -189,7 +189,7 @@ def outside(name: Any, where: str, project: Project, seen: tuple[str, ...] = ())
 
 
 def wrong_request(verb: str, values: Mapping[str, Any], project: Project) -> str:
-    """Return the error in an analysis' request, "" if there is none; the job is not looked into."""
+    """Return the error in an analysis' request, "" if it is correct; the job is not looked into."""
     analysis, options = ANALYSES[verb], values.get("options", {})
     parts = {"job": analysis.job, "file": bool(analysis.schema)}
     reads = [name for name, is_read in parts.items() if is_read]

@@ -19,7 +19,7 @@ PICTURES = {".png": "image/png", ".svg": "image/svg+xml"}
 
 
 async def body_of(request: Request) -> Any:
-    """Return the JSON of a small body; None where it is none."""
+    """Return the JSON of a small body; None if it is not JSON."""
     data = b""
     async for chunk in request.stream():
         data += chunk
@@ -49,7 +49,7 @@ def refused(text: str, status: int) -> Response:
 
 
 def file_of(path: Path | None, saved_as: str | None = None) -> Response:
-    """Return a file, a picture to be shown, anything else to be saved; 404 if there is none."""
+    """Return a file: a picture to show, anything else to save; 404 if it is missing."""
     if path is None:
         return refused("there is no such file", 404)
     picture = PICTURES.get(path.suffix.lower())

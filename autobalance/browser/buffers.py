@@ -19,8 +19,8 @@ GRID = 1023
 def packed(head: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
     """Return a head and arrays as one buffer.
 
-    Its first four bytes are the length of the head, whose ``arrays`` has for each name the place of its
-    first byte behind the head, how many numbers there are, and their kind (``f4``, ``u4``, ``u2``, ``u1``).
+    Its first four bytes are the length of the head. The head's ``arrays`` has for each name the place of its
+    first byte behind the head, the number of values and their kind (``f4``, ``u4``, ``u2``, ``u1``).
 
     Examples
     --------

@@ -20,7 +20,7 @@ Form = dict[str, Any]
 
 
 def tables() -> list[Form]:
-    """Return every table of a job with its keys; ``many`` says that it is a list of such tables."""
+    """Return every table of a job with its keys; ``many`` marks a list of such tables."""
     declared = (table for table in job_tables() if table.name != BY_ITSELF)
     forms = (
         {

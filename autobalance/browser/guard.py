@@ -22,7 +22,7 @@ HEADERS = {
     ),
 }
 OPEN_PATHS = ("/api/health", "/static/")
-"""What needs no token: nothing of the project is in it."""
+"""Paths that need no token: they contain nothing of the project."""
 
 
 @dataclass(frozen=True)

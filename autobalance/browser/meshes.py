@@ -40,7 +40,7 @@ def crank_mesh(mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face], others: Sequ
     """Return a recognised crank as a buffer: corners, triangles, and the part of each triangle.
 
     Parts are numbered from 1, as the head lists them: faces, journals and crankpins, and the cylinders that
-    were taken for neither (``others``, without round webs); 0 is none.
+    are neither (``others``, without round webs). 0 is not a part.
     """
     frame = anatomy.file_to_rotor
     corners = mesh.vertices @ frame[:3, :3].T + frame[:3, 3]

@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from autobalance.verbs.crank import Crank
 
 MODULES = ("buffers.js", "coarse.js", "picking.js", "pieces.js", "view.js", "notebook.js")
-"""What the widget is made of, in the order in which one needs the other."""
+"""Modules of the widget, in the order in which one needs the other."""
 OUTSIDE = re.compile(r"^import .*?;\n|^export (?!default)|^const T = window\.THREE;\n", re.MULTILINE)
-"""What only separate modules need."""
+"""Modules that only separate modules need."""
 
 
 def view_of(source: Crank | BalanceResult) -> Any:

@@ -37,8 +37,7 @@ def open_in(source: Path, project: Project) -> None:
 
     Raises
     ------
-    AutobalanceError
-        If it cannot be read, or is not what its name says.
+    AutobalanceError If it cannot be read, or its content does not match its name.
     """
     if source.is_dir():
         _open_folder(source, project)
@@ -96,7 +95,7 @@ def open_crank(name: str, project: Project) -> None:
 
 
 def _for_another(project: Project) -> dict[str, Any]:
-    """Return what another crank's job keeps of the project's: all, where that has no crank yet."""
+    """Return the keys of the project's job that another crank's job keeps: all, if that has no crank yet."""
     tables = job_of(project)
     if not tables.get("crankshaft", {}).get("file"):
         return tables
@@ -105,7 +104,7 @@ def _for_another(project: Project) -> dict[str, Any]:
 
 
 def job_of(project: Project) -> dict[str, Any]:
-    """Return the project's job as tables; empty if there is none."""
+    """Return the project's job as tables; empty without a job."""
     path = project.file(JOB)
     try:
         return {} if path is None else toml_of(path.read_text(encoding="utf-8"), JOB)

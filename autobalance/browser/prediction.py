@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from autobalance.verbs.balance import BalanceResult
 
 DRAGGED_KEYS = ("depths_mm", "turns_deg", "diameters_mm")
-"""What a hand may change of the cuts, one entry a cut each."""
+"""Values that a user may change by hand in the cuts, one entry a cut each."""
 MAX_DIAMETER_RATIO = 1.6
-"""How many times as wide, or as narrow, as its own the drills are that the page offers for a hole."""
+"""Largest ratio, up or down, of the drills that the page offers for a hole to the hole's own."""
 TURNS_DEG = 60.0
-"""How far a hole may be turned about the crank axis on the page, each way."""
+"""Largest turn of a hole about the crank axis on the page, each way."""
 
 
 def linear_model(result: BalanceResult) -> Values:
     """Return the input of `predicted` from a result: every cut's effect and its slope with the depth.
 
-    Effects are those of the kinds of correction themselves; ``may_turn`` is which cuts have a place of
-    their own on the rim, so that they may be at another angle.
+    Effects are those of the kinds of correction themselves. ``may_turn`` marks the cuts with a separate place
+    on the rim, so that they may be at another angle.
     """
     record = result.record.balanced
     assert record is not None

@@ -24,7 +24,7 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
     tables : mapping
         The job, as its TOML.
     folder : Path
-        That of the job.
+        Folder of the job.
 
     Returns
     -------

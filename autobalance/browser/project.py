@@ -18,7 +18,7 @@ LONGEST_NAME = 120
 JOB = "job.toml"
 RUNS = "runs"
 APP_FOLDER = ".app"
-"""What the page needs besides the files that the commands write: meshes for its view, runs' states."""
+"""Files that the page needs besides those of the commands: meshes for its view, runs' states."""
 RUN_ID = re.compile(r"[0-9a-f]{12}")
 UPLOAD_PREFIX = ".upload-"
 
@@ -52,7 +52,7 @@ class Project:
         return cls(folder.resolve())
 
     def file(self, name: str) -> Path | None:
-        """Return a file of the project by its plain name; None if there is none, or a link."""
+        """Return a file of the project by its plain name; None if it is missing or a link."""
         if not is_plain(name):
             return None
         path = self.folder / name
@@ -81,22 +81,22 @@ class Project:
             shutil.rmtree(folder, ignore_errors=True)
 
     def result(self, run: str, name: str) -> Path | None:
-        """Return a result file of a run; None if there is none, or a link."""
+        """Return a result file of a run; None if it is missing or a link."""
         return _inside(self.run_folder(run), run, name)
 
     def own(self, run: str, name: str) -> Path | None:
-        """Return one of the page's own files of a run; None if there is none."""
+        """Return one of the page's own files of a run; None if it is missing."""
         return _inside(self.own_folder(run), run, name)
 
     @property
     def job_text(self) -> str:
-        """The text of the job; empty if there is none."""
+        """The text of the job; empty without a job."""
         path = self.file(JOB)
         return "" if path is None else path.read_text(encoding="utf-8", errors="replace")
 
     @property
     def job_version(self) -> str:
-        """Fingerprint of the job's text: who saves a job says which one was changed."""
+        """Fingerprint of the job's text: a request to save a job names the version that was changed."""
         return hashlib.sha256(self.job_text.encode("utf-8", "surrogatepass")).hexdigest()
 
     def write_job(self, text: str) -> None:
@@ -113,7 +113,7 @@ class Project:
     async def keep(
         self, name: str, body: AsyncIterator[bytes], most_bytes: int, apart: str | None = None
     ) -> dict[str, Any]:
-        """Write an upload as it comes in; a taken name gets a number; ``apart``: with others of this id.
+        """Write an upload as it comes in. A taken name gets a number; ``apart``: with others of this id.
 
         Raises
         ------

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 STATE = "run.json"
 REPORT = "report.json"
 GRACE_S = 1.0
-"""How long a process may take to end before it is killed."""
+"""Time for a process to end before it is killed [s]."""
 ENDED_STATES = ("done", "failed", "cancelled")
 ABOVE_EXIT_CODE = 4
 MOST_CHANGES = 20
@@ -47,12 +47,12 @@ PRELOADED_MODULES = (
     "reportlab.platypus",
     "xlsxwriter",
 )
-"""What runs need; what is not installed is passed over."""
+"""Modules that runs need; missing ones are skipped."""
 
 
 @dataclass
 class Run:
-    """One verb on what was asked of it."""
+    """One command on one request."""
 
     id: str
     verb: str
@@ -66,7 +66,7 @@ class Run:
 
     @cached_property
     def job(self) -> dict[str, Any] | None:
-        """The job that was requested, as a file would hold it; None where the run had none of its own."""
+        """The requested job, as a file would hold it; None if the run had no separate job."""
         job = self.asked.get("job")
         try:
             return tomllib.loads(toml_text(job)) if isinstance(job, dict) else None
@@ -110,7 +110,7 @@ class Runs:
         return [self._state(run, job) for run in runs]
 
     def state_of(self, run_id: str) -> dict[str, Any] | None:
-        """Return one run; None if there is none."""
+        """Return one run; None if it is unknown."""
         run = self._runs.get(run_id)
         return None if run is None else self._state(run, job_of(self._project))
 
@@ -120,7 +120,7 @@ class Runs:
         return None if run is None else run.asked
 
     def cancel(self, run_id: str) -> bool:
-        """End a run and take its files away; False if there is none."""
+        """End a run and remove its files; False if it is unknown."""
         run = self._runs.get(run_id)
         if run is None:
             return False
@@ -134,7 +134,7 @@ class Runs:
         return True
 
     def delete(self, run_id: str) -> bool:
-        """Take a run away with its files; False if there is none."""
+        """Remove a run with its files; False if it is unknown."""
         if not self.cancel(run_id):
             return False
         with self._lock:
@@ -183,7 +183,7 @@ class Runs:
                 self._runs[run.id] = run
 
     def _made_of(self, run: Run) -> dict[str, Any] | None:
-        """Return the job behind a run: its own, or that of the run it goes on from."""
+        """Return the job behind a run: its own, or that of the run it continues."""
         seen = {run.id}
         while run.job is None:
             earlier = self._runs.get(str(run.asked.get("run")))
@@ -194,7 +194,7 @@ class Runs:
         return run.job
 
     def _state(self, run: Run, job: dict[str, Any]) -> dict[str, Any]:
-        """Return a run as the page has it; ``changes`` is what the project's ``job`` says otherwise since."""
+        """Return a run as the page has it; ``changes`` are the later differences of the project's ``job``."""
         made_of = self._made_of(run)
         changes = [] if made_of is None else list(differences(made_of, job))
         folder = self._project.run_folder(run.id)

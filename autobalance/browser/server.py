@@ -139,7 +139,7 @@ class Pages:
         return Response(asset(room, path), media_type=kind)
 
     async def health(self, _: Request) -> Response:
-        """Return that the server exists, and its version."""
+        """Return a reply that the server exists, with its version."""
         return JSONResponse({"ok": True, "version": __version__})
 
     # --- the project ----------------------------------------------------------------------------------------
@@ -295,7 +295,7 @@ class Pages:
         return refused(wrong, 400) if wrong else JSONResponse({"id": self._runs.start(verb, values)}, 202)
 
     def _wrong_job(self, values: dict[str, Any]) -> str:
-        """Return the error in a job, "" if there is none: its files are the project's own."""
+        """Return the error in a job, "" if it is correct: its files are the project's own."""
         job = values.get("job")
         if set(values) - {"job"}:
             return 'the body must be {"verb": ..., "job": {...}}'
@@ -309,13 +309,13 @@ class Pages:
         return ""
 
     def _wrong_reading(self, values: dict[str, Any]) -> str:
-        """Return the error in a reading on the result of a run, "" if there is none."""
+        """Return the error in a reading on the result of a run, "" if it is correct."""
         if set(values) - {"run", "reading", "trust_reading"} or not isinstance(values.get("reading"), dict):
             return 'the body must be {"verb": "recut", "run": ..., "reading": {...}}'
         return self._wrong_result(values)
 
     def _wrong_machine(self, values: dict[str, Any]) -> str:
-        """Return the error in a machine file for the result of a run, "" if there is none."""
+        """Return the error in a machine file for the result of a run, "" if it is correct."""
         if set(values) - {"run", "machine"} or not isinstance(values.get("machine"), str):
             return 'the body must be {"verb": "nc", "run": ..., "machine": "text of a machine file"}'
         return self._wrong_result(values)

@@ -202,7 +202,7 @@ class _ending:  # noqa: N801 - a context, read as words
 
 
 class _nothing:  # noqa: N801
-    """In place of uvicorn's own handlers, which raise the signal again."""
+    """Replace uvicorn's own handlers, which raise the signal again."""
 
     def __enter__(self) -> None:
         return None

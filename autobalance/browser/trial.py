@@ -71,7 +71,7 @@ def tried(
     Parameters
     ----------
     job : Job
-        That of the result whose cuts were dragged.
+        Job of the result whose cuts were dragged.
     model : mapping
         The result's `linear_model`.
     depths_mm, turns_deg : sequence of float

@@ -37,7 +37,7 @@ PAPERS = ("certificate", "card", "csv")
 """Kinds of files that the page gives beside those that the command writes."""
 MEGABYTE = 1 << 20
 CARD_PIXELS = (560, 380)
-"""Of a picture on the board of alternatives."""
+"""Size of a picture on the board of alternatives."""
 SOLID_READ_SHARE = 0.2
 """The share of ``inspect`` at which its solid can be looked at."""
 
@@ -362,4 +362,4 @@ VERBS: dict[str, Callable[[Asked, Place, Progress], int]] = {
     "compare": _compare,
     **{verb: _analysed(verb) for verb in ANALYSES},
 }
-"""What the page may ask for."""
+"""Commands that the page may run."""

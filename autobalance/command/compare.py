@@ -16,7 +16,7 @@ VERB = Verb(
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Compare; 0 if some kind comes within tolerance (or nothing is to be cut), 4 if none does."""
+    """Compare; 0 if some kind comes within tolerance (or no cut is needed), 4 if none does."""
     from pathlib import Path
 
     from autobalance.command.finish import finish

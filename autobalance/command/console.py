@@ -20,7 +20,7 @@ WARNING = "autobalance: warning: "
 def open_closed_streams() -> None:
     """Give standard output and error a place where they were closed before the program began: nowhere.
 
-    Else the next file that is opened takes their number, and whatever a library prints ends up in it.
+    Otherwise the next file that is opened takes their number, and the output of any library ends up in it.
     """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:

@@ -33,7 +33,7 @@ def finish(
     Parameters
     ----------
     arguments : argparse.Namespace
-        Those of the command; ``json``, ``plots``, ``output`` and ``units`` are looked at where they exist.
+        Options of the command; ``json``, ``plots``, ``output`` and ``units`` are looked at if they exist.
     result : VerbResult
     sources : tuple of paths
         Files the command read: none of them may be overwritten.
@@ -71,7 +71,7 @@ def finish(
 def finish_in_place(
     arguments: argparse.Namespace, result: VerbResult, sources: tuple[str | Path, ...], written: str
 ) -> int:
-    """Do the same for a command whose folder is written already; ``written`` says what, after the rest."""
+    """Do the same for a command whose folder is written already; ``written`` lists it, after the rest."""
     refuse_in_results(arguments, [f"{result.report['command']}.json", *result.files()])
     arguments.output = None
     code = finish(arguments, result, sources)

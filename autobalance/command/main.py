@@ -43,7 +43,7 @@ DONE_EXIT_CODES = (0, 4)
 """Exit codes of a command that did what it was asked: within tolerance, or above."""
 QUICK_VERBS = ("app", "schema", "completion", "calc", "grade")
 NO_MEMORY = ("failed to map segment", "can't start new thread", "pthread_create has failed")
-"""What the loader of libraries and threads say when there is no memory for them."""
+"""Messages of the loader of libraries and of threads if they run out of memory."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -165,7 +165,7 @@ class Parser(argparse.ArgumentParser):
 
 
 ASKED_OTHERWISE = {"help": "--help", "version": "--version", "gui": "app", "web": "app", "new": "init"}
-"""What is typed in the place of a command elsewhere, and what it is called here."""
+"""Commands typed in other programs, with their names here."""
 
 
 def _helpful(message: str) -> str:

@@ -85,7 +85,7 @@ def settings(option: str, texts: Sequence[str]) -> list[str]:
 
 
 def dimensions(option: str, texts: Sequence[str]) -> dict[str, Any]:
-    """Return texts ``KEY=VALUE`` as a mapping, each value as TOML or, where it is none, as text."""
+    """Return texts ``KEY=VALUE`` as a mapping, each value as TOML or, if it is not TOML, as text."""
     import tomllib
 
     from autobalance.toml_files.document import refuse_deep
@@ -138,7 +138,7 @@ def bodies_named(*flags: str) -> Iterator[None]:
 
 
 def unit_or_mm(unit: str | None, path: Path) -> str | None:
-    """Return the unit of a file: mm, with a warning, where neither the option nor the format says one."""
+    """Return the unit of a file: mm, with a warning, if neither the option nor the format gives one."""
     from autobalance.command.console import warn
     from autobalance.solid.formats.registry import needs_unit
 

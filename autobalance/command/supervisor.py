@@ -1,9 +1,9 @@
 """A command works in a child, so that being ended reaches it in time though a library holds the interpreter.
 
-Python hears a signal between its own steps, and no separate thread goes on, while a library computes with
-the interpreter held (a boolean of the CAD kernel, for example). The process that the user started only waits:
-it passes on what ends a command, and ends the child, takes away what that has begun and says so, where it
-does not end by itself.
+Python handles a signal between its own steps. While a library computes with the interpreter held (a boolean
+of the CAD kernel, for example), no other thread runs. The process that the user started only waits. It passes
+on a signal that ends a command, ends the child if it does not end by itself, removes the unfinished files and
+reports it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 from autobalance.runtime import SIGNALS, begun_paths, start_record_of_begun
 
 PATIENCE_S = 1.4
-"""How long the child may take to end by itself; from `runtime.LATEST_S` on a separate thread tries to."""
+"""Time for the child to end by itself [s]; from `runtime.LATEST_S` on a separate thread tries to."""
 DIES_WITH_PARENT = 1
 """``PR_SET_PDEATHSIG`` of Linux' ``prctl``."""
 

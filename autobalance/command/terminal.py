@@ -21,7 +21,7 @@ STYLES = {
     "bold green": r"(?<!NOT )WITHIN TOLERANCE( ALREADY)?",
     "dim": r"(?m)^Written: .*$",
 }
-"""How the words of results are shown."""
+"""Styles of the words of results."""
 LEAST_WIDTH = 60
 
 

@@ -82,7 +82,7 @@ COMMON: Mapping[str, Option] = {
     "settings": Option(("--set",), metavar="KEY=VALUE", read=readers.settings, repeated=True),
     "unit": UNIT,
 }
-"""Parameters that are typed alike wherever they are."""
+"""Parameters that have the same form in every command."""
 SUGGEST_OPTION = Option(metavar="KEY=VALUE", read=readers.wanted, repeated=True, alone="")
 EXCLUSIVE_OPTIONS = (("workers", "cluster"),)
 READERS: Mapping[str, Callable[[str, Any], Any]] = {

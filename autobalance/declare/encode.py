@@ -24,7 +24,7 @@ def encoded(result: Any) -> Any:
     Parameters
     ----------
     result : record, mapping, sequence, array, number, text or None
-        Records become tables, their fields in order, each in the unit that its annotation says.
+        Records become tables, with their fields in order, each in the unit of its annotation.
 
     Examples
     --------
@@ -63,8 +63,8 @@ def _table(result: Any) -> Values:
 def decoded(of: type[T], value: Any) -> T:
     """Return a record from what a report has of it: the inverse of ``encoded``.
 
-    Sequences become tuples. What is derived is what is there, or derived again where it is missing. A
-    record computed from what no report has lacks that.
+    Sequences become tuples. A derived value is the stored one, or derived again if it is missing. A record
+    computed from values that no report has lacks them.
 
     Raises
     ------
@@ -173,7 +173,7 @@ def _decoded_inline(of: Any, field: Field, value: Mapping[str, Any]) -> Any:
 
 
 def _record_in(hint: Any) -> Any:
-    """Return the record of a type, or of its union; None if there is none."""
+    """Return the record of a type, or of its union; None if it is not a record."""
     arms = get_args(bare(hint)) or (bare(hint),)
     return next((each for each in arms if dataclasses.is_dataclass(each)), None)
 

@@ -1,4 +1,4 @@
-"""Fields of results: what ``typing.Annotated`` says of a dataclass's fields, and how they are written."""
+"""Fields of results: what ``typing.Annotated`` declares of a dataclass's fields, and their writing."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ LAST: Final = _Marker("last")
 NotNegative = Annotated[float, NOT_NEGATIVE]
 Positive = Annotated[float, POSITIVE]
 StandardError = Annotated[float | None, NOT_NEGATIVE, OMITTED]
-"""Standard error of a measured value; of a drawn crank there is none."""
+"""Standard error of a measured value; absent for a drawn crank."""
 Count = Annotated[int, Range(least=0)]
 Ordinal = Annotated[int, COUNTED]
 Angle = Annotated[float, Range(least=0, below=360)]
@@ -122,7 +122,7 @@ class Field(NamedTuple):
 
 
 class _Derived(property):
-    """Property of a record that is one of its keys; of a record that was read, what is there."""
+    """Property of a record that is one of its keys; for a record that was read, the stored value."""
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name

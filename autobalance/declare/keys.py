@@ -1,9 +1,9 @@
 """Keys of tables: what a TOML file may hold, declared once.
 
-A table is a frozen dataclass whose fields say in ``Annotated`` what is in the file: ``keys_of`` gives the
-declaration from which reading with defaults, the echo of the input in a report, the JSON Schema for
-editors, the job that ``init`` writes and the tables of the documentation come; ``made`` makes the dataclass
-of what was read.
+A table is a frozen dataclass whose fields declare in ``Annotated`` the content of the file. ``keys_of`` gives
+the declaration. From it come reading with defaults, the echo of the input in a report, the JSON Schema for
+editors, the job that ``init`` writes and the tables of the documentation. ``made`` makes the dataclass of the
+input.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ FILLED: Any = ()
 class Key:
     """One key of a table: its name, type, rule and default, and what it means.
 
-    ``keys`` makes it a separate table; with ``many``, an array of tables; with ``hint`` beside them, a
-    plain value or a table. ``named`` makes it a table whose keys are free names, and says what each is. A
-    table that may be missing has the default None, or ``FILLED``: then it is there with the defaults of its
-    keys. ``forms`` are the tables that a file may hold in its place, where what is read was brought to one
-    form before; ``instead`` is the key that may be in its place, and then only one of both.
+    ``keys`` makes it a separate table; with ``many``, an array of tables; with ``hint`` as well, a plain
+    value or a table. ``named`` makes it a table whose keys are free names, and describes each. A table that
+    may be missing has the default None, or ``FILLED``: then it exists with the defaults of its keys.
+    ``forms`` are the tables that a file may hold in its place, if the input was brought to one form before.
+    ``instead`` is the key that may be in its place, and then only one of both.
 
     ``typed`` is the unit of a number that may be typed with it, where the name does not end in one.
     ``not_empty`` says what to do instead of leaving a list or text empty, ``missing`` what more to say where
@@ -74,7 +74,7 @@ class Key:
 
     @property
     def unit(self) -> str:
-        """Unit of its numbers, by its name unless said otherwise; empty if they have none."""
+        """Unit of its numbers, by its name unless set otherwise; empty for a number without a unit."""
         return self.typed or unit_of_name(self.name)
 
     @property
@@ -99,7 +99,7 @@ def names(keys: tuple[Key, ...]) -> tuple[str, ...]:
 
 
 def optional(keys: tuple[Key, ...]) -> tuple[Key, ...]:
-    """Return keys of which none is required: where other keys replace them, or they overrule."""
+    """Return keys that are all optional: other keys replace them, or they overrule."""
     return tuple(replace(key, default=None) if key.default is REQUIRED else key for key in keys)
 
 
@@ -121,13 +121,13 @@ def keys_of(table: type[Any]) -> tuple[Key, ...]:
     """Return the keys of a table, from the annotated fields of its dataclass.
 
     A field of another table, or of a tuple of them, is a table in the table, or an array of tables; one that
-    may be None may be missing. Fields without ``Annotated`` are no keys.
+    may be None may be missing. Fields without ``Annotated`` are not keys.
     """
     return tuple(_key(each, hint) for each, hint in _fields(table))
 
 
 def made(table: type[T], values: Mapping[str, Any], **others: Any) -> T:
-    """Return what was read of a table as an instance of its dataclass, ``others`` as they are given.
+    """Return a table's input as an instance of its dataclass, ``others`` as they are given.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def made(table: type[T], values: Mapping[str, Any], **others: Any) -> T:
     values : mapping
         By key, in the units of the file, defaults filled in.
     others : object
-        Fields that are no keys, and such that take another value than the file's.
+        Fields that are not keys, and those that take another value than the file's.
     """
     fields = {
         each.name: _inside(hint, values[_name(each, hint)])

@@ -1,4 +1,4 @@
-"""Ranges of numbers, sizes of lists and patterns of texts: for readers, schemas and messages alike."""
+"""Ranges of numbers, sizes of lists and patterns of texts, for readers, schemas and messages."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ class Pattern:
 class Range:
     """Range of a number.
 
-    ``text`` names it in a message; ``least`` and ``most`` may be reached, ``above`` and ``below`` may not;
-    the absolute value must be above ``apart``; ``besides`` are numbers permitted in spite of all that, and
+    ``text`` names it in a message. ``least`` and ``most`` may be reached, ``above`` and ``below`` may not.
+    The absolute value must be above ``apart``. ``besides`` are numbers that are permitted in any case, and
     ``one_of`` the only permitted ones, if there are few.
     """
 

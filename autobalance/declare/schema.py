@@ -1,4 +1,4 @@
-"""From typed records to JSON Schema: one place says what a report holds.
+"""From typed records to JSON Schema: one declaration of the content of a report.
 
 A record is a frozen dataclass (``autobalance.declare``), or a ``TypedDict`` for what a report repeats of a
 file; a bound, a unit or a sentence of explanation is in ``Annotated``. Every record becomes an entry of
@@ -56,7 +56,7 @@ class Definitions(dict[str, Values]):
         self.records: dict[str, type] = {}
 
     def name_of(self, record: type) -> str:
-        """Return the name of a record in a schema: that of its class, or the one it says.
+        """Return the name of a record in a schema: that of its class, or its own.
 
         Raises
         ------

@@ -54,7 +54,7 @@ class Unit:
 def converted(value: Any, convert: Callable[[float], float]) -> Any:
     """Return a number, or each number of a sequence or an array as a tuple, in another unit.
 
-    What is no number is returned as it is.
+    Other values than numbers are returned unchanged.
     """
     if isinstance(value, list | tuple) or getattr(value, "ndim", None):
         return tuple(converted(each, convert) for each in value)
@@ -78,7 +78,7 @@ MM3_S: Final = Unit("_m3_s", "_mm3_s", times=1e9)
 G_MM: Final = Unit("_kg_m", "_g_mm", times=1e6)
 KG_MM2_OF_SI: Final = Unit("_kg_m2", "_kg_mm2", times=1e6)
 PERCENT: Final = Unit("", "_percent", times=100.0)
-"""Of a share, whose name ends in no unit."""
+"""Unit of a share, whose name ends in no unit."""
 
 Degrees = Annotated[float, DEGREES]
 Mm = Annotated[float, MM]

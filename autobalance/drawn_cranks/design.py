@@ -89,7 +89,7 @@ class DesignFlange:
 
 @dataclass(frozen=True)
 class DesignBay:
-    """Crankpins between two main journals: one, or several at angles of their own.
+    """Crankpins between two main journals: one, or several at separate angles.
 
     ``counterweights`` holds for its first and last web whether they carry one.
     """

@@ -51,7 +51,7 @@ MEANINGS: Mapping[str, str] = {
     "bolt_diameter_mm": "of each bolt hole",
     "bolt_circle_mm": "diameter of the circle of bolt holes",
 }
-"""What each field means, by its name."""
+"""Meanings of the fields by name."""
 RULES: Mapping[str, Range] = {
     "stroke_mm": POSITIVE,
     "density_kg_m3": POSITIVE,
@@ -59,7 +59,7 @@ RULES: Mapping[str, Range] = {
         f"must be {LEAST_SEGMENTS} to {MOST_SEGMENTS}", least=LEAST_SEGMENTS, most=MOST_SEGMENTS
     ),
 }
-"""What a number must be that may not just be 0 or more."""
+"""Ranges of numbers that exclude zero or have an upper bound."""
 
 
 def _keys(kind: Any) -> tuple[Key, ...]:
@@ -81,7 +81,7 @@ def _key(item: Field[Any], hint: Any) -> Key:
 
 
 def _changes(keys: tuple[Key, ...]) -> tuple[Key, ...]:
-    """Return keys of which each alone may change a preset; those of a list stand for the whole list."""
+    """Return the keys that may change a preset one by one; those of a list represent the whole list."""
     return tuple(
         replace(key, default=None, usual="as the preset", keys=key.keys if key.many else _changes(key.keys))
         for key in keys

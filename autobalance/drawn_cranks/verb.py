@@ -98,7 +98,7 @@ def generate(
     Parameters
     ----------
     design : str, path or mapping
-        Preset, or a TOML description of the crank. Or what one says.
+        Preset, or a TOML description of the crank. Or the content of one.
     file : path or None
         File of the crank, whose ending chooses the format; None: NAME.stl.
     unit : {"mm", "cm", "m", "inch"}
@@ -109,7 +109,7 @@ def generate(
         Dimension to change by its key, for example counterweight.radius_mm=60. Dotted key → value.
     suggest : mapping or None
         Wanted balance_factor or inertia_kg_mm2, for example balance_factor=0.5, for which changes are
-        suggested. ``report["suggestions"]`` then says which sizes, bores or weights would do it, each one
+        suggested. ``report["suggestions"]`` then lists the sizes, bores or weights that reach it, each one
         tried.
 
     Raises

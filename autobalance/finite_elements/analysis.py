@@ -77,7 +77,7 @@ class FemLevel:
 
     @property
     def values(self) -> tuple[float, ...]:
-        """What is compared from mesh to mesh."""
+        """Quantities that are compared from mesh to mesh."""
         stress = (self.greatest_principal_MPa, self.greatest_von_mises_MPa)
         return self.frequencies_hz or tuple(each for each in stress if each is not None)
 

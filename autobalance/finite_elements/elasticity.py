@@ -16,7 +16,7 @@ from autobalance.types import Array, Indices
 INTEGRATED_ORDER = 4
 """Exact for the mass of straight elements; curved ones lose nothing that counts."""
 FLATTENED_SHARE = 0.2
-"""An element of which the Jacobian falls below this share of its mean gets straight edges."""
+"""An element whose Jacobian falls below this share of its mean gets straight edges."""
 CHUNK = 4000
 GAUSS = (0.5854101966249685, 0.1381966011250105)
 """Barycentric coordinates of the four points at which the stress of these elements is best."""

@@ -17,7 +17,7 @@ from autobalance.finite_elements.mesher import CORNERS, TetrahedronMesh
 from autobalance.types import Array, Indices
 
 MIN_VOLUME_SHARE = 0.2
-"""Elements of which less than this share of their volume is left stay where the mesher put them."""
+"""Elements with less than this share of their volume left stay where the mesher put them."""
 TRIES = 5
 FACES = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
 EXAMINED_RADIUS_SHARES = (0.05, 0.95)

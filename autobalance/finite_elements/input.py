@@ -30,7 +30,7 @@ class FemJob:
 
     ``crankpin_in_file`` false: a pressed-up crank, whose crankpins are put in.
 
-    ``described`` is the same as the TOML says it, defaults filled in.
+    ``described`` is the same as in the TOML, defaults filled in.
     """
 
     file: Path

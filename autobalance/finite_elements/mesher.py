@@ -104,7 +104,7 @@ def meshes_of(
     longest_s : float
         Processor time that the mesher has for all of them, where the system limits it [s].
     finer : ((n, 3) float, (n,) float) or None
-        Points of a triangulated solid and the size of elements there, whatever the factor.
+        Points of a triangulated solid and the size of elements there, for any factor.
     rough : bool
         In half the time: elements that grow faster, moved about less for their shape. Good for stiffness, not
         for stress.

@@ -18,7 +18,7 @@ from autobalance.types import Array
 Kind = Literal["bending", "torsion", "axial", "mixed"]
 
 SHIFT = 0.3
-"""The shift, as a frequency over that of a wave along the body: below the first mode of all but needles."""
+"""The shift, as a frequency over that of a wave along the body: below the first mode except for needles."""
 RIGID_SHARE = 1e-4
 """A rigid motion's ω² is rounding: far below this share of the shift's."""
 EXTRA_MODES = 6

@@ -17,10 +17,10 @@ import numpy as np
 from autobalance.finite_elements.mesher import default_size_mm
 
 GRADINGS = (0.3, 0.5, 0.2)
-"""How fast elements may grow, tried one after the other until the mesher succeeds."""
+"""Growth rates of elements, tried one after the other until the mesher succeeds."""
 ROUGH_GRADINGS = (0.5, 0.3, 0.7)
 ROUGH_STEPS = {"optsteps2d": 2, "optsteps3d": 1}
-"""How often a mesh is improved, where rough will do; netgen's own is 3 times."""
+"""Rounds of improvement of a mesh, if a rough mesh suffices; netgen's own is 3."""
 TRIES = (1.0, 0.85, 1.2)
 """Factors of the size requested, tried likewise."""
 

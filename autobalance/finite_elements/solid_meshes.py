@@ -17,7 +17,7 @@ from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.mesh import mesh_of_soup
 
 LEAST_S = 2.0
-"""In less no mesh is made."""
+"""Shortest time in which a mesh is tried [s]."""
 FINEST_MM = (0.0, 1e-3, 1e-2)
 """Edges shorter than this are merged before meshing, tried one after the other; the first are those that a
 file of single precision has: what cutting leaves is finer than any mesh."""
@@ -80,10 +80,8 @@ def bodies_of_solid(
 
     Raises
     ------
-    FileError
-        If the mesher is not installed.
-    SolidError
-        If it fails whatever is merged, or the deadline has passed.
+    FileError If the mesher is not installed. SolidError If it fails with every merge, or the deadline has
+    passed.
     """
     points = [ring.sizes(share_of_fillet) for ring in rings]
     finer = (np.vstack([p for p, _ in points]), np.concatenate([s for _, s in points])) if points else None

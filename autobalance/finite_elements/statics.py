@@ -56,8 +56,8 @@ class Load:
 class StaticResult:
     """Result of a static analysis at the nodes.
 
-    ``displacement_mm`` (n, 3); ``stress_MPa`` (n, 3, 3); ``apart_MPa`` (n,): how far the elements that
-    meet at a node disagree; ``reactions_N`` (3,): what the holds exert.
+    ``displacement_mm`` (n, 3) and ``stress_MPa`` (n, 3, 3) are at the nodes. ``apart_MPa`` (n,) is the
+    disagreement of the elements that meet at a node. ``reactions_N`` (3,) are the forces of the holds.
     """
 
     body: ElasticBody
@@ -153,7 +153,7 @@ def facet_shares(body: ElasticBody, facets: NDArray[np.int64]) -> Array:
 
 
 def _facets_in(body: ElasticBody, box_mm: Box, name: str) -> NDArray[np.int64]:
-    """Return the boundary facets of which every corner lies in a box."""
+    """Return the boundary facets with every corner in a box."""
     facets = body.mesh.boundary_facets()
     corners = body.mesh.p[:, body.mesh.facets[:, facets]]  # (3, 3, f)
     edge = BOX_MARGIN_SHARE * float(np.ptp(body.places_mm, axis=0).max())

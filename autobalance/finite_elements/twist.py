@@ -121,8 +121,7 @@ def end_nodes(body: ElasticBody, z_mm: float, slack_mm: float) -> NDArray[np.int
 
     Raises
     ------
-    SolidError
-        If it has none there.
+    SolidError If it has no metal there.
     """
     facets = body.mesh.boundary_facets()
     corners = body.mesh.p[2, body.mesh.facets[:, facets]]

@@ -45,7 +45,7 @@ class TwoLevelSolver:
         self._blocks = _inverse_blocks(self._matrix, free)
 
     def solve(self, load: Array, residual: float = RESIDUAL) -> Array:
-        """Return the displacements (k,) under loads (k,), of which a share may be left.
+        """Return the displacements (k,) under loads (k,); a share of the loads may remain.
 
         Raises
         ------

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from autobalance.finite_elements.mesher import SurfaceSolid
 
 TRUE_SURFACE_ENDINGS = (".step", ".stp")
-"""Endings of files of which the mesher takes the true surfaces."""
+"""Endings of files whose true surfaces the mesher takes."""
 FINEST_MM = 1e-3
 """Edges shorter than this, where crankpin and bore meet, are merged before meshing."""
 
@@ -63,7 +63,7 @@ def fem(
         Solid, free in space, or an analysis (FEM.toml). Or the tables of one (files are relative to the
         working folder then); the other parameters must be in there.
     unit : str or None
-        Unit of length of the solid's file, mm, cm, m or inch, if its format carries none; None: the
+        Unit of length of the solid's file, mm, cm, m or inch, if its format carries no unit; None: the
         format's.
     body : int, str or None
         Which solid, where the file holds several.

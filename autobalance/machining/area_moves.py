@@ -15,14 +15,14 @@ from autobalance.solid.csg.shape import polygon_area_mm2
 from autobalance.types import Array
 
 CHORD_MM = 0.002
-"""How far straight moves may lie off a curved wall."""
+"""Largest distance of straight moves from a curved wall."""
 LEAST_LOOP_MM2 = 1e-3
 WALL_MM = 0.2
 """Metal that is left on a pocket's wall for the last pass."""
 RAMP_SLOPE = math.tan(math.radians(3.0))
 """Slope at which a mill enters metal from above."""
 FIRST_PASS_OFFSET_RADII = 0.3
-"""How far outside the metal the first pass runs, in radii."""
+"""Distance outside the metal of the first pass, in radii."""
 BESIDE_MM = 0.5
 """Air beside the metal where a mill comes down."""
 OVER_MM = 0.5

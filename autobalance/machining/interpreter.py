@@ -1,4 +1,4 @@
-"""Reads the text of a program again, line by line, as a control does; knows nothing of who wrote it."""
+"""Reads the text of a program again, line by line, as a control does, independently of its writer."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ COMMENT = re.compile(r"\(([^()]*)\)|;(.*)$")
 CUT = re.compile(r"\bcut (\d+)\b", re.IGNORECASE)
 AXES = "XYZABC"
 BACK_MM = 0.5
-"""How far over the last peck a drill goes back in rapid."""
+"""Distance above the last peck to which a drill returns in rapid."""
 IGNORED_G_CODES = {7.0, 17.0, 21.0, 40.0, 49.0, 54.0, 90.0, 94.0, 98.0}
 
 

@@ -9,7 +9,7 @@ from autobalance.correction.rings.trace import EQUAL_AREA, RING_SIDES, faceted_r
 from autobalance.solid.csg.solid import Solid
 
 OVER_MM = 0.01
-"""How far over a face its metal counts as the face's: roughness."""
+"""Height over a face up to which its metal counts as the face's: roughness."""
 BEYOND_MM = 1.0
 
 

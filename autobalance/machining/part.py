@@ -27,7 +27,7 @@ class Listed:
 
     @property
     def number(self) -> int:
-        """As the report numbers it."""
+        """Number in the report."""
         return int(self.item["number"])
 
     @property

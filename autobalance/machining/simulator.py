@@ -27,7 +27,7 @@ from autobalance.types import Array
 TOUCH_MM3 = 1e-3
 """Volume below which tool and metal only touch: rounding."""
 WITHIN_MM = 1e-3
-"""By how much a clearance may fall short: four decimals of the words."""
+"""Amount by which a clearance may fall short: four decimals of the words."""
 BESIDE_MM = 0.02
 """Smallest room beside a shank or a holder while the tool cuts: a shank as wide as its flutes rubs along the
 wall that they left, over any length."""
@@ -38,7 +38,7 @@ AREA_RADIUS = equal_area(SIDES)
 
 @dataclass(frozen=True)
 class Collision:
-    """A move that would hit: which cut, what of which tool, into or near what of the crank, by how much."""
+    """A move that would collide: the cut, the part of the tool, the part of the crank and the amount."""
 
     cut: int | None
     tool: int
@@ -51,7 +51,7 @@ class Collision:
 
     @property
     def text(self) -> str:
-        """In one line."""
+        """Message in one line."""
         at = "before the first cut" if self.cut is None else f"at cut {self.cut}"
         if self.rapid:
             return (

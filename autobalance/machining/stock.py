@@ -15,7 +15,7 @@ from autobalance.types import Array
 SIDES = 96
 """Sides of the circles that stand for round tools where it is looked what they come near; around them."""
 DEEPER_MM = 30.0
-"""How far below a first look a second one reaches at most without the whole crank."""
+"""Largest reach of a second look below the first without the whole crank."""
 CIRCUMSCRIBED_RATIO = 1.0 / np.cos(np.pi / SIDES)
 
 
@@ -107,7 +107,7 @@ def strip(begin: Array, end: Array, radius_mm: float) -> Region:
 
 
 def top_mm(metal: Solid, region: Region) -> float:
-    """Return the height of the highest metal over a region; −inf if there is none."""
+    """Return the height of the highest metal over a region; −inf without metal."""
     if metal.is_empty:
         return -np.inf
     low, high = metal.bounds[0, 2], metal.bounds[1, 2]

@@ -51,7 +51,7 @@ def require_ezdxf() -> None:
 def dxf(report: Mapping[str, Any], drawings: Drawings, units: UnitSystem = "metric") -> bytes:
     """Return the drawing as a DXF file of release 2013; the same input gives the same bytes.
 
-    Coordinates are millimetres, as its header says; with ``inch`` its dimensions are written in inches.
+    Coordinates are millimetres, as in its header; with ``inch`` its dimensions are written in inches.
 
     Raises
     ------

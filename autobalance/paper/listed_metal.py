@@ -83,7 +83,7 @@ def _rings(item: Item, webs: Sequence[Item]) -> Solid:
 
 
 def _from_face(item: Item, webs: Sequence[Item], left: Solid) -> Solid | None:
-    """Return the corrected face, extruded along its normal to its old height; None if there is none."""
+    """Return the corrected face, extruded along its normal to its old height; None without one."""
     normal = np.array(item["normal"], dtype=np.float64)
     new, old = float(item["new_height_mm"]), float(item["face_height_mm"])
     placement = _to_face(normal)

@@ -22,14 +22,14 @@ from autobalance.wording import NO_VALUE, degrees
 
 SAME_STEP_DEG = 0.05
 FEWEST_ALIKE = 3
-"""Fewest holes alike on a circle that share one instruction."""
+"""Fewest equal holes on a circle that share one instruction."""
 SIZE, LINE_MM, GAP_MM = 6.6, 2.75, 1.1
 CUT_MM = 10.0
 
 
 @dataclass(frozen=True)
 class Making:
-    """A cut, or several alike: instruction, angles from the sheet's zero, coordinates, wall, depth left."""
+    """A cut, or several equal ones: instruction, angles from the zero, coordinates, wall, depth left."""
 
     label: str
     what: str
@@ -44,7 +44,7 @@ class Making:
 
 
 def makings(items: Sequence[Item], zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits) -> list[Making]:
-    """Return the instructions, one for holes that are alike and evenly spaced."""
+    """Return the instructions, one for holes that are equal and evenly spaced."""
     return [_making(run, zero, cheeks, u) for run in _runs(items, zero, u)]
 
 

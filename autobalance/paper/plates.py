@@ -15,7 +15,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.types import Array, Item
 
 SAME_PLACE_MM = 1.0
-"""Difference of places and depths below which cuts are drawn alike; the table has the values of each."""
+"""Difference of places and depths below which cuts are drawn as equal; the table has the values of each."""
 SAME_AREA = 0.01
 """Difference below which outlines look the same, as a share of their area."""
 MOST_PAIRED = 12
@@ -33,7 +33,7 @@ class Twin:
 
     @property
     def words(self) -> str:
-        """Its position relative to the drawn web."""
+        """Position relative to the drawn web."""
         if self.mirrored:
             return f"web {self.number} mirrored"
         turn = round(self.turn_deg) % 360

@@ -30,8 +30,9 @@ LEAST_SIDE_MM, OFF_SIDE_MM = 0.5, 0.1
 MIN_SIDE_RATIO = 1.2
 """Smallest length of a flat side, as a multiple of the hole's diameter."""
 CHORD_DEG = 15.1
-"""Sides up to so wide with both ends at one radius stand for a circle about the axis: files of 24 corners a
-turn have such, and a strip laid round a true flat of that width is off by 0.3 % of its length."""
+"""Sides up to this width with both ends at one radius count as part of a circle about the axis. Files of 24
+corners a turn have such sides, and a strip laid round a true flat of that width is off by 0.3 % of its
+length."""
 
 
 @dataclass(frozen=True)

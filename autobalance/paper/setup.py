@@ -25,7 +25,7 @@ SET_UPS = {
 }
 """Side from which cuts are made → letter of the set-up, position of the crank."""
 ALIKE_MM = 0.05
-"""Difference of diameters below which holes look alike."""
+"""Difference of diameters below which holes look equal."""
 
 
 def set_up(report: Report, u: DisplayUnits, zero: Zero, cheeks: Mapping[int, Cheek]) -> list[str]:

@@ -96,8 +96,8 @@ def sheet(
 
     Raises
     ------
-    FileError, FormatError, ClaimError
-        If the report or its solid is gone, is none, or the solid is another.
+    FileError, FormatError, ClaimError If the report or its solid is missing or invalid, or the solid is
+    another.
     """
     from autobalance.report.records.answers import SheetReport
     from autobalance.report.records.head import WrittenFile

@@ -253,8 +253,8 @@ def _least_cost(
 ) -> Array | None:
     """Return the solution of a linear programme whose last two unknowns are not depths; None without one.
 
-    Few depths are solved without loading scipy, which solves the others; depths that are to be the same are
-    one unknown.
+    Few depths are solved without loading scipy, which solves the others; depths that must be the same are one
+    unknown.
     """
     count = len(cost) - 2
     if same_depth and count > 1:

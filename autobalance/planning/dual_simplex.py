@@ -15,17 +15,18 @@ from autobalance.types import Array
 ZERO_ENTRY = 1e-11
 """Entries of a tableau of numbers near 1 below which nothing is left but rounding."""
 MIN_PIVOT_SHARE = 1e-6
-"""Entries of a row by which it is not divided while it has a greater one: columns that differ in their last
-digits, as those of mirrored cuts do, leave such entries behind, and dividing by one spoils all others."""
+"""Share of the largest entry of a row below which the row is not divided by an entry. Columns that differ in
+their last digits, as those of mirrored cuts do, leave such entries behind, and dividing by one spoils all
+others."""
 PIVOTS = 20
 """Exchanges allowed for each row and column; a programme that takes more goes in circles."""
 
 
 def least_cost(cost: Array, rows: Array, most: Array, bounds: tuple[Array, Array]) -> Array | None:
-    """Return the x of least ``cost`` · x with ``rows`` · x ≤ ``most``, each x between its bounds.
+    """Return the x that minimises ``cost`` · x with ``rows`` · x ≤ ``most``, each x between its bounds.
 
-    Every unknown begins at the bound where it costs least; the constraint that is broken most is then met
-    by the unknown that costs least for it, until none is broken.
+    Every unknown begins at its cheapest bound. The constraint that is broken most is then met by the unknown
+    that is cheapest for it, until all constraints are met.
 
     Parameters
     ----------

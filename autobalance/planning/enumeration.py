@@ -1,8 +1,8 @@
 """Search for the lightest set of few cuts, where whole numbers decide and a linear bound is weak.
 
 A chosen cut weighs at least as much as at its smallest depth. So k cuts weigh at least the bound of a small
-linear programme for any k of all cuts, plus the reduced cost of each one; and the sum of their effects at
-least depths misses the target by no more than the weight left to spend can make up. All sets within both
+linear programme for any k of all cuts, plus the reduced cost of each one. The sum of their effects at their
+smallest depths misses the target by no more than the weight left to spend can make up. All sets within both
 bounds are tried, up to a level of weight that rises until one of them serves. Many sets are joined from two
 halves whose sums meet, found by a tree.
 

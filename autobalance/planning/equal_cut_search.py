@@ -1,6 +1,6 @@
 """Direct search for small sets of cuts of one tool and one common depth that correct an unbalance.
 
-At each of some depths the effects of all places are known; sets of k of them whose sum meets the target are
+At each of some depths the effects of all places are known. Sets of k of them whose sum meets the target are
 joined from two halves whose sums meet, found by a tree (as in `enumeration`). Between two depths a sum moves
 mostly along the target: so it may miss more that way. On two webs each may have its own depth: each then
 makes up its share of the unbalance, as two correction planes do.

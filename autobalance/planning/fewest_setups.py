@@ -1,8 +1,8 @@
 """Simplest plan to make: fewest different cuts, then fewest cuts, then the least metal.
 
-Cuts are alike where one setting of the machine makes them: the same tool to the same depth. Plans that reach
-the aim are found by the other planners; then depths of one tool are drawn together as long as the residual
-stays small enough, and small sets of cuts of one common depth are searched directly (`equal_cut_search`).
+Cuts are equal if one setting of the machine makes them: the same tool to the same depth. Plans that reach the
+aim are found by the other planners. Then depths of one tool are drawn together as long as the residual stays
+small enough, and small sets of cuts of one common depth are searched directly (`equal_cut_search`).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ WHOLE_CUTS_SHARE = 0.25
 MERGES = 40
 """Groups drawn together in a plan, tried at most."""
 MOST_FACES = 6
-"""Largest number of cuts of the lightest plan, of any depth, of which every choice of some is tried."""
+"""Largest number of cuts of the lightest plan, of any depth, from which every choice of some is tried."""
 NEAR_ENOUGH_RATIO = 2.0
 """Multiple of the enough share that the lightest plan may leave, for a few of its cuts to be tried."""
 

@@ -18,7 +18,7 @@ ROUNDING_MM = 1e-9
 
 
 def least_step_mm(cut: Cut) -> float:
-    """Return the least change of depth that a machine is set up for; 0 where a kind knows none."""
+    """Return the machine's smallest step of depth; 0 for a kind without one."""
     own = getattr(cut, "min_step_mm", None)
     return float(getattr(getattr(cut, "limits", None), "min_step_mm", 0.0) if own is None else own)
 

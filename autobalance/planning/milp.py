@@ -161,7 +161,7 @@ def _keep_fullest_kinds(task: Task, rules: MilpModel, on: Array) -> None:
 
 
 def _with_own_bounds(rules: MilpModel) -> MilpModel:
-    """Return a programme with bounds of its own, to be changed."""
+    """Return a programme with separate bounds that can be changed."""
     own = copy(rules)
     own.lower, own.upper = rules.lower.copy(), rules.upper.copy()
     return own
@@ -170,7 +170,7 @@ def _with_own_bounds(rules: MilpModel) -> MilpModel:
 def _slack(task: Task, relaxed: MilpModel, bound: float) -> float:
     """Return the gap to its bound at which the programme may stop, as a share; of holes, below half of one.
 
-    The bound is not for whole cuts, so that the best of few cuts is off it by about half a least one; to
+    The bound ignores that cuts are whole, so the best of few cuts is off it by about half a smallest cut. To
     prove that took most of the time, and the first answer was mostly within 1 % of the best. Cuts of several
     sizes for one place come nearer.
     """
@@ -196,8 +196,8 @@ def least_share(residual: Unbalance, tolerance: Tolerance, candidates: Candidate
 
 
 BOUND_SIDES = 24
-"""Sides of the polygon of bounds: with the 6 of choosing, a crank on which no cut acts was told to have 201
-times its permissible value, and that no plan leaves less than 174 times."""
+"""Sides of the polygon of bounds. With the 6 of choosing, a crank on which no cut acts was reported at 201
+times its permissible value, with no plan below 174 times."""
 MAX_OWN_ENTRIES = 10_000
 """Number of entries up to which a programme is solved here, without loading scipy."""
 

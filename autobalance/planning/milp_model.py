@@ -1,8 +1,7 @@
 """The mixed-integer linear programme of whole cuts: its columns, rows and costs; it solves nothing.
 
-Columns: a weight λ for each breakpoint of each cut, a switch for each cut and each group of which only some
-may be used, the excess of residual, the change of inertia, and the residual itself. Effects are piecewise
-linear between breakpoints.
+Columns: a weight λ for each breakpoint of each cut, a switch for each cut and each limited group, the excess
+of residual, the change of inertia, and the residual itself. Effects are piecewise linear between breakpoints.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.types import Array
 
 POINTS = 3
-"""Depths of each cut at which the programme knows its effect exactly."""
+"""Depths of each cut at which the programme has its exact effect."""
 SIDES = 6
 """Sides of the polygon that stands for the circle of a judged vector while choosing."""
 EXCESS_WEIGHT = 100.0
@@ -287,7 +286,7 @@ def sites_of(never: Sequence[Apart], count: int) -> list[int]:
 
 
 def cliques_of(pairs: Sequence[Apart], count: int) -> Iterator[list[int]]:
-    """Yield sets of cuts of which any two exclude each other, until every pair is in one."""
+    """Yield sets of cuts in which any two exclude each other, until every pair is in one."""
     near: list[set[int]] = [set() for _ in range(count)]
     for pair in pairs:
         near[pair.first].add(pair.second)

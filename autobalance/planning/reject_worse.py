@@ -37,9 +37,8 @@ def is_harmless(
 def harmless(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, plan: Plan) -> Plan:
     """Return a plan that falls short, changed to make no judged value worse; any other unchanged.
 
-    The worst judged value is brought as far down as can be while each other stays at most what it was: the
-    permissible values are lowered to that, and raised in proportion where they are exceeded, until a plan
-    fits.
+    The worst judged value is made as small as possible while each other stays at most at its old value. The
+    permissible values are lowered to that, and raised in proportion if they are exceeded, until a plan fits.
     """
     if plan.share <= 1.0 or is_harmless(residual, plan.predicted, tolerance):
         return plan

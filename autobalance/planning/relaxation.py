@@ -80,7 +80,7 @@ class Attempt:
     """Inputs of a plan that fell short; ``asked`` are all of the job's limits, placed or not.
 
     ``looks`` are the limits with which cuts were searched since, ``planned`` the numbers of cuts in the plans
-    made since, ``left_out`` what was not tried any more. ``progress`` is told what is being tried.
+    made since. ``left_out`` lists the attempts that were skipped. ``progress`` receives the current attempt.
     """
 
     work: Workpiece

@@ -49,8 +49,8 @@ def explain_shortfall(
 ) -> str:
     """Return the explanation of a shortfall: its excess and plane, its limits and its remedies.
 
-    ``computed`` are changes of the limits that are known to suffice, ``factor`` is one of the balance factor;
-    ``bound`` is the share of the permissible value that no plan within the limits gets below, where known.
+    ``computed`` are changes of the limits that are known to suffice, ``factor`` is one of the balance factor.
+    ``bound`` is the share of the permissible value that no plan within the limits gets below, if known.
     """
     worst, value, permitted = max(_judged_values(short), key=lambda row: key(row[1] / row[2]))
     text = said(
@@ -121,7 +121,7 @@ def _vector(unbalance: Array, permissible_g_mm: float) -> str:
 def factor_relaxations(short: Shortfall) -> tuple[Relaxation, ...]:
     """Return changes of the balance factor to try: the one that the same cuts reach.
 
-    Where there is none and the counterweights are too light, those that further cuts may reach.
+    Without any, and with counterweights that are too light, those that further cuts may reach.
     """
     factor = _least_factor(short)
     if factor is None:

@@ -35,7 +35,7 @@ NO_LIMIT_MM = 1e6
 
 @dataclass(frozen=True)
 class Violation:
-    """A constraint that is broken, by how much, and where."""
+    """A constraint that is broken, with the amount and place."""
 
     constraint: str
     by: NotNegative
@@ -59,7 +59,7 @@ class DesignConstraint:
 
     @property
     def violation(self) -> Violation | None:
-        """How it is broken; None where it is kept."""
+        """Amount by which it is broken; None if it is met."""
         if self.margin >= 0.0:
             return None
         return Violation(self.name, -self.margin, self.unit, self.at_mm, self.at_deg)

@@ -31,9 +31,9 @@ def design_step(
 ) -> tuple[str, bytes]:
     """Return the name and the bytes of a design's STEP file.
 
-    A crank read from STEP stays one solid with all its own surfaces. Of one read from facets, the held metal
-    is a solid of planar faces, and each counterweight a solid beside it; where the kernel rejects these
-    facets, the file holds the counterweights alone, and its name shows it.
+    A crank read from STEP stays one solid with all its own surfaces. For one read from facets, the held metal
+    is a solid of planar faces, and each counterweight a solid next to it. If the kernel rejects these facets,
+    the file holds the counterweights alone, and its name shows it.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 Among all shapes of a wanted unbalance, the lightest is a level set: all points whose distance along the
 wanted direction exceeds a limit. A free part's metal begins at the hold radius, so that each ray from the
-axis is filled to a radius of its own. The choice is a linear programme: one radius for each ray, with the
+axis is filled to a separate radius. The choice is a linear programme: one radius for each ray, with the
 balance met and the mass or inertia minimised. For the smallest mass, rays are filled to the envelope or not
 at all. Between the two the outline has a corner, which a spline follows only with close control points.
 """

@@ -123,7 +123,7 @@ class Rod:
 class OtherShaft:
     """A shaft with an outline (k, 2) about its centre, turned by phase + ratio · φ.
 
-    A shaft with a radius is round, whatever its outline.
+    A shaft with a radius is round, with any outline.
     """
 
     name: str
@@ -262,11 +262,11 @@ def _polished(
 def _swept(
     neighbour: Neighbour, points_mm: Array, turn: Array, least_mm: float
 ) -> tuple[float, float] | None:
-    """Return an angle with a distance less than any known by ``SWEPT_MM``; None: there is none.
+    """Return an angle with a distance smaller than any known by ``SWEPT_MM``; None without such an angle.
 
     Branch and bound over pairs of an angle range and an outline side. The distance in the middle of a pair,
-    less the way that point and neighbour can go within the pair, bounds all its distances: a pair whose
-    bound is not below the least known distance is dropped, all others are halved.
+    minus the travel of point and neighbour within the pair, bounds all its distances. A pair whose bound is
+    not below the smallest known distance is dropped; all others are halved.
     """
     starts, ends = (points_mm, points_mm) if len(points_mm) == 1 else (points_mm[:-1], points_mm[1:])
     count, half = len(starts), 0.5 * float(turn[1] - turn[0])

@@ -2,7 +2,7 @@
 
 The outline of a free part runs from the hold radius out along the first edge of its sector, along the spline
 to the second edge, back in along that edge, and back along the arc of the hold radius. Green's theorem turns
-the moments of the area into integrals along that outline: on the spline they are polynomials, which Gauss's
+the moments of the area into integrals along that outline. On the spline they are polynomials, which Gauss's
 rule integrates exactly.
 """
 
@@ -143,7 +143,7 @@ class Profile:
         """Return the area moments of the free part, and their gradients with the radii.
 
         Along a ray from the centre both ∮ x dy − y dx and its moments vanish, so the sector's edges add
-        nothing; with w = x dy − y dx: A = ½∮w, ∫x dA = ⅓∮x w, ∫x y dA = ¼∮x y w.
+        nothing. With w = x dy − y dx: A = ½∮w, ∫x dA = ⅓∮x w, ∫x y dA = ¼∮x y w.
         """
         control = self.control_points_mm(radii_mm)
         value, slope, weight = self._rule
@@ -197,7 +197,7 @@ class Profile:
     def spline_points_mm(self, radii_mm: Array, count: int | None = None) -> Array:
         """Return ``count`` points (k, 2) along the spline, or as many as ``SPLINE_SAGITTA_MM`` needs.
 
-        Chords of a step h cut off ∫ C'' h²/12; inner points are moved outwards by as much, so that the area
+        Chords of a step h cut off ∫ C'' h²/12. Inner points are moved outwards by as much, so that the area
         within the facets is that within the spline, and a design's balance is that of its true surface.
         """
         control = self.control_points_mm(radii_mm)

@@ -68,7 +68,7 @@ def _changes(problem: Problem) -> Iterator[tuple[str, Problem]]:
 
 
 def own_profiles(problem: Problem) -> Problem:
-    """Return the problem with a part of its own for each web."""
+    """Return the problem with a separate part for each web."""
     free = problem.free
     order = [(web, k) for k in range(len(free.parts)) for web in free.webs if web.part == k]
     parts = [replace(free.parts[k], webs=(web.number,), name=f"web {web.number}") for web, k in order]

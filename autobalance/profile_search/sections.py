@@ -1,6 +1,6 @@
 """Sections of a free part at each height: its profile reduced by draft, holes and rounded corners.
 
-Draft takes the same length off every control radius for each millimetre away from the throw's crankpin, so
+Draft takes the same length off every control radius for each millimetre away from the throw's crankpin. So
 the walls are ruled surfaces and the area moments are polynomials of the height: Gauss's rule integrates them
 exactly.
 """

@@ -83,7 +83,7 @@ def design(
         Design file: the start, what is free and what must be kept. Or its tables; files are relative to the
         working folder then.
     output : path or None
-        Folder of the designs, from which a search that was stopped goes on. None: nothing is written.
+        Results folder; an interrupted search resumes from it. None: nothing is written.
     fresh : bool
         Discard what the folder holds of another search.
 

@@ -30,7 +30,7 @@ FORMAT = "stl"
 class WrittenDesign:
     """A design as the bytes of its solid, with all its measurements.
 
-    ``solid`` is in file coordinates; ``held_error`` is the change of the held volume, as a share;
+    ``solid`` is in file coordinates. ``held_error`` is the change of the held volume, as a share.
     ``strengths`` are its finite-element results.
     """
 

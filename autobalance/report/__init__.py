@@ -1,1 +1,1 @@
-"""Results become JSON, text, pages, sheets; units go out here; nothing is computed."""
+"""Results become JSON, text, pages and sheets; units are converted here, and nothing is computed."""

@@ -142,7 +142,7 @@ def both_g(value_g: float, u: DisplayUnits) -> str:
 
 
 def in_units(text: str, u: DisplayUnits) -> str:
-    """Return a text with its quantities in some units; a plain string, which knows none, as it is.
+    """Return a text with its quantities in some units; a plain string, which has no quantities, unchanged.
 
     Examples
     --------

@@ -20,7 +20,7 @@ MOST_BYTES = 200_000_000
 
 
 def earlier_report(path: Path) -> Mapping[str, Any] | None:
-    """Return the values of a report of this program; None if there is none, or another file."""
+    """Return the values of a report of this program; None if it is missing or another file."""
     try:
         if not path.is_file() or path.stat().st_size > MOST_BYTES:
             return None
@@ -41,12 +41,11 @@ def remove_stale(staging: Staging, report: Path, values: Mapping[str, Any]) -> t
     report : Path
         Where the new report goes.
     values : mapping
-        The new report; the files that it names stay, whatever the earlier one lists.
+        The new report; the files that it names stay, even if the earlier one lists them.
 
     Returns
     -------
-    tuple of str
-        Listed files that were changed since, which stay, as a warning; empty if there are none.
+    tuple of str Listed files that were changed since, which stay, as a warning; empty without any.
     """
     earlier = earlier_report(report)
     if earlier is None:

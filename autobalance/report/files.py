@@ -28,7 +28,7 @@ LEFT_OVER = re.compile(
 STARTED = 19
 """Place of a process's start in /proc/PROCESS/stat, counted behind its name (proc(5), field 22)."""
 CLOCK_S = 1.0
-"""What the clocks of a disk and of the system may differ by."""
+"""Possible difference of the clocks of a disk and of the system."""
 OLD_S = 600.0
 """Age at which temporary files of other machines are deleted; writing and renaming take seconds."""
 
@@ -174,7 +174,7 @@ class Staging:
 
 
 def _kept_aside(path: Path) -> Path | None:
-    """Keep a file under a temporary name until all others are in place; None if there is none.
+    """Keep a file under a temporary name until all others are in place; None if it is missing.
 
     It is a second link, so that the file is never missing; if the disk has no links, it is renamed.
     """

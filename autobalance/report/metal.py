@@ -18,8 +18,8 @@ class Piece:
     """The metal of one correction, removed or added, in file coordinates [mm].
 
     ``skin`` (k, 3) are the triangles to colour while the metal is in place, ``floor`` (k, 3) those to colour
-    on the corrected crank, both facing outward from its metal; they use the vertices of ``mesh``.
-    ``correction`` counts from 0 in the report's list; ``metal`` is the body itself.
+    on the corrected crank. Both face outward from its metal and use the vertices of ``mesh``. ``correction``
+    counts from 0 in the report's list; ``metal`` is the body itself.
     """
 
     mesh: Mesh

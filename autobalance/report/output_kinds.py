@@ -10,7 +10,7 @@ from autobalance.report.output_kind import OutputKind
 
 _KINDS: dict[str, OutputKind] = {}
 KINDS: Mapping[str, OutputKind] = MappingProxyType(_KINDS)
-"""By name, in the order in which they are made."""
+"""Kinds by name, in the order in which they are made."""
 
 
 def register(kind: OutputKind) -> None:

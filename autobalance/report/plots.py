@@ -175,7 +175,7 @@ def style(number: int) -> dict[str, Any]:
 
 
 def drawn(title: str, y_label: str, draw: Callable[[Axes], None]) -> Plot:
-    """Return a plot of whatever ``draw`` puts on the axes, in the style of all plots; the same in every run.
+    """Return a plot of all that ``draw`` puts on the axes, in the style of all plots; the same in every run.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """reportlab without the files that it looks for in a home folder.
 
-It runs ``~/.reportlab_mods`` and ``~/.reportlab_settings``: where home is no folder (``HOME=/dev/null``, as
-services have it) that ends in an error, and elsewhere in pages of another kind.
+It runs ``~/.reportlab_mods`` and ``~/.reportlab_settings``. If home is not a folder (``HOME=/dev/null``, as
+services have it), that ends in an error, and elsewhere in pages of another kind.
 """
 
 from __future__ import annotations

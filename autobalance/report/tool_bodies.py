@@ -8,7 +8,7 @@ from autobalance.report.material import Material
 def tool_bodies(material: Material, is_exact: bool) -> bytes:
     """Return a file with a named solid for each correction, file coordinates, in mm.
 
-    Kept cuts of depth 0 have none.
+    Kept cuts of depth 0 have no body.
     """
     import numpy as np
 

@@ -15,11 +15,11 @@ its uncertainty together must be.
 
 References
 ----------
-ISO 21940-14:2012, clauses 6 and 7: the errors of a balancing are combined to one for each plane, and right
-after balancing the residual that is read must stay below the permissible value by that combined error. The
-standard means the errors of a balancing machine on a real rotor. Ours are those of a model (facets, written
-digits, fitted axis) and of what the job states (density, weights, depth); that they take the place of the
-machine's, that they are combined as squares, and that the resultant must keep the margin too, is ours.
+ISO 21940-14:2012, clauses 6 and 7: the errors of a balancing are combined to one for each plane. Right after
+balancing the residual that is read must stay below the permissible value by that combined error. The standard
+means the errors of a balancing machine on a real rotor. Ours are those of a model (facets, written digits,
+fitted axis) and of the job's data (density, weights, depth). Three points are ours: they take the place of
+the machine's, they are combined as squares, and the resultant must keep the margin too.
 """
 
 REMEDIES: Mapping[str, str] = {

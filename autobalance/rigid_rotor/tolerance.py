@@ -110,8 +110,8 @@ def share_between_planes(
     References
     ----------
     ISO 21940-11:2016, 7.2.1 (was ISO 1940-1:2003, 7.3): centre of mass between the planes, neither share
-    above 0.7 U_per nor below 0.3 U_per; 7.2.2: centre of mass outboard, the plane near it at most
-    1.3 U_per, the far plane at least 0.3 U_per.
+    above 0.7 U_per nor below 0.3 U_per. 7.2.2: centre of mass outboard, the plane near it at most 1.3 U_per,
+    the far plane at least 0.3 U_per.
 
     Examples
     --------

@@ -95,8 +95,8 @@ class Budget:
 
         References
         ----------
-        JCGM 100:2008 (GUM), 5.1.2. That the shares are half-widths of about 95 %, not standard deviations,
-        is ours; so is leaving out a cause of which nothing is known.
+        JCGM 100:2008 (GUM), 5.1.2. Two points are ours: the shares are half-widths of about 95 %, not
+        standard deviations, and an unknown cause is left out.
         """
         return root_sum(list(self.shares.values()), self.places)
 
@@ -124,8 +124,8 @@ def facets_share(
 def facets_beside_skin(facets: Share, scan: Share) -> Share:
     """Return the facets' share, raised so that its root sum with the scan's covers their common bias.
 
-    Facets always lack metal, and so does a thin skin: a bias and one side of a normal error add up, to
-    facets + 0.84 scan (GUM, F.2.4.5), where that is more than the root of their squares.
+    Facets always lack metal, and so does a thin surface offset. A bias and one side of a normal error add up,
+    to facets + 0.84 scan (GUM, F.2.4.5), if that is more than the root of their squares.
     """
     pairs = zip(_values(facets), _values(scan), strict=True)
     resultant, *planes = (
@@ -153,7 +153,7 @@ def rounding_share(body: Moments, spacing_mm: float, places: Places) -> Share:
 
 
 def displacement_share(body: Moments, most_mm: float, places: Places) -> Share:
-    """Return the share of a body of which each slice may lie off the axis by up to ``most_mm``.
+    """Return the unbalance's share for a body whose slices may each lie off the axis by up to ``most_mm``.
 
     Specific unbalance is distance from the axis; the axis itself may lie elsewhere by as much.
     """

@@ -1,8 +1,8 @@
 """The forces of one cylinder's reciprocating and rotating masses, as the textbooks write them.
 
 Positive is towards top dead centre. With counterweights for a share f of the reciprocating mass and all of
-the rotating, what is left of the first order is F_in-line = (1 − f) m_rec r ω² cos θ and
-F_transverse = −f m_rec r ω² sin θ: an ellipse, or two circles, forward (½ − f) and backward ½.
+the rotating, the rest of the first order is F_in-line = (1 − f) m_rec r ω² cos θ and F_transverse = −f m_rec
+r ω² sin θ. This is an ellipse, or two circles, forward (½ − f) and backward ½.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class FirstOrder:
 
     @property
     def backward_n(self) -> float:
-        """Circle that turns against the crank, ½ m_rec r ω² whatever the factor [N]."""
+        """Circle that turns against the crank, ½ m_rec r ω² at any factor [N]."""
         return 0.5 * self.amplitude_n
 
     @property

@@ -115,8 +115,8 @@ def support_of(
 def lever_shares(z_mm: float, mains_z_mm: Sequence[float]) -> Array:
     """Return the share (m,) of a load at ``z_mm`` that each main bearing takes.
 
-    A load is carried by the two mains beside it (the crank is taken to be hinged at its mains); outside them
-    by the two nearest, one of which it lifts.
+    A load is carried by the two mains next to it (the crank is taken as hinged at its mains). Outside them it
+    is carried by the two nearest; it lifts one of them.
 
     Parameters
     ----------

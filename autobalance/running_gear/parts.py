@@ -18,8 +18,8 @@ class Parts:
     rotating_g, reciprocating_g : float
         Of one connecting rod with its piston: what turns with the crankpin, what moves with the piston [g].
     crankpin_g : float
-        Of the throw, whatever the number of rods: what sits on or in the crankpin and is not part of the
-        crank itself (crankpin of a pressed-up crank, oil) [g].
+        Of the throw, for any number of rods: the parts on or in the crankpin that are not part of the crank
+        itself (crankpin of a pressed-up crank, oil) [g].
     rods : int
         Connecting rods on the crankpin.
     """
@@ -98,7 +98,7 @@ class Sum:
 
 @dataclass(frozen=True)
 class PartWeight:
-    """A part's weight and by how much it may be off."""
+    """A part's weight and its uncertainty."""
 
     name: str
     mass_g: NotNegative
@@ -107,7 +107,7 @@ class PartWeight:
 
 @dataclass(frozen=True)
 class RolledUp(Sum):
-    """Weights of parts that move alike, summed up."""
+    """Weights of parts that move together, summed up."""
 
     parts: tuple[PartWeight, ...]
 
@@ -118,7 +118,7 @@ def sum_of_parts(g: Sequence[float], pm_g: Sequence[float] = ()) -> Sum:
     Parameters
     ----------
     g, pm_g : list of float
-        Weights, and by how much each may be off (none: 0) [g].
+        Weights, and the uncertainty of each (unknown: 0) [g].
 
     Raises
     ------
@@ -141,6 +141,6 @@ def sum_of_parts(g: Sequence[float], pm_g: Sequence[float] = ()) -> Sum:
 
 
 def rolled_up(parts: Sequence[PartWeight]) -> RolledUp:
-    """Return parts that move alike with their sum."""
+    """Return parts that move together with their sum."""
     total = sum_of_parts([each.mass_g for each in parts], [each.pm_g for each in parts])
     return RolledUp(total.mass_g, total.pm_g, tuple(parts))

@@ -73,8 +73,8 @@ def balancing_counterweights(
 
     References
     ----------
-    Ruckle 2014, Sec. 3.1.1, says that the counterweight near the datum must be the heavier; it need not:
-    without a resultant the couple does not depend on the datum.
+    Ruckle 2014, Sec. 3.1.1, requires that the counterweight near the datum is the heavier. This is not
+    needed: without a resultant the couple does not depend on the datum.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Balance shafts: pairs at crank speed and at twice that, one shaft against the crank, bolt-on weights.
 
 A shaft of order k turns at k times the crank's speed, so its force is k² times that of the same weight at
-crank speed: a pair against A₂ m r needs A₂ m r/4 together, an eighth on each shaft. (One of the documents
+crank speed. A pair against A₂ m r needs A₂ m r/4 together, an eighth on each shaft. (One of the documents
 forgets this factor of four.)
 """
 

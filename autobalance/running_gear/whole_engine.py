@@ -1,9 +1,9 @@
 """Whole engines: any number of cylinders on any crank, and what shakes them, order by order.
 
-The engine's frame is the rotor's at crank angle θ = 0: z is the crank axis, the crank turns from x towards
-y. Firing order is of no importance to inertia forces. A moment of forces is given as Σ z F (about z = 0), a
-vector in the direction of the forces, as unbalance moments are; it rocks the engine about the axis at right
-angles to it.
+The engine's frame is the rotor's at crank angle θ = 0: z is the crank axis, the crank turns from x towards y.
+Firing order does not affect inertia forces. A moment of forces is given as Σ z F (about z = 0), a vector in
+the direction of the forces, as unbalance moments are. It rocks the engine about the axis at right angles to
+it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 N_M_PER_N_MM = 1e-3
 Generic = TypeVar("Generic", Array, Complex)
 MIRROR = np.array([1.0, -1.0])
-"""Of a vector (x, y) in the x–z plane."""
+"""Angle of a vector (x, y) in the x–z plane."""
 
 
 @dataclass(frozen=True)

@@ -106,7 +106,7 @@ class AskedBearing:
 
 @record
 class Asked:
-    """The record and what was asked of it; None if nothing was."""
+    """The record and its request; None without a request."""
 
     record: str | None
     record_b: str | None

@@ -1,8 +1,8 @@
 """Computed order tracking: resampling from even steps of time to even steps of the shaft's angle.
 
-Each value is Σ x[n] h(t − n/f_s), h a sinc under a Kaiser window whose cut-off follows the speed: flat to
-the highest order wanted, 120 dB down from the order on that would fold back onto it. One filter thus does
-both, anti-aliasing and interpolation. Where the shaft turns slowly for the sample rate, a first filter
+Each value is Σ x[n] h(t − n/f_s), with h a sinc under a Kaiser window whose cut-off follows the speed. It is
+flat to the highest order wanted, and 120 dB down from the order on that would fold back onto it. One filter
+thus does both anti-aliasing and interpolation. If the shaft turns slowly for the sample rate, a first filter
 reduces that rate.
 """
 

@@ -5,9 +5,9 @@ Within a band around one resonance the transform of the response Y to known inpu
     (s − p) Y = Σ B_j(s) U_j + T(s),    s = i(f − f_c)/b,
 
 with the pole p, short polynomials B_j for the effects of each input and all other modes, and T for the motion
-at the record's ends. It is linear in p and the coefficients, and solved by least squares with the weight
-1/|s − p| of the last solution. The inputs are the force where it was measured; in a run-up, e^(ikθ) of the
-orders that pass, so that a fast run-up does not shift the resonance; of a lone sweep, its own smoothed
+at the record's ends. It is linear in p and the coefficients, and solved by least squares with the weight 1/|s
+− p| of the last solution. The input is the force if it was measured. In a run-up the inputs are e^(ikθ) of
+the orders that pass, so that a fast run-up does not shift the resonance. A lone sweep uses its own smoothed
 course. Without inputs, the spectrum's size is fitted: |Y|² = A/((f − a)² + b²) + N, by the likelihood of a
 periodogram.
 """

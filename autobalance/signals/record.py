@@ -77,7 +77,7 @@ class Record:
     notes: tuple[str, ...] = ()
     """Faults found by the reader and their repair: for ``warnings``."""
     samples_per_turn: float | None = None
-    """Of a record sampled by angle, whose sample rate is known only with a speed."""
+    """Sample rate of a record sampled by angle, which is known only with a speed."""
     start_angle_deg: float = 0.0
     """Shaft angle at the first sample of a record sampled by angle."""
 

@@ -1,8 +1,8 @@
 """Sines of a record: frequency, amplitude and phase, also between bins, without leakage.
 
-A sine A cos(2πνn/N + φ) has the transform ½ [c W(ν − k) + c̄ W(−ν − k)], c = A e^(iφ), W the window's own
-transform, known exactly. All sines and the mean are fitted together, by least squares, to the bins around
-each of them (Gauss-Newton, damped): leakage from one into another's bins, and from a sine's negative
+A sine A cos(2πνn/N + φ) has the transform ½ [c W(ν − k) + c̄ W(−ν − k)], with c = A e^(iφ) and W the window's
+own transform, known exactly. All sines and the mean are fitted together, by least squares, to the bins around
+each of them (Gauss-Newton, damped). Leakage from one into another's bins, and from a sine's negative
 frequency into its positive one, is part of the model and so does no harm.
 """
 

@@ -99,7 +99,7 @@ def integrated(values: Array, sample_rate_hz: float, low_hz: float, times: int =
     low_hz : float
         Lowest frequency kept whole [Hz]; its half and below is removed.
     times : int
-        1: acceleration to velocity; 2: to displacement; −1: velocity to acceleration.
+        1: acceleration to velocity, 2: to displacement, −1: velocity to acceleration.
     """
     centred = np.asarray(values - values.mean(), dtype=float)
     room = int(LED_ON * sample_rate_hz / low_hz)
@@ -117,8 +117,8 @@ def integrated(values: Array, sample_rate_hz: float, low_hz: float, times: int =
 LED_ON = 4.0
 """Periods of the lowest frequency by which a record is continued beyond each end."""
 MAX_SAMPLES_PER_PERIOD = 1000.0
-"""Most samples per period of the lowest frequency used in the prediction: with more, only every so many are
-predicted from each other, since neighbours are too much alike to show slow waves."""
+"""Most samples per period of the lowest frequency used in the prediction. With more, only every so many are
+predicted from each other, since neighbours are too similar to show slow waves."""
 PREDICTED_BY = 60
 """Samples from which the next one is predicted; ``LEARNT_FROM`` samples give the coefficients."""
 LEARNT_FROM = 8000

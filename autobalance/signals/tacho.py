@@ -1,4 +1,4 @@
-"""The shaft's angle from a tacho's pulses: placed between samples, mended, evened, smoothed."""
+"""The shaft's angle from a tacho's pulses: placed between samples, repaired, evened, smoothed."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PATTERN_TURNS = 4
 class TachoPulses:
     """Pulses of a tacho and their faults.
 
-    ``times_s`` are mended; ``smooth_s`` lack the encoder's pattern and are as smooth as the scatter allows.
+    ``times_s`` are repaired; ``smooth_s`` lack the encoder's pattern and are as smooth as the scatter allows.
     """
 
     times_s: Annotated[Array, UNWRITTEN]

@@ -33,9 +33,9 @@ TRIES = 3
 """Workers that a task may lose before it is given up."""
 CLUSTER_TIMEOUT_S = 10.0
 WORKER_RESTART_TIMEOUT_S = 120.0
-"""How long a cluster without workers is given to start some again."""
+"""Time given to a cluster without workers to start some again."""
 LOOK_AGAIN_S = 0.25
-"""How often a cluster is asked which workers it still has."""
+"""Interval at which a cluster is asked for its workers."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ class _Slot:
         return self.executor.submit(_with_pid, work, task)
 
     def end(self) -> None:
-        """End the process, whatever it is at."""
+        """End the process at any point of its work."""
         if self.executor is None:
             return
         processes = list((self.executor._processes or {}).values())
@@ -257,7 +257,7 @@ def _check_versions(client: Any, address: str) -> None:
 
 
 def version_asker() -> Callable[[], str | None]:
-    """Return a function that asks a worker for its version of this package (None: it has none).
+    """Return a function that asks a worker for its version of this package (None: not installed).
 
     A function within a function is sent by value, so that a worker without this package can run it.
     """

@@ -67,8 +67,8 @@ def mean_bearing_loads(constant_N: float, rotating_N: float) -> MeanLoads:
 
     References
     ----------
-    Hoem & Røsholm 2016, Eq. 4.12 to 4.14; the second bracket is misprinted there and must be F_w/(F_w + F_i).
-    f_m is for life; friction goes with the mean, which is up to 18 % smaller.
+    Hoem & Røsholm 2016, Eq. 4.12 to 4.14. The second bracket is misprinted there and must be F_w/(F_w + F_i).
+    f_m is for life; friction follows the mean, which is up to 18 % smaller.
 
     Examples
     --------

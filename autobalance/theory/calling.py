@@ -23,8 +23,7 @@ def function_named(name: str) -> Callable[..., Any]:
 
     Raises
     ------
-    UsageError
-        If there is none.
+    UsageError If there is no such formula.
     """
     if name not in theory.__all__:
         from difflib import get_close_matches

@@ -105,8 +105,8 @@ def index_test(
 ) -> IndexTest:
     """Separate the unbalance of a crank from that of its tooling, by readings with the crank turned on it.
 
-    In the tooling's frame a reading is T + C e^(iθ), the crank turned by θ; two readings at 0° and 180° give
-    both exactly, T = (R₁ + R₂)/2 and C = (R₁ − R₂)/2, more of them by least squares.
+    In the tooling's frame a reading is T + C e^(iθ), the crank turned by θ. Two readings at 0° and 180° give
+    both exactly, T = (R₁ + R₂)/2 and C = (R₁ − R₂)/2. More readings give them by least squares.
 
     Parameters
     ----------

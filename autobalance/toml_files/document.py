@@ -16,7 +16,7 @@ MAX_DEPTH = 32
 NO_KEYS = re.compile(r"""\"{3}[\s\S]*?\"{3}|'{3}[\s\S]*?'{3}|"(?:\\.|[^"\\\n])*"|'[^'\n]*'|\#[^\n]*""")
 """Texts and comments, which may hold dots and brackets."""
 KEY_ENDS = re.compile(r"[=,{}]")
-"""What a dotted key may be between."""
+"""Characters around a dotted key."""
 LARGEST_BYTES = 1 << 20
 """Bytes of a job at most; those that people write have a few thousand."""
 
@@ -83,7 +83,7 @@ def refuse_deep(text: str) -> None:
 
 
 def _deepest(line: str) -> int:
-    """Return how deep a line nests at most: by the dots of a key, by brackets inside each other."""
+    """Return the largest nesting of a line: by the dots of a key, by brackets inside each other."""
     if line.count(".") + line.count("[") + line.count("{") <= MAX_DEPTH:
         return 0
     level = deepest = 0
@@ -112,7 +112,7 @@ def _odd_byte(data: bytes, place: int) -> str:
 
 
 def _slip(text: str, error: tomllib.TOMLDecodeError) -> str:
-    """Return what a line that is not TOML probably means, where that is known; else nothing."""
+    """Return the probable meaning of a line that is not TOML; empty if unknown."""
     found = re.search(r"at line (\d+)", str(error))
     lines = text.splitlines()
     if found is None or not 0 < int(found[1]) <= len(lines):
@@ -134,7 +134,7 @@ WHOLE_LINE_SLIPS: tuple[tuple[re.Pattern[str], Cure], ...] = (
         lambda found: f'put a number and its unit in quotes: "{found[1]}"',
     ),
 )
-"""What people type that is not TOML, and what to write."""
+"""Words that users type that are not TOML, and their replacement."""
 SLIPS: tuple[tuple[re.Pattern[str], Cure], ...] = (
     (
         re.compile(r"[-+]?\d+,\d+"),

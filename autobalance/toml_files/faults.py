@@ -16,7 +16,7 @@ class Faults:
 
     @contextmanager
     def gathered(self) -> Iterator[None]:
-        """Keep an error for later and go on behind the block."""
+        """Keep an error for later and continue behind the block."""
         try:
             yield
         except JobError as error:

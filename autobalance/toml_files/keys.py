@@ -76,7 +76,7 @@ def read_document(
 
 @contextmanager
 def named_in(source: str | Path | Mapping[str, Any]) -> Iterator[None]:
-    """Begin the message of an error about a file with its name; a structure has none."""
+    """Begin the message of an error about a file with its name; a structure has no name."""
     try:
         yield
     except JobError as error:

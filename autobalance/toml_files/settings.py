@@ -50,7 +50,7 @@ def setting_of(setting: str) -> tuple[str, Any]:
 
 
 def value_of(text: str) -> Any:
-    """Return a text's TOML value, or the text if it has none."""
+    """Return a text's TOML value, or the text if it is not TOML."""
     try:
         refuse_deep(text)
         return tomllib.loads(f"value = {text}")["value"]
@@ -63,8 +63,7 @@ def set_key(values: dict[str, Any], key: str, value: Any) -> None:
 
     Raises
     ------
-    JobError
-        If the path is none, leads into something that is not a table, or leaves out places of a list.
+    JobError If the path is invalid, leads into something that is not a table, or leaves out places of a list.
     """
     steps = _steps(key)
     place: Any = values

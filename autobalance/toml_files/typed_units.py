@@ -1,7 +1,7 @@
 """Conversion of typed units: a job's lengths, unbalances and weights become mm, g·mm and g.
 
-Keys that end in ``_mm`` take ``"3/8 in"``, those in ``_g_mm`` ``"0.5 oz-in"``, a weight is a number of grams
-or a table with one unit of mass, of one piece or of several, and ``density`` names a material.
+Keys that end in ``_mm`` take ``"3/8 in"``, those in ``_g_mm`` ``"0.5 oz-in"``. A weight is a number of grams
+or a table with one unit of mass, of one piece or of several. ``density`` names a material.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from autobalance.units import G_MM_PER, G_PER
 
 WEIGHT_TABLES = ("rotating_g", "reciprocating_g", "crankpin_g")
 FILL_IN = "FILL IN"
-"""Placeholder in a job for values that only the user knows."""
+"""Placeholder in a job for values that the user must enter."""
 
 LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "inch": 25.4, '"': 25.4}
 """Millimetres in a unit as it is typed."""
@@ -58,7 +58,7 @@ def length_mm(text: str, where: str) -> float:
 
 
 def unbalance_unit(typed: str) -> str | None:
-    """Return the name of a unit of unbalance however it is spelt; None: it is none.
+    """Return the name of a unit of unbalance from any of its spellings; None: it is unknown.
 
     Examples
     --------

@@ -109,8 +109,8 @@ class BalanceResult(VerbResult):
     def measured_on(self) -> Literal["file", "mesh", "surfaces"]:
         """Body whose measurement the verdict rests on.
 
-        ``file``: the bytes that ``write`` writes in the input's format, read back; ``mesh``: the solid's own
-        triangles in double precision, for a crank of no file; ``surfaces``: the true surfaces of the STEP
+        ``file``: the bytes that ``write`` writes in the input's format, read back. ``mesh``: the solid's own
+        triangles in double precision, for a crank of no file. ``surfaces``: the true surfaces of the STEP
         file that ``write`` writes, read back.
         """
         source = self.before.measured.source
@@ -334,8 +334,7 @@ def with_crank(job: Job, crank: Crank) -> Job:
 
     Raises
     ------
-    JobError
-        If the job says another density, or another thing of the crankpin.
+    JobError If the job has another density, or other data of the crankpin.
     """
     own, crankshaft = job.crankshaft, crank.crankshaft
     density, of_crank = own.density_g_mm3, crankshaft.density_g_mm3

@@ -43,7 +43,7 @@ def balance_to_files(
     folder : Path
         Made where it is missing.
     json_file : str or None
-        Where a copy of the report goes; ``-`` is none.
+        Path of a copy of the report; ``-`` writes no file.
     notify : callable
         Called with what runs, in a few words.
     choice : Choice or None

@@ -37,7 +37,7 @@ class CompareResult(VerbResult):
 
     @property
     def exit_code(self) -> int:
-        """0 if some kind comes within tolerance (or nothing is to be cut), 4 if none does."""
+        """0 if some kind comes within tolerance (or no cut is needed), 4 if none does."""
         return 0 if any(row.outcome in GOOD_OUTCOMES for row in self.content.comparison.rows) else 4
 
     def text(self, units: str = "metric") -> str:

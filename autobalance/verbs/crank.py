@@ -33,8 +33,8 @@ G_MM2_PER_KG_MM2 = 1000.0
 class CrankFace:
     """A face that a correction can use, with the keys of a report's ``faces``.
 
-    ``normal`` and ``centroid_mm`` (3,) are in the rotor frame, ``file_centroid_mm`` in the file's own;
-    ``unbalance_per_mm_g_mm`` (2,) is what a millimetre of depth changes; ``max_depth_mm`` is None if no
+    ``normal`` and ``centroid_mm`` (3,) are in the rotor frame, ``file_centroid_mm`` in the file's own.
+    ``unbalance_per_mm_g_mm`` (2,) is the change by a millimetre of depth. ``max_depth_mm`` is None if no
     metal ends the depth.
     """
 
@@ -268,8 +268,8 @@ def read_crank(
     path : path
         Crank file, in any format that docs/job-file.md lists.
     unit : {"mm", "cm", "m", "inch"} or None
-        Unit of length of the crank file, if its format carries none; None: the format's, required if it
-        has none.
+        Length unit of the crank file, if its format carries none; None: the format's, required if it has no
+        unit.
     density_kg_m3 : float
         Density [kg/m³].
     crankpin_in_file : bool or None

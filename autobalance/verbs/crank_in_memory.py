@@ -93,7 +93,7 @@ def crank_from_shape(
     Parameters
     ----------
     shape : TopoDS_Shape, an object that wraps one, or bytes
-        Of OCP; a build123d or CadQuery object (of a CadQuery ``Workplane``, the shape on its stack); or the
+        Shape of OCP, a build123d or CadQuery object (for a ``Workplane``, the shape on its stack), or the
         bytes of a STEP or BREP file.
     density_kg_m3 : float
         Density [kg/m³].

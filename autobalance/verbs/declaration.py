@@ -18,7 +18,7 @@ from autobalance.verbs.common_parameters import COMMON
 
 PACKAGE = Path(__file__).parents[1]
 REQUIRED = object()
-"""Default of a parameter that has none."""
+"""Default of a parameter without one."""
 
 
 class Parameter(NamedTuple):
@@ -30,7 +30,7 @@ class Parameter(NamedTuple):
     type : str
         As annotated, without ``| None``.
     default : object
-        ``REQUIRED`` if there is none.
+        ``REQUIRED`` without one.
     choices : tuple of str
         Where the docstring's type is a set, ``{"mm", "inch"}``; else empty.
     meaning : str

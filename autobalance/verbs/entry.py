@@ -89,7 +89,7 @@ class Entries(tuple[Entry, ...]):
         return (tuple(self),)
 
     def column(self, key: str) -> Array:
-        """Return the values of a key, one for each table, NaN if there is none: an array (n, ...).
+        """Return the values of a key, one for each table, NaN for a missing one: an array (n, ...).
 
         Raises
         ------

@@ -95,7 +95,7 @@ def init(
     file : path or None
         File to write, .toml or .xlsx; None: the source's name with .toml, in the working folder.
     unit : {"mm", "cm", "m", "inch"} or None
-        Unit of length of the crank file, if its format carries none; None: the format's.
+        Unit of length of the crank file, if its format carries no unit; None: the format's.
     density_kg_m3 : float or None
         Density [kg/m³]; None: left to fill in.
     method : str
@@ -238,7 +238,7 @@ def _of_pieces(crankshaft: Crankshaft, several: BodiesError) -> MeasuredCrank:
 
 
 def _crank_among(parts: Sequence[AssemblyPart], several: BodiesError) -> AssemblyPart | None:
-    """Return the one body that is a crank; None if there is none."""
+    """Return the one body that is a crank; None without one."""
     cranks = [part for part in parts if part.role == "crank"]
     if not cranks:
         return None

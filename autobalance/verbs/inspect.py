@@ -88,7 +88,7 @@ def inspect(
     Parameters
     ----------
     crank : Crank, Job or path
-        Crank file, or a job, of which only its [crankshaft] is required. Or a crank or a job as an object.
+        Crank file, or a job; a job needs only its [crankshaft]. Or a crank or a job as an object.
     settings : sequence of str
         Key of the job to set before it is checked, for example crankshaft.body=1. Each as text.
     table : TableOptions or None
@@ -96,8 +96,8 @@ def inspect(
         a job its bob-weights, what sits on the crankpins and attached parts, with sums and a verdict.
     suggest : mapping or None
         Wanted inertia_kg_mm2, or balance_factor of a job, for example inertia_kg_mm2=2900, for which changes
-        are suggested; alone: the job's factor. ``report["suggestions"]`` then says which bores, weights or
-        turned rims would do it, each one tried. Empty: the factor that the job asks for.
+        are suggested; alone: the job's factor. ``report["suggestions"]`` then lists the bores, weights or
+        turned rims that reach it, each one tried. Empty: the job's own factor.
     against : path, Crank or None
         Drawing, or another crank, that this one is compared with: distances of its surface, mass, unbalance.
     **keywords
@@ -176,7 +176,7 @@ def inspect(
 
 
 def _held_against(crank: Crank, against: Crank | str | Path) -> AgainstDrawing:
-    """Hold a crank against a drawing, of the same unit if its format carries none."""
+    """Compare a crank with its CAD model, in the same unit if the model's format carries no unit."""
     from autobalance.balancing.against import against_drawing
 
     own = crank.crankshaft

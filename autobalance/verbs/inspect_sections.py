@@ -1,4 +1,4 @@
-"""The section table of ``inspect``: a crank's metal and holes, what a job hangs on it, and a verdict."""
+"""The section table of ``inspect``: a crank's metal and holes, the parts that a job adds, and a verdict."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class TableOptions:
     Attributes
     ----------
     datum : float or str
-        Plane about which couples count: z in the rotor frame [mm], or a length with its unit; ``"A"`` or
-        ``"B"``: a tolerance plane; ``"front"`` or ``"rear"``: the end of the crank of smallest or largest z;
-        ``"centre"`` of mass.
+        Plane about which couples count: z in the rotor frame [mm], or a length with its unit. ``"A"`` or
+        ``"B"`` is a tolerance plane; ``"front"`` or ``"rear"`` is the end of the crank of smallest or largest
+        z; ``"centre"`` is the centre of mass.
     oil_density_kg_m3 : float or None
         Of the oil that fills bores and drillings; None: the job's, ``[engine.oil]``, if it has any.
     """
@@ -52,8 +52,7 @@ def weighed_table(
 
     Raises
     ------
-    AutobalanceError
-        If the job is wrong, the oil counts twice, or the datum is none.
+    AutobalanceError If the job is wrong, the oil counts twice, or the datum is unknown.
     """
     job, warnings = _whole_job(source, settings)
     measured, oil, factor = crank.measured, options.oil_density_kg_m3, 0.0
@@ -73,7 +72,7 @@ def weighed_table(
 def loaded(
     crank: Crank, source: Crank | Job | str | Path, settings: Sequence[str]
 ) -> tuple[SectionTable | None, list[str]]:
-    """Return a job's crank with what hangs on it, and why not; neither if no whole job was given.
+    """Return a job's crank with its parts, and the reason without them; neither if no whole job was given.
 
     What is wrong with the job's other tables is a warning: a crank can be inspected without them.
     """
@@ -98,7 +97,7 @@ def whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> Job 
 
 
 def _whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> tuple[Job | None, list[str]]:
-    """Return the job, and why there is none where one was given."""
+    """Return the job, and the reason for its absence if one was given."""
     if isinstance(source, Job):
         return source, []
     if isinstance(source, Crank) or Path(source).suffix.lower() not in (".toml", *WORKBOOKS):

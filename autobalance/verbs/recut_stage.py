@@ -209,7 +209,7 @@ class RecutStage:
         return earlier_reading(self.earlier)
 
     def _warn_of_bob_weights(self, judged: JudgedReading) -> None:
-        """Warn where bob-weights that are all off alike would explain a first reading."""
+        """Warn if equal errors of all bob-weights would explain a first reading."""
         places = self.tolerance.places_mm
         left = Unbalance.of(rotor_from_job.overbalance_moments(self.earlier.job, self.tolerance))
         off = judged.unbalance - self.earlier.unbalance("residual") - left

@@ -35,13 +35,13 @@ class VerbResult:
     """
 
     caller_names_files: ClassVar[bool] = False
-    """Whether files have the names that the caller chose: others of them in a folder are no leftovers."""
+    """Whether files have the names that the caller chose: others of them in a folder are then kept."""
 
     content: Any
 
     @cached_property
     def report(self) -> Values:
-        """What the command writes with ``--json``, as JSON values."""
+        """Output of the command with ``--json``, as JSON values."""
         values: Values = encoded(self.content)
         return values
 
@@ -89,10 +89,8 @@ class VerbResult:
 
         Raises
         ------
-        FileError
-            If they cannot be written; nothing is left behind then.
-        FormatError
-            If an ending is none that this result has.
+        FileError If they cannot be written; nothing is left behind then. FormatError If this result has no
+        file of an ending.
         """
         folder = Path(folder)
         files = self.folder_files(folder, only)
@@ -163,7 +161,7 @@ def _is_wanted(name: str, only: tuple[str, ...] | None) -> bool:
 
 
 def _named_from(folder: Path, report: Values) -> Values:
-    """Return a report whose job is named from a folder: reports are alike on all machines."""
+    """Return a report whose job is named from a folder: reports are the same on all machines."""
     from autobalance.report.files import seen_from
 
     jobs = {key: value for key in ("job", "input") if "crankshaft" in (value := report.get(key) or {})}

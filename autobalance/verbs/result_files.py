@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 REPORT = "report.json"
 SOLID = "balanced"
 IN_MEMORY_FORMAT = "ply"
-"""What a crank of no file is written as: double precision, so that what was measured is what is written."""
+"""Format of a crank of no file: double precision, so that the written crank is the measured one."""
 
 Values = Mapping[str, Any]
 Staged = tuple[dict[str, Any], tuple[Path, ...]]
@@ -49,7 +49,7 @@ class Ended(Protocol):
 
 
 def with_outputs(record: Record, job: Job, crank: MeasuredCrank, watch: Stopwatch) -> Record:
-    """Return a record that says what its solid's file would be, and how long all took."""
+    """Return a record with the data of its solid's file, and the time of the whole run."""
     started = time.perf_counter()
     outputs = {"solid": _solid_entry(job, crank, record), **_without_slugs(record)}
     watch.add("write", time.perf_counter() - started)
@@ -110,7 +110,7 @@ def staging_for(folder: Path, copy: Path | None = None) -> Staging:
 
 
 class Committed(NamedTuple):
-    """What a run wrote; ``notes`` are files of an earlier run that stay, as warnings."""
+    """Files that a run wrote; ``notes`` are files of an earlier run that stay, as warnings."""
 
     values: dict[str, Any]
     files: tuple[Path, ...]
@@ -152,7 +152,7 @@ def _forms_of_earlier(staging: Staging, folder: Path, values: Values) -> Iterato
 
 
 def _blank_form(values: Mapping[str, Any] | None) -> bytes | None:
-    """Return the form of a report as it was written; None if the report has none."""
+    """Return the form of a report as it was written; None if it is unknown."""
     from autobalance.report.reading_template import reading_template
 
     if values is None or values.get("command") not in ("balance", "recut"):

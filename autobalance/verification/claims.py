@@ -42,7 +42,7 @@ class Claim:
 class Ledger:
     """Proven claims and their places; ``source`` is that of the values compared with at present.
 
-    ``why_not`` has the places that could not be checked, ``unread`` the files of which only the hash was.
+    ``why_not`` has the places that could not be checked; of files in ``unread`` only the hash was checked.
     """
 
     source: str = "the report itself"
@@ -152,7 +152,7 @@ class Claims:
         self.ledger.places.add(self.path(path))
 
     def note(self, name: str, value: Any, measured: Any, within: float | None = None) -> None:
-        """Note a claim that holds and is no single value of the report, such as a sum."""
+        """Note a claim that holds and is not a single value of the report, such as a sum."""
         how = self.ledger.source if within is None else f"{self.ledger.source}, within {within:.2g}"
         self.ledger.claims.append(Claim(name, value, measured, how))
 
@@ -193,8 +193,9 @@ class Claims:
     def alike(self, measured: Mapping[str, Any], rounding: float = ROUNDING, scale: float = 0.0) -> None:
         """Check all values of an object that were not checked before; missing keys are faults.
 
-        Numbers may differ by ``rounding`` of the largest in the same object or list, at least of ``scale``;
-        the angle of a magnitude by as much as that moves it: that of nearly nothing is no claim.
+        Numbers may differ by ``rounding`` of the largest in the same object or list, at least of ``scale``.
+        The angle of a magnitude may differ by as much as that moves it: the angle of nearly nothing is not a
+        claim.
         """
         numbers = [abs(each) for value in measured.values() for each in _numbers(value)]
         size = max([scale, *numbers])

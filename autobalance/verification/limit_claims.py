@@ -32,7 +32,8 @@ MOST_LISTED = 5
 def check_limits_of_job(claims: Claims, folder: Path, files: Files) -> None:
     """Check the correction's limits against the job file, if it exists, and repeat its warnings.
 
-    A job that was changed after its run proves nothing of the report: then a warning says where they differ.
+    A job that was changed after its run proves nothing about the report; a warning then lists the
+    differences.
 
     Raises
     ------
@@ -62,7 +63,7 @@ def check_limits_of_job(claims: Claims, folder: Path, files: Files) -> None:
 
 
 def warn_of_changed_job(claims: Claims, folder: Path, files: Files) -> None:
-    """Warn of what the job file says now and did not say in the run; a stage has limits of its own."""
+    """Warn of limits that the job file has now and had not in the run; a stage has separate limits."""
     path = _job_file(claims, folder)
     in_file = None if path is None else _job_now(claims, path, files)
     if path is not None and in_file is not None:
@@ -76,7 +77,7 @@ def _job_file(claims: Claims, folder: Path) -> Path | None:
 
 
 def _job_now(claims: Claims, path: Path, files: Files) -> Mapping[str, Any] | None:
-    """Return the job file as a report has it; None, and a warning, where it is no such job any more."""
+    """Return the job file as a report has it; None, and a warning, if it is not such a job any more."""
     settings = claims.values.get("job_set", [])
     try:
         return files.once(("job", str(path), repr(settings)), lambda: _described(path, settings))

@@ -1,4 +1,4 @@
-"""Check of the report of a stage after the first: both solids are measured, the reading is believed."""
+"""Check of the report of a stage after the first: both solids are measured; the reading is not checked."""
 
 from __future__ import annotations
 

@@ -28,8 +28,8 @@ def _pieces(metal: Solid, near_mm: float) -> list[Solid]:
 class SeparatedMetal:
     """A correction's metal, piece by piece; None where it cannot be separated from another's.
 
-    ``is_torn`` where it hangs together with so wide flaps of the file's rounding that all of it is as thin as
-    they; ``skin`` is the metal there where all of it is as thin as rounding.
+    ``is_torn`` if it hangs together with such wide flaps of the file's rounding that all of it is as thin as
+    they. ``skin`` is the metal there if all of it is as thin as rounding.
     """
 
     metal: tuple[Solid, ...] | None
@@ -114,7 +114,7 @@ def _missing_mm3(part: Claims, pieces: Sequence[Solid]) -> float:
 
 
 ROUNDING_SHARE = 1e-9
-"""Share of a piece up to which a volume that is left of it counts as nothing."""
+"""Share of a piece up to which a remaining volume counts as zero."""
 OWN_SHARE = 0.95
 """Share of a piece in a correction's room from which all of it is that correction's."""
 

@@ -34,7 +34,7 @@ SAGITTA = 0.3
 KEY_WIDTHS = (0.08, 0.5)
 """A keyway's width as a share of the shaft's diameter (DIN 6885: 0.22 to 0.33; Woodruff keys: 0.16 up)."""
 KEY_DEPTHS = (0.02, 0.35)
-"""Its smallest depth, as a share of the same."""
+"""A keyway's depth as a share of the shaft's diameter."""
 KEYWAY_WALL_COSINE = math.cos(math.radians(3.0))
 """Walls of a keyway are parallel to the radius in its middle to 3°."""
 WALL_SHARE = 0.4

@@ -44,7 +44,7 @@ LONGEST_S = 90.0
 EXAMINED_RADIUS_SHARES = (0.15, 0.85)
 """Between these shares of a fillet's radius, out from its pin, its surface is off both pin and web."""
 OFF_WEB = 0.02
-"""Smallest radius as a share of the pin's; less is a sharp corner."""
+"""Smallest distance of it from both, as a share of the radius; a smaller one is a sharp corner."""
 
 
 @dataclass(frozen=True)

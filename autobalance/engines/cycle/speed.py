@@ -17,7 +17,7 @@ from autobalance.units import N_M_PER_G_MM2_S2
 LEAST_SHARE = 1e-14
 STALLED_SPEED_ERROR = 1e9
 LONGEST_SHARE = 0.05
-"""Share of the cycle's time that one of its angles may take: a crank that lingers longer counts as stopped."""
+"""Share of the cycle's time that one angle may take: a crank that lingers longer counts as stopped."""
 LARGEST_FLYWHEEL_G_MM2 = 1e15
 
 

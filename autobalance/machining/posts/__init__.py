@@ -15,8 +15,7 @@ def post_named(name: str) -> type[Post]:
 
     Raises
     ------
-    JobError
-        If there is none.
+    JobError If the post is unknown.
     """
     if name not in POSTS:
         raise JobError(f'machine.post is "{name}"; expected one of {", ".join(POSTS)}')

@@ -8,7 +8,7 @@ from autobalance.errors import JobError
 from autobalance.machining.posts.post import Post, ascii_text
 
 KNOWN = re.compile(r"M(0?[3-9]|19|4[89]|5[0-3]|6[0-8]|7[0-3]|1\d\d)( P\d+)?")
-"""M codes that LinuxCNC knows and that may be in a machine's file; M100 to M199 are the user's own."""
+"""M codes of LinuxCNC that may be in a machine's file; M100 to M199 are the user's own."""
 
 
 class LinuxCnc(Post):

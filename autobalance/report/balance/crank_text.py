@@ -130,7 +130,7 @@ def anatomy_text(crank: Crank, units: DisplayUnits) -> str:
 
 
 def _also_on_axis(crank: Crank, units: DisplayUnits) -> list[str]:
-    """Return the table of cylinders on the axis that are no main journals; none without any."""
+    """Return the table of cylinders on the axis that are not main journals; empty without any."""
     rows: list[tuple[str, ...]] = [("Also on the axis", "z", "diameter", "width")]
     for each in crank.cylinders:
         on_axis = each.offset_mm < ON_AXIS_SHARE * each.diameter_mm

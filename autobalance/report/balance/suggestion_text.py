@@ -10,7 +10,7 @@ from autobalance.units import G_MM2_PER_KG_MM2
 
 
 def suggestions_text(suggestions: Suggestions | None) -> str:
-    """Return the suggestions of a report; empty if it has none."""
+    """Return the suggestions of a report; empty without any."""
     if suggestions is None:
         return ""
     targets = suggestions.wanted

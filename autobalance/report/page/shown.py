@@ -16,7 +16,7 @@ VIEW_TRIANGLES = 100_000
 FINEST_VIEW = 4e-5
 """Share of a solid's size up to which edges are merged first: a twentieth of a pixel of a wide screen."""
 MERGED_ROUGHNESS_RATIO = 3.0
-"""Multiple of a scan's roughness up to which edges are merged first: finer steps merge hardly any."""
+"""Multiple of a scan's roughness up to which edges are merged first: finer steps merge almost no edges."""
 PIECES_TRIANGLES = 50_000
 """The same for all removed metal; the two limits keep the page below 5 MB."""
 

@@ -72,8 +72,8 @@ class Camera:
 class Picture:
     """A drawn part.
 
-    ``image`` (h, w, 3) uint8; ``triangle`` (h, w) int64: the row of the triangle seen at each pixel, −1 where
-    none is; ``to_pixel`` (2, 4): from a homogeneous point to (column, row).
+    ``image`` (h, w, 3) is uint8. ``triangle`` (h, w) int64 is the row of the triangle seen at each pixel, −1
+    without one. ``to_pixel`` (2, 4) takes a homogeneous point to (column, row).
     """
 
     image: Image

@@ -38,7 +38,7 @@ class SheetReport(Head):
 
 @record
 class InitReport(Head):
-    """The job that was written, and what is to be filled in."""
+    """The job that was written, and the values to fill in."""
 
     command: Literal["init"] = "init"
     crank: str | None

@@ -107,7 +107,7 @@ class Engine:
 
 @record
 class BalanceFactor:
-    """Before, wanted, after; null if the crank has none."""
+    """Before, wanted, after; null if the crank has no factor."""
 
     initial: float | None
     target: Share

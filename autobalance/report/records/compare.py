@@ -35,7 +35,7 @@ class WorstPlace:
 class Comparison:
     """Kinds of correction side by side: those within tolerance are ranked, the first recommended.
 
-    ``beaten_by`` lists what is nowhere worse and somewhere better; what nothing beats has none.
+    ``beaten_by`` lists the results that are nowhere worse and somewhere better; it is empty for the best.
     """
 
     job: str

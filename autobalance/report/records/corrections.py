@@ -180,9 +180,9 @@ NO_METAL: Mapping[str, Any] = {
     "tool_volume_mm3": 0.0,
     "unbalance_change_g_mm": (0.0, 0.0),
 }
-"""What a kept cut of depth 0 takes."""
+"""Values of a kept cut of depth 0."""
 AS_BEFORE: Mapping[str, str] = {"new_height_mm": "face_height_mm", "new_radius_mm": "rim_radius_mm"}
-"""What stays as it was where such a cut is: a face's height, a rim's radius."""
+"""Values that stay unchanged at such a cut: a face's height, a rim's radius."""
 
 
 @record

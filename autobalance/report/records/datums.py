@@ -83,7 +83,7 @@ class DatumFace:
 
 @record
 class Datums:
-    """Datums for setting up the crank, faces the best first; null or empty if there is none."""
+    """Datums for setting up the crank, faces the best first; null or empty without any."""
 
     keyways: Sequence[Keyway]
     flanges: Sequence[Flange]

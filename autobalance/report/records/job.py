@@ -7,7 +7,7 @@ from autobalance.declare.schema import open_keys
 
 
 class JobCrankshaft(TypedDict):
-    """The job's crank file and what it says of the crank."""
+    """The job's crank file and its data of the crank."""
 
     file: Annotated[str | None, "null: the crank was given in memory"]
     unit: Literal["mm", "cm", "m", "inch", None]

@@ -361,7 +361,7 @@ def _faces(record: run.Record) -> Sequence[NamedFace | Face] | Absent:
 
 
 def _balanced(balanced: run.Balanced, record: run.Record) -> dict[str, Any]:
-    """Return the fields that only a balancing run knows."""
+    """Return the fields that only a balancing run has."""
     result, anatomy = balanced.result, record.crank.anatomy
     weight, left, forces = balanced.counterweight, balanced.overbalance, balanced.forces
     change = result.final_moments.polar_inertia_g_mm2 - result.initial_moments.polar_inertia_g_mm2

@@ -78,7 +78,7 @@ class ScannedWeb:
 
 @record
 class AxisUncertainty:
-    """Standard errors of a scanned crank's axis: amid the main journals, and of its direction."""
+    """Standard errors of a scanned crank's axis: in the middle of the main journals, and of its direction."""
 
     offset_mm: NotNegative
     angle_deg: NotNegative

@@ -54,7 +54,7 @@ RULES: list[Values] = [
         },
     },
 ]
-"""What depends on the values themselves: a balanced crank has a job, an unreached tolerance a reason."""
+"""Conditions that depend on the values: a balanced crank has a job, an unreached tolerance a reason."""
 
 
 def written_schema() -> Values:

@@ -31,7 +31,7 @@ def read(path: str | Path, sample_rate_hz: float | None = None) -> Record:
     path : path
         A CSV, WAV, MATLAB (v5), TDMS or UFF58 file.
     sample_rate_hz : float or None
-        Of files without a sample rate of their own [Hz].
+        Sample rate of files that state none of their own [Hz].
 
     Raises
     ------
@@ -61,7 +61,7 @@ def read(path: str | Path, sample_rate_hz: float | None = None) -> Record:
 
 
 def agreed_rate(file: str, told_hz: float | None, asked_hz: float | None) -> float:
-    """Return a file's own sample rate, or the user's if it has none.
+    """Return a file's own sample rate, or the user's if the file states no rate.
 
     Raises
     ------

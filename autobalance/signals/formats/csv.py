@@ -30,7 +30,7 @@ UNEVEN_SHARE = 0.25
 
 @dataclass(frozen=True, eq=False)
 class _Sheet:
-    """Columns (rows, columns) of numbers, nan if there is none, with their names, units and kinds."""
+    """Columns (rows, columns) of numbers, NaN for a gap, with their names, units and kinds."""
 
     headers: list[str]
     units: list[str | None]
@@ -39,7 +39,7 @@ class _Sheet:
 
 
 def read(path: Path, sample_rate_hz: float | None) -> Record:
-    """Read a file; text columns are left out, cells without a number are gaps; notes list both."""
+    """Read a file. Text columns are left out, and cells without a number are gaps; notes list both."""
     sheet = _sheet(path)
     notes = [
         f"column {header!r} is text and was left out"
@@ -241,7 +241,7 @@ class _Body:
 
 
 def _units_row(line: str, separator: str, count: int) -> list[str | None] | None:
-    """Return the units in the line below the header; None if it holds none."""
+    """Return the units in the line below the header; None without such a line."""
     cells = [cell.strip().strip('"').strip("[]() ") for cell in line.rstrip("\n").split(separator)]
     if len(cells) == count and all(_number(cell) is None for cell in cells) and any(cells):
         return [cell or None for cell in cells]

@@ -25,7 +25,7 @@ LEADING_DOTS = re.compile(r"^\.+")
 
 @dataclass(frozen=True)
 class BatchRow:
-    """One row: a name, the job's file, a crank in the place of its own, and keys that are set.
+    """One row: a name, the job's file, a crank in place of the job's, and keys that are set.
 
     ``job`` and ``crank`` are as in the list; ``job_file`` and ``crank_file`` are where they are.
     """
@@ -79,7 +79,7 @@ def read_batch_list(source: Path, job: Path | None = None) -> BatchList:
     source : Path
         A CSV file, a workbook, or a folder: of jobs, or with ``job`` of cranks.
     job : Path or None
-        The job of all rows that name none.
+        Job of all rows that name no job.
 
     Raises
     ------
@@ -193,7 +193,7 @@ def _refuse_equal_names(source: Path, rows: Sequence[BatchRow]) -> None:
 
 
 def _refuse_unknown_keys(source: Path, rows: Sequence[BatchRow], keys: Sequence[str]) -> None:
-    """Refuse a column that no job knows, naming the first row that sets it."""
+    """Refuse a column that is not a key of any job, naming the first row that sets it."""
     for key in keys:
         row = next((row for row in rows if dict(row.settings)[key]), None)
         if row is None:

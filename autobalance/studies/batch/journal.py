@@ -35,7 +35,7 @@ class JournalLine:
 
 
 def made_folder(folder: Path) -> None:
-    """Make a folder if there is none.
+    """Make a missing folder.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def _locked(handle: int) -> bool:
 
 
 def read_journal(folder: Path) -> dict[str, JournalLine]:
-    """Return the last whole line of each row, by the row's name; a line that was cut off is none."""
+    """Return the last whole line of each row, by the row's name; a line that was cut off does not count."""
     path = folder / JOURNAL
     if not path.exists():
         return {}

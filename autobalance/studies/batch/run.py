@@ -1,4 +1,4 @@
-"""A batch at work on its folder: what is taken over, what is done, and what the table says of each row."""
+"""A batch at work on its folder: finished rows, rows computed now, and the table's line of each row."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ class BatchRun:
         self.lines[line.name] = line
 
     def _is_whole(self, row: BatchRow, line: JournalLine) -> bool:
-        """Return whether the files of a row are those that its line says."""
+        """Return whether the files of a row are those listed in its line."""
         if line.exit_code in (0, NOT_ALL_WITHIN) and not line.files:
             return False
         folder = self.folder / ROWS / row.name

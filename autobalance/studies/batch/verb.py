@@ -1,4 +1,4 @@
-"""``ab.batch``: many jobs, one result row each, here or on a cluster, taken up again after a kill."""
+"""``ab.batch``: many jobs, one result row each, here or on a cluster, resumed after an interruption."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def batch(
     output : path
         Folder of the results, made where it is missing.
     job : path or None
-        Job of all rows that name none; None: each row names its own.
+        Job of all rows that name no job; None: each row names its own.
     only : sequence of str
         Kinds of file to write beside each solid, with commas between: json, html, pdf, xlsx, png. As for
         ``BalanceResult.write``.
@@ -71,10 +71,8 @@ def batch(
 
     Raises
     ------
-    JobError
-        If the list is none.
-    FileError
-        If the folder is held by another batch, or the cluster does not answer.
+    JobError If the list is not valid. FileError If the folder is held by another batch, or the cluster does
+    not answer.
     """
     from autobalance.studies.batch.input import read_batch_list
     from autobalance.studies.batch.journal import held, made_folder

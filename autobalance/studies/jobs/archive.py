@@ -19,7 +19,7 @@ from autobalance.verification.report_file import read_report
 from autobalance.wording import worst_judged
 
 INDEX = ".autobalance-jobs.sqlite"
-"""Beside the results; what it says is read from the reports, and it may be deleted at any time."""
+"""It lies next to the results. Its content is read from the reports, and it may be deleted at any time."""
 LAYOUT = 3
 REPORT = "report.json"
 OF_RUNS = ("balance", "recut")
@@ -52,7 +52,7 @@ class ArchivedJob:
     searched: Annotated[str, UNWRITTEN]
 
     def holds(self, text: str) -> bool:
-        """Return whether a text is in the header of the job, whatever its case."""
+        """Return whether a text is in the header of the job, in any case."""
         return text.casefold() in self.searched.casefold()
 
 
@@ -96,7 +96,7 @@ def archive(folder: Path) -> Archive:
 
 
 def _entry(name: str, values: Mapping[str, Any], changed_s: float) -> dict[str, Any] | None:
-    """Return the row of a report, with the first report of its crank; None of what was no run."""
+    """Return the row of a report, with the first report of its crank; None if it is not a run's."""
     if values.get("command") not in OF_RUNS:
         return None
     before, after, tolerance = (values[key] for key in ("initial", "residual", "tolerance"))

@@ -54,7 +54,7 @@ class JobSeries:
 
 
 def series_of(rows: Sequence[ArchivedJob]) -> tuple[JobSeries, ...]:
-    """Return the statistics of each engine of which there are two jobs or more."""
+    """Return the statistics of each engine with two jobs or more."""
     by_engine: dict[str, list[ArchivedJob]] = {}
     for row in rows:
         by_engine.setdefault(row.engine or "", []).append(row)

@@ -1,7 +1,7 @@
 """Random numbers for studies: each cause has its own stream, each crank its own place in it.
 
-A stream follows from the seed and its name alone, so a crank is the same whatever the number of cranks, the
-other causes and the workers.
+A stream follows from the seed and its name alone. So a crank is the same for any number of cranks, other
+causes and workers.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ Distribution = Literal["normal", "rectangular"]
 Sampling = Literal["random", "latin_hypercube"]
 
 Z_95 = 1.959964
-"""Of the standard normal distribution, 95 % lie within ± this."""
+"""Half-width of 95 % of the standard normal distribution."""
 BLOCK = 4096
-"""Numbers drawn at once: a stream is the same whatever part of it is wanted."""
+"""Numbers drawn at once: a stream is the same for any part of it."""
 
 
 def standard_deviation(pm: float, distribution: Distribution) -> float:

@@ -24,7 +24,7 @@ from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 Deviations = Mapping[str, Array]
-"""Of one crank: by label, (1,) or (2,)."""
+"""Values of one crank: by label, (1,) or (2,)."""
 
 
 def exact_state(plan: Plan, deviations: Deviations) -> Array:

@@ -55,7 +55,7 @@ class StudyOptions:
 
 
 def study_options(job: Job) -> StudyOptions:
-    """Return a job's ``[study]``, or the defaults if it has none."""
+    """Return a job's ``[study]``, or the defaults without one."""
     return job.table(StudyOptions) or StudyOptions()
 
 

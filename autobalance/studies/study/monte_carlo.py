@@ -83,7 +83,7 @@ class Spread:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyFindings:
-    """What the drawn cranks say of the plan."""
+    """Results of the drawn cranks for the plan."""
 
     within: Count
     probability_within: Share

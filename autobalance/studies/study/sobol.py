@@ -24,7 +24,7 @@ CRANKS = 1 << 13
 """Cranks of each of the two samples; the shares are known to about 1 % then."""
 SECOND_SAMPLE_PREFIX = "again "
 LINEAR = 0.02
-"""Where the first-order shares sum to 1 within this, what is judged is as good as a sum."""
+"""Distance of the sum of first-order shares from 1 within which the judged value is as good as a sum."""
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from autobalance.verification.claims import Claims
 
 SAME_MM, SAME_SHARE = 1e-6, 1e-6
-"""How far the depths [mm] and the residual (as a share of the permissible value) of a report may be off those
-that its job gives again."""
+"""Largest difference of the depths [mm] and the residual (as a share of the permissible value) of a report
+from those that its job gives again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ def _of_job(job: Job, crank: Crank | None, notify: Notify) -> Plan:
 
 
 def _of_report(path: Path, notify: Notify, settings: Sequence[str]) -> StudiedPlan:
-    """Make a report's plan again from what it says, and see that it is the same."""
+    """Make a report's plan again from its content, and check that it is the same."""
     from autobalance.verification.claims import Claims
     from autobalance.verification.report_file import read_report
 
