@@ -93,7 +93,7 @@ def study(
     seed : int
         Seed of the random numbers: the same seed draws the same cranks.
     target : float or None
-        Smallest share of cranks within tolerance, above 0 to 1. Below it the exit code is 4. None: not
+        Smallest share of cranks within tolerance, above 0 to 1, with exit code 4 below it; None: not
         required, and advice is given for 0.95.
     exact : int
         Number of cranks that are also cut and measured, which checks the linear model.
