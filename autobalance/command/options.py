@@ -108,7 +108,7 @@ def add_zero(parser: argparse.ArgumentParser) -> None:
         "--zero",
         choices=("keyway", "crankpin"),
         default="keyway",
-        help="zero of the angles on the sheet (default: the keyway, crankpin 1 where there is none)",
+        help="zero of the angles on the sheet (default: the keyway, or crankpin 1 without a keyway)",
     )
 
 

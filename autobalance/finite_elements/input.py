@@ -49,8 +49,8 @@ class FemJob:
 BOX = Key("box_mm", tuple[Vector, Vector], "two corners, the least first, in the file's axes")
 SOLID = (
     Key("file", str, "the solid, relative to this file", not_empty="must name a solid"),
-    Key("unit", LengthUnit, "of the file, where its format carries none", default=None),
-    Key("body", int | str, "which of several bodies, by number or name", default=None),
+    Key("unit", LengthUnit, "length unit of the file, if its format carries no unit", default=None),
+    Key("body", int | str, "number or name of one of several bodies", default=None),
     Key("crankpin_in_file", bool, "`false`: a pressed-up crank, whose crankpins are put in", default=None),
 )
 MATERIAL = (
@@ -61,7 +61,7 @@ MATERIAL = (
 ANALYSIS = (
     Key("kind", AnalysisKind, '`"modes"`: natural modes; `"static"`: stress under loads', default="modes"),
     Key("modes", int, "how many of the lowest", SOME_MODES, 6),
-    Key("size_mm", float, "greatest edge of the mesh", POSITIVE, None, usual="some thousand elements"),
+    Key("size_mm", float, "largest edge of the mesh", POSITIVE, None, usual="some thousand elements"),
 )
 FEM_KEYS = (
     Key(

@@ -19,28 +19,34 @@ from autobalance.units import G_PER_MM3_PER_KG_M3
 Vector = tuple[float, float]
 
 KEY_KEYS = (
-    Key("mass_g", float, "of the key", NOT_NEGATIVE),
-    Key("radius_mm", float, "of its centre of mass", NOT_NEGATIVE),
-    Key("angle_deg", float, "where it is"),
+    Key("mass_g", float, "mass of the key", NOT_NEGATIVE),
+    Key("radius_mm", float, "radius of its centre of mass", NOT_NEGATIVE),
+    Key("angle_deg", float, "angle of the key"),
     Key("z_mm", float, "along the axis; default that of the part", default=None),
-    Key("shaft", KeyShare, "how much of it the shaft was balanced with", default="half"),
-    Key("part", KeyShare, "how much of it the part was balanced with", default="half"),
+    Key("shaft", KeyShare, "share of the key that the shaft was balanced with", default="half"),
+    Key("part", KeyShare, "share of the key that the part was balanced with", default="half"),
 )
 ASSEMBLY_KEYS = (
-    Key("name", str, "of the part"),
-    Key("mass_g", float, "of the part; a solid has its own", NOT_NEGATIVE, None),
-    Key("z_mm", float, "where it is; of a solid, where the z = 0 of its file is"),
-    Key("unbalance_g_mm", Vector, "of the part alone about its bore, as fitted", ANY, None),
+    Key("name", str, "name of the part"),
+    Key("mass_g", float, "mass of the part; not for a solid, which is measured", NOT_NEGATIVE, None),
+    Key("z_mm", float, "position on the axis; for a solid, that of the z = 0 of its file"),
+    Key("unbalance_g_mm", Vector, "unbalance of the part alone about its bore, as fitted", ANY, None),
     Key("file", str, "or its solid, the bore along the z axis of the file", default=None),
-    Key("unit", LengthUnit, "of the file, where its format carries none", default=None),
+    Key("unit", LengthUnit, "length unit of the file, if its format carries no unit", default=None),
     *density_keys("the solid", None),
     Key("turn_deg", float, "turns the solid about the axis as it is fitted", default=0.0),
     Key("runout_mm", Vector, "centre of the bore off the axis", default=(0.0, 0.0)),
     Key("key", says="between shaft and part, ISO 21940-32", keys=KEY_KEYS, default=None),
     Key("correct_mm", tuple[float, ...], "one or two places where the sum is taken out", default=()),
-    Key("permissible_g_mm", float, "of the sum; default G m/Ω of the mass so far", POSITIVE, None),
+    Key(
+        "permissible_g_mm",
+        float,
+        "permissible unbalance of the sum; default G m/Ω of the mass so far",
+        POSITIVE,
+        None,
+    ),
     Key("shaft", str, "crank, or the name of another shaft, which starts from nothing", default=CRANK),
-    Key("speed_ratio", float, "of another shaft to the crank", POSITIVE, 1.0),
+    Key("speed_ratio", float, "speed of another shaft over the crank's", POSITIVE, 1.0),
 )
 ASSEMBLY = Key(
     "assembly",

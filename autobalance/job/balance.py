@@ -15,13 +15,13 @@ from autobalance.units import RAD_S_PER_RPM
 COUNTERWEIGHT_DEG = 180.0
 """Default angle of overbalance: opposite to crankpin 1."""
 EXTERNAL_PART = (
-    Key("name", str, "what it is"),
-    Key("z_mm", float, "where it is, rotor frame"),
+    Key("name", str, "name of the place"),
+    Key("z_mm", float, "position along the axis, rotor frame"),
     Key(
         "unbalance_g_mm", tuple[float, float], "unbalance it carries now [x, y], rotor frame", ANY, (0.0, 0.0)
     ),
-    Key("max_g_mm", float, "greatest unbalance it can carry", POSITIVE, None, usual="any"),
-    Key("angle_deg", float, "where alone it can", ANY, None, usual="anywhere"),
+    Key("max_g_mm", float, "largest unbalance that it can carry", POSITIVE, None, usual="any"),
+    Key("angle_deg", float, "only angle at which it can carry it", ANY, None, usual="anywhere"),
 )
 BALANCE = Key(
     "balance",
@@ -89,7 +89,7 @@ BALANCE = Key(
             NOT_NEGATIVE,
             0.0,
         ),
-        Key("overbalance_deg", float, "where that is left", ANY, COUNTERWEIGHT_DEG),
+        Key("overbalance_deg", float, "angle of that unbalance", ANY, COUNTERWEIGHT_DEG),
         Key(
             "external",
             External,

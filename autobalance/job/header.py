@@ -10,7 +10,7 @@ DrillSeries = Literal["mm", "inch", "letter", "number"]
 
 JOB = Key(
     "job",
-    says="whose work this is; kept in the report",
+    says="customer, engine and operator; kept in the report",
     default=None,
     verbs="all",
     keys=(
@@ -22,9 +22,9 @@ JOB = Key(
     ),
 )
 SLUG = (
-    Key("diameter_mm", float, "of the slug", POSITIVE),
-    Key("length_mm", float, "of the slug", POSITIVE),
-    Key("density_kg_m3", float, "of its metal", POSITIVE, 17000.0),
+    Key("diameter_mm", float, "diameter of the slug", POSITIVE),
+    Key("length_mm", float, "length of the slug", POSITIVE),
+    Key("density_kg_m3", float, "density of the slug's metal", POSITIVE, 17000.0),
 )
 SHOP = Key(
     "shop",
@@ -32,13 +32,13 @@ SHOP = Key(
     default=None,
     verbs="all",
     keys=(
-        Key("name", str, "of the shop", default=None, example="Turner & Daughters, crankshafts"),
+        Key("name", str, "name of the shop", default=None, example="Turner & Daughters, crankshafts"),
         Key("logo", str, "picture, relative to the file that names it", default=None, example="logo.png"),
         Key("units", Literal["metric", "inch"], "in which it works", default=None, example="metric"),
         Key(
             "drills",
             DrillSeries | tuple[float, ...],
-            'drills at hand: a series, or a list of diameters such as `[8.0, "1/2 in"]`',
+            'drills available: a series, or a list of diameters such as `[8.0, "1/2 in"]`',
             POSITIVE,
             None,
             typed="mm",
@@ -47,7 +47,7 @@ SHOP = Key(
         ),
         Key(
             "slugs",
-            says="heavy-metal slugs at hand",
+            says="heavy-metal slugs in stock",
             keys=SLUG,
             many=True,
             default=(),

@@ -28,7 +28,7 @@ BANK_DEG = Key(
 )
 LAYOUT = Key(
     "layout",
-    says="where the cylinders stand",
+    says="arrangement of the cylinders",
     default=FILLED,
     verbs=VERBS,
     keys=(
@@ -36,12 +36,12 @@ LAYOUT = Key(
         Key(
             "kind",
             Kind,
-            "how rods share a crankpin: side by side, or as links on a master (`[[engine.throw.link]]`)",
+            "rods of a crankpin: side by side, or links on a master (`[[engine.throw.link]]`)",
             ANY,
             "plain",
         ),
         Key("rod_pitch_mm", float, "between the rods of a throw, along the axis", ANY, 0.0),
-        Key("offset_mm", float, "of the cylinder's axis beside the crank axis", ANY, 0.0),
+        Key("offset_mm", float, "offset of the cylinder's axis from the crank axis", ANY, 0.0),
     ),
 )
 
@@ -62,7 +62,11 @@ LINK = Key(
         Key("bank_deg", float, "direction of its cylinder"),
         Key("rod_length_mm", float, "from knuckle pin to wrist pin", POSITIVE),
         Key("knuckle_radius_mm", float, "from the crankpin to the knuckle pin", POSITIVE),
-        Key("knuckle_angle_deg", float, "about the crankpin, from the master rod's axis"),
+        Key(
+            "knuckle_angle_deg",
+            float,
+            "angle of the knuckle pin about the crankpin, from the master rod's axis",
+        ),
         _link_weight("rotating_g", "mass at its knuckle pin, a number or a table of named weights"),
         _link_weight("reciprocating_g", "mass at its wrist pin, a number or a table of named weights"),
     ),
@@ -70,8 +74,8 @@ LINK = Key(
 ON_SCALES = (
     Key("big_end_g", float, "on the scale under the big end", NOT_NEGATIVE),
     Key("small_end_g", float, "on the scale under the small end", NOT_NEGATIVE),
-    Key("inertia_kg_mm2", float, "about its centre of mass", POSITIVE, None),
-    Key("solid", dict, "of which file it was measured, in a job that a report holds", default=FILLED),
+    Key("inertia_kg_mm2", float, "inertia about its centre of mass", POSITIVE, None),
+    Key("solid", dict, "file from which it was measured, in the job of a report", default=FILLED),
 )
 ROD = Key(
     "rod",
@@ -82,8 +86,8 @@ ROD = Key(
     verbs="forces, shafts, parts, cycle",
 )
 BOLTED = (
-    Key("name", str, "what it is"),
-    Key("eccentricity_mm", float, "of its centre of mass"),
+    Key("name", str, "name of the shaft"),
+    Key("eccentricity_mm", float, "distance of its centre of mass from its axis"),
     Key("cad_g", float, "as drawn", NOT_NEGATIVE),
     Key("weighed_g", float, "as weighed", NOT_NEGATIVE, None),
 )
@@ -97,9 +101,16 @@ SHAFTS = Key(
         Key("order", int, "its speed over the crank's", COUNTED),
         Key("sense", Sense, "with the crank or against it"),
         Key("product_g_mm", float, "its unbalance; or the sum of `weight`", default=None),
-        Key("phase_deg", float, "of its unbalance at crank angle 0", ANY, 180.0),
-        Key("place_mm", tuple[float, float], "of its axis, rotor frame", ANY, (0.0, 0.0)),
-        Key("z_mm", float, "of its unbalance, rotor frame", ANY, None, usual="at the reference of moments"),
+        Key("phase_deg", float, "angle of its unbalance at crank angle 0", ANY, 180.0),
+        Key("place_mm", tuple[float, float], "position of its axis, rotor frame", ANY, (0.0, 0.0)),
+        Key(
+            "z_mm",
+            float,
+            "position of its unbalance along the axis, rotor frame",
+            ANY,
+            None,
+            usual="at the reference of moments",
+        ),
         Key("weight", says="weights bolted on", keys=BOLTED, many=True, default=()),
     ),
 )

@@ -65,7 +65,7 @@ def correction_key(kinds: Collection[str] | None = None) -> Key:
     method: Any = Literal[(*KINDS, LISTED)]
     return Key(
         "correction",
-        says="how metal may be taken off or added",
+        says="methods that remove or add metal",
         missing=f"it needs at least method: one of {', '.join(KINDS)}",
         verbs="balance, compare, recut, study, batch, design",
         keys=(
@@ -80,14 +80,14 @@ def correction_key(kinds: Collection[str] | None = None) -> Key:
             Key(
                 "min_gain_percent",
                 float,
-                "where the tolerance can not be reached: least gain that is worth a cut",
+                "smallest gain that is worth a cut, if the tolerance cannot be reached",
                 PERCENT,
                 20.0,
             ),
             Key(
                 "depth_tolerance_mm",
                 float,
-                "by how much the depth of each cut may be off",
+                "tolerance of the depth of each cut",
                 NOT_NEGATIVE,
                 None,
                 usual="not stated",
@@ -97,7 +97,7 @@ def correction_key(kinds: Collection[str] | None = None) -> Key:
                 str,
                 "a report whose cuts are kept, with new depths: places, tools, faces and numbers stay",
                 default=None,
-                usual="planned anew",
+                usual="a new plan",
             ),
             LISTED_CUTS,
             *_shared_keys(),

@@ -26,7 +26,7 @@ Vector = tuple[float, float, float]
 PIN = (
     Key("centre_mm", Vector, "its centre, in the file's axes"),
     Key("diameter_mm", float, "its diameter", POSITIVE, None),
-    Key("width_mm", float, "of the bare cylinder, between webs or fillets", POSITIVE, None),
+    Key("width_mm", float, "width of the bare cylinder, between webs or fillets", POSITIVE, None),
 )
 LEAVE_OUT = "leave it out, or name at least one"
 CRANKSHAFT = Key(
@@ -54,7 +54,7 @@ CRANKSHAFT = Key(
         Key(
             "density_pm_kg_m3",
             float,
-            "by how much the density may be off",
+            "uncertainty of the density, 95 %",
             NOT_NEGATIVE,
             None,
             usual="not stated",
@@ -67,7 +67,7 @@ CRANKSHAFT = Key(
             default=True,
         ),
         Key("axis_point_mm", Vector, "a point on the crank axis", default=None, usual="recognised"),
-        Key("axis_direction", Vector, "where the crank axis points", default=None, usual="recognised"),
+        Key("axis_direction", Vector, "direction of the crank axis", default=None, usual="recognised"),
         Key(
             "crankpins",
             None,

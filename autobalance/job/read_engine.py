@@ -27,9 +27,14 @@ Turns = Literal["ccw", "cw"]
 CRANKPIN = "crankpin"
 """The part in ``crankpin_g`` that is the pin itself."""
 
-PM = Key("pm", float, "by how much it may be off, in the weight's unit", NOT_NEGATIVE, 0.0)
+PM = Key("pm", float, "uncertainty of the weight, in its unit", NOT_NEGATIVE, 0.0)
 DISTRIBUTION = Key(
-    "distribution", Distribution, "how `study` reads that ±", default=None, usual="`[study]`", verbs="study"
+    "distribution",
+    Distribution,
+    "distribution of that ± in `study`",
+    default=None,
+    usual="`[study]`",
+    verbs="study",
 )
 WEIGHED = Key(
     "",
@@ -63,22 +68,22 @@ WEIGHTS = tuple(
     Key(name, says=MEANINGS[name], named=WEIGHT, default=FILLED, usual="none") for name in WEIGHT_TABLES
 )
 THROW = (
-    Key("number", int, "which throw, from 1 along the rotor's z", COUNTED),
+    Key("number", int, "number of the throw, from 1 along the rotor's z", COUNTED),
     Key("rods", int, "connecting rods on its crankpin", COUNTED, None, usual="`rods_per_throw`"),
     BANK_DEG,
     *WEIGHTS,
     LINK,
 )
 ATTACHED = (
-    Key("name", str, "what it is"),
+    Key("name", str, "name of the part"),
     Key("mass_g", float, "its mass", NOT_NEGATIVE),
     Key("unbalance_g_mm", tuple[float, float], "its unbalance [x, y], rotor frame"),
-    Key("z_mm", float, "where it is, rotor frame"),
-    Key("pm_g_mm", float, "by how much its unbalance may be off", NOT_NEGATIVE, 0.0),
+    Key("z_mm", float, "position along the axis, rotor frame"),
+    Key("pm_g_mm", float, "uncertainty of its unbalance", NOT_NEGATIVE, 0.0),
 )
 OIL_KG_M3 = 870.0
 OIL = (
-    Key("density_kg_m3", float, "of the oil", POSITIVE, OIL_KG_M3),
+    Key("density_kg_m3", float, "density of the oil", POSITIVE, OIL_KG_M3),
     Key("filled", bool, "whether it fills them", default=True),
 )
 ENGINE = Key(

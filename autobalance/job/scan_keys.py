@@ -20,7 +20,11 @@ SCAN = (
         not_empty="must name the file of a scan, relative to the job",
     ),
     Key(
-        "scan_unit", LengthUnit, "of `scan_file`, where its format carries none", default=None, usual="`unit`"
+        "scan_unit",
+        LengthUnit,
+        "length unit of `scan_file`, if its format carries no unit",
+        default=None,
+        usual="`unit`",
     ),
     Key(
         "scan_accuracy_mm",
@@ -29,10 +33,10 @@ SCAN = (
         "see [scan.md](scan.md)",
         POSITIVE,
         None,
-        usual="the roughness measured stands in",
+        usual="the measured roughness",
     ),
     Key("weighed_g", float, "the bare crank on a scale", POSITIVE, None, usual="not weighed"),
-    Key("weighed_pm_g", float, "by how much the scale may be off", NOT_NEGATIVE, 0.0),
+    Key("weighed_pm_g", float, "uncertainty of the scale", NOT_NEGATIVE, 0.0),
     Key(
         "calibrate",
         Calibrate,
@@ -46,11 +50,11 @@ SCAN = (
         "diameters measured with a micrometer: with `calibrate`, skin and scale of the scan follow from them",
         default=None,
         keys=(
-            Key("main_journal", float, "of the main journals", POSITIVE, None, typed="mm"),
-            Key("crankpin", float, "of the crankpins", POSITIVE, None, typed="mm"),
+            Key("main_journal", float, "diameter of the main journals", POSITIVE, None, typed="mm"),
+            Key("crankpin", float, "diameter of the crankpins", POSITIVE, None, typed="mm"),
         ),
     ),
-    Key("micrometer_pm_mm", float, "by how much the micrometer may be off", NOT_NEGATIVE, 0.0),
+    Key("micrometer_pm_mm", float, "uncertainty of the micrometer", NOT_NEGATIVE, 0.0),
     Key(
         "fill_holes_mm",
         float,
@@ -64,7 +68,7 @@ SCAN = (
         "with `fill_holes_mm`: a place at each hole that is a bore, in the file's axes [mm], to be joined to "
         "its other end; empty: none is",
         default=None,
-        usual="asked for where a hole may be a bore",
+        usual="none; required if a hole may be a bore",
     ),
 )
 

@@ -17,22 +17,22 @@ from autobalance.units import G_PER_MM3_PER_KG_M3
 
 BODY = (
     Key("file", str, "its solid, relative to the job file"),
-    Key("unit", LengthUnit, "of the file, where its format carries none", default=None),
+    Key("unit", LengthUnit, "length unit of the file, if its format carries no unit", default=None),
     *density_keys("the part"),
-    Key("density_pm_kg_m3", float, "by how much that may be off", NOT_NEGATIVE, 0.0),
-    Key("body", int | str, "which of several bodies, by number or name", default=None),
+    Key("density_pm_kg_m3", float, "uncertainty of the density", NOT_NEGATIVE, 0.0),
+    Key("body", int | str, "number or name of one of several bodies", default=None),
 )
 """Source of a part's solid, and its weight."""
 SOLID = Key(
     "",
-    says="of a solid",
+    says="weight measured from a solid",
     keys=(
         *BODY,
         Key("pieces", int, "how many there are", COUNTED, 1),
-        Key("distribution", Distribution, "how `study` reads the ±", default=None, verbs="study"),
+        Key("distribution", Distribution, "distribution of the ± in `study`", default=None, verbs="study"),
     ),
 )
-SOLID_ROD = Key("", says="of its solid: end weights, length and inertia are measured", keys=BODY)
+SOLID_ROD = Key("", says="rod measured from its solid: end weights, length and inertia", keys=BODY)
 
 
 def with_weighed_solids(values: Mapping[str, Any], folder: Path, path: str = "") -> dict[str, Any]:

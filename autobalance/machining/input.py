@@ -29,26 +29,32 @@ MACHINE_PART = (
     Key("program_number", int, "fanuc: O-number of the first set-up, then one more each", PROGRAM, 1000),
     Key("coolant", str, 'code that turns it on; "" for none', default="M8"),
     Key("rapid_mm_min", float, "for the time only", POSITIVE, 15000.0),
-    Key("travel_mm", tuple[float, float, float], "of X, Y and Z, to be kept to", POSITIVE, None),
+    Key(
+        "travel_mm",
+        tuple[float, float, float],
+        "travel of X, Y and Z that programs must keep to",
+        POSITIVE,
+        None,
+    ),
 )
 ROTARY_PART = (
-    Key("letter", Literal["A", "B", "C"], "of the rotary axis", default="A"),
-    Key("sign", int, "which way the angle counts on this machine", SIGN, 1),
+    Key("letter", Literal["A", "B", "C"], "letter of the rotary axis", default="A"),
+    Key("sign", int, "direction of the angle on this machine", SIGN, 1),
     Key("unclamp", str, "code before the axis turns", default=""),
     Key("clamp", str, "code after it has turned", default=""),
 )
 ZERO_PART = (
     Key("angle", float | str, '"crankpin 1", "keyway", or degrees in the rotor frame'),
     Key("z_mm", float | str, '"crankpin 1", the name of a datum face, or mm in the rotor frame'),
-    Key("clearance_mm", float, "of tool and holder from metal on rapids", POSITIVE, 5.0),
+    Key("clearance_mm", float, "clearance of tool and holder from metal on rapids", POSITIVE, 5.0),
     Key("finish_mm", float, "left on every depth, for a first try", NOT_NEGATIVE, 0.0),
 )
 TOOL_PART = (
     Key("number", int, "T and H", TOOL_NUMBER),
     Key("kind", ToolKind, "drill, end_mill or turning"),
-    Key("diameter_mm", float, "of drill or mill", LENGTH, None),
-    Key("point_deg", float, "of a drill; 180: flat", POINT, 118.0),
-    Key("flute_mm", float, "cutting length; a turning tool has none", LENGTH, None),
+    Key("diameter_mm", float, "diameter of drill or mill", LENGTH, None),
+    Key("point_deg", float, "point angle of a drill; 180: flat", POINT, 118.0),
+    Key("flute_mm", float, "cutting length; not for a turning tool", LENGTH, None),
     Key("stick_out_mm", float, "from the holder's face to the tip", LENGTH),
     Key(
         "holder",
@@ -68,8 +74,8 @@ TOOL_PART = (
 MACHINE_TOOL_KEYS = (
     Key("machine", says="the machine tool", keys=MACHINE_PART),
     Key("rotary", says="left out: radial cuts are not programmed", keys=ROTARY_PART, default=None),
-    Key("zero", says="where the machine's zero lies on the crank", keys=ZERO_PART),
-    Key("tool", says="tools at hand", keys=TOOL_PART, many=True),
+    Key("zero", says="position of the machine's zero on the crank", keys=ZERO_PART),
+    Key("tool", says="tools available", keys=TOOL_PART, many=True),
 )
 
 

@@ -16,21 +16,21 @@ from autobalance.toml_files.keys import read_document
 NAME = Key("name", str, "name in reports")
 GEAR_KEYS = (
     NAME,
-    Key("teeth", int, "of the wheel whose speed is given", COUNTED),
-    Key("speed", float, "that wheel's speed over the crank's", POSITIVE, 1.0),
+    Key("teeth", int, "teeth of the wheel whose speed is given", COUNTED),
+    Key("speed", float, "speed of that wheel over the crank's", POSITIVE, 1.0),
     Key("mates", int, "teeth of the other wheel", COUNTED, None),
     Key("error_um", float, "transmission error once a tooth, peak", NOT_NEGATIVE, None),
     Key("runout_um", float, "eccentricity of the wheel", NOT_NEGATIVE, None),
-    Key("stiffness_N_um", float, "of the mesh", POSITIVE, None),
+    Key("stiffness_N_um", float, "stiffness of the mesh", POSITIVE, None),
 )
 BELT_KEYS = (
     NAME,
-    Key("length_mm", float, "of the belt or chain", POSITIVE),
+    Key("length_mm", float, "length of the belt or chain", POSITIVE),
     Key("pulley_mm", float, "pitch diameter of the pulley", POSITIVE),
-    Key("speed", float, "that pulley's speed over the crank's", POSITIVE, 1.0),
-    Key("teeth", int, "of the pulley, for a toothed belt or a chain", COUNTED, None),
+    Key("speed", float, "speed of that pulley over the crank's", POSITIVE, 1.0),
+    Key("teeth", int, "teeth of the pulley, for a toothed belt or a chain", COUNTED, None),
     Key("runout_um", float, "eccentricity of the pulley", NOT_NEGATIVE, None),
-    Key("stiffness_N_um", float, "of the spans", POSITIVE, None),
+    Key("stiffness_N_um", float, "stiffness of the spans", POSITIVE, None),
 )
 SHAFT_KEYS = (
     NAME,

@@ -22,8 +22,8 @@ STIFFNESS = ("kxx_n_m", "kxy_n_m", "kyx_n_m", "kyy_n_m")
 DAMPING = ("cxx_n_s_m", "cxy_n_s_m", "cyx_n_s_m", "cyy_n_s_m")
 LINEAR = ("k_n_m", *STIFFNESS, "c_n_s_m", *DAMPING)
 FILM = (
-    Key("diameter_mm", float, "of the journal", POSITIVE),
-    Key("length_mm", float, "of the bearing", POSITIVE),
+    Key("diameter_mm", float, "journal's diameter", POSITIVE),
+    Key("length_mm", float, "bearing's length", POSITIVE),
     Key("radial_clearance_mm", float, "radial", POSITIVE),
     Key("viscosity_Pa_s", float, "dynamic", POSITIVE),
     Key("load_N", tuple[float, float], "force of the journal on the bearing along x and y"),

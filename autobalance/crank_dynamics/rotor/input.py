@@ -109,7 +109,7 @@ ROTOR = (
     Key("unbalance", says="heavy spots", keys=keys_of(PointUnbalance), many=True, default=()),
     Key(
         "probe",
-        says="where motion is computed; default: every disc and bearing",
+        says="stations for which motion is computed; default: every disc and bearing",
         keys=keys_of(Probe),
         many=True,
         default=(),

@@ -24,7 +24,7 @@ MATERIAL = (
     ),
 )
 FACTORS = (
-    Key("bending", float, "of bending, local over nominal stress", AT_LEAST_ONE),
+    Key("bending", float, "stress concentration in bending, local over nominal stress", AT_LEAST_ONE),
     Key("torsion", float, "of torsion", AT_LEAST_ONE),
 )
 OIL_BORE = Key(
@@ -32,7 +32,7 @@ OIL_BORE = Key(
     says="radial oil bore in the middle of each crankpin, for the stress at its outlet",
     default=None,
     keys=(
-        Key("diameter_mm", float, "of the bore", POSITIVE),
+        Key("diameter_mm", float, "bore's diameter", POSITIVE),
         Key(
             "angle_deg",
             float,

@@ -22,7 +22,7 @@ CHAIN = (
     *SHARED,
     Key("inertia", says="stations in order", keys=INERTIA, many=True),
     Key("spring", says="between one station and the next", keys=SPRING, many=True, default=()),
-    Key("torsion", says="how it is computed", keys=(DAMPING_RATIO,), default=FILLED),
+    Key("torsion", says="settings of the calculation", keys=(DAMPING_RATIO,), default=FILLED),
 )
 """Every key of a chain's file."""
 

@@ -40,16 +40,22 @@ SPEEDS = (
     Key("points", int, "speeds in a range", POINTS, 101),
 )
 EXCITATION = (
-    Key("station", int, "which inertia, from 1", COUNTED),
-    Key("order", float, "of the speed", POSITIVE),
+    Key("station", int, "number of the inertia, from 1", COUNTED),
+    Key("order", float, "order of the speed", POSITIVE),
     Key("N_m", float, "peak torque", NOT_NEGATIVE),
     Key("phase_deg", float, "φ of N_m cos(order θ + φ)", ANY, 0.0),
 )
 PENDULUM = (
-    Key("order", float, "that it is tuned to", POSITIVE),
+    Key("order", float, "order that it is tuned to", POSITIVE),
     Key("distance_mm", float, "from the crank axis to its pivot", POSITIVE),
     Key("mass_g", float, "mass", POSITIVE),
-    Key("station", int, "where it hangs, from 1; nowhere: listed, not in the response", COUNTED, None),
+    Key(
+        "station",
+        int,
+        "number of the inertia that carries it, from 1; default: listed, not in the response",
+        COUNTED,
+        None,
+    ),
 )
 SHARED = (
     *SPEEDS,
@@ -66,15 +72,15 @@ DAMPING_RATIO = Key(
     None,
 )
 DRIVEN = (
-    Key("name", str, "what it is", ANY, ""),
+    Key("name", str, "name of the inertia", ANY, ""),
     Key("kg_mm2", float, "polar moment of inertia", POSITIVE),
-    Key("N_m_rad", Large, "of the shaft between it and the one before", POSITIVE),
+    Key("N_m_rad", Large, "stiffness of the shaft between it and the one before", POSITIVE),
     Key("shaft_damping_N_m_s_rad", float, "viscous, beside that shaft", NOT_NEGATIVE, 0.0),
     Key("damping_N_m_s_rad", float, "viscous, to ground", NOT_NEGATIVE, 0.0),
-    Key("diameter_mm", float, "of that shaft, for its stress", POSITIVE, None),
+    Key("diameter_mm", float, "diameter of that shaft, for its stress", POSITIVE, None),
 )
 CRANK = (
-    Key("stiffness", Formula, "which formula the results use", ANY, "ker_wilson"),
+    Key("stiffness", Formula, "formula that the results use", ANY, "ker_wilson"),
     Key("shear_modulus_gpa", float, "shear modulus", POSITIVE, 80.0),
     Key("flywheel_kg_mm2", float, "inertia at the last main; default that of [cycle]", NOT_NEGATIVE, 0.0),
     Key("damper_kg_mm2", float, "inertia at the first main", NOT_NEGATIVE, 0.0),
@@ -84,7 +90,7 @@ CRANK = (
     Key("train", says="behind the last main, outwards: a driven train", keys=DRIVEN, many=True, default=()),
     Key("fem", bool, "each throw's own metal by finite elements too", default=False),
     Key(
-        "fem_size_mm", float, "greatest edge of its last mesh; default some thousand elements", POSITIVE, None
+        "fem_size_mm", float, "largest edge of its last mesh; default some thousand elements", POSITIVE, None
     ),
 )
 OF_A_JOB = tuple(

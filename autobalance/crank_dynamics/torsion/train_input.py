@@ -23,7 +23,7 @@ INERTIA = (
 SPRING = (
     Key("N_m_rad", Large, "stiffness; 0 parts the chain", NOT_NEGATIVE),
     Key("damping_N_m_s_rad", float, "viscous, beside the spring", NOT_NEGATIVE, 0.0),
-    Key("diameter_mm", float, "of a round shaft, for its stress", POSITIVE, None),
+    Key("diameter_mm", float, "diameter of a round shaft, for its stress", POSITIVE, None),
 )
 GEAR = (
     Key("stations", tuple[int, int], "two stations, from 1, that mesh", COUNTED),
@@ -48,15 +48,15 @@ COUPLING = (
     Key("mean_N_m", float, "torque it carries; default that of the job's cycle, else 0", ANY, None),
 )
 DAMPER = (
-    Key("station", int, "where it sits, from 1", COUNTED),
+    Key("station", int, "number of the inertia that carries it, from 1", COUNTED),
     Key("kind", DamperKind, '"ring" on a spring, or "viscous" in oil'),
-    Key("inertia_kg_mm2", float, "of the ring", POSITIVE),
+    Key("inertia_kg_mm2", float, "inertia of the ring", POSITIVE),
     Key("N_m_rad", Large, "stiffness of a ring's spring", POSITIVE, None),
     Key("N_m_s_rad", float, "viscous damping between station and ring", NOT_NEGATIVE, None),
     Key(
         "tune",
         bool,
-        "find stiffness and damping of the least greatest amplitude over speed_rpm",
+        "find stiffness and damping that minimise the largest amplitude over speed_rpm",
         default=False,
     ),
 )

@@ -27,22 +27,22 @@ OIL_KEYS = (
         "two pairs °C, mm²/s; by Walther's law between and beyond; default an SAE 30",
         default=OIL_POINTS,
     ),
-    Key("density_kg_m3", float, "of the oil", POSITIVE, 860.0),
-    Key("temperature_C", float, "of the film", ABOVE_ZERO_KELVIN, None),
+    Key("density_kg_m3", float, "density of the oil", POSITIVE, 860.0),
+    Key("temperature_C", float, "temperature of the film", ABOVE_ZERO_KELVIN, None),
     Key(
         "supply_C",
         float,
-        'of the oil fed, "hydrodynamic" only: a heat balance finds that of the film',
+        'temperature of the oil supplied, "hydrodynamic" only: a heat balance gives that of the film',
         ABOVE_ZERO_KELVIN,
         None,
     ),
-    Key("heat_capacity_J_kg_K", float, "of the oil, with `supply_C`", POSITIVE, 2000.0),
+    Key("heat_capacity_J_kg_K", float, "heat capacity of the oil, with `supply_C`", POSITIVE, 2000.0),
 )
 HISTORY_KEYS = (
     Key("file", str, "CSV with `angle_deg` and the columns below", default="series.csv"),
     Key("x", str, "column of the force on the bush along x [N]", default=None, usual="main_1_x_N"),
     Key("y", str, "column of the force on the bush along y [N]", default=None, usual="main_1_y_N"),
-    Key("bush_speed_rpm", float, "of the bush about its own axis", ANY, 0.0),
+    Key("bush_speed_rpm", float, "speed of the bush about its own axis", ANY, 0.0),
     Key("turns", Turns, '"cw" for the series of an engine with `turns = "cw"`', default="ccw"),
 )
 SUPPLY_KEYS = (
@@ -51,7 +51,7 @@ SUPPLY_KEYS = (
     Key("length_mm", float, "length along the bearing", POSITIVE, None),
     Key("diameter_mm", float, "or a hole of this diameter", POSITIVE, None),
     Key("z_mm", float, "middle, from the middle of the bearing's length", ANY, 0.0),
-    Key("count", int, "number alike, evenly around from `angle_deg`", COUNTED, 1),
+    Key("count", int, "number of these, evenly around from `angle_deg`", COUNTED, 1),
     Key(
         "pressure_bar",
         float,
@@ -70,11 +70,11 @@ SUPPLY_KEYS = (
     Key("capillary_length_mm", float, "length of the capillary", POSITIVE, None),
     Key("orifice_diameter_mm", float, "diameter of the orifice", POSITIVE, None),
     Key("discharge_coefficient", float, "discharge coefficient of the orifice", POSITIVE, 0.6),
-    Key("flow_mm3_s", float, "flow of each, whatever the pressure", NOT_NEGATIVE, None),
+    Key("flow_mm3_s", float, "flow of each, at any pressure", NOT_NEGATIVE, None),
     Key(
         "depth_mm",
         float,
-        "depth below the bush's surface, for friction; without it there is none in it",
+        "depth below the bush's surface, for friction; without it, it adds no friction",
         POSITIVE,
         None,
     ),
@@ -112,17 +112,17 @@ def _form(kind: str, *keys: Key, speed: Range = POSITIVE) -> tuple[Key, ...]:
     )
 
 
-DIAMETER = Key("diameter_mm", float, "of the journal", POSITIVE)
-LENGTH = Key("length_mm", float, "of the bearing", POSITIVE)
+DIAMETER = Key("diameter_mm", float, "diameter of the journal", POSITIVE)
+LENGTH = Key("length_mm", float, "length of the bearing", POSITIVE)
 DRY = _form(
     "dry",
     DIAMETER,
-    Key("load_N", float, "that stands still", NOT_NEGATIVE),
-    Key("rotating_load_N", float, "that turns with the shaft", NOT_NEGATIVE, 0.0),
+    Key("load_N", float, "static load", NOT_NEGATIVE),
+    Key("rotating_load_N", float, "load that turns with the shaft", NOT_NEGATIVE, 0.0),
     Key("mu", float, "coefficient of friction; or give `torque_N_m`", NOT_NEGATIVE, None),
     Key("torque_N_m", float, "measured, to find the coefficient from", NOT_NEGATIVE, None),
 )
-CLEARANCE = Key("radial_clearance_mm", float, "of the journal in its bush", POSITIVE)
+CLEARANCE = Key("radial_clearance_mm", float, "clearance of the journal in its bush", POSITIVE)
 GRID = Key(
     "grid",
     tuple[int, int],
@@ -151,7 +151,7 @@ HYDRODYNAMIC = _form(
     Key("load_N", float, "steady; or `eccentricity_ratio`, or a `[history]` alone", NOT_NEGATIVE, None),
     Key("eccentricity_ratio", float, "in place of the load; with petroff beside it", UP_TO_ONE, None),
     Key("attitude_deg", float, 'from the load to the line of centres, with "petroff" only', default=None),
-    Key("solver", Solver, "of the film", default="reynolds"),
+    Key("solver", Solver, "model of the film", default="reynolds"),
     Key(
         "boundary",
         Boundary,
@@ -214,7 +214,7 @@ def _rolling(model: Key, constants: tuple[Key, ...]) -> tuple[Key, ...]:
         Key("mean_diameter_mm", float, "(d + D)/2", POSITIVE),
         *_viscosity("kinematic_viscosity_mm2_s", "kinematic"),
         Key("load_N", float, "radial, on each", NOT_NEGATIVE),
-        Key("count", int, "bearings alike", COUNTED, 1),
+        Key("count", int, "number of equal bearings", COUNTED, 1),
         *constants,
     )
 
@@ -224,8 +224,8 @@ SQUEEZE_FILM = _form(
     *_viscosity("viscosity_Pa_s", "dynamic"),
     Key("load_N", float, "on the plates", NOT_NEGATIVE),
     Key("film_mm", float, "thickness of the film", POSITIVE),
-    Key("length_mm", float, "of the plates", POSITIVE),
-    Key("width_mm", float, "of the plates", POSITIVE),
+    Key("length_mm", float, "length of the plates", POSITIVE),
+    Key("width_mm", float, "width of the plates", POSITIVE),
 )
 BEARING_FORMS: Mapping[str, tuple[Key, ...]] = {
     "dry": DRY,
@@ -233,9 +233,9 @@ BEARING_FORMS: Mapping[str, tuple[Key, ...]] = {
     "hydrostatic": _fed("hydrostatic"),
     "hybrid": _fed("hybrid"),
     "rolling": _rolling(
-        Key("model", Literal["palmgren"], "how friction is found", default="palmgren"), PALMGREN_KEYS
+        Key("model", Literal["palmgren"], "method for the friction", default="palmgren"), PALMGREN_KEYS
     ),
-    "rolling, skf": _rolling(Key("model", Literal["skf"], "how friction is found"), SKF_KEYS),
+    "rolling, skf": _rolling(Key("model", Literal["skf"], "method for the friction"), SKF_KEYS),
     "squeeze_film": SQUEEZE_FILM,
 }
 """Form of the file → all that may be at its top level."""

@@ -34,11 +34,11 @@ MM3_PER_CM3 = 1e3
 DEAD_CENTRE = "the bottom dead centre beside firing"
 
 CYLINDER = (
-    Key("bore_mm", float, "of the cylinder", BORE),
+    Key("bore_mm", float, "bore of the cylinder", BORE),
     Key(
         "compression_ratio",
         float,
-        "greatest over least volume; may be missing for a trace, whose volumes then count from top dead "
+        "largest over smallest volume; may be missing for a trace, whose volumes then count from top dead "
         "centre",
         RATIO,
         None,
@@ -52,12 +52,12 @@ CYLINDER = (
         ANY,
         -15.0,
     ),
-    Key("duration_deg", float, "of it; it goes on past the duration", POSITIVE, 50.0),
+    Key("duration_deg", float, "duration of the heat release, which continues past it", POSITIVE, 50.0),
     Key("wiebe_a", float, "a of it", POSITIVE, 5.0),
     Key("wiebe_n", float, "n of it", EXPONENT, 3.0),
     Key("heat_J", float, "per cylinder and cycle", NOT_NEGATIVE, None, usual='required for `"wiebe"`'),
     Key("gamma", float, "ratio of specific heats at the intake temperature", GAMMA, 1.35),
-    Key("gamma_per_K", float, "how it changes with temperature (−6e-5 for air)", GAMMA_SLOPE, 0.0),
+    Key("gamma_per_K", float, "change of gamma with temperature (−6e-5 for air)", GAMMA_SLOPE, 0.0),
     Key("intake_pressure_bar", float, "when the intake closes; absolute", ABSOLUTE_ABOVE_0, 1.0),
     Key("intake_temperature_K", float, "when the intake closes", POSITIVE, 330.0),
     Key("exhaust_pressure_bar", float, "absolute; four strokes", ABSOLUTE, 1.1),
@@ -75,7 +75,7 @@ CYLINDER = (
 )
 """Keys that may differ from cylinder to cylinder."""
 OF_A_CYLINDER = (
-    Key("number", int, "which cylinder: by throw, then by place in `bank_deg`", COUNTED),
+    Key("number", int, "number of the cylinder: by throw, then by place in `bank_deg`", COUNTED),
     *(replace(key, default=None, usual="as `[cycle]`") for key in CYLINDER),
 )
 OF_THE_ENGINE = (
@@ -105,9 +105,9 @@ OF_THE_ENGINE = (
         default=None,
     ),
     Key("flywheel_kg_mm2", float, "inertia besides the crank's own", NOT_NEGATIVE, 0.0),
-    Key("fluctuation_wanted", float, "what a flywheel is looked for", POSITIVE, None),
+    Key("fluctuation_wanted", float, "fluctuation of speed for which a flywheel is computed", POSITIVE, None),
     Key("wall_heat", WallHeat, '`"woschni"`: heat through the walls', default="none"),
-    Key("wall_temperature_K", float, "of the walls", POSITIVE, 450.0),
+    Key("wall_temperature_K", float, "temperature of the walls", POSITIVE, 450.0),
 )
 FRICTION = (
     Key("main_mu", float, "Coulomb at the main journals, |F| d/2 μ/√(1 + μ²)", NOT_NEGATIVE, 0.0),
@@ -119,18 +119,25 @@ FRICTION = (
     ),
 )
 PENDULUM = (
-    Key("order", float, "that it is tuned to", POSITIVE),
+    Key("order", float, "order that it is tuned to", POSITIVE),
     Key("distance_mm", float, "from the crank axis to its pivot", POSITIVE),
-    Key("path", PendulumPath, "of its mass", default="circular"),
-    Key("swing_deg", float, "how far it may swing", POSITIVE, 20.0),
+    Key("path", PendulumPath, "path of its mass", default="circular"),
+    Key("swing_deg", float, "largest swing", POSITIVE, 20.0),
     Key("reduction", float, "share of the order's torque that it is to take", SHARE, 1.0),
 )
 FILM = (
-    Key("viscosity_Pa_s", float, "of the oil", POSITIVE),
+    Key("viscosity_Pa_s", float, "viscosity of the oil", POSITIVE),
     Key("main_clearance_mm", float, "radial, of the main journals", POSITIVE),
-    Key("main_length_mm", float, "of their bearings", POSITIVE, None, usual="the journal's width"),
+    Key("main_length_mm", float, "length of the main bearings", POSITIVE, None, usual="the journal's width"),
     Key("crankpin_clearance_mm", float, "radial, of the big ends", POSITIVE, None),
-    Key("crankpin_length_mm", float, "of their bearings", POSITIVE, None, usual="the crankpin's width"),
+    Key(
+        "crankpin_length_mm",
+        float,
+        "length of the crankpin bearings",
+        POSITIVE,
+        None,
+        usual="the crankpin's width",
+    ),
 )
 CYCLE = Key(
     "cycle",
@@ -138,7 +145,7 @@ CYCLE = Key(
     default=None,
     verbs="cycle, strength, orders, torsion, bench",
     keys=(
-        Key("strokes", int, "of a cycle", STROKES, 4),
+        Key("strokes", int, "strokes of a cycle", STROKES, 4),
         *CYLINDER,
         *OF_THE_ENGINE,
         Key("cylinder", says="a cylinder that differs", keys=OF_A_CYLINDER, many=True, default=()),

@@ -41,7 +41,7 @@ GRAVITY = (
     ),
     Key("m_s2", float, "acceleration of free fall", POSITIVE, FREE_FALL_M_S2),
     Key("tilt_deg", float, "angle of the crank axis to the horizontal; its thrust is left out", TILT, 0.0),
-    Key("part", says="what hangs on the crank besides its file and `[[engine.attached]]`", keys=PART,
+    Key("part", says="parts on the crank besides its file and `[[engine.attached]]`", keys=PART,
         many=True, default=()),
 )  # fmt: skip
 """Keys of ``[cycle.gravity]``."""

@@ -20,7 +20,7 @@ MOUNT = Key(
     "mount",
     says="a mount",
     keys=(
-        Key("at_mm", Vector, "where it holds the engine"),
+        Key("at_mm", Vector, "point of the engine that it holds"),
         Key("k_N_mm", Vector, "stiffness along x, y, z", NOT_NEGATIVE),
         Key(
             "damping_ratio",
@@ -37,7 +37,7 @@ MOUNT = Key(
 )
 POINT = (
     Key("name", str, "description: a handlebar, a seat"),
-    Key("at_mm", Vector, "where it is"),
+    Key("at_mm", Vector, "position of the point"),
 )
 MOUNTS = Key(
     "mounts",
@@ -45,10 +45,10 @@ MOUNTS = Key(
     default=None,
     verbs="forces",
     keys=(
-        Key("mass_kg", float, "of the engine with all that hangs on it", POSITIVE),
+        Key("mass_kg", float, "mass of the engine with all parts on it", POSITIVE),
         Key("centre_mm", Vector, "its centre of mass"),
-        Key("inertia_kg_mm2", tuple[Vector, Vector, Vector], "about that centre, 3 × 3"),
-        Key("damping_ratio", float, "of every mount that does not say its own", NOT_NEGATIVE, 0.05),
+        Key("inertia_kg_mm2", tuple[Vector, Vector, Vector], "inertia about that centre, 3 × 3"),
+        Key("damping_ratio", float, "damping ratio of mounts without their own", NOT_NEGATIVE, 0.05),
         Key("speed_rpm", tuple[float, float], "lowest and highest speed looked at", POSITIVE, None,
             usual="600 to `balance.speed_rpm`"),
         Key("points", int, "speeds looked at", COUNTED, 60),

@@ -23,10 +23,10 @@ STUDY = Key(
         Key(
             "distribution",
             Distribution,
-            'how a ± is read: `"normal"`: 95 % lie within; `"rectangular"`: all, evenly',
+            'distribution of a ±: `"normal"`: 95 % lie within; `"rectangular"`: all, evenly',
             default="normal",
         ),
-        Key("sampling", Sampling, "how values are drawn", default="random"),
+        Key("sampling", Sampling, "method of drawing values", default="random"),
         Key("position_pm_mm", float, "each hole or slug beside its place", NOT_NEGATIVE, 0.0),
         Key("wander_pm_deg", float, "each hole's axis turned about its entry", WANDER, 0.0),
         Key(

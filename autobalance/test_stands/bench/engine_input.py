@@ -18,7 +18,7 @@ ENGINE = (
 )
 VARIANT = (
     Key("name", str, "name", default=""),
-    Key("crank", str, "a crank's file in place of the job's", default=None),
+    Key("crank", str, "crank file that replaces the job's", default=None),
     Key("factor", float, "an ideal crank of this factor in place of its unbalance", SHARE, None),
     Key("set", tuple[str, ...], 'keys of the job: "cycle.flywheel_kg_mm2=2000"', default=()),
 )

@@ -15,28 +15,28 @@ ROTOR_KEYS = (
     Key(
         "inertia_kg_mm2",
         float,
-        "about the axis; with disc_mm and no thickness_mm the disc fits it",
+        "inertia about the axis; with disc_mm and no thickness_mm the disc fits it",
         POSITIVE,
         None,
     ),
-    Key("mass_kg", float, "of the rotor", POSITIVE, None),
+    Key("mass_kg", float, "mass of the rotor", POSITIVE, None),
     Key("weight_N", float, "or its weight", POSITIVE, None),
     Key("disc_mm", float, "or its shape: diameter of the disc", POSITIVE, None),
     Key("shaft_mm", float, "diameter of the shaft", POSITIVE, None),
-    Key("length_mm", float, "of the whole rotor", POSITIVE, None),
-    Key("thickness_mm", float, "of the disc", POSITIVE, None),
-    Key("density_kg_m3", float, "of rotor and holes", POSITIVE, STEEL_KG_M3),
+    Key("length_mm", float, "length of the whole rotor", POSITIVE, None),
+    Key("thickness_mm", float, "thickness of the disc", POSITIVE, None),
+    Key("density_kg_m3", float, "density of rotor and holes", POSITIVE, STEEL_KG_M3),
 )
 HOLE_KEYS = (
-    Key("diameter_mm", float, "of the hole", POSITIVE),
-    Key("depth_mm", float, "of the hole", POSITIVE),
-    Key("radius_mm", float, "of its middle", NOT_NEGATIVE),
-    Key("angle_deg", float, "where it is", default=0.0),
+    Key("diameter_mm", float, "diameter of the hole", POSITIVE),
+    Key("depth_mm", float, "depth of the hole", POSITIVE),
+    Key("radius_mm", float, "radius of its middle", NOT_NEGATIVE),
+    Key("angle_deg", float, "angle of the hole", default=0.0),
 )
 OIL_KEYS = (
     Key("viscosity_mm2_s", tuple[Pair, Pair], "two pairs °C, ν"),
-    Key("density_kg_m3", float, "of the oil", POSITIVE, 860.0),
-    Key("temperature_C", float, "of the oil"),
+    Key("density_kg_m3", float, "density of the oil", POSITIVE, 860.0),
+    Key("temperature_C", float, "temperature of the oil"),
 )
 DRY_KEYS = (
     Key("diameter_mm", float, "dry, hydrodynamic: of the journals", POSITIVE, None),
@@ -52,7 +52,7 @@ ROLLING_KEYS = (
     Key("model", Literal["palmgren", "skf"], "rolling: how friction is found", default=None),
     Key("mean_diameter_mm", float, "rolling: (d + D)/2", POSITIVE, None),
     Key("kinematic_viscosity_mm2_s", float, "rolling: of the oil", POSITIVE, None),
-    Key("count", int, "rolling, hydrodynamic: bearings alike that share the load", COUNTED, None),
+    Key("count", int, "rolling, hydrodynamic: number of equal bearings that share the load", COUNTED, None),
     *(replace(key, default=None) for key in (*PALMGREN_KEYS, *SKF_KEYS)),
     Key("oil", says="rolling: instead of the viscosity", keys=OIL_KEYS, default=None),
 )
@@ -66,19 +66,19 @@ BEARING_KEYS = (
 CONTROL_KEYS = (
     Key("kp_N_m_s", float, "torque by speed error", NOT_NEGATIVE, 0.05),
     Key("ki_N_m", float, "torque by the integral of the speed error", NOT_NEGATIVE, 0.5),
-    Key("torque_limit_N_m", float, "greatest torque", POSITIVE, 5.0),
-    Key("delay_s", float, "of the torque", NOT_NEGATIVE, 0.0),
+    Key("torque_limit_N_m", float, "largest torque", POSITIVE, 5.0),
+    Key("delay_s", float, "delay of the torque", NOT_NEGATIVE, 0.0),
 )
 SCHEDULE_KEYS = (
     Key("speeds_rpm", tuple[float, ...], "each from rest", POSITIVE, (3000.0, 6000.0, 9000.0)),
     Key("ramp_s", float, "straight up", POSITIVE, 2.0),
     Key("hold_s", float, "then held", POSITIVE, 1.5),
-    Key("repeats", int, "of each speed", COUNTED, 1),
+    Key("repeats", int, "runs at each speed", COUNTED, 1),
 )
 REDUCTION_KEYS = (
     Key("zero_V", float, "reading without torque (0.2)", default=None),
     Key("zero", Literal["rest"], "or: mean of the readings at 0 rpm of the case", default=None),
-    Key("N_m_per_V", float, "of the torque transducer", POSITIVE, 5.0 / 4.8),
+    Key("N_m_per_V", float, "sensitivity of the torque transducer", POSITIVE, 5.0 / 4.8),
     Key("zero_pm_V", float, "half-width of the zero's range", NOT_NEGATIVE, 0.0),
     Key("N_m_per_V_pm", float, "half-width of the scale's range", NOT_NEGATIVE, 0.0),
     Key("temperature_C", tuple[float, float], "hold: runs outside from–to do not count", default=None),
@@ -88,7 +88,7 @@ READING_KEYS = (
     Key("speed_rpm", float, "0: at rest", NOT_NEGATIVE),
     Key("volts", tuple[float, ...], "one a run", default=None),
     Key("torque_N_m", float, "or the torque", default=None),
-    Key("temperature_C", tuple[float, ...], "of the bearings, one a run", default=None),
+    Key("temperature_C", tuple[float, ...], "temperatures of the bearings, one a run", default=None),
     Key("drop", tuple[int, ...], "runs that do not count, from 1", default=()),
     Key("simulated_N_m", float, "to compare with; default the run of that speed here", default=None),
 )
@@ -96,8 +96,8 @@ BENCH_KEYS = (
     Key("rotor", says="rotor", keys=ROTOR_KEYS),
     Key("hole", says="drilled: its weight is missing", keys=HOLE_KEYS, many=True, default=None),
     Key("bearing", says="both together; without it nothing is run", keys=BEARING_KEYS, default=None),
-    Key("control", says="of the speed", keys=CONTROL_KEYS, default=FILLED),
-    Key("schedule", says="of the runs", keys=SCHEDULE_KEYS, default=FILLED),
-    Key("reduction", says="of volts to torque", keys=REDUCTION_KEYS, default=FILLED),
+    Key("control", says="speed control", keys=CONTROL_KEYS, default=FILLED),
+    Key("schedule", says="schedule of the runs", keys=SCHEDULE_KEYS, default=FILLED),
+    Key("reduction", says="reduction of volts to torque", keys=REDUCTION_KEYS, default=FILLED),
     Key("reading", says="measured values", keys=READING_KEYS, many=True, default=None),
 )

@@ -29,7 +29,7 @@ TRIAL_KEYS = (
     Key("g_mm", float, "trial weight times its radius, added [g·mm]", POSITIVE, None),
     Key("g", float, "or: trial weight [g], with radius_mm", POSITIVE, None),
     Key("radius_mm", float, "radius of the trial weight [mm]", POSITIVE, None),
-    Key("angle_deg", float, "where it is added, counter-clockwise [°]"),
+    Key("angle_deg", float, "angle at which it is added, counter-clockwise [°]"),
     Key(
         "readings",
         tuple[Reading, ...] | str | tuple[str, ...],
@@ -39,7 +39,7 @@ TRIAL_KEYS = (
 )
 PLANE_KEYS = (
     Key("plane", PlaneName, "a plane of the trials"),
-    Key("max_g_mm", float, "greatest size of the plane's sum [g·mm]", POSITIVE, None),
+    Key("max_g_mm", float, "largest size of the plane's sum [g·mm]", POSITIVE, None),
     Key(
         "angles_deg",
         tuple[float, ...],
@@ -57,7 +57,7 @@ PLANE_KEYS = (
 )
 SEAM_KEYS = (
     Key("at", tuple[Literal["A", "B"], ...], "tolerance plane of each plane of the trials", default=None),
-    Key("z_mm", tuple[float, ...], "or: where each stands, rotor frame [mm]", default=None),
+    Key("z_mm", tuple[float, ...], "or: position of each along the axis, rotor frame [mm]", default=None),
     *AS_READ,
 )
 """Conventions as in a reading file; ``rotation`` and ``zero_deg`` define the angles of the trials."""
@@ -69,11 +69,11 @@ TRIALS_KEYS = (
         tuple[Reading, ...] | str | tuple[str, ...],
         "[amplitude, phase_deg] of each reading, all trial weights off, or a record, or one a speed",
     ),
-    Key("reading_weights", tuple[float, ...], "how much each reading counts", NOT_NEGATIVE, None),
+    Key("reading_weights", tuple[float, ...], "weight of each reading", NOT_NEGATIVE, None),
     Key("target", float, "amplitude that each residual must not exceed", POSITIVE, None),
     Key("trial", says="runs with a trial weight, in their order", keys=TRIAL_KEYS, many=True),
     Key("plane", says="weights that can be fitted", keys=PLANE_KEYS, many=True, default=None),
-    Key("records", says="how records give readings", keys=RECORDS_KEYS, default=None),
+    Key("records", says="evaluation of records into readings", keys=RECORDS_KEYS, default=None),
     Key("reading", says="conditions of the measurement that `recut` needs", keys=SEAM_KEYS, default=None),
 )
 

@@ -17,7 +17,7 @@ RECORDS_KEYS = (
     Key("channels", tuple[str, ...], "sensors, in the order of the readings"),
     Key("tacho", str, "channel with one pulse a turn, from which phases count"),
     Key("threshold", float, "level that its pulses rise through (midway)", default=None),
-    Key("sample_rate", float, "where the files have none [Hz]", POSITIVE, None),
+    Key("sample_rate", float, "sample rate, if the files state no rate [Hz]", POSITIVE, None),
     Key("order", float, "order of the readings", POSITIVE, 1.0),
 )
 

@@ -55,8 +55,8 @@ MASS_KEYS = (
 )
 NOISE_KEYS = (
     Key("g_mm", float, "standard deviation of x and of y of each plane's reading", NOT_NEGATIVE, 0.0),
-    Key("gain_percent", float, "of its size", NOT_NEGATIVE, 0.0),
-    Key("angle_deg", float, "of its angle", NOT_NEGATIVE, 0.0),
+    Key("gain_percent", float, "error of the reading's size", NOT_NEGATIVE, 0.0),
+    Key("angle_deg", float, "error of the reading's angle", NOT_NEGATIVE, 0.0),
 )
 READING_KEYS = (
     ROTATION,
@@ -71,21 +71,31 @@ STATIC_KEYS = (
     Key("start_deg", float, "heavy side to straight down where it is let go", POINT, 90.0),
 )
 DRILL_KEYS = (
-    Key("diameter_mm", float, "of the drill", POSITIVE),
-    Key("radius_mm", float, "of the rim, taken as flat; axial: of the hole", POSITIVE),
-    Key("point_angle_deg", float, "of the drill", POINT, 118.0),
-    Key("density_kg_m3", float, "of the metal", POSITIVE, STEEL_KG_M3),
+    Key("diameter_mm", float, "diameter of the drill", POSITIVE),
+    Key("radius_mm", float, "radius of the rim, taken as flat; axial: radius of the hole's centre", POSITIVE),
+    Key("point_angle_deg", float, "point angle of the drill", POINT, 118.0),
+    Key("density_kg_m3", float, "density of the metal", POSITIVE, STEEL_KG_M3),
     Key("direction", HoleDirection, "into the rim, or along the axis", default="radial"),
 )
 LINE_KEYS = (
-    Key("pattern", str, "of a line: a regular expression with the groups amount, angle and maybe plane"),
-    Key("unit", str, "of the amounts", default="g·mm"),
+    Key(
+        "pattern",
+        str,
+        "pattern of a line: a regular expression with the groups amount, angle and maybe plane",
+    ),
+    Key("unit", str, "unit of the amounts", default="g·mm"),
     Key("planes", tuple[str, str], "names of planes A and B in the lines", default=("A", "B")),
     Key("settled_readings", int, "readings in a row that must agree", COUNTED, 5),
-    Key("settled_percent", float, "of the amount by which they may differ from their mean", POSITIVE, 2.0),
+    Key(
+        "settled_percent",
+        float,
+        "largest difference of settled vectors from their mean, of the amount",
+        POSITIVE,
+        2.0,
+    ),
 )
 MACHINE_KEYS = (
-    Key("seed", int, "of the noise", NOT_NEGATIVE, 1),
+    Key("seed", int, "seed of the noise", NOT_NEGATIVE, 1),
     Key("runs", int, "how many readings", RUNS, 1),
     Key("kind", MachineKind, "hard: forces; soft, nodal: displacements; cradle: moments; static: rolls"),
     SPEED_RPM,
@@ -96,9 +106,9 @@ MACHINE_KEYS = (
     Key("unbalance", says="on top", keys=UNBALANCE_KEYS, many=True, default=None),
     Key("mass", says="on top", keys=MASS_KEYS, many=True, default=None),
     Key("noise", says="standard deviations of normal draws", keys=NOISE_KEYS, default=FILLED),
-    Key("reading", says="how the written reading counts", keys=READING_KEYS, default=FILLED),
+    Key("reading", says="conventions of the written reading", keys=READING_KEYS, default=FILLED),
     Key("static", says="the stand", keys=STATIC_KEYS, default=None),
-    Key("drill", says="how metal comes off", keys=DRILL_KEYS, default=None),
+    Key("drill", says="drill that removes the metal", keys=DRILL_KEYS, default=None),
     Key(
         "machine",
         says="the machine's own lines, for --watch",
