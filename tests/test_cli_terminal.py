@@ -76,7 +76,6 @@ def test_a_terminal_shows_the_same_words_in_colour_and_a_pipe_gets_plain_text(jo
     assert "\x1b" not in plain
     shown = on_a_terminal("parts", job)
     assert "\x1b[" in shown
-    assert "─" in shown
     assert words_of(shown) == words_of(plain)
     assert on_a_terminal("parts", job, TERM="dumb") == plain
     assert on_a_terminal("parts", job, "--json", "-") == piped("parts", job, "--json", "-")

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from autobalance.command.options import (
     add_json,
+    add_open,
     add_output,
     add_pages,
     add_shop_units,
     add_strict,
     chosen_pages,
-    units_of,
 )
 from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import NOT_TYPED, Option, Verb
@@ -34,6 +36,7 @@ VERB = Verb(
         add_shop_units,
         add_pages,
         add_strict,
+        add_open,
         add_progress,
     ),
 )
@@ -43,11 +46,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Balance a crank; 0 within tolerance, 4 above it."""
     from dataclasses import replace  # which loads inspect: a fifth of what --help takes
 
-    from autobalance.command.console import say
-    from autobalance.command.finish import balanced, judged
+    from autobalance.command.console import say_as_it_is, warn
+    from autobalance.command.finish import balanced, judged, say_result
 
     this_job = VERB.keywords(arguments)["job"]
-    arguments.units = units_of(arguments, this_job.filled.get("shop"))
     if arguments.keep is not None:
         this_job = replace(this_job, keep=Path(arguments.keep))
     folder = Path(arguments.output) if arguments.output else default_folder(this_job.path)
@@ -59,11 +61,21 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.report.display_units import ON_SCREEN
 
     if arguments.json == "-":
-        say(dumps(done.report).removesuffix("\n"))
+        for text in done.warnings:
+            warn(text)
+        say_as_it_is(dumps(done.report).removesuffix("\n"))
     else:
-        say(balance_text(done.report, ON_SCREEN[arguments.units], folder))
-        say("\nWritten: " + ", ".join(str(path) for path in done.files))
+        units = ON_SCREEN[arguments.units]
+        text = balance_text(done.report, units, folder, arguments.verbose, arguments.zero)
+        page = page_of(folder, done.report)
+        say_result(text, done.files, done.warnings, page, arguments.open)
     return judged(done.result, arguments)
+
+
+def page_of(folder: Path, report: Mapping[str, Any]) -> Path | None:
+    """Return the page of a report in a folder; None where none was written."""
+    written = report["outputs"].get("html")
+    return None if written is None else folder / written["file"]
 
 
 def default_folder(job_path: Path) -> Path:

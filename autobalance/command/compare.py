@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import argparse
 
-from autobalance.command.options import add_json, add_units
+from autobalance.command.options import add_json, add_open, add_output, add_units
+from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import Option, Verb
 
 VERB = Verb(
     "verbs.compare:compare",
     examples=("autobalance compare job.toml --json comparison.json",),
     options={"job": Option(metavar="JOB.toml")},
-    writes=(add_json, add_units),
+    writes=(
+        add_output("the page and the report", "the page in NAME-compare beside the job"),
+        add_json,
+        add_units,
+        add_open,
+        add_progress,
+    ),
 )
 
 
@@ -25,6 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.verbs.compare import compare
 
     copy = None if arguments.json in (None, "-") else Path(arguments.json)
-    with Staging([] if copy is None else [copy.parent]), shown() as progress:  # that it can be written
+    that_can_be_written = Staging([] if copy is None else [copy.parent])
+    with that_can_be_written, shown(mode_of(arguments)) as progress:
         result = compare(**VERB.keywords(arguments), progress=progress)
     return finish(arguments, result, sources=(arguments.job,))

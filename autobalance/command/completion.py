@@ -20,8 +20,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Print the script."""
     import shtab
 
-    from autobalance.command.console import say
+    from autobalance.command.console import say_as_it_is
     from autobalance.command.main import full_parser
 
-    say(shtab.complete(full_parser(), shell=arguments.shell))
+    say_as_it_is(shtab.complete(full_parser(), shell=arguments.shell))
     return 0

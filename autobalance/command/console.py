@@ -32,13 +32,26 @@ def _to_nowhere(name: str) -> None:
 
 
 def say(text: str) -> None:
-    """Print a result, on a terminal in colour; a reader that has gone away (``| head``) is not an error.
+    """Print a result for people, its lines broken between words, on a terminal in colour.
+
+    A reader that has gone away (``| head``) is not an error.
 
     Raises
     ------
     FileError
         If it cannot be written.
     """
+    from autobalance.command import terminal
+
+    _print(terminal.fit(text))
+
+
+def say_as_it_is(text: str) -> None:
+    """Print what programs read, such as JSON, as ``say`` prints but line by line as it is."""
+    _print(text)
+
+
+def _print(text: str) -> None:
     from autobalance.command import terminal
 
     with written():

@@ -49,6 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.command.progress import shown
     from autobalance.report.bundle import choice_of
     from autobalance.report.display_units import ON_SCREEN
+    from autobalance.report.wrapping import whole
     from autobalance.verbs.balanced_files import balance_to_files
     from autobalance.verbs.progress import telling
 
@@ -64,18 +65,19 @@ def run(arguments: argparse.Namespace) -> int:
 
             demo_job = job.load(jobs / f"{case.job}.toml")
             done.append(balance_to_files(demo_job, output / case.job, None, telling(of_both), choice))
+    say(demo_text([each.report for each in done], ON_SCREEN[arguments.units]))
     for text in (text for each in done for text in each.warnings):
         warn(text)
-    say(demo_text([each.report for each in done], ON_SCREEN[arguments.units]))
-    say(f"\nWritten: {', '.join(str(output / case.job) for case in CASES)}")
+    say(f"\nWritten: {', '.join(whole(output / case.job) for case in CASES)}")
     say(f"Check:   {called_as()} verify {output / CASES[0].job / 'report.json'}")
     return max(each.result.exit_code for each in done)
 
 
 def demo_text(reports: Sequence[Mapping[str, Any]], units: Any) -> str:
     """Return one table: depth, passes and residual beside the published ones."""
-    from autobalance.report.balance.text import OUTCOMES, unproven
+    from autobalance.report.balance.comparison import VERDICTS
     from autobalance.report.tables import table
+    from autobalance.wording import NOT_PROVEN, is_unproven
 
     rows = [("", "depth", "passes", "residual", "permitted", "")]
     for case, report in zip(CASES, reports, strict=True):
@@ -87,7 +89,7 @@ def demo_text(reports: Sequence[Mapping[str, Any]], units: Any) -> str:
                 str(len(report["steps"])),
                 units.of_unbalance(report["residual"]["magnitude_g_mm"]),
                 units.of_unbalance(report["tolerance"]["permissible_g_mm"]),
-                (OUTCOMES[report["outcome"]] + unproven(report)).lower(),
+                VERDICTS[report["outcome"]] + NOT_PROVEN * is_unproven(report),
             )
         )
         rows.append(
@@ -103,6 +105,6 @@ def demo_text(reports: Sequence[Mapping[str, Any]], units: Any) -> str:
     return (
         "A 250 cm³ motocross crank with a lighter rod and pin: both shoulders lowered\n\n"
         + table(rows)
-        + "\n\nPublished: Hoem & Røsholm 2016, Table 6.2. The bundled crank has the published mass\n"
+        + "\n\nPublished: Hoem & Røsholm 2016, Table 6.2. The bundled crank has the published mass "
         "properties; its shoulders are of our own dimensions, so depths agree to about 1 %."
     )

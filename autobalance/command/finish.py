@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from autobalance.command.console import say, warn
+from autobalance.command.console import say, say_as_it_is, warn
 from autobalance.errors import UsageError
 from autobalance.report.earlier_files import remove_stale
-from autobalance.report.files import Staging
+from autobalance.report.files import Staging, from_here
+from autobalance.report.wrapping import whole
 from autobalance.runtime import was_read
 
 if TYPE_CHECKING:
@@ -46,6 +47,8 @@ def finish(
         If a file would be written over another, or over one that was read.
     """
     to_write = [*_asked_for(arguments, result), *(files or {}).items()]
+    page = _page(arguments, result)
+    to_write += [] if page is None else [page]
     job = getattr(arguments, "job", None)
     named = {
         Path(source).resolve(): "the job" if source == job else "a file that is read" for source in sources
@@ -61,11 +64,31 @@ def finish(
     for text in (*result.warnings, *notes):
         warn(text)
     if getattr(arguments, "json", None) == "-":
-        say(result.json(Path()).removesuffix("\n"))
+        say_as_it_is(result.json(Path()).removesuffix("\n"))
     else:
-        written = ", ".join(str(path) for path, _ in to_write)
-        say(result.text(getattr(arguments, "units", "metric")) + (f"\n\nWritten: {written}" * bool(to_write)))
+        written = [path for path, _ in to_write]
+        say_result(_text(arguments, result), written, (), page and page[0], getattr(arguments, "open", False))
     return result.exit_code
+
+
+def _text(arguments: argparse.Namespace, result: VerbResult) -> str:
+    """Return a result's lines in the units that are asked for, all of them with ``--verbose``."""
+    units = getattr(arguments, "units", "metric")
+    return result.full_text(units) if getattr(arguments, "verbose", False) else result.text(units)
+
+
+def _page(arguments: argparse.Namespace, result: VerbResult) -> tuple[Path, bytes] | None:
+    """Return the page of a result that has one, for the folder of ``-o``; none beside ``--json -``."""
+    if not hasattr(arguments, "open") or arguments.json == "-":
+        return None
+    data = result.page(arguments.units)
+    folder = Path(arguments.output) if arguments.output else usual_folder(Path(arguments.job), result)
+    return None if data is None else (folder / f"{result.report['command']}.html", data)
+
+
+def usual_folder(source: Path, result: VerbResult) -> Path:
+    """Return the folder of a page where none is asked for: ``NAME-compare`` beside what was read."""
+    return source.with_name(f"{source.stem}-{result.report['command']}")
 
 
 def finish_in_place(
@@ -135,6 +158,41 @@ def _refuse_collisions(targets: list[Path], sources: Mapping[Path, str]) -> None
         seen.add(place)
 
 
+def say_result(
+    text: str,
+    files: Sequence[Path],
+    warnings: Iterable[str] = (),
+    page: Path | None = None,
+    opens: bool = False,
+) -> None:
+    """Print a result, the files that were written, and warnings; the page to open stands last.
+
+    Parameters
+    ----------
+    text : str
+        The result: its verdict first.
+    files : sequence of Path
+        Files that were written, the report's folder first.
+    warnings : iterable of str
+        Lines for standard error.
+    page : Path or None
+        Page for the browser; None: there is none.
+    opens : bool
+        Open the page in the browser.
+    """
+    say(text)
+    for warning in warnings:
+        warn(warning)
+    if files:
+        say("\nWritten: " + ", ".join(whole(path) for path in files))
+    if page is not None:
+        say(whole(f"Open: {from_here(page)}"))
+        if opens:
+            import webbrowser
+
+            webbrowser.open(page.resolve().as_uri())
+
+
 def balanced(
     job: Job,
     folder: Path,
@@ -143,16 +201,13 @@ def balanced(
     mode: Mode = "usual",
     fem: bool = False,
 ) -> BalancedFiles:
-    """Run a job and put its files in place."""
+    """Run a job and put its files in place; what it warns of is still to print."""
     from autobalance.command.progress import shown
     from autobalance.verbs.balanced_files import balance_to_files
     from autobalance.verbs.progress import telling
 
     with shown(mode) as progress:
-        done = balance_to_files(job, folder, json_file, telling(progress), choice, fem)
-    for text in done.warnings:
-        warn(text)
-    return done
+        return balance_to_files(job, folder, json_file, telling(progress), choice, fem)
 
 
 def judged(result: BalanceResult, arguments: argparse.Namespace) -> int:

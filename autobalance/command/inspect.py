@@ -89,7 +89,7 @@ VERB = Verb(
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure a crank; 0 unless the file is bad."""
-    from autobalance.command.console import say, warn
+    from autobalance.command.console import say, say_as_it_is, warn
     from autobalance.report.files import Staging
 
     target = _target(arguments, "--json", arguments.json)
@@ -106,7 +106,7 @@ def run(arguments: argparse.Namespace) -> int:
             staging.add(target, result.json().encode())
         staging.commit()
     if arguments.json == "-":
-        say(result.json().removesuffix("\n"))
+        say_as_it_is(result.json().removesuffix("\n"))
         return 0
     say(result.text(arguments.units))
     if arguments.sections:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from autobalance.report.output_kinds import KINDS, choices
 
@@ -23,11 +23,12 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 
 def add_units(parser: argparse.ArgumentParser) -> None:
+    """Offer ``--units``; ``main`` fills in those of the shop where none are asked for."""
     parser.add_argument(
         "--units",
         choices=("metric", "inch"),
-        default="metric",
-        help="units of the printed summary; inch is in, oz and oz·in; files stay metric (default: metric)",
+        help="units of the printed summary; inch is in, oz and oz·in; files stay metric "
+        "(default: units of the shop, else metric)",
     )
 
 
@@ -36,15 +37,19 @@ def add_shop_units(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--units",
         choices=("metric", "inch"),
-        help="units of summary, page, sheet and pictures; inch is in, oz with g, oz·in with g·in; "
+        help="units of summary, page, sheet and pictures; inch is in, oz and oz·in; "
         "report.json and solids stay metric (default: units of the shop, else metric)",
     )
 
 
-def units_of(arguments: argparse.Namespace, shop: Mapping[str, Any] | None) -> str:
-    """Return the units that are requested, else those in which a shop works."""
-    chosen: str = arguments.units or (shop or {}).get("units") or "metric"
-    return chosen
+def add_verbose(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-v", "--verbose", action="store_true", help="print all lines of the result")
+
+
+def add_open(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--open", action="store_true", help="open the page in the browser (default: print its path)"
+    )
 
 
 def add_strict(parser: argparse.ArgumentParser) -> None:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from autobalance.command.options import (
     add_json,
+    add_open,
     add_pages,
     add_shop_units,
     add_strict,
     chosen_pages,
-    units_of,
 )
 from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import Option, Verb
@@ -24,17 +24,20 @@ VERB = Verb(
         "reading": Option(metavar="READING.toml"),
         "folder": Option(("-o", "--output"), metavar="DIR"),
     },
-    writes=(add_json, add_shop_units, add_pages, add_strict, add_progress),
+    writes=(add_json, add_shop_units, add_pages, add_strict, add_open, add_progress),
 )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Cut further; 0 within tolerance, 4 above it or where the machine cannot show it."""
-    from autobalance.command.console import say, warn
-    from autobalance.command.finish import judged
+    from autobalance.command.balance import page_of
+    from autobalance.command.console import say_as_it_is, warn
+    from autobalance.command.finish import judged, say_result
     from autobalance.command.progress import shown
     from autobalance.errors import UsageError
+    from autobalance.report.balance.recut_text import recut_text
     from autobalance.report.balance.values import dumps
+    from autobalance.report.display_units import ON_SCREEN
     from autobalance.verbs.progress import telling
     from autobalance.verbs.recut import recut
     from autobalance.verbs.result_files import committed, staging_for
@@ -46,17 +49,19 @@ def run(arguments: argparse.Namespace) -> int:
     with shown(mode_of(arguments)) as progress:
         result = recut(**VERB.keywords(arguments), progress=progress)
         folder = result.folder
-        arguments.units = units_of(arguments, result.report["job"].get("shop"))
         if (folder / "report.json").resolve() == Path(arguments.report).resolve():
             raise UsageError(f"{folder} holds the report that is read; choose another folder with -o")
         with staging_for(folder, copy) as staging:
             choice, notify = chosen_pages(arguments), telling(progress)
             values, files, notes = committed(result, folder, choice, notify, staging, copy)
-    for text in (*result.warnings, *notes):
-        warn(text)
+    warnings = (*result.warnings, *notes)
     if arguments.json == "-":
-        say(dumps(values).removesuffix("\n"))
+        for text in warnings:
+            warn(text)
+        say_as_it_is(dumps(values).removesuffix("\n"))
     else:
-        say(result.text(arguments.units))
-        say("\nWritten: " + ", ".join(str(path) for path in files))
+        units = ON_SCREEN[arguments.units]
+        text = recut_text(values, units, folder, arguments.verbose, arguments.zero)
+        page = page_of(folder, values) or folder / values["outputs"]["history"]["file"]
+        say_result(text, files, warnings, page, arguments.open)
     return judged(result, arguments)

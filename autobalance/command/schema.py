@@ -13,13 +13,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print a schema, or the names of all; 2 for an unknown name."""
-    from autobalance.command.console import say
+    """Print a schema, or the names of all; 2 for a name that has none."""
+    from autobalance.command.console import say_as_it_is
     from autobalance.report.balance.values import dumps
     from autobalance.verbs.schema import NAMES, schema
 
     if arguments.name is None:
-        say("\n".join(NAMES))
+        say_as_it_is("\n".join(NAMES))
     else:
-        say(dumps(schema(arguments.name)).removesuffix("\n"))
+        say_as_it_is(dumps(schema(arguments.name)).removesuffix("\n"))
     return 0

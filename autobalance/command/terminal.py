@@ -1,12 +1,10 @@
-"""Results on a terminal: tables and colours by rich, which nothing else imports.
+"""Results on a terminal: fitted to its width, and coloured by rich, which nothing else imports.
 
-Where standard output is not a terminal, where the terminal is dumb, or without the extra ``terminal``,
-results are plain text, byte for byte the same as ever.
+Where standard output is not a terminal the width is that of ``COLUMNS``, else 80.
 """
 
 from __future__ import annotations
 
-import io
 import os
 import shutil
 import sys
@@ -14,15 +12,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 
-from autobalance.report.tables import DRAWN_BY, Rows, has_heading
+from autobalance.report.tables import DRAWN_BY, Rows, fitted_table, has_heading
+from autobalance.report.wrapping import fitted
 
 STYLES = {
     "bold red": r"(NOT WITHIN|ABOVE) TOLERANCE",
     "bold green": r"(?<!NOT )WITHIN TOLERANCE( ALREADY)?",
+    "bold yellow": r"NOT PROVEN",
     "dim": r"(?m)^Written: .*$",
+    "bold": r"(?m)^Open: .*$",
 }
-"""Styles of the words of results."""
-LEAST_WIDTH = 60
+"""How the words of results are shown."""
+HEADING, PLAIN = "\x1b[1;36m", "\x1b[0m"
+LEAST_WIDTH = 40
+USUAL_SIZE = (80, 24)
 
 
 def is_terminal() -> bool:
@@ -30,38 +33,34 @@ def is_terminal() -> bool:
     return sys.stdout.isatty() and os.environ.get("TERM") != "dumb" and find_spec("rich") is not None
 
 
+def width() -> int:
+    """Return the number of characters of a line."""
+    return max(shutil.get_terminal_size(USUAL_SIZE).columns, LEAST_WIDTH)
+
+
 @contextmanager
 def drawn_tables() -> Iterator[None]:
-    """Draw tables with rich inside the block, on a terminal."""
-    if not is_terminal():
-        yield
-        return
-    token = DRAWN_BY.set(rich_table)
+    """Fit tables to the terminal inside the block."""
+    token = DRAWN_BY.set(_table)
     try:
         yield
     finally:
         DRAWN_BY.reset(token)
 
 
-def rich_table(rows: Rows) -> str:
-    """Return rows as a table of the terminal's width."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
+def _table(rows: Rows) -> str:
+    """Return a table, on a terminal with its heading in colour."""
+    drawn = fitted_table(rows, width())
+    if not (is_terminal() and has_heading(rows)):
+        return drawn
+    return "\n".join(
+        line if line.startswith(" ") else f"{HEADING}{line}{PLAIN}" for line in drawn.split("\n")
+    )
 
-    heading = has_heading(rows)
-    drawn = Table(box=box.SIMPLE_HEAD if heading else None, show_header=heading, header_style="bold cyan")
-    for place in range(len(rows[0])):
-        title = Text(rows[0][place].strip()) if heading else ""
-        drawn.add_column(title, justify="left" if place == 0 else "right", overflow="fold")
-    for row in rows[1:] if heading else rows:
-        drawn.add_row(*(Text(cell) for cell in row))
-    buffer = io.StringIO()
-    width = max(shutil.get_terminal_size().columns, LEAST_WIDTH)
-    Console(file=buffer, force_terminal=True, width=width, highlight=False).print(drawn)
-    lines = [line.rstrip() for line in buffer.getvalue().splitlines()]
-    return "\n".join(line for line in lines if line)
+
+def fit(text: str) -> str:
+    """Return a text no line of which is wider than the terminal, where its words allow that."""
+    return fitted(text, width())
 
 
 def show(text: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from autobalance.command.options import add_json, add_units
+from autobalance.command.options import add_json, add_units, add_verbose
 from autobalance.command.progress import add_objects
 from autobalance.command.verb import Option, Verb
 
@@ -10,5 +10,5 @@ VERB = Verb(
     "verbs.verify:verify",
     examples=("autobalance verify job-balanced/report.json --independent",),
     options={"report": Option(metavar="REPORT.json")},
-    writes=(add_json, add_units, add_objects),
+    writes=(add_json, add_units, add_verbose, add_objects),
 )

@@ -37,7 +37,7 @@ VERB = Verb(
 
 def run(arguments: argparse.Namespace) -> int:
     """Build a crank and write it; 0 unless the description is bad."""
-    from autobalance.command.console import say
+    from autobalance.command.console import say, say_as_it_is
     from autobalance.command.progress import shown
     from autobalance.drawn_cranks.verb import generate
     from autobalance.report.files import Staging
@@ -53,7 +53,10 @@ def run(arguments: argparse.Namespace) -> int:
         if report_file is not None:
             staging.add(report_file, result.json().encode())
         staging.commit()
-    say(result.json().removesuffix("\n") if arguments.json == "-" else result.text(arguments.units))
+    if arguments.json == "-":
+        say_as_it_is(result.json().removesuffix("\n"))
+    else:
+        say(result.text(arguments.units))
     return 0
 
 

@@ -12,7 +12,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import MISSING, Field, fields
 from functools import cache
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
 from autobalance.correction import KINDS, Limits
 from autobalance.correction.contract import Prefer
@@ -174,13 +174,36 @@ def _attributes(text: str) -> Iterator[tuple[str, str]]:
             yield name, meaning
 
 
+class ShopTools(NamedTuple):
+    """What a shop has, which counts where a job names nothing of its own.
+
+    ``drills`` are in the form of ``[correction.drill] series``; ``in_inches`` is whether its machines are set
+    in inches.
+    """
+
+    drills: Any = None
+    slugs: Any = None
+    in_inches: bool = False
+
+    @classmethod
+    def of(cls, values: Values) -> ShopTools:
+        """Return the tools of ``[shop]``, none without that table."""
+        shop = values.get("shop")
+        return cls() if shop is None else cls(shop["drills"], shop["slugs"], shop["units"] == "inch")
+
+
+NO_TOOLS = ShopTools()
+STEP_MM, INCH_STEP_MM = 0.1, 0.127
+"""Usual steps of depths: 0.1 mm, and 0.005 in where a shop works in inches."""
+
+
 def correction_of(
-    values: Values, raw: Mapping[str, Any], drills: Any = None, slugs: Any = None
+    values: Values, raw: Mapping[str, Any], tools: ShopTools = NO_TOOLS
 ) -> tuple[tuple[str, ...], tuple[Limits, ...]]:
     """Return the methods of ``[correction]`` and the limits of each.
 
-    ``raw`` is the table: the top level supplies keys that a kind's own table lacks. ``drills`` and ``slugs``
-    are those of the shop, which count if a job names none.
+    ``raw`` is the table: the top level supplies keys that a kind's own table lacks. ``tools`` are
+    those of the shop.
 
     Raises
     ------
@@ -200,8 +223,8 @@ def correction_of(
             raise JobError(f"correction.method names {name!r} twice")
     for name in KINDS:  # a table of another method than the one asked for is checked all the same
         if name in raw and name not in methods:
-            _limits(values, raw, name, drills, slugs)
-    return methods, tuple(_limits(values, raw, name, drills, slugs) for name in methods)
+            _limits(values, raw, name, tools)
+    return methods, tuple(_limits(values, raw, name, tools) for name in methods)
 
 
 def limits_of_every_kind(raw: Mapping[str, Any]) -> dict[str, Limits]:
@@ -215,20 +238,8 @@ def limits_of_every_kind(raw: Mapping[str, Any]) -> dict[str, Limits]:
     table = raw.get("correction", {})
     tables = {key: raw[key] for key in ("correction", "shop") if key in raw}
     values = read({"correction": {}, **tables}, (correction_key(), SHOP))
-    drills, slugs = drills_of_shop(values), slugs_of_shop(values)
-    return {name: _limits(values["correction"], table, name, drills, slugs) for name in KINDS}
-
-
-def drills_of_shop(values: Values) -> Any:
-    """Return the drills of ``[shop]`` in the form of ``[correction.drill] series``; None without."""
-    shop = values.get("shop")
-    return None if shop is None else shop["drills"]
-
-
-def slugs_of_shop(values: Values) -> Any:
-    """Return the slugs of ``[shop]``; None without."""
-    shop = values.get("shop")
-    return None if shop is None else shop["slugs"]
+    tools = ShopTools.of(values)
+    return {name: _limits(values["correction"], table, name, tools) for name in KINDS}
 
 
 def _at_hand(slugs: Any) -> dict[str, Any]:
@@ -244,19 +255,20 @@ def _at_hand(slugs: Any) -> dict[str, Any]:
     return {"diameters_mm": (diameter,), "lengths_mm": sizes, "density_kg_m3": density}
 
 
-def _limits(
-    values: Values, raw: Mapping[str, Any], name: str, drills: Any = None, slugs: Any = None
-) -> Limits:
+def _limits(values: Values, raw: Mapping[str, Any], name: str, tools: ShopTools) -> Limits:
     """Return the limits of a method: its own table, over the top level's keys where it works on faces."""
     kind = KINDS[name].limits
     own = {key: values[name][key] for key in raw.get(name, {})}
     of_faces = any(each.name == "faces" for each in fields(kind))
     shared = {key: values[key] for key in FACE_KEYS if key in raw} if of_faces else {}
-    if drills is not None and any(each.name == "series" for each in fields(kind)):
-        own = own if own.get("diameters_mm") or own.get("series") else {**own, "series": drills}
+    usual = {each.name: each.default for each in fields(kind)}
+    if tools.drills is not None and "series" in usual:
+        own = own if own.get("diameters_mm") or own.get("series") else {**own, "series": tools.drills}
     stock = {"diameters_mm", "lengths_mm", "density_kg_m3"}
-    if slugs and stock <= {each.name for each in fields(kind)} and not own.keys() & stock:
-        own = {**own, **_at_hand(slugs)}
+    if tools.slugs and stock <= usual.keys() and not own.keys() & stock:
+        own = {**own, **_at_hand(tools.slugs)}
+    if tools.in_inches and usual.get("depth_step_mm") == STEP_MM:
+        own = {"depth_step_mm": INCH_STEP_MM, **own}
     _refuse_empty_sector("correction.sector_deg", shared.get("sector_deg"))
     _refuse_empty_sector(f"correction.{name}.sector_deg", own.get("sector_deg"))
     try:

@@ -16,7 +16,7 @@ from autobalance.job.addon_tables import AddonTables, TablesRead, addon_tables
 from autobalance.job.assembly import assembly_of
 from autobalance.job.balance import balance_of, fitted_parts
 from autobalance.job.layout import shaft_values, shafts_of
-from autobalance.job.limits import correction_of, drills_of_shop, slugs_of_shop
+from autobalance.job.limits import ShopTools, correction_of
 from autobalance.job.listed_cuts import LISTED, numbered_cuts, shown_correction, stated_limits
 from autobalance.job.model import (
     Balance,
@@ -322,9 +322,7 @@ def _job(
         ),
         "correction": (
             ("correction",),
-            lambda: correction_of(
-                values["correction"], raw["correction"], drills_of_shop(values), slugs_of_shop(values)
-            ),
+            lambda: correction_of(values["correction"], raw["correction"], ShopTools.of(values)),
         ),
         "shafts": (("shafts",), lambda: shafts_of(values["shafts"])),
         "assembly": (("assembly",), lambda: assembly_of(values["assembly"], path.parent)),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,27 +11,10 @@ from autobalance.job.header import SHOP
 from autobalance.toml_files.document import text_of, toml_of
 from autobalance.toml_files.keys import read
 from autobalance.toml_files.typed_units import in_base_units
+from autobalance.user_folders import shop_file
 
-NAME = "shop.toml"
 FILES = ("logo", "machine")
 """Keys that are paths, relative to the file that they are in."""
-
-
-def user_folder() -> Path:
-    """Return the user's configuration folder of the program, whether it is there or not."""
-    home = Path(os.path.expanduser("~"))
-    if sys.platform == "win32":
-        base = Path(os.environ.get("APPDATA") or home / "AppData" / "Roaming")
-    elif sys.platform == "darwin":
-        base = home / "Library" / "Application Support"
-    else:
-        base = Path(os.environ.get("XDG_CONFIG_HOME") or home / ".config")
-    return base / "autobalance"
-
-
-def shop_file(folder: Path) -> Path | None:
-    """Return the shop's file for a job in a folder; None if the folder has no such file."""
-    return next((each for each in (folder / NAME, user_folder() / NAME) if each.is_file()), None)
 
 
 def with_shop(raw: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:

@@ -14,7 +14,7 @@ from autobalance.paper.machine_page import external_table, fit_g
 from autobalance.paper.pen import SOFT
 from autobalance.paper.tables import Column, table
 from autobalance.paper.title_block import MARGIN_MM, Sheet
-from autobalance.paper.zero import Zero
+from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem, both_g, plain
 from autobalance.report.engine_words import external_words, turning_words
 from autobalance.types import Report

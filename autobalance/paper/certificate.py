@@ -13,7 +13,7 @@ from autobalance.paper.machine_page import unbalance_table
 from autobalance.paper.pen import SOFT, Pen
 from autobalance.paper.tables import Column, table
 from autobalance.paper.title_block import MARGIN_MM, Sheet
-from autobalance.paper.zero import Zero, ZeroChoice
+from autobalance.report.balance.zero import Zero, ZeroChoice
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem, plain
 from autobalance.report.job_header import work
 from autobalance.types import Report

@@ -9,8 +9,8 @@ from reportlab.platypus import Flowable
 from autobalance.paper.drawing import MIN_AXIAL_COMPONENT
 from autobalance.paper.tables import Column, table
 from autobalance.paper.tolerances import press_fit, retention
-from autobalance.paper.zero import FROM_CRANKPIN, Zero
 from autobalance.report.balance import kinds
+from autobalance.report.balance.zero import FROM_CRANKPIN, Zero
 from autobalance.report.display_units import DisplayUnits, plain
 from autobalance.types import Item
 from autobalance.wording import NO_VALUE, degrees

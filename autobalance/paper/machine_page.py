@@ -9,7 +9,7 @@ from reportlab.platypus import Flowable
 
 from autobalance.paper.cuts import cut_row
 from autobalance.paper.tables import Column, table
-from autobalance.paper.zero import Zero
+from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits, both_g, both_g_mm
 from autobalance.report.engine_words import turning_words
 from autobalance.types import Report

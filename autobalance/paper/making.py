@@ -14,8 +14,8 @@ from autobalance.paper.drawing import webs_cut
 from autobalance.paper.lettering import fitted, lines_of, safe
 from autobalance.paper.pen import INK, RULE, SOFT, Pen
 from autobalance.paper.tables import Column, table
-from autobalance.paper.zero import Zero
 from autobalance.report.balance import kinds
+from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits
 from autobalance.types import Item
 from autobalance.wording import NO_VALUE, degrees

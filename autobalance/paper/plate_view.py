@@ -15,8 +15,8 @@ from autobalance.paper.pen import SOFT, Pen
 from autobalance.paper.plates import Plate
 from autobalance.paper.section_view import SectionView
 from autobalance.paper.web_view import WebView
-from autobalance.paper.zero import Zero
 from autobalance.report.balance import kinds
+from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits
 from autobalance.types import Report
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from autobalance.paper.cheeks import Cheek
 from autobalance.paper.cuts import side_of
-from autobalance.paper.zero import CRANKPIN, KEYWAY, Zero
 from autobalance.report.balance import kinds
 from autobalance.report.balance.datums import z_datum_face
+from autobalance.report.balance.zero import CRANKPIN, KEYWAY, Zero
 from autobalance.report.display_units import DisplayUnits
 from autobalance.types import Report
 from autobalance.wording import at, degrees

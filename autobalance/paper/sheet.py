@@ -29,7 +29,7 @@ from autobalance.paper.template_view import template_rows
 from autobalance.paper.title_block import FOOT_MM, MARGIN_MM, Sheet
 from autobalance.paper.tolerance_table import held_words, tolerance_table, tolerance_words
 from autobalance.paper.tolerances import Tolerances, held, tolerances
-from autobalance.paper.zero import Zero, ZeroChoice
+from autobalance.report.balance.zero import Zero, ZeroChoice
 from autobalance.report.display_units import ON_PAPER, UnitSystem, in_units
 from autobalance.report.engine_words import external_words
 from autobalance.report.job_header import work

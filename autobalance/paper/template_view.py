@@ -14,7 +14,7 @@ from autobalance.paper.labels import Occupied, spread_between
 from autobalance.paper.lettering import POINTS_PER_MM, fitted, width_mm
 from autobalance.paper.pen import ACCENT, GONE, INK, RULE, SOFT, Pen, badge_width_mm
 from autobalance.paper.rim_strips import LAP_MM, FlatSide, Strip, templates, tile_range, tiles_of
-from autobalance.paper.zero import Zero
+from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits
 from autobalance.types import Item
 from autobalance.wording import degrees

@@ -25,8 +25,8 @@ from autobalance.paper.pen import (
 )
 from autobalance.paper.plates import Plate
 from autobalance.paper.scales import scale_for
-from autobalance.paper.zero import Zero
 from autobalance.report.balance import kinds
+from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits
 from autobalance.types import Array, Item
 from autobalance.wording import at

@@ -32,28 +32,30 @@ class DisplayUnits:
         """Return a length with its unit."""
         return f"{fixed(value_mm / self.mm_per_length, self.length_digits)} {self.length}"
 
+    def of_size(self, value_mm: float) -> str:
+        """Return a depth or diameter with its unit, without zeros at its end: as a machine is set to it."""
+        shown = fixed(value_mm / self.mm_per_length, self.length_digits)
+        return f"{shown.rstrip('0').rstrip('.')} {self.length}"
+
+    def of_place(self, value_mm: float) -> str:
+        """Return a place on the crank with its unit, a decimal less than a size."""
+        return f"{fixed(value_mm / self.mm_per_length, self.length_digits - 1)} {self.length}"
+
     @property
     def is_metric(self) -> bool:
         return self.length == "mm"
 
     def of_mass(self, value_g: float) -> str:
-        """Return a mass with its unit; ounces with grams, which most scales show."""
-        shown = f"{fixed(value_g / self.g_per_mass, self.mass_digits)} {self.mass}"
-        return shown if self.is_metric else f"{shown} ({fixed(value_g, 2)} g)"
+        """Return a mass with its unit."""
+        return f"{fixed(value_g / self.g_per_mass, self.mass_digits)} {self.mass}"
 
     def of_bob_weight(self, value_g: float) -> str:
-        """Return a bob-weight with its unit: grams first, in which its parts are weighed everywhere."""
-        shown = f"{fixed(value_g, 2)} g"
-        return (
-            shown
-            if self.is_metric
-            else f"{shown} ({fixed(value_g / self.g_per_mass, self.mass_digits)} {self.mass})"
-        )
+        """Return a bob-weight in grams, in which its parts are weighed everywhere."""
+        return f"{fixed(value_g, 2)} g"
 
     def of_unbalance(self, value_g_mm: float) -> str:
-        """Return an unbalance with its unit; ounce-inches with gram-inches, which machines show."""
-        shown = f"{fixed(value_g_mm / self.g_mm_per_unbalance, self.unbalance_digits)} {self.unbalance}"
-        return shown if self.is_metric else f"{shown} ({fixed(value_g_mm / G_MM_PER['g·in'], 2)} g·in)"
+        """Return an unbalance with its unit."""
+        return f"{fixed(value_g_mm / self.g_mm_per_unbalance, self.unbalance_digits)} {self.unbalance}"
 
     def heavy_at(self, size_g_mm: float, angle_deg: float, digits: int = 1) -> str:
         """Return the angle of an unbalance for a cell; a dash where the unbalance shows as zero.
@@ -75,18 +77,17 @@ class DisplayUnits:
         return f"{self.of_unbalance(size_g_mm)}{doubt}{self.pointing(size_g_mm, angle_deg)}"
 
     def of_quantity(self, quantity: Quantity) -> str:
-        """Return a quantity of a text; masses and unbalances other than metric with grams in brackets."""
+        """Return a quantity of a text with its unit."""
         if self.is_metric:
             return quantity.metric
         pattern, values = quantity.pattern, quantity.values
         if quantity.unit == "mm":
             return f"{_filled(pattern, values, self.mm_per_length, self.length_digits)} {self.length}"
         if quantity.unit == "g":
-            shown = _filled(pattern, values, self.g_per_mass, self.mass_digits)
-            return f"{shown} {self.mass} ({_filled(pattern, values, 1.0, 2)} g)"
+            return f"{_filled(pattern, values, self.g_per_mass, self.mass_digits)} {self.mass}"
         values = tuple(each * MM_PER["m"] for each in values) if quantity.unit == "g·m" else values
         shown = _filled(pattern, values, self.g_mm_per_unbalance, self.unbalance_digits)
-        return f"{shown} {self.unbalance} ({_filled(pattern, values, G_MM_PER['g·in'], 2)} g·in)"
+        return f"{shown} {self.unbalance}"
 
     def of_volume(self, value_mm3: float) -> str:
         """Return a volume with its unit."""
@@ -148,7 +149,7 @@ def in_units(text: str, u: DisplayUnits) -> str:
     --------
     >>> from autobalance.quantities import g_mm, mm, said
     >>> in_units(said("add {} at z {}", g_mm(720.0779, ".1f"), mm(25.4, ".1f")), ON_SCREEN["inch"])
-    'add 1.0000 oz·in (28.35 g·in) at z 1.0000 in'
+    'add 1.0000 oz·in at z 1.0000 in'
     """
     return text if u.is_metric else rendered(text, u.of_quantity)
 

@@ -41,6 +41,14 @@ def seen_from(folder: Path, file: Path) -> str:
         return file.resolve().as_posix()
 
 
+def from_here(file: str | Path) -> str:
+    """Return a file's path as it is typed from the working folder, where that is shorter."""
+    try:
+        return min(str(file), os.path.relpath(file), key=len)
+    except ValueError:  # another drive
+        return str(file)
+
+
 class Staging:
     """Files on their way to one or more folders; use as a context manager.
 

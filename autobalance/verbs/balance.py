@@ -158,10 +158,18 @@ class BalanceResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
+        return self._text(units, verbose=False)
+
+    def full_text(self, units: str = "metric") -> str:
+        """Return the summary with uncertainty, factor, forces and inertia."""
+        return self._text(units, verbose=True)
+
+    def _text(self, units: str, verbose: bool) -> str:
         from autobalance.report.balance.text import balance_text
         from autobalance.report.display_units import ON_SCREEN
+        from autobalance.report.wrapping import unglued
 
-        return balance_text(self.report, ON_SCREEN[units])
+        return unglued(balance_text(self.report, ON_SCREEN[units], verbose=verbose))
 
     def write(
         self,

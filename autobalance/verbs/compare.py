@@ -41,11 +41,27 @@ class CompareResult(VerbResult):
         return 0 if any(row.outcome in GOOD_OUTCOMES for row in self.content.comparison.rows) else 4
 
     def text(self, units: str = "metric") -> str:
-        """Return the table that the command prints."""
+        """Return the blocks that the command prints."""
         from autobalance.report.balance.comparison import comparison_text
         from autobalance.report.display_units import ON_SCREEN
 
         return comparison_text(self.content.comparison, ON_SCREEN[units])
+
+    def full_text(self, units: str = "metric") -> str:
+        """Return the blocks with the whole reason of each kind that is above tolerance."""
+        from autobalance.report.balance.comparison import comparison_text
+        from autobalance.report.display_units import ON_SCREEN
+
+        return comparison_text(self.content.comparison, ON_SCREEN[units], verbose=True)
+
+    def page(self, units: str = "metric") -> bytes:
+        """Return the comparison as a page for a browser."""
+        from autobalance.report.balance.comparison import comparison_html
+        from autobalance.report.display_units import ON_SCREEN
+        from autobalance.report.page.summary import summary_page
+
+        table = comparison_html(self.content.comparison, ON_SCREEN[units])
+        return summary_page("Comparison", self.full_text(units), self.exit_code == 0, table)
 
     def _repr_html_(self) -> str:
         from autobalance.report.balance.comparison import comparison_html

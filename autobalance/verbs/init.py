@@ -20,7 +20,6 @@ from autobalance.job.header import SHOP
 from autobalance.job.model import Crankshaft
 from autobalance.job.read import tables_of
 from autobalance.job.read_crankshaft import read_crankshaft
-from autobalance.job.shop import NAME, user_folder
 from autobalance.job.template import (
     OtherParts,
     RecognisedCrank,
@@ -39,6 +38,7 @@ from autobalance.toml_files.settings import with_settings
 from autobalance.toml_files.text import toml_text
 from autobalance.toml_files.typed_units import FILL_IN, leaves
 from autobalance.units import STEEL_KG_M3
+from autobalance.user_folders import SHOP_FILE, configuration_folder
 from autobalance.verbs.common_parameters import documented
 from autobalance.verbs.crank import Crank
 from autobalance.verbs.progress import telling
@@ -60,7 +60,7 @@ class InitResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the path of the written job, and its keys that are left to fill in."""
         if self.content.shop is not ABSENT:
-            places = f"beside a job as {NAME}, or as {user_folder() / NAME} for all jobs"
+            places = f"beside a job as {SHOP_FILE}, or as {configuration_folder() / SHOP_FILE} for all jobs"
             return f"{self.file}: the shop's own file; uncomment what it has. It is read {places}"
         if not self.content.fill_in:
             return f"{self.file}: the same job, nothing left to fill in"
@@ -135,7 +135,7 @@ def init(
 
 
 def _shop(source: str | Path | None, file: str | Path | None) -> InitResult:
-    target = Path(NAME if file is None else file)
+    target = Path(SHOP_FILE if file is None else file)
     if source is not None:
         raise UsageError(f"--shop beside {source}; the shop's own file is for every crank: leave it out")
     if target.suffix.lower() != ".toml":

@@ -46,12 +46,12 @@ class RecutResult(BalanceResult):
 
         return history_page(self.report, stage_dates(self.report["stages"][:-1], self.folder))
 
-    def text(self, units: str = "metric") -> str:
-        """Return the summary that the command prints."""
+    def _text(self, units: str, verbose: bool) -> str:
         from autobalance.report.balance.recut_text import recut_text
         from autobalance.report.display_units import ON_SCREEN
+        from autobalance.report.wrapping import unglued
 
-        return recut_text(self.report, ON_SCREEN[units])
+        return unglued(recut_text(self.report, ON_SCREEN[units], verbose=verbose))
 
     def write(
         self,

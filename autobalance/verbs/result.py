@@ -59,6 +59,15 @@ class VerbResult:
         """Return the result as lines for people; ``units`` is ``metric`` or ``inch``."""
         return "\n".join(f"{key}: {value}" for key, value in scalars(self.report))
 
+    def full_text(self, units: str = "metric") -> str:
+        """Return the lines that ``--verbose`` prints; those of ``text`` unless a result has more."""
+        return self.text(units)
+
+    def page(self, units: str = "metric") -> bytes | None:
+        """Return the result as a page for a browser, of those results that have one beside their report."""
+        del units
+        return None
+
     def plots(self) -> Plots:
         """Return the plots as files that draw themselves in a notebook; the extra ``plots`` draws them."""
         return Plots({})

@@ -57,7 +57,19 @@ class VerifyResult(VerbResult):
         return 0 if self.within_tolerance else ABOVE_TOLERANCE
 
     def text(self, units: str = "metric") -> str:
-        """Return the verdict, and what was not checked."""
+        """Return the verdict, and the names of what was not checked."""
+        return "\n".join(self._lines(units, self._not_checked_keys()))
+
+    def full_text(self, units: str = "metric") -> str:
+        """Return the verdict, and why something was not checked."""
+        why = [f"  {each.key}: {each.why}" for each in self.checked.not_checked]
+        return "\n".join(self._lines(units, ["Not checked:", *why] if why else []))
+
+    def _not_checked_keys(self) -> list[str]:
+        keys = ", ".join(each.key for each in self.checked.not_checked)
+        return [f"Not checked: {keys} (--verbose: why)"] if keys else []
+
+    def _lines(self, units: str, not_checked: list[str]) -> list[str]:
         from autobalance.report.display_units import ON_SCREEN, in_units
 
         checked, chosen = self.checked, ON_SCREEN[units]
@@ -74,10 +86,7 @@ class VerifyResult(VerbResult):
         if checked.agreement is not None:
             agree = f"volume, first and second moments agree to {checked.agreement:.1e}"
             lines.append(f"Measured a second way, from slices: {agree}")
-        if checked.not_checked:
-            lines.append("Not checked:")
-            lines += [f"  {each.key}: {each.why}" for each in checked.not_checked]
-        return "\n".join(lines)
+        return [*lines, *not_checked]
 
 
 def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:

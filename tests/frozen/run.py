@@ -6,7 +6,9 @@ import argparse
 import contextlib
 import io
 import json
+import os
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +29,20 @@ def write_inputs(folder: Path) -> None:
     (folder / "light.toml").write_text(light, encoding="utf-8")
 
 
+@contextlib.contextmanager
+def eighty_columns() -> Iterator[None]:
+    """Print inside the block as on a terminal of 80 columns."""
+    before = os.environ.get("COLUMNS")
+    os.environ["COLUMNS"] = "80"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["COLUMNS"]
+        else:
+            os.environ["COLUMNS"] = before
+
+
 def run_of(name: str, folder: Path) -> tuple[dict[str, str], dict[str, Any]]:
     """Run a line in its folder; return texts by name of the stored file, and the report."""
     before = set(folder.rglob("*"))
@@ -36,7 +52,7 @@ def run_of(name: str, folder: Path) -> tuple[dict[str, str], dict[str, Any]]:
     texts: dict[str, str] = {}
     report: dict[str, Any] = {}
     printed = io.StringIO()
-    with contextlib.chdir(folder), contextlib.redirect_stdout(printed):
+    with contextlib.chdir(folder), contextlib.redirect_stdout(printed), eighty_columns():
         code = jobs.run(*line, *(("--json", path.name) if has_report else ()))
     if has_report:
         report = json.loads(path.read_text(encoding="utf-8"))

@@ -26,8 +26,8 @@ from autobalance.paper.scales import SCALES, scale_for
 from autobalance.paper.sheet import pdf
 from autobalance.paper.tolerances import ERROR_SHARE, USUAL_ACCURACY, press_fit, tolerances
 from autobalance.paper.web_view import WebView
-from autobalance.paper.zero import FROM_CRANKPIN, Zero
 from autobalance.report.balance import kinds
+from autobalance.report.balance.zero import FROM_CRANKPIN, Zero
 from autobalance.report.display_units import ON_PAPER
 from autobalance.wording import degrees
 from tests import plans, worst_cuts

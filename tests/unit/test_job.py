@@ -21,7 +21,8 @@ from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.errors import FileError, JobError
 from autobalance.job.tables import job_schema
-from autobalance.report.balance.text import _correction
+from autobalance.report.balance.cuts_text import cut_rows
+from autobalance.report.balance.zero import FROM_CRANKPIN
 from autobalance.report.display_units import ON_SCREEN
 
 Raw = dict[str, Any]
@@ -504,7 +505,8 @@ def test_the_summary_takes_one_angle_for_a_sector() -> None:
         "radius_mm": 50.0,
         "position_mm": [50.0, 0.0, 1.0],
     }
-    assert "web 2" in _correction(cut, ON_SCREEN["metric"])
+    row = cut_rows("Cuts to make", [cut], ON_SCREEN["metric"], FROM_CRANKPIN).splitlines()[1]
+    assert row.split()[:6] == ["1.", "turn", "2", "–", "3", "mm"]
 
 
 def test_a_format_that_carries_its_unit_needs_none() -> None:

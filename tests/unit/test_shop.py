@@ -13,7 +13,7 @@ from autobalance import job
 from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.errors import JobError
 from autobalance.job.limits import limits_of_every_kind
-from autobalance.job.shop import user_folder
+from autobalance.user_folders import configuration_folder
 from tests import jobs
 
 SHOP = """
@@ -70,8 +70,8 @@ def test_a_shop_beside_the_job_is_read_with_it(path: Path) -> None:
 
 
 def test_the_users_shop_gives_way_to_that_beside_the_job_and_to_the_jobs_own(path: Path) -> None:
-    user_folder().mkdir(parents=True)
-    (user_folder() / "shop.toml").write_text('[shop]\nname = "at home"\nunits = "inch"\n', "utf-8")
+    configuration_folder().mkdir(parents=True)
+    (configuration_folder() / "shop.toml").write_text('[shop]\nname = "at home"\nunits = "inch"\n', "utf-8")
     assert job.describe(job.load(path))["shop"]["name"] == "at home"
     (path.parent / "shop.toml").write_text('[shop]\nname = "beside"\n', "utf-8")
     assert job.describe(job.load(path))["shop"]["name"] == "beside"
@@ -97,7 +97,9 @@ def test_init_writes_a_shop_that_can_be_read(
 ) -> None:
     monkeypatch.chdir(path.parent)
     assert jobs.run("init", "--shop") == 0
-    assert f"or as {user_folder() / 'shop.toml'} for all jobs" in capsys.readouterr().out
+    assert f"or as {configuration_folder() / 'shop.toml'} for all jobs" in " ".join(
+        capsys.readouterr().out.split()
+    )
     text = Path("shop.toml").read_text("utf-8")
     assert job.describe(job.load(path))["shop"]["name"] is None
     kept = "\n".join(

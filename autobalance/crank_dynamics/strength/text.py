@@ -9,12 +9,13 @@ from autobalance.crank_dynamics.strength.fillets_from_job import FilletRow
 from autobalance.crank_dynamics.strength.throw_stress import ThrowFillets
 from autobalance.declare import DEGREES
 from autobalance.engines.cycle.text import number
+from autobalance.report.files import from_here
 from autobalance.report.tables import table
 
 
 def strength_text(report: StrengthReport) -> str:
     """Return the summary of ``strength``: every fillet, the least safe one, and the effect of the cuts."""
-    blocks = [f"{report.report or report.input['file']}: fillets at {report.speed_rpm:g} rpm"]
+    blocks = [f"{from_here(report.report or report.input['file'])}: fillets at {report.speed_rpm:g} rpm"]
     if report.before is not None:
         blocks += ["Before the cuts\n" + _fillets(report.before.fillets), "After the cuts"]
         blocks[-1] += "\n" + _fillets(report.fillets)

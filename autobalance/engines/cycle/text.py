@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from autobalance.declare import ABSENT, Absent
 from autobalance.engines.cycle.sections import cycle_section
+from autobalance.report.files import from_here
 from autobalance.report.tables import table
 from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM, RAD_S_PER_RPM
 
@@ -31,7 +32,7 @@ def cycle_text(report: CycleReport) -> str:
     """Return the summary of ``cycle``: cylinders, torque, speed, loads, and the effect of each factor."""
     found = report.summary
     blocks = [
-        f"{report.input['file']}: {found.strokes}-stroke cycle at {report.speed_rpm:g} rpm",
+        f"{from_here(report.input['file'])}: {found.strokes}-stroke cycle at {report.speed_rpm:g} rpm",
         _cylinders(found),
         _torque(found.torque, found.power_W),
         _speed(found.speed),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from autobalance.declare import ABSENT
 from autobalance.engines.cycle.text import number
+from autobalance.report.files import from_here
 from autobalance.report.tables import table
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ LEAST_SHOWN_N = 0.05
 def forces_text(report: ForcesReport) -> str:
     """Return the summary of ``forces``: orders, bearing loads, and the effect of each factor."""
     parts = [
-        f"{report.job['file']}: forces of inertia at {report.speed_rpm:g} rpm, without gas;"
+        f"{from_here(report.job['file'])}: forces of inertia at {report.speed_rpm:g} rpm, without gas;"
         f" moments about z = {report.moments_about_z_mm:.2f} mm",
         *(_state(state) for state in report.states),
         _roll(report),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from autobalance.report.display_units import DisplayUnits
+from autobalance.report.files import from_here
 from autobalance.report.tables import table
 from autobalance.units import G_MM2_PER_KG_MM2
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 def parts_text(report: PartsReport, units: DisplayUnits) -> str:
     """Return the roll-up of the parts and the bob-weights."""
-    blocks: list[str] = [report.job["file"]]
+    blocks: list[str] = [from_here(report.job["file"])]
     for throw in report.throws:
         rows = [(_throw_name(throw), "weight", "may be off by")]
         for weights, title in (

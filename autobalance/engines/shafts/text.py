@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from autobalance.engines.forces.text import orders_table
 from autobalance.report.display_units import DisplayUnits
+from autobalance.report.files import from_here
 from autobalance.report.tables import table
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ LEAST_ROLL = 0.005
 def shafts_text(report: ShaftsReport, units: DisplayUnits) -> str:
     """Return the summary of ``shafts``: orders that shake, proposals, and the effect of the job's shafts."""
     parts = [
-        f"{report.job['file']}: balance shafts at {report.speed_rpm:g} rpm, crank balanced to"
+        f"{from_here(report.job['file'])}: balance shafts at {report.speed_rpm:g} rpm, crank balanced to"
         f" {report.balance_factor:.4f}; moments about z = {report.moments_about_z_mm:.2f} mm",
         "Without shafts\n" + orders_table(report.without.orders),
     ]

@@ -10,7 +10,6 @@ from autobalance.balancing.comparison import ComparedRow, judged, why_recommende
 from autobalance.correction.contract import Prefer
 from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.report.records.compare import Comparison, WorstPlace
-from autobalance.report.tables import table
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import G_MM2_PER_KG_MM2
@@ -22,6 +21,7 @@ VERDICTS: Mapping[str | None, str] = {
     "above_tolerance": "ABOVE",
     None: "no place",
 }
+GOOD = ("within_tolerance", "already_within_tolerance")
 
 
 def comparison(
@@ -47,50 +47,84 @@ def comparison(
     )
 
 
-def comparison_text(compared: Comparison, units: DisplayUnits) -> str:
-    """Return a comparison as a table that a mechanic can read."""
-    head = (
-        "Correction",
-        "rank",
-        "verdict",
-        "of permitted",
-        "metal",
-        "inertia",
-        "cuts",
-        "different",
-        "deepest",
-        "wall left",
-        "webs keep",
-        "capacity",
-    )
-    rows = [head] + [_cells(row, units) for row in compared.rows]
+def comparison_text(compared: Comparison, units: DisplayUnits, verbose: bool = False) -> str:
+    """Return a comparison that a mechanic can read: what is recommended, then a block a kind, best first.
+
+    Kinds above tolerance are each given the reason's first and last words, all of them where ``verbose``.
+    """
     worst = compared.initial_worst
-    lines = [
+    ordered = _ranked(compared.rows)
+    within = sum(row.outcome in GOOD for row in ordered)
+    first = next((row for row in ordered if row.rank == 1), None)
+    head = [
+        f"{'WITHIN' if within else 'ABOVE'} TOLERANCE with {within} of {len(ordered)} methods",
+        f"Recommended: {_recommended(compared)}{_first(first, units)}",
+        "left: nothing within tolerance" if first is None else f"left {_used(first)} of what is permitted",
+    ]
+    before = (
         f"{compared.job}: {worst.place} has {units.of_unbalance(worst.g_mm)} before, "
         f"{units.of_unbalance(worst.permissible_g_mm)} permitted there ({percent(worst.share)}); "
-        f"the resultant has {units.of_unbalance(compared.initial_g_mm)}",
-        "",
-        table(rows),
-        "",
-        "of permitted: the worst judged value, the resultant or a plane; "
-        "metal: taken, added and pressed in; capacity: how many times this unbalance could be corrected",
-    ]
-    reasons: dict[str, list[str]] = {}
-    for row in compared.rows:
-        if row.outcome == "within_tolerance" and row.beaten_by:
-            lines.append(f"{row.name} is beaten by {', '.join(row.beaten_by)}")
-        elif row.outcome not in ("within_tolerance", "already_within_tolerance"):
-            reasons.setdefault(in_units(row.reason or "", units), []).append(row.name)
-    lines += [f"{', '.join(names)}: {reason}" for reason, names in reasons.items()]
+        f"the resultant has {units.of_unbalance(compared.initial_g_mm)}"
+    )
+    blocks = ["\n".join(_block(row, units, verbose)) for row in ordered]
     unbeaten = ", ".join(compared.unbeaten) or "none is within tolerance"
-    best = f"Recommended: {_recommended(compared)} ({in_units(compared.why, units)})"
-    return "\n".join([*lines, best, f"Nothing beats: {unbeaten}"])
+    legend = (
+        "of permitted: the worst judged value, the resultant or a plane; metal: taken, added and pressed in; "
+        "capacity: how many times this unbalance could be corrected"
+    )
+    last = [
+        f"Why {_recommended(compared)}: {in_units(compared.why, units)}",
+        *([legend] if verbose else []),
+        f"Nothing beats: {unbeaten}",
+    ]
+    return "\n\n".join(["\n".join(head), before, *blocks, "\n".join(last)])
+
+
+def _ranked(rows: Sequence[ComparedRow]) -> list[ComparedRow]:
+    """Return rows by rank, then those above tolerance by what they leave, then those without a place."""
+
+    def order(row: ComparedRow) -> tuple[float, float]:
+        left = math.inf if row.residual_share is None else row.residual_share
+        return math.inf if row.rank is None else row.rank, left
+
+    return sorted(rows, key=order)
+
+
+def _first(row: ComparedRow | None, units: DisplayUnits) -> str:
+    """Return the cuts of the recommended kind in a few words."""
+    if row is None or not row.cuts:
+        return ""
+    deepest = units.of_size(max(abs(depth) for depth in row.depths_mm))
+    return f": {row.cuts} cuts, deepest {deepest} ({units.of_mass(row.metal_moved_g or 0.0)} moved)"
+
+
+def _used(row: ComparedRow) -> str:
+    return percent(row.residual_share or 0.0)
+
+
+def _block(row: ComparedRow, units: DisplayUnits, verbose: bool) -> list[str]:
+    """Return the lines of a kind: verdict, cuts and metal, what is left of the crank; or why it fails."""
+    if row.outcome is None:
+        return [f"{row.name}: no place", f"  - {in_units(row.reason or '', units)}"]
+    _, _, _, _, metal, inertia, cuts, different, deepest, wall, keep, capacity = _cells(row, units)
+    rank = "" if row.rank is None else f"{row.rank}. "
+    beaten = f", beaten by {', '.join(row.beaten_by)}" if row.outcome in GOOD and row.beaten_by else ""
+    lines = [f"{rank}{row.name}: {VERDICTS[row.outcome]}, {_used(row)} of permitted{beaten}"]
+    if row.cuts:
+        lines.append(f"   {cuts} cuts, {different} different; deepest {deepest}; {metal} moved")
+        left = f"wall left {wall}; " if wall else ""
+        lines.append(f"   {left}webs keep {keep}; inertia {inertia}; capacity {capacity}")
+    if row.outcome == "above_tolerance":
+        clauses = in_units(row.reason or "", units).split("; ")
+        shown = clauses if verbose or len(clauses) < 3 else [clauses[0], clauses[-1]]
+        lines += [f"   - {clause}" for clause in shown]
+    return lines
 
 
 def comparison_html(compared: Comparison, units: DisplayUnits) -> str:
     """Return a comparison as a table for a notebook, ranked, the recommended one first."""
     head = ("", "Correction", "verdict", "of permitted", "metal", "cuts", "different", "wall left")
-    ordered = sorted(compared.rows, key=lambda row: math.inf if row.rank is None else row.rank)
+    ordered = _ranked(compared.rows)
     lines = []
     for row in ordered:
         name, rank, verdict, residual, metal, _, cuts, different, _, wall, *_ = _cells(row, units)
@@ -123,8 +157,8 @@ def _cells(row: ComparedRow, units: DisplayUnits) -> tuple[str, ...]:
         units.of_inertia(inertia_kg_mm2, 2, "+"),
         str(row.cuts),
         str(row.different_cuts),
-        units.of_length(max(abs(depth) for depth in row.depths_mm)) if row.depths_mm else "",
-        "" if row.wall_left_mm is None else units.of_length(row.wall_left_mm),
+        units.of_size(max(abs(depth) for depth in row.depths_mm)) if row.depths_mm else "",
+        "" if row.wall_left_mm is None else units.of_size(row.wall_left_mm),
         "" if row.web_metal_share is None else f"{100.0 * row.web_metal_share:.0f} %",
         capacity,
     )

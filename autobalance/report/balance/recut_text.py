@@ -1,28 +1,40 @@
-"""A further stage as lines to read: the reading, and the cuts."""
+"""A further stage as lines to read: the cuts, and the reading that they follow from."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from autobalance.report.balance.text import balance_text
+from autobalance.report.balance.zero import Zero, ZeroChoice
 from autobalance.report.display_units import DisplayUnits
 from autobalance.types import Values
 
 
-def recut_text(report: Values, units: DisplayUnits) -> str:
-    """Return the reading beside the expected unbalance, then the summary of the cuts."""
+def recut_text(
+    report: Values,
+    units: DisplayUnits,
+    folder: Path | None = None,
+    verbose: bool = False,
+    zero: ZeroChoice = "keyway",
+) -> str:
+    """Return the summary of the cuts, then the reading beside the expected unbalance."""
     stage = report["stages"][-1]
     serial = "" if stage["serial"] is None else f" of {stage['serial']}"
-    read, expected = (_unbalance(stage[key], units) for key in ("reading", "expected"))
-    bob_weights = ", ".join(units.of_mass(each) for each in stage["bob_weights_g"])
+    origin = Zero.of(report, zero)
+    read, expected = (_unbalance(stage[key], units, origin) for key in ("reading", "expected"))
+    bob_weights = ", ".join(units.of_bob_weight(each) for each in stage["bob_weights_g"])
     lines = [
-        f"Stage {stage['stage']}{serial}: read {read}, expected {expected}",
-        f"Bob-weights fitted: {bob_weights}",
+        balance_text(report, units, folder, verbose, zero),
         "",
-        balance_text(report, units),
+        f"Stage {stage['stage']}{serial}",
+        f"  read      {read}",
+        f"  expected  {expected}",
+        f"  angles from {origin.name}; bob-weights fitted: {bob_weights}",
     ]
     return "\n".join(lines)
 
 
-def _unbalance(values: Values, units: DisplayUnits) -> str:
+def _unbalance(values: Values, units: DisplayUnits, zero: Zero) -> str:
     off = values["uncertainty_g_mm"]
     doubt = "" if off is None else f" ± {units.of_unbalance(off)}"
-    return units.of_vector(values["magnitude_g_mm"], values["angle_deg"], doubt)
+    return units.of_vector(values["magnitude_g_mm"], zero.ccw(values["angle_deg"]), doubt)

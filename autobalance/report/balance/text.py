@@ -7,49 +7,55 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from autobalance.balancing.sections import section, sections_in
-from autobalance.correction.holes import drill_words
 from autobalance.declare import decoded
 from autobalance.quantities import g
-from autobalance.report.balance.kinds import angle_deg, verb
-from autobalance.report.balance.relaxation_text import relaxation_lines
+from autobalance.report.balance.cuts_text import corrections_text, cut_rows
+from autobalance.report.balance.headline import headline, why
 from autobalance.report.balance.scan_text import against_text
+from autobalance.report.balance.zero import Zero, ZeroChoice
 from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.report.records.against import Against
 from autobalance.report.tables import table
+from autobalance.report.wrapping import whole
 from autobalance.types import Values
-from autobalance.wording import NOT_PROVEN, degrees, is_unproven
-
-OUTCOMES = {
-    "within_tolerance": "WITHIN TOLERANCE",
-    "already_within_tolerance": "WITHIN TOLERANCE ALREADY: nothing to cut",
-    "above_tolerance": "ABOVE TOLERANCE",
-}
+from autobalance.wording import degrees, is_unproven
 
 
-def unproven(report: Values) -> str:
-    """Return the words after the verdict where the uncertainty leaves it open; else empty."""
-    return NOT_PROVEN.upper() if is_unproven(report) else ""
+def balance_text(
+    report: Values,
+    units: DisplayUnits,
+    folder: Path | None = None,
+    verbose: bool = False,
+    zero: ZeroChoice = "keyway",
+) -> str:
+    """Return the summary of a balancing run: verdict, what to do, what is left; then cuts and unbalance.
 
-
-def balance_text(report: Values, units: DisplayUnits, folder: Path | None = None) -> str:
-    """Return the summary of a balancing run: the verdict, the cuts, before and after.
-
-    ``folder`` is that of the report: the crank's file is then named relative to the working folder.
+    ``folder`` is that of the report: the crank's file is then named relative to the working folder. The rest
+    (uncertainty, factor, forces, inertia) follows where it is ``verbose``.
     """
+    origin = Zero.of(report, zero)
     parts = [
-        _heading(report, units, folder),
-        _corrections(report, units),
-        _before_and_after(report, units),
-        _factor(report, units),
-        _forces(report),
-        *_sections(report),
-        _changes(report, units),
-        _overbalance(report, units),
-        _external(report, units),
-        _oil(report, units),
+        "\n".join([*headline(report, units), *why(report, units), *_doubts_that_count(report, units)]),
+        corrections_text(report, units, origin),
+        _before_and_after(report, units, folder, origin),
+        _bob_weights(report, units),
+        _overbalance(report, units, origin),
+        _external(report, units, origin),
         _assembly(report, units),
+        *_sections(report),
+        *(_details(report, units) if verbose else ()),
+        _notes(report, units),
     ]
     return "\n\n".join(part for part in parts if part)
+
+
+def _details(report: Values, units: DisplayUnits) -> Iterator[str]:
+    """Yield what people look at where the first screen leaves a question."""
+    yield _uncertainty(report, units)
+    yield _factor(report, units)
+    yield _forces(report)
+    yield _changes(report, units)
+    yield _oil(report, units)
 
 
 def _sections(report: Values) -> Iterator[str]:
@@ -66,20 +72,35 @@ def _assembly(report: Values, units: DisplayUnits) -> str:
     return assembly_text(report["assembly"], units)
 
 
-def _heading(report: Values, units: DisplayUnits, folder: Path | None) -> str:
-    lines = [f"{input_path(report, folder)}: {OUTCOMES[report['outcome']]}{unproven(report)}"]
-    lines += [in_units(report["reason"], units)] if report["reason"] else []
-    lines += [f"  {in_units(line, units)}" for line in relaxation_lines(report)]
+def _is_proven(report: Values) -> bool:
+    return bool(report["outcome"] != "above_tolerance" and not is_unproven(report))
+
+
+def _too_coarse(report: Values, units: DisplayUnits) -> list[str]:
+    found = (report["crank"]["facet_error"] or {}).get("too_coarse")
+    if not found:
+        return []
+    first, *others = in_units(found["text"], units).split("; ")
+    return [f"  - {first}", *(f"    {each}" for each in others)]
+
+
+def _doubts_that_count(report: Values, units: DisplayUnits) -> list[str]:
+    """Return what leaves a verdict open; none where it is proven."""
+    return _too_coarse(report, units) if is_unproven(report) else []
+
+
+def _notes(report: Values, units: DisplayUnits) -> str:
+    """Return what changes neither verdict nor cuts."""
+    lines = [] if is_unproven(report) else _too_coarse(report, units)
     facets = report["crank"]["facet_error"] or {}
-    lines += [in_units(facets["too_coarse"]["text"], units)] if facets.get("too_coarse") else []
     if facets.get("correction") in {"applied", "mass_only"}:
         hidden = units.of_quantity(g(facets["mass_g"], "+.3g"))
-        lines.append(f"chord error of the facets added to all measurements: {hidden}")
-    lines += [facets["reason"]] if facets.get("reason") else []
+        lines.append(f"  - chord error of the facets added to all measurements: {hidden}")
+    lines += [f"  - {facets['reason']}"] if facets.get("reason") else []
     if "scan" in report["input"]:
-        lines.append(f"mass and unbalance are those of the scan {report['input']['scan']['file']}")
+        lines.append(f"  - mass and unbalance are those of the scan {report['input']['scan']['file']}")
         lines.append(against_text(decoded(Against, report["against"]), report["crank"]["mass_g"], units))
-    return "\n".join(lines)
+    return "\n".join(["Notes", *lines] if lines else [])
 
 
 def input_path(report: Values, folder: Path | None) -> str:
@@ -93,128 +114,90 @@ def input_path(report: Values, folder: Path | None) -> str:
         return file
 
 
-LESS_THAN_A_SIDE_DEG = 179.0
-"""Span below which the part of a face is named."""
-
-
-def remarks(report: Values) -> tuple[str, ...]:
-    """Return the lines beneath the cuts: places that they weaken, then notes."""
-    return (*(report.get("weak_places") or ()), *(report.get("notes") or ()))
-
-
-def _corrections(report: Values, units: DisplayUnits) -> str:
-    if not report["corrections"]:
-        return ""
-    notes = [f"  {in_units(remark, units)}" for remark in remarks(report)]
-    return "\n".join(["Cuts to make"] + [_correction(each, units) for each in report["corrections"]] + notes)
-
-
-def _correction(correction: Values, units: DisplayUnits) -> str:
-    what = verb(correction)
-    if correction.get("diameter_mm") is not None:
-        what += f" ⌀{units.of_length(correction['diameter_mm'])}"
-        drill = drill_words.called(correction)
-        what += f" ({drill})" if drill and drill not in what else ""
-    where = [f"face {correction['face']}"] if correction["face"] is not None else []
-    sector = correction.get("sector_deg")
-    start, end = sector if isinstance(sector, list | tuple) else (0.0, 360.0)  # may be one angle
-    if 0.0 < (end - start) % 360.0 < LESS_THAN_A_SIDE_DEG:
-        where.append(f"its part from {degrees(start)} to {degrees(end)}")
-    where += [f"web {correction['web']}"] if correction["web"] is not None else []
-    if (angle := angle_deg(correction)) is not None:
-        where.append(f"at {degrees(angle)}")
-    size = units.of_length(abs(correction["depth_mm"]))
-    if old_mm := correction.get("deepened_from_mm"):
-        size += f" deeper, to {units.of_length(old_mm + correction['depth_mm'])}"
-    off = units.of_mass(abs(correction["removed_mass_g"]))
-    return (
-        f"  {correction['number']:>2}. {what} {', '.join(where)}: {size} "
-        f"({off} {'off' if correction['removed_mass_g'] >= 0.0 else 'on'}, centre "
-        f"{units.of_length(correction['radius_mm'])} from the axis, "
-        f"z {units.of_length(correction['position_mm'][2])})"
-    )
-
-
-def _before_and_after(report: Values, units: DisplayUnits) -> str:
+def _before_and_after(report: Values, units: DisplayUnits, folder: Path | None, zero: Zero) -> str:
     tolerance = report["tolerance"]
-    passes = len(report["steps"])
-    rows = [("Unbalance", "before", "after", "uncertain by", "permitted")]
+    rows = [(f"Unbalance [{units.unbalance}]", "before", "after", "uncertain by", "permitted")]
     judged = "" if tolerance["judge"] == "dynamic" else " (not judged)"
     rows.append(
         (
             "  resultant",
-            units.of_unbalance(report["initial"]["magnitude_g_mm"]),
-            units.of_unbalance(report["residual"]["magnitude_g_mm"]),
+            units.g_mm(report["initial"]["magnitude_g_mm"]),
+            units.g_mm(report["residual"]["magnitude_g_mm"]),
             _plus_minus(report["residual"], units),
-            units.of_unbalance(tolerance["permissible_g_mm"]),
+            units.g_mm(tolerance["permissible_g_mm"]),
         )
     )
     planes = zip(report["initial"]["planes"], report["residual"]["planes"], tolerance["planes"], strict=True)
     for before, after, plane in planes:
         rows.append(
             (
-                f"  plane {plane['name']} (z {units.of_length(plane['z_mm'])}){judged}",
-                units.of_unbalance(before["magnitude_g_mm"]),
-                units.of_unbalance(after["magnitude_g_mm"]),
+                f"  plane {plane['name']} (z {units.of_place(plane['z_mm'])}){judged}",
+                units.g_mm(before["magnitude_g_mm"]),
+                units.g_mm(after["magnitude_g_mm"]),
                 _plus_minus(after, units),
-                units.of_unbalance(plane["permissible_g_mm"]),
+                units.g_mm(plane["permissible_g_mm"]),
             )
         )
-    return (
-        table(rows)
-        + f"\n  {_heavy_spot(report['residual'], units)};"
-        + f" G {tolerance['grade_mm_s']:g} at {tolerance['speed_rpm']:g} rpm,"
-        + f" rotor {units.of_mass(tolerance['rotor_mass_g'])}; {passes} pass{'' if passes == 1 else 'es'}"
-        + _uncertainty(report["residual"], units)
-        + _margin(report)
+    return "\n".join(
+        [
+            table(rows),
+            f"  {_heavy_spot(report['residual'], units, zero)}",
+            f"  {whole(input_path(report, folder))}: {_judged_by(report, units)}",
+            *_margin(report),
+        ]
     )
 
 
-def _heavy_spot(residual: Values, units: DisplayUnits) -> str:
-    at = units.pointing(residual["magnitude_g_mm"], residual["angle_deg"])
+def _judged_by(report: Values, units: DisplayUnits) -> str:
+    tolerance, passes = report["tolerance"], len(report["steps"])
     return (
-        f"residual heavy spot{at} from throw 1, counter-clockwise seen from +z"
-        if at
-        else "no heavy spot is left"
+        f"G {tolerance['grade_mm_s']:g} at {tolerance['speed_rpm']:g} rpm, "
+        f"rotor {units.of_mass(tolerance['rotor_mass_g'])}; {passes} pass{'' if passes == 1 else 'es'}"
     )
+
+
+def _heavy_spot(residual: Values, units: DisplayUnits, zero: Zero) -> str:
+    at = units.pointing(residual["magnitude_g_mm"], zero.ccw(residual["angle_deg"]))
+    if not at:
+        return "residual too small for an angle"
+    return f"residual heavy spot{at} from {zero.name}, ccw seen from +z"
 
 
 def _plus_minus(unbalance: Values, units: DisplayUnits) -> str:
     off = unbalance.get("uncertainty_g_mm")
-    return "unknown" if off is None else f"± {units.of_unbalance(off)}"
+    return "unknown" if off is None else f"± {units.g_mm(off)}"
 
 
-def _uncertainty(residual: Values, units: DisplayUnits) -> str:
+def _uncertainty(report: Values, units: DisplayUnits) -> str:
     """Return the uncertainty of the resultant with its causes, the largest first; empty where unknown."""
+    residual = report["residual"]
     if residual["uncertainty_g_mm"] is None:
         return ""
     shares = sorted(residual["uncertainty_shares_g_mm"].items(), key=lambda share: -share[1])
-    listed = ", ".join(f"{cause} {units.of_unbalance(share)}" for cause, share in shares if share > 0.0)
-    text = f"\n  uncertain by ± {units.of_unbalance(residual['uncertainty_g_mm'])}: {listed or 'nothing'}"
+    rows = [("Uncertainty", f"± {units.of_unbalance(residual['uncertainty_g_mm'])}")]
+    rows += [(f"  {cause}", f"± {units.of_unbalance(share)}") for cause, share in shares if share > 0.0]
+    text = table(rows)
     if silent := residual.get("uncertainty_unstated"):
-        text += f"\n  not stated in the job and not counted: {', '.join(silent)}"
+        text += f"\n  no tolerance given for {', '.join(silent)}: taken as 0"
     return text
 
 
-def _margin(report: Values) -> str:
-    """Return the note on the uncertainty in the verdict; empty where it neither counts nor would matter."""
-    if is_unproven(report) and report["reason"]:
-        about = {doubt["about"] for doubt in report["crank"].get("doubts", ())}
-        meant = "the main journal" if about <= {"main_journal"} else "the shaft"
-        return f"\n  not proven: the verdict hangs on which cylinder is {meant} (--strict: 4)"
-    if is_unproven(report):
-        return "\n  not proven: residual plus uncertainty exceeds the permissible unbalance (--strict: 4)"
-    if report["tolerance"].get("margin", "none") == "none":
-        return ""
-    return "\n  the verdict counts the uncertainty: both together must be within the permissible unbalance"
+def _margin(report: Values) -> list[str]:
+    """Return the note on the uncertainty in the verdict; none where it does not count."""
+    if report["tolerance"].get("margin", "none") == "none" or is_unproven(report):
+        return []
+    return ["  the verdict counts the uncertainty: both together must be within the permissible unbalance"]
+
+
+def _bob_weights(report: Values, units: DisplayUnits) -> str:
+    bob = report["engine"]["bob_weights"]
+    listed = ", ".join(f"throw {each['throw']} {units.of_bob_weight(each['mass_g'])}" for each in bob)
+    return f"Bob-weights: {listed}"
 
 
 def _factor(report: Values, units: DisplayUnits) -> str:
-    factor, bob = report["balance_factor"], report["engine"]["bob_weights"]
+    factor = report["balance_factor"]
     lines = ["Balance factor: " + _arrow(factor["initial"], factor["target"], factor["final"])]
-    lines.append(
-        "  bob-weights: " + ", ".join(f"throw {b['throw']} {units.of_bob_weight(b['mass_g'])}" for b in bob)
-    )
     if report["counterweight"] is not None:
         web = report["counterweight"]
         product = web["product_g_mm"]
@@ -232,15 +215,15 @@ def _arrow(initial: float | None, target: float, final: float | None) -> str:
     return f"{initial:.4f} before, {final:.4f} after, {target:.4f} wanted"
 
 
-def _external(report: Values, units: DisplayUnits) -> str:
+def _external(report: Values, units: DisplayUnits, zero: Zero) -> str:
     """Return the unbalance that damper and flexplate or flywheel are to carry, with its tolerance."""
     parts = report.get("external")
     if not parts:
         return ""
-    rows: list[Sequence[str]] = [("External part", "carries", "at", "may be off")]
+    rows: list[Sequence[str]] = [("External part", "carries", f"at, from {zero.name}", "tolerance")]
     for each in parts:
         size, off = (units.of_unbalance(each[key]) for key in ("magnitude_g_mm", "pm_g_mm"))
-        at = units.heavy_at(each["magnitude_g_mm"], each["angle_deg"])
+        at = units.heavy_at(each["magnitude_g_mm"], zero.ccw(each["angle_deg"]))
         rows.append((f"  {each['name']}", size, at, f"± {off}"))
     return table(rows)
 
@@ -289,15 +272,16 @@ def _changes(report: Values, units: DisplayUnits) -> str:
     )
 
 
-def _overbalance(report: Values, units: DisplayUnits) -> str:
+def _overbalance(report: Values, units: DisplayUnits, zero: Zero) -> str:
     left = report.get("overbalance")
     if left is None:
         return ""
+    heavy = degrees(zero.ccw(left["angle_deg"]))
     lines = [
-        f"Left for final drilling: {units.of_unbalance(left['magnitude_g_mm'])} with the heavy side at "
-        f"{degrees(left['angle_deg'])} (the table above counts from there)"
+        f"Left for final drilling: {units.of_unbalance(left['magnitude_g_mm'])}, heavy side at {heavy} from "
+        f"{zero.name} (the table above counts from there)"
     ]
-    lines += [_correction(each, units) for each in left["last_holes"]]
+    lines += [cut_rows("Last holes", left["last_holes"], units, zero)] if left["last_holes"] else []
     if left["predicted_g_mm"] is not None:
         lines.append(f"  after these holes {units.of_unbalance(left['predicted_g_mm'])} will be left")
     if left["reason"]:

@@ -10,8 +10,8 @@ from typing import Any
 
 from autobalance.balancing.sections import section, sections_in
 from autobalance.report.balance import kinds
+from autobalance.report.balance.cuts_text import remarks
 from autobalance.report.balance.relaxation_text import relaxation_lines
-from autobalance.report.balance.text import remarks
 from autobalance.report.display_units import ON_SCREEN, UnitSystem, in_units
 from autobalance.report.engine_words import external_words, turning_words
 from autobalance.report.job_header import page_header, stage_words

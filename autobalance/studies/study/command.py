@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from autobalance.command.options import add_json, add_plots, add_series
+from autobalance.command.options import add_json, add_open, add_output, add_plots, add_series, add_units
 from autobalance.command.verb import Option, Verb
 
 VERB = Verb(
@@ -16,6 +16,13 @@ VERB = Verb(
         "seed": Option(metavar="S"),
         "target": Option(metavar="P"),
     },
-    writes=(add_series("the cranks, one row each"), add_json, add_plots),
+    writes=(
+        add_output("page, report and cranks", "the page in NAME-study beside the job"),
+        add_series("the cranks, one row each"),
+        add_json,
+        add_plots,
+        add_units,
+        add_open,
+    ),
     series=lambda result: result.series,
 )

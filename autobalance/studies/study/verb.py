@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from autobalance.verbs.crank import Crank
 
 NOT_REACHED = 4
+PLOTS_SHOWN = 2
+"""Plots on the page: the spread of the cranks, and its causes."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,10 +52,21 @@ class StudyResult(VerbResult):
         return NOT_REACHED if self.missed else 0
 
     def text(self, units: str = "metric") -> str:
-        """Return the study as lines for people; always metric."""
+        """Return the study as lines for people."""
+        from autobalance.report.display_units import ON_SCREEN
         from autobalance.studies.study.text import study_text
 
-        return study_text(self.content)
+        return study_text(self.content, ON_SCREEN[units])
+
+    def page(self, units: str = "metric") -> bytes:
+        """Return the study as a page for a browser, with its plots where what draws them is installed."""
+        from importlib.util import find_spec
+
+        from autobalance.report.page.summary import summary_page
+
+        drawn = self.plots().values() if find_spec("matplotlib") is not None else ()
+        plots = [each._repr_svg_() for each in list(drawn)[:PLOTS_SHOWN]]
+        return summary_page("Study", self.text(units), not self.missed, plots=plots)
 
     def plots(self) -> Plots:
         """Return a histogram of what is used of the permissible value, and a tornado of the causes."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from autobalance.report.balance.text import OUTCOMES
+from autobalance.report.balance.headline import OUTCOMES
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
 

@@ -1,0 +1,62 @@
+"""The units in which a shop works, for commands that are not asked for others."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from autobalance.user_folders import shop_file
+
+WRITTEN = ("command", "json", "output", "plots", "series", "picture", "units")
+"""Arguments that are no file that is read."""
+
+
+def fill_in_units(arguments: argparse.Namespace) -> None:
+    """Set ``units`` where the command has them and none are asked for."""
+    if getattr(arguments, "units", "metric") is not None:
+        return
+    named = (Path(each) for name, each in vars(arguments).items() if name not in WRITTEN and _is_name(each))
+    source = next((path for path in named if path.exists()), None)
+    arguments.units = shop_units(source, getattr(arguments, "settings", None) or ())
+
+
+def _is_name(value: object) -> bool:
+    return isinstance(value, str) and "\0" not in value and 0 < len(value) < 4096
+
+
+def shop_units(source: Path | None, settings: Sequence[str] = ()) -> str:
+    """Return the units of ``--set``, else of a job or report, else of the shop's file beside it, else metric.
+
+    Parameters
+    ----------
+    source : Path or None
+        Job, report, crank or folder; None: the working folder.
+    settings : sequence of str
+        As typed, ``shop.units=inch``.
+    """
+    said = (each.partition("=") for each in settings)
+    set_to = [value.strip().strip("\"'") for key, _, value in said if key.strip() == "shop.units"]
+    here = Path() if source is None else source if source.is_dir() else source.parent
+    files = [path for path in (source, shop_file(here)) if path is not None]
+    found = (*set_to[-1:], *(_units_in(path) for path in files))
+    return next((units for units in found if units in ("metric", "inch")), "metric")
+
+
+def _units_in(path: Path) -> Any:
+    """Return ``shop.units`` of a file; None where it is wrong: the command that reads it says so."""
+    try:
+        if path.suffix == ".toml":
+            tables: Any = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        elif path.suffix == ".json":
+            tables = json.loads(path.read_bytes())
+            tables = tables.get("job") if isinstance(tables, Mapping) else None
+        else:
+            return None
+    except (OSError, ValueError, RecursionError):
+        return None
+    shop = tables.get("shop") if isinstance(tables, Mapping) else None
+    return shop.get("units") if isinstance(shop, Mapping) else None

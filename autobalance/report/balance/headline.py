@@ -1,0 +1,118 @@
+"""First lines of a summary: the verdict, what to do, what is left of what is permitted; then why."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+
+from autobalance.report.balance.kinds import verb
+from autobalance.report.balance.relaxation_text import relaxation_lines
+from autobalance.report.display_units import DisplayUnits, in_units
+from autobalance.types import Values
+from autobalance.wording import is_unproven, listed_numbers, worst_judged
+
+OUTCOMES = {
+    "within_tolerance": "WITHIN TOLERANCE",
+    "already_within_tolerance": "WITHIN TOLERANCE ALREADY",
+    "above_tolerance": "ABOVE TOLERANCE",
+}
+FACTOR_DIGITS = (2, 4)
+"""Decimals of a balance factor, and those where two factors read alike with fewer."""
+CLAUSE = "; "
+
+
+def headline(report: Values, units: DisplayUnits) -> list[str]:
+    """Return the three lines that answer the question: is it good, what is to be done, what is left."""
+    return [_verdict(report), _to_do(report, units), _left(report, units)]
+
+
+def why(report: Values, units: DisplayUnits) -> list[str]:
+    """Return the reason of a verdict, a line for each clause, then the settings that would help."""
+    lines = [f"  - {clause}" for clause in _clauses(report, units)]
+    lines += [f"  - {in_units(line, units)}" for line in relaxation_lines(report)]
+    if report["outcome"] != "above_tolerance":
+        return [*_unproven(report), *lines]
+    said_already = f"  - {_remedy(report, units)}"
+    return [line for line in lines if line != said_already]
+
+
+def _verdict(report: Values) -> str:
+    if report["outcome"] == "above_tolerance":
+        return OUTCOMES["above_tolerance"]
+    return OUTCOMES[report["outcome"]] + (", NOT PROVEN" if is_unproven(report) else ", proven")
+
+
+def _to_do(report: Values, units: DisplayUnits) -> str:
+    if report["outcome"] == "above_tolerance":
+        return f"{_factors(report)}, to reach it: {_remedy(report, units)}"
+    return f"{_factors(report)}: {_cuts(report['corrections'], units) or 'nothing to cut'}"
+
+
+def _remedy(report: Values, units: DisplayUnits) -> str:
+    """Return what would reach the tolerance: settings where some do, else the end of the reason."""
+    lines = relaxation_lines(report)
+    return in_units(lines[0], units) if lines else "; ".join(_clauses(report, units)[-1:])
+
+
+def _clauses(report: Values, units: DisplayUnits) -> list[str]:
+    reason = in_units(report["reason"], units) if report["reason"] else ""
+    return [clause for clause in reason.split(CLAUSE) if clause]
+
+
+def _factors(report: Values) -> str:
+    factor = report["balance_factor"]
+    if factor["initial"] is None or factor["final"] is None:
+        return "throws cancel, no balance factor"
+    before, after = (round(factor[key], FACTOR_DIGITS[1]) + 0.0 for key in ("initial", "final"))
+    few, many = FACTOR_DIGITS
+    if f"{before:.{many}f}" == f"{after:.{many}f}":
+        return f"factor {after:.{many}f}"
+    digits = few if f"{before:.{few}f}" != f"{after:.{few}f}" else many
+    return f"factor {before:.{digits}f} → {after:.{digits}f}"
+
+
+def _cuts(corrections: Sequence[Values], units: DisplayUnits) -> str:
+    """Return the cuts in a few words: tool, webs, number, depths, and the metal that they take."""
+    kinds = groupby(sorted(corrections, key=_tool), key=_tool)
+    words = ", ".join(_cuts_alike(list(alike), units) for _, alike in kinds)
+    metal = sum(each["removed_mass_g"] for each in corrections)
+    on = "" if metal >= 0.0 else " added"
+    return f"{words} ({units.of_mass(abs(metal))}{on})" if words else ""
+
+
+def _tool(correction: Values) -> tuple[str, float]:
+    return verb(correction), correction.get("diameter_mm") or 0.0
+
+
+def _cuts_alike(alike: Sequence[Values], units: DisplayUnits) -> str:
+    diameter = alike[0].get("diameter_mm")
+    tool = "" if diameter is None else f" ⌀{units.of_size(diameter)}"
+    webs = sorted({web for each in alike for web in each.get("webs") or [each["web"]] if web is not None})
+    place = f" web{'s' * (len(webs) > 1)} {listed_numbers(webs)}" if webs else ""
+    depths = sorted(abs(each["depth_mm"]) for each in alike)
+    first, last = units.of_size(depths[0]), units.of_size(depths[-1])
+    depth = first if first == last else f"{first.partition(' ')[0]} to {last}"
+    count = f", {len(alike)} cuts of {depth}" if len(alike) > 1 else f", {depth}"
+    return f"{verb(alike[0])}{tool}{place}{count}"
+
+
+def _left(report: Values, units: DisplayUnits) -> str:
+    """Return the judged residual nearest to its limit, with its uncertainty."""
+    place, left, permitted = worst_judged(report)
+    off = report["residual"]["uncertainty_g_mm"]
+    for plane in report["residual"]["planes"]:
+        if place == f"plane {plane['name']}":
+            off = plane.get("uncertainty_g_mm")
+    doubt = "" if off is None else f" ± {units.g_mm(off)}"
+    return f"left {units.g_mm(left)}{doubt} of {units.of_unbalance(permitted)} permitted ({place})"
+
+
+def _unproven(report: Values) -> list[str]:
+    """Return why a verdict is not proven; none where it is, or where the crank is above tolerance."""
+    if not is_unproven(report):
+        return []
+    if report["reason"]:
+        about = {doubt["about"] for doubt in report["crank"].get("doubts", ())}
+        meant = "the main journal" if about <= {"main_journal"} else "the shaft"
+        return [f"  not proven: the verdict hangs on which cylinder is {meant} (--strict: 4)"]
+    return ["  not proven: residual plus uncertainty exceeds the permissible unbalance (--strict: 4)"]
