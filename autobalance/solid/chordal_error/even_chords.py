@@ -15,9 +15,8 @@ import numpy as np
 
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.bars import COARSER
-from autobalance.solid.chordal_error.fits import Sets
 from autobalance.solid.chordal_error.look import Look
-from autobalance.solid.chordal_error.turning import AS_WIDE, Turns, dotted, spread_of, summed, widths_across
+from autobalance.solid.chordal_error.turning import Turns, dotted, summed
 from autobalance.types import Array, Flags, Indices
 
 GENTLE_RAD = 0.35
@@ -42,17 +41,13 @@ LENS_DEPTH = 0.6
 """Depth of a lens's centroid under its corners, as a share of the sag."""
 BY_ANGLE = 0.025
 """Error bar of a chord by the square of its angle, 4e-4 of fillets of 13 rows, where 2e-4 is seen."""
+MOVED_LEAST = 1e-3
+"""Distance of a lens from the middle of its facet, as a share of the facet's length or of the distance from
+the axis, from which on the facet's wider end is looked for."""
 BY_TAPER = 1.0
 """Error bar of a chord by its largest angle times its taper; 0.4 is seen of fillets of 5 to 13 rows."""
 ROUNDED_STEPS = 2.0
 """Steps of single precision that the turn between two chords may be off by over one's width."""
-ONE_WAY_SHARE = 0.05
-"""Share of what a cut chord's sides tell that may lie along its rulings."""
-SEVERAL, SEVERAL_SHARE = 1.5, 0.1
-"""A facet that is so many times as wide as the widest of its triangles and no plane is several chords, which
-turn by less than roundings may make of slender triangles; its error bar."""
-CUT_CORNERS = 300
-"""Corners of a facet at most that a hole may have cut; planes of the part, with more, are not looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +206,8 @@ def _even_lenses(look: Look, sides: _Sides, tapered: Array) -> Lenses:
     size, taper = np.abs(turns.angle_rad), tapered.take(sides.faces)
     share = _shares(look, sides, tapered).take(sides.faces) + BY_ANGLE * size**2
     share += BY_TAPER * taper * _steepest(look.count, sides).take(sides.faces)
-    share += taper * length / (3.0 * np.maximum(np.hypot(x, y), length))
+    shift, moved = _towards_wider_end(look, sides, taper)
+    share += np.where(moved, 0.25 * taper, 1.0) * taper * length / (3.0 * np.maximum(np.hypot(x, y), length))
     more = sides.volume * sides.ends.take(sides.faces) * np.maximum(sides.beside, 0.0)
     more += 4.0 * more * _shorter(look, sides, more)
     whole = sides.volume + more
@@ -224,9 +220,38 @@ def _even_lenses(look: Look, sides: _Sides, tapered: Array) -> Lenses:
         last = np.flatnonzero(beyond)
         place[:, last] -= beyond.take(last) * away.take(last, axis=1)  # on the far side of a last chord
         place -= deep * normals.take(face, axis=1)
+    place += 0.5 * shift * turns.along
     signed = np.copysign(volume, turns.angle_rad)
     told = (whole[0] * share[0] + whole[1] * share[1]) / apart
     return Lenses(signed, place, told, turns.along * (length / math.sqrt(12.0)))
+
+
+def _towards_wider_end(look: Look, sides: _Sides, taper: Array) -> tuple[Array, Flags]:
+    """Return the sum (k,) of both lenses' distances [mm] from the middle of their edge, along it.
+
+    The lens on a trapezium lies L t / (3 + t²) from the middle, twice as far as the area's centroid, which
+    also gives the wider end. Second: marks (2, k) of the facets whose distance was computed.
+    """
+    turns, length = sides.chords.turns, sides.chords.length
+    middle = look.meetings.middle.take(sides.rows, axis=0).T
+    moved = taper * length > 3.0 * MOVED_LEAST * np.maximum(np.hypot(*middle[:2]), length)
+    shift = np.zeros(len(length))
+    for face, own, mark in zip(sides.faces, taper, moved, strict=True):
+        rows = np.flatnonzero(mark)
+        start = look.starts.take(face.take(rows))
+        first, second = look.order.take(start), look.order.take(start + 1)
+        area = look.mesh.doubled_areas
+        weight = area.take(first) / np.maximum(area.take(first) + area.take(second), 1e-300)
+        a, b = (
+            look.mesh.vertices[look.mesh.triangles.take(each, axis=0)].mean(axis=1).T
+            for each in (first, second)
+        )
+        off = weight * a + (1.0 - weight) * b - middle.take(rows, axis=1)
+        beside = dotted(off, turns.along.take(rows, axis=1))
+        wider = own.take(rows)
+        most = wider * length.take(rows) / 6.0
+        shift[rows] += (beside + np.clip(beside, -most, most)) / (1.0 + wider**2 / 3.0)
+    return shift, moved
 
 
 def _steepest(count: int, sides: _Sides) -> Array:
@@ -321,140 +346,8 @@ def _shares(look: Look, sides: _Sides, tapered: Array) -> Array:
     return np.asarray(EXACT_SHARE + tapered**2 + np.where(sides.ends, last, within))
 
 
-def uneven_chords(
-    look: Look, turns: Turns, rows: Indices, even: EvenChords, share: Array, around: Flags
-) -> Lenses:
-    """Return the volume hidden next to the other meetings, at ``rows`` (k,), each with its ``share`` (k,).
-
-    Facets cut by a hole are integrated triangle by triangle. Others count L w² δ / 24 on either side, with w
-    the smaller width. Not counted are the volume beyond the last chord of an arc, which is whole, and the
-    planes (count,) that others lie all ``around``.
-    """
-    few, length = turns.at(rows), look.meetings.length_mm.take(rows)
-    wide = wide_of(look, few, length)
-    least = np.minimum(*wide)
-    alike = np.maximum(*wide) < AS_WIDE * least
-    half = length * least**2 * np.abs(few.angle_rad) / 24.0
-    cut = _cut_facets(look, few, np.where(alike, half, 0.0)) & ~even.known
-    lenses = _cut_lenses(look, few, wide, cut, share, length)
-    taken = np.where(alike, 1.0, 2.0 * (wide <= least))
-    for face, away, counts in zip(few.faces, few.away, taken, strict=True):
-        beside = dotted(away, even.towards.take(face, axis=1))
-        counts[even.ends.take(face) & (beside < -ALONG) | (cut | around).take(face)] = 0.0
-    share = _share_where_known_once(look.count, few, taken, share)
-    volume = np.sign(few.angle_rad) * half * (taken[0] + taken[1])
-    place = look.meetings.middle[rows].T
-    return joined(lenses, Lenses(volume, place, share, few.along * (length / math.sqrt(12.0))))
-
-
-def _share_where_known_once(count: int, turns: Turns, taken: Array, share: Array) -> Array:
-    """Return the error bars (k,) of meetings; steep chords known from one side alone may hide as much again.
-
-    An arc of two chords of 22° that ends in edges had half of what it hides, ± 25 %.
-    """
-    told = np.zeros(count, dtype=np.int64)
-    for face, counts in zip(turns.faces, taken, strict=True):
-        told += np.bincount(face[counts > 0.0], minlength=count)
-    steep = np.abs(turns.angle_rad) > GENTLE_RAD
-    once = taken * (steep & (told.take(turns.faces) == 1))
-    part = (once[0] + once[1]) / np.maximum(taken[0] + taken[1], 1e-300)
-    return np.asarray(share + (UNLIKE_SHARE - share) * part)
-
-
 def joined(*lenses: Lenses) -> Lenses:
     """Return several lots of lenses as one."""
     parts = ([one.volume, one.place, one.share, one.along] for one in lenses)
     volume, place, share, along = (np.concatenate(each, axis=-1) for each in zip(*parts, strict=True))
     return Lenses(volume, place, share, along)
-
-
-def wide_of(look: Look, turns: Turns, length: Array) -> Array:
-    """Return the widths of the faces (2, k) across some edges.
-
-    Of planes of the part it is area over length: their many corners would be looked at for each edge.
-    """
-    wide: Array = look.broad_mm2.take(turns.faces) / np.where(length > 0.0, length, 1.0)
-    few = (look.corner_counts <= CUT_CORNERS).take(turns.faces)
-    for own, faces, away, some in zip(wide, turns.faces, turns.away, few, strict=True):
-        rows = np.flatnonzero(some)
-        own[rows] = widths_across(look, faces.take(rows), away.take(rows, axis=1))
-    return wide
-
-
-def _cut_facets(look: Look, turns: Turns, held: Array) -> Flags:
-    """Mark the faces (count,) that are chords cut by a hole or split into triangles.
-
-    What is ``held`` (k,) at their sides lies in one direction: facets of a fillet bend in two.
-    """
-    marked = np.zeros(look.count, dtype=bool)
-    for face in turns.faces:
-        marked[face[held > 0.0]] = True
-    marked &= (look.sizes >= 2) & (look.corner_counts <= CUT_CORNERS)
-    faces = np.flatnonzero(marked)
-    place = np.full(look.count, -1)
-    place[faces] = np.arange(len(faces))
-    second = np.zeros((len(faces), 3, 3))
-    for face, away in zip(turns.faces, turns.away, strict=True):
-        mine = np.flatnonzero(place[face] >= 0)
-        second += spread_of(place[face[mine]], held[mine], away[:, mine], len(faces))
-    spread = np.linalg.eigvalsh(second)
-    marked[faces] = spread[:, 1] <= ONE_WAY_SHARE * spread[:, 2]
-    return marked
-
-
-def _cut_lenses(look: Look, turns: Turns, wide: Array, cut: Flags, share: Array, length: Array) -> Lenses:
-    """Return the lenses over cut facets: ∫ κ (w²/4 − x²) / 2 over each of their triangles."""
-    count = look.count
-    weight, bent, bar = np.zeros(count), np.zeros(count), np.zeros(count)
-    across, longest = np.zeros((3, count)), np.zeros(count)
-    both = wide[0] + wide[1]
-    curvature = 2.0 * turns.angle_rad / np.where(both > 0.0, both, 1.0)
-    alike = np.maximum(*wide) < AS_WIDE * np.minimum(*wide)
-    for face, away in zip(turns.faces, turns.away, strict=True):
-        mine = np.flatnonzero(alike & cut[face])
-        weight += np.bincount(face[mine], length[mine], count)
-        bent += np.bincount(face[mine], length[mine] * curvature[mine], count)
-        np.maximum.at(bar, face[mine], share[mine])
-        order = mine[np.argsort(length[mine], kind="stable")]
-        order = order[length[order] >= longest[face[order]]]
-        across[:, face[order]], longest[face[order]] = away[:, order], length[order]
-    faces = np.flatnonzero(cut)
-    if len(faces) == 0:
-        return Lenses(np.zeros(0), np.zeros((3, 0)), np.zeros(0), np.zeros((3, 0)))
-    sizes = look.sizes[faces]
-    sets = Sets(np.cumsum(sizes) - sizes, int(sizes.sum()))
-    triangles = look.order[look.starts[faces][sets.number] + np.arange(sets.count) - sets.starts[sets.number]]
-    face = faces[sets.number]
-    vertices = np.ascontiguousarray(look.mesh.vertices.T)
-    corners = np.stack([vertices.take(each.take(triangles), axis=1) for each in look.mesh.triangles.T])
-    x = np.einsum("jkn,kn->jn", corners, across.take(face, axis=1))
-    low, high = sets.least(np.minimum.reduce(x)), sets.most(np.maximum.reduce(x))
-    x -= 0.5 * (low + high).take(sets.number)
-    mean = (x[0] ** 2 + x[1] ** 2 + x[2] ** 2 + (x[0] + x[1] + x[2]) ** 2) / 12.0
-    height = 0.5 * (0.25 * ((high - low) ** 2).take(sets.number) - mean)
-    chord = sets.most(np.maximum.reduce(x) - np.minimum.reduce(x))
-    up = np.einsum("jkn,kn->jn", corners, look.normal.T.take(face, axis=1))
-    deep = sets.most(np.maximum.reduce(up)) - sets.least(np.minimum.reduce(up))
-    curved = bent[faces] / np.where(weight[faces] > 0.0, weight[faces], 1.0)
-    uneven = deep > 0.5 * np.abs(curved) * (high - low) ** 2 / 8.0
-    several = np.flatnonzero((uneven & ((high - low) > SEVERAL * chord))[sets.number])
-    height[several] = chord[sets.number[several]] ** 2 / 12.0
-    bar[face[several]] = np.maximum(bar[face[several]], SEVERAL_SHARE)
-    area = 0.5 * look.mesh.doubled_areas.take(triangles)
-    return Lenses(
-        curved.take(sets.number) * height * area,
-        (corners[0] + corners[1] + corners[2]) / 3.0,
-        bar.take(face),
-        _longest_sides(corners) / math.sqrt(18.0),
-    )
-
-
-def _longest_sides(corners: Array) -> Array:
-    """Return the longest side (3, n) of triangles (3, 3, n), by corners; their mass has L / √18 along it."""
-    a, b, c = corners
-    longest, longest_square = b - a, dotted(b - a, b - a)
-    for side in (c - b, a - c):
-        square = dotted(side, side)
-        longest = np.where(square > longest_square, side, longest)
-        longest_square = np.maximum(square, longest_square)
-    return np.asarray(longest)

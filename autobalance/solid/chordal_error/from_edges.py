@@ -17,11 +17,10 @@ from autobalance.solid.chordal_error.even_chords import (
     EvenChords,
     even_chords,
     joined,
-    uneven_chords,
-    wide_of,
 )
 from autobalance.solid.chordal_error.look import Look
 from autobalance.solid.chordal_error.turning import AS_WIDE, Turns, all_around, goes_on_beyond, turns_of
+from autobalance.solid.chordal_error.uneven_chords import uneven_chords, wide_of
 from autobalance.types import Flags
 
 KNOWN_SHARE, ASKEW_SHARE, STEEP_SHARE = 0.04, 0.12, 0.25

@@ -1,0 +1,219 @@
+"""Lenses over other facets of a large mesh: cut by holes, split, or between chords of unlike widths."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.solid.chordal_error.even_chords import (
+    ALONG,
+    END_SHARE,
+    GENTLE_RAD,
+    UNLIKE_SHARE,
+    EvenChords,
+    Lenses,
+    joined,
+)
+from autobalance.solid.chordal_error.fits import Sets
+from autobalance.solid.chordal_error.look import Look
+from autobalance.solid.chordal_error.turning import (
+    AS_WIDE,
+    Turns,
+    crossed,
+    dotted,
+    spread_of,
+    summed,
+    widths_across,
+)
+from autobalance.types import Array, Flags, Indices
+
+ONE_WAY_SHARE = 0.05
+"""Share of what a cut chord's sides tell that may lie along its rulings."""
+CUT_SHARE, UNLIKE_TIMES, CUT_TAPER = 1e-3, 2.0, 0.05
+"""Error bar of a cut chord between two others, and the factors on the difference of their curvatures and on
+the taper. Of split cones a fifth too much was counted by the width of their facets' wider ends."""
+SEVERAL, SEVERAL_SHARE = 1.5, 0.1
+"""A facet that is so many times as wide as the widest of its triangles and no plane is several chords, which
+turn by less than roundings may make of slender triangles; its error bar."""
+CUT_CORNERS = 300
+"""Corners of a facet at most that a hole may have cut; planes of the part, with more, are not looked at."""
+
+
+def uneven_chords(
+    look: Look, turns: Turns, rows: Indices, even: EvenChords, share: Array, around: Flags
+) -> Lenses:
+    """Return the volume hidden next to the other meetings, at ``rows`` (k,), each with its ``share`` (k,).
+
+    Facets cut by a hole are integrated triangle by triangle. Others count L w² δ / 24 on either side, with w
+    the smaller width. Not counted are the volume beyond the last chord of an arc, which is whole, and the
+    planes (count,) that others lie all ``around``.
+    """
+    few, length = turns.at(rows), look.meetings.length_mm.take(rows)
+    wide = wide_of(look, few, length)
+    least = np.minimum(*wide)
+    alike = np.maximum(*wide) < AS_WIDE * least
+    half = length * least**2 * np.abs(few.angle_rad) / 24.0
+    cut = _cut_facets(look, few, np.where(alike, half, 0.0)) & ~even.known
+    lenses = _cut_lenses(look, few, wide, cut, share, length)
+    taken = np.where(alike, 1.0, 2.0 * (wide <= least))
+    for face, away, counts in zip(few.faces, few.away, taken, strict=True):
+        beside = dotted(away, even.towards.take(face, axis=1))
+        counts[even.ends.take(face) & (beside < -ALONG) | (cut | around).take(face)] = 0.0
+    share = _share_where_known_once(look.count, few, taken, share)
+    volume = np.sign(few.angle_rad) * half * (taken[0] + taken[1])
+    place = look.meetings.middle[rows].T
+    return joined(lenses, Lenses(volume, place, share, few.along * (length / math.sqrt(12.0))))
+
+
+def _share_where_known_once(count: int, turns: Turns, taken: Array, share: Array) -> Array:
+    """Return the error bars (k,) of meetings; steep chords known from one side alone may hide as much again.
+
+    An arc of two chords of 22° that ends in edges had half of what it hides, ± 25 %.
+    """
+    told = np.zeros(count, dtype=np.int64)
+    for face, counts in zip(turns.faces, taken, strict=True):
+        told += np.bincount(face[counts > 0.0], minlength=count)
+    steep = np.abs(turns.angle_rad) > GENTLE_RAD
+    once = taken * (steep & (told.take(turns.faces) == 1))
+    part = (once[0] + once[1]) / np.maximum(taken[0] + taken[1], 1e-300)
+    return np.asarray(share + (UNLIKE_SHARE - share) * part)
+
+
+def wide_of(look: Look, turns: Turns, length: Array) -> Array:
+    """Return the widths of the faces (2, k) across some edges.
+
+    Of planes of the part it is area over length: their many corners would be looked at for each edge.
+    """
+    wide: Array = look.broad_mm2.take(turns.faces) / np.where(length > 0.0, length, 1.0)
+    few = (look.corner_counts <= CUT_CORNERS).take(turns.faces)
+    for own, faces, away, some in zip(wide, turns.faces, turns.away, few, strict=True):
+        rows = np.flatnonzero(some)
+        own[rows] = widths_across(look, faces.take(rows), away.take(rows, axis=1))
+    return wide
+
+
+def _cut_facets(look: Look, turns: Turns, held: Array) -> Flags:
+    """Mark the faces (count,) that are chords cut by a hole or split into triangles.
+
+    What is ``held`` (k,) at their sides lies in one direction: facets of a fillet bend in two.
+    """
+    marked = np.zeros(look.count, dtype=bool)
+    for face in turns.faces:
+        marked[face[held > 0.0]] = True
+    marked &= (look.sizes >= 2) & (look.corner_counts <= CUT_CORNERS)
+    faces = np.flatnonzero(marked)
+    place = np.full(look.count, -1)
+    place[faces] = np.arange(len(faces))
+    second = np.zeros((len(faces), 3, 3))
+    for face, away in zip(turns.faces, turns.away, strict=True):
+        mine = np.flatnonzero(place[face] >= 0)
+        second += spread_of(place[face[mine]], held[mine], away[:, mine], len(faces))
+    spread = np.linalg.eigvalsh(second)
+    marked[faces] = spread[:, 1] <= ONE_WAY_SHARE * spread[:, 2]
+    return marked
+
+
+@dataclass(frozen=True, eq=False)
+class _CutChords:
+    """What is known of cut facets, by the face (count,): directions across, curvature, error bar.
+
+    ``front`` and ``back`` (3, count) are the directions away from the facet on its two sides: opposite, but
+    for the taper of a cone's facet.
+    """
+
+    across: Array
+    front: Array
+    back: Array
+    curvature: Array
+    bar: Array
+
+    @classmethod
+    def of(cls, look: Look, turns: Turns, wide: Array, cut: Flags, share: Array, length: Array) -> _CutChords:
+        """Add up what the meetings (k,) tell, each with its ``share`` and ``length`` [mm]."""
+        count = look.count
+        weight, bent, bar, apart = (np.zeros(count) for _ in range(4))
+        across, longest = np.zeros((3, count)), np.zeros(count)
+        both = wide[0] + wide[1]
+        curvature = 2.0 * turns.angle_rad / np.where(both > 0.0, both, 1.0)
+        alike = np.maximum(*wide) < AS_WIDE * np.minimum(*wide)
+        sides = [np.flatnonzero(alike & cut[face]) for face in turns.faces]
+        for face, away, mine in zip(turns.faces, turns.away, sides, strict=True):
+            weight += np.bincount(face[mine], length[mine], count)
+            bent += np.bincount(face[mine], length[mine] * curvature[mine], count)
+            np.maximum.at(bar, face[mine], share[mine])
+            order = mine[np.argsort(length[mine], kind="stable")]
+            order = order[length[order] >= longest[face[order]]]
+            across[:, face[order]], longest[face[order]] = away[:, order], length[order]
+        mean = bent / np.where(weight > 0.0, weight, 1.0)
+        before, behind = np.zeros((3, count)), np.zeros((3, count))
+        lengths = np.zeros((2, count))
+        for face, away, mine in zip(turns.faces, turns.away, sides, strict=True):
+            own, told, side = face[mine], length[mine], away[:, mine]
+            beside = dotted(side, across[:, own])
+            ahead, back = told * (beside > ALONG), told * (beside < -ALONG)
+            lengths += np.bincount(own, ahead, count), np.bincount(own, back, count)
+            before += summed(own, ahead * side, count)
+            behind += summed(own, back * side, count)
+            apart += np.bincount(own, told * np.abs(curvature[mine] - mean[own]), count)
+        sure = lengths.min(axis=0) > END_SHARE * lengths.max(axis=0)
+        front = np.where(sure, before / np.maximum(lengths[0], 1e-300), across)
+        behind = np.where(sure, behind / np.maximum(lengths[1], 1e-300), -across)
+        askew = crossed(front, behind)
+        taper = 0.5 * np.sqrt(dotted(askew, askew)) * longest**2 / np.maximum(look.broad_mm2, 1e-300)
+        told = CUT_SHARE + UNLIKE_TIMES * apart / np.maximum(np.abs(bent), 1e-300) + CUT_TAPER * taper
+        return cls(across, front, behind, mean, np.where(sure, np.minimum(bar, told), bar))
+
+
+def _cut_lenses(look: Look, turns: Turns, wide: Array, cut: Flags, share: Array, length: Array) -> Lenses:
+    """Return the lenses over cut facets: ∫ κ a b / 2 over each of their triangles.
+
+    a and b are the distances to the chord's two rulings, κ is as much more as the chord is narrower there.
+    """
+    faces = np.flatnonzero(cut)
+    if len(faces) == 0:
+        return Lenses(np.zeros(0), np.zeros((3, 0)), np.zeros(0), np.zeros((3, 0)))
+    chords = _CutChords.of(look, turns, wide, cut, share, length)
+    sizes = look.sizes[faces]
+    sets = Sets(np.cumsum(sizes) - sizes, int(sizes.sum()))
+    triangles = look.order[look.starts[faces][sets.number] + np.arange(sets.count) - sets.starts[sets.number]]
+    face = faces[sets.number]
+    vertices = np.ascontiguousarray(look.mesh.vertices.T)
+    corners = np.stack([vertices.take(each.take(triangles), axis=1) for each in look.mesh.triangles.T])
+    x, a, b = (
+        np.einsum("jkn,kn->jn", corners, each.take(face, axis=1))
+        for each in (chords.across, chords.front, chords.back)
+    )
+    reach = sets.most(np.maximum.reduce(x)) - sets.least(np.minimum.reduce(x))
+    for out in (a, b):
+        np.subtract(sets.most(np.maximum.reduce(out)).take(sets.number), out, out=out)
+    product = ((a * b).sum(axis=0) + a.sum(axis=0) * b.sum(axis=0)) / 12.0
+    here = (a.sum(axis=0) + b.sum(axis=0)) / 3.0
+    height = 0.5 * product * reach.take(sets.number) / np.maximum(here, 1e-300)
+    chord = sets.most(np.maximum.reduce(x) - np.minimum.reduce(x))
+    up = np.einsum("jkn,kn->jn", corners, look.normal.T.take(face, axis=1))
+    deep = sets.most(np.maximum.reduce(up)) - sets.least(np.minimum.reduce(up))
+    curved, bar = chords.curvature[faces], chords.bar
+    uneven = deep > 0.5 * np.abs(curved) * reach**2 / 8.0
+    several = np.flatnonzero((uneven & (reach > SEVERAL * chord))[sets.number])
+    height[several] = chord[sets.number[several]] ** 2 / 12.0
+    bar[face[several]] = np.maximum(bar[face[several]], SEVERAL_SHARE)
+    area = 0.5 * look.mesh.doubled_areas.take(triangles)
+    return Lenses(
+        curved.take(sets.number) * height * area,
+        (corners[0] + corners[1] + corners[2]) / 3.0,
+        bar.take(face),
+        _longest_sides(corners) / math.sqrt(18.0),
+    )
+
+
+def _longest_sides(corners: Array) -> Array:
+    """Return the longest side (3, n) of triangles (3, 3, n), by corners; their mass has L / √18 along it."""
+    a, b, c = corners
+    longest, longest_square = b - a, dotted(b - a, b - a)
+    for side in (c - b, a - c):
+        square = dotted(side, side)
+        longest = np.where(square > longest_square, side, longest)
+        longest_square = np.maximum(square, longest_square)
+    return np.asarray(longest)
