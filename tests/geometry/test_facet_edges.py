@@ -178,6 +178,19 @@ def test_lenses_of_a_cone_lie_towards_its_wider_end(
     assert abs(left) < error.unbalance_bar_g_mm < 0.25 * hidden
 
 
+@pytest.mark.parametrize("flat_mm", [-8.0, -6.0, -1.0, 2.0, 4.0, 7.0, 9.0])
+@pytest.mark.parametrize("segments", [48, 96, 192, 400])
+def test_chords_that_a_flat_cuts_lengthwise(segments: int, flat_mm: float) -> None:
+    """A strip hides what lies over it of the whole chord: on a shaft 0.2 of ± 0.01 mm³ were left."""
+    radius, long = 20.0, 30.0
+    flat = Prism(polygon([(flat_mm, -50.0), (50.0, -50.0), (50.0, 50.0), (flat_mm, 50.0)]), -1.0, long + 1.0)
+    solid = tessellated(Without(Prism(circle(radius), 0.0, long), (flat,)), segments)
+    segment = radius**2 * math.acos(flat_mm / radius) - flat_mm * math.sqrt(radius**2 - flat_mm**2)
+    hidden = long * (math.pi * radius**2 - segment) - solid.volume_mm3
+    error = from_edges(solid.mesh)
+    assert abs(hidden - error.missing.mass_g) < error.mass_bar_g < 0.11 * hidden
+
+
 @pytest.mark.parametrize("last", [19.0, 14.0, 8.0])
 def test_split_facets_of_a_cone_hide_what_whole_ones_do(last: float) -> None:
     """By the width of their wider ends they hid 22 % too much of a nose from 12 to 9 mm."""

@@ -41,6 +41,8 @@ LENS_DEPTH = 0.6
 """Depth of a lens's centroid under its corners, as a share of the sag."""
 BY_ANGLE = 0.025
 """Error bar of a chord by the square of its angle, 4e-4 of fillets of 13 rows, where 2e-4 is seen."""
+CUT_CHANGE = 0.15
+"""Error bar of a chord cut lengthwise, as a share of what the cut changes: it covers 168 of 168 flats."""
 MOVED_LEAST = 1e-3
 """Distance of a lens from the middle of its facet, as a share of the facet's length or of the distance from
 the axis, from which on the facet's wider end is looked for."""
@@ -210,7 +212,10 @@ def _even_lenses(look: Look, sides: _Sides, tapered: Array) -> Lenses:
     share += np.where(moved, 0.25 * taper, 1.0) * taper * length / (3.0 * np.maximum(np.hypot(x, y), length))
     more = sides.volume * sides.ends.take(sides.faces) * np.maximum(sides.beside, 0.0)
     more += 4.0 * more * _shorter(look, sides, more)
-    whole = sides.volume + more
+    factor = _of_cut_ends(look, sides, taper)
+    change = CUT_CHANGE * np.abs(factor - 1.0) * (sides.volume + more)
+    more = more * factor
+    whole = sides.volume * factor + more
     volume = whole[0] + whole[1]
     apart = np.maximum(volume, 1e-300)
     deep = 0.25 * LENS_DEPTH * sides.chords.both * turns.angle_rad / 8.0
@@ -222,8 +227,21 @@ def _even_lenses(look: Look, sides: _Sides, tapered: Array) -> Lenses:
         place -= deep * normals.take(face, axis=1)
     place += 0.5 * shift * turns.along
     signed = np.copysign(volume, turns.angle_rad)
-    told = (whole[0] * share[0] + whole[1] * share[1]) / apart
+    told = (whole[0] * share[0] + whole[1] * share[1] + change[0] + change[1]) / apart
     return Lenses(signed, place, told, turns.along * (length / math.sqrt(12.0)))
+
+
+def _of_cut_ends(look: Look, sides: _Sides, taper: Array) -> Array:
+    """Return the factors (2, k) on the lenses next to last chords that are cut lengthwise.
+
+    A flat or a keyway leaves a piece of a chord, r times as wide as the next. It lies in the plane of the
+    whole chord, so that the curvature is that of two whole ones, and its lens does not end at the cut.
+    """
+    narrower = np.clip(sides.chords.wide / np.maximum(sides.chords.wide[::-1], 1e-300), 0.0, 1.0)
+    narrower = np.minimum(narrower + 2.0 * taper.sum(axis=0), 1.0)
+    ratio = np.where(sides.ends.take(sides.faces) & (sides.beside > ALONG), narrower, 1.0)
+    piece = (1.5 - ratio) * (1.0 + ratio) / np.maximum(ratio, EVEN_SHARE)
+    return np.asarray(np.where(ratio < 1.0, piece, 0.5 * (1.0 + ratio[::-1])))
 
 
 def _towards_wider_end(look: Look, sides: _Sides, taper: Array) -> tuple[Array, Flags]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from autobalance.solid.chordal_error.even_chords import (
     ALONG,
+    CUT_CHANGE,
     END_SHARE,
     GENTLE_RAD,
     UNLIKE_SHARE,
@@ -34,6 +35,8 @@ ONE_WAY_SHARE = 0.05
 CUT_SHARE, UNLIKE_TIMES, CUT_TAPER = 1e-3, 2.0, 0.05
 """Error bar of a cut chord between two others, and the factors on the difference of their curvatures and on
 the taper. Of split cones a fifth too much was counted by the width of their facets' wider ends."""
+CUT_RATIO = 0.9
+"""Width of a last strip, as a share of the next chord's, up to which it is a piece of a chord."""
 SEVERAL, SEVERAL_SHARE = 1.5, 0.1
 """A facet that is so many times as wide as the widest of its triangles and no plane is several chords, which
 turn by less than roundings may make of slender triangles; its error bar."""
@@ -62,9 +65,25 @@ def uneven_chords(
         beside = dotted(away, even.towards.take(face, axis=1))
         counts[even.ends.take(face) & (beside < -ALONG) | (cut | around).take(face)] = 0.0
     share = _share_where_known_once(look.count, few, taken, share)
-    volume = np.sign(few.angle_rad) * half * (taken[0] + taken[1])
+    change = half * _of_cut_ends(look, few, wide, taken, ~(even.known | cut))
+    size = half * (taken[0] + taken[1]) + change
+    share = (share * size + CUT_CHANGE * change) / np.maximum(size, 1e-300)
+    volume = np.sign(few.angle_rad) * size
     place = look.meetings.middle[rows].T
     return joined(lenses, Lenses(volume, place, share, few.along * (length / math.sqrt(12.0))))
+
+
+def _of_cut_ends(look: Look, turns: Turns, wide: Array, taken: Array, asked: Flags) -> Array:
+    """Return by how much more than L w² δ / 24 the pieces (k,) hide that a cut leaves of last chords.
+
+    A flat or a keyway along a shaft leaves a strip, r times as wide as the next chord. The curvature is δ
+    over the width of that. Looked at are facets (count,) ``asked`` that meet one other.
+    """
+    met = np.bincount(turns.faces.reshape(-1), minlength=look.count)
+    strips = (asked & (met == 1) & (look.sizes == 2)).take(turns.faces)
+    ratio = wide / np.maximum(wide[::-1], 1e-300)
+    cut = strips & (ratio < CUT_RATIO) & (np.abs(turns.angle_rad) <= GENTLE_RAD)
+    return np.asarray((cut * (6.0 - 4.0 * ratio - taken)).sum(axis=0))
 
 
 def _share_where_known_once(count: int, turns: Turns, taken: Array, share: Array) -> Array:
@@ -120,13 +139,14 @@ class _CutChords:
     """What is known of cut facets, by the face (count,): directions across, curvature, error bar.
 
     ``front`` and ``back`` (3, count) are the directions away from the facet on its two sides: opposite, but
-    for the taper of a cone's facet.
+    for the taper of a cone's facet. A chord cut lengthwise was ``times_wider`` (count,).
     """
 
     across: Array
     front: Array
     back: Array
     curvature: Array
+    times_wider: Array
     bar: Array
 
     @classmethod
@@ -139,7 +159,10 @@ class _CutChords:
         curvature = 2.0 * turns.angle_rad / np.where(both > 0.0, both, 1.0)
         alike = np.maximum(*wide) < AS_WIDE * np.minimum(*wide)
         sides = [np.flatnonzero(alike & cut[face]) for face in turns.faces]
-        for face, away, mine in zip(turns.faces, turns.away, sides, strict=True):
+        wider = np.zeros(count)
+        nexts = wide / np.maximum(wide[::-1], 1e-300)
+        for face, away, mine, next_ in zip(turns.faces, turns.away, sides, nexts[::-1], strict=True):
+            np.maximum.at(wider, face[mine], next_[mine])
             weight += np.bincount(face[mine], length[mine], count)
             bent += np.bincount(face[mine], length[mine] * curvature[mine], count)
             np.maximum.at(bar, face[mine], share[mine])
@@ -163,7 +186,13 @@ class _CutChords:
         askew = crossed(front, behind)
         taper = 0.5 * np.sqrt(dotted(askew, askew)) * longest**2 / np.maximum(look.broad_mm2, 1e-300)
         told = CUT_SHARE + UNLIKE_TIMES * apart / np.maximum(np.abs(bent), 1e-300) + CUT_TAPER * taper
-        return cls(across, front, behind, mean, np.where(sure, np.minimum(bar, told), bar))
+        piece = ~sure & (wider * CUT_RATIO > 1.0)
+        ratio = np.where(piece, 1.0 / np.maximum(wider, 1.0), 1.0)
+        mean *= 0.5 * (1.0 + ratio)
+        bar = np.where(
+            sure, np.minimum(bar, told), bar + CUT_CHANGE * ((1.5 - ratio) * (1.0 + ratio) / ratio - 1.0)
+        )
+        return cls(across, front, behind, mean, 1.0 / ratio, bar)
 
 
 def _cut_lenses(look: Look, turns: Turns, wide: Array, cut: Flags, share: Array, length: Array) -> Lenses:
@@ -188,9 +217,11 @@ def _cut_lenses(look: Look, turns: Turns, wide: Array, cut: Flags, share: Array,
     reach = sets.most(np.maximum.reduce(x)) - sets.least(np.minimum.reduce(x))
     for out in (a, b):
         np.subtract(sets.most(np.maximum.reduce(out)).take(sets.number), out, out=out)
+    beyond = (chords.times_wider.take(face) - 1.0) * reach.take(sets.number)
+    b += beyond
     product = ((a * b).sum(axis=0) + a.sum(axis=0) * b.sum(axis=0)) / 12.0
     here = (a.sum(axis=0) + b.sum(axis=0)) / 3.0
-    height = 0.5 * product * reach.take(sets.number) / np.maximum(here, 1e-300)
+    height = 0.5 * product * (reach.take(sets.number) + beyond) / np.maximum(here, 1e-300)
     chord = sets.most(np.maximum.reduce(x) - np.minimum.reduce(x))
     up = np.einsum("jkn,kn->jn", corners, look.normal.T.take(face, axis=1))
     deep = sets.most(np.maximum.reduce(up)) - sets.least(np.minimum.reduce(up))
