@@ -105,7 +105,10 @@ def optional(keys: tuple[Key, ...]) -> tuple[Key, ...]:
 
 @dataclass(frozen=True)
 class InFile:
-    """Mark of a field with more to say of its key; the words are those of ``Key``."""
+    """Mark of a field with more to say of its key; the words are those of ``Key``.
+
+    ``filled``: the key may be missing, though the field has no default: whoever makes the table fills it in.
+    """
 
     usual: str = ""
     not_empty: str = ""
@@ -114,6 +117,7 @@ class InFile:
     instead: str = ""
     example: Any = None
     shape: Mapping[str, Any] = field(default_factory=dict)
+    filled: bool = False
 
 
 @cache
@@ -192,7 +196,7 @@ def _default(each: dataclasses.Field[Any], hint: Any, table: Any, many: bool) ->
     if each.default_factory is not dataclasses.MISSING:
         return FILLED
     if each.default is dataclasses.MISSING:
-        return REQUIRED
+        return None if (_mark(hint, InFile) or InFile()).filled else REQUIRED
     if table is not None and not many and each.default is not None:
         return FILLED
     unit = _mark(hint, Unit)

@@ -7,7 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
-from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, M_PER_MM, N_M_PER_N_MM, RAD_S_PER_RPM
+from autobalance.units import (
+    BAR_PER_MPA,
+    G_MM2_PER_KG_MM2,
+    G_PER_MM3_PER_KG_M3,
+    M_PER_MM,
+    N_M_PER_N_MM,
+    RAD_S_PER_RPM,
+)
 
 
 @dataclass(frozen=True)
@@ -77,6 +84,7 @@ UM: Final = Unit("_m", "_um", times=1e6)
 MM3_S: Final = Unit("_m3_s", "_mm3_s", times=1e9)
 G_MM: Final = Unit("_kg_m", "_g_mm", times=1e6)
 KG_MM2_OF_SI: Final = Unit("_kg_m2", "_kg_mm2", times=1e6)
+KG_M3: Final = Unit("_g_mm3", "_kg_m3", over=G_PER_MM3_PER_KG_M3)
 PERCENT: Final = Unit("", "_percent", times=100.0)
 """Unit of a share, whose name ends in no unit."""
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from autobalance.declare import FILLED, POSITIVE, Key, Range, Values
+from autobalance.declare import FILLED, POSITIVE, InFile, Key, Range, Values, keys_of, made
 from autobalance.errors import JobError
 from autobalance.finite_elements.elasticity import Material
 from autobalance.finite_elements.statics import Box, Hold, Load
@@ -22,6 +22,9 @@ SOME_MODES = Range(f"must be 1 to {MODES_MOST}", least=1, most=MODES_MOST)
 
 Vector = tuple[float, float, float]
 AnalysisKind = Literal["modes", "static"]
+
+
+BoxInFile = Annotated[tuple[Vector, Vector], "two corners, the least first, in the file's axes"]
 
 
 @dataclass(frozen=True)
@@ -46,45 +49,69 @@ class FemJob:
     crankpin_in_file: bool | None = None
 
 
-BOX = Key("box_mm", tuple[Vector, Vector], "two corners, the least first, in the file's axes")
-SOLID = (
-    Key("file", str, "the solid, relative to this file", not_empty="must name a solid"),
-    Key("unit", LengthUnit, "length unit of the file, if its format carries no unit", default=None),
-    Key("body", int | str, "number or name of one of several bodies", default=None),
-    Key("crankpin_in_file", bool, "`false`: a pressed-up crank, whose crankpins are put in", default=None),
-)
-MATERIAL = (
-    Key("e_gpa", float, "Young's modulus", POSITIVE, 210.0),
-    Key("nu", float, "Poisson's ratio", POISSON, 0.3),
-    Key("density_kg_m3", float, "density", POSITIVE, STEEL_KG_M3),
-)
-ANALYSIS = (
-    Key("kind", AnalysisKind, '`"modes"`: natural modes; `"static"`: stress under loads', default="modes"),
-    Key("modes", int, "how many of the lowest", SOME_MODES, 6),
-    Key("size_mm", float, "largest edge of the mesh", POSITIVE, None, usual="some thousand elements"),
-)
+@dataclass(frozen=True)
+class AnalysedSolid:
+    """``[solid]``: the file that is meshed."""
+
+    file: Annotated[str, InFile(not_empty="must name a solid"), "the solid, relative to this file"]
+    unit: Annotated[LengthUnit | None, "of the file, where its format carries none"] = None
+    body: Annotated[int | str | None, "which of several bodies, by number or name"] = None
+    crankpin_in_file: Annotated[bool | None, "`false`: a pressed-up crank, whose crankpins are put in"] = None
+
+
+@dataclass(frozen=True)
+class MaterialTable:
+    """``[material]``."""
+
+    e_gpa: Annotated[float, POSITIVE, "Young's modulus"] = 210.0
+    nu: Annotated[float, POISSON, "Poisson's ratio"] = 0.3
+    density_kg_m3: Annotated[float, POSITIVE, "density"] = STEEL_KG_M3
+
+    def material(self) -> Material:
+        """Return the same in t, mm, s."""
+        return Material(self.e_gpa * MPA_PER_GPA, self.nu, self.density_kg_m3 * T_MM3_PER_KG_M3)
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """``[analysis]``."""
+
+    kind: Annotated[AnalysisKind, '`"modes"`: natural modes; `"static"`: stress under loads'] = "modes"
+    modes: Annotated[int, SOME_MODES, "how many of the lowest"] = 6
+    size_mm: Annotated[
+        float | None, POSITIVE, InFile(usual="some thousand elements"), "greatest edge of the mesh"
+    ] = None
+
+
+@dataclass(frozen=True)
+class HeldBox:
+    """``[[fix]]``: nodes that are held."""
+
+    box_mm: BoxInFile
+    axes: Annotated[str, "in which directions"] = "xyz"
+
+
+@dataclass(frozen=True)
+class LoadedBox:
+    """``[[load]]``: surfaces that are loaded, by one of both."""
+
+    box_mm: BoxInFile
+    traction_MPa: Annotated[Vector | None, "force on an area"] = None
+    force_N: Annotated[Vector | None, "their sum"] = None
+
+
 FEM_KEYS = (
-    Key(
-        "fix",
-        says="nodes that are held",
-        keys=(BOX, Key("axes", str, "in which directions", default="xyz")),
-        many=True,
-        default=(),
-    ),
+    Key("fix", says="nodes that are held", keys=keys_of(HeldBox), many=True, default=()),
     Key(
         "load",
         says="surfaces that are loaded, by one of both",
-        keys=(
-            BOX,
-            Key("traction_MPa", Vector, "force on an area", default=None),
-            Key("force_N", Vector, "their sum", default=None),
-        ),
+        keys=keys_of(LoadedBox),
         many=True,
         default=(),
     ),
-    Key("solid", says="solid to analyse", keys=SOLID, default=FILLED),
-    Key("material", says="material", keys=MATERIAL, default=FILLED),
-    Key("analysis", says="kind and fineness of the analysis", keys=ANALYSIS, default=FILLED),
+    Key("solid", says="solid to analyse", keys=keys_of(AnalysedSolid), default=FILLED),
+    Key("material", says="material", keys=keys_of(MaterialTable), default=FILLED),
+    Key("analysis", says="kind and fineness of the analysis", keys=keys_of(Analysis), default=FILLED),
 )
 """Every key of a FEM.toml."""
 
@@ -131,55 +158,53 @@ def fem_of_solid(
 
 
 def _job(values: Values, folder: Path) -> FemJob:
-    solid, material, analysis = values["solid"], values["material"], values["analysis"]
-    kind = analysis["kind"]
-    holds = tuple(_hold(each, f"fix[{place}]") for place, each in enumerate(values["fix"], 1))
-    loads = tuple(_load(each, f"load[{place}]") for place, each in enumerate(values["load"], 1))
+    solid, analysis = made(AnalysedSolid, values["solid"]), made(Analysis, values["analysis"])
+    holds = tuple(_hold(made(HeldBox, each), f"fix[{place}]") for place, each in enumerate(values["fix"], 1))
+    loads = tuple(
+        _load(made(LoadedBox, each), f"load[{place}]") for place, each in enumerate(values["load"], 1)
+    )
     for key, boxes in (("fix", holds), ("load", loads)):
-        if kind == "static" and not boxes:
+        if analysis.kind == "static" and not boxes:
             raise JobError(f"{key} is missing; a static analysis needs supports and loads")
-    if kind == "modes" and loads:
+    if analysis.kind == "modes" and loads:
         raise JobError('load is given with analysis.kind = "modes"; leave it out, or ask for "static"')
-    file = Path(solid["file"])
+    file = Path(solid.file)
     return FemJob(
         folder / file,
-        solid["unit"],
-        solid["body"],
-        Material(
-            material["e_gpa"] * MPA_PER_GPA, material["nu"], material["density_kg_m3"] * T_MM3_PER_KG_M3
-        ),
-        kind,
-        analysis["modes"],
-        analysis["size_mm"],
+        solid.unit,
+        solid.body,
+        made(MaterialTable, values["material"]).material(),
+        analysis.kind,
+        analysis.modes,
+        analysis.size_mm,
         holds,
         loads,
         {
-            "solid": {**solid, "file": str(file)},
-            "material": material,
-            "analysis": analysis,
+            "solid": {**values["solid"], "file": str(file)},
+            "material": values["material"],
+            "analysis": values["analysis"],
             "fix": plain(values["fix"]),
             "load": [{**each, "box_mm": plain(each["box_mm"])} for each in values["load"]],
         },
-        solid["crankpin_in_file"],
+        solid.crankpin_in_file,
     )
 
 
-def _box(values: Values, where: str) -> Box:
-    low, high = values["box_mm"]
+def _box(box: Box, where: str) -> Box:
+    low, high = box
     if any(a > b for a, b in zip(low, high, strict=True)):
         raise JobError(f"{where}.box_mm is {[list(low), list(high)]}; its first corner must be the least")
     return low, high
 
 
-def _hold(values: Values, where: str) -> Hold:
-    axes = values["axes"]
+def _hold(held: HeldBox, where: str) -> Hold:
+    axes = held.axes
     if not axes or len(set(axes)) < len(axes) or set(axes) - set("xyz"):
         raise JobError(f"{where}.axes is {axes!r}; must be of the letters x, y, z, each once")
-    return Hold(_box(values, where), axes, where)
+    return Hold(_box(held.box_mm, where), axes, where)
 
 
-def _load(values: Values, where: str) -> Load:
-    traction, force = values["traction_MPa"], values["force_N"]
-    if (traction is None) == (force is None):
+def _load(loaded: LoadedBox, where: str) -> Load:
+    if (loaded.traction_MPa is None) == (loaded.force_N is None):
         raise JobError(f"{where} needs one of traction_MPa and force_N")
-    return Load(_box(values, where), where, traction, force)
+    return Load(_box(loaded.box_mm, where), where, loaded.traction_MPa, loaded.force_N)

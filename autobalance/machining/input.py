@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from autobalance.declare import NOT_NEGATIVE, POSITIVE, Key, Range, Values
+from autobalance.declare import NOT_NEGATIVE, POSITIVE, InFile, Key, Range, Values, keys_of, made
 from autobalance.errors import JobError
 from autobalance.toml_files.document import text_of, toml_of
 from autobalance.toml_files.keys import named_in, read
@@ -23,81 +23,62 @@ LENGTH = Range(f"must be > 0 and at most {LENGTHS:g}", above=0.0, most=LENGTHS)
 TOOL_NUMBER = Range("must be 1 to 9999", least=1, most=9999)
 PROGRAM = Range("must be 1 to 9990", least=1, most=9990)
 
-MACHINE_PART = (
-    Key("post", str, "dialect of the programs: linuxcnc, or fanuc (Fanuc and Haas)"),
-    Key("max_rpm", float, "highest spindle speed", POSITIVE),
-    Key("program_number", int, "fanuc: O-number of the first set-up, then one more each", PROGRAM, 1000),
-    Key("coolant", str, 'code that turns it on; "" for none', default="M8"),
-    Key("rapid_mm_min", float, "for the time only", POSITIVE, 15000.0),
-    Key(
-        "travel_mm",
-        tuple[float, float, float],
-        "travel of X, Y and Z that programs must keep to",
-        POSITIVE,
-        None,
-    ),
-)
-ROTARY_PART = (
-    Key("letter", Literal["A", "B", "C"], "letter of the rotary axis", default="A"),
-    Key("sign", int, "direction of the angle on this machine", SIGN, 1),
-    Key("unclamp", str, "code before the axis turns", default=""),
-    Key("clamp", str, "code after it has turned", default=""),
-)
-ZERO_PART = (
-    Key("angle", float | str, '"crankpin 1", "keyway", or degrees in the rotor frame'),
-    Key("z_mm", float | str, '"crankpin 1", the name of a datum face, or mm in the rotor frame'),
-    Key("clearance_mm", float, "clearance of tool and holder from metal on rapids", POSITIVE, 5.0),
-    Key("finish_mm", float, "left on every depth, for a first try", NOT_NEGATIVE, 0.0),
-)
-TOOL_PART = (
-    Key("number", int, "T and H", TOOL_NUMBER),
-    Key("kind", ToolKind, "drill, end_mill or turning"),
-    Key("diameter_mm", float, "diameter of drill or mill", LENGTH, None),
-    Key("point_deg", float, "point angle of a drill; 180: flat", POINT, 118.0),
-    Key("flute_mm", float, "cutting length; not for a turning tool", LENGTH, None),
-    Key("stick_out_mm", float, "from the holder's face to the tip", LENGTH),
-    Key(
-        "holder",
-        tuple[tuple[float, float], ...],
-        "diameter and length of each step, from the tool's side",
-        LENGTH,
-    ),
-    Key("rpm", float, "spindle speed; or cutting_m_min", POSITIVE, None),
-    Key("cutting_m_min", float, "cutting speed", POSITIVE, None),
-    Key("feed_mm_min", float, "feed; or feed_mm_rev", POSITIVE, None),
-    Key("feed_mm_rev", float, "feed of a turn of the spindle", POSITIVE, None),
-    Key("peck_mm", float, "drill: depth of a peck; 0: in one go", NOT_NEGATIVE, 0.0),
-    Key("step_down_mm", float, "mills and lathe: depth of a pass", LENGTH, 1.0),
-    Key("step_over_mm", float, "mills: width of a pass; default 0.4 of the diameter", LENGTH, None),
-    Key("nose_radius_mm", float, "lathe", NOT_NEGATIVE, 0.4),
-)
-MACHINE_TOOL_KEYS = (
-    Key("machine", says="the machine tool", keys=MACHINE_PART),
-    Key("rotary", says="left out: radial cuts are not programmed", keys=ROTARY_PART, default=None),
-    Key("zero", says="position of the machine's zero on the crank", keys=ZERO_PART),
-    Key("tool", says="tools available", keys=TOOL_PART, many=True),
-)
+
+@dataclass(frozen=True)
+class Spindle:
+    """``[machine]``: the machine tool."""
+
+    post: Annotated[str, "dialect of the programs: linuxcnc, or fanuc (Fanuc and Haas)"]
+    max_rpm: Annotated[float, POSITIVE, "highest spindle speed"]
+    program_number: Annotated[int, PROGRAM, "fanuc: O-number of the first set-up, then one more each"] = 1000
+    coolant: Annotated[str, 'code that turns it on; "" for none'] = "M8"
+    rapid_mm_min: Annotated[float, POSITIVE, "for the time only"] = 15000.0
+    travel_mm: Annotated[tuple[float, float, float] | None, POSITIVE, "of X, Y and Z, to be kept to"] = None
 
 
 @dataclass(frozen=True)
-class CuttingTool:
-    """A tool in its holder: lengths in mm, speed in 1/min, feed in mm/min, holder as (diameter, length)."""
+class Rotary:
+    """``[rotary]``: the rotary axis."""
 
-    number: int
-    kind: ToolKind
-    diameter_mm: float
-    point_deg: float
-    flute_mm: float
-    stick_out_mm: float
-    holder: tuple[tuple[float, float], ...]
-    rpm: float | None
-    cutting_m_min: float | None
-    feed_mm_min: float | None
-    feed_mm_rev: float | None
-    peck_mm: float
-    step_down_mm: float
-    step_over_mm: float
-    nose_radius_mm: float
+    letter: Annotated[Literal["A", "B", "C"], "of the rotary axis"] = "A"
+    sign: Annotated[int, SIGN, "which way the angle counts on this machine"] = 1
+    unclamp: Annotated[str, "code before the axis turns"] = ""
+    clamp: Annotated[str, "code after it has turned"] = ""
+
+
+@dataclass(frozen=True)
+class MachineZero:
+    """``[zero]``: the machine's zero on the crank."""
+
+    angle: Annotated[float | str, '"crankpin 1", "keyway", or degrees in the rotor frame']
+    z_mm: Annotated[float | str, '"crankpin 1", the name of a datum face, or mm in the rotor frame']
+    clearance_mm: Annotated[float, POSITIVE, "of tool and holder from metal on rapids"] = 5.0
+    finish_mm: Annotated[float, NOT_NEGATIVE, "left on every depth, for a first try"] = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class CuttingTool:
+    """``[[tool]]``: a tool in its holder, the holder as (diameter, length) of each step."""
+
+    number: Annotated[int, TOOL_NUMBER, "T and H"]
+    kind: Annotated[ToolKind, "drill, end_mill or turning"]
+    diameter_mm: Annotated[float, LENGTH, InFile(filled=True), "of drill or mill"]
+    point_deg: Annotated[float, POINT, "of a drill; 180: flat"] = 118.0
+    flute_mm: Annotated[float, LENGTH, InFile(filled=True), "cutting length; a turning tool has none"]
+    stick_out_mm: Annotated[float, LENGTH, "from the holder's face to the tip"]
+    holder: Annotated[
+        tuple[tuple[float, float], ...], LENGTH, "diameter and length of each step, from the tool's side"
+    ]
+    rpm: Annotated[float | None, POSITIVE, "spindle speed; or cutting_m_min"] = None
+    cutting_m_min: Annotated[float | None, POSITIVE, "cutting speed"] = None
+    feed_mm_min: Annotated[float | None, POSITIVE, "feed; or feed_mm_rev"] = None
+    feed_mm_rev: Annotated[float | None, POSITIVE, "feed of a turn of the spindle"] = None
+    peck_mm: Annotated[float, NOT_NEGATIVE, "drill: depth of a peck; 0: in one go"] = 0.0
+    step_down_mm: Annotated[float, LENGTH, "mills and lathe: depth of a pass"] = 1.0
+    step_over_mm: Annotated[
+        float, LENGTH, InFile(filled=True), "mills: width of a pass; default 0.4 of the diameter"
+    ]
+    nose_radius_mm: Annotated[float, NOT_NEGATIVE, "lathe"] = 0.4
 
     @property
     def radius_mm(self) -> float:
@@ -127,32 +108,22 @@ class CuttingTool:
         return self.feed_mm_rev * speed_rpm
 
 
-@dataclass(frozen=True)
-class Rotary:
-    """The rotary axis."""
-
-    letter: str
-    sign: int
-    unclamp: str
-    clamp: str
+MACHINE_TOOL_KEYS = (
+    Key("machine", says="the machine tool", keys=keys_of(Spindle)),
+    Key("rotary", says="left out: radial cuts are not programmed", keys=keys_of(Rotary), default=None),
+    Key("zero", says="where the machine's zero lies on the crank", keys=keys_of(MachineZero)),
+    Key("tool", says="tools at hand", keys=keys_of(CuttingTool), many=True),
+)
 
 
 @dataclass(frozen=True)
 class MachineTool:
-    """The file: all its keys."""
+    """The file; ``values`` are all of its keys."""
 
     values: Values
-    post: str
-    max_rpm: float
-    program_number: int
-    coolant: str
-    rapid_mm_min: float
-    travel_mm: tuple[float, float, float] | None
+    spindle: Spindle
     rotary: Rotary | None
-    zero_angle: float | str
-    zero_z: float | str
-    clearance_mm: float
-    finish_mm: float
+    zero: MachineZero
     tools: tuple[CuttingTool, ...]
 
 
@@ -188,31 +159,22 @@ def _based(raw: Mapping[str, Any]) -> Values:
 
 
 def _machine_tool(values: Values) -> MachineTool:
-    machine, rotary, zero = values["machine"], values["rotary"], values["zero"]
+    machine, rotary = made(Spindle, values["machine"]), values["rotary"]
     tools = [_tool(each, f"tool[{place}]") for place, each in enumerate(values["tool"], 1)]
     for place, tool in enumerate(tools, 1):
         if any(tool.number == other.number for other in tools[: place - 1]):
             raise JobError(
                 f"tool[{place}].number is {tool.number}, which another tool has; expected one of its own"
             )
-        if tool.rpm is not None and tool.rpm > machine["max_rpm"]:
+        if tool.rpm is not None and tool.rpm > machine.max_rpm:
             raise JobError(
-                f"tool[{place}].rpm is {tool.rpm:g}; "
-                f"expected at most machine.max_rpm = {machine['max_rpm']:g}"
+                f"tool[{place}].rpm is {tool.rpm:g}; expected at most machine.max_rpm = {machine.max_rpm:g}"
             )
     return MachineTool(
         values,
-        machine["post"],
-        machine["max_rpm"],
-        machine["program_number"],
-        machine["coolant"].strip(),
-        machine["rapid_mm_min"],
-        machine["travel_mm"],
-        None if rotary is None else Rotary(**rotary),
-        zero["angle"],
-        zero["z_mm"],
-        zero["clearance_mm"],
-        zero["finish_mm"],
+        replace(machine, coolant=machine.coolant.strip()),
+        None if rotary is None else made(Rotary, rotary),
+        made(MachineZero, values["zero"]),
         tuple(tools),
     )
 
@@ -240,4 +202,4 @@ def _tool(values: Values, place: str) -> CuttingTool:
     over = values["step_over_mm"] or 0.4 * diameter
     if values["kind"] == "end_mill" and over > diameter:
         raise JobError(f"{place}.step_over_mm is {over:g}; expected at most the diameter, {diameter:g}")
-    return CuttingTool(**{**values, "diameter_mm": diameter, "step_over_mm": over})
+    return made(CuttingTool, values, diameter_mm=diameter, step_over_mm=over)

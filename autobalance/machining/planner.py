@@ -116,7 +116,7 @@ class Planner:
         for number in order:
             mine = [job for job in jobs if job.tool.number == number]
             tool = mine[0].tool
-            rpm = tool.speed_rpm(self._cutting_diameter(mine), self.machine.max_rpm)
+            rpm = tool.speed_rpm(self._cutting_diameter(mine), self.machine.spindle.max_rpm)
             setup.tools.append(tool)
             setup.blocks.append(Note(f"tool {number}: {tool_words(tool)}"))
             setup.blocks.append(Change(tool, rpm, setup.safe_mm))
@@ -160,7 +160,7 @@ class Planner:
         frame = inverse(pose)
         x, y, z = (frame[:3, :3] @ operation.entry_mm + frame[:3, 3]).tolist()
         y = 0.0 if setup.name == "R" else y
-        depth = max(operation.depth_mm - self.machine.finish_mm, 0.0)
+        depth = max(operation.depth_mm - self.machine.zero.finish_mm, 0.0)
         bottom = z - depth - operation.point_mm
         retract = self._retract_mm(tool, pose, (x, y, z), bottom)
         if setup.name == "R":
@@ -174,7 +174,7 @@ class Planner:
     ) -> float:
         """Return the lowest height of the tip in rapid over a hole: tool and holder clear of all metal."""
         x, y, z = entry
-        clear = self.machine.clearance_mm
+        clear = self.machine.zero.clearance_mm
         reach = widest_mm(tool) + clear + 1.0
         top = max(self.space.top_anywhere, z) + 1.0
         low, high = np.array([x - reach, y - reach, bottom - 1.0]), np.array([x + reach, y + reach, top])
@@ -192,7 +192,7 @@ class Planner:
         area = self.space.area(setup.name, operation)
         if area.top_mm - area.bottom_mm <= 1e-6:
             return
-        clear, path = self.machine.clearance_mm, area.centres(tool)
+        clear, path = self.machine.zero.clearance_mm, area.centres(tool)
         if path.is_empty:
             path = area.floor
         swept = path.spread(2.0 * tool.radius_mm + 1.0)
@@ -225,7 +225,7 @@ class Planner:
 
     def _passes(self, operation: RimOperation, tool: CuttingTool) -> list[float]:
         """Return the radii of the passes, the last one that which is left."""
-        new = min(operation.new_radius_mm + self.machine.finish_mm, operation.rim_radius_mm)
+        new = min(operation.new_radius_mm + self.machine.zero.finish_mm, operation.rim_radius_mm)
         depth = operation.rim_radius_mm - new
         count = max(1, math.ceil(depth / tool.step_down_mm - 1e-9))
         return [operation.rim_radius_mm - depth * (k + 1) / count for k in range(count)]

@@ -95,7 +95,7 @@ def nc_run(part: Part, machine: MachineTool, progress: Notify = lambda _: None) 
     JobError
         If a tool is missing, the travel too short, or a move would hit.
     """
-    post = post_named(machine.post)
+    post = post_named(machine.spindle.post)
     for lathe in (False, True):
         post(machine, lathe)  # refuses codes that it does not know
     if not any(cut.operation is not None for cut in part.cuts):
@@ -110,7 +110,9 @@ def nc_run(part: Part, machine: MachineTool, progress: Notify = lambda _: None) 
     for place, setup in enumerate(plan.setups):
         writer = post(machine, setup.name == "L")
         file = f"setup-{setup.name}.{writer.ending}"
-        text = writer.program(machine.program_number + place, head(part, machine, plan, setup), setup.blocks)
+        text = writer.program(
+            machine.spindle.program_number + place, head(part, machine, plan, setup), setup.blocks
+        )
         moves = tuple(read_program(text, letter))
         programs.append(Program(setup, file, text, moves, time_s(moves, machine)))
     refuse_travel(programs, planner.space.stock, machine, plan.zero)
@@ -128,8 +130,8 @@ def head(part: Part, machine: MachineTool, plan: NcPlan, setup: Setup) -> list[s
         f"rotor mass {part.tolerance.rotor_mass_g:.1f} g",
         f"angle zero: {zero.angle_of}, {zero.angle_deg:.4f} deg in the rotor frame",
         f"z zero: {zero.z_of}, z = {zero.z_mm:.4f} in the rotor frame",
-        f"safe height {setup.safe_mm:.4f}, clearance {machine.clearance_mm:g} mm",
-        *([f"{machine.finish_mm:g} mm are left on every depth"] if machine.finish_mm else []),
+        f"safe height {setup.safe_mm:.4f}, clearance {machine.zero.clearance_mm:g} mm",
+        *([f"{machine.zero.finish_mm:g} mm are left on every depth"] if machine.zero.finish_mm else []),
         *(f"T{tool.number} {tool_words(tool)}" for tool in setup.tools),
         "order of the cuts: " + ", ".join(str(cut.number) for cut, _ in setup.cuts),
         "run 100 mm above the part first; not proven on a machine",
@@ -155,7 +157,7 @@ def simulated(part: Part, machine: MachineTool, plan: NcPlan, programs: Sequence
         ways = {"longer flutes, or a relieved neck" if each.along else into for each in result.collisions}
         raise JobError("; ".join(texts[:MOST_TOLD]) + more + f"; expected {', or '.join(sorted(ways))}")
     expected = {cut.number: planned(part, cut) for cut in part.cuts}
-    if machine.finish_mm == 0.0:
+    if machine.zero.finish_mm == 0.0:
         _refuse_missing(part, programs, result, expected)
     gouged, left = differences(part, plan, result)
     cut_mm3 = sum((each.mass_g for each in result.taken.values()), 0.0)
@@ -260,7 +262,7 @@ def time_s(moves: Sequence[Move], machine: MachineTool) -> float:
             continue
         ends = ((move.start.x, move.end.x), (move.start.y, move.end.y), (move.start.z, move.end.z))
         way = math.sqrt(sum((b - a) ** 2 for a, b in ends if a is not None and b is not None))
-        speed = machine.rapid_mm_min if move.rapid else move.feed
+        speed = machine.spindle.rapid_mm_min if move.rapid else move.feed
         if speed > 0.0:
             total += 60.0 * (way or turn) / speed
     return total
@@ -282,9 +284,9 @@ def refuse_travel(programs: Sequence[Program], stock: Stock, machine: MachineToo
         if upright:
             bottom = min((low - zero.z_mm), (high - zero.z_mm)) if name == "T" else zero.z_mm - high
             _refuse_table(program, bottom)
-        if machine.travel_mm is None:
+        if machine.spindle.travel_mm is None:
             continue
-        x, y, z = machine.travel_mm
+        x, y, z = machine.spindle.travel_mm
         length = high - low
         size = {"R": (length, 0.0), "L": (0.0, 0.0)}.get(name, (wide, wide))
         for letter, size_mm, there in (("X", size[0], x), ("Y", size[1], y)):
@@ -303,7 +305,7 @@ def refuse_travel(programs: Sequence[Program], stock: Stock, machine: MachineToo
                 )
         if name != "L":
             longest = max(program.setup.tools, key=length_mm)
-            size_mm = (length if upright else wide) + machine.clearance_mm + longest.stick_out_mm
+            size_mm = (length if upright else wide) + machine.zero.clearance_mm + longest.stick_out_mm
             if size_mm > z:
                 raise JobError(
                     f"set-up {name} needs {size_mm:.1f} mm of Z for the crank and tool {longest.number}; "

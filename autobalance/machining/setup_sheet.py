@@ -76,11 +76,11 @@ def _setup(run: NcRun, program: Program) -> list[Any]:
         f"Zero: {axes}.",
         f"Angle zero is {zero.angle_of} ({zero.angle_deg:.4f}° in the rotor frame); "
         f"z zero is {zero.z_of} (z = {zero.z_mm:.4f} mm).",
-        f"Safe height {safe}; tool and holder keep {run.machine.clearance_mm:g} mm from metal in rapid. "
+        f"Safe height {safe}; tool and holder keep {run.machine.zero.clearance_mm:g} mm from metal in rapid. "
         f"About {program.time_s / 60.0:.1f} min.",
     ]
-    if run.machine.finish_mm:
-        lines.append(f"{run.machine.finish_mm:g} mm are left on every depth.")
+    if run.machine.zero.finish_mm:
+        lines.append(f"{run.machine.zero.finish_mm:g} mm are left on every depth.")
     story: list[Any] = [Paragraph(f"Set-up {program.name}: {program.file}", head)]
     story += [Paragraph(line, plain) for line in lines]
     story.append(Paragraph("Tools", section))

@@ -40,8 +40,8 @@ def zero_of(machine: MachineTool, anatomy: Anatomy) -> NcZero:
     JobError
         If the crank has not what it names.
     """
-    angle, angle_of = _angle(machine.zero_angle, anatomy)
-    z, z_of = _place(machine.zero_z, anatomy)
+    angle, angle_of = _angle(machine.zero.angle, anatomy)
+    z, z_of = _place(machine.zero.z_mm, anatomy)
     return NcZero(angle, z, angle_of, z_of)
 
 

@@ -141,7 +141,7 @@ class Simulator:
         if not ends or not known:
             return
         low = min(float(place.z) for place in ends if place.z is not None)
-        clear = self.machine.clearance_mm
+        clear = self.machine.zero.clearance_mm
         if low - clear >= self._top(name) - WITHIN_MM:
             return
         path = np.array([[place.x, place.y] for place in known], dtype=np.float64)
@@ -165,7 +165,7 @@ class Simulator:
         if not move.rapid:
             self._milled_rim(move, tool)
             return
-        clear = self.machine.clearance_mm
+        clear = self.machine.zero.clearance_mm
         for step in steps_of(tool):
             if start.x is None:
                 reach = self.found.stock.greatest_radius_mm
@@ -270,7 +270,7 @@ class Simulator:
             half = tool.radius_mm
             self._ring(move, tool, (stretch[0] - half, stretch[1] + half), radius)
             return
-        clear = self.machine.clearance_mm
+        clear = self.machine.zero.clearance_mm
         for step in steps_of(tool):
             wide = step.radius_mm + clear
             reach = self.found.stock.reach_mm(stretch[0] - wide, stretch[1] + wide)

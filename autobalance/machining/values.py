@@ -38,7 +38,7 @@ def _setup(run: NcRun, program: Program) -> NcSetup:
         name=program.name,
         file=program.file,
         sha256=hashlib.sha256(program.text.encode("ascii")).hexdigest(),
-        post=run.machine.post,
+        post=run.machine.spindle.post,
         zero=run.zero,
         tools=tuple(tool.number for tool in setup.tools),
         cuts=tuple(cut.number for cut, _ in setup.cuts),

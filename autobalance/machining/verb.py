@@ -46,7 +46,7 @@ class NcResult(VerbResult):
         from autobalance.machining.setup_sheet import setup_sheet
 
         files = {name: text.encode("ascii") for name, text in self.programs.items()}
-        if self.run.machine.post == "linuxcnc":
+        if self.run.machine.spindle.post == "linuxcnc":
             files[TOOL_TABLE] = tool_table(self.run.machine.tools).encode("ascii", "replace")
         return {**files, SHEET: setup_sheet(self.run)}
 
@@ -105,7 +105,7 @@ def nc(
     if finish_mm is not None:
         if not 0.0 <= finish_mm < 1e4:
             raise UsageError(f"finish_mm is {finish_mm:g}; expected 0 or more")
-        tool = replace(tool, finish_mm=float(finish_mm))
+        tool = replace(tool, zero=replace(tool.zero, finish_mm=float(finish_mm)))
     notify = telling(progress)
     notify("checking the report")
     part = verified_part(Path(report))

@@ -61,7 +61,7 @@ class Workspace:
         own = Solid.prism(floor.grown(SLIVER_MM), bottom - 1.0, top + 2.0 * SLIVER_MM)
         standing = (near - own).shadow() if not near.is_empty else Region.of([])
         standing = standing.grown(-0.5 * SLIVER_MM).grown(0.5 * SLIVER_MM)
-        finish = min(self.machine.finish_mm, operation.depth_mm)
+        finish = min(self.machine.zero.finish_mm, operation.depth_mm)
         return Area(floor, standing, top, bottom + finish, operation.is_walled)
 
     @property
@@ -76,7 +76,7 @@ class Workspace:
 
     def safe_mm(self, name: SetupName) -> float:
         """Return the height over everything: in R over all that turns by, in L as a diameter."""
-        clear = self.machine.clearance_mm
+        clear = self.machine.zero.clearance_mm
         if name in ("T", "B"):
             return math.ceil(self.top(name) + clear)
         over = math.ceil(self.stock.greatest_radius_mm + clear)

@@ -7,41 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values
+from autobalance.declare import Key, Values, keys_of, made
 from autobalance.errors import JobError
 from autobalance.job.addon_tables import AddonTables, TablesRead
-from autobalance.signals.drive_sources import Belt, Drive, DrivenShaft, Gear
+from autobalance.signals.drive_sources import Drive
 from autobalance.toml_files.keys import read_document
 
-NAME = Key("name", str, "name in reports")
-GEAR_KEYS = (
-    NAME,
-    Key("teeth", int, "teeth of the wheel whose speed is given", COUNTED),
-    Key("speed", float, "speed of that wheel over the crank's", POSITIVE, 1.0),
-    Key("mates", int, "teeth of the other wheel", COUNTED, None),
-    Key("error_um", float, "transmission error once a tooth, peak", NOT_NEGATIVE, None),
-    Key("runout_um", float, "eccentricity of the wheel", NOT_NEGATIVE, None),
-    Key("stiffness_N_um", float, "stiffness of the mesh", POSITIVE, None),
-)
-BELT_KEYS = (
-    NAME,
-    Key("length_mm", float, "length of the belt or chain", POSITIVE),
-    Key("pulley_mm", float, "pitch diameter of the pulley", POSITIVE),
-    Key("speed", float, "speed of that pulley over the crank's", POSITIVE, 1.0),
-    Key("teeth", int, "teeth of the pulley, for a toothed belt or a chain", COUNTED, None),
-    Key("runout_um", float, "eccentricity of the pulley", NOT_NEGATIVE, None),
-    Key("stiffness_N_um", float, "stiffness of the spans", POSITIVE, None),
-)
-SHAFT_KEYS = (
-    NAME,
-    Key("speed", float, "its speed over the crank's", POSITIVE),
-    Key("unbalance_g_mm", float, "its unbalance", NOT_NEGATIVE, None),
-)
-DRIVE_KEYS = (
-    Key("gear", says="pairs of wheels", keys=GEAR_KEYS, many=True, default=()),
-    Key("belt", says="belts and chains", keys=BELT_KEYS, many=True, default=()),
-    Key("shaft", says="shafts and accessories", keys=SHAFT_KEYS, many=True, default=()),
-)
+DRIVE_KEYS = keys_of(Drive)
 DRIVE = Key(
     "drive",
     says="gears, belts and shafts that the crank drives: see [signals.md](signals.md)",
@@ -85,16 +57,14 @@ def drive_of(values: Values) -> Drive:
 
 
 def _drive(values: Values, path: str = "") -> Drive:
-    gears = tuple(Gear(**each) for each in values["gear"])
-    belts = tuple(Belt(**each) for each in values["belt"])
-    shafts = tuple(DrivenShaft(**each) for each in values["shaft"])
-    if not (gears or belts or shafts):
+    drive = made(Drive, values)
+    if not (drive.gears or drive.belts or drive.shafts):
         raise JobError(f"{path}gear, belt and shaft are all missing; expected at least one")
-    for number, belt in enumerate(belts, 1):
+    for number, belt in enumerate(drive.belts, 1):
         if belt.length_mm <= math.pi * belt.pulley_mm:
             around = math.pi * belt.pulley_mm
             raise JobError(
                 f"{path}belt[{number}].length_mm is {belt.length_mm:g}; must be more than once around its"
                 f" pulley, {around:.4g} mm"
             )
-    return Drive(gears, belts, shafts)
+    return drive

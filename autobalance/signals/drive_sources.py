@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
+from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Named
 from autobalance.signals.sources import Source
 from autobalance.units import N_PER_G_MM_S2
 
@@ -16,32 +18,15 @@ MAX_BELT_SLIP = 0.01
 
 @dataclass(frozen=True)
 class Gear:
-    """A pair of wheels in mesh.
+    """A pair of wheels in mesh; the product of stiffness and error is a force."""
 
-    Attributes
-    ----------
-    name : str
-    teeth : int
-        Of the wheel with the speed ``speed``.
-    speed : float
-        That wheel's speed over the crank's.
-    mates : int or None
-        Teeth of the other wheel.
-    error_um : float or None
-        Transmission error at the mesh frequency, peak.
-    runout_um : float or None
-        Eccentricity of the wheel.
-    stiffness_N_um : float or None
-        Of the mesh; its product with an error is a force.
-    """
-
-    name: str
-    teeth: int
-    speed: float = 1.0
-    mates: int | None = None
-    error_um: float | None = None
-    runout_um: float | None = None
-    stiffness_N_um: float | None = None
+    name: Annotated[str, "name in reports"]
+    teeth: Annotated[int, COUNTED, "of the wheel whose speed is given"]
+    speed: Annotated[float, POSITIVE, "that wheel's speed over the crank's"] = 1.0
+    mates: Annotated[int | None, COUNTED, "teeth of the other wheel"] = None
+    error_um: Annotated[float | None, NOT_NEGATIVE, "transmission error once a tooth, peak"] = None
+    runout_um: Annotated[float | None, NOT_NEGATIVE, "eccentricity of the wheel"] = None
+    stiffness_N_um: Annotated[float | None, POSITIVE, "of the mesh"] = None
 
     def sources(self) -> list[Source]:
         """Return the orders of the mesh, its sidebands, both wheels and the hunting tooth.
@@ -82,28 +67,15 @@ class Gear:
 
 @dataclass(frozen=True)
 class Belt:
-    """A belt or chain on a pulley.
+    """A belt or chain on a pulley; the product of stiffness and eccentricity is its pull."""
 
-    Attributes
-    ----------
-    name : str
-    length_mm, pulley_mm : float
-        Length of the belt; pitch diameter of the pulley.
-    speed : float
-        That pulley's speed over the crank's.
-    teeth : int or None
-        Of the pulley, for a toothed belt or a chain.
-    runout_um, stiffness_N_um : float or None
-        Eccentricity of the pulley, and stiffness of the spans; their product is the pull.
-    """
-
-    name: str
-    length_mm: float
-    pulley_mm: float
-    speed: float = 1.0
-    teeth: int | None = None
-    runout_um: float | None = None
-    stiffness_N_um: float | None = None
+    name: Annotated[str, "name in reports"]
+    length_mm: Annotated[float, POSITIVE, "of the belt or chain"]
+    pulley_mm: Annotated[float, POSITIVE, "pitch diameter of the pulley"]
+    speed: Annotated[float, POSITIVE, "that pulley's speed over the crank's"] = 1.0
+    teeth: Annotated[int | None, COUNTED, "of the pulley, for a toothed belt or a chain"] = None
+    runout_um: Annotated[float | None, NOT_NEGATIVE, "eccentricity of the pulley"] = None
+    stiffness_N_um: Annotated[float | None, POSITIVE, "of the spans"] = None
 
     def sources(self) -> list[Source]:
         """Return the orders of the belt, its pulley and the mesh of its teeth.
@@ -131,11 +103,11 @@ class Belt:
 
 @dataclass(frozen=True)
 class DrivenShaft:
-    """A shaft or accessory that the crank drives; ``speed`` is its speed over the crank's."""
+    """A shaft or accessory that the crank drives."""
 
-    name: str
-    speed: float
-    unbalance_g_mm: float | None = None
+    name: Annotated[str, "name in reports"]
+    speed: Annotated[float, POSITIVE, "its speed over the crank's"]
+    unbalance_g_mm: Annotated[float | None, NOT_NEGATIVE, "its unbalance"] = None
 
     def sources(self, crank_rad_s: float | None) -> list[Source]:
         """Return the order of its rotation, with its force where speed and unbalance are known."""
@@ -150,9 +122,9 @@ class DrivenShaft:
 class Drive:
     """All gears, belts and shafts that the crank drives."""
 
-    gears: tuple[Gear, ...] = ()
-    belts: tuple[Belt, ...] = ()
-    shafts: tuple[DrivenShaft, ...] = ()
+    gears: Annotated[tuple[Gear, ...], Named("gear"), "pairs of wheels"] = ()
+    belts: Annotated[tuple[Belt, ...], Named("belt"), "belts and chains"] = ()
+    shafts: Annotated[tuple[DrivenShaft, ...], Named("shaft"), "shafts and accessories"] = ()
 
     def sources(self, crank_rad_s: float | None) -> list[Source]:
         """Return the sources of all parts; ``crank_rad_s`` is the crank's speed, None where unknown."""

@@ -44,7 +44,8 @@ def test_rapids_between_loops_clear_what_stands_there(post: bool) -> None:
     places = [Region.rectangle([x - 15.0, -18.0], [x + 15.0, 18.0]) for x in (-70.0, 70.0)]
     values = nc_jobs.machine(zero={"angle": 0.0, "z_mm": 0.0})
     values["tool"] = [{**tool, "stick_out_mm": 100.0} for tool in values["tool"]]
-    machine = replace(read_machine_tool(values), clearance_mm=CLEAR_MM)
+    machine = read_machine_tool(values)
+    machine = replace(machine, zero=replace(machine.zero, clearance_mm=CLEAR_MM))
     (setup,) = Planner(part(solid, places[0] + places[1]), machine).plan().setups
     radius = setup.tools[0].radius_mm
     across = list(hops(setup.blocks))

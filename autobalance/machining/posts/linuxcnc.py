@@ -38,7 +38,7 @@ class LinuxCnc(Post):
         """Refuse codes that LinuxCNC stops at."""
         super().refuse_codes()
         rotary = self.machine.rotary
-        codes = {"machine.coolant": self.machine.coolant}
+        codes = {"machine.coolant": self.machine.spindle.coolant}
         if rotary is not None:
             codes |= {"rotary.unclamp": rotary.unclamp, "rotary.clamp": rotary.clamp}
         for key, code in codes.items():

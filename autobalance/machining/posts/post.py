@@ -53,7 +53,7 @@ class Post(ABC):
             If there is one.
         """
         rotary = self.machine.rotary
-        codes = {"machine.coolant": self.machine.coolant}
+        codes = {"machine.coolant": self.machine.spindle.coolant}
         if rotary is not None:
             codes |= {"rotary.unclamp": rotary.unclamp, "rotary.clamp": rotary.clamp}
         for key, code in codes.items():
@@ -106,8 +106,8 @@ class Post(ABC):
         number = block.tool.number
         yield f"T{number} M6"
         yield f"S{block.rpm:.0f} M3"
-        if self.machine.coolant:
-            yield self.machine.coolant
+        if self.machine.spindle.coolant:
+            yield self.machine.spindle.coolant
         axis = "X" if self.lathe else "Z"
         yield f"G0 G43 H{number} {word(axis, block.safe_mm)}"
 
@@ -123,7 +123,7 @@ class Post(ABC):
     def retreat(self, block: Retreat) -> Iterator[str]:
         """Yield the way back to the safe height."""
         yield f"G0 {word('X' if self.lathe else 'Z', block.safe_mm)}"
-        if self.machine.coolant:
+        if self.machine.spindle.coolant:
             yield "M9"
         yield "M5"
 

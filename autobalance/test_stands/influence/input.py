@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 import numpy as np
 
-from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values
+from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values, keys_of, made
 from autobalance.errors import JobError
 from autobalance.job.files.reading_keys import AS_READ
 from autobalance.test_stands.influence.fitted_weights import Fitting
@@ -24,40 +24,71 @@ from autobalance.types import Array, Complex
 Reading = tuple[float, float]
 PlaneName = int | str
 
-TRIAL_KEYS = (
-    Key("plane", PlaneName, "correction plane: a number or a name"),
-    Key("g_mm", float, "trial weight times its radius, added [g·mm]", POSITIVE, None),
-    Key("g", float, "or: trial weight [g], with radius_mm", POSITIVE, None),
-    Key("radius_mm", float, "radius of the trial weight [mm]", POSITIVE, None),
-    Key("angle_deg", float, "angle at which it is added, counter-clockwise [°]"),
-    Key(
-        "readings",
-        tuple[Reading, ...] | str | tuple[str, ...],
+Readings = tuple[Reading, ...] | str | tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrialRun:
+    """``[[trial]]``: a run with a trial weight; ``readings`` are numbers once records were read."""
+
+    plane: Annotated[PlaneName, "correction plane: a number or a name"]
+    g_mm: Annotated[float | None, POSITIVE, "trial weight times its radius, added [g·mm]"] = None
+    g: Annotated[float | None, POSITIVE, "or: trial weight [g], with radius_mm"] = None
+    radius_mm: Annotated[float | None, POSITIVE, "radius of the trial weight [mm]"] = None
+    angle_deg: Annotated[float, "where it is added, counter-clockwise [°]"]
+    readings: Annotated[
+        Readings,
         "[amplitude, phase_deg] of each reading with the trial weight on, or a record, or one a speed",
-    ),
-    Key("left_on", bool, "whether it stays on for the trials after it", default=False),
-)
-PLANE_KEYS = (
-    Key("plane", PlaneName, "a plane of the trials"),
-    Key("max_g_mm", float, "largest size of the plane's sum [g·mm]", POSITIVE, None),
-    Key(
-        "angles_deg",
-        tuple[float, ...],
-        "places, at most one weight at each [°]; none: any angle",
-        default=None,
-    ),
-    Key(
-        "weights_g_mm",
-        tuple[float, ...],
-        "weights in stock, any number of each [g·mm]; none: any",
-        POSITIVE,
-        None,
-    ),
-    Key("max_weights", int, "weights in the plane at most", COUNTED, None),
-)
+    ]
+    left_on: Annotated[bool, "whether it stays on for the trials after it"] = False
+
+    def size_g_mm(self, where: str) -> float:
+        """Return the trial's unbalance, given as ``g_mm``, or as ``g`` with ``radius_mm``.
+
+        Raises
+        ------
+        JobError
+            If neither or both are given.
+        """
+        if self.g_mm is not None:
+            if self.g is not None:
+                raise JobError(f"{where}.g is given with g_mm; expected one of them")
+            return self.g_mm
+        if self.g is None:
+            raise JobError(f"{where}.g_mm is missing; or g with radius_mm")
+        if self.radius_mm is None:
+            raise JobError(f"{where}.radius_mm is missing; g needs it")
+        return self.g * self.radius_mm
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedPlane:
+    """``[[plane]]``: weights that can be fitted in a plane."""
+
+    plane: Annotated[PlaneName, "a plane of the trials"]
+    max_g_mm: Annotated[float | None, POSITIVE, "greatest size of the plane's sum [g·mm]"] = None
+    angles_deg: Annotated[
+        tuple[float, ...] | None, "places, at most one weight at each [°]; none: any angle"
+    ] = None
+    weights_g_mm: Annotated[
+        tuple[float, ...] | None, POSITIVE, "weights in stock, any number of each [g·mm]; none: any"
+    ] = None
+    max_weights: Annotated[int | None, COUNTED, "weights in the plane at most"] = None
+
+    def fitting(self) -> Fitting:
+        """Return the same for the search for weights."""
+        angles, weights = self.angles_deg, self.weights_g_mm
+        return Fitting(
+            None if angles is None else np.radians(sorted({angle % 360.0 for angle in angles})),
+            None if weights is None else np.array(sorted(set(weights))),
+            self.max_weights,
+            math.inf if self.max_g_mm is None else self.max_g_mm,
+        )
+
+
 SEAM_KEYS = (
     Key("at", tuple[Literal["A", "B"], ...], "tolerance plane of each plane of the trials", default=None),
-    Key("z_mm", tuple[float, ...], "or: position of each along the axis, rotor frame [mm]", default=None),
+    Key("z_mm", tuple[float, ...], "or: where each stands, rotor frame [mm]", default=None),
     *AS_READ,
 )
 """Conventions as in a reading file; ``rotation`` and ``zero_deg`` define the angles of the trials."""
@@ -66,14 +97,14 @@ TRIALS_KEYS = (
     Key("phases", Literal["same", "opposite"], "sense in which phase_deg counts", default="same"),
     Key(
         "initial",
-        tuple[Reading, ...] | str | tuple[str, ...],
+        Readings,
         "[amplitude, phase_deg] of each reading, all trial weights off, or a record, or one a speed",
     ),
-    Key("reading_weights", tuple[float, ...], "weight of each reading", NOT_NEGATIVE, None),
+    Key("reading_weights", tuple[float, ...], "how much each reading counts", NOT_NEGATIVE, None),
     Key("target", float, "amplitude that each residual must not exceed", POSITIVE, None),
-    Key("trial", says="runs with a trial weight, in their order", keys=TRIAL_KEYS, many=True),
-    Key("plane", says="weights that can be fitted", keys=PLANE_KEYS, many=True, default=None),
-    Key("records", says="evaluation of records into readings", keys=RECORDS_KEYS, default=None),
+    Key("trial", says="runs with a trial weight, in their order", keys=keys_of(TrialRun), many=True),
+    Key("plane", says="weights that can be fitted", keys=keys_of(FittedPlane), many=True, default=None),
+    Key("records", says="how records give readings", keys=RECORDS_KEYS, default=None),
     Key("reading", says="conditions of the measurement that `recut` needs", keys=SEAM_KEYS, default=None),
 )
 
@@ -122,7 +153,8 @@ def _trials(values: Values) -> Trials:
     if not count:
         raise JobError("initial is an empty list; expected at least one reading")
     opposite = values["phases"] == "opposite"
-    planes = tuple(dict.fromkeys(each["plane"] for each in values["trial"]))
+    runs = [made(TrialRun, each) for each in values["trial"]]
+    planes = tuple(dict.fromkeys(run.plane for run in runs))
     if values["reading_weights"] is None:
         values["reading_weights"] = (1.0,) * count
     _check_length(values["reading_weights"], "reading_weights", count)
@@ -136,8 +168,7 @@ def _trials(values: Values) -> Trials:
     _check_seam(values["reading"], len(planes))
     initial = _readings(values["initial"], "initial", opposite)
     trials = tuple(
-        _trial(each, f"trial[{number}]", planes, count, opposite)
-        for number, each in enumerate(values["trial"], 1)
+        _trial(run, f"trial[{number}]", planes, count, opposite) for number, run in enumerate(runs, 1)
     )
     _check_changes(initial, trials)
     return Trials(
@@ -146,8 +177,8 @@ def _trials(values: Values) -> Trials:
         initial,
         np.array(values["reading_weights"]),
         trials,
-        _fittings(values["plane"], planes),
-        tuple(_radius(values["trial"], plane) for plane in planes),
+        _fittings([made(FittedPlane, each) for each in values["plane"]], planes),
+        tuple(_radius(runs, plane) for plane in planes),
         values["goal"],
         values["target"],
         opposite,
@@ -187,29 +218,12 @@ def _readings(pairs: tuple[Reading, ...], where: str, opposite: bool) -> Complex
     return np.conj(readings) if opposite else readings
 
 
-def _trial(each: Values, where: str, planes: tuple[PlaneName, ...], count: int, opposite: bool) -> Trial:
-    _check_length(each["readings"], f"{where}.readings", count)
-    weight = size_g_mm(each, where) * np.exp(1j * math.radians(each["angle_deg"]))
-    readings = _readings(each["readings"], f"{where}.readings", opposite)
-    return Trial(planes.index(each["plane"]), complex(weight), readings, each["left_on"])
-
-
-def size_g_mm(each: Values, where: str) -> float:
-    """Return an unbalance given as ``g_mm``, or as ``g`` with ``radius_mm``.
-
-    Raises
-    ------
-    JobError
-        If neither or both are given.
-    """
-    g_mm, g, radius = each["g_mm"], each["g"], each["radius_mm"]
-    if g_mm is None and g is None:
-        raise JobError(f"{where}.g_mm is missing; or g with radius_mm")
-    if g_mm is not None and g is not None:
-        raise JobError(f"{where}.g is given with g_mm; expected one of them")
-    if g is not None and radius is None:
-        raise JobError(f"{where}.radius_mm is missing; g needs it")
-    return float(g * radius if g_mm is None else g_mm)
+def _trial(run: TrialRun, where: str, planes: tuple[PlaneName, ...], count: int, opposite: bool) -> Trial:
+    pairs = cast("tuple[Reading, ...]", run.readings)  # records were read before
+    _check_length(pairs, f"{where}.readings", count)
+    weight = run.size_g_mm(where) * np.exp(1j * math.radians(run.angle_deg))
+    readings = _readings(pairs, f"{where}.readings", opposite)
+    return Trial(planes.index(run.plane), complex(weight), readings, run.left_on)
 
 
 LEAST_CHANGE = 1e-6
@@ -228,17 +242,17 @@ def _check_changes(initial: Complex, trials: tuple[Trial, ...]) -> None:
             )
 
 
-def _radius(trials: list[Values], plane: PlaneName) -> float | None:
+def _radius(runs: list[TrialRun], plane: PlaneName) -> float | None:
     """Return the radius of a plane's trial weights; None if they state no radius, or differ."""
-    radii = {each["radius_mm"] for each in trials if each["plane"] == plane and each["radius_mm"] is not None}
+    radii = {run.radius_mm for run in runs if run.plane == plane and run.radius_mm is not None}
     return radii.pop() if len(radii) == 1 else None
 
 
-def _fittings(tables: list[Values], planes: tuple[PlaneName, ...]) -> tuple[Fitting, ...]:
+def _fittings(fitted: list[FittedPlane], planes: tuple[PlaneName, ...]) -> tuple[Fitting, ...]:
     fittings = dict.fromkeys(planes, Fitting())
     seen = set()
-    for number, each in enumerate(tables, 1):
-        where, plane = f"plane[{number}]", each["plane"]
+    for number, each in enumerate(fitted, 1):
+        where, plane = f"plane[{number}]", each.plane
         if plane not in fittings:
             listed = ", ".join(str(known) for known in planes)
             raise JobError(f"{where}.plane is {plane!r}; no trial is in that plane: {listed}")
@@ -246,17 +260,7 @@ def _fittings(tables: list[Values], planes: tuple[PlaneName, ...]) -> tuple[Fitt
             raise JobError(f"{where}.plane is {plane!r} again; each plane may stand once")
         seen.add(plane)
         for key in ("angles_deg", "weights_g_mm"):
-            if each[key] == ():
+            if getattr(each, key) == ():
                 raise JobError(f"{where}.{key} is an empty list; leave it out, or name at least one")
-        fittings[plane] = _fitting(each)
+        fittings[plane] = each.fitting()
     return tuple(fittings.values())
-
-
-def _fitting(each: Values) -> Fitting:
-    angles, weights = each["angles_deg"], each["weights_g_mm"]
-    return Fitting(
-        None if angles is None else np.radians(sorted({angle % 360.0 for angle in angles})),
-        None if weights is None else np.array(sorted(set(weights))),
-        each["max_weights"],
-        math.inf if each["max_g_mm"] is None else each["max_g_mm"],
-    )

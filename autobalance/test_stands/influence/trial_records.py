@@ -5,21 +5,28 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from autobalance.declare import POSITIVE, Key, Values
+from autobalance.declare import POSITIVE, keys_of, made
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.toml_files.keys import read
 from autobalance.units import wrapped_deg
 
-RECORDS_KEYS = (
-    Key("channels", tuple[str, ...], "sensors, in the order of the readings"),
-    Key("tacho", str, "channel with one pulse a turn, from which phases count"),
-    Key("threshold", float, "level that its pulses rise through (midway)", default=None),
-    Key("sample_rate", float, "sample rate, if the files state no rate [Hz]", POSITIVE, None),
-    Key("order", float, "order of the readings", POSITIVE, 1.0),
-)
+
+@dataclass(frozen=True)
+class Records:
+    """``[records]``: how records give readings."""
+
+    channels: Annotated[tuple[str, ...], "sensors, in the order of the readings"]
+    tacho: Annotated[str, "channel with one pulse a turn, from which phases count"]
+    threshold: Annotated[float | None, "level that its pulses rise through (midway)"] = None
+    sample_rate: Annotated[float | None, POSITIVE, "where the files have none [Hz]"] = None
+    order: Annotated[float, POSITIVE, "order of the readings"] = 1.0
+
+
+RECORDS_KEYS = keys_of(Records)
 
 
 def with_recorded_readings(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -55,8 +62,8 @@ def with_recorded_readings(values: Mapping[str, Any], folder: Path) -> dict[str,
         raise JobError(
             f"records is missing; {named[0]} names a record: [records] must name its channels and tacho"
         )
-    records = read(values["records"], RECORDS_KEYS, "records")
-    if not records["channels"]:
+    records = made(Records, read(values["records"], RECORDS_KEYS, "records"))
+    if not records.channels:
         raise JobError("records.channels is an empty list; must name at least one sensor")
     changed = dict(values)
     if "initial" in values:
@@ -79,28 +86,28 @@ def _files(reading: Any) -> list[str]:
     return list(reading) if named else []
 
 
-def _taken(reading: Any, where: str, records: Values, folder: Path) -> Any:
+def _taken(reading: Any, where: str, records: Records, folder: Path) -> Any:
     files = _files(reading)
     if not files:
         return reading
     return [
-        list(_reading(folder / file, name, records, where)) for file in files for name in records["channels"]
+        list(_reading(folder / file, name, records, where)) for file in files for name in records.channels
     ]
 
 
-def _reading(file: Path, channel: str, records: Values, where: str) -> tuple[float, float]:
+def _reading(file: Path, channel: str, records: Records, where: str) -> tuple[float, float]:
     """Return amplitude and phase [°] of an order at a sensor."""
     from autobalance.signals.analysis import Question, analyse
     from autobalance.signals.formats import read as read_record
 
-    order = records["order"]
+    order = records.order
     try:
         analysis = analyse(
-            read_record(file, records["sample_rate"]),
+            read_record(file, records.sample_rate),
             Question(
                 channel=channel,
-                tacho=records["tacho"],
-                threshold=records["threshold"],
+                tacho=records.tacho,
+                threshold=records.threshold,
                 max_order=max(order, 1.0),
                 peaks=0,
             ),

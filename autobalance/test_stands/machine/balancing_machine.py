@@ -7,9 +7,11 @@ rotor; the argument is their angle in the rotor frame.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
+from autobalance.declare import DEGREES, NOT_NEGATIVE, PERCENT, Named
 from autobalance.test_stands.bench.spun_rotor import SpunRotor
 
 
@@ -87,11 +89,13 @@ def node_mm(rotor: SpunRotor, plane_mm: float) -> float:
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviations of a machine's readings in a plane: of x and y, of the gain, of the angle."""
+    """Standard deviations of a machine's readings in a plane."""
 
-    unbalance_g_mm: float = 0.0
-    gain: float = 0.0
-    angle_rad: float = 0.0
+    unbalance_g_mm: Annotated[
+        float, NOT_NEGATIVE, Named("g_mm"), "standard deviation of x and of y of each plane's reading"
+    ] = 0.0
+    gain: Annotated[float, PERCENT, NOT_NEGATIVE, "of its size"] = 0.0
+    angle_rad: Annotated[float, DEGREES, NOT_NEGATIVE, "of its angle"] = 0.0
 
 
 def noisy_readings(

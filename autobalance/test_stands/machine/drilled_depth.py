@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 from scipy.optimize import brentq
 
+from autobalance.declare import DEGREES, KG_M3, POSITIVE, Range
+from autobalance.units import G_PER_MM3_PER_KG_M3, STEEL_KG_M3
+
+POINT = Range("must be > 0 and ≤ 180", above=0.0, most=180.0)
 HoleDirection = Literal["radial", "axial"]
 
 
@@ -15,11 +19,11 @@ HoleDirection = Literal["radial", "axial"]
 class DrillPlace:
     """A drill at a radius: into a flat rim towards the axis, or along the axis."""
 
-    diameter_mm: float
-    radius_mm: float
-    point_angle_rad: float
-    density_g_mm3: float
-    direction: HoleDirection
+    diameter_mm: Annotated[float, POSITIVE, "of the drill"]
+    radius_mm: Annotated[float, POSITIVE, "of the rim, taken as flat; axial: of the hole"]
+    point_angle_rad: Annotated[float, DEGREES, POINT, "of the drill"] = DEGREES.read(118.0)
+    density_g_mm3: Annotated[float, KG_M3, POSITIVE, "of the metal"] = STEEL_KG_M3 * G_PER_MM3_PER_KG_M3
+    direction: Annotated[HoleDirection, "into the rim, or along the axis"] = "radial"
 
     @property
     def point_mm(self) -> float:

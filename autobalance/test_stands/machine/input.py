@@ -7,9 +7,21 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from autobalance.declare import COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Range, Values
+from autobalance.declare import (
+    COUNTED,
+    DEGREES,
+    FILLED,
+    KG_MM2,
+    NOT_NEGATIVE,
+    POSITIVE,
+    Key,
+    Range,
+    Values,
+    keys_of,
+    made,
+)
 from autobalance.errors import JobError
 from autobalance.job.files.reading_keys import (
     READS,
@@ -22,9 +34,9 @@ from autobalance.job.files.reading_keys import (
 )
 from autobalance.test_stands.bench.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric
 from autobalance.test_stands.machine.balancing_machine import Noise
-from autobalance.test_stands.machine.drilled_depth import DrillPlace, HoleDirection
+from autobalance.test_stands.machine.drilled_depth import POINT, DrillPlace
 from autobalance.toml_files.keys import read_document
-from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM, STEEL_KG_M3
+from autobalance.units import RAD_S_PER_RPM
 
 MachineKind = Literal["hard", "soft", "cradle", "nodal", "static"]
 Pair = tuple[float, float]
@@ -32,32 +44,49 @@ Pair = tuple[float, float]
 G_S2_PER_N_MM = 1e6
 """1 N/mm in g/s², the stiffness of mm, g, s."""
 MOST_RUNS = 100_000
-POINT = Range("must be > 0 and ≤ 180", above=0.0, most=180.0)
 RUNS = Range(f"must be 1 to {MOST_RUNS}", least=1, most=MOST_RUNS)
 
-ROTOR_KEYS = (
-    Key("report", str, "report of balance or recut: its solid and its bob-weights", default=None),
-    Key("mass_g", float, "or: mass of the rotor", NOT_NEGATIVE, None),
-    Key("z_mm", float, "its centre of mass", default=None),
-    Key("transverse_kg_mm2", float, "inertia across the axis about the centre of mass", POSITIVE, None),
-    Key("polar_kg_mm2", float, "inertia about the axis", POSITIVE, None),
-)
-UNBALANCE_KEYS = (
-    Key("z_mm", float, "plane of the unbalance"),
-    Key("g_mm", float, "its size", NOT_NEGATIVE),
-    Key("angle_deg", float, "its heavy side"),
-)
-MASS_KEYS = (
-    Key("g", float, "point mass", POSITIVE),
-    Key("x_mm", float, "towards crankpin 1"),
-    Key("y_mm", float, "across"),
-    Key("z_mm", float, "along the axis"),
-)
-NOISE_KEYS = (
-    Key("g_mm", float, "standard deviation of x and of y of each plane's reading", NOT_NEGATIVE, 0.0),
-    Key("gain_percent", float, "error of the reading's size", NOT_NEGATIVE, 0.0),
-    Key("angle_deg", float, "error of the reading's angle", NOT_NEGATIVE, 0.0),
-)
+
+@dataclass(frozen=True)
+class RotorTable:
+    """``[rotor]``: a report's crank, or a body given by its numbers."""
+
+    report: Annotated[str | None, "report of balance or recut: its solid and its bob-weights"] = None
+    mass_g: Annotated[float | None, NOT_NEGATIVE, "or: mass of the rotor"] = None
+    z_mm: Annotated[float | None, "its centre of mass"] = None
+    transverse_g_mm2: Annotated[
+        float | None, KG_MM2, POSITIVE, "inertia across the axis about the centre of mass"
+    ] = None
+    polar_g_mm2: Annotated[float | None, KG_MM2, POSITIVE, "inertia about the axis"] = None
+
+
+@dataclass(frozen=True)
+class HiddenUnbalance:
+    """``[[unbalance]]``: what the machine is to find."""
+
+    z_mm: Annotated[float, "plane of the unbalance"]
+    g_mm: Annotated[float, NOT_NEGATIVE, "its size"]
+    angle_rad: Annotated[float, DEGREES, "its heavy side"]
+
+    def in_plane(self) -> PlanarUnbalance:
+        """Return the same as a complex number."""
+        return PlanarUnbalance(self.z_mm, cmath.rect(self.g_mm, self.angle_rad))
+
+
+@dataclass(frozen=True)
+class HiddenMass:
+    """``[[mass]]``."""
+
+    g: Annotated[float, POSITIVE, "point mass"]
+    x_mm: Annotated[float, "towards crankpin 1"]
+    y_mm: Annotated[float, "across"]
+    z_mm: Annotated[float, "along the axis"]
+
+    def point(self) -> PointMass:
+        """Return the same, x and y as a complex number."""
+        return PointMass(self.g, complex(self.x_mm, self.y_mm), self.z_mm)
+
+
 READING_KEYS = (
     ROTATION,
     ZERO_DEG,
@@ -65,50 +94,48 @@ READING_KEYS = (
     replace(URR_PERCENT, default=None),
     replace(UMAR_G_MM, default=None),
 )
-STATIC_KEYS = (
-    Key("journal_radius_mm", float, "the journals roll on it", POSITIVE),
-    Key("friction_lever_mm", float, "lever of rolling friction", NOT_NEGATIVE),
-    Key("start_deg", float, "heavy side to straight down where it is let go", POINT, 90.0),
-)
-DRILL_KEYS = (
-    Key("diameter_mm", float, "diameter of the drill", POSITIVE),
-    Key("radius_mm", float, "radius of the rim, taken as flat; axial: radius of the hole's centre", POSITIVE),
-    Key("point_angle_deg", float, "point angle of the drill", POINT, 118.0),
-    Key("density_kg_m3", float, "density of the metal", POSITIVE, STEEL_KG_M3),
-    Key("direction", HoleDirection, "into the rim, or along the axis", default="radial"),
-)
-LINE_KEYS = (
-    Key(
-        "pattern",
-        str,
-        "pattern of a line: a regular expression with the groups amount, angle and maybe plane",
-    ),
-    Key("unit", str, "unit of the amounts", default="g·mm"),
-    Key("planes", tuple[str, str], "names of planes A and B in the lines", default=("A", "B")),
-    Key("settled_readings", int, "readings in a row that must agree", COUNTED, 5),
-    Key(
-        "settled_percent",
-        float,
-        "largest difference of settled vectors from their mean, of the amount",
-        POSITIVE,
-        2.0,
-    ),
-)
+
+
+@dataclass(frozen=True)
+class Stand:
+    """``[static]``: the static stand."""
+
+    journal_radius_mm: Annotated[float, POSITIVE, "the journals roll on it"]
+    friction_lever_mm: Annotated[float, NOT_NEGATIVE, "lever of rolling friction"]
+    start_rad: Annotated[float, DEGREES, POINT, "heavy side to straight down where it is let go"] = (
+        0.5 * math.pi
+    )
+
+
+@dataclass(frozen=True)
+class WatchedLine:
+    """``[machine.line]``: a line as the machine writes it."""
+
+    pattern: Annotated[str, "of a line: a regular expression with the groups amount, angle and maybe plane"]
+    unit: Annotated[str, "of the amounts"] = "g·mm"
+    planes: Annotated[tuple[str, str], "names of planes A and B in the lines"] = ("A", "B")
+    settled_readings: Annotated[int, COUNTED, "readings in a row that must agree"] = 5
+    settled_percent: Annotated[float, POSITIVE, "of the amount by which they may differ from their mean"] = (
+        2.0
+    )
+
+
+LINE_KEYS = keys_of(WatchedLine)
 MACHINE_KEYS = (
-    Key("seed", int, "seed of the noise", NOT_NEGATIVE, 1),
+    Key("seed", int, "of the noise", NOT_NEGATIVE, 1),
     Key("runs", int, "how many readings", RUNS, 1),
     Key("kind", MachineKind, "hard: forces; soft, nodal: displacements; cradle: moments; static: rolls"),
     SPEED_RPM,
     Key("planes_mm", Pair, "planes A, B of the reading; default the report's tolerance planes", default=None),
     Key("bearings_mm", Pair, "two supports of hard and soft; default planes_mm", default=None),
     Key("stiffness_n_mm", float, "soft: of each support, horizontally; 0: free", NOT_NEGATIVE, 0.0),
-    Key("rotor", says="rotor to be spun", keys=ROTOR_KEYS),
-    Key("unbalance", says="on top", keys=UNBALANCE_KEYS, many=True, default=None),
-    Key("mass", says="on top", keys=MASS_KEYS, many=True, default=None),
-    Key("noise", says="standard deviations of normal draws", keys=NOISE_KEYS, default=FILLED),
-    Key("reading", says="conventions of the written reading", keys=READING_KEYS, default=FILLED),
-    Key("static", says="the stand", keys=STATIC_KEYS, default=None),
-    Key("drill", says="drill that removes the metal", keys=DRILL_KEYS, default=None),
+    Key("rotor", says="rotor to be spun", keys=keys_of(RotorTable)),
+    Key("unbalance", says="on top", keys=keys_of(HiddenUnbalance), many=True, default=None),
+    Key("mass", says="on top", keys=keys_of(HiddenMass), many=True, default=None),
+    Key("noise", says="standard deviations of normal draws", keys=keys_of(Noise), default=FILLED),
+    Key("reading", says="how the written reading counts", keys=READING_KEYS, default=FILLED),
+    Key("static", says="the stand", keys=keys_of(Stand), default=None),
+    Key("drill", says="how metal comes off", keys=keys_of(DrillPlace), default=None),
     Key(
         "machine",
         says="the machine's own lines, for --watch",
@@ -116,15 +143,6 @@ MACHINE_KEYS = (
         default=None,
     ),
 )
-
-
-@dataclass(frozen=True)
-class Stand:
-    """The static stand."""
-
-    journal_radius_mm: float
-    friction_lever_mm: float
-    start_rad: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,71 +213,37 @@ def _machine(values: Values, folder: Path) -> Machine:
         values["stiffness_n_mm"] * G_S2_PER_N_MM,
         report,
         body,
-        _scaled(values["rotor"]["polar_kg_mm2"], G_MM2_PER_KG_MM2),
-        tuple(
-            PlanarUnbalance(each["z_mm"], cmath.rect(each["g_mm"], math.radians(each["angle_deg"])))
-            for each in values["unbalance"]
-        ),
-        tuple(
-            PointMass(each["g"], complex(each["x_mm"], each["y_mm"]), each["z_mm"]) for each in values["mass"]
-        ),
-        _noise(values["noise"]),
+        made(RotorTable, values["rotor"]).polar_g_mm2,
+        tuple(made(HiddenUnbalance, each).in_plane() for each in values["unbalance"]),
+        tuple(made(HiddenMass, each).point() for each in values["mass"]),
+        made(Noise, values["noise"]),
         Convention.of(values["reading"]),
-        _stand(values["static"]),
-        _drill(values["drill"]),
+        None if values["static"] is None else made(Stand, values["static"]),
+        None if values["drill"] is None else made(DrillPlace, values["drill"]),
     )
-
-
-def _scaled(value: float | None, factor: float) -> float | None:
-    return None if value is None else value * factor
 
 
 def _rotor(values: Values, folder: Path) -> tuple[Path | None, RigidBody | None]:
-    rotor = values["rotor"]
-    if rotor["report"] is not None:
-        numbers = [
-            key for key in ("mass_g", "z_mm", "transverse_kg_mm2", "polar_kg_mm2") if rotor[key] is not None
-        ]
+    rotor = made(RotorTable, values["rotor"])
+    if rotor.report is not None:
+        numbers = [key for key, value in values["rotor"].items() if key != "report" and value is not None]
         if numbers:
             raise JobError(f"rotor.{numbers[0]} is given with rotor.report; the report's solid says it")
-        return folder / rotor["report"], None
-    if rotor["mass_g"] is None:
+        return folder / rotor.report, None
+    if rotor.mass_g is None:
         raise JobError("rotor.mass_g is missing; or rotor.report")
-    if rotor["mass_g"] == 0.0:
+    if rotor.mass_g == 0.0:
         if not values["mass"]:
             raise JobError("rotor.mass_g is 0 and there is no [[mass]]; the rotor must have a mass")
-        return None, axisymmetric(0.0, rotor["z_mm"] or 0.0, 0.0, 0.0)
-    if rotor["z_mm"] is None:
+        return None, axisymmetric(0.0, rotor.z_mm or 0.0, 0.0, 0.0)
+    if rotor.z_mm is None:
         raise JobError("rotor.z_mm is missing; it is the place of the centre of mass")
-    transverse = _scaled(rotor["transverse_kg_mm2"], G_MM2_PER_KG_MM2)
+    transverse, polar = rotor.transverse_g_mm2, rotor.polar_g_mm2
     if values["kind"] in ("soft", "nodal") and transverse is None:
         raise JobError(f'rotor.transverse_kg_mm2 is missing; kind = "{values["kind"]}" needs it')
-    polar = _scaled(rotor["polar_kg_mm2"], G_MM2_PER_KG_MM2)
     if polar is not None and transverse is not None and polar > 2.0 * transverse * (1.0 + 1e-9):
         raise JobError(
-            f"rotor.polar_kg_mm2 is {rotor['polar_kg_mm2']:g}, over twice transverse_kg_mm2, "
-            f"{rotor['transverse_kg_mm2']:g}; no body has that"
+            f"rotor.polar_kg_mm2 is {KG_MM2.written(polar):g}, over twice transverse_kg_mm2, "
+            f"{KG_MM2.written(transverse):g}; no body has that"
         )
-    return None, axisymmetric(rotor["mass_g"], rotor["z_mm"], transverse, polar)
-
-
-def _noise(table: Values) -> Noise:
-    return Noise(table["g_mm"], 0.01 * table["gain_percent"], math.radians(table["angle_deg"]))
-
-
-def _stand(table: Values | None) -> Stand | None:
-    if table is None:
-        return None
-    return Stand(table["journal_radius_mm"], table["friction_lever_mm"], math.radians(table["start_deg"]))
-
-
-def _drill(table: Values | None) -> DrillPlace | None:
-    if table is None:
-        return None
-    return DrillPlace(
-        table["diameter_mm"],
-        table["radius_mm"],
-        math.radians(table["point_angle_deg"]),
-        table["density_kg_m3"] * G_PER_MM3_PER_KG_M3,
-        table["direction"],
-    )
+    return None, axisymmetric(rotor.mass_g, rotor.z_mm, transverse, polar)
