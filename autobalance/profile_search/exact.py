@@ -10,7 +10,7 @@ from autobalance.balancing.measured import Crank
 from autobalance.errors import SolidError
 from autobalance.profile_search.envelope import Amounts
 from autobalance.profile_search.free_metal import FreeMetal, FreeWeb
-from autobalance.profile_search.input import Drilling
+from autobalance.profile_search.keys import Drilling
 from autobalance.profile_search.outlines import past
 from autobalance.profile_search.profile import DEGREE
 from autobalance.solid.cad.brep import ExactSolid

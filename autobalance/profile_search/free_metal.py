@@ -13,7 +13,8 @@ import numpy as np
 from autobalance.balancing.measured import Crank
 from autobalance.crank.anatomy import Throw, Web
 from autobalance.errors import JobError
-from autobalance.profile_search.input import DesignJob, FreePart
+from autobalance.profile_search.input import DesignJob
+from autobalance.profile_search.keys import FreePart
 from autobalance.profile_search.outlines import past, placed_along, prism, sector_mm
 from autobalance.profile_search.profile import Profile, fitted_radii_mm, refuse_crossing
 from autobalance.profile_search.sections import FreeBody, round_mm

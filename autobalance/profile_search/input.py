@@ -4,133 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from autobalance.declare import Values, names
+from autobalance.declare import Values, made, names
 from autobalance.errors import JobError
 from autobalance.job.read import Job, parse, tables_of
 from autobalance.profile_search.keys import (
     ALL_OBJECTIVES,
-    DEFAULT_ANALYSES,
     DESIGN_KEYS,
     START_TABLES,
-    Method,
+    Drilling,
+    Envelope,
+    FemLimits,
+    FreePart,
     Pair,
-    Point,
-    Points,
+    SearchOptions,
 )
 from autobalance.toml_files.faults import Faults
 from autobalance.toml_files.keys import read
 from autobalance.toml_files.table import Table, unknown_keys
 from autobalance.toml_files.typed_units import in_base_units
-
-
-@dataclass(frozen=True)
-class Hole:
-    """A lightening hole through free metal, in the web's own axes from its crankpin."""
-
-    centre_mm: Pair
-    diameter_mm: float
-
-
-@dataclass(frozen=True)
-class Drilling:
-    """An oil drilling that is kept open through free metal, rotor frame."""
-
-    from_mm: Point
-    to_mm: Point
-    diameter_mm: float
-
-
-@dataclass(frozen=True)
-class FreePart:
-    """A ``[[counterweight]]``: the metal of some webs in a sector, beyond a radius."""
-
-    webs: tuple[int, ...]
-    sector_rad: Pair
-    hold_radius_mm: float | None
-    z_mm: Pair | None
-    thickness_mm: Pair | None
-    points: int
-    symmetric: bool
-    radius_mm: Pair | None
-    min_wall_mm: float
-    min_curvature_radius_mm: float
-    held_points: tuple[tuple[int, float], ...]
-    start_points_mm: Points | None
-    name: str
-    draft_rad: float = 0.0
-    corner_radius_mm: float = 0.0
-    holes: tuple[Hole, ...] = ()
-
-
-@dataclass(frozen=True)
-class PistonRoom:
-    """The skirt of a throw's piston."""
-
-    throw: int
-    skirt_below_pin_mm: float
-    half_width_mm: float
-    z_mm: Pair
-
-
-@dataclass(frozen=True)
-class RodRoom:
-    """A throw's connecting rod."""
-
-    throw: int
-    big_end_radius_mm: float
-    shank_half_width_mm: float
-    z_mm: Pair
-
-
-@dataclass(frozen=True)
-class ShaftRoom:
-    """Another shaft; ``outline_mm`` is None where it is round."""
-
-    centre_mm: Pair
-    outline_mm: Points | None
-    radius_mm: float | None
-    ratio: float
-    phase_rad: float
-    z_mm: Pair
-
-
-@dataclass(frozen=True)
-class Envelope:
-    """Limits of space for free metal."""
-
-    radius_mm: float | None = None
-    z_mm: Pair | None = None
-    clearance_mm: float = 1.0
-    pistons: tuple[PistonRoom, ...] = ()
-    rods: tuple[RodRoom, ...] = ()
-    shafts: tuple[ShaftRoom, ...] = ()
-
-
-@dataclass(frozen=True)
-class FemLimits:
-    """Limits on a design's finite-element results, and the number of designs analysed in the search."""
-
-    min_frequency_hz: float | None
-    max_stress_MPa: float | None
-    size_mm: float | None
-    analyses: int = DEFAULT_ANALYSES
-
-
-@dataclass(frozen=True)
-class SearchOptions:
-    """Options of the search for designs."""
-
-    objectives: tuple[str, ...] = ("mass_g",)
-    evaluations: int = 3000
-    method: Method = "nsga2"
-    seed: int = 1
-    population: int = 40
-    refine: bool = True
-    designs: int = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +78,7 @@ def parse_design(raw: Mapping[str, Any], path: Path) -> DesignJob:
         _range(values["target"], "target", "polar_inertia_kg_mm2"),
         _range(values["target"], "target", "mass_g"),
         _envelope(values["envelope"]),
-        None if values["fem"] is None else FemLimits(**values["fem"]),
+        None if values["fem"] is None else made(FemLimits, values["fem"]),
         _search(values["search"]),
         raw,
         tuple(_drilling(each, f"drilling[{place}]") for place, each in enumerate(values["drilling"], 1)),
@@ -193,7 +88,7 @@ def parse_design(raw: Mapping[str, Any], path: Path) -> DesignJob:
 def _drilling(values: Values, where: str) -> Drilling:
     if values["from_mm"] == values["to_mm"]:
         raise JobError(f"{where}.to_mm is {list(values['to_mm'])}, which is from_mm; they must differ")
-    return Drilling(**values)
+    return made(Drilling, values)
 
 
 def _part(values: Values, where: str) -> FreePart:
@@ -204,29 +99,14 @@ def _part(values: Values, where: str) -> FreePart:
     span = (high - low) % 360.0
     if not 0.0 < span < 360.0:
         raise JobError(f"{where}.sector_deg is [{low:g}, {high:g}]; its two angles must differ")
-    z = _range(values, where, "z_mm")
-    if z is not None and len(webs) > 1:
+    for key in ("z_mm", "thickness_mm", "radius_mm"):
+        _range(values, where, key)
+    if values["z_mm"] is not None and len(webs) > 1:
         raise JobError(f"{where}.z_mm is given with {len(webs)} webs; it stands with one web only")
     if values["symmetric"] and abs((low + 0.5 * span) % 180.0 - 90.0) < 90.0 - 1e-6:
         raise JobError(f"{where}.sector_deg is [{low:g}, {high:g}]; symmetric needs its middle at 0 or 180°")
-    return FreePart(
-        webs,
-        (math.radians(low), math.radians(low + span)),
-        values["hold_radius_mm"],
-        z,
-        _range(values, where, "thickness_mm"),
-        values["points"],
-        values["symmetric"],
-        _range(values, where, "radius_mm"),
-        values["min_wall_mm"],
-        values["min_curvature_radius_mm"],
-        values["held_points"],
-        values["start_points_mm"],
-        where,
-        math.radians(values["draft_deg"]),
-        values["corner_radius_mm"],
-        tuple(Hole(**each) for each in values["holes"]),
-    )
+    part = made(FreePart, values, name=where)
+    return replace(part, sector_rad=(math.radians(low), math.radians(low + span)))
 
 
 def _refuse_shared_webs(parts: tuple[FreePart, ...]) -> None:
@@ -255,29 +135,18 @@ def _range(values: Values, where: str, key: str) -> Any:
 
 
 def _envelope(values: Values) -> Envelope:
-    moving: dict[str, list[Values]] = {}
+    _range(values, "envelope", "z_mm")
     for name in ("piston", "rod", "shaft"):
         for place, each in enumerate(values[name], 1):
             _range(each, f"envelope.{name}[{place}]", "z_mm")
-        moving[name] = values[name]
-    return Envelope(
-        values["radius_mm"],
-        _range(values, "envelope", "z_mm"),
-        values["clearance_mm"],
-        tuple(PistonRoom(**each) for each in moving["piston"]),
-        tuple(RodRoom(**each) for each in moving["rod"]),
-        tuple(_shaft(each, f"envelope.shaft[{place}]") for place, each in enumerate(moving["shaft"], 1)),
-    )
-
-
-def _shaft(values: Values, where: str) -> ShaftRoom:
-    outline, radius = values["outline_mm"], values["radius_mm"]
-    if (outline is None) == (radius is None):
-        raise JobError(f"{where} needs one of outline_mm and radius_mm")
-    if outline is not None and len(outline) < 3:
-        raise JobError(f"{where}.outline_mm has {len(outline)} points; expected at least 3")
-    phase = math.radians(values["phase_deg"])
-    return ShaftRoom(values["centre_mm"], outline, radius, values["ratio"], phase, values["z_mm"])
+    envelope = made(Envelope, values)
+    for place, shaft in enumerate(envelope.shafts, 1):
+        where = f"envelope.shaft[{place}]"
+        if (shaft.outline_mm is None) == (shaft.radius_mm is None):
+            raise JobError(f"{where} needs one of outline_mm and radius_mm")
+        if shaft.outline_mm is not None and len(shaft.outline_mm) < 3:
+            raise JobError(f"{where}.outline_mm has {len(shaft.outline_mm)} points; expected at least 3")
+    return envelope
 
 
 def _search(values: Values) -> SearchOptions:
@@ -289,4 +158,4 @@ def _search(values: Values) -> SearchOptions:
         raise JobError(f"search.objectives is {list(objectives)}; must name at least one, each once")
     if values["method"] == "cmaes" and len(objectives) > 1:
         raise JobError('search.method = "cmaes" takes one objective; several need "nsga2"')
-    return SearchOptions(**values)
+    return made(SearchOptions, values)

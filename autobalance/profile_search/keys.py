@@ -1,10 +1,22 @@
-"""Every key of a DESIGN.toml beside those of the job that it starts from."""
+"""The tables of a DESIGN.toml beside those of the job that it starts from."""
 
 from __future__ import annotations
 
-from typing import Literal
+from dataclasses import dataclass
+from typing import Annotated, Literal
 
-from autobalance.declare import COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Range
+from autobalance.declare import (
+    COUNTED,
+    DEGREES,
+    FILLED,
+    NOT_NEGATIVE,
+    POSITIVE,
+    InFile,
+    Key,
+    Named,
+    Range,
+    keys_of,
+)
 from autobalance.job.tables import job_tables
 
 Pair = tuple[float, float]
@@ -21,141 +33,152 @@ DRAFT = Range("must be 0 to 30", least=0.0, most=30.0)
 START_TABLES = ("crankshaft", "engine", "original", "balance", "cycle")
 """Tables of the job that a design starts from."""
 
-DIAMETER = Key("diameter_mm", float, "its diameter", POSITIVE)
-Z_MM = Key("z_mm", Pair, "from and to, along the axis")
-THROW = Key("throw", int, "which throw", COUNTED)
-PART_KEYS = (
-    Key("webs", tuple[int, ...], "webs of one outline", COUNTED),
-    Key("sector_deg", Pair, "free between these angles, from the web's crankpin"),
-    Key("hold_radius_mm", float, "metal within stays", POSITIVE, None),
-    Key("z_mm", Pair, "ends of one web along the axis", default=None, usual="the web's"),
-    Key("thickness_mm", Pair, "smallest and largest thickness", default=None, usual="as it is"),
-    Key("points", int, "number of points of the outline's spline", ENOUGH_POINTS, 12),
-    Key("symmetric", bool, "whether the outline is symmetric about the crankpin's plane", default=False),
-    Key("radius_mm", Pair, "smallest and largest radius of its points", default=None, usual="what fits"),
-    Key("min_wall_mm", float, "minimum wall of the part, and around its holes", NOT_NEGATIVE, 3.0),
-    Key("min_curvature_radius_mm", float, "smallest radius of curvature of the outline", NOT_NEGATIVE, 2.0),
-    Key("draft_deg", float, "draft of its sides, for a forging", DRAFT, 0.0),
-    Key("corner_radius_mm", float, "radius of the edges between sides and faces", NOT_NEGATIVE, 0.0),
-    Key(
-        "holes",
-        says="lightening holes through it",
-        keys=(Key("centre_mm", Pair, "in the web's own axes, from its crankpin"), DIAMETER),
-        many=True,
-        default=(),
-    ),
-    Key(
-        "held_points",
-        tuple[tuple[int, float], ...],
-        "points, from 1, and the radius [mm] they keep",
-        default=(),
-    ),
-    Key(
-        "start_points_mm",
-        Points,
-        "points at the start of the search",
-        default=None,
-        usual="the outline as it is",
-    ),
-)
-ENVELOPE_KEYS = (
-    Key("radius_mm", float, "crankcase about the axis", POSITIVE, None),
-    Key("z_mm", Pair, "crankcase along the axis", default=None),
-    Key("clearance_mm", float, "clearance to all fixed and moving parts", NOT_NEGATIVE, 1.0),
-    Key(
-        "piston",
-        says="a throw's piston",
-        keys=(
-            THROW,
-            Key("skirt_below_pin_mm", float, "length of its skirt below the wrist pin"),
-            Key("half_width_mm", float, "half the width of the skirt", POSITIVE),
-            Z_MM,
-        ),
-        many=True,
-        default=(),
-    ),
-    Key(
-        "rod",
-        says="a throw's connecting rod",
-        keys=(
-            THROW,
-            Key("big_end_radius_mm", float, "outside radius of the big end", POSITIVE),
-            Key("shank_half_width_mm", float, "half the width of the shank", POSITIVE),
-            Z_MM,
-        ),
-        many=True,
-        default=(),
-    ),
-    Key(
-        "shaft",
-        says="another shaft; round, or with an outline",
-        keys=(
-            Key("centre_mm", Pair, "position of its axis, rotor frame at crank angle 0"),
-            Key("outline_mm", Points, "outline about its axis, three points or more", default=None),
-            Key("radius_mm", float, "or its radius", POSITIVE, None),
-            Key("ratio", float, "its speed over the crank's", default=-1.0),
-            Key("phase_deg", float, "angle of its outline at crank angle 0", default=0.0),
-            Z_MM,
-        ),
-        many=True,
-        default=(),
-    ),
-)
+
+@dataclass(frozen=True)
+class Hole:
+    """A lightening hole through free metal."""
+
+    centre_mm: Annotated[Pair, "in the web's own axes, from its crankpin"]
+    diameter_mm: Annotated[float, POSITIVE, "its diameter"]
+
+
+@dataclass(frozen=True)
+class Drilling:
+    """``[[drilling]]``: an oil drilling that is kept open through free metal, rotor frame."""
+
+    from_mm: Annotated[Point, "one end"]
+    to_mm: Annotated[Point, "the other end"]
+    diameter_mm: Annotated[float, POSITIVE, "its diameter"]
+
+
+@dataclass(frozen=True)
+class FreePart:
+    """``[[counterweight]]``: the metal of some webs in a sector, beyond a radius.
+
+    ``name`` is its place in the file, for messages. The sector's second angle is the greater one.
+    """
+
+    webs: Annotated[tuple[int, ...], COUNTED, "webs of one outline"]
+    sector_rad: Annotated[Pair, DEGREES, "free between these angles, from the web's crankpin"]
+    hold_radius_mm: Annotated[float | None, POSITIVE, "metal within stays"] = None
+    z_mm: Annotated[Pair | None, InFile(usual="the web's"), "of one web: from and to, along the axis"] = None
+    thickness_mm: Annotated[Pair | None, InFile(usual="as it is"), "least and greatest thickness"] = None
+    points: Annotated[int, ENOUGH_POINTS, "of the outline's spline"] = 12
+    symmetric: Annotated[bool, "about the crankpin's plane"] = False
+    radius_mm: Annotated[
+        Pair | None, InFile(usual="what fits"), "least and greatest radius of its points"
+    ] = None
+    min_wall_mm: Annotated[float, NOT_NEGATIVE, "least wall of the part, and around its holes"] = 3.0
+    min_curvature_radius_mm: Annotated[float, NOT_NEGATIVE, "of the outline"] = 2.0
+    draft_rad: Annotated[float, DEGREES, DRAFT, "of its sides, for a forging"] = 0.0
+    corner_radius_mm: Annotated[float, NOT_NEGATIVE, "where sides meet faces"] = 0.0
+    holes: Annotated[tuple[Hole, ...], "lightening holes through it"] = ()
+    held_points: Annotated[
+        tuple[tuple[int, float], ...], "points, from 1, and the radius [mm] they keep"
+    ] = ()
+    start_points_mm: Annotated[
+        Points | None, InFile(usual="the outline as it is"), "where the points begin"
+    ] = None
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class PistonRoom:
+    """``[[envelope.piston]]``: the skirt of a throw's piston."""
+
+    throw: Annotated[int, COUNTED, "which throw"]
+    skirt_below_pin_mm: Annotated[float, "how far its skirt reaches below the wrist pin"]
+    half_width_mm: Annotated[float, POSITIVE, "of the skirt"]
+    z_mm: Annotated[Pair, "from and to, along the axis"]
+
+
+@dataclass(frozen=True)
+class RodRoom:
+    """``[[envelope.rod]]``: a throw's connecting rod."""
+
+    throw: Annotated[int, COUNTED, "which throw"]
+    big_end_radius_mm: Annotated[float, POSITIVE, "of the big end, outside"]
+    shank_half_width_mm: Annotated[float, POSITIVE, "of the shank"]
+    z_mm: Annotated[Pair, "from and to, along the axis"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftRoom:
+    """``[[envelope.shaft]]``: another shaft; ``outline_mm`` is None where it is round."""
+
+    centre_mm: Annotated[Pair, "of its axis, rotor frame at crank angle 0"]
+    outline_mm: Annotated[Points | None, "about its axis, three points or more"] = None
+    radius_mm: Annotated[float | None, POSITIVE, "or its radius"] = None
+    ratio: Annotated[float, "its speed over the crank's"] = -1.0
+    phase_rad: Annotated[float, DEGREES, "of its outline at crank angle 0"] = 0.0
+    z_mm: Annotated[Pair, "from and to, along the axis"]
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """``[envelope]``: limits of space for free metal."""
+
+    radius_mm: Annotated[float | None, POSITIVE, "crankcase about the axis"] = None
+    z_mm: Annotated[Pair | None, "crankcase along the axis"] = None
+    clearance_mm: Annotated[float, NOT_NEGATIVE, "to everything that stands or moves"] = 1.0
+    pistons: Annotated[tuple[PistonRoom, ...], Named("piston"), "a throw's piston"] = ()
+    rods: Annotated[tuple[RodRoom, ...], Named("rod"), "a throw's connecting rod"] = ()
+    shafts: Annotated[tuple[ShaftRoom, ...], Named("shaft"), "another shaft; round, or with an outline"] = ()
+
+
+@dataclass(frozen=True)
+class Target:
+    """``[target]``: ranges that the design must keep."""
+
+    polar_inertia_kg_mm2: Annotated[Pair | None, "least and greatest inertia about the axis"] = None
+    mass_g: Annotated[Pair | None, "least and greatest mass"] = None
+
+
+@dataclass(frozen=True)
+class FemLimits:
+    """``[fem]``: limits on a design's finite-element results."""
+
+    min_frequency_hz: Annotated[float | None, POSITIVE, "least natural frequency"] = None
+    max_stress_MPa: Annotated[float | None, POSITIVE, "greatest stress"] = None
+    size_mm: Annotated[float | None, POSITIVE, "greatest edge of the mesh"] = None
+    analyses: Annotated[int, FOUR, "how many designs are analysed in the search"] = DEFAULT_ANALYSES
+
+
+@dataclass(frozen=True)
+class SearchOptions:
+    """``[search]``: how designs are searched."""
+
+    objectives: Annotated[
+        tuple[str, ...],
+        "quantity to minimise, or with a minus before it to maximise: " + ", ".join(ALL_OBJECTIVES),
+    ] = ("mass_g",)
+    evaluations: Annotated[int, COUNTED, "designs that are tried"] = 3000
+    method: Annotated[Method, '`"cmaes"` takes one objective'] = "nsga2"
+    seed: Annotated[int, NOT_NEGATIVE, "of the random numbers"] = 1
+    population: Annotated[int, FOUR, "designs in a generation"] = 40
+    refine: Annotated[bool, "the best are made better by gradients, their balance kept"] = True
+    designs: Annotated[int, COUNTED, "of a front that are written"] = 10
+
+
 DESIGN_KEYS = (
     Key(
         "counterweight",
         says="metal of some webs that is free",
-        keys=PART_KEYS,
+        keys=keys_of(FreePart),
         many=True,
         missing="expected at least one",
     ),
     Key(
         "drilling",
         says="oil drillings that are kept open, rotor frame",
-        keys=(Key("from_mm", Point, "one end"), Key("to_mm", Point, "the other end"), DIAMETER),
+        keys=keys_of(Drilling),
         many=True,
         default=(),
     ),
-    Key(
-        "target",
-        says="limits that the design must keep",
-        keys=(
-            Key("polar_inertia_kg_mm2", Pair, "smallest and largest inertia about the axis", default=None),
-            Key("mass_g", Pair, "smallest and largest mass", default=None),
-        ),
-        default=FILLED,
-    ),
-    Key("envelope", says="limits of free metal", keys=ENVELOPE_KEYS, default=FILLED),
-    Key(
-        "fem",
-        says="limits on results of finite elements",
-        keys=(
-            Key("min_frequency_hz", float, "lowest natural frequency", POSITIVE, None),
-            Key("max_stress_MPa", float, "largest stress", POSITIVE, None),
-            Key("size_mm", float, "largest edge of the mesh", POSITIVE, None),
-            Key("analyses", int, "how many designs are analysed in the search", FOUR, DEFAULT_ANALYSES),
-        ),
-        default=None,
-    ),
-    Key(
-        "search",
-        says="settings of the search",
-        keys=(
-            Key(
-                "objectives",
-                tuple[str, ...],
-                "quantity to minimise, or with a minus before it to maximise: " + ", ".join(ALL_OBJECTIVES),
-                default=("mass_g",),
-            ),
-            Key("evaluations", int, "designs that are tried", COUNTED, 3000),
-            Key("method", Method, '`"cmaes"` takes one objective', default="nsga2"),
-            Key("seed", int, "seed of the random numbers", NOT_NEGATIVE, 1),
-            Key("population", int, "designs in a generation", FOUR, 40),
-            Key("refine", bool, "the best are made better by gradients, their balance kept", default=True),
-            Key("designs", int, "number of designs of a front that are written", COUNTED, 10),
-        ),
-        default=FILLED,
-    ),
+    Key("target", says="limits that the design must keep", keys=keys_of(Target), default=FILLED),
+    Key("envelope", says="limits of free metal", keys=keys_of(Envelope), default=FILLED),
+    Key("fem", says="limits on results of finite elements", keys=keys_of(FemLimits), default=None),
+    Key("search", says="how designs are searched", keys=keys_of(SearchOptions), default=FILLED),
 )
 """Every key of a DESIGN.toml beside those of the job it starts from."""
 
