@@ -54,8 +54,8 @@ class AnalysedSolid:
     """``[solid]``: the file that is meshed."""
 
     file: Annotated[str, InFile(not_empty="must name a solid"), "the solid, relative to this file"]
-    unit: Annotated[LengthUnit | None, "of the file, where its format carries none"] = None
-    body: Annotated[int | str | None, "which of several bodies, by number or name"] = None
+    unit: Annotated[LengthUnit | None, "length unit of the file, if its format carries no unit"] = None
+    body: Annotated[int | str | None, "number or name of one of several bodies"] = None
     crankpin_in_file: Annotated[bool | None, "`false`: a pressed-up crank, whose crankpins are put in"] = None
 
 
@@ -79,7 +79,7 @@ class Analysis:
     kind: Annotated[AnalysisKind, '`"modes"`: natural modes; `"static"`: stress under loads'] = "modes"
     modes: Annotated[int, SOME_MODES, "how many of the lowest"] = 6
     size_mm: Annotated[
-        float | None, POSITIVE, InFile(usual="some thousand elements"), "greatest edge of the mesh"
+        float | None, POSITIVE, InFile(usual="some thousand elements"), "largest edge of the mesh"
     ] = None
 
 

@@ -33,15 +33,17 @@ class Spindle:
     program_number: Annotated[int, PROGRAM, "fanuc: O-number of the first set-up, then one more each"] = 1000
     coolant: Annotated[str, 'code that turns it on; "" for none'] = "M8"
     rapid_mm_min: Annotated[float, POSITIVE, "for the time only"] = 15000.0
-    travel_mm: Annotated[tuple[float, float, float] | None, POSITIVE, "of X, Y and Z, to be kept to"] = None
+    travel_mm: Annotated[
+        tuple[float, float, float] | None, POSITIVE, "travel of X, Y and Z that programs must keep to"
+    ] = None
 
 
 @dataclass(frozen=True)
 class Rotary:
     """``[rotary]``: the rotary axis."""
 
-    letter: Annotated[Literal["A", "B", "C"], "of the rotary axis"] = "A"
-    sign: Annotated[int, SIGN, "which way the angle counts on this machine"] = 1
+    letter: Annotated[Literal["A", "B", "C"], "letter of the rotary axis"] = "A"
+    sign: Annotated[int, SIGN, "direction of the angle on this machine"] = 1
     unclamp: Annotated[str, "code before the axis turns"] = ""
     clamp: Annotated[str, "code after it has turned"] = ""
 
@@ -52,7 +54,7 @@ class MachineZero:
 
     angle: Annotated[float | str, '"crankpin 1", "keyway", or degrees in the rotor frame']
     z_mm: Annotated[float | str, '"crankpin 1", the name of a datum face, or mm in the rotor frame']
-    clearance_mm: Annotated[float, POSITIVE, "of tool and holder from metal on rapids"] = 5.0
+    clearance_mm: Annotated[float, POSITIVE, "clearance of tool and holder from metal on rapids"] = 5.0
     finish_mm: Annotated[float, NOT_NEGATIVE, "left on every depth, for a first try"] = 0.0
 
 
@@ -62,9 +64,9 @@ class CuttingTool:
 
     number: Annotated[int, TOOL_NUMBER, "T and H"]
     kind: Annotated[ToolKind, "drill, end_mill or turning"]
-    diameter_mm: Annotated[float, LENGTH, InFile(filled=True), "of drill or mill"]
-    point_deg: Annotated[float, POINT, "of a drill; 180: flat"] = 118.0
-    flute_mm: Annotated[float, LENGTH, InFile(filled=True), "cutting length; a turning tool has none"]
+    diameter_mm: Annotated[float, LENGTH, InFile(filled=True), "diameter of drill or mill"]
+    point_deg: Annotated[float, POINT, "point angle of a drill; 180: flat"] = 118.0
+    flute_mm: Annotated[float, LENGTH, InFile(filled=True), "cutting length; not for a turning tool"]
     stick_out_mm: Annotated[float, LENGTH, "from the holder's face to the tip"]
     holder: Annotated[
         tuple[tuple[float, float], ...], LENGTH, "diameter and length of each step, from the tool's side"
@@ -111,8 +113,8 @@ class CuttingTool:
 MACHINE_TOOL_KEYS = (
     Key("machine", says="the machine tool", keys=keys_of(Spindle)),
     Key("rotary", says="left out: radial cuts are not programmed", keys=keys_of(Rotary), default=None),
-    Key("zero", says="where the machine's zero lies on the crank", keys=keys_of(MachineZero)),
-    Key("tool", says="tools at hand", keys=keys_of(CuttingTool), many=True),
+    Key("zero", says="position of the machine's zero on the crank", keys=keys_of(MachineZero)),
+    Key("tool", says="tools available", keys=keys_of(CuttingTool), many=True),
 )
 
 

@@ -61,23 +61,25 @@ class FreePart:
     webs: Annotated[tuple[int, ...], COUNTED, "webs of one outline"]
     sector_rad: Annotated[Pair, DEGREES, "free between these angles, from the web's crankpin"]
     hold_radius_mm: Annotated[float | None, POSITIVE, "metal within stays"] = None
-    z_mm: Annotated[Pair | None, InFile(usual="the web's"), "of one web: from and to, along the axis"] = None
-    thickness_mm: Annotated[Pair | None, InFile(usual="as it is"), "least and greatest thickness"] = None
-    points: Annotated[int, ENOUGH_POINTS, "of the outline's spline"] = 12
-    symmetric: Annotated[bool, "about the crankpin's plane"] = False
+    z_mm: Annotated[Pair | None, InFile(usual="the web's"), "ends of one web along the axis"] = None
+    thickness_mm: Annotated[Pair | None, InFile(usual="as it is"), "smallest and largest thickness"] = None
+    points: Annotated[int, ENOUGH_POINTS, "number of points of the outline's spline"] = 12
+    symmetric: Annotated[bool, "whether the outline is symmetric about the crankpin's plane"] = False
     radius_mm: Annotated[
-        Pair | None, InFile(usual="what fits"), "least and greatest radius of its points"
+        Pair | None, InFile(usual="what fits"), "smallest and largest radius of its points"
     ] = None
-    min_wall_mm: Annotated[float, NOT_NEGATIVE, "least wall of the part, and around its holes"] = 3.0
-    min_curvature_radius_mm: Annotated[float, NOT_NEGATIVE, "of the outline"] = 2.0
-    draft_rad: Annotated[float, DEGREES, DRAFT, "of its sides, for a forging"] = 0.0
-    corner_radius_mm: Annotated[float, NOT_NEGATIVE, "where sides meet faces"] = 0.0
+    min_wall_mm: Annotated[float, NOT_NEGATIVE, "minimum wall of the part, and around its holes"] = 3.0
+    min_curvature_radius_mm: Annotated[float, NOT_NEGATIVE, "smallest radius of curvature of the outline"] = (
+        2.0
+    )
+    draft_rad: Annotated[float, DEGREES, DRAFT, "draft of its sides, for a forging"] = 0.0
+    corner_radius_mm: Annotated[float, NOT_NEGATIVE, "radius of the edges between sides and faces"] = 0.0
     holes: Annotated[tuple[Hole, ...], "lightening holes through it"] = ()
     held_points: Annotated[
         tuple[tuple[int, float], ...], "points, from 1, and the radius [mm] they keep"
     ] = ()
     start_points_mm: Annotated[
-        Points | None, InFile(usual="the outline as it is"), "where the points begin"
+        Points | None, InFile(usual="the outline as it is"), "points at the start of the search"
     ] = None
     name: str = ""
 
@@ -87,8 +89,8 @@ class PistonRoom:
     """``[[envelope.piston]]``: the skirt of a throw's piston."""
 
     throw: Annotated[int, COUNTED, "which throw"]
-    skirt_below_pin_mm: Annotated[float, "how far its skirt reaches below the wrist pin"]
-    half_width_mm: Annotated[float, POSITIVE, "of the skirt"]
+    skirt_below_pin_mm: Annotated[float, "length of its skirt below the wrist pin"]
+    half_width_mm: Annotated[float, POSITIVE, "half the width of the skirt"]
     z_mm: Annotated[Pair, "from and to, along the axis"]
 
 
@@ -97,8 +99,8 @@ class RodRoom:
     """``[[envelope.rod]]``: a throw's connecting rod."""
 
     throw: Annotated[int, COUNTED, "which throw"]
-    big_end_radius_mm: Annotated[float, POSITIVE, "of the big end, outside"]
-    shank_half_width_mm: Annotated[float, POSITIVE, "of the shank"]
+    big_end_radius_mm: Annotated[float, POSITIVE, "outside radius of the big end"]
+    shank_half_width_mm: Annotated[float, POSITIVE, "half the width of the shank"]
     z_mm: Annotated[Pair, "from and to, along the axis"]
 
 
@@ -106,11 +108,11 @@ class RodRoom:
 class ShaftRoom:
     """``[[envelope.shaft]]``: another shaft; ``outline_mm`` is None where it is round."""
 
-    centre_mm: Annotated[Pair, "of its axis, rotor frame at crank angle 0"]
-    outline_mm: Annotated[Points | None, "about its axis, three points or more"] = None
+    centre_mm: Annotated[Pair, "position of its axis, rotor frame at crank angle 0"]
+    outline_mm: Annotated[Points | None, "outline about its axis, three points or more"] = None
     radius_mm: Annotated[float | None, POSITIVE, "or its radius"] = None
     ratio: Annotated[float, "its speed over the crank's"] = -1.0
-    phase_rad: Annotated[float, DEGREES, "of its outline at crank angle 0"] = 0.0
+    phase_rad: Annotated[float, DEGREES, "angle of its outline at crank angle 0"] = 0.0
     z_mm: Annotated[Pair, "from and to, along the axis"]
 
 
@@ -120,7 +122,7 @@ class Envelope:
 
     radius_mm: Annotated[float | None, POSITIVE, "crankcase about the axis"] = None
     z_mm: Annotated[Pair | None, "crankcase along the axis"] = None
-    clearance_mm: Annotated[float, NOT_NEGATIVE, "to everything that stands or moves"] = 1.0
+    clearance_mm: Annotated[float, NOT_NEGATIVE, "clearance to all fixed and moving parts"] = 1.0
     pistons: Annotated[tuple[PistonRoom, ...], Named("piston"), "a throw's piston"] = ()
     rods: Annotated[tuple[RodRoom, ...], Named("rod"), "a throw's connecting rod"] = ()
     shafts: Annotated[tuple[ShaftRoom, ...], Named("shaft"), "another shaft; round, or with an outline"] = ()
@@ -130,17 +132,17 @@ class Envelope:
 class Target:
     """``[target]``: ranges that the design must keep."""
 
-    polar_inertia_kg_mm2: Annotated[Pair | None, "least and greatest inertia about the axis"] = None
-    mass_g: Annotated[Pair | None, "least and greatest mass"] = None
+    polar_inertia_kg_mm2: Annotated[Pair | None, "smallest and largest inertia about the axis"] = None
+    mass_g: Annotated[Pair | None, "smallest and largest mass"] = None
 
 
 @dataclass(frozen=True)
 class FemLimits:
     """``[fem]``: limits on a design's finite-element results."""
 
-    min_frequency_hz: Annotated[float | None, POSITIVE, "least natural frequency"] = None
-    max_stress_MPa: Annotated[float | None, POSITIVE, "greatest stress"] = None
-    size_mm: Annotated[float | None, POSITIVE, "greatest edge of the mesh"] = None
+    min_frequency_hz: Annotated[float | None, POSITIVE, "lowest natural frequency"] = None
+    max_stress_MPa: Annotated[float | None, POSITIVE, "largest stress"] = None
+    size_mm: Annotated[float | None, POSITIVE, "largest edge of the mesh"] = None
     analyses: Annotated[int, FOUR, "how many designs are analysed in the search"] = DEFAULT_ANALYSES
 
 
@@ -154,10 +156,10 @@ class SearchOptions:
     ] = ("mass_g",)
     evaluations: Annotated[int, COUNTED, "designs that are tried"] = 3000
     method: Annotated[Method, '`"cmaes"` takes one objective'] = "nsga2"
-    seed: Annotated[int, NOT_NEGATIVE, "of the random numbers"] = 1
+    seed: Annotated[int, NOT_NEGATIVE, "seed of the random numbers"] = 1
     population: Annotated[int, FOUR, "designs in a generation"] = 40
     refine: Annotated[bool, "the best are made better by gradients, their balance kept"] = True
-    designs: Annotated[int, COUNTED, "of a front that are written"] = 10
+    designs: Annotated[int, COUNTED, "number of designs of a front that are written"] = 10
 
 
 DESIGN_KEYS = (
@@ -178,7 +180,7 @@ DESIGN_KEYS = (
     Key("target", says="limits that the design must keep", keys=keys_of(Target), default=FILLED),
     Key("envelope", says="limits of free metal", keys=keys_of(Envelope), default=FILLED),
     Key("fem", says="limits on results of finite elements", keys=keys_of(FemLimits), default=None),
-    Key("search", says="how designs are searched", keys=keys_of(SearchOptions), default=FILLED),
+    Key("search", says="settings of the search", keys=keys_of(SearchOptions), default=FILLED),
 )
 """Every key of a DESIGN.toml beside those of the job it starts from."""
 

@@ -21,12 +21,12 @@ class Gear:
     """A pair of wheels in mesh; the product of stiffness and error is a force."""
 
     name: Annotated[str, "name in reports"]
-    teeth: Annotated[int, COUNTED, "of the wheel whose speed is given"]
-    speed: Annotated[float, POSITIVE, "that wheel's speed over the crank's"] = 1.0
+    teeth: Annotated[int, COUNTED, "teeth of the wheel whose speed is given"]
+    speed: Annotated[float, POSITIVE, "speed of that wheel over the crank's"] = 1.0
     mates: Annotated[int | None, COUNTED, "teeth of the other wheel"] = None
     error_um: Annotated[float | None, NOT_NEGATIVE, "transmission error once a tooth, peak"] = None
     runout_um: Annotated[float | None, NOT_NEGATIVE, "eccentricity of the wheel"] = None
-    stiffness_N_um: Annotated[float | None, POSITIVE, "of the mesh"] = None
+    stiffness_N_um: Annotated[float | None, POSITIVE, "stiffness of the mesh"] = None
 
     def sources(self) -> list[Source]:
         """Return the orders of the mesh, its sidebands, both wheels and the hunting tooth.
@@ -70,12 +70,12 @@ class Belt:
     """A belt or chain on a pulley; the product of stiffness and eccentricity is its pull."""
 
     name: Annotated[str, "name in reports"]
-    length_mm: Annotated[float, POSITIVE, "of the belt or chain"]
+    length_mm: Annotated[float, POSITIVE, "length of the belt or chain"]
     pulley_mm: Annotated[float, POSITIVE, "pitch diameter of the pulley"]
-    speed: Annotated[float, POSITIVE, "that pulley's speed over the crank's"] = 1.0
-    teeth: Annotated[int | None, COUNTED, "of the pulley, for a toothed belt or a chain"] = None
+    speed: Annotated[float, POSITIVE, "speed of that pulley over the crank's"] = 1.0
+    teeth: Annotated[int | None, COUNTED, "teeth of the pulley, for a toothed belt or a chain"] = None
     runout_um: Annotated[float | None, NOT_NEGATIVE, "eccentricity of the pulley"] = None
-    stiffness_N_um: Annotated[float | None, POSITIVE, "of the spans"] = None
+    stiffness_N_um: Annotated[float | None, POSITIVE, "stiffness of the spans"] = None
 
     def sources(self) -> list[Source]:
         """Return the orders of the belt, its pulley and the mesh of its teeth.

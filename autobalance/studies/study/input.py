@@ -20,9 +20,9 @@ class StudyOptions:
     """``[study]``: how a ± is read, and other uncertainties of a crank as manufactured."""
 
     distribution: Annotated[
-        Distribution, 'how a ± is read: `"normal"`: 95 % lie within; `"rectangular"`: all, evenly'
+        Distribution, 'distribution of a ±: `"normal"`: 95 % lie within; `"rectangular"`: all, evenly'
     ] = "normal"
-    sampling: Annotated[Sampling, "how values are drawn"] = "random"
+    sampling: Annotated[Sampling, "method of drawing values"] = "random"
     position_pm_mm: Annotated[float, NOT_NEGATIVE, "each hole or slug beside its place"] = 0.0
     wander_pm_deg: Annotated[float, WANDER, "each hole's axis turned about its entry"] = 0.0
     journal_pm_mm: Annotated[float, NOT_NEGATIVE, "each of the two outermost main journals off the axis"] = (

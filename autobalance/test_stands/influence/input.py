@@ -35,7 +35,7 @@ class TrialRun:
     g_mm: Annotated[float | None, POSITIVE, "trial weight times its radius, added [g·mm]"] = None
     g: Annotated[float | None, POSITIVE, "or: trial weight [g], with radius_mm"] = None
     radius_mm: Annotated[float | None, POSITIVE, "radius of the trial weight [mm]"] = None
-    angle_deg: Annotated[float, "where it is added, counter-clockwise [°]"]
+    angle_deg: Annotated[float, "angle at which it is added, counter-clockwise [°]"]
     readings: Annotated[
         Readings,
         "[amplitude, phase_deg] of each reading with the trial weight on, or a record, or one a speed",
@@ -66,7 +66,7 @@ class FittedPlane:
     """``[[plane]]``: weights that can be fitted in a plane."""
 
     plane: Annotated[PlaneName, "a plane of the trials"]
-    max_g_mm: Annotated[float | None, POSITIVE, "greatest size of the plane's sum [g·mm]"] = None
+    max_g_mm: Annotated[float | None, POSITIVE, "largest size of the plane's sum [g·mm]"] = None
     angles_deg: Annotated[
         tuple[float, ...] | None, "places, at most one weight at each [°]; none: any angle"
     ] = None
@@ -88,7 +88,7 @@ class FittedPlane:
 
 SEAM_KEYS = (
     Key("at", tuple[Literal["A", "B"], ...], "tolerance plane of each plane of the trials", default=None),
-    Key("z_mm", tuple[float, ...], "or: where each stands, rotor frame [mm]", default=None),
+    Key("z_mm", tuple[float, ...], "or: position of each along the axis, rotor frame [mm]", default=None),
     *AS_READ,
 )
 """Conventions as in a reading file; ``rotation`` and ``zero_deg`` define the angles of the trials."""
@@ -100,11 +100,11 @@ TRIALS_KEYS = (
         Readings,
         "[amplitude, phase_deg] of each reading, all trial weights off, or a record, or one a speed",
     ),
-    Key("reading_weights", tuple[float, ...], "how much each reading counts", NOT_NEGATIVE, None),
+    Key("reading_weights", tuple[float, ...], "weight of each reading", NOT_NEGATIVE, None),
     Key("target", float, "amplitude that each residual must not exceed", POSITIVE, None),
     Key("trial", says="runs with a trial weight, in their order", keys=keys_of(TrialRun), many=True),
     Key("plane", says="weights that can be fitted", keys=keys_of(FittedPlane), many=True, default=None),
-    Key("records", says="how records give readings", keys=RECORDS_KEYS, default=None),
+    Key("records", says="evaluation of records into readings", keys=RECORDS_KEYS, default=None),
     Key("reading", says="conditions of the measurement that `recut` needs", keys=SEAM_KEYS, default=None),
 )
 

@@ -22,7 +22,7 @@ class Records:
     channels: Annotated[tuple[str, ...], "sensors, in the order of the readings"]
     tacho: Annotated[str, "channel with one pulse a turn, from which phases count"]
     threshold: Annotated[float | None, "level that its pulses rise through (midway)"] = None
-    sample_rate: Annotated[float | None, POSITIVE, "where the files have none [Hz]"] = None
+    sample_rate: Annotated[float | None, POSITIVE, "sample rate, if the files state no rate [Hz]"] = None
     order: Annotated[float, POSITIVE, "order of the readings"] = 1.0
 
 

@@ -94,8 +94,8 @@ class Noise:
     unbalance_g_mm: Annotated[
         float, NOT_NEGATIVE, Named("g_mm"), "standard deviation of x and of y of each plane's reading"
     ] = 0.0
-    gain: Annotated[float, PERCENT, NOT_NEGATIVE, "of its size"] = 0.0
-    angle_rad: Annotated[float, DEGREES, NOT_NEGATIVE, "of its angle"] = 0.0
+    gain: Annotated[float, PERCENT, NOT_NEGATIVE, "error of the reading's size"] = 0.0
+    angle_rad: Annotated[float, DEGREES, NOT_NEGATIVE, "error of the reading's angle"] = 0.0
 
 
 def noisy_readings(

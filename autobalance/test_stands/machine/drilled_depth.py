@@ -19,10 +19,14 @@ HoleDirection = Literal["radial", "axial"]
 class DrillPlace:
     """A drill at a radius: into a flat rim towards the axis, or along the axis."""
 
-    diameter_mm: Annotated[float, POSITIVE, "of the drill"]
-    radius_mm: Annotated[float, POSITIVE, "of the rim, taken as flat; axial: of the hole"]
-    point_angle_rad: Annotated[float, DEGREES, POINT, "of the drill"] = DEGREES.read(118.0)
-    density_g_mm3: Annotated[float, KG_M3, POSITIVE, "of the metal"] = STEEL_KG_M3 * G_PER_MM3_PER_KG_M3
+    diameter_mm: Annotated[float, POSITIVE, "diameter of the drill"]
+    radius_mm: Annotated[
+        float, POSITIVE, "radius of the rim, taken as flat; axial: radius of the hole's centre"
+    ]
+    point_angle_rad: Annotated[float, DEGREES, POINT, "point angle of the drill"] = DEGREES.read(118.0)
+    density_g_mm3: Annotated[float, KG_M3, POSITIVE, "density of the metal"] = (
+        STEEL_KG_M3 * G_PER_MM3_PER_KG_M3
+    )
     direction: Annotated[HoleDirection, "into the rim, or along the axis"] = "radial"
 
     @property

@@ -111,18 +111,20 @@ class Stand:
 class WatchedLine:
     """``[machine.line]``: a line as the machine writes it."""
 
-    pattern: Annotated[str, "of a line: a regular expression with the groups amount, angle and maybe plane"]
-    unit: Annotated[str, "of the amounts"] = "g·mm"
+    pattern: Annotated[
+        str, "pattern of a line: a regular expression with the groups amount, angle and maybe plane"
+    ]
+    unit: Annotated[str, "unit of the amounts"] = "g·mm"
     planes: Annotated[tuple[str, str], "names of planes A and B in the lines"] = ("A", "B")
     settled_readings: Annotated[int, COUNTED, "readings in a row that must agree"] = 5
-    settled_percent: Annotated[float, POSITIVE, "of the amount by which they may differ from their mean"] = (
-        2.0
-    )
+    settled_percent: Annotated[
+        float, POSITIVE, "largest difference of settled vectors from their mean, of the amount"
+    ] = 2.0
 
 
 LINE_KEYS = keys_of(WatchedLine)
 MACHINE_KEYS = (
-    Key("seed", int, "of the noise", NOT_NEGATIVE, 1),
+    Key("seed", int, "seed of the noise", NOT_NEGATIVE, 1),
     Key("runs", int, "how many readings", RUNS, 1),
     Key("kind", MachineKind, "hard: forces; soft, nodal: displacements; cradle: moments; static: rolls"),
     SPEED_RPM,
@@ -133,9 +135,9 @@ MACHINE_KEYS = (
     Key("unbalance", says="on top", keys=keys_of(HiddenUnbalance), many=True, default=None),
     Key("mass", says="on top", keys=keys_of(HiddenMass), many=True, default=None),
     Key("noise", says="standard deviations of normal draws", keys=keys_of(Noise), default=FILLED),
-    Key("reading", says="how the written reading counts", keys=READING_KEYS, default=FILLED),
+    Key("reading", says="conventions of the written reading", keys=READING_KEYS, default=FILLED),
     Key("static", says="the stand", keys=keys_of(Stand), default=None),
-    Key("drill", says="how metal comes off", keys=keys_of(DrillPlace), default=None),
+    Key("drill", says="drill that removes the metal", keys=keys_of(DrillPlace), default=None),
     Key(
         "machine",
         says="the machine's own lines, for --watch",
