@@ -43,11 +43,12 @@ CONSTANT_METADATA: Mapping[str, dict[str, None]] = {"svg": {"Date": None}, "png"
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Points (n,), (n,) with a name for the key."""
+    """Points (n,), (n,) with a name for the key; ``measured`` ones are marks that no line joins."""
 
     name: str
     x: Array
     y: Array
+    measured: bool = False
 
 
 def over_angle(
@@ -158,7 +159,10 @@ def lines(
 
     def draw(axes: Axes) -> None:
         for number, curve in enumerate(curves):
-            axes.plot(curve.x, curve.y, label=curve.name, **style(number))
+            look = style(number)
+            if curve.measured:
+                look |= {"marker": MARKS[number % len(MARKS)], "linestyle": "none"}
+            axes.plot(curve.x, curve.y, label=curve.name, **look)
         axes.set_xlabel(labels[0])
         if equal:
             axes.set_aspect("equal", adjustable="datalim")

@@ -78,12 +78,12 @@ def cycle_films(cycle: CycleAnalysis, anatomy: Anatomy, film: Film) -> CycleFilm
     groups = [_on_crankpin(cycle.firing, throw.cylinders) for throw in cycle.firing.throws]
     ends = big_ends(anatomy, film, [len(each) for each in groups])
     if ends is None:
-        return CycleFilms(_orbits(cycle.firing, whole, mains, film, speed), None)
+        return CycleFilms(orbits_of(cycle.firing, whole, mains, film.viscosity_pa_s, speed), None)
     rods = [cycle.loads.crankpin_n[list(rod)].sum(axis=0) for group in groups for rod in group]
     on_rods = np.stack([-(load[:, 0] + 1j * load[:, 1]) for load in rods])
     return CycleFilms(
-        _orbits(cycle.firing, whole, mains, film, speed),
-        _orbits(cycle.firing, on_rods, ends, film, speed),
+        orbits_of(cycle.firing, whole, mains, film.viscosity_pa_s, speed),
+        orbits_of(cycle.firing, on_rods, ends, film.viscosity_pa_s, speed),
         tuple(rod[0] + 1 for group in groups for rod in group),
     )
 
@@ -92,7 +92,8 @@ def films_of_mains_mm(
     cycle: CycleAnalysis, anatomy: Anatomy, film: Film, force_n: Complex
 ) -> list[float | None]:
     """Return the least film of each main under any forces (m, n), x + iy; None where it breaks [mm]."""
-    orbits = _orbits(cycle.firing, force_n, main_bearings(anatomy, film), film, cycle.speed_rad_s)
+    mains = main_bearings(anatomy, film)
+    orbits = orbits_of(cycle.firing, force_n, mains, film.viscosity_pa_s, cycle.speed_rad_s)
     settled = (orbits.turns_to_settle > 0) & ~orbits.contact
     films = orbits.least_film_m / M_PER_MM
     return [float(value) if good else None for value, good in zip(films, settled, strict=True)]
@@ -133,7 +134,7 @@ def least_films_mm(
         np.tile(bearings.clearance_mm, len(cases)),
     )
     speeds = np.repeat([speed for speed, _ in cases], count)
-    orbits = _orbits(firing, np.concatenate(forces), many, film, speeds)
+    orbits = orbits_of(firing, np.concatenate(forces), many, film.viscosity_pa_s, speeds)
     settled = (orbits.turns_to_settle > 0) & ~orbits.contact
     films = (orbits.least_film_m / M_PER_MM).reshape(-1, count).min(axis=1)
     known = [bool(row.all()) for row in settled.reshape(-1, count)]
@@ -141,10 +142,14 @@ def least_films_mm(
     return [flat[first : first + len(factors)] for first in range(0, len(flat), len(factors))]
 
 
-def _orbits(
-    firing: FiringEngine, force_n: Complex, bearings: Bearings, film: Film, speed_rad_s: Array | float
+def orbits_of(
+    firing: FiringEngine,
+    force_n: Complex,
+    bearings: Bearings,
+    viscosity_pa_s: Array | float,
+    speed_rad_s: Array | float,
 ) -> Orbits:
-    """Return the orbits of journals under forces (k, n) on their bushes."""
+    """Return the orbits of journals under forces (k, n) on their bushes; viscosity and speed may be (k,)."""
     from autobalance.engines.bearings.orbit import film_orbits
 
     every = FILM_ANGLE_STRIDE if len(force_n) <= FEW_BEARINGS else 2 * FILM_ANGLE_STRIDE
@@ -153,7 +158,7 @@ def _orbits(
         firing.grid.even_rad[::every],
         np.stack([even.real, even.imag], axis=-1),
         speed_rad_s,
-        film.viscosity_pa_s,
+        viscosity_pa_s,
         bearings.diameter_mm * M_PER_MM,
         bearings.length_mm * M_PER_MM,
         bearings.clearance_mm * M_PER_MM,

@@ -8,9 +8,20 @@ from dataclasses import replace
 from typing import Any, Literal
 
 from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Key, Range, Values
+from autobalance.engines.bearings.keys import ABOVE_ZERO_KELVIN, OIL_KEYS
+from autobalance.engines.bearings.oil import WaltherOil
 from autobalance.engines.cycle.cylinder import Strokes
 from autobalance.engines.cycle.friction import NO_FRICTION, Friction
-from autobalance.engines.cycle.model import Absorber, Cycle, CylinderGas, Film, Model, Peg, TraceFile
+from autobalance.engines.cycle.model import (
+    Absorber,
+    Cycle,
+    CylinderGas,
+    Film,
+    MainHeat,
+    Model,
+    Peg,
+    TraceFile,
+)
 from autobalance.engines.cycle.pendulum import Path as PendulumPath
 from autobalance.engines.cycle.pendulum import Pendulum
 from autobalance.engines.cycle.weight import GRAVITY, gravity_of
@@ -31,6 +42,7 @@ ABSOLUTE = Range("must be absolute, ≥ 0 (gauge?)", least=0.0)
 ABSOLUTE_ABOVE_0 = Range("must be absolute, ≥ 0.001 (gauge?)", least=1e-3)
 STROKES = Range("must be 2 or 4", one_of=(2, 4))
 MM3_PER_CM3 = 1e3
+M3_PER_MM3 = 1e-9
 DEAD_CENTRE = "the bottom dead centre beside firing"
 
 CYLINDER = (
@@ -139,6 +151,20 @@ FILM = (
         usual="the crankpin's width",
     ),
 )
+HEAT = (
+    Key("conductance_W_K", float, "conductance from each main bearing to the block", NOT_NEGATIVE),
+    Key("ambient_C", float, "temperature of the block", ABOVE_ZERO_KELVIN, 90.0),
+    *(key for key in OIL_KEYS if key.name in ("viscosity_mm2_s", "density_kg_m3")),
+    Key(
+        "supply_C",
+        float,
+        "temperature of the oil supplied; without it none carries heat off",
+        ABOVE_ZERO_KELVIN,
+        None,
+    ),
+    Key("flow_mm3_s", float, "oil through each main bearing", POSITIVE, None, usual="the flow of its film"),
+    Key("heat_capacity_J_kg_K", float, "specific heat of the oil", POSITIVE, 2000.0),
+)
 CYCLE = Key(
     "cycle",
     says="gas cycle of the cylinders: see [cycle.md](cycle.md)",
@@ -153,6 +179,7 @@ CYCLE = Key(
         Key("pendulum", says="a pendulum absorber", keys=PENDULUM, default=None),
         Key("film", says="the journals' orbits in their oil", keys=FILM, default=None),
         Key("gravity", says="weight of crank, rods and pistons", keys=GRAVITY, default=None),
+        Key("heat", says="steady temperature of the main bearings", keys=HEAT, default=None),
     ),
     shape={
         "allOf": [
@@ -220,7 +247,30 @@ def cycle_of(values: Values, raw: Mapping[str, Any]) -> Cycle:
         _absorber(values["pendulum"]),
         None if values["film"] is None else Film(*values["film"].values()),
         gravity_of(values["gravity"]),
+        None if values["heat"] is None else _heat(values["heat"], values["film"]),
         _filled_in(values, raw),
+    )
+
+
+def _heat(table: Values, film: Values | None) -> MainHeat:
+    try:
+        oil = WaltherOil.of_points(table["viscosity_mm2_s"], table["density_kg_m3"])
+    except ValueError as error:
+        raise JobError(f"cycle.heat.viscosity_mm2_s: {error}") from None
+    flow, supply = table["flow_mm3_s"], table["supply_C"]
+    if flow is not None and supply is None:
+        raise JobError("cycle.heat.supply_C is missing; flow_mm3_s is that of the oil supplied")
+    if supply is not None and flow is None and film is None:
+        raise JobError("cycle.heat.flow_mm3_s is missing; without [cycle.film] no film gives the flow")
+    if supply is None and table["conductance_W_K"] == 0.0:
+        raise JobError("cycle.heat.conductance_W_K is 0 without supply_C; the heat has no way out")
+    return MainHeat(
+        table["conductance_W_K"],
+        table["ambient_C"],
+        oil,
+        supply,
+        None if flow is None else flow * M3_PER_MM3,
+        table["heat_capacity_J_kg_K"],
     )
 
 
@@ -283,7 +333,7 @@ def _absorber(values: Values | None) -> Absorber | None:
 def _filled_in(values: Values, raw: Mapping[str, Any]) -> dict[str, Any]:
     """Return the table in its own units, with every default; tables inside as they are."""
     friction = {key.name: plain(key.default) for key in FRICTION} | dict(raw.get("friction", {}))
-    tables = ("cylinder", "friction", "pendulum", "film", "gravity")
+    tables = ("cylinder", "friction", "pendulum", "film", "gravity", "heat")
     own = {key: raw[key] for key in tables if key in raw and key != "friction"}
     plainly = {key: plain(value) for key, value in values.items() if key not in tables}
     return {**plainly, "friction": friction, **own}

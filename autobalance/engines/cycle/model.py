@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from autobalance.engines.bearings.oil import WaltherOil
 from autobalance.engines.cycle.cylinder import Strokes
 from autobalance.engines.cycle.friction import Friction
 from autobalance.engines.cycle.pendulum import Pendulum
@@ -69,6 +70,21 @@ class Film:
     crankpin_length_mm: float | None
 
 
+@dataclass(frozen=True)
+class MainHeat:
+    """Where the heat of each main bearing goes: to the block and, with a supply, with oil that flows through.
+
+    ``flow_m3_s`` None: the flow of its film.
+    """
+
+    conductance_W_K: float
+    ambient_C: float
+    oil: WaltherOil
+    supply_C: float | None
+    flow_m3_s: float | None
+    heat_capacity_J_kg_K: float
+
+
 @dataclass(frozen=True, eq=False)
 class Cycle:
     """The ``[cycle]`` table of a job, checked; ``values`` are its keys with the defaults filled in."""
@@ -86,6 +102,7 @@ class Cycle:
     absorber: Absorber | None = None
     film: Film | None = None
     gravity: Gravity | None = None
+    heat: MainHeat | None = None
     values: Mapping[str, Any] = field(default_factory=dict)
 
     @property

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from autobalance.declare import KG_MM2, NotNegative, Ordinal, Positive, record
+from autobalance.declare import KG_MM2, OMITTED, NotNegative, Ordinal, Positive, record
 from autobalance.report.records.head import Head
 from autobalance.test_stands.bench.engine_variants import VariantFigures
+from autobalance.test_stands.bench.heat import HeatOfBench
 from autobalance.test_stands.bench.speed_control import LoopMargin
 
 
@@ -100,6 +101,7 @@ class BenchReport(Head):
     runs: Sequence[BenchRun]
     readings: Sequence[BenchReading]
     comparison: Sequence[BenchComparison]
+    heat: Annotated[HeatOfBench | None, OMITTED] = None
 
 
 # --- crank variants in one engine ---------------------------------------------------------------------------

@@ -13,8 +13,18 @@ from autobalance.declare import Values, names
 from autobalance.engines.bearings.cases import RollingCase
 from autobalance.engines.bearings.film import JournalBearing
 from autobalance.engines.bearings.input import parse_bearing
+from autobalance.engines.bearings.oil import WaltherOil
+from autobalance.engines.bearings.warming import HeatPath
 from autobalance.errors import JobError
-from autobalance.test_stands.bench.keys import BENCH_KEYS, DRY_KEYS, PLAIN_KEYS, ROLLING_KEYS, Pair
+from autobalance.test_stands.bench.heat import BearingHeat, TimedReading
+from autobalance.test_stands.bench.keys import (
+    BENCH_KEYS,
+    DRY_KEYS,
+    PLAIN_KEYS,
+    ROLLING_KEYS,
+    TIMED_KEYS,
+    Pair,
+)
 from autobalance.test_stands.bench.rotor import (
     BenchBearings,
     DiscHole,
@@ -85,6 +95,7 @@ class Bench:
     zero_pm_V: float
     N_m_per_V_pm: float
     readings: tuple[Reading, ...]
+    heat: BearingHeat | None = None
 
     @property
     def speeds_rad_s(self) -> tuple[float, ...]:
@@ -164,7 +175,51 @@ def _bench(values: Values) -> Bench:
             _reading(each, f"reading[{number}]", reduction["temperature_C"])
             for number, each in enumerate(values["reading"], 1)
         ),
+        None if values["heat"] is None else _heat(values["heat"], values["bearing"]),
     )
+
+
+def _heat(table: Values, bearing: Values | None) -> BearingHeat:
+    """Return the bearings' heat; their oil gives the viscosity by temperature."""
+    if bearing is None:
+        raise JobError("[bearing] is missing; the heat of [heat] is that of its friction")
+    oil = None
+    if bearing["kind"] != "dry":
+        if bearing["oil"] is None:
+            raise JobError("bearing.oil is missing; with [heat] the viscosity follows the temperature")
+        oil = _oil(bearing["oil"])
+    course = tuple((seconds, rpm) for seconds, rpm in table["course"]) * table["cycles"]
+    if not course or not all(seconds > 0.0 for seconds, _ in course):
+        raise JobError("heat.course must have at least one stage [seconds, rpm], the seconds > 0")
+    whole = sum(seconds for seconds, _ in course)
+    for number, each in enumerate(table["reading"], 1):
+        if each["time_s"] > whole:
+            raise JobError(
+                f"heat.reading[{number}].time_s is {each['time_s']:g}; the course ends at {whole:g}"
+            )
+    fit = tuple(dict.fromkeys(table["fit"]))
+    if fit and len(table["reading"]) < len(fit):
+        raise JobError(
+            f"heat.fit has {len(fit)} values, but there are {len(table['reading'])} [[heat.reading]]; "
+            "fit fewer or add readings"
+        )
+    start = table["ambient_C"] if table["start_C"] is None else table["start_C"]
+    return BearingHeat(
+        HeatPath(table["capacity_J_K"], table["conductance_W_K"], table["ambient_C"]),
+        start,
+        course,
+        table["friction_factor"],
+        fit,
+        tuple(TimedReading(*(each[key] for key in names(TIMED_KEYS))) for each in table["reading"]),
+        None if oil is None else oil.kinematic_mm2_s if bearing["kind"] == "rolling" else oil.viscosity_Pa_s,
+    )
+
+
+def _oil(table: Values) -> WaltherOil:
+    try:
+        return WaltherOil.of_points(table["viscosity_mm2_s"], table["density_kg_m3"])
+    except ValueError as error:
+        raise JobError(f"bearing.oil.viscosity_mm2_s: {error}") from None
 
 
 def _check_holes(holes: Sequence[Values], disc_mm: float | None) -> None:
@@ -227,7 +282,9 @@ def _mass(rotor: Values, shape: DiscOnShaft | None) -> tuple[float, float]:
 def _bearings(table: Values) -> BenchBearings:
     kind = table["kind"]
     known = {"dry": DRY_KEYS, "rolling": ROLLING_KEYS, "hydrodynamic": PLAIN_KEYS}
-    own = set(names(known[kind])) | ({"diameter_mm", "mu", "count"} if kind == "hydrodynamic" else set())
+    own = set(names(known[kind])) | (
+        {"diameter_mm", "mu", "count", "oil"} if kind == "hydrodynamic" else set()
+    )
     for other, keys in known.items():
         for key in names(keys):
             if key not in own and table[key] is not None:
@@ -238,6 +295,10 @@ def _bearings(table: Values) -> BenchBearings:
 
 
 def _plain(table: Values) -> PlainBearings:
+    if table["oil"] is not None:
+        if table["viscosity_Pa_s"] is not None:
+            raise JobError("bearing.viscosity_Pa_s and bearing.oil are both given; leave one out")
+        table["viscosity_Pa_s"] = _oil(table["oil"]).viscosity_Pa_s(table["oil"]["temperature_C"])
     for key in ("diameter_mm", *names(PLAIN_KEYS), "mu"):
         if table[key] is None:
             why = ", friction where journal and bearing touch" if key == "mu" else "; must be > 0"

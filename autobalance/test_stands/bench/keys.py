@@ -6,10 +6,11 @@ from dataclasses import replace
 from typing import Literal
 
 from autobalance.declare import COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key
-from autobalance.engines.bearings.keys import PALMGREN_KEYS, SKF_KEYS
+from autobalance.engines.bearings.keys import ABOVE_ZERO_KELVIN, PALMGREN_KEYS, SKF_KEYS
 from autobalance.units import STEEL_KG_M3
 
 Pair = tuple[float, float]
+Fitted = Literal["capacity", "conductance", "friction"]
 
 ROTOR_KEYS = (
     Key(
@@ -54,7 +55,7 @@ ROLLING_KEYS = (
     Key("kinematic_viscosity_mm2_s", float, "rolling: of the oil", POSITIVE, None),
     Key("count", int, "rolling, hydrodynamic: number of equal bearings that share the load", COUNTED, None),
     *(replace(key, default=None) for key in (*PALMGREN_KEYS, *SKF_KEYS)),
-    Key("oil", says="rolling: instead of the viscosity", keys=OIL_KEYS, default=None),
+    Key("oil", says="rolling, hydrodynamic: instead of the viscosity", keys=OIL_KEYS, default=None),
 )
 BEARING_KEYS = (
     Key("kind", Literal["dry", "rolling", "hydrodynamic"], "bearings of the rotor"),
@@ -92,6 +93,34 @@ READING_KEYS = (
     Key("drop", tuple[int, ...], "runs that do not count, from 1", default=()),
     Key("simulated_N_m", float, "to compare with; default the run of that speed here", default=None),
 )
+TIMED_KEYS = (
+    Key("time_s", float, "time since the course began", NOT_NEGATIVE),
+    Key("torque_N_m", float, "torque measured then", POSITIVE),
+    Key("pm_N_m", float, "its uncertainty, 95 %; without it: the readings' scatter", POSITIVE, None),
+)
+HEAT_KEYS = (
+    Key("capacity_J_K", float, "heat capacity of all that warms with the bearings", POSITIVE),
+    Key("conductance_W_K", float, "conductance from there to the ambient", POSITIVE),
+    Key("ambient_C", float, "temperature of the ambient", ABOVE_ZERO_KELVIN, 20.0),
+    Key(
+        "start_C",
+        float,
+        "temperature of the bearings at the start",
+        ABOVE_ZERO_KELVIN,
+        None,
+        usual="ambient_C",
+    ),
+    Key("course", tuple[Pair, ...], "stages [seconds, rpm], one after the other", NOT_NEGATIVE),
+    Key("cycles", int, "number of times that the course is run on end", COUNTED, 1),
+    Key("friction_factor", float, "measured friction over that of the bearings' model", POSITIVE, 1.0),
+    Key(
+        "fit",
+        tuple[Fitted, ...],
+        "values to fit to the readings, from the ones given",
+        default=(),
+    ),
+    Key("reading", says="torque at a time of the course", keys=TIMED_KEYS, many=True, default=()),
+)
 BENCH_KEYS = (
     Key("rotor", says="rotor", keys=ROTOR_KEYS),
     Key("hole", says="drilled: its weight is missing", keys=HOLE_KEYS, many=True, default=None),
@@ -99,5 +128,6 @@ BENCH_KEYS = (
     Key("control", says="speed control", keys=CONTROL_KEYS, default=FILLED),
     Key("schedule", says="schedule of the runs", keys=SCHEDULE_KEYS, default=FILLED),
     Key("reduction", says="reduction of volts to torque", keys=REDUCTION_KEYS, default=FILLED),
+    Key("heat", says="bearings that warm over a course of speeds", keys=HEAT_KEYS, default=None),
     Key("reading", says="measured values", keys=READING_KEYS, many=True, default=None),
 )

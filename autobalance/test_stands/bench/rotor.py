@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
 
@@ -140,6 +140,9 @@ class RollingBearings:
     count: int
     viscosity_mm2_s: float
 
+    def with_viscosity(self, viscosity_mm2_s: float) -> RollingBearings:
+        return replace(self, viscosity_mm2_s=viscosity_mm2_s)
+
     def moment_N_m(self, mean_load_N: float, speed_rpm: float) -> float:
         """Return the total friction moment of the bearings at a mean load over a turn."""
         each = mean_load_N / self.count
@@ -158,6 +161,9 @@ class PlainBearings:
     count: int
     viscosity_Pa_s: float
     contact_mu: float
+
+    def with_viscosity(self, viscosity_Pa_s: float) -> PlainBearings:
+        return replace(self, viscosity_Pa_s=viscosity_Pa_s)
 
     def moment_N_m(self, mean_load_N: float, speed_rpm: float) -> float:
         """Return the total friction moment of the bearings at a mean load over a turn."""

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from autobalance.declare import RPM
 from autobalance.report.tables import table
 from autobalance.units import G_MM2_PER_KG_MM2
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
         BenchRun,
         WrittenRotor,
     )
+    from autobalance.test_stands.bench.heat import HeatOfBench
 
 
 def bench_text(report: BenchReport) -> str:
@@ -41,6 +43,8 @@ def bench_text(report: BenchReport) -> str:
         parts.append(_readings(report.readings))
     if report.comparison:
         parts.append(_comparison(report.comparison))
+    if report.heat is not None:
+        parts.append(_heat(report.heat))
     return "\n\n".join(parts)
 
 
@@ -88,6 +92,40 @@ def _runs(runs: Sequence[BenchRun]) -> str:
             )
         )
     return table(rows)
+
+
+def _heat(heat: HeatOfBench) -> str:
+    """Return the course of temperature and torque, the readings beside it, and what they fix."""
+    head = f"Heat of the bearings: {heat.capacity_J_K:.4g} J/K, {heat.conductance_W_K:.4g} W/K"
+    lines = [f"{head}, time constant {heat.time_constant_s:.4g} s"]
+    if heat.friction_factor != 1.0:
+        lines.append(f"  friction {heat.friction_factor:.4g} times that of the bearings' model")
+    rows: list[Sequence[str]] = [("Stage until", "speed", "temperature", "torque", "drop in it", "if held")]
+    for stage in heat.stages:
+        steady = "-"
+        if stage.steady_C is not None and stage.steady_N_m is not None:
+            steady = f"{stage.steady_C:.1f} °C, {stage.steady_N_m:.4f} N·m"
+        rows.append(
+            (
+                f"  {stage.time_s:g} s",
+                f"{RPM.written(stage.speed_rad_s):g} rpm",
+                f"{stage.temperature_C:.1f} °C",
+                f"{stage.torque_N_m:.4f} N·m",
+                "-" if stage.drop_percent is None else f"{stage.drop_percent:.1f} %",
+                steady,
+            )
+        )
+    lines.append(table(rows))
+    if heat.readings:
+        rows = [("Reading at", "measured", "model", "temperature")]
+        for each in heat.readings:
+            torques = f"{each.torque_N_m:.4f} N·m", f"{each.model_N_m:.4f} N·m"
+            rows.append((f"  {each.time_s:g} s", *torques, f"{each.temperature_C:.1f} °C"))
+        lines.append(table(rows))
+    for value in heat.fitted:
+        known = value.pm is not None and value.fixed
+        lines.append(f"  fitted {value.name} = {value.value:.4g}" + (f" ± {value.pm:.2g}" if known else ""))
+    return "\n".join([*lines, *(f"  {line}" for line in heat.not_fixed)])
 
 
 def _volts(value: float | None) -> str:

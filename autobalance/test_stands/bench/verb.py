@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from autobalance.test_stands.bench.engine_verb import EngineBenchResult
+    from autobalance.test_stands.bench.heat import HeatRun
     from autobalance.test_stands.bench.input import Bench, Reading
     from autobalance.test_stands.bench.speed_control import LoopMargin, Trace
 
@@ -47,6 +48,7 @@ class BenchResult(VerbResult):
     content: BenchReport
     traces: tuple[Trace, ...] = ()
     solids: Mapping[str, bytes] = field(default_factory=dict)
+    heat: HeatRun | None = None
 
     def text(self, units: str = "metric") -> str:
         """Return the bench as lines for people; always SI."""
@@ -55,10 +57,10 @@ class BenchResult(VerbResult):
         return bench_text(self.content)
 
     def plots(self) -> Plots:
-        """Return speed and torque over time."""
+        """Return speed and torque over time, and the bearings' temperature through a course."""
         from autobalance.test_stands.bench.plots import bench_plots
 
-        return Plots(bench_plots(self.content, self.traces))
+        return Plots(bench_plots(self.content, self.traces, self.heat))
 
     def series(self) -> bytes:
         """Return all runs over time as CSV, one after the other; the time runs on."""
@@ -77,8 +79,9 @@ class BenchResult(VerbResult):
         return ("\n".join(lines) + "\n").encode()
 
     def files(self) -> Mapping[str, bytes]:
-        """Return the runs as ``bench.csv``, and the rotor's solids and drawing where requested."""
-        return {**({"bench.csv": self.series()} if self.traces else {}), **self.solids}
+        """Return the runs, a course of temperatures, and the rotor's solids and drawing where requested."""
+        runs = {"bench.csv": self.series()} if self.traces else {}
+        return {**runs, **({} if self.heat is None else {"heat.csv": self.heat.csv()}), **self.solids}
 
 
 @documented
@@ -151,6 +154,11 @@ def _result(case: Bench, solids: bool) -> BenchResult:
             traces.append(trace)
             runs.append(_run(case, speed_rpm, trace, unbalance, friction))
     readings = [_reading(case, each) for each in case.readings]
+    heat = None
+    if case.heat is not None and case.bearings is not None:
+        from autobalance.test_stands.bench.heat import heat_run
+
+        heat = heat_run(case.heat, case.bearings, case.weight_N, unbalance)
     files: Mapping[str, bytes] = {}
     written: Sequence[WrittenRotor] = ()
     if solids and case.shape is not None:
@@ -164,8 +172,9 @@ def _result(case: Bench, solids: bool) -> BenchResult:
         runs=[replace(run, repeat=repeat) for run in runs for repeat in range(1, case.repeats + 1)],
         readings=readings,
         comparison=_comparison(case, runs, readings),
+        heat=None if heat is None else heat.answer,
     )
-    return BenchResult(report, tuple(traces), files)
+    return BenchResult(report, tuple(traces), files, heat)
 
 
 def _stable(margin: LoopMargin) -> LoopMargin:
