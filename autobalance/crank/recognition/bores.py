@@ -26,7 +26,7 @@ def bore_runs(long: SectionStack, rounding_mm: float) -> list[CylinderRun]:
             for bore in piece.bores:
                 here = Link(place, bore.centre, bore.radius)
                 for chain in reversed(chains):
-                    if here.continues(chain[0]) and _follows(long, chain[-1], here):
+                    if here.continues(chain[0], piece.rough_mm) and _follows(long, chain[-1], here):
                         chain.append(here)
                         break
                 else:

@@ -38,6 +38,9 @@ TRIMMED_CIRCLES = 4
 HELD_TRIALS, HELD_STRIDES = 48, (3, 7, 11)
 """Circles tried through three corners a third, a seventh and an eleventh of such an outline apart."""
 
+CREST, CREST_SHARE = 2.0, 0.1
+"""Of a rough outline up to this share may be off by so many times what the rest is: waves of σ = 0.05 mm."""
+
 MAX_LENGTH_RATIO = 1.75
 """Largest length of an outline over its width. A circle with ``LEAST_COVER`` of its arc left, all of it
 within its slack, is at most 1.6 times as long."""
@@ -60,6 +63,15 @@ def distances(points: Array, centre: Array) -> Array:
     x, y = points[:, 0] - centre[0], points[:, 1] - centre[1]
     away: Array = np.sqrt(x * x + y * y)
     return away
+
+
+def all_within(off_mm: Array, exact_mm: float, rough_mm: float) -> bool:
+    """Return whether all corners (k,) are off by no more than is exact, but for the crests of rough waves."""
+    slack = exact_mm + rough_mm
+    farthest = float(off_mm.max(initial=0.0))
+    if rough_mm == 0.0 or farthest <= slack:
+        return farthest <= slack
+    return farthest <= CREST * slack and float((off_mm > slack).mean()) <= CREST_SHARE
 
 
 def following(points: NDArray[T]) -> NDArray[T]:

@@ -77,11 +77,11 @@ class Link:
     centre: Array
     radius: float
 
-    def continues(self, first: Link) -> bool:
-        """Return whether this circle is that of a chain's first one."""
+    def continues(self, first: Link, rough_mm: float = 0.0) -> bool:
+        """Return whether this circle is that of a chain's first one, but for waves of a rough surface."""
         return (
-            abs(self.radius - first.radius) < SAME_RADIUS * first.radius
-            and float(np.linalg.norm(self.centre - first.centre)) < SAME_CENTRE * first.radius
+            abs(self.radius - first.radius) < SAME_RADIUS * first.radius + rough_mm
+            and float(np.linalg.norm(self.centre - first.centre)) < SAME_CENTRE * first.radius + rough_mm
         )
 
 

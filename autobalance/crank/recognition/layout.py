@@ -278,7 +278,7 @@ def cylinder_text(long: SectionStack, run: CylinderRun) -> str:
 
 def _refuse_lone_web(long: SectionStack, runs: Sequence[CylinderRun], rounding_mm: float) -> None:
     """Refuse a single web of a built-up crank if the job sets that its crankpin is in the file."""
-    if long.blur_mm > 0.0 or len(_lines(runs, SAME_CENTRE)) > 1:
+    if len(_lines(runs, SAME_CENTRE)) > 1:
         return
     web = single_web(long, runs, bore_runs(long, rounding_mm))
     if web is not None:
@@ -294,7 +294,7 @@ def _arm(
 ) -> JournalLayout | None:
     """Return the layout of an arm with a bore for the shaft; None without one, or if it is a shaft's half."""
     lines = _lines(runs, SAME_CENTRE)
-    if long.blur_mm > 0.0 or not 1 <= len(lines) <= 2:  # a crankpin's and a boss's
+    if not 1 <= len(lines) <= 2:  # a crankpin's and a boss's
         return None
     if any(_encloses(*both) for both in permutations(lines, 2)):  # a hollow shaft on both sides of a crankpin
         return None
@@ -352,7 +352,7 @@ def _shaft_bore(
     rounding_mm: float,
 ) -> CylinderRun | None:
     """Return the bore for the shaft beside a job's one crankpin; None if a cylinder may be the shaft."""
-    if long.blur_mm > 0.0 or len(pins) != 1:
+    if len(pins) != 1:
         return None
     bores = [
         bore

@@ -49,7 +49,7 @@ def pressed_up_layout(
         return layout
     bores = bore_runs(long, rounding_mm)
     layout = replace(layout, pins=(_own_bore(bores, pins[0], gaps[0][0]),), lone_bores=True)
-    arm = bored_arm(long, runs, bores) if long.blur_mm == 0.0 else None
+    arm = bored_arm(long, runs, bores)
     if arm is None or arm.settled is False:
         return layout
     other = arm.shaft if given_axis is None else None
@@ -75,7 +75,7 @@ def _lone_web(
     long: SectionStack, runs: Sequence[CylinderRun], given_axis: Array | None, rounding_mm: float
 ) -> JournalLayout | None:
     """Return the layout of one web of a built-up crank, whose bores are the shaft's and the crankpin's."""
-    if long.blur_mm > 0.0 or not all(section.pieces for section in long.sections):
+    if not all(section.pieces for section in long.sections):
         return None
     web = single_web(long, runs, bore_runs(long, rounding_mm), is_web=given_axis is not None)
     if web is None:

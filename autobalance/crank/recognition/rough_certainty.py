@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -47,9 +48,24 @@ class FittedCrank:
             [[lever @ covariance[np.ix_([i, i + 2], [k, k + 2])] @ lever for k in range(2)] for i in range(2)]
         )
 
+    def lean_pm_mm(self, place_mm: Array) -> float:
+        """Return what the axis' direction leaves uncertain of the height of a place (2,) over crankpin 1's."""
+        arm = place_mm[:2] - self.pins[0].run.centre
+        return math.sqrt(max(float(arm @ self.slopes_covariance @ arm), 0.0))
+
+    @cached_property
+    def slopes_covariance(self) -> Array:
+        """Covariance (2, 2) of the axis' slopes."""
+        slopes: Array = self.noise.of(self.line)[2:4, 2:4]
+        return slopes
+
     def height_pm_mm(self, z_mm: float) -> float:
         """Return the standard error of a face's height over crankpin 1; without a plane a section's step."""
-        near = [pm for plane, pm in self.planes if abs(plane.centroid[2] - z_mm) < 1e-6]
+        near = [
+            math.hypot(pm, self.lean_pm_mm(plane.centroid))
+            for plane, pm in self.planes
+            if abs(plane.centroid[2] - z_mm) < 1e-6
+        ]
         own = max(near) if near else self.long.blur_mm / 3.0
         return math.hypot(own, self.origin_pm_mm)
 
@@ -79,7 +95,7 @@ def scan_fit(fitted: FittedCrank, webs: Sequence[ScannedWeb]) -> ScanFit:
         if number >= len(journals):  # about the axis it turns with crankpin 1, which settles x
             arm, turn = frame @ arms[number], angles[0]
             centre_pm = np.hypot(centre_pm, turn * np.abs([arm[1], arm[0]]))
-        height_pm = math.hypot(each.middle_pm_mm, fitted.origin_pm_mm)
+        height_pm = math.hypot(each.middle_pm_mm, fitted.origin_pm_mm, fitted.lean_pm_mm(each.run.centre))
         centre_pm = np.array([*centre_pm, height_pm])
         if number == len(journals):
             centre_pm[1:] = 0.0
@@ -108,7 +124,13 @@ def scan_fit(fitted: FittedCrank, webs: Sequence[ScannedWeb]) -> ScanFit:
         tuple(math.degrees(angle) for angle in turned),
         tuple(webs),
         tuple(
-            scanned_face(plane, noise, fitted.long.turn, math.hypot(pm, fitted.origin_pm_mm), fitted.edge_mm)
+            scanned_face(
+                plane,
+                noise,
+                fitted.long.turn,
+                math.hypot(pm, fitted.origin_pm_mm, fitted.lean_pm_mm(plane.centroid)),
+                fitted.edge_mm,
+            )
             for plane, pm in fitted.planes
         ),
     )

@@ -191,6 +191,32 @@ def fitted_bores(
     return RoughCylinder(replace(run, centre=fit.values[:2], radius=float(fit.values[2])), region, fit)
 
 
+def fitted_bore(
+    rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float
+) -> RoughCylinder:
+    """Return a bore fitted to its wall, which ends where its last points are."""
+    deep = replace(run, z_low=run.z_low - BEYOND_RUN_MM, z_high=run.z_high + BEYOND_RUN_MM)
+    fit = fit_circle_along_z(cylinder_region(rough, long, normals, deep, slack, -1.0), run.centre, run.radius)
+    here = replace(deep, centre=fit.values[:2], radius=float(fit.values[2]))
+    corners = np.unique(
+        rough.mesh.triangles.take(_triangles_on(rough, long, normals, here, slack, -1.0), axis=0)
+    )
+    points = long.vertices.take(corners, axis=0)
+    off = np.abs(np.hypot(*(points[:, :2] - here.centre).T) - here.radius)
+    z = points[off <= max(3.0 * fit.rms_mm, 0.03), 2]
+    low, high = float(z.min()), float(z.max())
+    here = replace(here, z_low=low, z_high=high)
+    region = cylinder_region(rough, long, normals, here, slack, -1.0)
+    fit = fit_circle_along_z(region, here.centre, here.radius)
+    pm = max(UNIFORM_SIGMA * rough.edge_mm, fit.rms_mm)
+    return RoughCylinder(
+        replace(here, centre=fit.values[:2], radius=float(fit.values[2])),
+        region,
+        fit,
+        bare_ends=((low, pm), (high, pm)),
+    )
+
+
 @dataclass(frozen=True)
 class _BareEnd:
     """The end of a cylinder by its points: by ``last_mm`` it has ended, from ``first_mm`` on it may have."""
@@ -266,11 +292,11 @@ def _goes_on(place: int, good: Indices, half: float) -> bool:
 
 
 def covered_share(
-    rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float
+    rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float, side: float = 1.0
 ) -> float:
-    """Return the share of a cylinder's surface in the mesh; 0 for one without length."""
+    """Return the share of a cylinder's, or with ``side`` −1 a bore's, surface in the mesh; 0 without length."""
     if not run.width > 0.0:  # a disc's rim of one section: the die filer's arm, scanned with 0.02 mm of noise
         return 0.0
-    rows = _triangles_on(rough, long, normals, run, slack)
+    rows = _triangles_on(rough, long, normals, run, slack, side)
     area = 0.5 * float(rough.mesh.doubled_areas.take(rows).sum())
     return area / (2.0 * math.pi * run.radius * run.width)

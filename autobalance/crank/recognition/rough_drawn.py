@@ -30,7 +30,10 @@ LEAST_ROUGH_MM = 4e-4
 """Residuals up to this are a file's digits: those of three decimals in mm leave 0.0003 mm."""
 EXACT_SHARE = 0.1
 """Smallest share of a drawn cylinder's corners that lie on it; others lie on chords. A cylinder waved by 1 µm
-has 5 %, one whose facets were split into twelve along a chord a tenth."""
+has 5 %, one whose facets were split into twelve along a chord a tenth. Corners that waves leave within the
+file's digits by chance do not count: of waves of 0.6 µm a seventh are ..."""
+MOST_BY_CHANCE = 0.25
+"""... but no more than this share: waves as small as the digits do not show."""
 NEAR_SHARE = 5e-3
 """Corners up to this share of the radius off a cylinder are looked at."""
 END_SHARE = 0.1
@@ -63,7 +66,9 @@ def _stands_off(points: Array, pin: Pin, digits: float) -> bool | None:
     region = Region(points.take(rows[near], axis=0), np.ones(int(np.count_nonzero(near))))
     fit = fit_circle_along_z(region, pin.centre_mm[:2], radius)
     exact = max(float((np.abs(each) < digits).mean()) for each in (off[near], fit.residuals))
-    return exact < EXACT_SHARE and spread_of(fit.residuals) > LEAST_ROUGH_MM
+    spread = spread_of(fit.residuals)
+    by_chance = min(math.erf(digits / (math.sqrt(2.0) * max(spread, 1e-12))), MOST_BY_CHANCE)
+    return exact - by_chance < EXACT_SHARE and spread > LEAST_ROUGH_MM
 
 
 def rough_as_drawn(rough: RoughMesh, drawn: Anatomy, held: bool, caution: str) -> Anatomy:

@@ -36,6 +36,8 @@ MAX_POINT_DISTANCE = (0.15, 4.0)
 CLOSES_RATIO = 0.9
 """A face that closes a cylinder comes nearer to its axis than this share of the radius."""
 FILLET_STEP_MM = 0.02
+SHARP_MM, OUTERMOST_SIGMAS = 0.05, 4.0
+"""A bore goes on to a face that is less than this, and so many times the roughness, from its last points."""
 MIN_POINTS = 30
 FILLET_PM = 0.03
 """Standard error of a fitted fillet's radius as a share of the triangles' edges, found by simulation."""
@@ -111,6 +113,36 @@ def with_ends(
     both_pm = math.hypot(low_pm, high_pm)
     run = replace(each.run, z_low=low, z_high=high)
     return replace(each, run=run, middle_pm_mm=0.5 * both_pm, width_pm_mm=both_pm)
+
+
+def with_mouths(each: RoughCylinder, planes: Sequence[tuple[RoughPlane, float]]) -> RoughCylinder:
+    """Return a fitted bore with its ends: at the faces that it opens in, and their standard errors.
+
+    Where its last points are not at the face, the edge is rounded or chamfered: it ends between the two.
+    """
+    (low, low_pm), (high, high_pm) = (_mouth(each, planes, side) for side in (-1.0, 1.0))
+    both_pm = math.hypot(low_pm, high_pm)
+    run = replace(each.run, z_low=low, z_high=high)
+    return replace(each, run=run, middle_pm_mm=0.5 * both_pm, width_pm_mm=both_pm)
+
+
+def _mouth(each: RoughCylinder, planes: Sequence[tuple[RoughPlane, float]], side: float) -> End:
+    """Return one end of a bore."""
+    run = each.run
+    end = run.z_low if side < 0.0 else run.z_high
+    beside = [
+        (side * (float(plane.centroid[2]) - end), pm)
+        for plane, pm in planes
+        if side * plane.normal[2] > 0.0 and _touches(plane, run, FILLET_SHARE * run.radius + FACE_MM)
+    ]
+    near = [(far, pm) for far, pm in beside if -FACE_MM < far < 2.0 * FACE_MM]
+    if not near:
+        assert each.bare_ends is not None
+        return each.bare_ends[0 if side < 0.0 else 1]
+    far, pm = min(near, key=lambda item: abs(item[0]))
+    if far < SHARP_MM + OUTERMOST_SIGMAS * each.fit.rms_mm:
+        return end + side * far, pm
+    return end + 0.5 * side * far, max(math.hypot(UNIFORM_SIGMA * far, pm), 0.25 * END_PM_MM)
 
 
 def between_faces(each: RoughCylinder, planes: Sequence[tuple[RoughPlane, float]]) -> RoughCylinder:

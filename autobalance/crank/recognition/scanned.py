@@ -24,11 +24,12 @@ from autobalance.crank.recognition.rough_cylinders import (
     RoughMesh,
     covered_share,
     cylinder_region,
+    fitted_bore,
     fitted_bores,
     fitted_cylinder,
 )
 from autobalance.crank.recognition.rough_datums import with_certain_datums
-from autobalance.crank.recognition.rough_ends import between_faces, with_ends
+from autobalance.crank.recognition.rough_ends import between_faces, with_ends, with_mouths
 from autobalance.crank.recognition.rough_fits import Fit, fit_line, noise_of
 from autobalance.crank.recognition.rough_planes import rough_planes
 from autobalance.crank.recognition.rough_rims import with_rims
@@ -70,7 +71,8 @@ def scanned_along(
 ) -> Anatomy:
     """Return a scanned crank along a direction (3,), which is refined unless it is ``fixed``.
 
-    With ``bores`` the crankpins are not in the file: their places are those of the bores for them.
+    With ``bores`` the crankpins are not in the file: their places are those of the bores for them, on both
+    sides of a gap, or in one web.
 
     Raises
     ------
@@ -81,7 +83,8 @@ def scanned_along(
         long = rough_stack(rough.mesh, direction, slack)
         layout = layout_of(long, rough_runs(long))
         normals = rough.directions @ long.turn[:3, :3].T
-        journals = [cylinder_region(rough, long, normals, run, slack) for run in layout.journals]
+        side = -1.0 if layout.bored else 1.0
+        journals = [cylinder_region(rough, long, normals, run, slack, side) for run in layout.journals]
         line = fit_line(journals, [(run.centre, run.radius) for run in layout.journals])
         tilt = line.values[2:4]
         if fixed or float(np.hypot(*tilt)) * long.length_mm < STILL_MM:
@@ -130,24 +133,32 @@ def fitted_crank(
     RecognitionError
         If a journal's or crankpin's surface is missing, or is rougher than the others'.
     """
-    journals = [fitted_cylinder(rough, long, normals, run, slack) for run in layout.journals]
-    fit_pin = fitted_bores if bores else fitted_cylinder
+    in_gaps = bores and not layout.lone_bores
+    fit_journal = fitted_bore if layout.bored else fitted_cylinder
+    fit_pin = fitted_bores if in_gaps else fitted_bore if layout.lone_bores else fitted_cylinder
+    journals = [fit_journal(rough, long, normals, run, slack) for run in layout.journals]
     pins = [fit_pin(rough, long, normals, run, slack) for run in layout.pins]
     regions = [cylinder.region for cylinder in journals]
     line = fit_line(regions, [(cylinder.run.centre, cylinder.run.radius) for cylinder in journals])
     axis_at = [_on_line(line, cylinder.run.z_mid) for cylinder in (*journals, *pins)]
-    covered = [covered_share(rough, long, normals, each.run, slack) for each in (*journals, *pins)]
-    held = [*journals, *([] if bores else pins)]
+    sides = [-1.0 if layout.bored else 1.0] * len(journals) + [-1.0 if layout.lone_bores else 1.0] * len(pins)
+    covered = [
+        covered_share(rough, long, normals, each.run, slack, side)
+        for each, side in zip((*journals, *pins), sides, strict=True)
+    ]
+    held = [*journals, *([] if in_gaps else pins)]
     _refuse_uncovered(held, len(journals), covered[: len(held)])
     planes = rough_planes(
         rough.mesh, long.vertices, normals, rough.at_vertex, min(rough.local_mm, CREDIBLE_MM)
     )
     noise = noise_of([each.fit for each in (*journals, *pins)])
     sure = [(plane, noise.height_pm_mm(plane.fit)) for plane in planes]
-    journals = [with_ends(each, long, sure, rough.edge_mm) for each in journals]
-    pins = [
-        between_faces(each, sure) if bores else with_ends(each, long, sure, rough.edge_mm) for each in pins
-    ]
+
+    def ended(each: RoughCylinder, in_web: bool) -> RoughCylinder:
+        return with_mouths(each, sure) if in_web else with_ends(each, long, sure, rough.edge_mm)
+
+    journals = [ended(each, layout.bored) for each in journals]
+    pins = [between_faces(each, sure) if in_gaps else ended(each, layout.lone_bores) for each in pins]
     heights = sorted((plane.centroid[2], plane.area_mm2) for plane in planes)
     long = replace(
         long,
@@ -160,6 +171,8 @@ def fitted_crank(
         journals=tuple(each.run for each in journals),
         pins=tuple(each.run for each in pins),
         settled=True,
+        shafts=tuple(_along(shaft, pins) for shaft in layout.shafts),
+        other_axis=None if layout.other_axis is None else pins[0].run,  # it may be the shaft's
     )
     anatomy = finish(long, fitted)
     measured = FittedCrank(
@@ -168,6 +181,13 @@ def fitted_crank(
     anatomy, webs = with_rims(anatomy, rough, normals, measured)
     anatomy = with_certain_datums(anatomy, rough, measured)
     return replace(anatomy, scan=scan_fit(measured, webs))
+
+
+def _along(shaft: CylinderRun, pins: Sequence[RoughCylinder]) -> CylinderRun:
+    """Return a shaft's stretch as far as the crankpin that it runs through, or past, was found to reach."""
+    beside = [each.run for each in pins if each.run.z_low < shaft.z_mid < each.run.z_high]
+    low, high = min(run.z_low for run in (shaft, *beside)), max(run.z_high for run in (shaft, *beside))
+    return replace(shaft, z_low=low, z_high=high)
 
 
 def _on_line(line: Fit, z: float) -> Array:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalance.crank.recognition.circles import Circle, corners_of, distances, fit_circle
+from autobalance.crank.recognition.circles import Circle, all_within, corners_of, distances, fit_circle
 from autobalance.crank.recognition.cylinder_runs import (
     LEAST_VERTICES,
     LEAST_WIDTH,
@@ -22,6 +22,8 @@ from autobalance.types import Array
 
 ON_CIRCLE = 1e-3
 """Corners of an eccentric's outline are off its circle by less than this share of the radius."""
+HIDDEN_SHARE = 0.5
+"""Waves hide an eccentric's circle for at most this share of its radius."""
 BARE_SHARE = 0.6
 """At least this share of an eccentric's circle is bare: the shaft takes the rest. Of the boss of a web around
 a crankpin it is less than half."""
@@ -50,12 +52,23 @@ def find_eccentrics(
         circle = last[1]
         if circle is None:
             continue
-        if chains and chains[-1][-1][0] == place - 1 and _same(circle, chains[-1][0][1]):
+        if chains and _meets(long, chains[-1], place, circle):
             chains[-1].append((place, circle))
         else:
             chains.append([(place, circle)])
     runs = [_run(long, chain, rounding_mm) for chain in chains]
     return [run for run in runs if run is not None]
+
+
+def _meets(long: SectionStack, chain: Sequence[tuple[int, Circle]], place: int, circle: Circle) -> bool:
+    """Return whether an eccentric's circle follows a chain; waves may hide it in a few sections of a scan."""
+    last, first = chain[-1][0], chain[0][1]
+    if last == place - 1 or not long.blur_mm > 0.0:
+        return last == place - 1 and _same(circle, first)
+    between = long.sections[last + 1 : place]
+    gap = long.sections[place].z_mm - long.sections[last].z_mm
+    whole = any(piece.circle is not None for section in between for piece in section.pieces)
+    return gap < HIDDEN_SHARE * circle.radius and not whole and _same(circle, first)
 
 
 def _radii_near(on_axis: Sequence[CylinderRun], z_mm: float) -> set[float]:
@@ -82,9 +95,10 @@ def _eccentric_circle(
         ):
             continue
         centre, size = fit_circle(rest)
-        off = float(np.abs(distances(rest, centre) - size).max())
+        off = np.abs(distances(rest, centre) - size)
         beside = float(np.linalg.norm(centre - axis)) > SAME_CENTRE * size
-        if beside and off <= ON_CIRCLE * size + piece.rough_mm and _bare_share(rest, centre) >= BARE_SHARE:
+        round_ = all_within(off, ON_CIRCLE * size, piece.rough_mm)
+        if beside and round_ and _bare_share(rest, centre) >= BARE_SHARE:
             return Circle(centre, size)
     return None
 

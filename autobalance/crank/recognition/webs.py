@@ -10,7 +10,7 @@ from itertools import combinations, groupby, pairwise
 import numpy as np
 
 from autobalance.crank.anatomy import CounterweightOutline, Web
-from autobalance.crank.recognition.circles import distances, following
+from autobalance.crank.recognition.circles import all_within, distances, following
 from autobalance.crank.recognition.cylinder_runs import (
     MAX_INNER_DEPTH_RATIO,
     SAME_CENTRE,
@@ -401,7 +401,7 @@ def _is_within(piece: SectionPiece, through: Sequence[CylinderRun], a: CylinderR
         distances(piece.outline, run.centre) - (1.0 + MAX_INNER_DEPTH_RATIO) * run.radius
         for run in (*through, a, b)
     ]
-    return bool((np.min(beyond, axis=0) <= piece.rough_mm).all())
+    return all_within(np.min(beyond, axis=0), 0.0, piece.rough_mm)
 
 
 def _belongs(piece: SectionPiece, z: float, run: CylinderRun, other: CylinderRun) -> bool:
