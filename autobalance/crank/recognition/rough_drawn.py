@@ -150,12 +150,23 @@ def _layout(drawn: Anatomy) -> JournalLayout:
     def run(pin: Pin) -> CylinderRun:
         return CylinderRun(pin.centre_mm[:2], 0.5 * pin.diameter_mm, *pin.z_range_mm)
 
-    journals = tuple(run(pin) for pin in drawn.main_journals)
-    return JournalLayout(np.zeros(2), journals, tuple(run(throw.crankpin) for throw in drawn.throws))
+    def in_web(pin: Pin) -> bool:
+        return any(web.z_min_mm < float(pin.centre_mm[2]) < web.z_max_mm for web in drawn.webs)
+
+    pins = [throw.crankpin for throw in drawn.throws]
+    return JournalLayout(
+        np.zeros(2),
+        tuple(run(pin) for pin in drawn.main_journals),
+        tuple(run(pin) for pin in pins),
+        bored=all(in_web(pin) for pin in drawn.main_journals),
+        lone_bores=all(in_web(pin) for pin in pins),
+    )
 
 
 def _are_bores(rough: RoughMesh, long: SectionStack, layout: JournalLayout) -> bool:
     """Return whether the crankpins are not in the file, only bores for them."""
+    if layout.lone_bores:
+        return True
     normals = rough.directions @ long.turn[:3, :3].T
     try:
         cylinder_region(rough, long, normals, layout.pins[0], rough.slack_mm)
@@ -169,7 +180,8 @@ def _straightened(
 ) -> tuple[SectionStack, JournalLayout]:
     """Return stack and layout with the common axis of all the main journals' surface along z."""
     normals = rough.directions @ long.turn[:3, :3].T
-    regions = [cylinder_region(rough, long, normals, run, rough.slack_mm) for run in layout.journals]
+    side = -1.0 if layout.bored else 1.0
+    regions = [cylinder_region(rough, long, normals, run, rough.slack_mm, side) for run in layout.journals]
     line = fit_line(regions, [(run.centre, run.radius) for run in layout.journals])
     straight = straight_along(rough.mesh, long, long.turn[:3, :3].T @ np.array([*line.values[2:4], 1.0]))
     change = straight.turn @ np.linalg.inv(long.turn)

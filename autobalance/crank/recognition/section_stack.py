@@ -130,8 +130,8 @@ def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float, rough_mm: float
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
     vertices = rotated(mesh.vertices, turn)
     along = mesh.area_vectors @ turn[2, :3]
-    levels, areas = _levels(mesh, vertices, along)
-    heights = _stations(vertices, levels)
+    levels, areas = _levels(mesh, vertices, along, rough_mm)
+    heights = _stations(vertices, levels, rough_mm)
     spans = Spans.of(vertices, mesh.triangles, heights)
     stretch = _stretches(mesh, vertices, along, spans, len(heights), rounding_mm)
     first, count = np.unique(stretch, return_index=True, return_counts=True)[1:]
@@ -194,9 +194,12 @@ def _stretches(
     return stretch
 
 
-def _levels(mesh: Mesh, vertices: Array, along: Array) -> tuple[Array, Array]:
-    """Return the heights at which cross-sections jump, and the area of plane faces there."""
-    apart = ASIDE_SHARE * float(np.ptp(vertices[:, 2]))
+def _levels(mesh: Mesh, vertices: Array, along: Array, rough_mm: float = 0.0) -> tuple[Array, Array]:
+    """Return the heights at which cross-sections jump, and the area of plane faces there.
+
+    Heights of triangles no farther apart than ``rough_mm`` are one level.
+    """
+    apart = max(ASIDE_SHARE * float(np.ptp(vertices[:, 2])), rough_mm)
     heights, areas = plane_levels(mesh, vertices[:, 2], along, MIN_AXIAL_COMPONENT, apart)
     real = areas > LEVEL_SHARE * areas.max(initial=0.0)
     return heights[real], areas[real]
@@ -229,10 +232,10 @@ def plane_levels(mesh: Mesh, height: Array, along: Array, square: float, apart: 
     return np.bincount(group, area * height) / total, total
 
 
-def _stations(vertices: Array, levels: Array) -> Array:
-    """Return heights on both sides of each level, between levels, and all along."""
+def _stations(vertices: Array, levels: Array, rough_mm: float = 0.0) -> Array:
+    """Return heights on both sides of each level, beyond its waves, between levels, and all along."""
     low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
-    aside = ASIDE_SHARE * (high - low)
+    aside = max(ASIDE_SHARE * (high - low), rough_mm)
     walls = np.unique(np.concatenate([[low], levels, [high]]))
     walls = walls[np.concatenate([[True], np.diff(walls) > 4.0 * aside])]
     heights = [walls - 1.5 * aside, walls + 1.5 * aside]
