@@ -319,7 +319,7 @@ def layout_of(
     choices = journal_choices(long, [part for part, _ in parts] or on_axis, pins, axis)
     chosen = JournalLayout.chosen(axis, choices, pins)
     journals = [next((run for part, run in parts if part is one), one) for one in chosen.journals]
-    shafts = shafts_within(on_axis, pins, axis)
+    shafts = shafts_within(long, on_axis, pins, axis)
     return replace(chosen, journals=tuple(journals), shafts=shafts)
 
 
@@ -369,7 +369,7 @@ def completed(long: SectionStack, layout: JournalLayout) -> JournalLayout:
         for run in layout.chosen_from
         if float(np.linalg.norm(run.centre - layout.axis)) < SAME_CENTRE * run.radius
     ]
-    shafts = layout.shafts or shafts_within(on_axis, layout.pins, layout.axis)
+    shafts = layout.shafts or shafts_within(long, on_axis, layout.pins, layout.axis)
     bored = layout.bored or (len(layout.journals) == 1 and _in_web(long, layout.journals[0]))
     lone = layout.lone_bores or (len(layout.pins) == 1 and _in_web(long, layout.pins[0]))
     return replace(layout, shafts=shafts, bored=bored, lone_bores=lone)

@@ -123,6 +123,10 @@ def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[Cylinder
         rough = RoughMesh.of(mesh)
         if rough.local_mm > SMOOTH_MESH_SHARE * mesh.diagonal_mm:
             return _scanned_or_waved(rough, overrides, flat)
+    elif flat < DRAWN and len(mesh.triangles) >= MIN_TRIANGLES:
+        found_rough = _rough_if_it_is(mesh, overrides, flat)
+        if found_rough is not None:
+            return found_rough
     found = _as_drawn(mesh, overrides, cylinders, flat)
     if found.scan is not None:
         return _with_grey(found, flat)
@@ -152,6 +156,25 @@ def _as_drawn(mesh: Mesh, overrides: Overrides, cylinders: Sequence[CylinderFace
         if flat >= DRAWN:
             raise
     return _with_or_without_pins(overrides, partial(_scanned, rough))
+
+
+def _rough_if_it_is(mesh: Mesh, overrides: Overrides, flat: float) -> Anatomy | None:
+    """Return the crank of a mesh that is neither like a scan nor like a drawing; None if it is not rough.
+
+    Sections clear of its waves tell: each face of a rough one would be a hundred levels to a drawing's.
+    """
+    from autobalance.crank.recognition.rough_drawn import is_rough  # few meshes are that little flat
+
+    with suppress(RecognitionError):
+        rough = RoughMesh.of(mesh)
+        if rough.local_mm <= SMOOTH_MESH_SHARE * mesh.diagonal_mm:
+            return None
+        with suppress(RecognitionError):
+            drawn = _waved(rough, overrides, RecognitionError("not looked for"))
+            return _as_rough_as_it_is(rough, drawn, overrides, flat) if is_rough(mesh, drawn) else None
+        found = _with_or_without_pins(overrides, partial(_scanned, rough))
+        return _with_grey(found, flat) if is_rough(mesh, found) else None
+    return None
 
 
 def _scanned_or_waved(rough: RoughMesh, overrides: Overrides, flat: float = 0.0) -> Anatomy:

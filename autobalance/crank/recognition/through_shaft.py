@@ -199,7 +199,7 @@ def _beyond_mm(shafts: Sequence[CylinderRun], run: CylinderRun, side: int) -> fl
 
 
 def shafts_within(
-    on_axis: Sequence[CylinderRun], pins: Sequence[CylinderRun], axis: Array
+    long: SectionStack, on_axis: Sequence[CylinderRun], pins: Sequence[CylinderRun], axis: Array
 ) -> tuple[CylinderRun, ...]:
     """Return the stretches of a shaft beside or within each crankpin; none where a web alone holds it."""
     stretches = []
@@ -208,7 +208,9 @@ def shafts_within(
         radii = {run.radius for run in beside}
         if not beside:
             reach = pin.radius + float(np.linalg.norm(pin.centre - axis))
-            touching = (run for run in on_axis if shared_mm(run, pin) > -LEAST_WIDTH * run.radius)
+            touching = (
+                run for run in on_axis if shared_mm(run, pin) > -max(LEAST_WIDTH * run.radius, long.blur_mm)
+            )
             radii = {run.radius for run in touching if run.radius < reach}
         stretches += [CylinderRun(axis, radius, pin.z_low, pin.z_high) for radius in radii]
     return tuple(stretches)
