@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.anatomy import Anatomy, Overrides, Pin
 from autobalance.crank.recognition import recognise as recognition
 from autobalance.crank.recognition import scanned
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.recognition.rough_cylinders import RoughMesh
-from autobalance.crank.recognition.rough_drawn import is_rough, rough_as_drawn
+from autobalance.crank.recognition.rough_drawn import _stands_off, is_rough, rough_as_drawn
 from autobalance.drawn_cranks.design import PRESETS, DesignNose, DesignNoseKeyway
 from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import RecognitionError
@@ -154,3 +154,18 @@ def test_a_rough_crank_of_long_facets_is_as_sure_as_it_is_rough() -> None:
     assert found.scan.axis_angle_deg == pytest.approx(np.degrees(0.1 / 83.0), rel=0.1)
     assert [each.diameter_pm_mm for each in found.scan.journals] == [0.1, 0.1]
     np.testing.assert_array_equal(found.file_to_rotor, drawn.file_to_rotor)
+
+
+@pytest.mark.parametrize(
+    ("sigma_mm", "exact_share", "rough"), [(7e-4, 0.0, True), (7e-4, 0.5, False), (2e-5, 0.0, False)]
+)
+def test_corners_within_a_files_digits_by_chance_do_not_make_a_drawing(
+    sigma_mm: float, exact_share: float, rough: bool
+) -> None:
+    """Of waves of 0.7 µm an eighth are within digits of 0.11 µm: such a twin was taken as drawn, its axis
+    exact, and was 0.25 µm off."""
+    rng = np.random.default_rng(5)
+    angle, z = rng.uniform(0.0, 2.0 * np.pi, 600), rng.uniform(-10.0, 10.0, 600)
+    away = 15.0 + np.where(np.arange(600) < 600 * exact_share, 0.0, rng.normal(0.0, sigma_mm, 600))
+    points = np.stack([away * np.cos(angle), away * np.sin(angle), z], axis=1)
+    assert _stands_off(points, Pin(np.zeros(3), 30.0, 20.0), 1.1e-4) is rough

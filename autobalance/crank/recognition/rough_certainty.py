@@ -49,7 +49,7 @@ class FittedCrank:
         )
 
     def lean_pm_mm(self, place_mm: Array) -> float:
-        """Return what the axis' direction leaves uncertain of the height of a place (2,) over crankpin 1's."""
+        """Return what the axis' direction leaves uncertain of a place's (2,) height over crankpin 1."""
         arm = place_mm[:2] - self.pins[0].run.centre
         return math.sqrt(max(float(arm @ self.slopes_covariance @ arm), 0.0))
 

@@ -294,7 +294,7 @@ def _goes_on(place: int, good: Indices, half: float) -> bool:
 def covered_share(
     rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float, side: float = 1.0
 ) -> float:
-    """Return the share of a cylinder's, or with ``side`` −1 a bore's, surface in the mesh; 0 without length."""
+    """Return the share of a cylinder's surface in the mesh, with ``side`` −1 a bore's; 0 without length."""
     if not run.width > 0.0:  # a disc's rim of one section: the die filer's arm, scanned with 0.02 mm of noise
         return 0.0
     rows = _triangles_on(rough, long, normals, run, slack, side)
