@@ -73,7 +73,11 @@ def test_inspect_needs_the_crankshaft_alone(crank: Path, capsys: pytest.CaptureF
     assert report(Path("i.json"))["crank"] == from_file["crank"]
     capsys.readouterr()
     assert "--unit beside a job" in refused(capsys, 2, "inspect", "crank-with-pin.toml", "--unit", "mm")
-    assert "goes with a job" in refused(capsys, 2, "inspect", crank, "--set", "crankshaft.body=1")
+    with_set = ("--set", "crankshaft.density_kg_m3=7000", "--json", "s.json")
+    assert jobs.run("inspect", crank, "--unit", "mm", *with_set) == 0
+    assert report(Path("s.json"))["crank"]["mass_g"] == pytest.approx(
+        from_file["crank"]["mass_g"] * 7.0 / 7.85
+    )
 
 
 def test_nothing_is_written_over_and_formats_need_their_unit(
@@ -211,7 +215,10 @@ def test_a_weight_is_taken_from_its_solid(crank: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("crank-with-pin.stl", "is a crank, not a job: `autobalance init"), ("part.SLDPRT", "export STEP")],
+    [
+        ("crank-with-pin.stl", "type `autobalance balance crank-with-pin.stl --unit"),
+        ("part.SLDPRT", "export STEP"),
+    ],
 )
 def test_what_is_no_job_says_what_to_do(
     crank: Path, name: str, said: str, capsys: pytest.CaptureFixture[str]

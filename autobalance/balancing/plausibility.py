@@ -218,6 +218,8 @@ def _rods(job: Job, crank: Crank) -> Iterator[str]:
 
 def _speed(job: Job) -> Iterator[str]:
     """Look for a top speed in thousands."""
+    if "balance.speed_rpm" in job.lacks:
+        return
     rpm = job.balance.service_speed_rad_s / RAD_S_PER_RPM
     moved = sum(_totals_g(job.engine.default.weights).values())
     if rpm < LEAST_SPEED_RPM and moved > 0.0:
@@ -230,6 +232,8 @@ def _speed(job: Job) -> Iterator[str]:
 
 def _tolerance(job: Job, crank: Crank) -> Iterator[str]:
     """Compare the permissible unbalance with the reciprocating mass that a balance factor shares out."""
+    if job.lacks & {"balance.speed_rpm", "balance.grade"}:
+        return
     loads, _ = hung_on(job, crank.anatomy)
     along = sum(load.parts.reciprocating_on_throw_g * load.crank_radius_mm for load in loads)
     direction = math.hypot(*factor_direction_g_mm(loads))

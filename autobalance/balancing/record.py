@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
+from autobalance.declare import ABSENT, Absent
 from autobalance.types import Array
 
 if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
@@ -193,8 +194,8 @@ class Record:
     each for the user about the job and the crank. ``surfaces`` are the crank's as read, if its file keeps
     true ones. ``staged`` is the content of a stage after the first alone; its corrections are numbered from
     ``cuts_before`` on. ``section_table`` has the plane [mm] that its moments are about. ``loaded`` is the
-    crank with all parts that a job attaches to it. ``suggested`` is an aim with the suggestions that reach it
-    and the refused ones.
+    crank with all parts that a job attaches to it, ``present`` its balance
+    factor then. ``suggested`` is an aim with the suggestions that reach it and the refused ones.
     """
 
     command: Literal["balance", "inspect", "recut"]
@@ -215,5 +216,6 @@ class Record:
     job_set: tuple[str, ...] = ()
     section_table: tuple[SectionTable, float] | None = None
     loaded: SectionTable | None = None
+    present: float | Absent | None = ABSENT
     suggested: tuple[Aim, Sequence[Suggestion], Sequence[Refused]] | None = None
     against: AgainstDrawing | None = None

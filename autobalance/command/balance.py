@@ -1,11 +1,11 @@
-"""``autobalance balance JOB.toml``: measure, plan, cut, measure again; write the solid and the report."""
+"""``autobalance balance JOB.toml|CRANK``: plan, cut, measure again; write solid and report."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from autobalance.command.options import (
     add_json,
@@ -18,20 +18,26 @@ from autobalance.command.options import (
 )
 from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import NOT_TYPED, Option, Verb
+from autobalance.solid.formats.table import endings
+
+if TYPE_CHECKING:
+    from autobalance.job import Job
 
 VERB = Verb(
     "verbs.balance:balance",
     examples=(
         "autobalance balance job.toml",
+        "autobalance balance crank.stl --unit mm --material steel --rotating-g 134.04 --reciprocating-g 261.5"
+        " --factor 0.28 --grade G6.3 --speed-rpm 15200",
         "autobalance balance job.toml --set balance.factor=0.5 -o half --only html,pdf",
     ),
     options={
-        "job": Option(metavar="JOB.toml"),
+        "job": Option(metavar="JOB.toml|CRANK", endings=endings),
         "cuts": NOT_TYPED,
         "keep": Option(metavar="REPORT.json", usual="the job's correction.keep"),
     },
     writes=(
-        add_output("the results", "NAME-balanced beside the job"),
+        add_output("the results", "NAME-balanced, beside the job or for a crank in the working folder"),
         add_json,
         add_shop_units,
         add_pages,
@@ -39,6 +45,7 @@ VERB = Verb(
         add_open,
         add_progress,
     ),
+    of_crank=True,
 )
 
 
@@ -52,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     this_job = VERB.keywords(arguments)["job"]
     if arguments.keep is not None:
         this_job = replace(this_job, keep=Path(arguments.keep))
-    folder = Path(arguments.output) if arguments.output else default_folder(this_job.path)
+    folder = Path(arguments.output) if arguments.output else default_folder(this_job)
     done = balanced(
         this_job, folder, arguments.json, chosen_pages(arguments), mode_of(arguments), arguments.fem
     )
@@ -78,6 +85,6 @@ def page_of(folder: Path, report: Mapping[str, Any]) -> Path | None:
     return None if written is None else folder / written["file"]
 
 
-def default_folder(job_path: Path) -> Path:
-    """Return the folder of a job's results where none is requested."""
-    return job_path.with_name(f"{job_path.stem}-balanced")
+def default_folder(job: Job) -> Path:
+    """Return the folder of a job's results if none is set."""
+    return job.path.with_name(f"{job.name}-balanced") if job.unwritten is None else job.path.parent

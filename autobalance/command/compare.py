@@ -1,4 +1,4 @@
-"""``autobalance compare JOB.toml``: every kind of correction and the useful mixes on one crank."""
+"""``autobalance compare JOB.toml|CRANK``: every kind of correction and the useful mixes on one crank."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ import argparse
 from autobalance.command.options import add_json, add_open, add_output, add_units
 from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import Option, Verb
+from autobalance.solid.formats.table import endings
 
 VERB = Verb(
     "verbs.compare:compare",
     examples=("autobalance compare job.toml --json comparison.json",),
-    options={"job": Option(metavar="JOB.toml")},
+    options={"job": Option(metavar="JOB.toml|CRANK", endings=endings)},
     writes=(
         add_output("the page and the report", "the page in NAME-compare beside the job"),
         add_json,
@@ -19,6 +20,7 @@ VERB = Verb(
         add_open,
         add_progress,
     ),
+    of_crank=True,
 )
 
 
@@ -34,5 +36,6 @@ def run(arguments: argparse.Namespace) -> int:
     copy = None if arguments.json in (None, "-") else Path(arguments.json)
     that_can_be_written = Staging([] if copy is None else [copy.parent])
     with that_can_be_written, shown(mode_of(arguments)) as progress:
-        result = compare(**VERB.keywords(arguments), progress=progress)
-    return finish(arguments, result, sources=(arguments.job,))
+        keywords = VERB.keywords(arguments)
+        result = compare(**keywords, progress=progress)
+    return finish(arguments, result, sources=(arguments.job,), files=VERB.job_file(keywords))

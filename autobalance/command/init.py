@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from autobalance.command.verb import Option, Verb
+from autobalance.command.verb import OPTIONS_OF_CRANK, Option, Verb, tell_commas
 from autobalance.errors import FileError
 from autobalance.solid.formats.table import endings
 
@@ -25,8 +25,9 @@ VERB = Verb(
     options={
         "source": Option(metavar="CRANK|JOB", positional=True, endings=endings),
         "file": Option(("-o", "--output"), metavar="FILE"),
-        "method": Option(metavar="KIND"),
+        "method": Option(metavar="M,M,..."),
     },
+    also=(OPTIONS_OF_CRANK,),
     writes=(_add_force,),
 )
 
@@ -35,11 +36,14 @@ def run(arguments: argparse.Namespace) -> int:
     """Write a job; 0 unless the crank is bad."""
     from autobalance.command.console import say
     from autobalance.command.progress import shown
+    from autobalance.job.from_options import KEYS
     from autobalance.report.files import Staging
     from autobalance.verbs.init import init
 
     with shown() as progress:
-        result = init(**VERB.keywords(arguments), progress=progress)
+        keywords = {name: value for name, value in VERB.keywords(arguments).items() if value is not None}
+        tell_commas({name: value for name, value in keywords.items() if name in KEYS})
+        result = init(**keywords, progress=progress)
     if result.file.exists() and not arguments.force:
         raise FileError(f"{result.file} exists; --force writes over it, -o FILE another")
     with Staging([result.file.parent]) as staging:

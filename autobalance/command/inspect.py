@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autobalance.command.options import add_json, add_units
 from autobalance.command.progress import add_progress, mode_of, shown
 from autobalance.command.readers import bodies_named, body_of, places, unit_or_mm
-from autobalance.command.verb import NOT_TYPED, SUGGEST_OPTION, UNIT, Keywords, Option, Verb
+from autobalance.command.verb import (
+    NOT_TYPED,
+    OPTIONS_OF_CRANK,
+    SUGGEST_OPTION,
+    UNIT,
+    Keywords,
+    Option,
+    Verb,
+    tell_commas,
+)
 from autobalance.errors import JobError, UsageError
 from autobalance.solid.formats.table import endings
 from autobalance.units import STEEL_KG_M3
@@ -19,6 +29,7 @@ if TYPE_CHECKING:
     from autobalance.verbs.inspect import InspectResult
     from autobalance.verbs.inspect_sections import TableOptions
 
+DENSITY_KEYS = {"crankshaft.density", "crankshaft.density_kg_m3"}
 CRANKPIN_IN_FILE = {"yes": True, "no": False}
 
 
@@ -60,10 +71,11 @@ def _add_sections(parser: argparse.ArgumentParser) -> None:
 
 VERB = Verb(
     "verbs.inspect:inspect",
-    also="verbs.crank:read_crank",
+    also=("verbs.crank:read_crank", OPTIONS_OF_CRANK),
     examples=(
         "autobalance inspect crank.stl --unit mm",
         "autobalance inspect crank.step --body 2 --picture crank.png",
+        "autobalance inspect crank.stl --unit mm --rotating-g 134.04 --reciprocating-g 261.5",
         "autobalance inspect job.toml --sections --datum A",
     ),
     options={
@@ -91,6 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Measure a crank; 0 unless the file is bad."""
     from autobalance.command.console import say, say_as_it_is, warn
     from autobalance.report.files import Staging
+    from autobalance.verbs.crank_job import write_job
 
     target = _target(arguments, "--json", arguments.json)
     drawing = _target(arguments, "--picture", arguments.picture)
@@ -105,6 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
         if target is not None:
             staging.add(target, result.json().encode())
         staging.commit()
+    write_job(result.job)
     if arguments.json == "-":
         say_as_it_is(result.json().removesuffix("\n"))
         return 0
@@ -125,6 +139,7 @@ def _target(arguments: argparse.Namespace, option: str, text: str | None) -> Pat
 
 
 def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResult:
+    from autobalance.job.from_options import KEYS
     from autobalance.job.read import WORKBOOKS
     from autobalance.verbs.inspect import inspect
 
@@ -135,20 +150,27 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
     if fill is not None and not 0.0 <= fill < float("inf"):
         raise UsageError(f"--fill-holes-mm is {fill:g}; must be >= 0")
     if path.suffix.lower() not in (".toml", *WORKBOOKS):
-        if settings:
-            raise UsageError("--set goes with a job; a crank file has no keys")
         if arguments.datum is None and arguments.oil_density_kg_m3 is None:
             table = None  # the crank's own sections are enough
         if options["keep_open"] is not None and not fill:
             raise UsageError("--keep-open goes with --fill-holes-mm")
-        keywords = {**_of_a_file(path, options), "fill_holes_mm": fill or 0.0}
+        keywords = {**_of_a_file(path, options, settings), "fill_holes_mm": fill or 0.0}
+        tell_commas({name: value for name, value in keywords.items() if name in KEYS})
         with bodies_named("--body N", "--body all", "or --no-crankpin for a pressed-up crank in pieces"):
-            return inspect(path, progress=progress, suggest=suggest, table=table, against=against, **keywords)
+            return inspect(
+                path,
+                settings=settings,
+                progress=progress,
+                suggest=suggest,
+                table=table,
+                against=against,
+                **keywords,
+            )
     keep_open = options.pop("keep_open")
     for name, value in options.items():
         if value is not None and name != "crankpin_in_file":
-            option = VERB.flag(name)
-            raise UsageError(f"{option} beside a job: it says its own; --set crankshaft.... changes it")
+            option, key = VERB.flag(name), KEYS.get(name, "crankshaft....")
+            raise UsageError(f"{option} beside a job: it says its own; --set {key}=... changes it")
     if fill is not None:
         settings = [*settings, f"crankshaft.fill_holes_mm={fill}"]
     if keep_open is not None:
@@ -178,16 +200,19 @@ def _table(arguments: argparse.Namespace) -> TableOptions | None:
         raise UsageError(f"{error}; or one of {', '.join(DATUMS)}") from None
 
 
-def _of_a_file(path: Path, keywords: Keywords) -> Keywords:
-    """Return the options as ``read_crank`` takes them."""
+def _of_a_file(path: Path, keywords: Keywords, settings: Sequence[str]) -> Keywords:
+    """Return the options as ``read_crank`` takes them; what ``--set`` says has no default."""
     from autobalance.solid.formats.registry import names_bodies
 
-    density = STEEL_KG_M3 if keywords["density_kg_m3"] is None else keywords["density_kg_m3"]
-    if not 0.0 < density < float("inf"):
+    density = keywords["density_kg_m3"]
+    set_keys = {setting.partition("=")[0].strip() for setting in settings}
+    if density is None and keywords["material"] is None and not set_keys & DENSITY_KEYS:
+        density = STEEL_KG_M3
+    if density is not None and not 0.0 < density < float("inf"):
         raise UsageError(f"--density-kg-m3 is {density:g}; must be > 0")
     return {
         **keywords,
-        "unit": unit_or_mm(keywords["unit"], path),
+        "unit": keywords["unit"] if "crankshaft.unit" in set_keys else unit_or_mm(keywords["unit"], path),
         "density_kg_m3": density,
         "crankpin_in_file": CRANKPIN_IN_FILE.get(keywords["crankpin_in_file"]),
         "body": body_of(keywords["body"], names_bodies(path)),

@@ -48,7 +48,7 @@ NO_MEMORY = ("failed to map segment", "can't start new thread", "pthread_create 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; never raises for anything a user can cause."""
-    arguments = sys.argv[1:] if argv is None else list(argv)
+    arguments = _as_called_here(sys.argv[1:] if argv is None else list(argv))
     open_closed_streams()
     one_thread_of_linear_algebra()
     if argv is None:  # the process is this command's alone
@@ -153,7 +153,7 @@ class Parser(argparse.ArgumentParser):
     """A parser whose help and errors go where everything else that is printed goes."""
 
     def error(self, message: str) -> NoReturn:
-        message = _helpful(message)
+        message = _helpful(message, self)
         if objects.current() is None:
             super().error(message)
         raise SystemExit(fail([message], UsageError.exit_code))
@@ -166,20 +166,44 @@ class Parser(argparse.ArgumentParser):
             complain(message.removesuffix("\n"))
 
 
-ASKED_OTHERWISE = {"help": "--help", "version": "--version", "gui": "app", "web": "app", "new": "init"}
-"""Commands typed in other programs, with their names here."""
+OTHER_NAMES = {"version": "--version", "gui": "app", "web": "app", "new": "init"}
+"""What is typed in the place of a command elsewhere, and what it is called here."""
 
 
-def _helpful(message: str) -> str:
+def _as_called_here(arguments: list[str]) -> list[str]:
+    """Return the arguments as this program calls its commands: ``help``, ``version``, ``gui`` are others."""
+    if not arguments:
+        return arguments
+    first, *others = arguments
+    if first.lower() == "help":
+        return [*(OTHER_NAMES.get(each.lower(), each) for each in others[:1]), "--help"]
+    return [OTHER_NAMES.get(first.lower(), first), *others]
+
+
+def _options_of(parser: argparse.ArgumentParser) -> Iterable[str]:
+    """Yield the long options of a parser and of the commands in it."""
+    for action in parser._actions:
+        yield from (option for option in action.option_strings if option.startswith("--"))
+        if isinstance(action.choices, dict):
+            for each in action.choices.values():
+                yield from _options_of(each)
+
+
+def _helpful(message: str, parser: argparse.ArgumentParser) -> str:
     """Return argparse's complaint in words that say what to type."""
     unknown = re.match(r"argument COMMAND: invalid choice: '(.*?)' \(choose from", message)
     if unknown is not None:
         word = unknown[1]
         close = get_close_matches(word.lower(), VERBS, 1)
-        meant = ASKED_OTHERWISE.get(word.lower(), close[0] if close else None)
-        asked = f"did you mean `autobalance {meant}`?" if meant else "expected one of `autobalance --help`"
+        asked = f"did you mean `{close[0]}`?" if close else "expected one of `autobalance --help`"
         return f"{word!r} is no command; {asked}"
     extra = re.match(r"unrecognized arguments: (.*)", message)
+    unknown_option = extra[1].split()[0].partition("=")[0] if extra is not None else ""
+    if unknown_option.startswith("--"):
+        options = sorted(set(_options_of(parser)))
+        longer = [each for each in options if each.startswith(unknown_option)]
+        meant = longer or get_close_matches(unknown_option, options, 1)
+        return f"{message}; did you mean {' or '.join(meant)}?" if meant else message
     if extra is not None and any(each.endswith((".toml", ".xlsx")) for each in extra[1].split()):
         return f"{message}; for several jobs: `autobalance batch FOLDER -o DIR`"
     return message
@@ -194,6 +218,7 @@ def _parser(listed: Iterable[str], is_loaded: Callable[[str], bool]) -> argparse
     """Return the parser of some commands; only the ``is_loaded`` ones are loaded for their options."""
     parser = Parser(
         prog="autobalance",
+        allow_abbrev=False,
         description="Balances crankshafts from their solid models: measures, cuts, measures again.",
         epilog="autobalance COMMAND --help explains each.",
     )
@@ -205,6 +230,7 @@ def _parser(listed: Iterable[str], is_loaded: Callable[[str], bool]) -> argparse
             help=VERBS[name].says,
             description=VERBS[name].says,
             formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
         )
         if is_loaded(name):
             add_arguments, run = _command(name)

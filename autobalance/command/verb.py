@@ -99,6 +99,22 @@ NAMES = ("Poisson", "Dask")
 """Words that keep their capital."""
 OF_PYTHON = ("Crank", "Progress", "Callable[", "TableOptions")
 """Parameters of these types are objects of Python, which nobody can type."""
+OPTIONS_OF_CRANK = "verbs.crank_job:options_of_crank"
+OF_CRANK: Mapping[str, Option] = {
+    "unit": UNIT,
+    "density_kg_m3": Option(metavar="KG/M3"),
+    "material": Option(metavar="NAME"),
+    "rotating_g": Option(metavar="W"),
+    "reciprocating_g": Option(metavar="W"),
+    "crankpin_g": Option(metavar="W"),
+    "stroke_mm": Option(metavar="MM"),
+    "rod_length_mm": Option(metavar="MM"),
+    "factor": Option(metavar="F"),
+    "grade": Option(metavar="G"),
+    "speed_rpm": Option(metavar="RPM"),
+    "method": Option(metavar="M,M,..."),
+}
+"""Options that stand for keys of a job, of verbs that take a crank's file in its place."""
 NOT_TYPED = Option()
 """Stands for a parameter that is for Python alone, though it could be typed."""
 
@@ -125,8 +141,10 @@ class Verb(NamedTuple):
         Parameters that are paths of files to write: they are not among those read.
     notes : callable or None
         Last lines of ``--help``.
-    also : str
-        Another function, whose parameters this one takes as ``**keywords``.
+    also : tuple of str
+        Other functions, whose parameters this one takes as ``**keywords``.
+    of_crank : bool
+        Whether a crank's file may stand in the place of the job, with options for the job's keys.
     """
 
     function: str
@@ -137,16 +155,21 @@ class Verb(NamedTuple):
     series: Callable[[Any], bytes] | None = None
     outputs: tuple[str, ...] = ()
     notes: Callable[[], str] | None = None
-    also: str = ""
+    also: tuple[str, ...] = ()
+    of_crank: bool = False
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
         lines = ["examples:", *(f"  {line}" for line in self.examples)] if self.examples else []
         parser.epilog = "\n".join(lines + ([] if self.notes is None else [self.notes()]))
         declared = self._typed()
-        groups = {}
+        groups: dict[str, argparse._ActionsContainer] = {}
         for together in EXCLUSIVE_OPTIONS:
             if all(name in declared for name in together):
                 groups.update(dict.fromkeys(together, parser.add_mutually_exclusive_group()))
+        of_crank = self._of_crank_alone()
+        if of_crank:
+            group = parser.add_argument_group("with a crank's file in place of the job")
+            groups.update(dict.fromkeys(of_crank, group))
         for parameter, option in declared.values():
             add_option(groups.get(parameter.name, parser), parameter, option)
         for add in self.writes:
@@ -167,7 +190,7 @@ class Verb(NamedTuple):
         takes_progress = "progress" in parameters_of(self.function)
         with shown() as progress:
             result = function(**keywords, **({"progress": progress} if takes_progress else {}))
-        files = {}
+        files = self.job_file(keywords)
         if self.series is not None and arguments.series is not None:
             files[Path(arguments.series)] = self.series(result)
         return finish(arguments, result, self.sources(arguments), files)
@@ -183,11 +206,44 @@ class Verb(NamedTuple):
             keywords[name] = value
         if self.adjust is not None:
             self.adjust(keywords, arguments)
+        if self.of_crank:
+            return self._with_job(keywords, arguments)
         if self._reads_a_job():
-            from autobalance.verbs.job import read_job
+            from autobalance.job import load
+            from autobalance.verbs.crank_job import OPEN
 
-            keywords["job"] = read_job(keywords["job"], keywords.pop("settings"))
+            may_lack = OPEN.get(self.function.partition(":")[2], ())
+            keywords["job"] = load(keywords["job"], keywords.pop("settings"), may_lack)
         return keywords
+
+    def _with_job(self, keywords: Keywords, arguments: argparse.Namespace) -> Keywords:
+        """Return the keywords with the job that was named, or that options on a crank's file stand for."""
+        from autobalance.job.from_options import refuse_beside_job
+        from autobalance.verbs.crank_job import is_crank, job_given
+
+        own, source = parameters_of(self.function), keywords["job"]
+        options = {name: keywords[name] for name in parameters_of(OPTIONS_OF_CRANK)}
+        tell_commas(options)
+        if not is_crank(source):
+            options = {name: value for name, value in options.items() if name not in own}
+        keywords = {name: value for name, value in keywords.items() if name in own or name not in options}
+        settings, name = keywords.pop("settings"), self.function.partition(":")[2]
+        folder = getattr(arguments, "output", None)
+        if str(source).endswith(".json") and not self._reads_a_job():  # a report, of a verb that takes one
+            refuse_beside_job(options, source)
+            return {**keywords, "settings": settings}
+        at_speed = keywords.get("speed_rpm") is not None
+        more_open = ("balance.speed_rpm",) if at_speed else ()
+        return {**keywords, "job": job_given(name, source, options, settings, folder, more_open)}
+
+    def job_file(self, keywords: Keywords) -> dict[Path, bytes]:
+        """Return the file of the job that options stood for, where none is there."""
+        if not self.of_crank:
+            return {}
+        from autobalance.job import Job
+        from autobalance.verbs.crank_job import new_job_file
+
+        return new_job_file(keywords["job"]) if isinstance(keywords["job"], Job) else {}
 
     def flag(self, name: str) -> str:
         """Return the spelling of a parameter's option."""
@@ -203,20 +259,43 @@ class Verb(NamedTuple):
     def _typed(self) -> dict[str, tuple[Parameter, Option]]:
         """Return the parameters that can be typed, with how."""
         declared = dict(parameters_of(self.function))
-        if self.also:
-            declared = {**parameters_of(self.also), **declared}
+        for other in self.also:
+            declared = {**parameters_of(other), **declared}
         if self._reads_a_job():
             declared["settings"] = SETTINGS
+        if self.of_crank:
+            declared |= {name: parameters_of(OPTIONS_OF_CRANK)[name] for name in self._of_crank_alone()}
+        usual = {**COMMON, **OF_CRANK} if self.of_crank or OPTIONS_OF_CRANK in self.also else COMMON
         return {
-            name: (each, self.options.get(name) or COMMON.get(name) or Option())
+            name: (each, self.options.get(name) or usual.get(name) or Option())
             for name, each in declared.items()
             if self.options.get(name) is not NOT_TYPED
             and (each.default is REQUIRED or not each.type.startswith(OF_PYTHON))
         }
 
+    def _of_crank_alone(self) -> list[str]:
+        """Return the parameters that go with a crank's file alone."""
+        if not self.of_crank and OPTIONS_OF_CRANK not in self.also:
+            return []
+        others = [each for each in self.also if each != OPTIONS_OF_CRANK]
+        own = {name for each in (self.function, *others) for name in parameters_of(each)}
+        return [name for name in parameters_of(OPTIONS_OF_CRANK) if name not in own]
+
     def _reads_a_job(self) -> bool:
         declared = parameters_of(self.function).get("job")
         return declared is not None and declared.type == "JobSource"
+
+
+def tell_commas(options: Mapping[str, Any]) -> None:
+    """Warn of numbers that were typed with a decimal comma, and how they are read."""
+    from autobalance.command.console import warn
+    from autobalance.job.from_options import flag, with_decimal_point
+
+    for name, value in options.items():
+        if isinstance(value, str) and name not in ("method", "unit", "material"):
+            point = with_decimal_point(value, flag(name))
+            if point != value:
+                warn(f"{flag(name)} {value} is read as {point}: the comma is a decimal point")
 
 
 def _settings() -> Parameter:

@@ -21,6 +21,9 @@ def describe(job: Job) -> dict[str, Any]:
     dropped.
     """
     filled = copy.deepcopy(dict(job.filled))
+    for key in job.lacks:
+        table, _, name = key.partition(".")
+        filled[table][name] = None
     return {"file": str(job.path.resolve()), "crankshaft": _crankshaft(job), **filled}
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
@@ -39,7 +39,14 @@ from autobalance.toml_files.faults import Faults
 from autobalance.toml_files.keys import plain, read, value_of
 from autobalance.toml_files.settings import with_settings
 from autobalance.toml_files.table import Table, unknown_keys
-from autobalance.toml_files.typed_units import gathered_in_base_units, in_base_units, refuse_unfilled
+from autobalance.toml_files.text import toml_value
+from autobalance.toml_files.typed_units import (
+    FILL_IN,
+    gathered_in_base_units,
+    in_base_units,
+    leaves,
+    refuse_unfilled,
+)
 from autobalance.units import RAD_S_PER_RPM
 
 T = TypeVar("T")
@@ -62,6 +69,8 @@ class Job:
     ``keep`` is the report whose cuts are kept, or its values. ``cuts`` are those that are made
     exactly as the job lists them, each with its ``number``; empty where cuts are planned.
     ``addons`` are what add-ons made of their tables, by type (``table``).
+    ``lacks`` are keys of ``STAND_INS`` that were left open, whose values are stand-ins: nothing may be
+    computed with them. ``unwritten`` are the tables of a job that stands for options, in no file yet.
     """
 
     path: Path
@@ -82,6 +91,8 @@ class Job:
     filled: Mapping[str, Any] = field(default_factory=dict)
     keep: Path | Mapping[str, Any] | None = None
     cuts: tuple[Item, ...] = ()
+    lacks: frozenset[str] = frozenset()
+    unwritten: Mapping[str, Any] | None = None
 
     def __repr__(self) -> str:
         balance = self.balance
@@ -148,7 +159,16 @@ JobSource: TypeAlias = Job | str | Path | Mapping[str, Any]
 """A verb's job: one that was read, its file, or a dict as the TOML has it."""
 
 
-def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
+STAND_INS: Mapping[str, Any] = {
+    "balance.factor": 0.5,
+    "balance.grade": 6.3,
+    "balance.speed_rpm": 1000.0,
+    "correction.method": "drill",
+}
+"""Key that a verb may do without → a value that stands in for it while the other keys are checked."""
+
+
+def load(path: str | Path, settings: Sequence[str] = (), may_lack: Collection[str] = ()) -> Job:
     """Read a job file.
 
     Parameters
@@ -158,6 +178,8 @@ def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
         shop's own file, beside it or in the user's configuration folder, is read with it.
     settings : sequence of str
         Keys to set before anything is checked: ``balance.factor=0.5``.
+    may_lack : collection of str
+        Keys of ``STAND_INS`` that may be missing or left to fill in; the job's ``lacks`` has those that are.
 
     Returns
     -------
@@ -173,16 +195,17 @@ def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
     path = Path(path)
     raw = with_shop(tables_of(path), path.parent)
     try:
-        return parse(with_settings(raw, settings), path, settings=tuple(settings))
+        return parse(with_settings(raw, settings), path, settings=tuple(settings), may_lack=may_lack)
     except JobError as error:
         lines = [f"{path.name}: {_cell(path, line)}{line}" for line in error.lines]
         raise JobError(*lines) from None
 
 
-def as_job(job: JobSource, settings: Sequence[str] = ()) -> Job:
+def as_job(job: JobSource, settings: Sequence[str] = (), may_lack: Collection[str] = ()) -> Job:
     """Return a verb's job: itself, of a file, or of a dict as the TOML has it.
 
-    ``settings`` are for a file or a dict; a job that was read has had its own.
+    ``settings`` and ``may_lack`` (see ``load``) are for a file or a dict; a job that was read has had its
+    own, and is refused if it lacks more.
 
     Raises
     ------
@@ -190,12 +213,15 @@ def as_job(job: JobSource, settings: Sequence[str] = ()) -> Job:
         As ``load``; or it is none of these.
     """
     if isinstance(job, Job):
+        for key in sorted(job.lacks.difference(may_lack)):
+            raise JobError(f"{job.path.name}: {key} is missing")
         return job
     if isinstance(job, Mapping):
-        return Job.from_dict(with_settings(job, settings))
+        values = with_settings(job, settings)
+        return parse(values, Path("job.toml"), crank_given=True, may_lack=may_lack)
     if not isinstance(job, str | os.PathLike):
         raise JobError(f"job is {job!r}; expected a job, the path of a job file, or a dict of its structure")
-    return load(job, settings)
+    return load(job, settings, may_lack)
 
 
 def with_cuts(job: Job, cuts: Sequence[Mapping[str, Any]]) -> Job:
@@ -211,7 +237,11 @@ def with_cuts(job: Job, cuts: Sequence[Mapping[str, Any]]) -> Job:
     listed = [{key: plain(value) for key, value in each.items() if value is not None} for each in cuts]
     correction = {**job.raw["correction"], "method": LISTED, "cut": listed}
     free, path = job.crankshaft.file is None, job.path.with_name(f"{job.path.stem} with listed cuts.toml")
-    return parse({**job.raw, "correction": correction}, path, crank_given=free, settings=job.settings)
+    listing = parse({**job.raw, "correction": correction}, path, crank_given=free, settings=job.settings)
+    if job.unwritten is None:
+        return listing
+    own = {**job.unwritten, "correction": correction}
+    return replace(listing, path=job.path, crankshaft=job.crankshaft, unwritten=own)
 
 
 def _cell(path: Path, message: str) -> str:
@@ -270,13 +300,21 @@ def tables_of(path: Path) -> dict[str, Any]:
 
 
 def parse(
-    raw: Mapping[str, Any], path: Path, *, crank_given: bool = False, settings: tuple[str, ...] = ()
+    raw: Mapping[str, Any],
+    path: Path,
+    *,
+    crank_given: bool = False,
+    settings: tuple[str, ...] = (),
+    may_lack: Collection[str] = (),
 ) -> Job:
     """Return the job of a TOML document; ``path`` is its file (see ``load``).
 
     ``crankshaft.file`` and its density may be missing with ``crank_given``: the crank is an object then.
     ``settings`` are listed in the report; they are in ``raw`` already.
     """
+    raw = _with_makers_factor(raw)
+    lacks = [key for key in STAND_INS if key in may_lack and _is_open(raw, key)]
+    raw = with_settings(raw, [f"{key}={toml_value(STAND_INS[key])}" for key in lacks]) if lacks else raw
     refuse_unfilled(raw)
     units, later = Faults(), Faults()
     raw = gathered_in_base_units(raw, units)
@@ -290,7 +328,28 @@ def parse(
     for key in (key for key in tables if key.name not in not_weighed):
         with later.gathered():
             values[key.name] = value_of(table, key)
-    return _job(raw, values, path, settings, units.with_more(later))
+    job = _job(raw, values, path, settings, units.with_more(later))
+    return replace(job, lacks=frozenset(lacks)) if lacks else job
+
+
+def _with_makers_factor(raw: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a job's tables whose factor, if it is left open beside ``[original]``, is that of those parts.
+
+    A table ``[original]`` in which nothing was filled in, as ``init`` writes it, counts as missing.
+    """
+    old = [value for _, value in leaves(raw.get("original", {}))]
+    if old and all(value == FILL_IN for value in old):
+        return {key: value for key, value in raw.items() if key != "original"}
+    balance = raw.get("balance", {})
+    if "original" in raw and isinstance(balance, Mapping) and _is_open(raw, "balance.factor"):
+        return {**raw, "balance": {**balance, "factor": "original"}}
+    return raw
+
+
+def _is_open(raw: Mapping[str, Any], key: str) -> bool:
+    """Return whether a key is missing or left to fill in."""
+    table, _, name = key.partition(".")
+    return bool(_table(raw, table).get(name, FILL_IN) == FILL_IN)
 
 
 def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:

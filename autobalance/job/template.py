@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args, get_origin
 
 from autobalance.declare import REQUIRED, Key
+from autobalance.errors import JobError
 from autobalance.job.balance import BALANCE
 from autobalance.job.header import JOB
 from autobalance.job.limits import correction_key
@@ -20,6 +21,11 @@ from autobalance.toml_files.text import toml_value
 from autobalance.toml_files.typed_units import FILL_IN
 
 WIDTH = 108
+ORIGINAL_TITLE = (
+    "Parts that the crank was balanced for, if they differ, as before a lighter piston (was; [engine] is). "
+    'All "FILL IN": the same parts. Filled in, balance.factor may stay "FILL IN": it is then "original", '
+    "what the crank had with these parts"
+)
 WORDS = ("share",)
 """Units that the meaning gives in words."""
 
@@ -55,7 +61,8 @@ class RecognisedCrank:
     """Results of recognition, as keys and values of a job.
 
     ``hints`` are keys with recognised values that need not be set; ``factor_hint`` is a suggestion for the
-    balance factor. ``two_rods_fit``: the crankpins are wide enough for two rods.
+    balance factor. ``two_rods_fit``: the crankpins are wide enough for two rods. ``known`` are further
+    keys with their values.
     """
 
     file: str
@@ -71,17 +78,44 @@ class RecognisedCrank:
     asked: Mapping[str, Any] = field(default_factory=dict)
     body: int | str | None = None
     parts: OtherParts = OtherParts()
+    known: Mapping[str, Any] = field(default_factory=dict)
 
 
 def job_rows(crank: RecognisedCrank) -> list[Row]:
     """Return the rows of a job, headings with an empty key."""
-    return [
+    rows = [
         *table_rows(JOB),
         *_crankshaft(crank),
         *_engine(crank),
+        *_original(crank),
         *_balance(crank),
         *_correction(crank),
     ]
+    for key, value in crank.known.items():
+        rows = _with_value(rows, key, value)
+    return rows
+
+
+def _with_value(rows: list[Row], key: str, value: Any) -> list[Row]:
+    """Return rows in which a key has a value; the sum of all weights stands in place of those to fill in."""
+    table, _, name = key.rpartition(".")
+    if name == "all":
+        first = next((place for place, row in enumerate(rows) if row.key.startswith(f"{table}.")), None)
+        rows = [row for row in rows if not (row.key.startswith(f"{table}.") and row.value == FILL_IN)]
+        new = Row(key, value, "g", "of one connecting rod, all parts together")
+        if first is not None:
+            return [*rows[:first], new, *rows[first:]]
+    for place, row in enumerate(rows):
+        if row.key == key:
+            return [*rows[:place], replace(row, value=value, active=True), *rows[place + 1 :]]
+    try:
+        new = declared_row(key, key_at(key), value, "as given to init")
+    except KeyError:
+        raise JobError(f"{key} is an unknown key") from None
+    own = [place for place, row in enumerate(rows) if row.key.rpartition(".")[0] == table]
+    if own:
+        return [*rows[: own[-1] + 1], new, *rows[own[-1] + 1 :]]
+    return [*rows, Row("", meaning=table), new]
 
 
 def _heading(text: str) -> Row:
@@ -169,6 +203,20 @@ def _engine(crank: RecognisedCrank) -> list[Row]:
         rows.append(Row("engine.crankpin_g.crankpin", FILL_IN, "g", "the crankpin, which is not in the file"))
     rows.append(Row("engine.crankpin_g.oil", 4.0, "g", "parts of one throw's crankpin", active=False))
     return rows
+
+
+def _original(crank: RecognisedCrank) -> list[Row]:
+    """Return the rows of the parts that the crank was balanced for, each as ``[engine]`` has one now."""
+    tables = {name: USUAL_PARTS[name] for name in ("rotating_g", "reciprocating_g")}
+    rows = [
+        Row(f"original.{table}.{name}", FILL_IN, "g", f"was; engine.{table}.{name} is")
+        for table, names in tables.items()
+        for name in names
+    ]
+    if not crank.crankpin_in_file:
+        key = "crankpin_g.crankpin"
+        rows.append(Row(f"original.{key}", FILL_IN, "g", f"was; engine.{key} is"))
+    return [_heading(ORIGINAL_TITLE), *rows]
 
 
 def _rods_per_throw(crank: RecognisedCrank, per_throw: int) -> Row:

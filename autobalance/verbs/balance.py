@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from autobalance import job as jobs
 from autobalance import registry
 from autobalance.balancing.measured import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import (
@@ -20,12 +20,15 @@ from autobalance.balancing.measured_crank import (
 )
 from autobalance.errors import JobError
 from autobalance.job import Job, JobSource
+from autobalance.job.from_options import JOB_NAME
 from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.job.read import with_cuts
 from autobalance.report.bundle import choice_of
+from autobalance.report.files import seen_from
 from autobalance.report.material import Choice
 from autobalance.runtime import Notify, Progress, Stopwatch
 from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.crank_job import job_given, pressed_up_told, refuse_changed, staged_job
 from autobalance.verbs.entry import Entries, Entry, entries
 from autobalance.verbs.progress import telling
 from autobalance.verbs.result import VerbResult
@@ -216,12 +219,16 @@ class BalanceResult(VerbResult):
             If a file cannot be written; nothing is left behind then.
         """
         folder, choice = Path(folder), choice_of(only, paper, units, date, zero)
+        refuse_changed(self.job, folder)
         with staging_for(folder) as staging:
             return committed(self, folder, choice, telling(progress), staging).files
 
     def staged(self, folder: Path, choice: Choice, notify: Notify, staging: Staging) -> Staged:
         """Stage the solid, the pages and the report for a folder."""
-        return staged_files(self.record, self.before, folder, choice, notify, staging)
+        written = staged_job(self.job, folder, staging)
+        record = self.record if self.job.unwritten is None else _with_job_in(self.record, folder)
+        values, files = staged_files(record, self.before, folder, choice, notify, staging)
+        return values, (*files, *written)
 
 
 @documented
@@ -229,10 +236,12 @@ def balance(
     job: JobSource,
     crank: Crank | None = None,
     *,
+    settings: Sequence[str] = (),
     keep: str | Path | Mapping[str, Any] | None = None,
     cuts: Sequence[Mapping[str, Any]] | None = None,
     fem: bool = False,
     progress: Progress | None = None,
+    **options: Any,
 ) -> BalanceResult:
     """Cut a crank until its residual unbalance is within tolerance, or as near as the metal allows.
 
@@ -241,7 +250,7 @@ def balance(
     Parameters
     ----------
     job : Job, path or dict
-        Job file: crank file, weights, tolerance and correction. A dict's crank file is looked for in the
+        Job file, or a crank file with options for the job's keys. A dict's crank file is looked for in the
         working folder.
     keep : path, dict or None
         Report whose cuts are kept with new depths: places, tools, faces and numbers stay; None: the job's
@@ -252,6 +261,10 @@ def balance(
     fem : bool
         Compute how the rods bend the webs at service speed, before and after the cuts: the weakest section of
         each web, and by finite elements the throw that loses most (extra fem).
+    **options
+        With a crank file in place of the job, keys of the job: ``unit``, ``density_kg_m3`` or ``material``,
+        ``rotating_g``, ``reciprocating_g``, ``crankpin_g``, ``rods_per_throw``, ``stroke_mm``,
+        ``rod_length_mm``, ``factor``, ``grade``, ``speed_rpm``, ``method``.
 
     Returns
     -------
@@ -274,7 +287,7 @@ def balance(
     """
     watch = Stopwatch()
     with watch.stage("load"):
-        read = jobs.as_job(job)
+        read = job_given("balance", job, options, settings)
         if keep is not None:
             read = replace(read, keep=keep if isinstance(keep, Mapping) else Path(keep))
         if cuts is not None:
@@ -292,7 +305,8 @@ def run(job: Job, crank: Crank | None, notify: Notify, watch: Stopwatch, fem: bo
         section(BENDING).require()
     notify("reading the crank")
     if crank is None:
-        measured = measure_crank(job.crankshaft, watch, job.balance, work_on_faces(job))
+        with pressed_up_told(job):
+            measured = measure_crank(job.crankshaft, watch, job.balance, work_on_faces(job))
     else:
         job = with_crank(job, crank)
         with watch.stage("measure"):
@@ -307,6 +321,20 @@ def run(job: Job, crank: Crank | None, notify: Notify, watch: Stopwatch, fem: bo
     from autobalance.report.records.report import Report
 
     return BalanceResult(Report.of(record), job, record, Crank(measured, job.crankshaft))
+
+
+def _with_job_in(record: Record, folder: Path) -> Record:
+    """Return a run's record whose job lies in the folder of the results."""
+    balanced = record.balanced
+    assert balanced is not None  # a record of balance has it
+    crankshaft = balanced.job["crankshaft"]
+    file = Path(balanced.job["file"]).parent / crankshaft["file"]
+    job = {
+        **balanced.job,
+        "file": str((folder / JOB_NAME).resolve()),
+        "crankshaft": {**crankshaft, "file": seen_from(folder, Path(os.path.normpath(file)))},
+    }
+    return replace(record, balanced=replace(balanced, job=job))
 
 
 def _with_bending(record: Record, job: Job, crank: MeasuredCrank, notify: Notify) -> Record:

@@ -12,6 +12,7 @@ from autobalance.report.material import Choice
 from autobalance.report.output_kinds import names_to_fill, page_names
 from autobalance.runtime import Notify, Stopwatch
 from autobalance.verbs.balance import BalanceResult, run
+from autobalance.verbs.crank_job import refuse_changed
 from autobalance.verbs.result_files import REPORT, committed, solid_name, staging_for
 
 
@@ -61,6 +62,7 @@ def balance_to_files(
     pages = [folder / name for name in page_names()]
     solid_path = folder / solid_name(job)
     targets = [folder / REPORT, solid_path, *pages] + ([copy] if copy else [])
+    refuse_changed(job, folder)
     _refuse_overwriting(targets, [job.path, *([job.crankshaft.file] if job.crankshaft.file else [])])
     with staging_for(folder, copy) as staging:
         result = run(job, None, notify, Stopwatch(), fem)

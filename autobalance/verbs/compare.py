@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
 from autobalance.balancing.run import Compared, compare_job
@@ -12,6 +12,7 @@ from autobalance.job import JobSource
 from autobalance.runtime import Progress
 from autobalance.verbs.balance import with_crank
 from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.crank_job import job_given, pressed_up_told
 from autobalance.verbs.engine_case import job_set
 from autobalance.verbs.entry import Entries, entries
 from autobalance.verbs.progress import telling
@@ -71,21 +72,30 @@ class CompareResult(VerbResult):
 
 
 @documented
-def compare(job: JobSource, crank: Crank | None = None, *, progress: Progress | None = None) -> CompareResult:
+def compare(
+    job: JobSource,
+    crank: Crank | None = None,
+    *,
+    settings: Sequence[str] = (),
+    progress: Progress | None = None,
+    **options: Any,
+) -> CompareResult:
     """Balance one crank by every kind of correction and the useful mixes in turn; nothing is written.
 
     Parameters
     ----------
     job : Job, path or dict
-        Job file; each kind takes its limits from its own table there, or its defaults. ``method`` is not
-        looked at.
+        Job file, or a crank file with options for the job's keys. Each kind takes its limits from its own
+        table there, or its defaults; ``method`` is not looked at.
+    **options
+        With a crank file in place of the job, keys of the job as for ``balance``.
 
     Raises
     ------
     AutobalanceError
         For anything wrong with the job or the crank.
     """
-    return compared(job, crank, progress)
+    return compared(job_given("compare", job, options, settings), crank, progress)
 
 
 def compared(
@@ -106,4 +116,5 @@ def compared(
         report = comparison(str(of.path), some.tolerance, some.initial, some.rows, of.prefer)
         return CompareResult(CompareReport(comparison=report, warnings=some.warnings, **job_set(of)))
 
-    return result(compare_job(of, telling(progress), measured, lambda some: done(result(some))))
+    with pressed_up_told(of):
+        return result(compare_job(of, telling(progress), measured, lambda some: done(result(some))))

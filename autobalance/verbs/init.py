@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -14,8 +14,9 @@ from autobalance.balancing.usual_layout import factor_hint, holds_two_rods
 from autobalance.correction import KINDS
 from autobalance.crank.assembly_parts import AssemblyPart, assembly_parts
 from autobalance.declare import ABSENT
-from autobalance.errors import BodiesError, FileError, JobError, UsageError
+from autobalance.errors import BodiesError, FileError, UsageError
 from autobalance.job.assembled import body_key, other_parts
+from autobalance.job.from_options import refuse_beside_job, tables_of_options
 from autobalance.job.header import SHOP
 from autobalance.job.model import Crankshaft
 from autobalance.job.read import tables_of
@@ -36,8 +37,8 @@ from autobalance.solid.formats.bodies import read_bodies
 from autobalance.solid.formats.registry import needs_unit
 from autobalance.toml_files.settings import with_settings
 from autobalance.toml_files.text import toml_text
-from autobalance.toml_files.typed_units import FILL_IN, leaves
-from autobalance.units import STEEL_KG_M3
+from autobalance.toml_files.typed_units import FILL_IN, in_base_units, leaves
+from autobalance.units import G_PER, STEEL_KG_M3
 from autobalance.user_folders import SHOP_FILE, configuration_folder
 from autobalance.verbs.common_parameters import documented
 from autobalance.verbs.crank import Crank
@@ -83,6 +84,7 @@ def init(
     settings: Sequence[str] = (),
     shop: bool = False,
     progress: Progress | None = None,
+    **options: Any,
 ) -> InitResult:
     """Make a commented job for a crank, put a job into its other form, or begin a shop's own file.
 
@@ -99,13 +101,14 @@ def init(
     density_kg_m3 : float or None
         Density [kg/m³]; None: left to fill in.
     method : str
-        Kind of correction to begin with.
+        Kind of correction to begin with, or kinds with commas between.
     settings : sequence of str
-        Key of the job to set before the crank is recognised, for example crankshaft.crankpin_in_file=false.
-        Each as text.
+        Key of the job to set, for example crankshaft.crankpin_in_file=false. Each as text.
     shop : bool
         Write shop.toml, the shop's own file: its name, tools and machine, read with every job beside it. In
         the user's configuration folder it is read with all jobs.
+    **options
+        Keys of the job as for ``balance``, which are filled in: ``rotating_g``, ``reciprocating_g`` and more.
 
     Raises
     ------
@@ -121,17 +124,23 @@ def init(
     if target.suffix.lower() not in JOB_ENDINGS:
         raise UsageError(f"-o {target}: a job ends in .toml or .xlsx")
     if source.suffix.lower() in JOB_ENDINGS:
+        refuse_beside_job(options, source)
         return _converted(source, target, settings)
-    if method not in KINDS:
-        raise UsageError(f"--method is {method!r}; must be one of {', '.join(KINDS)}")
+    for kind in method.split(","):
+        if kind.strip() not in KINDS:
+            raise UsageError(f"--method is {kind.strip()!r}; must be one of {', '.join(KINDS)}")
+    given = {"unit": unit, "density_kg_m3": density_kg_m3, "method": method, **options}
     telling(progress)("reading the crank")
-    recognised = _recognised(source, target, unit, density_kg_m3, method, settings)
+    recognised = _recognised(source, target, tables_of_options(given, settings))
     rows = job_rows(recognised)
     data = write_workbook(rows) if _is_workbook(target) else commented_toml(rows).encode()
-    left = [
-        key for row in rows if row.active for key, value in leaves(row.value, row.key) if value == FILL_IN
-    ]
+    left = [key for row in rows if row.active for key in _left(leaves(row.value, row.key))]
     return InitResult(InitReport(crank=str(source), job=str(target), fill_in=left), target, data)
+
+
+def _left(values: Sequence[tuple[str, Any]]) -> list[str]:
+    """Return the keys that are left to fill in; parts that the crank was balanced for need not be."""
+    return [key for key, value in values if value == FILL_IN and not key.startswith("original.")]
 
 
 def _shop(source: str | Path | None, file: str | Path | None) -> InitResult:
@@ -158,22 +167,16 @@ def _converted(source: Path, target: Path, settings: Sequence[str]) -> InitResul
         if _is_workbook(target)
         else toml_text(values).encode()
     )
-    left = [key for key, value in leaves(values) if value == FILL_IN]
+    left = _left(leaves(values))
     return InitResult(InitReport(crank=str(crank), job=str(target), fill_in=left), target, data)
 
 
-def _recognised(
-    source: Path,
-    target: Path,
-    unit: str | None,
-    density_kg_m3: float | None,
-    method: str,
-    settings: Sequence[str],
-) -> RecognisedCrank:
-    changed = _changed_settings(settings)
-    unit = changed.get("unit", unit)
+def _recognised(source: Path, target: Path, tables: Mapping[str, Any]) -> RecognisedCrank:
+    changed: dict[str, Any] = in_base_units({"crankshaft": tables["crankshaft"]})["crankshaft"]
+    unit, density = changed.get("unit"), changed.get("density_kg_m3")
     keywords = {key: value for key, value in changed.items() if key not in ("file", "unit", "density_kg_m3")}
-    density = changed.get("density_kg_m3", density_kg_m3)
+    methods = tables["correction"]["method"]
+    known = dict(_dotted({name: table for name, table in tables.items() if name != "crankshaft"}))
     crank, body, parts = _read(source, target, unit, {"density_kg_m3": density or STEEL_KG_M3, **keywords})
     return RecognisedCrank(
         file=seen_from(target.parent, source),
@@ -182,14 +185,25 @@ def _recognised(
         crankpin_in_file=crank.measured.holds_crankpins,
         stroke_mm=round(2.0 * crank.throws[0].crank_radius_mm, 4),
         planes_mm=_rounded(default_planes_mm(crank.measured.anatomy)),
-        method=method,
+        method=methods if isinstance(methods, str) else methods[0],
         factor_hint=factor_hint(crank.measured),
         two_rods_fit=holds_two_rods(crank.measured.anatomy),
         hints=_hints(crank),
         asked=changed,
         body=body,
         parts=parts,
+        known=known,
     )
+
+
+def _dotted(tables: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the values of nested tables with their dotted keys; a weight with its unit is one value."""
+    for key, value in tables.items():
+        where = f"{path}.{key}" if path else key
+        if isinstance(value, Mapping) and not set(value) & set(G_PER):
+            yield from _dotted(value, where)
+        else:
+            yield where, value
 
 
 def _read(
@@ -248,15 +262,6 @@ def _crank_among(parts: Sequence[AssemblyPart], several: BodiesError) -> Assembl
     raise BodiesError(
         f"{several}; bodies {named} may each be the crank: --set crankshaft.body=N says which"
     ) from None
-
-
-def _changed_settings(settings: Sequence[str]) -> dict[str, Any]:
-    values = with_settings({}, settings)
-    if set(values) - {"crankshaft"}:
-        other = ", ".join(sorted(set(values) - {"crankshaft"}))
-        raise JobError(f"--set {other}: init takes keys of [crankshaft] alone; edit the job for others")
-    crankshaft: dict[str, Any] = values.get("crankshaft", {})
-    return crankshaft
 
 
 def _hints(crank: Crank) -> dict[str, Any]:

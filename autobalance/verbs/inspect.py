@@ -15,13 +15,17 @@ from autobalance.balancing.record import MeasuredCrank, Record
 from autobalance.balancing.rotor_from_job import default_planes_mm
 from autobalance.crank.sections import sections, web_weights
 from autobalance.declare import present
+from autobalance.errors import FileError
 from autobalance.job import Job
+from autobalance.job.from_options import KEYS, WEIGHTS, refuse_beside_job, refuse_missing, tables_of_options
 from autobalance.job.read import WORKBOOKS, load, load_crankshaft
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.solid.formats.registry import needs_unit
+from autobalance.units import STEEL_KG_M3
 from autobalance.verbs.common_parameters import documented
-from autobalance.verbs.crank import Crank, read_crank
+from autobalance.verbs.crank import Crank, plain, read_crank
+from autobalance.verbs.crank_job import OPEN, crankshaft_of_tables, job_of_tables
 from autobalance.verbs.inspect_sections import TableOptions, loaded, weighed_table, whole_job
 from autobalance.verbs.progress import INSPECTED_BEFORE, telling
 from autobalance.verbs.result import VerbResult
@@ -35,12 +39,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InspectResult(VerbResult):
-    """The measured and recognised crank, with its report."""
+    """The measured and recognised crank, with its report; ``job`` is the one that options stood for."""
 
     content: Report
     crank: Crank
     faces: tuple[Face, ...]
     against: AgainstDrawing | None = None
+    job: Job | None = None
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
@@ -101,7 +106,8 @@ def inspect(
     against : path, Crank or None
         Drawing, or another crank, that this one is compared with: distances of its surface, mass, unbalance.
     **keywords
-        Those of ``read_crank``, where ``crank`` is a path.
+        Those of ``read_crank``, where ``crank`` is a path, and keys of a job as for ``balance``: with
+        rotating_g and reciprocating_g the report has ``present``, the balance factor of the crank as it is.
 
     Raises
     ------
@@ -115,11 +121,15 @@ def inspect(
     >>> len(inspect(file, unit="mm", crankpin_in_file=False).report["crank"]["webs"])
     2
     """
-    notify, watch, source = telling(progress, INSPECTED_BEFORE), Stopwatch(), crank
+    notify, watch, of_options = telling(progress, INSPECTED_BEFORE), Stopwatch(), None
+    source: Crank | Job | str | Path = crank
     if not isinstance(crank, Crank):
         notify("reading and measuring the crank")
         with watch.stage("load"):
-            crank = _read(crank, settings, keywords)
+            crank, job = _read(crank, settings, keywords)
+        if job is not None:
+            source, settings = job, ()
+        of_options = job
     elif keywords:
         raise TypeError(f"{', '.join(keywords)}: a crank that is read already takes no keywords")
     with watch.stage("plan"):
@@ -135,8 +145,8 @@ def inspect(
         notify("weighing attached parts")
         weighed, more = weighed_table(crank, parts, source, settings, table)
         warnings = (*warnings, *more)
-    hung_on, more = loaded(crank, source, settings)
-    warnings = (*warnings, *more)
+    hung_on = loaded(crank, source, settings)
+    warnings = (*warnings, *hung_on.warnings)
     suggested = None
     if suggest is not None:
         notify("trying changes that would reach it")
@@ -166,13 +176,15 @@ def inspect(
         seconds=watch.seconds,
         job_set=tuple(settings),
         section_table=weighed,
-        loaded=hung_on,
+        loaded=hung_on.table,
+        present=hung_on.present,
         suggested=suggested,
         against=measured.beside.against if held is None and measured.beside is not None else held,
     )
     from autobalance.report.records.report import Report
 
-    return InspectResult(Report.of(record), crank, tuple(candidates.face for candidates in faces), held)
+    offered = tuple(candidates.face for candidates in faces)
+    return InspectResult(Report.of(record), crank, offered, held, of_options)
 
 
 def _held_against(crank: Crank, against: Crank | str | Path) -> AgainstDrawing:
@@ -217,11 +229,42 @@ def _suggested(
     return (aim, *suggested_metal(solid, measured.density_g_mm3, aim))
 
 
-def _read(source: Job | str | Path, settings: Sequence[str], keywords: dict[str, Any]) -> Crank:
-    """Read the crank of a file or of a job."""
+def _read(
+    source: Job | str | Path, settings: Sequence[str], keywords: dict[str, Any]
+) -> tuple[Crank, Job | None]:
+    """Read the crank of a file or of a job; with a file and weights, the job that these stand for too."""
     if not isinstance(source, Job) and Path(source).suffix.lower() not in (".toml", *WORKBOOKS):
-        return read_crank(source, **keywords)
+        options = {name: value for name in KEYS if (value := keywords.get(name)) is not None}
+        if not settings and not set(options) - {"unit", "density_kg_m3"}:
+            return read_crank(
+                source, **{name: keywords[name] for name in keywords if name not in KEYS}, **options
+            ), None
+        return _read_with_options(Path(source), settings, keywords, options)
+    refuse_beside_job({name: value for name, value in keywords.items() if name in KEYS}, source)
     if keywords:
         raise TypeError(f"{', '.join(keywords)}: a job says its own")
     crankshaft = source.crankshaft if isinstance(source, Job) else load_crankshaft(source, settings)
-    return Crank(measure_crank(crankshaft, Stopwatch()), crankshaft)
+    return Crank(measure_crank(crankshaft, Stopwatch()), crankshaft), None
+
+
+def _read_with_options(
+    path: Path, settings: Sequence[str], keywords: Mapping[str, Any], options: Mapping[str, Any]
+) -> tuple[Crank, Job | None]:
+    """Read the crank of a file with options, as ``_read``."""
+    if not path.exists():  # before its unit is asked for
+        raise FileError(f"{path} does not exist")
+    tables = tables_of_options(options, settings)
+    said = tables["crankshaft"]
+    for name, value in keywords.items():
+        if name not in KEYS and value is not None and (name, value) != ("fill_holes_mm", 0.0):
+            said.setdefault(name, plain(value))
+    if not {"density", "density_kg_m3"} & set(said):
+        said["density_kg_m3"] = STEEL_KG_M3
+    crankshaft = crankshaft_of_tables(path, said)
+    weights = [name for name in WEIGHTS if tables["engine"].get(name)]
+    if weights:
+        missing = [name for name in WEIGHTS if name not in weights]
+        refuse_missing("inspect", path, missing, options, settings)
+    crank = Crank(measure_crank(crankshaft, Stopwatch()), crankshaft)
+    job = job_of_tables(path, tables, may_lack=OPEN["inspect"]) if weights else None
+    return crank, job

@@ -6,21 +6,29 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from autobalance.balancing.oil_from_job import with_oil
 from autobalance.balancing.plausibility import oddities
-from autobalance.balancing.rotor_from_job import check_engine, default_planes_mm, target_factor
+from autobalance.balancing.rotor_from_job import (
+    check_engine,
+    crank_factor,
+    default_planes_mm,
+    hung_on,
+    target_factor,
+)
 from autobalance.balancing.section_rows import SectionTable, loaded_table, section_table
 from autobalance.crank.sections import Section
+from autobalance.declare import ABSENT, Absent
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.job import Job
-from autobalance.job.read import WORKBOOKS, load, tables_of
+from autobalance.job.read import STAND_INS, WORKBOOKS, load, tables_of
 from autobalance.toml_files.settings import with_settings
 from autobalance.toml_files.typed_units import FILL_IN, leaves, length_mm
 from autobalance.verbs.crank import Crank
 
 DATUMS = ("A", "B", "front", "rear", "centre")
-NEEDED_TABLES = ("engine", "balance", "correction")
+WITHOUT_VERDICT = "is not filled in: the section table is of the bare crank, without verdict"
 
 
 @dataclass(frozen=True)
@@ -55,6 +63,10 @@ def weighed_table(
     AutobalanceError If the job is wrong, the oil counts twice, or the datum is unknown.
     """
     job, warnings = _whole_job(source, settings)
+    if job is not None and job.lacks:
+        key = min(job.lacks)
+        warnings = [f"{job.path}: {key} {WITHOUT_VERDICT}"]
+        job = None
     measured, oil, factor = crank.measured, options.oil_density_kg_m3, 0.0
     if oil is not None and not 0.0 < oil < math.inf:
         raise JobError(f"oil_density_kg_m3 is {oil:g}; must be > 0")
@@ -69,31 +81,60 @@ def weighed_table(
     return (table, _datum_mm(options.datum, crank, table)), warnings
 
 
-def loaded(
-    crank: Crank, source: Crank | Job | str | Path, settings: Sequence[str]
-) -> tuple[SectionTable | None, list[str]]:
-    """Return a job's crank with its parts, and the reason without them; neither if no whole job was given.
+class Loaded(NamedTuple):
+    """What a job hangs on its crank.
+
+    ``table`` is the crank with all of it, None without a job that says what permits; ``present`` the balance
+    factor that the crank has with these parts, None if its throws cancel, absent without weights;
+    ``warnings`` say why not.
+    """
+
+    table: SectionTable | None = None
+    present: float | Absent | None = ABSENT
+    warnings: Sequence[str] = ()
+
+
+def loaded(crank: Crank, source: Crank | Job | str | Path, settings: Sequence[str]) -> Loaded:
+    """Return a job's crank with what hangs on it; nothing if no job was given, or its weights are missing.
 
     What is wrong with the job's other tables is a warning: a crank can be inspected without them.
     """
+    present: float | Absent | None = ABSENT
     try:
         job, _ = _whole_job(source, settings)
         if job is None:
-            return None, []
-        check_engine(job, crank.measured.anatomy)
-        oiled = with_oil(job, crank.measured)
-        factor = target_factor(oiled, crank.measured.anatomy, crank.measured.moments)
-        return loaded_table(crank.measured, job, factor), []
+            return Loaded()
+        measured = crank.measured
+        check_engine(job, measured.anatomy)
+        _refuse_no_crankpin(job, crank)
+        oiled = with_oil(job, measured)
+        loads, beside = hung_on(oiled, measured.anatomy)
+        if any(each.parts.reciprocating_on_throw_g > 0.0 for each in loads):
+            present = crank_factor(measured.moments, loads, beside)
+        if job.lacks:
+            return Loaded(present=present)
+        factor = target_factor(oiled, measured.anatomy, measured.moments)
+        return Loaded(loaded_table(measured, job, factor), present)
     except AutobalanceError as error:
-        return None, [f"{error}; the crank is inspected without its bob-weights"]
+        return Loaded(None, present, [f"{error}; the crank is inspected without its bob-weights"])
+
+
+def _refuse_no_crankpin(job: Job, crank: Crank) -> None:
+    """Refuse the weights of a crank that is without its crankpins in the file and in the job."""
+    if not crank.measured.holds_crankpins and job.crankshaft.crankpin_in_file:
+        raise JobError(
+            f"{crank.file}: the file is without crankpins, and their weight is missing: --crankpin-g, or in a"
+            " job engine.crankpin_g.crankpin with crankshaft.crankpin_in_file = false"
+        )
 
 
 def whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> Job | None:
     """Return the job of an inspected crank, if one was given with all its tables."""
     try:
-        return _whole_job(source, settings)[0]
+        job = _whole_job(source, settings)[0]
     except AutobalanceError:  # reported by ``loaded``
         return None
+    return None if job is None or job.lacks else job
 
 
 def _whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> tuple[Job | None, list[str]]:
@@ -103,14 +144,12 @@ def _whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> tup
     if isinstance(source, Crank) or Path(source).suffix.lower() not in (".toml", *WORKBOOKS):
         return None, []
     values = with_settings(tables_of(Path(source)), settings)
-    left = [key for key, value in leaves(values) if value == FILL_IN]
-    left += [f"[{name}]" for name in NEEDED_TABLES if name not in values]
+    left = [key for key, value in leaves(values) if value == FILL_IN and key not in STAND_INS]
+    left = [key for key in left if not key.startswith("original.")]
+    left += ["[engine]"] if "engine" not in values else []
     if left:
-        refusal = (
-            f"{source}: {left[0]} is not filled in: the section table is of the bare crank, without verdict"
-        )
-        return None, [refusal]
-    return load(source, settings), []
+        return None, [f"{source}: {left[0]} {WITHOUT_VERDICT}"]
+    return load(source, settings, STAND_INS), []
 
 
 def _refuse_oil_twice(job: Job, throws: int) -> None:

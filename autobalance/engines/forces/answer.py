@@ -42,6 +42,7 @@ class ForcesReport(JobReport):
     """Shaking forces, loads and factors."""
 
     command: Literal["forces"] = "forces"
+    present: Annotated[float | None, "balance factor of the crank as it is; null: its throws cancel"]
     speed_rpm: Positive
     moments_about_z_mm: float
     cylinders: Sequence[DeadCentres]

@@ -28,6 +28,7 @@ def forces_text(report: ForcesReport) -> str:
         f"{from_here(report.job['file'])}: forces of inertia at {report.speed_rpm:g} rpm, without gas;"
         f" moments about z = {report.moments_about_z_mm:.2f} mm",
         *(_state(state) for state in report.states),
+        *(["balance.factor is left open: nothing is balanced here"] if len(report.states) == 1 else []),
         _roll(report),
         _advice(report.factors),
         *([] if report.mounts is ABSENT else [_mounts(report.mounts)]),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from autobalance.balancing import engine_from_job, rotor_from_job
+from autobalance.balancing import engine_from_job
 from autobalance.declare import ABSENT
 from autobalance.engines.cycle.model import Cycle
 from autobalance.engines.forces.answer import EngineState, ForcesReport, WithShafts
@@ -30,6 +30,7 @@ from autobalance.running_gear.whole_engine import Engine, about
 from autobalance.runtime import Progress
 from autobalance.units import RAD_S_PER_RPM
 from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.crank_job import is_crank, job_given
 from autobalance.verbs.engine_case import Request, job_keys, request
 from autobalance.verbs.options import place_mm
 from autobalance.verbs.result import VerbResult
@@ -70,21 +71,23 @@ def forces(
     job: JobSource,
     crank: Crank | None = None,
     *,
+    settings: Sequence[str] = (),
     speed_rpm: float | None = None,
     factors: Sequence[float] = (0.0, 0.25, 0.5, 0.75, 1.0),
     transverse_weight: float = 1.0,
     reference_z_mm: float | None = None,
     mounts: bool = False,
     progress: Progress | None = None,
+    **options: Any,
 ) -> ForcesResult:
     """Return the inertia forces of an engine: shaking forces by order, pin and bearing loads, each factor.
 
     Parameters
     ----------
     job : Job, path or dict
-        Job file; engine.rod_length_mm is required.
+        Job file, or a crank file with options for the job's keys; engine.rod_length_mm is required.
     speed_rpm : float or None
-        Crank speed [rpm]; None: the job's balance.speed_rpm.
+        Crank speed [rpm]; None: the job's balance.speed_rpm. Required with a crank file.
     factors : sequence of float
         Balance factors to compare, each 0 to 1; on mounts -0.5 to 1.5, where under- and overbalance mean
         something.
@@ -95,6 +98,8 @@ def forces(
         outermost main journals.
     mounts : bool
         Compute the engine on its mounts too: `[mounts]` of the job.
+    **options
+        With a crank file in place of the job, keys of the job as for ``balance``.
 
     Raises
     ------
@@ -125,23 +130,28 @@ def forces(
         raise UsageError(f"--factors is {listed!r}; each must be {least:g} to {most:g}")
     if reference_z_mm is not None:
         place_mm("--reference-z", reference_z_mm)
-    case = request(job, crank, speed_rpm, progress)
+    if is_crank(job) and speed_rpm is not None:
+        options = {**options, "speed_rpm": speed_rpm}
+    speed_open = () if speed_rpm is None else ("balance.speed_rpm",)
+    case = request(
+        job_given("forces", job, options, settings, more_open=speed_open), crank, speed_rpm, progress
+    )
     as_file = engine_from_job.as_measured(case.job, case.crank)
-    balanced = engine_from_job.balanced_to(as_file, case.job, case.crank.anatomy, case.factor)
-    engines = {"as the file is": as_file, "balanced": balanced}
-    loads = rotor_from_job.throw_loads(case.crank.anatomy, case.job.engine)
-    attached = rotor_from_job.beside_throws(case.job.engine)
-    known = (rotor_from_job.crank_factor(case.crank.moments, loads, attached), case.factor)
+    engines = {"as the file is": as_file}
+    if case.target is not None:
+        engines["balanced"] = engine_from_job.balanced_to(as_file, case.job, case.crank.anatomy, case.target)
+    known = (case.present, case.target)
     ends = engine_from_job.shaft_ends_mm(case.crank.anatomy)
     reference = engine_from_job.moment_reference_mm(case.crank.anatomy, reference_z_mm)
     states = [
         _state(name, engine, factor, case, reference)
-        for (name, engine), factor in zip(engines.items(), known, strict=True)
+        for (name, engine), factor in zip(engines.items(), known, strict=False)
     ]
-    compared = sorted({*factors, case.factor})
+    compared = sorted({*factors, *([] if case.target is None else [case.target])})
     advice = advise(as_file, case.speed_rad_s, compared, transverse_weight, ends, reference)
     report = ForcesReport(
         **job_keys(case.job),
+        present=case.present,
         speed_rpm=case.speed_rpm,
         moments_about_z_mm=reference,
         cylinders=dead_centres(as_file),
@@ -251,7 +261,7 @@ def _plots(case: Request, engines: dict[str, Engine], engine: Engine, factors: l
         for factor in factors
     }
     labels = ("force along cylinder 1 [N]", "force across [N]")
-    whole = [order.order for order in shaking["balanced"].orders if order.order % 1.0 == 0.0]
+    whole = [order.order for order in next(reversed(shaking.values())).orders if order.order % 1.0 == 0.0]
     heights = {
         name: [order.greatest_force_n for order in force.orders if order.order % 1.0 == 0.0]
         for name, force in shaking.items()
@@ -271,7 +281,8 @@ def _plots(case: Request, engines: dict[str, Engine], engine: Engine, factors: l
     mains = engine_from_job.mains_z_mm(case.crank.anatomy)
     if len(mains) < 2:
         return drawn
-    loads = turn_loads(engines["balanced"], mains, speed)
+    name, shown = next(reversed(engines.items()))
+    loads = turn_loads(shown, mains, speed)
     axes = ("load along x [N]", "load along y [N]")
     drawn["main-bearings-polar"] = plots.polar(
         f"Main bearings, engine's frame, {at}",
@@ -292,6 +303,6 @@ def _plots(case: Request, engines: dict[str, Engine], engine: Engine, factors: l
         ],
     )
     drawn["torque-over-angle"] = plots.over_angle(
-        f"Inertia torque {at}", "torque [N·m]", angle, {"balanced": loads.torque_n_m}
+        f"Inertia torque {at}", "torque [N·m]", angle, {name: loads.torque_n_m}
     )
     return drawn

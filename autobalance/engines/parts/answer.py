@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
-from autobalance.declare import Count, KgMm2, NotNegative, Ordinal, Share, record
+from autobalance.declare import ABSENT, Absent, Count, KgMm2, NotNegative, Ordinal, record
 from autobalance.report.records.head import JobReport
 from autobalance.running_gear.conrod import TwoMasses
 from autobalance.running_gear.parts import RolledUp
@@ -21,10 +21,10 @@ class ThrowWeights:
     rotating: RolledUp
     reciprocating: RolledUp
     crankpin: RolledUp
-    balance_factor: Share
-    bob_weight_g: float
-    bob_weight_pm_g: NotNegative
-    bob_weight_pin_fitted_g: float
+    balance_factor: float | None
+    bob_weight_g: float | None
+    bob_weight_pm_g: NotNegative | None
+    bob_weight_pin_fitted_g: float | None
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,9 @@ class PartsReport(JobReport):
     """The weights of a job rolled up, and its bob-weights."""
 
     command: Literal["parts"] = "parts"
+    present: (
+        Annotated[float | None, "balance factor of the crank as it is; null: its throws cancel"] | Absent
+    ) = ABSENT
     throws: Sequence[ThrowWeights]
     rod: RodEnds | None
     warnings: Sequence[str]

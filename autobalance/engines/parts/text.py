@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from autobalance.declare import ABSENT
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.files import from_here
 from autobalance.report.tables import table
@@ -29,18 +30,32 @@ def parts_text(report: PartsReport, units: DisplayUnits) -> str:
             ]
             rows.append((f"  {title}", units.of_mass(weights.mass_g), _off(weights.pm_g, units)))
         blocks.append(table(rows))
-        blocks.append(
-            f"  {throw.rods} rod{'s' * (throw.rods != 1)}; bob-weight at {throw.balance_factor:.4f}:"
-            f" {units.of_mass(throw.bob_weight_g)}{_plus_minus(throw.bob_weight_pm_g, units)}"
-            + (
-                f"; with the crankpin fitted {units.of_mass(throw.bob_weight_pin_fitted_g)}"
-                if throw.bob_weight_pin_fitted_g != throw.bob_weight_g
-                else ""
-            )
-        )
+        blocks.append(_bob_weight(throw, units))
+    if report.present is not ABSENT:
+        blocks.append(_present(report.present))
     if report.rod is not None:
         blocks.append(_rod(report.rod, units))
     return "\n".join(blocks)
+
+
+def _bob_weight(throw: ThrowWeights, units: DisplayUnits) -> str:
+    rods = f"  {throw.rods} rod{'s' * (throw.rods != 1)}"
+    if throw.bob_weight_g is None or throw.balance_factor is None:
+        return f"{rods}; no bob-weight without a balance factor"
+    pin_fitted = throw.bob_weight_pin_fitted_g
+    fitted = ""
+    if pin_fitted is not None and pin_fitted != throw.bob_weight_g:
+        fitted = f"; with the crankpin fitted {units.of_mass(pin_fitted)}"
+    return (
+        f"{rods}; bob-weight at {throw.balance_factor:.4f}: {units.of_mass(throw.bob_weight_g)}"
+        f"{_plus_minus(throw.bob_weight_pm_g or 0.0, units)}{fitted}"
+    )
+
+
+def _present(factor: float | None) -> str:
+    if factor is None:
+        return "The throws cancel: the crank has no balance factor."
+    return f"Balance factor of the crank as it is, with these parts: {factor:.4f}"
 
 
 def _throw_name(throw: ThrowWeights) -> str:

@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
 from autobalance.balancing import plausibility
+from autobalance.declare import ABSENT, Absent
 from autobalance.engines.parts.answer import PartsReport, RodEnds, ThrowWeights
 from autobalance.errors import JobError
 from autobalance.job import Job, JobSource
 from autobalance.job.model import ThrowParts, Weight
 from autobalance.report.plot_files import Drawn, Plots
 from autobalance.running_gear.conrod import ConnectingRod
-from autobalance.running_gear.parts import PartWeight, RolledUp, rolled_up, sum_of_parts
+from autobalance.running_gear.parts import PartWeight, RolledUp, Sum, rolled_up, sum_of_parts
 from autobalance.runtime import Progress
 from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.crank_job import OPEN
 from autobalance.verbs.engine_case import job_keys, request
 from autobalance.verbs.result import VerbResult
 
@@ -49,7 +51,7 @@ def parts(job: JobSource, crank: Crank | None = None, *, progress: Progress | No
     Parameters
     ----------
     job : Job, path or dict
-        Job file; its crank is read only for factor = "original".
+        Job file; its crank is read only if its factor is "original" or left open.
 
     Raises
     ------
@@ -63,17 +65,20 @@ def parts(job: JobSource, crank: Crank | None = None, *, progress: Progress | No
     >>> round(rolled.report["throws"][0]["bob_weight_g"], 2)
     321.91
     """
-    job = jobs.as_job(job)
-    stated = job.balance.factor
-    if stated is None:
+    job = jobs.as_job(job, may_lack=OPEN["parts"])
+    factor = None if "balance.factor" in job.lacks else job.balance.factor
+    if factor is None:
         case = request(job, crank, progress=progress)
-        factor, odd = case.factor, case.warnings
+        factor = case.present if case.target is None else case.target
+        present: float | Absent | None = case.present
+        odd = case.warnings
     else:
-        factor, odd = stated, plausibility.odd_alone(job)
+        present, odd = ABSENT, plausibility.odd_alone(job)
     throws = [(None, job.engine.default), *sorted(job.engine.by_throw.items())]
     return PartsResult(
         PartsReport(
             **job_keys(job),
+            present=present,
             throws=[_throw(number, parts, factor) for number, parts in throws],
             rod=_rod(job),
             warnings=odd,
@@ -103,17 +108,9 @@ def _plots(throws: Sequence[ThrowWeights]) -> Drawn:
     }
 
 
-def _throw(number: int | None, parts: ThrowParts, factor: float) -> ThrowWeights:
+def _throw(number: int | None, parts: ThrowParts, factor: float | None) -> ThrowWeights:
     weights = parts.weights
-    shares = [
-        (1.0, weights.crankpin),
-        (parts.rods, weights.rotating),
-        (factor * parts.rods, weights.reciprocating),
-    ]
-    scaled = [(share, weight) for share, named in shares for weight in named.values()]
-    bob = sum_of_parts(
-        [share * weight.mass_g for share, weight in scaled], [share * weight.pm_g for share, weight in scaled]
-    )
+    bob = None if factor is None else _bob_weight(parts, factor)
     pin = weights.crankpin.get("crankpin")
     return ThrowWeights(
         number=number,
@@ -122,9 +119,25 @@ def _throw(number: int | None, parts: ThrowParts, factor: float) -> ThrowWeights
         reciprocating=_rolled_up(weights.reciprocating),
         crankpin=_rolled_up(weights.crankpin),
         balance_factor=factor,
-        bob_weight_g=bob.mass_g,
-        bob_weight_pm_g=bob.pm_g,
-        bob_weight_pin_fitted_g=bob.mass_g - (pin.mass_g if pin is not None else 0.0),
+        bob_weight_g=None if bob is None else bob.mass_g,
+        bob_weight_pm_g=None if bob is None else bob.pm_g,
+        bob_weight_pin_fitted_g=None
+        if bob is None
+        else bob.mass_g - (pin.mass_g if pin is not None else 0.0),
+    )
+
+
+def _bob_weight(parts: ThrowParts, factor: float) -> Sum:
+    """Return the bob-weight of a throw, with its uncertainty."""
+    weights = parts.weights
+    shares = [
+        (1.0, weights.crankpin),
+        (parts.rods, weights.rotating),
+        (factor * parts.rods, weights.reciprocating),
+    ]
+    scaled = [(share, weight) for share, named in shares for weight in named.values()]
+    return sum_of_parts(
+        [share * weight.mass_g for share, weight in scaled], [share * weight.pm_g for share, weight in scaled]
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from autobalance.declare import ABSENT, present
+from autobalance.declare import ABSENT, Absent, present
 from autobalance.report.balance.scan_text import against_text, scan_lines
 from autobalance.report.balance.section_text import section_heads
 from autobalance.report.balance.suggestion_text import suggestions_text
@@ -30,6 +30,7 @@ def inspect_text(report: Report, units: DisplayUnits) -> str:
         _measured(report, units),
         anatomy_text(report.crank, units),
         unbalance_text(report.initial, units),
+        _present(report.present),
         _with_bob_weights(present(report.with_bob_weights), units),
         _counterweights(present(report.counterweights), units),
         _faces(present(report.faces), units),
@@ -164,6 +165,15 @@ def unbalance_text(initial: Unbalance, units: DisplayUnits) -> str:
     lines = ["Unbalance of the bare crank: " + units.of_vector(initial.magnitude_g_mm, initial.angle_deg)]
     lines += [f"  plane {plane.name}: {units.of_unbalance(plane.magnitude_g_mm)}" for plane in initial.planes]
     return "\n".join(lines)
+
+
+def _present(factor: float | Absent | None) -> str:
+    """Return the balance factor of the crank as it is; empty without weights."""
+    if isinstance(factor, Absent):
+        return ""
+    if factor is None:
+        return "Balance factor: none, the throws cancel each other's force"
+    return f"Balance factor of the crank as it is, with these parts: {factor:.4f}"
 
 
 def _with_bob_weights(loaded: WithBobWeights | None, units: DisplayUnits) -> str:

@@ -95,9 +95,9 @@ class WeightTables(TypedDict):
 class JobBalance(TypedDict):
     """Balance factor, top speed and quality grade."""
 
-    factor: Share | Literal["original"]
-    grade: Positive
-    speed_rpm: Positive
+    factor: Share | Literal["original"] | None
+    grade: Positive | None
+    speed_rpm: Positive | None
     judge: Literal["dynamic", "static"]
     rotor_mass_g: Positive | None
     tolerance_planes_mm: Pair | None
@@ -109,7 +109,7 @@ class JobBalance(TypedDict):
 class JobCorrection(TypedDict):
     """Kinds of correction and their preference; each kind's own table is next to these."""
 
-    method: Annotated[list[str], Size(1)]
+    method: Annotated[list[str], Size(1)] | None
     depth_tolerance_mm: NotRequired[NotNegative | None]
 
 

@@ -303,6 +303,12 @@ class Report:
     sections: Sequence[Section] | Absent = ABSENT
     counterweights: Sequence[WebWeight] | Absent = ABSENT
     section_table: SectionTable | Absent = ABSENT
+    present: (
+        Annotated[
+            float | None, "balance factor of the crank as it is with the job's parts; null: its throws cancel"
+        ]
+        | Absent
+    ) = ABSENT
     with_bob_weights: (
         Annotated[WithBobWeights | None, "inspect of a job with attached parts: how well they are balanced"]
         | Absent
@@ -344,6 +350,7 @@ class Report:
             if record.web_weights is None
             else [WebWeight.of(weight) for weight in record.web_weights],
             section_table=ABSENT if record.section_table is None else SectionTable.of(*record.section_table),
+            present=record.present,
             with_bob_weights=ABSENT if record.loaded is None else WithBobWeights.of(record.loaded),
             suggestions=ABSENT if record.suggested is None else Suggestions.of(*record.suggested),
             against=ABSENT if record.against is None else Against.of(record.against),

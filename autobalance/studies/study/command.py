@@ -1,9 +1,10 @@
-"""``autobalance study JOB.toml|REPORT.json``: Monte Carlo tolerance study, and its yield."""
+"""``autobalance study JOB.toml|REPORT.json|CRANK``: Monte Carlo tolerance study, and its yield."""
 
 from __future__ import annotations
 
 from autobalance.command.options import add_json, add_open, add_output, add_plots, add_series, add_units
 from autobalance.command.verb import Option, Verb
+from autobalance.solid.formats.table import endings
 
 VERB = Verb(
     "studies.study.verb:study",
@@ -12,7 +13,7 @@ VERB = Verb(
         "autobalance study job-balanced/report.json --samples 100000 --workers 4",
     ),
     options={
-        "job": Option(metavar="JOB.toml|REPORT.json"),
+        "job": Option(metavar="JOB.toml|REPORT.json|CRANK", endings=endings),
         "seed": Option(metavar="S"),
         "target": Option(metavar="P"),
     },
@@ -25,4 +26,5 @@ VERB = Verb(
         add_open,
     ),
     series=lambda result: result.series,
+    of_crank=True,
 )

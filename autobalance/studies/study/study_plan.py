@@ -58,7 +58,10 @@ def _of_job(job: Job, crank: Crank | None, notify: Notify) -> Plan:
     from autobalance.studies.study.plan import planned
 
     if crank is None:
-        return planned(job, notify)
+        from autobalance.verbs.crank_job import pressed_up_told
+
+        with pressed_up_told(job):
+            return planned(job, notify)
     from autobalance.balancing.measured_crank import measured_again
     from autobalance.verbs.balance import with_crank
 

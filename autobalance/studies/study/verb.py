@@ -93,14 +93,15 @@ def study(
     cluster: str | None = None,
     cluster_timeout_s: float = 10.0,
     progress: Progress | None = None,
+    **options: Any,
 ) -> StudyResult:
     """Draw cranks made to a job's plan, and judge them.
 
     Parameters
     ----------
     job : path, Job or mapping
-        Job, which is balanced first, or the report of a balanced one. Files that a mapping names are relative
-        to the working folder.
+        Job, which is balanced first, the report of a balanced one, or a crank file with options for the job's
+        keys. Files that a mapping names are relative to the working folder.
     samples : int
         Number of cranks to draw.
     seed : int
@@ -110,6 +111,8 @@ def study(
         required, and advice is given for 0.95.
     exact : int
         Number of cranks that are also cut and measured, which checks the linear model.
+    **options
+        With a crank file in place of the job, keys of the job as for ``balance``.
 
     Returns
     -------
@@ -126,9 +129,12 @@ def study(
     from autobalance.studies.study.study_plan import studied_plan
     from autobalance.studies.study.values import ABOVE_OUTCOME, study_report, study_series
     from autobalance.studies.workers import workers_of
+    from autobalance.verbs.crank_job import is_crank, job_given
 
     started = time.perf_counter()
     _refuse(samples, seed, target, exact)
+    if options or is_crank(job):
+        job, settings = job_given("study", job, options, settings), ()
     with workers_of(workers, cluster, cluster_timeout_s) as pool:
         studied = studied_plan(job, crank, telling(progress), settings)
         plan = studied.plan
