@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from autobalance.drawn_cranks.verb import generate as generate
     from autobalance.engines.bearings.verb import bearing as bearing
     from autobalance.engines.cycle.verb import cycle as cycle
+    from autobalance.engines.factor.verb import factor as factor
     from autobalance.engines.forces.verb import forces as forces
     from autobalance.engines.parts.verb import parts as parts
     from autobalance.engines.rod.verb import rod as rod

@@ -31,6 +31,11 @@ VERBS: Final[dict[str, Verb]] = {
         "",
         "command.demo",
     ),
+    "start": Verb(
+        "ask for what a job needs, question by question, and balance the crank",
+        "",
+        "dialogue.command",
+    ),
     "init": Verb(
         "write a commented job for a crank, or convert a job to a workbook and back",
         "verbs.init",
@@ -70,6 +75,11 @@ VERBS: Final[dict[str, Verb]] = {
         "inertia forces of the job's engine: orders, bearing loads, effect of each balance factor",
         "engines.forces.verb",
         "engines.forces.command",
+    ),
+    "factor": Verb(
+        "show the present balance factor, and what other factors leave and cost",
+        "engines.factor.verb",
+        "engines.factor.command",
     ),
     "cycle": Verb(
         "the working cycle: gas pressure, loads of pins and bearings, torque, speed",
@@ -240,6 +250,7 @@ REPORTS: Final = {
     "cycle": "engines.cycle.answer:CycleReport",
     "design": "profile_search.answer:DesignReport",
     "fem": "finite_elements.answer:FemReport",
+    "factor": "engines.factor.answer:FactorReport",
     "forces": "engines.forces.answer:ForcesReport",
     "grade": "formulas.grade_answer:GradeReport",
     "init": "report.records.answers:InitReport",

@@ -125,6 +125,7 @@ def balanced(crank: ab.Crank, folder: Path) -> bool:
     spread = {**PARTS, "rotating_g": {"big_end": {"g": 134.04, "pm": 0.5}}}
     for found in (
         ab.compare(job, crank=crank),
+        ab.factor(job, crank=result.crank),
         ab.forces(job, crank=result.crank),
         ab.cycle(with_cycle, crank=result.crank),
         ab.strength(with_cycle, crank=result.crank),

@@ -86,6 +86,7 @@ CALLS: Mapping[str, str] = {
     "cycle": "cycle cycle.toml",
     "design": "design design.toml -o designs --workers 1",
     "fem": "fem block.stl --unit mm --modes 1 --size-mm 30",
+    "factor": "factor job.toml",
     "forces": "forces job.toml",
     "generate": "generate single -o drawn.stl --segments 24",
     "grade": "grade --grade 6.3 --speed-rpm 9000 --mass 2000",

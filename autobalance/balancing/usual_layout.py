@@ -7,6 +7,7 @@ import math
 
 from autobalance.balancing.measured import Crank
 from autobalance.crank.anatomy import Anatomy
+from autobalance.job.model import EngineParts
 from autobalance.rigid_rotor.unbalance import Unbalance
 
 TWO_RODS_WIDTH = 0.75
@@ -79,3 +80,22 @@ def factor_hint(crank: Crank) -> str:
         f"{safe:.1f}, say: it has {low:.2f} to {high:.2f} with usual parts, and higher than its own needs"
         " metal added"
     )
+
+
+def layout_name(anatomy: Anatomy, engine: EngineParts) -> str:
+    """Return the layout of an engine in words: ``single``, ``in-line 4``, ``V8, cross-plane``.
+
+    Where the job has one rod on each crankpin, the words are those of an in-line engine.
+    """
+    throws = len(anatomy.throws)
+    rods = [engine.of_throw(throw.number).rods for throw in anatomy.throws]
+    if throws == 1:
+        names = {1: "single", 2: "V twin"}
+        return names.get(rods[0], f"{rods[0]} rods on one throw")
+    if all(each == 1 for each in rods):
+        return f"in-line {throws}"
+    if all(each == 2 for each in rods):
+        planes = {round(math.degrees(throw.angle_rad) % 180.0 / 15.0) % 12 for throw in anatomy.throws}
+        plane = {1: ", flat-plane", 2: ", cross-plane"}.get(len(planes), "") if throws == 4 else ""
+        return f"V{sum(rods)}{plane}"
+    return f"{throws} throws, {sum(rods)} cylinders"

@@ -38,6 +38,12 @@ def _grams(text: str, _: str) -> float:
     return float(match[1]) * G_PER[match[2]]
 
 
+def _rpm(text: str, _: str) -> float:
+    number = re.search(NUMBER, text)
+    assert number is not None  # by the pattern
+    return float(number[0]) * (1000.0 if "krpm" in text else 1.0)
+
+
 def _percent(text: str, _: str) -> float:
     return float(text.rstrip().removesuffix("%")) / 100.0
 
@@ -51,7 +57,7 @@ TYPED_UNITS = {
     "mm": TypedUnit(_LENGTH, "3/8 in", length_mm),
     "g·mm": TypedUnit(rf"\s*{NUMBER}\s*({_UNBALANCES})\s*", "0.5 oz-in", unbalance_g_mm),
     "g": TypedUnit(rf"\s*{NUMBER}\s*({'|'.join(G_PER)})\s*", "7.8 oz", _grams),
-    "1/min": TypedUnit(rf"\s*{NUMBER}\s*(rpm|1/min|r/min)\s*", "9500 rpm", _first_number()),
+    "1/min": TypedUnit(rf"\s*{NUMBER}\s*(k?rpm|1/min|r/min)\s*", "9500 rpm", _rpm),
     "share": TypedUnit(rf"\s*{NUMBER}\s*%\s*", "50 %", _percent),
     "mm/s": TypedUnit(rf"\s*G\s*{NUMBER}\s*", "G 6.3", _first_number()),
 }

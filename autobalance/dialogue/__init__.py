@@ -1,0 +1,1 @@
+"""A job by questions and answers on the terminal."""
