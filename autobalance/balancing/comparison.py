@@ -48,7 +48,7 @@ class ComparedRow:
         Magnitude of the resultant.
     mass_change_g, inertia_change_g_mm2 : float or None
         Of the rotor, slugs included; negative: removed.
-    metalmoved_g : float or None
+    metal_moved_g : float or None
         Metal taken, added or pressed in, each counted positive.
     cuts : int
         Holes, slugs, faces and rims to make.
@@ -75,7 +75,7 @@ class ComparedRow:
     residual_share: NotNegative | None = None
     residual_g_mm: NotNegative | None = None
     mass_change_g: float | None = None
-    metalmoved_g: NotNegative | None = None
+    metal_moved_g: NotNegative | None = None
     inertia_change_g_mm2: KgMm2 | None = None
     cuts: Count = 0
     different_cuts: Count = 0
@@ -117,7 +117,7 @@ class ComparedRow:
         wall = math.inf if self.wall_left_mm is None else self.wall_left_mm
         kept = 1.0 if self.web_metal_share is None else self.web_metal_share
         return (
-            self.metalmoved_g or 0.0,
+            self.metal_moved_g or 0.0,
             abs(self.inertia_change_g_mm2 or 0.0),
             float(self.cuts),
             -wall,
@@ -221,7 +221,7 @@ def ranked(rows: Sequence[ComparedRow], prefer: Prefer) -> list[ComparedRow]:
     """
 
     def key(row: ComparedRow) -> tuple[float, ...]:
-        moved, inertia = row.metalmoved_g or 0.0, row.inertia_change_g_mm2 or 0.0
+        moved, inertia = row.metal_moved_g or 0.0, row.inertia_change_g_mm2 or 0.0
         first: Mapping[Prefer, tuple[float, ...]] = {
             "simple": (row.different_cuts, row.cuts),
             "same_setup": (row.different_cuts, row.cuts),
@@ -271,7 +271,7 @@ def _figures(row: ComparedRow) -> Text:
     cuts = f"{row.cuts} cut{'' if row.cuts == 1 else 's'}, {row.different_cuts} different"
     wall = "" if row.wall_left_mm is None else said(", {} of wall left", mm(row.wall_left_mm, ".1f"))
     thin = "" if row.web_metal_share is None else f", {100.0 * row.web_metal_share:.0f} % of webs' metal kept"
-    return said("{}, {} moved{}{}", cuts, g(row.metalmoved_g or 0.0, ".1f"), wall, thin)
+    return said("{}, {} moved{}{}", cuts, g(row.metal_moved_g or 0.0, ".1f"), wall, thin)
 
 
 def _row(
@@ -288,7 +288,7 @@ def _row(
         residual_g_mm=result.residual.magnitude_g_mm,
         mass_change_g=float(change.mass_g),
         inertia_change_g_mm2=change.polar_inertia_g_mm2,
-        metalmoved_g=float(sum(moved_g(c, rotor.density_g_mm3) for c in result.corrections)),
+        metal_moved_g=float(sum(moved_g(c, rotor.density_g_mm3) for c in result.corrections)),
         cuts=len(result.corrections),
         different_cuts=len({(setting_of(cut), round(depth, 6)) for cut, depth in result.made}),
         depths_mm=tuple(float(c.depth_mm) for c in result.corrections),

@@ -97,7 +97,7 @@ def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
     report : path
         Report that balance or recut wrote, beside its solid. Or its folder.
     independent : bool
-        Measure the solid a second way too, from its slices, and require both to agree.
+        Measure the solid from its slices too, a mesh also by trimesh, and require all to agree.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.cad import tessellation
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.measure import mesh_moments
-from autobalance.solid.slicing.independent import agreement, slice_moments
+from autobalance.solid.slicing.independent import agreement, slice_moments, trimesh_moments
 from autobalance.verification import solids
 from tests import jobs
 from tests.coarse import COARSE
@@ -34,6 +34,7 @@ def test_a_crank_anywhere_agrees_with_its_tetrahedra() -> None:
     for frame in (None, anatomy.file_to_rotor):
         one, other = mesh_moments(solid.mesh, 0.00785, frame), slice_moments(solid.mesh, 0.00785, frame)
         assert agreement(one, other) < ROUNDING
+        assert agreement(one, trimesh_moments(solid.mesh, 0.00785, frame)) < ROUNDING
 
 
 def test_disagreement_is_seen() -> None:
@@ -57,6 +58,10 @@ def test_verify_measures_a_second_way(
     monkeypatch.setattr(solids, "slice_moments", lambda *_: Moments.zero())
     assert jobs.run("verify", report, "--independent") == 3
     assert "from tetrahedra and from slices differ by" in capsys.readouterr().err
+    monkeypatch.undo()
+    monkeypatch.setattr(solids, "trimesh_moments", lambda *_: Moments.zero())
+    assert jobs.run("verify", report, "--independent") == 3
+    assert "from tetrahedra and by trimesh differ by" in capsys.readouterr().err
 
 
 @pytest.mark.slow
