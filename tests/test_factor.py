@@ -11,7 +11,7 @@ import autobalance as ab
 from autobalance.errors import UsageError
 from tests import jobs
 
-WEIGHTS = {"rotating_g": 134.04, "reciprocating_g": 261.5, "crankpin_g": 114.65}
+WEIGHTS: dict[str, Any] = {"rotating_g": 134.04, "reciprocating_g": 261.5, "crankpin_g": 114.65}
 SPEED = 15200.0 * np.pi / 30.0
 RADIUS_MM, ROD_MM = 26.9, 104.0
 
@@ -41,7 +41,7 @@ def crank(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_candidates_of_a_crank_have_forces_of_the_exact_motion(crank: Path) -> None:
-    more = {"unit": "mm", "material": "steel", "speed_rpm": 15200, "rod_length_mm": ROD_MM}
+    more: dict[str, Any] = {"unit": "mm", "material": "steel", "speed_rpm": 15200, "rod_length_mm": ROD_MM}
     report = ab.factor(crank, **WEIGHTS, **more, factors=[0.28]).report
     found = candidates(report)
     assert list(found) == ["present", "half", "least_peak", "given"]

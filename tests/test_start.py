@@ -12,6 +12,7 @@ from autobalance.dialogue.command import started
 from autobalance.dialogue.questions import weight_g
 from autobalance.errors import AutobalanceError, FileError
 from tests import jobs
+from tests.read_once import read_once
 
 ANSWERS = ["", "", "", "", "", "95.04+39", "261,5", "114.65", "0.28", "15200", "", "shoulder"]
 """File, unit, material, recognised, old parts, rotating, reciprocating, pin, factor, speed, grade, method."""
@@ -26,7 +27,7 @@ def folder(tmp_path: Path) -> Path:
 def hold(folder: Path, *answers: str) -> tuple[int, str]:
     out = io.StringIO()
     lines = io.StringIO("".join(f"{each}\n" for each in answers))
-    with jobs.read_once():
+    with read_once():
         code = started(
             folder, folder / "job.toml", lines, out, lambda job: jobs.run("balance", job, "--no-report")
         )
