@@ -70,4 +70,4 @@ def jsonable(values: Any) -> Any:
     if isinstance(values, list):
         return [jsonable(value) for value in values]
     finite = not isinstance(values, float) or abs(values) < float("inf")
-    return values if isinstance(values, str | bool | int | float) and finite else str(values)
+    return values if isinstance(values, str | bool | int | float | None) and finite else str(values)

@@ -18,6 +18,7 @@ from autobalance.browser.prediction import DRAGGED_KEYS, predicted
 from autobalance.browser.preview import preview
 from autobalance.browser.work import CARDS, MESH, MODEL, VIEW
 from autobalance.errors import AutobalanceError
+from autobalance.toml_files.text import toml_text
 
 if TYPE_CHECKING:
     from autobalance.browser.project import Project
@@ -37,6 +38,7 @@ class Live:
             Route("/api/kinds", self.kinds),
             Route("/api/index-test", self.index_test, methods=["POST"]),
             Route("/api/runs/{run}/asked", self.asked),
+            Route("/api/runs/{run}/job", self.job),
             Route("/api/runs/{run}/mesh", self.mesh),
             Route("/api/runs/{run}/view", self.view),
             Route("/api/runs/{run}/model", self.model),
@@ -50,12 +52,14 @@ class Live:
     async def kinds(self, _: Request) -> Response:
         """Return the source of the page's forms: kinds, tables and analyses, usual parts, grades, presets."""
         from autobalance.drawn_cranks.design import PRESETS
+        from autobalance.job.listed_cuts import LISTED_CUTS
         from autobalance.job.template import USUAL_PARTS
         from autobalance.rigid_rotor.grade import GRADES
 
         listed, forms, offered = await run_in_threadpool(lambda: (kinds(), tables(), analyses()))
         grades = [{"grade": each.grade_mm_s, "machinery": each.what} for each in GRADES]
-        made_of = {"kinds": listed, "tables": forms, "parts": USUAL_PARTS, "grades": grades}
+        made_of: dict[str, Any] = {"kinds": listed, "tables": forms, "parts": USUAL_PARTS, "grades": grades}
+        made_of["listed"] = [key.name for key in LISTED_CUTS.keys]
         return JSONResponse({**made_of, "presets": list(PRESETS), "analyses": offered})
 
     async def index_test(self, request: Request) -> Response:
@@ -80,6 +84,13 @@ class Live:
         """Return the request of a run."""
         result = self._runs.asked(request.path_params["run"])
         return refused("there is no such run", 404) if result is None else JSONResponse(result)
+
+    async def job(self, request: Request) -> Response:
+        """Return the job that made a run's result, as a file has it."""
+        made_of = self._runs.job(request.path_params["run"])
+        if made_of is None:
+            return refused("there is no such run, or its job is not known", 404)
+        return Response(toml_text(made_of), media_type="application/toml")
 
     async def mesh(self, request: Request) -> Response:
         """Give the crank of an inspection as a buffer."""

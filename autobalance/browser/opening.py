@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from autobalance.browser.named_files import FILE_KEYS
-from autobalance.browser.project import JOB, Project, is_plain
+from autobalance.browser.project import JOB, STATE, Project, is_plain
 from autobalance.bundled import bundled_folder
 from autobalance.errors import FileError, FormatError
 from autobalance.toml_files.document import toml_of
@@ -186,6 +187,7 @@ def open_report(path: Path, project: Project, anywhere: bool = True) -> str:
     AutobalanceError
         If it is not a report of ``balance`` or ``recut``, or its solid is gone.
     """
+    from autobalance.browser.runs import ABOVE_EXIT_CODE
     from autobalance.verification.premises import without_nulls
     from autobalance.verification.report_file import read_report
 
@@ -209,7 +211,27 @@ def open_report(path: Path, project: Project, anywhere: bool = True) -> str:
     if crank.is_file() and not crank.is_symlink():
         tables["crankshaft"]["file"] = project.copied(crank)
     project.write_job(toml_text(tables))
+    own = project.own_folder(run)
+    own.mkdir(parents=True, exist_ok=True)
+    ended = {"exit_code": ABOVE_EXIT_CODE if report.get("outcome") == "above_tolerance" else 0}
+    begun = {"verb": report["command"], "started": path.stat().st_mtime, "asked": {"job": tables}}
+    (own / STATE).write_text(json.dumps({**begun, **ended}), encoding="utf-8")
     return run
+
+
+def open_job_of(made_of: Mapping[str, Any], project: Project) -> None:
+    """Make the job that made a result the project's; the one of before is kept as a file, `JOB_BEFORE`.
+
+    Raises
+    ------
+    FileError
+        If its crank is gone.
+    """
+    name = str(made_of.get("crankshaft", {}).get("file", ""))
+    if project.file(name) is None:
+        raise FileError(f"{name or 'the crank'} of that result is not in the project any more; drop it again")
+    project.write_text(JOB_BEFORE, project.job_text)
+    project.write_job(toml_text(dict(made_of)))
 
 
 def _outputs(report: Any) -> list[Any]:

@@ -19,6 +19,8 @@ JOB = "job.toml"
 RUNS = "runs"
 APP_FOLDER = ".app"
 """Files that the page needs besides those of the commands: meshes for its view, runs' states."""
+STATE = "run.json"
+"""What is kept of a run: its verb, its request, when it was begun and how it ended."""
 RUN_ID = re.compile(r"[0-9a-f]{12}")
 UPLOAD_PREFIX = ".upload-"
 

@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.browser.answers import jsonable
 from autobalance.browser.opening import job_of
-from autobalance.browser.project import APP_FOLDER, RUN_ID, RUNS, Project
+from autobalance.browser.project import APP_FOLDER, RUN_ID, RUNS, STATE, Project
 from autobalance.browser.work import nothing, work
 from autobalance.errors import AutobalanceError
-from autobalance.job.changes import differences
+from autobalance.job.changes import Difference, differences
 from autobalance.runtime import held_signals
 from autobalance.toml_files.text import toml_text
 
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
     from pathlib import Path
 
-STATE = "run.json"
 REPORT = "report.json"
 GRACE_S = 1.0
 """Time for a process to end before it is killed [s]."""
@@ -40,6 +39,8 @@ ENDED_STATES = ("done", "failed", "cancelled")
 ABOVE_EXIT_CODE = 4
 MOST_CHANGES = 20
 """Changed keys of the job that a run lists."""
+OF_NO_CUT = ("job", "shop.name", "shop.logo", "shop.units")
+"""Keys of a job, and tables, that stand on papers alone: changed, a result is still the job's."""
 PRELOADED_MODULES = (
     "autobalance.browser.preload",
     "PIL.ImageDraw",
@@ -119,6 +120,11 @@ class Runs:
         run = self._runs.get(run_id)
         return None if run is None else run.asked
 
+    def job(self, run_id: str) -> dict[str, Any] | None:
+        """Return the job that made a run's result; None where there is no such run, or none is known."""
+        run = self._runs.get(run_id)
+        return None if run is None else self._made_of(run)
+
     def cancel(self, run_id: str) -> bool:
         """End a run and remove its files; False if it is unknown."""
         run = self._runs.get(run_id)
@@ -196,7 +202,7 @@ class Runs:
     def _state(self, run: Run, job: dict[str, Any]) -> dict[str, Any]:
         """Return a run as the page has it; ``changes`` are the later differences of the project's ``job``."""
         made_of = self._made_of(run)
-        changes = [] if made_of is None else list(differences(made_of, job))
+        changes = [] if made_of is None else [*filter(_of_a_cut, differences(made_of, job))]
         folder = self._project.run_folder(run.id)
         whole = run.state == "done" and folder.is_dir()
         return {
@@ -276,6 +282,10 @@ class Runs:
             (own / STATE).write_text(json.dumps(kept), encoding="utf-8")
         elif run.state == "cancelled":
             self._project.forget(run.id)
+
+
+def _of_a_cut(change: Difference) -> bool:
+    return not any(f"{change.key}.".startswith(f"{key}.") for key in OF_NO_CUT)
 
 
 def _fingerprint(job: dict[str, Any]) -> str:

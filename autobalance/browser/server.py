@@ -25,6 +25,7 @@ from autobalance.browser.opening import (
     job_of,
     open_crank,
     open_example,
+    open_job_of,
     open_own_job,
     open_report,
 )
@@ -225,8 +226,10 @@ class Pages:
         return JSONResponse(kept, 201)
 
     async def open(self, request: Request) -> Response:
-        """Make an uploaded file the project's job or its crank, or a result one of its runs."""
+        """Make a file the project's job or crank, or a result one of its runs; or take a run's job again."""
         values = await body_of(request)
+        if isinstance(values, dict) and set(values) == {"run"}:
+            return self._job_of_a_run(str(values["run"]))
         name = values.get("file") if isinstance(values, dict) else None
         apart = values.get("apart") if isinstance(values, dict) else None
         if not isinstance(name, str) or not (apart is None or isinstance(apart, str)):
@@ -238,6 +241,16 @@ class Pages:
             run = await run_in_threadpool(self._opened, path, apart)
         except AutobalanceError as error:
             return refused(self._project.as_named(str(error)), 400)
+        return JSONResponse({"run": run, **self._job()})
+
+    def _job_of_a_run(self, run: str) -> Response:
+        made_of = self._runs.job(run)
+        if made_of is None:
+            return refused("there is no such run, or its job is not known", 404)
+        try:
+            open_job_of(made_of, self._project)
+        except AutobalanceError as error:
+            return refused(str(error), 400)
         return JSONResponse({"run": run, **self._job()})
 
     async def example(self, request: Request) -> Response:

@@ -165,23 +165,6 @@ def test_every_key_of_a_job_is_a_field(page: Browser) -> None:
     assert "job" not in job
 
 
-def test_what_was_typed_just_now_is_neither_lost_nor_saved_over_another_tabs_job(
-    page: Browser, project: Served
-) -> None:
-    page.click_on(at("tab-parts"))
-    elsewhere = small.job(job={"note": "of another tab"})
-    project.ask("/api/job", elsewhere, "PUT")
-    page.run(
-        "const field = document.getElementById('factor'); field.value = '0.43';"
-        "field.dispatchEvent(new Event('input', { bubbles: true }));"
-        "window.dispatchEvent(new Event('focus'))"
-    )
-    until(page, "return document.getElementById('error').textContent.includes('changed in another tab')")
-    assert page.run("return document.getElementById('factor').value") == "0.43"
-    assert project.ask("/api/project").json["job"]["job"] == {"note": "of another tab"}
-    assert all("409" in each["message"] for each in page.log("browser"))  # a browser logs what is refused
-
-
 def test_the_jobs_text_may_be_typed(page: Browser) -> None:
     page.click_on(at("edit-job"))
     text = page.run("return document.getElementById('job-toml').value")

@@ -1,13 +1,15 @@
 // The page: what the user knows goes into a job, the server's functions do the work, their numbers are shown.
 import { $ } from "/static/tools.js";
 import { askJson, behind, guarded, knows } from "/static/server.js";
-import { CRANKS, brought, edits, emit, isComing, isKeptSince, on, state, taken } from "/static/job.js";
+import { CRANKS, brought, emit, on, state } from "/static/job.js";
 import { ending } from "/static/tools.js";
 import * as analyse from "/static/analyse.js";
 import * as board from "/static/board.js";
+import * as clash from "/static/clash.js";
 import * as correct from "/static/correct.js";
 import * as drag from "/static/drag.js";
 import * as dragPanels from "/static/drag-panels.js";
+import * as helpLine from "/static/help-line.js";
 import * as jobText from "/static/job-text.js";
 import * as limits from "/static/limits.js";
 import * as machine from "/static/machine.js";
@@ -17,8 +19,9 @@ import * as parts from "/static/parts.js";
 import * as place from "/static/place.js";
 import * as runs from "/static/runs.js";
 import * as settings from "/static/settings.js";
-import { redraw } from "/static/store.js";
+import { mount, redraw } from "/static/store.js";
 import * as see from "/static/see.js";
+import { Toast } from "/static/toast.js";
 import * as tour from "/static/tour.js";
 import { t, translated } from "/static/words.js";
 import * as views from "/static/views.js";
@@ -61,6 +64,8 @@ tabs.forEach((tab, place) => {
   });
 });
 on("result", ({ id }) => place.keep({ run: id }));
+on("clash", clash.met);
+on("saved", clash.told);
 on("tab", (name) => select($(`tab-${name}`)));
 view.onpick = (hit) => { if (current === "open") open.pickedInModel(hit); else if (current === "correct") correct.pickedInModel(hit); };
 
@@ -81,18 +86,20 @@ async function begin() {
   translated(document.body);
   limits.setUp(declared.kinds);
   for (const each of [open, correct, see, drag, views]) each.setUp(view);
-  for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings]) each.setUp();
+  for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings, helpLine]) each.setUp();
+  clash.setUp($("clash-root"));
+  mount(Toast, $("toast-root"));
   proposed(await brought(() => askJson("/api/project")));
   tour.setUp();
   const told = (await askJson("/api/runs")).runs;
   runs.list(told);
-  const last = (verbs) => told.filter((each) => verbs.includes(each.verb) && each.state === "done").pop();
   const before = place.left();
-  const shown = told.find((each) => each.id === before.run && each.state === "done") || last(["balance", "recut"]), compared = last(["compare"]);
+  const own = told.filter((each) => see.isOfThis(each) && each.state === "done"), made = own.filter((each) => ["balance", "recut"].includes(each.verb));
+  const shown = made.find((each) => each.id === before.run) || made.pop(), last = (verb) => own.filter((each) => each.verb === verb).pop(), compared = last("compare");
   for (const each of told.filter((run) => run.verb === "inspect" && run.state === "done").reverse()) if (await opened(each)) break;
   if (shown) await see.show(shown);
   if (compared) await board.board(compared);
-  for (const { verb } of state.analyses) { const done = last([verb]); if (done) await analyse.show(done); }
+  for (const { verb } of state.analyses) { const done = last(verb); if (done) await analyse.show(done); }
   select($(`tab-${before.tab}`) || tabs[0]);
   scrollTo(0, before.top || 0);
   for (const going of told.filter((each) => ["waiting", "running"].includes(each.state))) again(going);
@@ -118,18 +125,13 @@ const again = guarded(async (going) => {
   const told = await runs.follow(going.id, going.verb);
   if (!told) return;
   if (going.verb === "inspect") await opened(told);
-  else if (["balance", "recut"].includes(going.verb)) emit("show", told);
+  else if (["balance", "recut"].includes(going.verb)) await see.ended(told);
   else if (going.verb === "compare") await board.board(told);
   else if (analyse.known(going.verb)) await analyse.show(told);
 });
 
-// Another tab may have changed the job meanwhile; what was typed here since goes first.
 window.addEventListener("focus", behind(async () => {
-  const before = edits(), found = await askJson("/api/project");
-  if (isKeptSince(before) && !isComing() && found.job_text !== state.text) {
-    taken(found.job);
-    proposed(found);
-  }
+  await clash.news();
   runs.list((await askJson("/api/runs")).runs);
 }));
 

@@ -23,7 +23,7 @@ export const compare = guarded(async () => {
     if (found && found.rows.length + found.pictures.length > seen && !shown.value?.whole) { seen = found.rows.length + found.pictures.length; shown.value = { id: told.id, ...found, whole: false }; }
   };
   shown.value = null;
-  const told = await watched(() => start("compare", { job: job() }, "", meanwhile));
+  const told = await watched(() => start("compare", { job: job(true) }, "", meanwhile));
   if (told) await board(told);
 });
 

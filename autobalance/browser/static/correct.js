@@ -3,11 +3,12 @@ import { html } from "/static/preact.min.js";
 import { $ } from "/static/tools.js";
 import { guarded } from "/static/server.js";
 import { at, changed, emit, job, keep, on, state } from "/static/job.js";
-import { WORDS, chosen, faces, has, isPoint, kinds, limitOf, methods, sectors, setLimit, zones } from "/static/limits.js";
+import { WORDS, chosen, faces, has, isPoint, kinds, limitOf, listed, methods, sectors, setLimit, zones } from "/static/limits.js";
 import { Board, compare } from "/static/board.js";
 import { Field } from "/static/fields.js";
 import { Measured, Predicted } from "/static/measured.js";
 import { Cancel, Progress, RunList, start, watched } from "/static/runs.js";
+import { ended } from "/static/see.js";
 import { mount, signal } from "/static/store.js";
 import { unitOf } from "/static/units.js";
 import { t } from "/static/words.js";
@@ -63,11 +64,11 @@ function pick() {
 
 // --- cut and measure ----------------------------------------------------------------------------------------
 
-export const balance = guarded(async () => {
+export const balance = guarded(async (words) => {
   if (!state.file) throw new Error(t("open a crank first"));
   emit("begun");
-  const told = await watched(() => start("balance", { job: job() }, chosen.method));
-  if (told) { emit("show", told); emit("tab", "see"); }
+  const told = await watched(() => start("balance", { job: job() }, words || (listed.cuts ? t("listed cuts") : chosen.method)));
+  if (told && await ended(told)) emit("tab", "see");
 });
 
 // --- the panel ----------------------------------------------------------------------------------------------
@@ -80,8 +81,15 @@ function Correct() {
     <label>${t("Mixed with")} <select data-testid="also" id="also" value=${chosen.also} onInput=${set("also")}><option value="">${t("nothing else")}</option>${options}</select></label>
     <label>${t("Verdict on")} <select data-testid="judge" id="judge" value=${at("balance.judge") || "dynamic"} onInput=${judge}><option value="dynamic">${t("resultant and planes")}</option><option value="static">${t("resultant alone")}</option></select></label></div>
     <p class="buttons"><button type="button" data-testid="balance" id="balance" class="main" onClick=${() => balance()}>${t("Balance: cut and measure")}</button> <button type="button" data-testid="compare" id="compare" onClick=${() => compare()}>${t("Compare all kinds")}</button> <${Cancel}/></p>
-    <${Progress}/><${RunList}/><${Faces}/><${Zones}/><p class="quiet" id="pick-says" aria-live="polite">${says.value}</p>
+    <${Listed}/><${Progress}/><${RunList}/><${Faces}/><${Zones}/><p class="quiet" id="pick-says" aria-live="polite">${says.value}</p>
     <details><summary>${t("Limits")}</summary><div id="limits">${methods().map(kinds.of).filter((kind) => kind).map((kind) => html`<${Limits} key=${kind.name} kind=${kind}/>`)}</div></details><${Board}/>`;
+}
+
+// Cuts that the job lists are made as they are; given up, they are planned again.
+export function Listed() {
+  if (!listed.cuts) return "";
+  const free = () => { listed.cuts = null; changed(); };
+  return html`<p class="buttons" data-testid="listed">${t("The job lists {count} cuts, made exactly so.", { count: listed.cuts.length })} <button type="button" data-testid="plan-freely" onClick=${free}>${t("Plan freely again")}</button></p>`;
 }
 
 function Limits({ kind }) {

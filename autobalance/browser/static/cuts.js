@@ -1,10 +1,10 @@
 // Cuts, in the order of indexing: where each cut is, how deep; a row turns the view to it.
 import { html } from "/static/preact.min.js";
-import { shown } from "/static/tools.js";
 import { Measured } from "/static/measured.js";
 import { emit } from "/static/job.js";
 import { redrawNow } from "/static/store.js";
 import { unitOf } from "/static/units.js";
+import { angleText, sign, zeroWords } from "/static/zero.js";
 import { t } from "/static/words.js";
 
 let chosen = null;
@@ -26,17 +26,18 @@ function turnTo(cut) {
 
 export function Cuts({ id, corrections }) {
   if (!corrections.length) return html`<table id=${id} hidden><tbody></tbody></table>`;
-  const mm = unitOf("mm"), heads = [[t("No.")], [t("kind")], [t("web")], [t("from")], [t("angle"), "°"], [t("radius"), mm], ["z", mm], ["⌀", mm], [t("depth"), mm], [t("mass"), "g"]];
+  const mm = unitOf("mm"), heads = [[t("No.")], [t("kind")], [t("web")], [t("from")], [t("angle")], [t("radius"), mm], ["z", mm], ["⌀", mm], [t("depth"), mm], [t("mass"), "g"]];
   return html`<div class="wide-table"><table id=${id} class="cuts" aria-describedby=${`${id}-says`}><caption>${t("Cuts, in the order of indexing")}</caption>
     <thead><tr>${heads.map(([name, unit]) => html`<th scope="col">${name}${unit ? html`<br/>[${unit}]` : ""}</th>`)}</tr></thead>
     <tbody>${corrections.map((cut, k) => html`<${Row} key=${cut.number} cut=${cut} path=${`corrections.${k}`}/>`)}</tbody></table></div>
-    <p class="quiet" id=${`${id}-says`}>${t("Angles from crankpin 1, counter-clockwise seen from +z (clockwise in brackets). Choose a row, and the view turns to it.")}</p>`;
+    <p class="quiet" id=${`${id}-says`}><span data-testid="zero">${zeroWords()}</span>. ${t("The radius of a hole is at its entry. Choose a row, and the view turns to it.")}</p>`;
 }
 
 function Row({ cut, path }) {
+  const radius = cut.entry_radius_mm === undefined || cut.entry_radius_mm === null ? "radius_mm" : "entry_radius_mm";
   const cell = (key, digits) => html`<td><${Measured} of=${`${path}.${key}`} value=${cut[key]} digits=${digits}/></td>`;
   return html`<tr class="turns" aria-selected=${String(chosen === cut)} onClick=${() => turnTo(cut)}>
     <th scope="row"><button type="button" aria-label=${t("Cut {number}: turn the view to it", { number: cut.number })} data-testid="turn-to" data-cut=${String(cut.number)}>${cut.number}</button></th>
-    <td>${cut.kind}</td><td>${cut.web ?? "–"}</td><td>${enteredFrom(cut)}</td><td><${Measured} of=${`${path}.angle_deg`} value=${cut.angle_deg} digits=${1}/><small class="quiet"> (${shown((360 - cut.angle_deg) % 360, 1)})</small></td>
-    ${cell("radius_mm", 2)}${cell("z_mm", 2)}${cell("diameter_mm", 2)}${cell("depth_mm", 3)}${cell("removed_mass_g", 2)}</tr>`;
+    <td>${cut.kind}</td><td>${cut.web ?? "–"}</td><td>${enteredFrom(cut)}</td><td class="num"><span data-key=${`${path}.angle_deg`} data-value=${String(cut.angle_deg)}>${angleText(cut.angle_deg)}</span><small class="ref"> ${sign()}</small></td>
+    ${cell(radius, 2)}${cell("z_mm", 2)}${cell("diameter_mm", 2)}${cell("depth_mm", 3)}${cell("removed_mass_g", 2)}</tr>`;
 }

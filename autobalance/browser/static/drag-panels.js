@@ -1,11 +1,13 @@
 // What stands of moved cuts: a box over the model, sliders beside it.
 import { html } from "/static/preact.min.js";
 import { $, shown, withUnit } from "/static/tools.js";
-import { TURN, TURN_STEP, angleOf, anyElsewhere, anyMoved, asItWas, cuts, drill, dragged, isMoved, planAgain, redo, set, someAlike, steps, trial, undo } from "/static/drag.js";
+import { TURN, TURN_STEP, angleOf, anyElsewhere, anyMoved, asItWas, cuts, drill, dragged, isMoved, redo, set, someAlike, steps, trial, undo } from "/static/drag.js";
+import { Listed } from "/static/correct.js";
 import { most } from "/static/handles.js";
-import { Measured, Predicted } from "/static/measured.js";
+import { Predicted } from "/static/measured.js";
 import { mount, redraw } from "/static/store.js";
 import { unitOf } from "/static/units.js";
+import { angleText, sign } from "/static/zero.js";
 import { t } from "/static/words.js";
 
 export function setUp() {
@@ -23,7 +25,7 @@ function Box() {
 }
 
 // Depths end where the walls of a hole's own place and drill do; of another place or drill nobody has looked at them.
-const Walls = () => (anyElsewhere() ? html`<p class="quiet walls">${t("Walls at other angles and of other drills are checked by planning again")}</p>` : "");
+const Walls = () => (anyElsewhere() ? html`<p class="quiet walls">${t("Walls at other angles and of other drills are checked when they are cut")}</p>` : "");
 
 function Together() {
   if (!someAlike()) return "";
@@ -47,17 +49,16 @@ function Left({ id }) {
 
 // Angle, depth and drill of every cut that was moved.
 function Moved() {
-  return cuts().flatMap((cut, place) => (isMoved(place) ? [html`<dt>${t("Cut {number}", { number: cut.number })}</dt><dd>${shown(angleOf(place), 1)}°, ${withUnit(dragged.depths[place], 2, "mm")} ${t("deep")}${cut.drills.length > 1 ? `, ⌀ ${withUnit(dragged.diameters[place], 2, "mm")}` : ""}</dd>`] : []));
+  return cuts().flatMap((cut, place) => (isMoved(place) ? [html`<dt>${t("Cut {number}", { number: cut.number })}</dt><dd>${angleText(angleOf(place))} ${sign()}, ${withUnit(dragged.depths[place], 2, "mm")} ${t("deep")}${cut.drills.length > 1 ? `, ⌀ ${withUnit(dragged.diameters[place], 2, "mm")}` : ""}</dd>`] : []));
 }
 
 // --- beside the model -----------------------------------------------------------------------------------------
 
 export function Panel() {
-  const { tried, verb } = dragged;
-  return html`<details id="drag-box" data-testid="drag" hidden=${!cuts().length}><summary>${t("Drag depths and holes")} <small>${t("predicted: a linear model about this result")}</small></summary>
+  const { verb } = dragged;
+  return html`<${Listed}/><details id="drag-box" data-testid="drag" hidden=${!cuts().length}><summary>${t("Drag depths and holes")} <small>${t("predicted: a linear model about this result")}</small></summary>
     <div id="drags">${cuts().map((cut, place) => html`<${Sliders} key=${cut.number} cut=${cut} place=${place}/>`)}</div><${Left} id="predictions"/><${Walls}/>
-    <p class="buttons"><button type="button" id="try-depths" data-testid="try-depths" hidden=${verb !== "balance"} onClick=${trial}>${t("Cut these and measure")}</button> <button type="button" id="take-depths" onClick=${planAgain}>${t("Plan again within these")}</button> <button type="button" id="undo-depths" onClick=${asItWas}>${t("As it was")}</button></p>
-    <div id="tried" data-testid="tried" hidden=${!tried}>${tried ? html`<${Tried} tried=${tried}/>` : ""}</div></details>`;
+    <p class="buttons"><button type="button" id="try-depths" data-testid="try-depths" hidden=${verb !== "balance"} onClick=${trial}>${t("Cut and measure")}</button> <button type="button" id="undo-depths" onClick=${asItWas}>${t("As it was")}</button></p></details>`;
 }
 
 function Sliders({ cut, place }) {
@@ -69,9 +70,3 @@ function Sliders({ cut, place }) {
 }
 
 const Slider = ({ words, label, min, max, step, value, says, change }) => html`<label class="slider"><span>${words}</span><output>${says}</output><input type="range" min=${min} max=${max} step=${step} value=${value} aria-label=${label} onInput=${({ target }) => change(Number(target.value))}/></label>`;
-
-function Tried({ tried }) {
-  const facts = FACTS(tried).map(([name, key, value, unit, digits]) => html`<dt>${t(name)}</dt><dd>${key === "worst_share" ? html`<span data-key="trial.worst_share" data-value=${String(value)}>${shown(100 * value, 1)}</span>` : html`<${Measured} of=${`trial.${key}`} value=${value} digits=${digits}/>`} ${unitOf(unit)}</dd>`);
-  return html`<h2>${t("As dragged, cut and measured")}</h2><dl id="tried-says" aria-live="polite" data-within=${String(tried.within_tolerance)}>${facts}<${Moved}/></dl>
-    <p><a id="tried-solid" hidden=${!tried.name} href=${tried.solid || ""} download=${tried.name || ""}>${t("Solid with these cuts")}</a></p>`;
-}

@@ -1,17 +1,17 @@
 // Cuts as a hand moves them: depth, angle, drill; what they would leave is predicted by the server as one drags, then cut and measured.
 import { $ } from "/static/tools.js";
-import { askJson, askLeft, guarded, post, say } from "/static/server.js";
-import { applied, on, state } from "/static/job.js";
+import { askLeft, guarded, post, say } from "/static/server.js";
+import { changed as changedJob, on, state } from "/static/job.js";
 import { balance } from "/static/correct.js";
 import * as handles from "/static/handles.js";
-import { kinds } from "/static/limits.js";
-import { start, watched } from "/static/runs.js";
+import { listed } from "/static/limits.js";
 import { redraw, redrawNow } from "/static/store.js";
+import { t } from "/static/words.js";
 
 export const TURN = 60; // degrees, each way
 export const TURN_STEP = 0.5; // degrees: what a dividing head can set
 // What is shown of it: the linear model of a result, where its cuts were moved to, what that is predicted to leave, what was measured.
-const NOTHING = { model: null, run: null, verb: "", depths: [], turns: [], diameters: [], gripped: -1, left: null, busy: false, tried: null };
+const NOTHING = { model: null, run: null, verb: "", depths: [], turns: [], diameters: [], gripped: -1, left: null, busy: false };
 export const dragged = { ...NOTHING, together: true };
 
 export const cuts = () => dragged.model?.cuts || [];
@@ -96,7 +96,6 @@ export function asItWas() {
   changed();
 }
 function changed() {
-  dragged.tried = null;
   handles.told();
   predict(); // what is shown is busy from here on
   redrawNow();
@@ -146,29 +145,30 @@ async function predict() {
   redraw();
 }
 
-// Make the cuts where they were moved to, and measure the solid's file.
+// All cuts as they stand now go into the job, with places and depths: these are made, and measured with all papers.
 export const trial = guarded(async () => {
-  const { run } = dragged, told = await watched(() => start("cut", { run, ...body() }, "as dragged"));
-  if (!told || run !== dragged.run) return;
-  const measured = (await askJson(`/api/runs/${told.id}/report`)).trial, name = told.files.find((each) => each.startsWith("tried."));
-  dragged.tried = { ...measured, magnitude_g_mm: measured.residual.magnitude_g_mm, planes: measured.residual.planes, solid: name && `/api/runs/${told.id}/files/${encodeURIComponent(name)}`, name };
-  redrawNow();
-  $("drag-box").open = true;
-  $("tried").scrollIntoView({ block: "nearest" });
+  const numbers = cuts().flatMap((cut, place) => (isMoved(place) ? [cut.number] : []));
+  listed.cuts = cuts().map((_, place) => described(place));
+  changedJob();
+  await balance(t("cut {numbers} moved by hand", { numbers: numbers.join(", ") }));
 });
 
-// What was dragged to, as limits of the job: what the planner then keeps to.
-export function planAgain() {
-  const changes = {};
-  for (const name of new Set(cuts().map((cut) => cut.kind))) {
-    const mine = cuts().flatMap((cut, place) => (cut.kind === name ? [place] : []));
-    const keys = kinds.of(name).keys.map((each) => each.key), key = (end) => `correction.${name}.${end}`;
-    if (keys.includes("max_depth_mm") && mine.some((k) => dragged.depths[k] !== cuts()[k].depth_mm)) changes[key("max_depth_mm")] = Math.max(...mine.map((k) => dragged.depths[k]));
-    if (keys.includes("sectors_deg") && mine.some((k) => dragged.turns[k])) changes[key("sectors_deg")] = mine.map((k) => around(angleOf(k)));
-    if (keys.includes("diameters_mm") && mine.some((k) => dragged.diameters[k] !== cuts()[k].diameter_mm)) changes[key("diameters_mm")] = [...new Set(mine.map((k) => dragged.diameters[k]))];
+// What describes a cut of the result where it was moved to, as a job lists it: no digits that nobody can set.
+const DIGITS = 4, OF_A_DIRECTION = 6;
+const rounded = (value, digits) => (typeof value === "number" ? Number(value.toFixed(digits)) : Array.isArray(value) ? value.map((each) => rounded(each, digits)) : value);
+const OF_ITS_PLACE = ["position_mm", "entry_mm"];
+function described(place) {
+  const cut = state.result.report.corrections[place], turn = dragged.turns[place];
+  const known = Object.entries(cut).filter(([key, value]) => state.declared.listed.includes(key) && value !== null && !(turn && OF_ITS_PLACE.includes(key)));
+  const made = { ...Object.fromEntries(known), depth_mm: dragged.depths[place] };
+  if (turn) {
+    made.angle_deg = angleOf(place);
+    if (made.inward) made.inward = turned(made.inward, turn);
   }
-  applied(changes);
-  balance();
+  if (cut.diameter_mm !== undefined && dragged.diameters[place] !== cut.diameter_mm) made.diameter_mm = dragged.diameters[place];
+  return Object.fromEntries(Object.entries(made).map(([key, value]) => [key, rounded(value, key === "inward" ? OF_A_DIRECTION : DIGITS)]));
 }
-const wrapped = (angle) => Math.round(1e3 * (((angle % 360) + 360) % 360)) / 1e3;
-const around = (angle) => [wrapped(angle - 1), wrapped(angle + 1)];
+function turned([x, y, z], degrees) {
+  const [c, s] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
+  return [c * x - s * y, s * x + c * y, z];
+}

@@ -25,18 +25,18 @@ function textOf(value, { kind, unit, key }) {
 }
 
 // One plain value; what a person types stands as it is typed while it means what the job holds.
-export function Field({ id, field, now, set, testid, label, list, help = true }) {
+export function Field({ id, field, now, set, testid, label, list, help = true, wrong }) {
   const { words, unit, kind, choices = [], default: usual, says } = field, own = useRef(null), system = useRef(null);
   if (system.current !== units.value || own.current === null || !same(valueOf(own.current, field), now)) own.current = textOf(now, field);
   system.current = units.value;
   const typing = ({ target }) => { own.current = target.value; set(valueOf(target.value, field)); };
   const options = kind === "bool" ? [["true", t("yes")], ["false", t("no")]] : choices.map((each) => [each, each]);
   const isTable = typeof now === "object" && now !== null && (!Array.isArray(now) || now.some((each) => typeof each === "object")); // in its place: in the text
-  const common = { id, title: t(says || ""), "data-testid": testid, disabled: isTable, onInput: typing, "aria-describedby": says && help ? `${id}-help` : undefined };
+  const common = { id, title: t(says || ""), "data-testid": testid, disabled: isTable, onInput: typing, "aria-describedby": [wrong ? `${id}-note` : "", says && help ? `${id}-help` : ""].filter((each) => each).join(" ") || undefined, "aria-invalid": wrong ? "true" : undefined };
   const input = options.length
     ? html`<select ...${common} value=${own.current}><option value="">${usual ? `${t("usual")}: ${usual}` : ""}</option>${options.map(([value, text]) => html`<option value=${value}>${text}</option>`)}</select>`
     : html`<input ...${common} value=${isTable ? "" : own.current} inputMode=${kind === "number" ? "decimal" : "text"} placeholder=${usual && CONVERTED.includes(unit) && Number.isFinite(Number(usual)) ? asShown(Number(usual), unit) : usual} list=${list}/>`;
-  return html`<label class=${options.length ? "choice" : ""}>${label || `${t(words)}${unit ? ` [${unitOf(unit)}]` : ""}`}${input}${says && help ? html`<small class="help" id=${`${id}-help`}>${t(says)}</small>` : ""}</label>`;
+  return html`<label class=${options.length ? "choice" : ""}>${label || `${t(words)}${unit ? ` [${unitOf(unit)}]` : ""}`}${input}${says && help ? html`<small class="help" id=${`${id}-help`}>${t(says)}</small>` : ""}${wrong === undefined ? "" : html`<small class="note" id=${`${id}-note`}>${wrong}</small>`}</label>`;
 }
 
 // A field of the job, by its table and declaration.

@@ -83,12 +83,12 @@ export function sumOf(rows) {
   return sum;
 }
 
-export function job() {
+// The job as a file has it; free: planned again, though it lists its cuts.
+export function job(isFree = false) {
   const engine = { ...(state.tables.engine || {}) };
   for (const group of Object.keys(GROUPS)) engine[group] = byName(state.weights[group]);
   if (!Object.keys(engine.crankpin_g).length) delete engine.crankpin_g;
-  const balance = { ...(state.tables.balance || {}), judge: at("balance.judge") || "dynamic" };
-  return { ...state.tables, crankshaft: crankshaft(), engine, balance, correction: correction(state.tables.correction || {}) };
+  return { ...state.tables, crankshaft: crankshaft(), engine, balance: { ...(state.tables.balance || {}) }, correction: correction(state.tables.correction || {}, isFree) };
 }
 
 // Changes that the server does not have yet: what it has must not take their place.
@@ -97,11 +97,20 @@ export const edits = () => changes;
 export const isKeptSince = (before) => sent === changes && changes === before;
 let coming = 0; // jobs that were asked for and are not here yet
 export const isComing = () => coming > 0;
+let base = {}; // the job as it was saved last, or taken from the server
+// A job of the server, with what was typed here since this page saved its own.
+export const sinceSaved = (tables) => merged(base, job(), tables);
 const save = behind(async () => {
   if (!state.file || sent === changes) return;
-  const now = changes;
-  state.text = (await put("/api/job", job())).job_text;
+  const now = changes, tables = structuredClone(job());
+  try { state.text = (await put("/api/job", tables)).job_text; } catch (error) {
+    if (error.status !== 409) throw error;
+    emit("clash", error.told);
+    return;
+  }
   sent = now;
+  base = tables;
+  emit("saved");
   if (state.result?.told) state.result.told = await askJson(`/api/runs/${state.result.id}`);
   redraw();
 });
@@ -114,10 +123,11 @@ export async function brought(asks, isAnother = false) {
   coming++;
   try {
     await save();
-    const answer = await asks(), isTyped = changes !== then;
-    const tables = isTyped ? merged(before, job(), answer.job) : answer.job;
+    const answer = await asks(), isTyped = changes !== then, now = job();
+    const tables = isTyped ? merged(before, now, answer.job) : answer.job;
     if (isAnother) forget(isTyped);
     taken(tables);
+    if (isTyped) base = merged(now, before, base); // what was typed is not saved yet
     return answer;
   } finally {
     coming--;
@@ -150,6 +160,7 @@ export function taken(tables) {
   const empty = Object.values(state.weights).every((rows) => !rows.length);
   if (empty) for (const group of Object.keys(GROUPS)) state.weights[group] = Object.entries(state.usual[group] || {}).map(([name, hint]) => ({ name, g: "", pm: "", pieces: "", hint }));
   takeCorrection(tables.correction || {});
+  base = structuredClone(job());
   emit("taken");
 }
 

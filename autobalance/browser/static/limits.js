@@ -2,6 +2,7 @@
 export const WORDS = { faces: "", sector_deg: "", sectors_deg: "" }; // keys with controls of their own
 export const kinds = { list: [], of: (name) => kinds.list.find((kind) => kind.name === name) };
 export const chosen = { method: "drill", also: "", others: [] }; // others: methods of a job beyond the two that the form shows
+export const listed = { cuts: null }; // cuts that the job lists, to be made exactly so; null: they are planned
 export const faces = new Set(); // ids, and points of a job's file as JSON; none: chosen by the program
 export const isPoint = (face) => face.startsWith("[");
 export const zones = { list: [] }; // { from, to, allowed }
@@ -19,9 +20,10 @@ export const limitOf = (kind, key) => given[kind]?.[key];
 export const setLimit = (kind, key, value) => { (given[kind] ||= {})[key] = value; };
 
 // The table [correction] of the job: what is filled in; keys that the page does not show stay.
-export function correction(before) {
+export function correction(before, isFree = false) {
   const names = methods(), made = { ...before };
   for (const kind of kinds.list) delete made[kind.name];
+  delete made.cut;
   for (const key of TOP) delete made[key];
   made.method = names.length === 1 ? names[0] : names;
   for (const name of names) {
@@ -32,7 +34,9 @@ export function correction(before) {
     }
     if (Object.keys(table).length) made[name] = table;
   }
-  return made;
+  if (isFree || !listed.cuts) return made;
+  delete made.keep; // keeps places and plans depths: a list has both
+  return { ...made, method: "listed", cut: listed.cuts };
 }
 
 function word(key) {
@@ -69,7 +73,8 @@ function without([from, to], [low, high]) {
 
 // Take the table of a job into the form.
 export function takeCorrection(table) {
-  const names = [].concat(table.method || "drill");
+  listed.cuts = [].concat(table.method).includes("listed") ? table.cut || [] : null;
+  const names = listed.cuts ? [...new Set(listed.cuts.map(({ kind }) => kind))] : [].concat(table.method || "drill");
   if (kinds.of(names[0])) chosen.method = names[0];
   chosen.also = names[1] && kinds.of(names[1]) ? names[1] : "";
   chosen.others = names.slice(2).filter((name) => kinds.of(name));

@@ -9,12 +9,15 @@ import { Cuts } from "/static/cuts.js";
 import { Measured } from "/static/measured.js";
 import { Polar } from "/static/polar.js";
 import { mount, redraw, signal } from "/static/store.js";
+import { ended } from "/static/see.js";
+import { zeroDeg, zeroWords } from "/static/zero.js";
 import { t } from "/static/words.js";
 import { BigDigits } from "/static/big-digits.js";
 
 const KEPT = "autobalance-shop"; // what a shop's machine is like, from one crank to the next
 const OF_THE_SHOP = ["urr", "umar", "rotation", "zero", "reads"];
-export const read = { planes: "2", urr: 95, rotation: "ccw", zero: 0, reads: "heavy", ...JSON.parse(localStorage.getItem(KEPT) || "{}") };
+const DRAFT = "autobalance-reading"; // what is typed of a reading on a result, until it is followed
+export const read = { planes: "2", urr: 95, umar: 0.5, rotation: "ccw", zero: 0, reads: "heavy", ...JSON.parse(localStorage.getItem(KEPT) || "{}") };
 const stages = signal({ list: [], runs: [] });
 const refused = signal(""); // why a reading was not followed
 export const big = signal(false);
@@ -23,14 +26,21 @@ const index = { first: {}, second: {}, found: null };
 export function set(key, value) {
   read[key] = value;
   localStorage.setItem(KEPT, JSON.stringify(Object.fromEntries(OF_THE_SHOP.map((name) => [name, read[name]]))));
+  if (state.result) localStorage.setItem(`${DRAFT}-${state.result.id}`, JSON.stringify(Object.fromEntries(Object.entries(read).filter(([name]) => !OF_THE_SHOP.includes(name)))));
   redraw();
+}
+// The reading that was begun on a result; none of another's.
+function taken(id) {
+  for (const name of Object.keys(read)) if (!OF_THE_SHOP.includes(name)) delete read[name];
+  Object.assign(read, { planes: "2" }, JSON.parse(localStorage.getItem(`${DRAFT}-${id}`) || "{}"));
 }
 
 export function setUp() {
   mount(Machine, $("spin"));
   on("result", guarded(async ({ report, id }) => {
+    taken(id);
     const names = report.tolerance.planes.map((plane) => plane.name);
-    for (const number of [1, 2]) read[`at-${number}`] = names[number - 1] || read[`at-${number}`];
+    for (const number of [1, 2]) read[`at-${number}`] = read[`at-${number}`] || names[number - 1];
     if (names.length < 2) read.planes = "1";
     refused.value = "";
     stages.value = { list: report.stages || [], id, runs: (await askJson("/api/runs")).runs };
@@ -42,7 +52,9 @@ export function setUp() {
 const number = (key, words, unit = "", usual = "") => [key, { key, words, unit, kind: "number", default: usual }];
 const text = (key, words, usual = "") => [key, { key, words, unit: "", kind: "text", default: usual }];
 const choice = (key, words, options) => [key, words, options];
-const One = ({ field: [key, declared], before = "" }) => html`<${Any} id=${before + key} testid=${before + key} field=${declared} now=${read[key]} set=${(value) => set(key, value)} help=${false}/>`;
+const One = ({ field: [key, declared], before = "" }) => html`<${Any} id=${before + key} testid=${before + key} field=${declared} now=${read[key]} set=${(value) => set(key, value)} help=${false} wrong=${isTouched(key) ? missing()[key] || "" : ""}/>`;
+// A field that was never typed in says nothing yet.
+const isTouched = (key) => key in read && (read[key] !== undefined || OF_THE_SHOP.includes(key));
 const Choice = ({ of: [key, words, options], testid = key }) => html`<label>${t(words)}<select id=${testid} data-testid=${testid} value=${read[key]} onInput=${({ target }) => set(key, target.value)}>${options.map(([value, says]) => html`<option value=${value}>${t(says)}</option>`)}</select></label>`;
 
 export function Plane({ place, before = "" }) {
@@ -50,11 +62,14 @@ export function Plane({ place, before = "" }) {
     <${One} before=${before} field=${text(`at-${place}`, "at A, B or z [mm]")}/><${One} before=${before} field=${number(`g-mm-${place}`, "Unbalance", "g·mm")}/><${One} before=${before} field=${number(`angle-${place}`, "Angle", "°")}/></fieldset>`;
 }
 
+// The machine's zero in the rotor's frame: it counts from the job's.
+const zero = () => (Number(read.zero) || 0) + zeroDeg();
+
 // The heavy side in the rotor's frame, as the program takes the reading.
 export function heavy(place) {
   const size = read[`g-mm-${place}`], angle = read[`angle-${place}`];
   if (typeof size !== "number" || typeof angle !== "number") return null;
-  const turned = ((read.zero || 0) + (read.reads === "light" ? 180 : 0) + (read.rotation === "cw" ? -angle : angle)) * Math.PI / 180;
+  const turned = (zero() + (read.reads === "light" ? 180 : 0) + (read.rotation === "cw" ? -angle : angle)) * Math.PI / 180;
   return { unbalance_g_mm: [size * Math.cos(turned), size * Math.sin(turned)], magnitude_g_mm: size, name: "read" };
 }
 
@@ -62,7 +77,7 @@ export function Heavy({ place }) {
   const vector = heavy(place), planes = state.result?.report.tolerance.planes || [];
   const permitted = planes.length < 2 || read.planes === "1" ? state.result?.report.tolerance.permissible_g_mm : planes[place - 1].permissible_g_mm;
   const words = `${t("Plane")} ${read[`at-${place}`] || place}`;
-  const still = vector || { unbalance_g_mm: [0, 0], magnitude_g_mm: 0, name: "read" };
+  const still = vector || { unbalance_g_mm: [0, 0], magnitude_g_mm: null, name: "read" };
   return html`<figure data-testid=${`read-polar-${place}`} data-within=${vector ? String(vector.magnitude_g_mm <= permitted) : ""}><figcaption>${words}: ${t("permitted")} ${withUnit(permitted, 2, "g·mm")}</figcaption><${Polar} title=${words} vector=${still} permitted=${permitted}/></figure>`;
 }
 
@@ -71,11 +86,24 @@ function body() {
     const at = String(read[`at-${place}`] ?? "").trim(), z = Number(at);
     return { ...(/^[AB]$/i.test(at) ? { at: at.toUpperCase() } : at === "" ? {} : { z_mm: Number.isFinite(z) ? z : at }), g_mm: read[`g-mm-${place}`] ?? "", angle_deg: read[`angle-${place}`] ?? "" };
   };
-  const made = { urr_percent: read.urr ?? "", umar_g_mm: read.umar ?? "", rotation: read.rotation, reads: read.reads, zero_deg: read.zero ?? 0, plane: read.planes === "2" ? [plane(1), plane(2)] : [plane(1)] };
+  const made = { urr_percent: read.urr ?? "", umar_g_mm: read.umar ?? "", rotation: read.rotation, reads: read.reads, zero_deg: zero(), plane: read.planes === "2" ? [plane(1), plane(2)] : [plane(1)] };
   if (read["reading-speed"] !== undefined) made.speed_rpm = read["reading-speed"];
   if (read.serial) made.serial = String(read.serial);
   if (read["bob-weights"]) made.bob_weights_g = listTyped(read["bob-weights"]);
   return made;
+}
+
+// What a reading still needs, by its field: what is typed there is no number, or nothing.
+export function missing() {
+  const found = {}, isNumber = (value) => typeof value === "number";
+  const need = (key, words) => { if (!isNumber(read[key])) found[key] = read[key] === undefined || read[key] === "" ? words : t("{value} is not a number", { value: read[key] }); };
+  for (const place of read.planes === "2" ? [1, 2] : [1]) {
+    need(`g-mm-${place}`, t("Enter the amount that the machine reads."));
+    need(`angle-${place}`, t("Enter the angle that the machine reads."));
+  }
+  need("umar", t("Enter the least residual that the machine reaches."));
+  need("urr", t("Enter the machine's reduction ratio."));
+  return found;
 }
 
 export const recut = guarded(async (trust) => {
@@ -83,7 +111,7 @@ export const recut = guarded(async (trust) => {
   refused.value = "";
   try {
     const told = await start("recut", { run: state.result.id, reading: body(), trust_reading: trust }, t("from a reading"));
-    if (told) { emit("show", told); say(""); }
+    if (told && await ended(told)) say("");
   } catch (error) {
     say(error.message);
     if (error.message.includes("--trust-reading")) refused.value = error.message.replace("; --trust-reading goes on", "");
@@ -101,10 +129,10 @@ function Machine() {
     <${One} field=${number("urr", "Reduction ratio URR", "%")}/><${One} field=${number("umar", "Least residual Umar", "g·mm")}/>
     <${Choice} of=${choice("rotation", "Angles count", [["ccw", "counter-clockwise"], ["cw", "clockwise"]])}/><${One} field=${number("zero", "The machine's zero at", "°")}/><${Choice} of=${choice("reads", "It reads", [["heavy", "the heavy side"], ["light", "the light side"]])}/></div></details>
     <div class="fields"><${Choice} of=${choice("planes", "Planes read", [["2", "two"], ["1", "one"]])} testid="reading-planes"/><${One} field=${number("reading-speed", "Speed", "1/min")}/><${One} field=${text("serial", "Serial number")}/><${One} field=${text("bob-weights", "Bob-weights fitted [g]", bobs.map((each) => (each.fit_g ?? each.mass_g).toFixed(2)).join("; "))}/></div>
-    <${Plane} place=${1}/><${Plane} place=${2}/><div class="polars" id="read-polars"><${Heavy} place=${1}/>${read.planes === "2" ? html`<${Heavy} place=${2}/>` : ""}</div>
-    <p class="buttons"><button type="button" id="recut" data-testid="recut" class="main" onClick=${() => recut(false)}>${t("Plan the next cuts")}</button>
+    <p class="quiet">${zeroWords()}. ${t("Readings count from the same zero.")}</p><${Plane} place=${1}/><${Plane} place=${2}/><div class="polars" id="read-polars"><${Heavy} place=${1}/>${read.planes === "2" ? html`<${Heavy} place=${2}/>` : ""}</div>
+    <p class="buttons"><button type="button" id="recut" data-testid="recut" class="main" disabled=${Object.keys(missing()).length > 0} aria-describedby="recut-needs" onClick=${() => recut(false)}>${t("Plan the next cuts")}</button>
     <button type="button" id="trust" data-testid="trust" hidden=${!refused.value} onClick=${() => recut(true)}>${t("The reading is right: go on")}</button>
-    <button type="button" data-testid="big" onClick=${() => { big.value = true; }}>${t("Big digits")}</button></p>
+    <button type="button" data-testid="big" onClick=${() => { big.value = true; }}>${t("Big digits")}</button></p><p class="quiet" id="recut-needs" data-testid="recut-needs" aria-live="polite">${Object.values(missing())[0] || ""}</p>
     <${Suspects}/><${Stages}/>${report.command === "recut" ? html`<h2>${t("The next cuts")}</h2><${Cuts} id="next-cuts" corrections=${report.corrections}/>` : ""}<${IndexTest}/><${BigDigits}/>`;
 }
 

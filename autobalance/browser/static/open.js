@@ -1,6 +1,6 @@
 // Open: the crank that is looked at, what was recognised in it and what is in doubt, and what a user says of it.
 import { html } from "/static/preact.min.js";
-import { $, ending, withUnit } from "/static/tools.js";
+import { $, ending, shown, withUnit } from "/static/tools.js";
 import { askBuffer, askJson, askLeft, guarded, say } from "/static/server.js";
 import { UNITLESS, assumed, at, changed, crankshaft, emit, keep, on, state, unitOfFile } from "/static/job.js";
 import { JobField } from "/static/fields.js";
@@ -101,9 +101,17 @@ async function unrecognised(error) {
 
 function reasons(report) {
   const off = report.crank.journal_misalignment_mm, free = view.parts.filter((part) => part.kind === "cylinder").length;
-  return [...report.warnings,
+  return [...strange(report), ...report.warnings,
     ...(off > 0.01 ? [html`${t("the main journals are out of line by")} <${Measured} of="crank.journal_misalignment_mm" value=${off} digits=${3} named/>`] : []),
     ...(free ? [t("cylinders along the axis taken for neither journal nor crankpin: {count}", { count: free })] : [])];
+}
+
+// A file without a unit is read in one: a crank of a weight that none has was read in the wrong one.
+const LIGHTEST_G = 100, HEAVIEST_G = 500e3;
+function strange({ crank }) {
+  const mass = crank.mass_g;
+  if (!UNITLESS.includes(ending(state.file)) || (mass >= LIGHTEST_G && mass <= HEAVIEST_G)) return [];
+  return [html`<span data-testid="unit-question">${t("In {unit} the crank weighs {mass}. Is that the unit of the file?", { unit: t(unitOfFile()), mass: mass < 1e4 ? withUnit(mass, 1, "g") : `${shown(mass / 1000, 0)} kg` })}</span>`];
 }
 
 // --- what a user says of a cylinder ---------------------------------------------------------------------------

@@ -1,17 +1,19 @@
 // See: the verdict and its numbers as measured, before and after, what was cut, doubts, files.
 import { html } from "/static/preact.min.js";
 import { $, withUnit } from "/static/tools.js";
-import { askBuffer, askJson, guarded } from "/static/server.js";
-import { applied, emit, on, state } from "/static/job.js";
+import { askBuffer, askJson, askText, guarded, post } from "/static/server.js";
+import { applied, brought, changed, emit, on, state } from "/static/job.js";
 import { balance } from "/static/correct.js";
 import { Doubts, Numbers } from "/static/result.js";
 import { outOf } from "/static/cuts.js";
 import * as drag from "/static/drag.js";
 import { Panel as Drag } from "/static/drag-panels.js";
 import { mount, redraw, signal } from "/static/store.js";
-import { t } from "/static/words.js";
+import { open } from "/static/open.js";
+import { toast } from "/static/toast.js";
+import { changeText, judged } from "/static/verdict.js";
+import { locale, t } from "/static/words.js";
 
-const OUTCOMES = { within_tolerance: "Within tolerance", already_within_tolerance: "Already within tolerance", above_tolerance: "Above tolerance" };
 const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook", "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages", "reading.toml": "Reading to fill in", "certificate.pdf": "Certificate", "bob-weights.pdf": "Bob-weight card", "holes.csv": "List of holes", "drawing.dxf": "Drawing (DXF)" };
 const AXES = { none: "none", z: "the axis", x: "the throw", y: "y" };
 let view = null;
@@ -22,9 +24,9 @@ export function setUp(model) {
   view = model;
   mount(See, $("panel-see"));
   on("look", (out) => view.turnTo(out));
-  on("show", (told) => guarded(show)(told));
+  on("show", guarded(asked));
   on("begun", () => clear("Working …"));
-  for (const name of ["forgotten", "gone"]) on(name, () => clear("No result yet"));
+  for (const name of ["forgotten", "gone"]) on(name, () => { showing++; clear("No result yet"); });
 }
 
 function clear(words) {
@@ -34,8 +36,29 @@ function clear(words) {
   redraw();
 }
 
+// A result belongs to its crank: one of another crank brings that crank with the job that made it.
+async function asked(told) {
+  if (!isOfThis(told)) {
+    await brought(() => post("/api/open", { run: told.id }), true);
+    changed();
+    await open();
+  }
+  await show(await askJson(`/api/runs/${told.id}`));
+}
+export const isOfThis = (told) => !told.crank || told.crank === state.file;
+
+// A run that ended: its result is shown if its crank still is.
+export async function ended(told) {
+  if (isOfThis(told)) { await show(told); return true; }
+  toast(t("The result of {crank} is ready, among the runs.", { crank: told.crank }));
+  redraw();
+  return false;
+}
+
+let showing = 0;
 export async function show(told) {
-  const report = await askJson(`/api/runs/${told.id}/report`);
+  const mine = ++showing, report = await askJson(`/api/runs/${told.id}/report`);
+  if (mine !== showing || !isOfThis(told)) return;
   clear("");
   const [left] = await Promise.all([drag.show(told), model(told.id)]);
   state.result = { id: told.id, report, told, papers: left?.papers || [] };
@@ -58,6 +81,8 @@ async function model(id) {
   view.fade(1 - look.fade / 100);
 }
 
+// The job that made this result, as a file.
+const saveJob = guarded(async () => save("job.toml", await askText(`/api/runs/${state.result.id}/job`)));
 function save(name, text) {
   const url = URL.createObjectURL(new Blob([text], { type: "application/toml" }));
   Object.assign(document.createElement("a"), { href: url, download: name }).click();
@@ -71,12 +96,17 @@ function See() {
 }
 
 function Verdict() {
-  const report = state.result?.report;
-  if (!report) return html`<p role="status" data-testid="verdict" id="verdict" data-outcome="">${t(none.value)}</p><p data-testid="reason" id="reason"></p>`;
-  const { told } = state.result;
-  const unproven = report.outcome !== "above_tolerance" && report.proven === false;
-  return html`<p role="status" data-testid="verdict" id="verdict" data-outcome=${report.outcome} data-proven=${unproven ? "false" : "true"} title=${unproven ? t("Residual and uncertainty together exceed the permissible unbalance.") : ""}>${t(OUTCOMES[report.outcome])}${unproven ? t(", not proven") : ""}</p><p data-testid="reason" id="reason">${report.reason || ""}</p>${told?.crank ? html`<p class="quiet" id="result-of">${told.crank}, ${new Date(told.started).toLocaleString()}</p>` : ""}${told?.job_changed ? html`<p id="job-changed" data-testid="job-changed" role="status">${t("The job has changed since: balance again.")} ${told.changes.slice(0, 3).map(({ key }) => key).join(", ")}</p>` : ""}`;
+  const found = judged(), { report, told } = state.result || {};
+  if (!found) return html`<div role="status" data-testid="verdict" id="verdict" data-outcome=""><h2>${t(none.value)}</h2></div><p data-testid="reason" id="reason"></p>`;
+  const { tone, words, says, why, changes } = found;
+  return html`<div role="status" data-testid="verdict" id="verdict" class="verdict" data-outcome=${report.outcome} data-proven=${report.proven === false ? "false" : "true"} data-tone=${tone}><h2>${words}</h2><p>${says} ${why}</p>${told?.crank ? html`<p class="of" id="result-of">${told.crank}, ${new Date(told.started).toLocaleString(locale)}</p>` : ""}
+    ${tone === "stale" ? html`<ul id="job-changed" data-testid="job-changed" aria-label=${t("Changed since then")}>${changes.slice(0, 3).map((each) => html`<li>${changeText(each)}</li>`)}${changes.length > 3 ? html`<li>${t("and {count} more", { count: changes.length - 3 })}</li>` : ""}</ul><p class="buttons"><button type="button" data-testid="cut-again" onClick=${() => balance()}>${t("Cut again")}</button> <button type="button" data-testid="job-of" onClick=${() => back(told)}>${t("Job of this result")}</button></p>` : ""}</div><p data-testid="reason" id="reason">${report.reason || ""}</p>`;
 }
+// The job as it was when this result was made.
+const back = guarded(async (told) => {
+  await brought(() => post("/api/open", { run: told.id }));
+  changed();
+});
 
 // What would suffice where the limits do not: each change is a button.
 function Remedies() {
@@ -89,7 +119,7 @@ function Files() {
   const { id, report, told, papers = [] } = state.result || {}, solid = report?.outputs.solid?.file;
   const link = (name, words, more = {}) => html`<a href=${`/api/runs/${id}/${more.room || "files"}/${encodeURIComponent(name)}`} download=${name} id=${more.id} data-testid=${more.id}>${t(words)}</a> `;
   const others = (told?.files || []).filter((name) => name !== "report.json" && name !== solid);
-  return html`<p id="downloads">${solid ? link(solid, "Corrected solid", { id: "download-solid" }) : ""}${report ? link("report.json", "Report", { id: "download-report" }) : ""}<span id="more-files">${others.map((name) => link(name, FILES[name] || name))}${papers.map((name) => link(name, FILES[name] || name, { room: "papers" }))}</span> <button type="button" id="download-job" onClick=${() => save("job.toml", state.text)}>${t("Job")}</button></p>`;
+  return html`<p id="downloads">${solid ? link(solid, "Corrected solid", { id: "download-solid" }) : ""}${report ? link("report.json", "Report", { id: "download-report" }) : ""}<span id="more-files">${others.map((name) => link(name, FILES[name] || name))}${papers.map((name) => link(name, FILES[name] || name, { room: "papers" }))}</span> <button type="button" id="download-job" hidden=${!told?.crank} onClick=${saveJob}>${t("Job")}</button></p>`;
 }
 
 // Before to after, and a section.

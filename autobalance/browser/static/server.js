@@ -13,8 +13,9 @@ export async function ask(path, options = {}) {
   } catch {
     throw new Error("the server does not answer; was it ended? Start `autobalance app` again");
   }
-  if (!answer.ok) throw new Error((await answer.json().catch(() => ({ error: answer.statusText }))).error);
-  return answer;
+  if (answer.ok) return answer;
+  const told = await answer.json().catch(() => ({ error: answer.statusText }));
+  throw Object.assign(new Error(told.error), { status: answer.status, told });
 }
 export const askText = async (path) => (await ask(path)).text();
 export const askJson = async (path, options) => (await ask(path, options)).json();

@@ -1,0 +1,35 @@
+// Verdict of a result: outcome, proven and current in one place, for every part of the page that says it.
+import { state } from "/static/job.js";
+import { kinds } from "/static/limits.js";
+import { shown, withUnit } from "/static/tools.js";
+import { t } from "/static/words.js";
+
+const OUTCOMES = { within_tolerance: "Within tolerance", already_within_tolerance: "Already within tolerance", above_tolerance: "Above tolerance" };
+
+// Tone, words and the sentence of a result; null where there is none.
+export function judged() {
+  const { report, told } = state.result || {};
+  if (!report) return null;
+  const isAbove = report.outcome === "above_tolerance", isUnproven = !isAbove && report.proven === false;
+  const tone = told?.job_changed ? "stale" : isAbove ? "bad" : isUnproven ? "warn" : "good";
+  const words = isUnproven ? t("Within, not proven") : t(OUTCOMES[report.outcome]);
+  return { tone, words: tone === "stale" ? t("Earlier result: {verdict}", { verdict: words.toLocaleLowerCase() }) : words, says: sentence(report), why: isUnproven ? t("Residual and uncertainty together exceed the permissible unbalance.") : "", changes: tone === "stale" ? told.changes : [] };
+}
+
+function sentence({ residual, tolerance }) {
+  const U = residual.uncertainty_g_mm, left = `${shown(residual.magnitude_g_mm, 2, "g·mm")}${typeof U === "number" ? ` ± ${shown(U, 2, "g·mm")}` : ""}`;
+  const given = { left, permitted: withUnit(tolerance.permissible_g_mm, 2, "g·mm"), grade: tolerance.grade_mm_s, speed: tolerance.speed_rpm };
+  return typeof tolerance.grade_mm_s === "number" ? t("{left} is left of {permitted} that G {grade} permits at {speed} rpm.", given) : t("{left} is left of {permitted} that are permitted.", given);
+}
+
+// What a person calls a key of the job: its field's label.
+export function labelOf(path) {
+  const [table, ...rest] = path.replace(/\[\d+\]/g, "").split("."), key = rest.join("."), last = rest.at(-1) || table;
+  if (path === "correction.method") return t("Kind of correction");
+  const kind = table === "correction" ? kinds.of(rest[0]) : null;
+  const field = kind ? kind.keys.find((each) => `${kind.name}.${each.key}` === key) : state.declared.tables.find((each) => each.table === table)?.keys.find((each) => each.key === key);
+  const words = field ? t(field.words) : last.replace(/_(g|mm|deg|rpm|percent)$/, "").replaceAll("_", " ");
+  return words.charAt(0).toLocaleUpperCase() + words.slice(1);
+}
+const valueOf = (value) => (value === null || value === undefined ? t("not set") : typeof value === "number" ? shown(value, Number.isInteger(value) ? 0 : 2) : typeof value === "object" ? Object.values(value).join("; ") : String(value));
+export const changeText = ({ key, was, now }) => `${labelOf(key)}: ${valueOf(was)} → ${valueOf(now)}`;
