@@ -166,6 +166,7 @@ def test_every_key_of_a_job_is_a_field(page: Browser) -> None:
 
 
 def test_the_jobs_text_may_be_typed(page: Browser) -> None:
+    page.run("document.getElementById('job-box').open = true")
     page.click_on(at("edit-job"))
     text = page.run("return document.getElementById('job-toml').value")
     put(page, job_toml=text.replace("[balance]", "[balance]\noverbalance_g_mm = 7.5 # typed", 1))
@@ -295,7 +296,7 @@ def test_it_is_worked_by_keys_alone(page: Browser) -> None:
 
 def test_nothing_is_wider_than_the_window(page: Browser) -> None:
     try:
-        for width in (1400, 820, 390):
+        for width in (1400, 820, 768, 390):
             page.resize(width, 900)
             for tab in ("open", "parts", "correct", "see", "machine"):
                 page.click_on(at(f"tab-{tab}"))
@@ -339,7 +340,7 @@ def test_the_page_speaks_german_with_a_decimal_comma(page: Browser, project: Ser
         page.run("localStorage.setItem('autobalance-language', 'de'); location.reload()")
         time.sleep(0.3)
         until(page, "return document.body.dataset.ready === 'true' && document.documentElement.lang === 'de'")
-        assert text_of(page, "tab-open") == "Öffnen"
+        assert "Kurbelwelle" in text_of(page, "tab-open")
         cell = "document.querySelector('[data-key=\"residual.magnitude_g_mm\"]')"
         until(page, f"return {cell}?.textContent.includes(',')")
         assert page.run(f"return Number({cell}.textContent.replace(',', '.'))") == pytest.approx(
@@ -379,7 +380,7 @@ def test_the_polar_moves_as_a_reading_is_typed(page: Browser, project: Served) -
         tip = f"return ['cx', 'cy'].map(name => Number({figure}.querySelector('.tip').getAttribute(name)))"
         x, y = page.run(tip)
         assert y == pytest.approx(100.0)  # 90° from crankpin 1, which is up, counter-clockwise: to the left
-        assert 100.0 - x == pytest.approx(70.0 * share / max(share, 1.05), abs=0.01)
+        assert 100.0 - x == pytest.approx(min(44.0 * share, 66.0), abs=0.01)  # a circle of one size
     put(page, rotation="cw")
     until(page, f"return Number({figure}.querySelector('.tip').getAttribute('cx')) > 150")
     put(page, rotation="ccw")
@@ -400,27 +401,14 @@ def test_an_index_test_separates_crank_and_tooling(page: Browser) -> None:
     until(page, "return document.querySelector('[data-testid=index-found]').textContent.includes('20.00')")
 
 
-def test_five_steps_lead_through_the_tabs(page: Browser) -> None:
-    page.click_on(at("start-tour"))
-    page.click_on(at("tab-see"))  # it goes along with who goes alone
-    until(page, "return document.querySelector('[data-testid=tour]')?.dataset.step === '4'")
-    page.click_on(at("start-tour"))
-    for step, tab in enumerate(("open", "parts", "correct", "see", "machine"), 1):
-        until(page, f"return document.querySelector('[data-testid=tour]')?.dataset.step === '{step}'")
-        assert page.run(f"return !document.getElementById('panel-{tab}').hidden")
-        page.run("document.querySelector('[data-testid=tour] button').click()")
-    page.run("document.querySelector('[data-testid=end-tour]').click()")
-    until(page, "return !document.querySelector('[data-testid=tour]')")
-
-
 def test_views_are_at_a_press(page: Browser) -> None:
     away = (
         "const view = document.getElementById('model').view;"
         "return view.camera.position.clone().sub(view.controls.target).normalize().toArray()"
     )
     buttons = "document.querySelectorAll('#views button')"
-    for place, (axis, sign) in {1: (2, 1), 2: (2, -1), 3: (0, 1), 4: (0, -1)}.items():
+    for place, (axis, sign) in {1: (2, -1), 2: (2, 1), 3: (1, 1)}.items():  # front, rear, side: square on
         page.run(f"{buttons}[{place}].click()")
-        assert sign * page.run(away)[axis] > 0.8
+        assert sign * page.run(away)[axis] == pytest.approx(1.0, abs=1e-6)
     page.run(f"{buttons}[0].click()")
     assert page.run(away)[2] > 0.5

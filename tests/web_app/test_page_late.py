@@ -76,6 +76,7 @@ def test_what_is_typed_while_a_crank_is_drawn_is_in_its_job(shown: Browser) -> N
 
 
 def test_what_is_typed_while_a_typed_job_is_read_stays(shown: Browser) -> None:
+    shown.run("document.getElementById('job-box').open = true")
     shown.click_on("#edit-job")
     put(shown, job_toml=job_text(shown, "speed_rpm").replace("6000", "7000"))
     with late(shown, "/api/job/text"):

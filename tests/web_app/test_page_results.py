@@ -133,7 +133,7 @@ def shows_as_dragged(
     holes = project.ask(f"/api/runs/{made['id']}/papers/holes.csv").body.decode()
     assert f"{listed['cut'][0]['depth_mm']:.2f}" in holes
     assert page.run("return document.querySelector('[data-testid=verdict]').dataset.tone") != "stale"
-    assert page.run("return document.querySelectorAll('a[download=\"sheet.pdf\"]').length") == 1
+    assert page.run("return document.querySelectorAll('a[data-file=\"sheet.pdf\"]').length") == 1
     page.click_on("#panel-see [data-testid=plan-freely]")
     until(page, "return document.querySelector('[data-testid=verdict]').dataset.tone === 'stale'")
     assert project.ask("/api/project").json["job"]["correction"] == small.DRILLED["correction"]
@@ -201,11 +201,12 @@ def test_the_list_of_cuts_says_where_and_turns_the_view_to_each(page: Browser, p
     )
     for place, cut in enumerate(made):
         cells, away, selected = page.run(where, place)
-        assert cells[:4] == [str(cut["number"]), "drill", str(cut["web"]), "rim"]
-        assert cells[4] == f"{cut['angle_deg']:.1f} ({(360.0 - cut['angle_deg']) % 360.0:.1f})"
-        assert [float(cells[at].replace("\u2212", "-")) for at in (5, 6, 7)] == pytest.approx(
-            [cut["radius_mm"], cut["z_mm"], cut["diameter_mm"]], abs=0.005
-        )
+        assert cells[0] == str(cut["number"])
+        where_it_is = f"web {cut['web']}, from rimdrill ⌀{cut['diameter_mm']:.2f}, z {cut['z_mm']:.2f}"
+        assert cells[1] == where_it_is.replace("-", "\u2212")
+        assert cells[2] == f"{cut['angle_deg']:.1f}° P1↺"
+        assert float(cells[3]) == pytest.approx(cut["entry_radius_mm"], abs=0.005)
+        assert cells[4].startswith(f"{cut['depth_mm']:.3f}")
         assert -sum(a * b for a, b in zip(away, cut["inward"], strict=True)) > 0.8
         assert selected == "true"
 

@@ -193,7 +193,7 @@ def spun(page: Browser, app: Served) -> None:
     key = "stages.1.reading.magnitude_g_mm"
     assert numbers(page)[key] == value_at(run["report"], key) > first["residual"]["magnitude_g_mm"]
     assert page.run("return document.querySelectorAll('#stages a').length") == 4
-    put(page, g_mm_1=9000, angle_1=20)
+    put(page, g_mm_1=9000, angle_1=20, g_mm_2=150, angle_2=180)
     page.click_on(at("recut"))
     until(
         page,

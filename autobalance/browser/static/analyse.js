@@ -16,7 +16,7 @@ const open = new Set();
 export const setUp = () => mount(Analyse, $("panel-analyse"));
 export const known = (verb) => state.analyses.some((each) => each.verb === verb);
 
-const run = guarded(async () => {
+export const run = guarded(async () => {
   const name = verb(), { reads, options } = state.analyses.find((each) => each.verb === name), body = { options: optionsOf(name) };
   const missing = options.find(({ key, required }) => required && body.options[key] === undefined);
   if (missing) throw new Error(t("{name} is missing", { name: t(missing.words) }));
@@ -48,7 +48,7 @@ function Analyse() {
     <p class="quiet" id="analysis-says">${t(now.says)}. ${t(WHAT[now.reads])}</p>
     ${now.tables.length ? html`<${OwnFile} key=${`file-${now.verb}`} verb=${now.verb} tables=${now.tables}/>` : ""}
     ${now.reads === "job" ? html`<${Read} key=${now.verb} by=${now.verb}/>` : ""}<${Options} key=${`options-${now.verb}`} verb=${now.verb} fields=${now.options}/>
-    <p class="buttons"><button type="button" id="analyse" data-testid="analyse" class="main" onClick=${run}>${t("Compute and draw")}</button></p><${Going}/>
+    <${Going}/>
     <div id="analyses" data-testid="analyses" aria-live="polite">${done.value.map((each) => html`<${Done} key=${each.verb} ...${each}/>`)}</div>`;
 }
 

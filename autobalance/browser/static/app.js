@@ -9,6 +9,7 @@ import * as clash from "/static/clash.js";
 import * as correct from "/static/correct.js";
 import * as drag from "/static/drag.js";
 import * as dragPanels from "/static/drag-panels.js";
+import * as frame from "/static/frame.js";
 import * as helpLine from "/static/help-line.js";
 import * as jobText from "/static/job-text.js";
 import * as limits from "/static/limits.js";
@@ -22,7 +23,6 @@ import * as settings from "/static/settings.js";
 import { mount, redraw } from "/static/store.js";
 import * as see from "/static/see.js";
 import { Toast } from "/static/toast.js";
-import * as tour from "/static/tour.js";
 import { t, translated } from "/static/words.js";
 import * as views from "/static/views.js";
 import { View } from "/static/view.js";
@@ -44,6 +44,7 @@ function select(tab) {
   current = tab.id.replace("tab-", "");
   place.keep({ tab: current });
   document.body.dataset.tab = current;
+  $("panels").scrollTop = 0;
   emit("selected", current);
   const result = ["see", "machine"].includes(current) && view.sets.result;
   view.use(result ? "result" : "crank");
@@ -69,15 +70,6 @@ on("saved", clash.told);
 on("tab", (name) => select($(`tab-${name}`)));
 view.onpick = (hit) => { if (current === "open") open.pickedInModel(hit); else if (current === "correct") correct.pickedInModel(hit); };
 
-// On a narrow page the model is folded away until a person, or a row that turns it, asks for it.
-function fold(folded) {
-  document.body.dataset.view = folded ? "folded" : "open";
-  $("fold").setAttribute("aria-expanded", String(!folded));
-  $("fold").textContent = folded ? t("Show the model") : t("Hide the model");
-}
-$("fold").addEventListener("click", () => fold(document.body.dataset.view !== "folded"));
-on("look", () => fold(false));
-
 // --- start ------------------------------------------------------------------------------------------------
 
 async function begin() {
@@ -86,11 +78,10 @@ async function begin() {
   translated(document.body);
   limits.setUp(declared.kinds);
   for (const each of [open, correct, see, drag, views]) each.setUp(view);
-  for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings, helpLine]) each.setUp();
+  for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings, helpLine, frame]) each.setUp();
   clash.setUp($("clash-root"));
   mount(Toast, $("toast-root"));
   proposed(await brought(() => askJson("/api/project")));
-  tour.setUp();
   const told = (await askJson("/api/runs")).runs;
   runs.list(told);
   const before = place.left();
@@ -101,7 +92,8 @@ async function begin() {
   if (compared) await board.board(compared);
   for (const { verb } of state.analyses) { const done = last(verb); if (done) await analyse.show(done); }
   select($(`tab-${before.tab}`) || tabs[0]);
-  scrollTo(0, before.top || 0);
+  $("panels").scrollTop = before.top || 0;
+  scrollTo(0, before.page || 0);
   for (const going of told.filter((each) => ["waiting", "running"].includes(each.state))) again(going);
 }
 

@@ -80,7 +80,7 @@ function Correct() {
   return html`<div class="fields wide"><label>${t("Kind of correction")} <select data-testid="method" id="method" value=${chosen.method} onInput=${set("method")}>${options}</select></label>
     <label>${t("Mixed with")} <select data-testid="also" id="also" value=${chosen.also} onInput=${set("also")}><option value="">${t("nothing else")}</option>${options}</select></label>
     <label>${t("Verdict on")} <select data-testid="judge" id="judge" value=${at("balance.judge") || "dynamic"} onInput=${judge}><option value="dynamic">${t("resultant and planes")}</option><option value="static">${t("resultant alone")}</option></select></label></div>
-    <p class="buttons"><button type="button" data-testid="balance" id="balance" class="main" onClick=${() => balance()}>${t("Balance: cut and measure")}</button> <button type="button" data-testid="compare" id="compare" onClick=${() => compare()}>${t("Compare all kinds")}</button> <${Cancel}/></p>
+    <p class="buttons"><button type="button" data-testid="compare" id="compare" onClick=${() => compare()}>${t("Compare all kinds")}</button> <${Cancel}/></p>
     <${Listed}/><${Progress}/><${RunList}/><${Faces}/><${Zones}/><p class="quiet" id="pick-says" aria-live="polite">${says.value}</p>
     <details><summary>${t("Limits")}</summary><div id="limits">${methods().map(kinds.of).filter((kind) => kind).map((kind) => html`<${Limits} key=${kind.name} kind=${kind}/>`)}</div></details><${Board}/>`;
 }

@@ -26,18 +26,18 @@ function turnTo(cut) {
 
 export function Cuts({ id, corrections }) {
   if (!corrections.length) return html`<table id=${id} hidden><tbody></tbody></table>`;
-  const mm = unitOf("mm"), heads = [[t("No.")], [t("kind")], [t("web")], [t("from")], [t("angle")], [t("radius"), mm], ["z", mm], ["⌀", mm], [t("depth"), mm], [t("mass"), "g"]];
-  return html`<div class="wide-table"><table id=${id} class="cuts" aria-describedby=${`${id}-says`}><caption>${t("Cuts, in the order of indexing")}</caption>
+  const mm = unitOf("mm"), heads = [[t("No.")], [t("cut")], [t("angle")], [t("radius"), mm], [t("depth"), mm]];
+  return html`<table id=${id} class="cuts" aria-describedby=${`${id}-says`}><caption>${t("Cuts, in the order of indexing")}</caption>
     <thead><tr>${heads.map(([name, unit]) => html`<th scope="col">${name}${unit ? html`<br/>[${unit}]` : ""}</th>`)}</tr></thead>
-    <tbody>${corrections.map((cut, k) => html`<${Row} key=${cut.number} cut=${cut} path=${`corrections.${k}`}/>`)}</tbody></table></div>
+    <tbody>${corrections.map((cut, k) => html`<${Row} key=${cut.number} cut=${cut} path=${`corrections.${k}`}/>`)}</tbody></table>
     <p class="quiet" id=${`${id}-says`}><span data-testid="zero">${zeroWords()}</span>. ${t("The radius of a hole is at its entry. Choose a row, and the view turns to it.")}</p>`;
 }
 
 function Row({ cut, path }) {
   const radius = cut.entry_radius_mm === undefined || cut.entry_radius_mm === null ? "radius_mm" : "entry_radius_mm";
-  const cell = (key, digits) => html`<td><${Measured} of=${`${path}.${key}`} value=${cut[key]} digits=${digits}/></td>`;
+  const figure = (key, digits) => html`<${Measured} of=${`${path}.${key}`} value=${cut[key]} digits=${digits}/>`;
   return html`<tr class="turns" aria-selected=${String(chosen === cut)} onClick=${() => turnTo(cut)}>
     <th scope="row"><button type="button" aria-label=${t("Cut {number}: turn the view to it", { number: cut.number })} data-testid="turn-to" data-cut=${String(cut.number)}>${cut.number}</button></th>
-    <td>${cut.kind}</td><td>${cut.web ?? "–"}</td><td>${enteredFrom(cut)}</td><td class="num"><span data-key=${`${path}.angle_deg`} data-value=${String(cut.angle_deg)}>${angleText(cut.angle_deg)}</span><small class="ref"> ${sign()}</small></td>
-    ${cell(radius, 2)}${cell("z_mm", 2)}${cell("diameter_mm", 2)}${cell("depth_mm", 3)}${cell("removed_mass_g", 2)}</tr>`;
+    <td class="words">${cut.web ? `${t("web")} ${cut.web}, ` : ""}${t("from")} ${enteredFrom(cut)}<small>${cut.kind}${cut.diameter_mm ? html` ⌀${figure("diameter_mm", 2)}` : ""}, z ${figure("z_mm", 2)}</small></td><td class="num"><span data-key=${`${path}.angle_deg`} data-value=${String(cut.angle_deg)}>${angleText(cut.angle_deg)}</span><small class="ref"> ${sign()}</small></td>
+    <td>${figure(radius, 2)}</td><td><b>${figure("depth_mm", 3)}</b><small>${figure("removed_mass_g", 2)} g</small></td></tr>`;
 }

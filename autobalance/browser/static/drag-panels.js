@@ -2,7 +2,6 @@
 import { html } from "/static/preact.min.js";
 import { $, shown, withUnit } from "/static/tools.js";
 import { TURN, TURN_STEP, angleOf, anyElsewhere, anyMoved, asItWas, cuts, drill, dragged, isMoved, redo, set, someAlike, steps, trial, undo } from "/static/drag.js";
-import { Listed } from "/static/correct.js";
 import { most } from "/static/handles.js";
 import { Predicted } from "/static/measured.js";
 import { mount, redraw } from "/static/store.js";
@@ -56,7 +55,7 @@ function Moved() {
 
 export function Panel() {
   const { verb } = dragged;
-  return html`<${Listed}/><details id="drag-box" data-testid="drag" hidden=${!cuts().length}><summary>${t("Drag depths and holes")} <small>${t("predicted: a linear model about this result")}</small></summary>
+  return html`<details id="drag-box" data-testid="drag" hidden=${!cuts().length}><summary>${t("Drag depths and holes")} <small>${t("predicted: a linear model about this result")}</small></summary>
     <div id="drags">${cuts().map((cut, place) => html`<${Sliders} key=${cut.number} cut=${cut} place=${place}/>`)}</div><${Left} id="predictions"/><${Walls}/>
     <p class="buttons"><button type="button" id="try-depths" data-testid="try-depths" hidden=${verb !== "balance"} onClick=${trial}>${t("Cut and measure")}</button> <button type="button" id="undo-depths" onClick=${asItWas}>${t("As it was")}</button></p></details>`;
 }

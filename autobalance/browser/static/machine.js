@@ -10,7 +10,7 @@ import { Measured } from "/static/measured.js";
 import { Polar } from "/static/polar.js";
 import { mount, redraw, signal } from "/static/store.js";
 import { ended } from "/static/see.js";
-import { zeroDeg, zeroWords } from "/static/zero.js";
+import { angleText, sign, zeroDeg, zeroWords } from "/static/zero.js";
 import { t } from "/static/words.js";
 import { BigDigits } from "/static/big-digits.js";
 
@@ -77,8 +77,8 @@ export function Heavy({ place }) {
   const vector = heavy(place), planes = state.result?.report.tolerance.planes || [];
   const permitted = planes.length < 2 || read.planes === "1" ? state.result?.report.tolerance.permissible_g_mm : planes[place - 1].permissible_g_mm;
   const words = `${t("Plane")} ${read[`at-${place}`] || place}`;
-  const still = vector || { unbalance_g_mm: [0, 0], magnitude_g_mm: null, name: "read" };
-  return html`<figure data-testid=${`read-polar-${place}`} data-within=${vector ? String(vector.magnitude_g_mm <= permitted) : ""}><figcaption>${words}: ${t("permitted")} ${withUnit(permitted, 2, "g·mm")}</figcaption><${Polar} title=${words} vector=${still} permitted=${permitted}/></figure>`;
+  const rows = [[t("read"), vector ? html`<strong>${shown(vector.magnitude_g_mm, 2, "g·mm")}</strong>` : "–"], [t("heavy at"), vector ? html`${angleText((Math.atan2(vector.unbalance_g_mm[1], vector.unbalance_g_mm[0]) * 180) / Math.PI)}<small class="ref"> ${sign()}</small>` : "–"], [t("permitted"), withUnit(permitted, 2, "g·mm")]];
+  return html`<${Polar} testid=${`read-polar-${place}`} within=${vector ? String(vector.magnitude_g_mm <= permitted) : ""} title=${words} vectors=${[vector || { magnitude_g_mm: null, unbalance_g_mm: [0, 0], name: "read" }]} permitted=${permitted} rows=${rows}/>`;
 }
 
 function body() {
@@ -129,10 +129,8 @@ function Machine() {
     <${One} field=${number("urr", "Reduction ratio URR", "%")}/><${One} field=${number("umar", "Least residual Umar", "g·mm")}/>
     <${Choice} of=${choice("rotation", "Angles count", [["ccw", "counter-clockwise"], ["cw", "clockwise"]])}/><${One} field=${number("zero", "The machine's zero at", "°")}/><${Choice} of=${choice("reads", "It reads", [["heavy", "the heavy side"], ["light", "the light side"]])}/></div></details>
     <div class="fields"><${Choice} of=${choice("planes", "Planes read", [["2", "two"], ["1", "one"]])} testid="reading-planes"/><${One} field=${number("reading-speed", "Speed", "1/min")}/><${One} field=${text("serial", "Serial number")}/><${One} field=${text("bob-weights", "Bob-weights fitted [g]", bobs.map((each) => (each.fit_g ?? each.mass_g).toFixed(2)).join("; "))}/></div>
-    <p class="quiet">${zeroWords()}. ${t("Readings count from the same zero.")}</p><${Plane} place=${1}/><${Plane} place=${2}/><div class="polars" id="read-polars"><${Heavy} place=${1}/>${read.planes === "2" ? html`<${Heavy} place=${2}/>` : ""}</div>
-    <p class="buttons"><button type="button" id="recut" data-testid="recut" class="main" disabled=${Object.keys(missing()).length > 0} aria-describedby="recut-needs" onClick=${() => recut(false)}>${t("Plan the next cuts")}</button>
-    <button type="button" id="trust" data-testid="trust" hidden=${!refused.value} onClick=${() => recut(true)}>${t("The reading is right: go on")}</button>
-    <button type="button" data-testid="big" onClick=${() => { big.value = true; }}>${t("Big digits")}</button></p><p class="quiet" id="recut-needs" data-testid="recut-needs" aria-live="polite">${Object.values(missing())[0] || ""}</p>
+    <p class="quiet">${zeroWords()}. ${t("Readings count from the same zero.")}</p><${Plane} place=${1}/><${Plane} place=${2}/>
+    <p class="buttons"><button type="button" id="trust" data-testid="trust" hidden=${!refused.value} onClick=${() => recut(true)}>${t("The reading is right: go on")}</button></p><p class="quiet" id="recut-needs" data-testid="recut-needs" aria-live="polite">${Object.values(missing())[0] || ""}</p>
     <${Suspects}/><${Stages}/>${report.command === "recut" ? html`<h2>${t("The next cuts")}</h2><${Cuts} id="next-cuts" corrections=${report.corrections}/>` : ""}<${IndexTest}/><${BigDigits}/>`;
 }
 

@@ -13,7 +13,7 @@ import { t } from "/static/words.js";
 
 let view = null;
 let opening = 0;
-const doubts = signal([]); // what is in doubt, as texts or elements
+export const doubts = signal([]); // what is in doubt, as texts or elements
 export const chosen = signal({ row: "", part: 0 }); // the row of the tree, and the part of the model from 1, that was chosen
 const preset = signal("");
 
@@ -170,7 +170,7 @@ function Open() {
     <div class="fields"><label id="unit-field" hidden=${!unitless}>${t("Unit of the file")} <select data-testid="unit" id="unit" value=${unitOfFile()} onInput=${setUnit} onChange=${async () => { await sending; if (state.file) open(); }}>${["mm", "cm", "m", "inch"].map((each) => html`<option value=${each}>${t(each)}</option>`)}</select></label>
       <${JobField} id="density" testid="density" table="crankshaft" label=${t("Density [kg/m³]")} field=${{ ...DENSITY, default: String(assumed.density_kg_m3) }} help=${false}/>
       <label>${t("Crankpin in the file")} <select data-testid="crankpin-in-file" id="crankpin-in-file" value=${pin === undefined ? "" : String(pin)} onInput=${setPin}>${Object.entries(PINS).map(([value, words]) => html`<option value=${value}>${t(words)}</option>`)}</select></label></div>
-    <button type="button" data-testid="open" id="open" class="main" onClick=${async () => { await sending; open(); }}>${t("Open the crank")}</button> <button type="button" id="forget-overrides" hidden=${!at("crankshaft.main_journals") && !at("crankshaft.crankpins")} onClick=${forget}>${t("Recognise it all again")}</button>
+    <button type="button" data-testid="open" id="open" onClick=${async () => { await sending; open(); }}>${t("Open the crank")}</button> <button type="button" id="forget-overrides" hidden=${!at("crankshaft.main_journals") && !at("crankshaft.crankpins")} onClick=${forget}>${t("Recognise it all again")}</button>
     <ul id="doubts" aria-label=${t("What is in doubt")} aria-live="polite">${doubts.value.map((each) => html`<li>${each}</li>`)}</ul><${Cylinder}/><${Tree} report=${state.inspected?.report} row=${chosen.value.row} choose=${choose}/><${Cylinders}/>`;
 }
 

@@ -7,10 +7,9 @@ import { mount, redraw, signal } from "/static/store.js";
 import { t } from "/static/words.js";
 import { Engine, Targets } from "/static/engine.js";
 import { Everything } from "/static/everything.js";
-import { Polars } from "/static/polar.js";
 import { RodPicture } from "/static/rod-picture.js";
 
-const preview = signal({ found: null, why: "" });
+export const preview = signal({ found: null, why: "" });
 const touched = signal(""); // the part whose row is being typed in
 
 export function setUp() {
@@ -24,7 +23,7 @@ function Parts() {
   return html`<${Facts}/><p class="quiet" id="preview-why" aria-live="polite">${preview.value.why}</p>
     <div class="beside"><div><p class="quiet">${t("Weights of one connecting rod; crankpin parts of one throw. Rows of a spreadsheet may be pasted into any field.")}</p>
     <div id="weights">${Object.entries(GROUPS).map(([group, title]) => html`<${Group} group=${group} title=${t(title)}/>`)}</div></div><${RodPicture} part=${touched.value}/></div>
-    <${Targets}/><${Engine}/><${Everything}/><${PreviewPolars}/>`;
+    <${Targets}/><${Engine}/><${Everything}/>`;
 }
 
 // --- weights ----------------------------------------------------------------------------------------------
@@ -89,12 +88,4 @@ function Facts() {
   ];
   return html`<div id="preview" data-testid="preview" hidden=${!found}><h2>${t("Before anything is cut")} <small>${t("predicted from the measured crank")}</small></h2>
     <dl id="preview-facts">${facts.map(([name, value, unit]) => html`<dt>${name}</dt><dd><${Predicted} value=${value} digits=${unit ? 2 : 4} unit=${unit}/></dd>`)}</dl></div>`;
-}
-
-function PreviewPolars() {
-  const { found } = preview.value;
-  if (!found) return null;
-  const places = found.initial.planes.map((plane, k) => [`${t("Plane")} ${plane.name}`, plane, found.tolerance.planes[k].permissible_g_mm]);
-  const plots = [[t("Resultant"), found.initial, found.tolerance.permissible_g_mm], ...places];
-  return html`<div class="polars" id="preview-polar"><${Polars} plots=${plots.map(([name, unbalance, permitted]) => [name, [{ ...unbalance, name: "before" }], permitted])}/></div>`;
 }

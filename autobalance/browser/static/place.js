@@ -7,4 +7,4 @@ const before = again ? found() : {};
 
 export const left = () => before;
 export const keep = (change) => sessionStorage.setItem(KEPT, JSON.stringify({ ...found(), ...change }));
-addEventListener("pagehide", () => keep({ top: scrollY }));
+addEventListener("pagehide", () => keep({ top: document.getElementById("panels").scrollTop, page: scrollY }));

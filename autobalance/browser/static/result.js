@@ -1,9 +1,7 @@
-// A result in numbers: before, after, permitted; its polars, its cuts, its doubts and its passes.
+// A result in numbers: before, after, permitted; its doubts and its passes.
 import { html } from "/static/preact.min.js";
 import { shown } from "/static/tools.js";
-import { Cuts } from "/static/cuts.js";
 import { Measured } from "/static/measured.js";
-import { Polars } from "/static/polar.js";
 import { unitOf } from "/static/units.js";
 import { t } from "/static/words.js";
 import { state } from "/static/job.js";
@@ -12,19 +10,16 @@ const CAUSES = { facets: "facets of the file", rounding: "rounding of the file",
 
 export function Numbers() {
   const report = state.result?.report;
-  if (!report) return html`<table id="numbers" hidden><tbody></tbody></table><div class="polars" id="polars"></div><${Cuts} id="cuts" corrections=${[]}/>`;
+  if (!report) return html`<table id="numbers" hidden><tbody></tbody></table>`;
   const { initial, residual, tolerance, balance_factor: factor } = report, bob = report.engine.bob_weights[0];
   const rows = [[t("resultant"), initial, residual, tolerance.permissible_g_mm, "", "tolerance.permissible_g_mm"], ...residual.planes.map((plane, k) => [`${t("plane")} ${plane.name}`, initial.planes[k], plane, tolerance.planes[k].permissible_g_mm, `planes.${k}.`, `tolerance.planes.${k}.permissible_g_mm`])];
   const cell = (of, value, digits = 2) => html`<td><${Measured} of=${of} value=${value} digits=${digits}/></td>`;
-  const plots = [[t("Resultant"), initial, residual, tolerance.permissible_g_mm], ...residual.planes.map((plane, k) => [`${t("Plane")} ${plane.name}`, initial.planes[k], plane, tolerance.planes[k].permissible_g_mm])];
   return html`<table id="numbers"><caption>${t("Measured on the written solid; unbalance in {unit}", { unit: unitOf("g·mm") })}</caption>
     <thead><tr><th></th><th scope="col">${t("before")}</th><th scope="col">${t("after")}</th><th scope="col">${t("permitted, or aim")}</th></tr></thead><tbody>
     ${rows.map(([name, before, after, limit, path, key]) => html`<tr><th scope="row">${name}</th>${cell(`initial.${path}magnitude_g_mm`, before.magnitude_g_mm)}${cell(`residual.${path}magnitude_g_mm`, after.magnitude_g_mm)}${cell(key, limit)}</tr>`)}
     ${bob ? html`<tr><th scope="row">${t("bob-weight, throw {number}", { number: 1 })} [g]</th><td></td>${cell("engine.bob_weights.0.mass_g", bob.mass_g)}<td></td></tr>` : ""}
     <tr><th scope="row">${t("balance factor")}</th>${cell("balance_factor.initial", factor.initial, 4)}${cell("balance_factor.final", factor.final, 4)}${cell("balance_factor.target", factor.target, 4)}</tr>
-    <tr><th scope="row">${t("change of polar inertia")} [${unitOf("kg·mm²")}]</th><td></td>${cell("inertia_change_kg_mm2", report.inertia_change_kg_mm2)}<td></td></tr></tbody></table>
-    <div class="polars" id="polars"><${Polars} plots=${plots.map(([name, before, after, permitted]) => [name, [{ ...before, name: "before" }, { ...after, name: "after" }], permitted])}/></div>
-    <${Cuts} id="cuts" corrections=${report.corrections}/>`;
+    <tr><th scope="row">${t("change of polar inertia")} [${unitOf("kg·mm²")}]</th><td></td>${cell("inertia_change_kg_mm2", report.inertia_change_kg_mm2)}<td></td></tr></tbody></table>`;
 }
 
 export function Doubts() {

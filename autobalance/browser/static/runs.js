@@ -61,18 +61,20 @@ export function list(runs) {
 
 const now = signal({ going: "", last: null }); // the run that a person watches: its id while it goes, and how far the last one came
 
-export function Cancel() {
+export function Cancel({ id = "cancel" }) {
   const { going } = now.value;
-  return html`<button type="button" data-testid="cancel" id="cancel" disabled=${!going} data-run=${going} onClick=${guarded(async () => { if (going) await cancel(going); })}>${t("Cancel")}</button>`;
+  return html`<button type="button" data-testid=${id} id=${id} disabled=${!going} data-run=${going} onClick=${guarded(async () => { if (going) await cancel(going); })}>${t("Cancel")}</button>`;
 }
 export function Progress() {
   const { last } = now.value, share = Math.round(100 * (last?.share || 0)), words = last ? `${last.verb}: ${last.words}` : "";
-  return html`<div data-testid="progress" id="progress" role="progressbar" aria-label=${t("Progress")} aria-valuemin="0" aria-valuemax="100" aria-valuenow=${String(share)} aria-valuetext=${words}><i style=${{ width: `${share}%` }}></i><span>${words}</span></div>`;
+  return html`<div data-testid="progress" id="progress" role="progressbar" aria-label=${t("Progress")} aria-valuemin="0" aria-valuemax="100" aria-valuenow=${String(share)} aria-valuetext=${words} hidden=${!now.value.going}><i style=${{ width: `${share}%` }}></i><span>${words}</span></div>`;
 }
 
 const listed = signal([]);
 const all = signal(false);
 const FEW = 5;
+// The run that cuts, or plans cuts, while it goes.
+export const cutting = () => listed.value.find((each) => ["balance", "recut"].includes(each.verb) && !ENDED.includes(each.state)) || null;
 // Those that wait or run, as components show them.
 export const running = () => listed.value.filter((each) => !ENDED.includes(each.state));
 

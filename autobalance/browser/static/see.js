@@ -3,9 +3,9 @@ import { html } from "/static/preact.min.js";
 import { $, withUnit } from "/static/tools.js";
 import { askBuffer, askJson, askText, guarded, post } from "/static/server.js";
 import { applied, brought, changed, emit, on, state } from "/static/job.js";
-import { balance } from "/static/correct.js";
+import { Listed, balance } from "/static/correct.js";
 import { Doubts, Numbers } from "/static/result.js";
-import { outOf } from "/static/cuts.js";
+import { Cuts, outOf } from "/static/cuts.js";
 import * as drag from "/static/drag.js";
 import { Panel as Drag } from "/static/drag-panels.js";
 import { mount, redraw, signal } from "/static/store.js";
@@ -92,7 +92,7 @@ function save(name, text) {
 // --- the panel ------------------------------------------------------------------------------------------------
 
 function See() {
-  return html`<${Verdict}/><${Remedies}/><${Files}/><${Look}/><div id="result-numbers"><${Numbers}/></div><${Drag}/><div id="result-doubts"><${Doubts}/></div>`;
+  return html`<${Verdict}/><${Remedies}/><${Listed}/><${Cuts} id="cuts" corrections=${state.result?.report.corrections || []}/><${Files}/><${Look}/><div id="result-numbers"><${Numbers}/></div><${Drag}/><div id="result-doubts"><${Doubts}/></div>`;
 }
 
 function Verdict() {
@@ -115,11 +115,18 @@ function Remedies() {
   return html`<div id="relaxations" data-testid="relaxations" class="buttons">${found.map(({ text, changes }) => html`<button type="button" data-changes=${JSON.stringify(values(changes))} onClick=${() => { applied(values(changes)); balance(); }}>${t("Try {change}", { change: text })}</button>`)}</div>`;
 }
 
+const PAPERS = [["For the machinist", ["sheet.pdf", "holes.csv", "drawing.dxf"]], ["For the balancing machine", ["bob-weights.pdf", "reading.toml"]], ["For the customer", ["certificate.pdf", "report.html", "history.html", "crank-before.png", "crank-after.png"]]];
+
+// Files by who needs them; each is saved under a name that starts with the crank's.
 function Files() {
-  const { id, report, told, papers = [] } = state.result || {}, solid = report?.outputs.solid?.file;
-  const link = (name, words, more = {}) => html`<a href=${`/api/runs/${id}/${more.room || "files"}/${encodeURIComponent(name)}`} download=${name} id=${more.id} data-testid=${more.id}>${t(words)}</a> `;
-  const others = (told?.files || []).filter((name) => name !== "report.json" && name !== solid);
-  return html`<p id="downloads">${solid ? link(solid, "Corrected solid", { id: "download-solid" }) : ""}${report ? link("report.json", "Report", { id: "download-report" }) : ""}<span id="more-files">${others.map((name) => link(name, FILES[name] || name))}${papers.map((name) => link(name, FILES[name] || name, { room: "papers" }))}</span> <button type="button" id="download-job" hidden=${!told?.crank} onClick=${saveJob}>${t("Job")}</button></p>`;
+  const { id, report, told, papers = [] } = state.result || {}, solid = report?.outputs.solid?.file, crank = (told?.crank || "").replace(/\.[^.]+$/, "");
+  if (!report) return "";
+  const link = (name, words, more = {}) => html`<a href=${`/api/runs/${id}/${more.room || "files"}/${encodeURIComponent(name)}`} download=${crank ? `${crank}-${name}` : name} data-file=${name} id=${more.id} data-testid=${more.id}>${t(words)}</a> `;
+  const files = (told?.files || []).filter((name) => name !== "report.json" && name !== solid), grouped = PAPERS.flatMap(([, names]) => names);
+  const known = (name) => (files.includes(name) ? link(name, FILES[name] || name) : papers.includes(name) ? link(name, FILES[name] || name, { room: "papers" }) : "");
+  const others = [...files, ...papers].filter((name) => !grouped.includes(name));
+  return html`<div id="downloads" data-testid="papers"><h2>${t("Papers")}</h2>${PAPERS.map(([words, names]) => html`<p><small>${t(words)}</small>${names.map(known)}</p>`)}
+    <p><small>${t("For you")}</small>${solid ? link(solid, "Corrected solid", { id: "download-solid" }) : ""}${link("report.json", "Report", { id: "download-report" })}${others.map(known)}<button type="button" id="download-job" hidden=${!told?.crank} onClick=${saveJob}>${t("Job")}</button></p></div>`;
 }
 
 // Before to after, and a section.

@@ -13,6 +13,6 @@ export function setUp() {
 
 function Settings() {
   const measure = ({ target }) => { measureIn(target.value); emit("units"); };
-  return html`<button type="button" data-testid="start-tour" onClick=${() => emit("tour")}>${t("Tour")}</button><select id="units" data-testid="units" aria-label=${t("Units")} value=${units.value} onInput=${measure}>${Object.entries(SYSTEMS).map(([name, says]) => html`<option value=${name}>${says}</option>`)}</select>
+  return html`<select id="units" data-testid="units" aria-label=${t("Units")} value=${units.value} onInput=${measure}>${Object.entries(SYSTEMS).map(([name, says]) => html`<option value=${name}>${says}</option>`)}</select>
     <select id="language" data-testid="language" aria-label=${t("Language")} value=${language} onInput=${({ target }) => speak(target.value)}>${Object.entries(LANGUAGES).map(([name, says]) => html`<option value=${name}>${says}</option>`)}</select>`;
 }

@@ -11,4 +11,4 @@ export function toast(words) {
   clearTimeout(ends);
   ends = setTimeout(() => { said.value = ""; }, STAYS_MS);
 }
-export const Toast = () => html`<p class="toast" role="status" data-testid="toast">${said.value}</p>`;
+export const Toast = () => html`<p class="toast" aria-live="polite" data-testid="toast">${said.value}</p>`;

@@ -61,8 +61,26 @@ export class View {
     this.positions = positions;
     this.rays = new Rays(arrays.corners, arrays.triangles);
     this.put("crank", body, [this.pieces.lines(arrays.edges)], this.count);
+    if (whole) this.coloured();
     this.use("crank");
     this.look();
+  }
+
+  // Journals and crankpins in their own colours, as everywhere.
+  coloured() {
+    const own = { main_journal: "journal", throw: "pin" }, rows = {}, t = this.rays.t;
+    for (let k = 0; k < this.part.length; k++) {
+      const name = own[this.parts[this.part[k] - 1]?.kind];
+      if (name) (rows[name] ||= []).push(t[3 * k], t[3 * k + 1], t[3 * k + 2]);
+    }
+    for (const [name, corners] of Object.entries(rows)) {
+      const shape = new T.BufferGeometry();
+      shape.setAttribute("position", this.positions);
+      shape.setIndex(new T.BufferAttribute(new Uint32Array(corners), 1));
+      const made = this.pieces.mesh(shape, name);
+      made.material.polygonOffsetFactor = 0; made.material.polygonOffsetUnits = 0;
+      this.sets.crank.group.add(made);
+    }
   }
 
   // A crank as a run left it, and the metal that went.
@@ -251,11 +269,11 @@ export class View {
     this.resize();
   }
 
-  // Look against a direction that points out of the metal, a little from aside.
+  // Look against a direction that points out of the metal, a little from aside; `aside` null: square on.
   turnTo(out, aside = [0, 0, 0.45]) {
     if (!this.renderer || !this.sets[this.mode]) return;
     const away = new T.Vector3(...out).normalize();
-    away.add(new T.Vector3(...(Math.abs(away.z) > 0.9 ? [0.3, 0.25, 0] : aside))).normalize();
+    if (aside) away.add(new T.Vector3(...(Math.abs(away.z) > 0.9 ? [0.3, 0.25, 0] : aside))).normalize();
     this.camera.position.copy(this.controls.target).addScaledVector(away, 2.6 * this.radius);
     this.controls.update();
     this.draw();

@@ -1,0 +1,137 @@
+// The frame about every step: the crank's name, the steps with their states, the state line with its one main button, the polars.
+import { html } from "/static/preact.min.js";
+import { $, shown, withUnit } from "/static/tools.js";
+import { emit, state } from "/static/job.js";
+import { run as analyse } from "/static/analyse.js";
+import { balance } from "/static/correct.js";
+import { chosen, listed } from "/static/limits.js";
+import { Heavy, big, missing, read, recut } from "/static/machine.js";
+import { doubts } from "/static/open.js";
+import { preview } from "/static/parts.js";
+import { previewPolars, resultPolars } from "/static/polar.js";
+import { Cancel, cutting } from "/static/runs.js";
+import { mount } from "/static/store.js";
+import { unitOf } from "/static/units.js";
+import { judged } from "/static/verdict.js";
+import { t } from "/static/words.js";
+
+const tab = () => document.body.dataset.tab;
+const to = (name) => () => emit("tab", name);
+const stem = (name) => name.replace(/\.[^.]+$/, "");
+
+export function setUp() {
+  mount(() => (state.file ? stem(state.file) : "autobalance"), $("crank-name"));
+  STEPS.forEach(([name, words, told], place) => mount(() => html`<${Step} name=${name} words=${words} number=${place + 1} ...${told()}/>`, $(`tab-${name}`)));
+  mount(Line, $("line"));
+  mount(Strip, $("strip"));
+  mount(Key, $("key"));
+}
+
+// --- the steps ------------------------------------------------------------------------------------------------
+
+const SIGNS = { done: "✓", ask: "?", bad: "✕", stale: "◷" };
+function Step({ name, words, number, is = "", says = "" }) {
+  const box = $(`tab-${name}`);
+  box.dataset.is = is;
+  box.setAttribute("aria-label", says ? `${t(words)}: ${says}` : t(words));
+  return html`<i aria-hidden="true">${(box.getAttribute("aria-selected") !== "true" && SIGNS[is]) || number}</i><b>${t(words)}</b><small>${says}</small>`;
+}
+
+function crank() {
+  const found = state.inspected?.report.crank;
+  if (!found) return {};
+  if (doubts.value.length) return { is: "ask", says: t("to look at: {count}", { count: doubts.value.length }) };
+  return { is: "done", says: t("throws: {throws}, webs: {webs}", { throws: found.throws.length, webs: found.webs.length }) };
+}
+function engine() {
+  const { found, why } = preview.value;
+  if (found) return { is: "done", says: t("factor {factor}", { factor: shown(found.balance_factor.target ?? found.balance_factor.initial, 2) }) };
+  return why ? { is: "ask", says: t("weights") } : {};
+}
+const plan = () => (state.inspected ? { is: state.result ? "done" : "", says: listed.cuts ? t("listed cuts") : chosen.method } : {});
+const TONES = { good: "done", warn: "ask", bad: "bad", stale: "stale" }, SHORT = { good: "within", warn: "not proven", bad: "above", stale: "earlier" };
+function result() {
+  const found = judged();
+  return found ? { is: TONES[found.tone], says: t(SHORT[found.tone]) } : {};
+}
+function machine() {
+  const stages = state.result?.report.stages?.length || 0;
+  return state.result ? { is: stages ? "done" : "", says: stages ? t("stage {number}", { number: stages }) : t("not read") } : {};
+}
+const STEPS = [["open", "Crank", crank], ["parts", "Engine", engine], ["correct", "Plan", plan], ["see", "Result", result], ["machine", "Machine", machine], ["analyse", "Analyses", () => ({})]];
+
+// --- the state line ------------------------------------------------------------------------------------------------
+
+const NEXT = "→";
+// What each step says at its foot: tone, words, a sentence, bars, and the one thing to do next.
+const LINES = {
+  open: () => {
+    const found = state.inspected?.report.crank;
+    if (!found) return { tone: "plain", words: t("No crank yet"), says: t("Open a file, take an example or draw a crank."), main: { words: t("Choose a file"), work: () => $("file-input").click() } };
+    const isAsking = doubts.value.length > 0;
+    return { tone: isAsking ? "warn" : "good", words: isAsking ? t("Recognised; to look at: {count}", { count: doubts.value.length }) : t("Recognised"), says: t("Throws: {throws}, webs: {webs}, {mass} in the file.", { throws: found.throws.length, webs: found.webs.length, mass: withUnit(found.mass_g, 1, "g") }), main: { words: `${t("To the engine")} ${NEXT}`, work: to("parts") } };
+  },
+  parts: () => {
+    const { found, why } = preview.value, main = { words: `${t("Plan the cuts")} ${NEXT}`, work: to("correct") };
+    if (!found) return { tone: "plain", words: t("Weights, factor and speed"), says: why, main };
+    const { initial, tolerance, balance_factor: factor, bob_weights: bobs } = found, isWithin = initial.magnitude_g_mm <= tolerance.permissible_g_mm && initial.planes.every((plane, k) => plane.magnitude_g_mm <= tolerance.planes[k].permissible_g_mm);
+    const says = [t("Factor {now} today, {wanted} wanted.", { now: shown(factor.initial, 3), wanted: shown(factor.target, 3) }), bobs.length ? t("Bob-weight {mass}.", { mass: withUnit(bobs[0].mass_g, 2, "g") }) : ""].join(" ");
+    return { tone: isWithin ? "good" : "bad", words: t(isWithin ? "Within tolerance as it is" : "Above tolerance as it is"), says, bars: [[t("Resultant"), initial.magnitude_g_mm, null, tolerance.permissible_g_mm]], main };
+  },
+  correct: () => {
+    const run = cutting();
+    if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${run.words}, ${Math.round(100 * run.share)} %`, cancel: true };
+    const needs = state.file ? "" : t("Open a crank first.");
+    return { tone: "plain", words: listed.cuts ? t("Listed cuts: {count}", { count: listed.cuts.length }) : t("Ready to plan: {method}", { method: chosen.method }), says: needs || t("The cuts are planned, made in the solid, and measured on the written file."), main: { id: "balance", words: t("Cut and measure"), off: !state.file, work: () => balance() } };
+  },
+  see: () => {
+    const found = judged(), run = cutting();
+    if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${run.words}, ${Math.round(100 * run.share)} %`, cancel: true };
+    if (!found) return { tone: "plain", words: t("No result yet"), says: t("Plan the cuts, then cut and measure."), main: { words: `${t("Plan the cuts")} ${NEXT}`, work: to("correct") } };
+    const isStale = found.tone === "stale";
+    return { ...found, says: isStale ? t("The job has changed since then.") : found.says, bars: planeBars(), main: isStale ? { id: "line-cut-again", words: t("Cut again"), work: () => balance() } : { words: `${t("To the machine")} ${NEXT}`, work: to("machine") } };
+  },
+  machine: () => {
+    if (!state.result) return { tone: "plain", words: t("No result yet"), says: t("Balance a crank first; then spin it and enter what the machine reads."), main: { words: `${t("Plan the cuts")} ${NEXT}`, work: to("correct") } };
+    const run = cutting(), needs = Object.values(missing())[0], planes = state.result.report.tolerance.planes;
+    if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${run.words}, ${Math.round(100 * run.share)} %`, cancel: true };
+    const bars = (read.planes === "2" ? [1, 2] : [1]).map((place) => [t("{plane} read", { plane: read[`at-${place}`] || place }), read[`g-mm-${place}`], null, (planes[place - 1] || state.result.report.tolerance).permissible_g_mm]).filter(([, value]) => typeof value === "number");
+    const isWithin = bars.every(([, value, , limit]) => value <= limit);
+    const more = { text: t("Big digits"), id: "big", work: () => { big.value = true; } };
+    return { tone: needs ? "plain" : isWithin ? "good" : "bad", words: needs ? t("Nothing read yet") : t(isWithin ? "Read within tolerance" : "Read above tolerance"), says: needs || t("The next cuts follow from the reading."), bars, more, main: { id: "recut", words: t("Plan the next cuts"), off: Boolean(needs), work: () => recut(false) } };
+  },
+  analyse: () => ({ tone: "plain", words: t("Analyses"), says: t("Computed from the job, or from a file of their own; nothing is cut."), main: { id: "analyse", words: t("Compute and draw"), work: analyse } }),
+};
+const planeBars = () => {
+  const { residual, tolerance } = state.result.report, planes = residual.planes.map((plane, k) => [`${t("Plane")} ${plane.name}`, plane.magnitude_g_mm, plane.uncertainty_g_mm, tolerance.planes[k].permissible_g_mm]);
+  return planes.length ? planes : [[t("Resultant"), residual.magnitude_g_mm, residual.uncertainty_g_mm, tolerance.permissible_g_mm]];
+};
+
+function Line() {
+  const { tone, words, says, bars = [], main, more, cancel } = LINES[tab()]();
+  const box = $("line");
+  box.dataset.tone = tone;
+  return html`<div class="what" role="status" data-testid="state-line" data-tone=${tone}><b>${words}</b><span>${says}</span></div><div class="bars">${bars.map((each) => html`<${Bar} of=${each}/>`)}</div>
+    <div class="go">${more ? html`<button type="button" data-testid=${more.id} onClick=${more.work}>${more.text}</button>` : ""}${cancel ? html`<${Cancel} id="line-cancel"/>` : ""}${main ? html`<button type="button" class="main" key=${main.id || tab()} id=${main.id || "next"} data-testid=${main.id || "next"} disabled=${Boolean(main.off)} onClick=${main.work}>${main.words}</button>` : ""}</div>`;
+}
+
+// Zero at the left, the permitted at the tick; hatched: the uncertainty.
+const TICK = 75;
+function Bar({ of: [name, value, off, limit] }) {
+  const share = (each) => `${Math.min(100, (TICK * each) / limit).toFixed(1)}%`;
+  return html`<div class="bar"><b>${name}</b><span><strong>${shown(value, 2, "g·mm")}</strong> ${t("of {limit}", { limit: `${shown(limit, 2, "g·mm")} ${unitOf("g·mm")}` })}</span><i aria-hidden="true"><u style=${{ width: share(value) }}></u>${off ? html`<em style=${{ width: share(value + off) }}></em>` : ""}</i></div>`;
+}
+
+// --- below and over the model -----------------------------------------------------------------------------------------
+
+function Strip() {
+  const { found } = preview.value, report = state.result?.report, contents = (id, parts) => html`<div class="contents" id=${id}>${parts}</div>`;
+  if (tab() === "machine" && report) return contents("read-polars", (read.planes === "2" ? [1, 2] : [1]).map((place) => html`<${Heavy} place=${place}/>`));
+  if (["see", "machine"].includes(tab())) return report ? contents("polars", resultPolars(report)) : "";
+  return found ? contents("preview-polar", previewPolars(found)) : "";
+}
+
+const PARTS = [["journal", "main journals"], ["pin", "crankpins"], ["web", "webs and counterweights"]];
+const GONE = [["cut", "comes off"]];
+const isOfResult = () => ["see", "machine"].includes(tab()) && state.result;
+const Key = () => (state.inspected || state.result ? (isOfResult() ? GONE : PARTS).map(([colour, words]) => html`<span><i class="swatch" style=${{ "--c": `var(--${colour})` }}></i>${t(words)}</span>`) : "");
