@@ -29,6 +29,11 @@ FLAGS = [
     "--disable-sync",
     "--hide-scrollbars",
 ]
+UNCOVERED = """
+const found = document.querySelector(arguments[0]), box = found?.getBoundingClientRect();
+const top = box && document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
+if (box?.width && !found.contains(top)) found.scrollIntoView({ block: "center" });
+"""
 ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
 
 
@@ -65,6 +70,8 @@ class Browser:
         self.call("POST", "/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": moves}]})
 
     def click_on(self, selector: str) -> None:
+        """Click on an element, scrolled first from under a part of the page that stays."""
+        self.run(UNCOVERED, selector)
         self._on(selector, "click", {})
 
     def press(self, selector: str, keys: str) -> None:
