@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from autobalance.browser.named_files import FILE_KEYS
-from autobalance.browser.project import JOB, STATE, Project, is_plain
+from autobalance.browser.project import ABOVE_EXIT_CODE, JOB, STATE, Project, is_plain
 from autobalance.bundled import bundled_folder
 from autobalance.errors import FileError, FormatError
 from autobalance.toml_files.document import toml_of
@@ -187,7 +187,6 @@ def open_report(path: Path, project: Project, anywhere: bool = True) -> str:
     AutobalanceError
         If it is not a report of ``balance`` or ``recut``, or its solid is gone.
     """
-    from autobalance.browser.runs import ABOVE_EXIT_CODE
     from autobalance.verification.premises import without_nulls
     from autobalance.verification.report_file import read_report
 

@@ -21,6 +21,8 @@ APP_FOLDER = ".app"
 """Files that the page needs besides those of the commands: meshes for its view, runs' states."""
 STATE = "run.json"
 """What is kept of a run: its verb, its request, when it was begun and how it ended."""
+ABOVE_EXIT_CODE = 4
+"""Exit code of a run whose result is above tolerance."""
 RUN_ID = re.compile(r"[0-9a-f]{12}")
 UPLOAD_PREFIX = ".upload-"
 

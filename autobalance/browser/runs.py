@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.browser.answers import jsonable
 from autobalance.browser.opening import job_of
-from autobalance.browser.project import APP_FOLDER, RUN_ID, RUNS, STATE, Project
+from autobalance.browser.project import ABOVE_EXIT_CODE, APP_FOLDER, RUN_ID, RUNS, STATE, Project
 from autobalance.browser.work import nothing, work
 from autobalance.errors import AutobalanceError
 from autobalance.job.changes import Difference, differences
@@ -36,7 +36,6 @@ REPORT = "report.json"
 GRACE_S = 1.0
 """Time for a process to end before it is killed [s]."""
 ENDED_STATES = ("done", "failed", "cancelled")
-ABOVE_EXIT_CODE = 4
 MOST_CHANGES = 20
 """Changed keys of the job that a run lists."""
 OF_NO_CUT = ("job", "shop.name", "shop.logo", "shop.units")
