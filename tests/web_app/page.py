@@ -123,6 +123,12 @@ def job_text(page: Browser, holds: str) -> str:
     return found
 
 
+def other_crank(page: Browser) -> None:
+    """Unfold the ways to another crank, on the tab of the crank."""
+    page.click_on(at("tab-open"))
+    page.run("const box = document.getElementById('other-crank'); if (box) box.open = true")
+
+
 def opened(page: Browser) -> None:
     """Open the crank and wait for it."""
     page.click_on(at("tab-open"))

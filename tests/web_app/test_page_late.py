@@ -9,7 +9,7 @@ import pytest
 
 from tests.report.browser import Browser, missing
 from tests.web_app import small
-from tests.web_app.page import READY, at, job_text, load, nothing_wrong, put, until
+from tests.web_app.page import READY, at, job_text, load, nothing_wrong, other_crank, put, until
 from tests.web_app.serving import Served
 
 pytestmark = [
@@ -60,6 +60,7 @@ def shown(window: Browser, app: Served, project: Served) -> Iterator[Browser]:
 
 
 def test_what_is_typed_while_a_crank_is_drawn_is_in_its_job(shown: Browser) -> None:
+    other_crank(shown)
     put(shown, preset="single")
     with late(shown, "/api/example"):
         shown.click_on(at("draw-preset"))

@@ -29,6 +29,7 @@ from tests.web_app.page import (
     nothing_wrong,
     numbers,
     opened,
+    other_crank,
     outcome,
     put,
     until,
@@ -82,6 +83,12 @@ def test_the_motocross_crank_from_a_dropped_file_to_its_solid(
         assert page.run("return document.getElementById('crankpin-in-file').value") == "false"
         kinds = "return [...document.querySelectorAll('[role=treeitem]')].map(each => each.dataset.kind)"
         assert set(page.run(kinds)) == KINDS
+        assert page.run("return document.getElementById('unit-field').dataset.asked") == "true"
+        assert "unit" not in tomllib.loads(job_text(page, "density"))["crankshaft"]
+        page.click_on(at("tab-correct"))
+        assert page.run("return document.getElementById('balance').disabled")
+        page.click_on(at("tab-open"))
+        page.click_on(at("unit-yes"))
         page.click_on(at("tab-parts"))
         weights = {
             "rotating_g": {"big_end": 95.04, "bearing": 39.0},
@@ -132,6 +139,7 @@ def test_an_inline_four_with_drilled_holes(window: Browser, app: Served, tmp_pat
 def test_with_no_file_at_hand_the_bundled_crank_is_balanced(window: Browser, app: Served) -> None:
     page = load(window, app)
     with nothing_wrong(page, app):
+        other_crank(page)
         page.click_on(at("bundled"))
         until(page, READY)
         assert 'file = "crank' in job_text(page, "wrist_pin")

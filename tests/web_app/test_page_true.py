@@ -9,7 +9,18 @@ import pytest
 
 from tests.report.browser import Browser, missing
 from tests.web_app import small
-from tests.web_app.page import READY, at, job_text, latest, load, nothing_wrong, put, text_of, until
+from tests.web_app.page import (
+    READY,
+    at,
+    job_text,
+    latest,
+    load,
+    nothing_wrong,
+    other_crank,
+    put,
+    text_of,
+    until,
+)
 from tests.web_app.serving import Served
 
 pytestmark = [
@@ -93,6 +104,7 @@ def two(window: Browser, app: Served, project: Served) -> Iterator[Browser]:
 
 
 def test_no_result_of_one_crank_stands_under_another(two: Browser, app: Served) -> None:
+    other_crank(two)
     put(two, preset="single")
     two.click_on(at("draw-preset"))
     until(two, READY)

@@ -22,6 +22,7 @@ from tests.web_app.page import (
     load,
     nothing_wrong,
     numbers,
+    other_crank,
     put,
     text_of,
     until,
@@ -123,6 +124,7 @@ def test_a_v8_is_built_without_a_file_but_the_crank(window: Browser, app: Served
         found = page.call("POST", "/element", {"using": "css selector", "value": at("file-input")})
         page.call("POST", f"/element/{next(iter(found.values()))}/value", {"text": str(crank)})
         until(page, READY)  # a drop opens at once
+        page.click_on(at("unit-yes"))
         assert page.run("return document.querySelectorAll('[data-kind=throw]').length") == 4
         story(page, app)
 
@@ -133,6 +135,7 @@ def test_a_v8_is_built_on_a_phone_from_nothing(window: Browser, app: Served) -> 
     page = load(window, app)
     try:
         with nothing_wrong(page, app):
+            other_crank(page)
             put(page, preset="v8-crossplane")
             page.click_on(at("draw-preset"))
             until(page, READY)

@@ -2,7 +2,7 @@
 import { html } from "/static/preact.min.js";
 import { $ } from "/static/tools.js";
 import { askText, guarded } from "/static/server.js";
-import { at, changed, job, keep, state } from "/static/job.js";
+import { answered, at, changed, job, keep, state } from "/static/job.js";
 import { JobField, Rows } from "/static/fields.js";
 import { OwnFile, Options, fileOf, optionsOf } from "/static/analysis-file.js";
 import { cancel, running, start, watched } from "/static/runs.js";
@@ -21,7 +21,7 @@ export const run = guarded(async () => {
   const missing = options.find(({ key, required }) => required && body.options[key] === undefined);
   if (missing) throw new Error(t("{name} is missing", { name: t(missing.words) }));
   if (["job", "both"].includes(reads)) {
-    if (!state.file) throw new Error(t("open a crank first"));
+    answered();
     body.job = job();
   }
   if (["file", "both"].includes(reads)) body.file = fileOf(name);

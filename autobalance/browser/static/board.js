@@ -2,7 +2,7 @@
 import { html } from "/static/preact.min.js";
 import { $ } from "/static/tools.js";
 import { askJson, guarded } from "/static/server.js";
-import { applied, job, on, state } from "/static/job.js";
+import { answered, applied, job, on, state } from "/static/job.js";
 import { start, watched } from "/static/runs.js";
 import { Measured } from "/static/measured.js";
 import { signal } from "/static/store.js";
@@ -16,7 +16,7 @@ export function setUp() {
   on("forgotten", () => { shown.value = null; });
 }
 export const compare = guarded(async () => {
-  if (!state.file) throw new Error(t("open a crank first"));
+  answered();
   let seen = 0;
   const meanwhile = async (told) => {
     const found = await askJson(`/api/runs/${told.id}/cards`).catch(() => null);

@@ -2,7 +2,7 @@
 import { html } from "/static/preact.min.js";
 import { $ } from "/static/tools.js";
 import { guarded } from "/static/server.js";
-import { at, changed, emit, job, keep, on, state } from "/static/job.js";
+import { answered, at, changed, emit, job, keep, on, state } from "/static/job.js";
 import { WORDS, chosen, faces, has, isPoint, kinds, limitOf, listed, methods, sectors, setLimit, zones } from "/static/limits.js";
 import { Board, compare } from "/static/board.js";
 import { Field } from "/static/fields.js";
@@ -65,7 +65,7 @@ function pick() {
 // --- cut and measure ----------------------------------------------------------------------------------------
 
 export const balance = guarded(async (words) => {
-  if (!state.file) throw new Error(t("open a crank first"));
+  answered();
   emit("begun");
   const told = await watched(() => start("balance", { job: job() }, words || (listed.cuts ? t("listed cuts") : chosen.method)));
   if (told && await ended(told)) emit("tab", "see");

@@ -1,11 +1,12 @@
 // The frame about every step: the crank's name, the steps with their states, the state line with its one main button, the polars.
 import { html } from "/static/preact.min.js";
 import { $, shown, withUnit } from "/static/tools.js";
-import { emit, state } from "/static/job.js";
+import { emit, isUnitAsked, state, unitOfFile } from "/static/job.js";
 import { run as analyse } from "/static/analyse.js";
 import { balance } from "/static/correct.js";
 import { chosen, listed } from "/static/limits.js";
 import { Heavy, big, missing, read, recut } from "/static/machine.js";
+import { coming } from "/static/files.js";
 import { doubts } from "/static/open.js";
 import { preview } from "/static/parts.js";
 import { previewPolars, resultPolars } from "/static/polar.js";
@@ -40,6 +41,7 @@ function Step({ name, words, number, is = "", says = "" }) {
 function crank() {
   const found = state.inspected?.report.crank;
   if (!found) return {};
+  if (isUnitAsked()) return { is: "ask", says: t("1 question") };
   if (doubts.value.length) return { is: "ask", says: t("to look at: {count}", { count: doubts.value.length }) };
   return { is: "done", says: t("throws: {throws}, webs: {webs}", { throws: found.throws.length, webs: found.webs.length }) };
 }
@@ -68,8 +70,8 @@ const LINES = {
   open: () => {
     const found = state.inspected?.report.crank;
     if (!found) return { tone: "plain", words: t("No crank yet"), says: t("Open a file, take an example or draw a crank."), main: { words: t("Choose a file"), work: () => $("file-input").click() } };
-    const isAsking = doubts.value.length > 0;
-    return { tone: isAsking ? "warn" : "good", words: isAsking ? t("Recognised; to look at: {count}", { count: doubts.value.length }) : t("Recognised"), says: t("Throws: {throws}, webs: {webs}, {mass} in the file.", { throws: found.throws.length, webs: found.webs.length, mass: withUnit(found.mass_g, 1, "g") }), main: { words: `${t("To the engine")} ${NEXT}`, work: to("parts") } };
+    const isAsking = isUnitAsked() || doubts.value.length > 0;
+    return { tone: isAsking ? "warn" : "good", words: isUnitAsked() ? t("Is the file in {unit}?", { unit: t(unitOfFile()) }) : isAsking ? t("Recognised; to look at: {count}", { count: doubts.value.length }) : t("Recognised"), says: t("Throws: {throws}, webs: {webs}, {mass} in the file.", { throws: found.throws.length, webs: found.webs.length, mass: withUnit(found.mass_g, 1, "g") }), main: { words: `${t("To the engine")} ${NEXT}`, work: to("parts") } };
   },
   parts: () => {
     const { found, why } = preview.value, main = { words: `${t("Plan the cuts")} ${NEXT}`, work: to("correct") };
@@ -81,8 +83,8 @@ const LINES = {
   correct: () => {
     const run = cutting();
     if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${run.words}, ${Math.round(100 * run.share)} %`, cancel: true };
-    const needs = state.file ? "" : t("Open a crank first.");
-    return { tone: "plain", words: listed.cuts ? t("Listed cuts: {count}", { count: listed.cuts.length }) : t("Ready to plan: {method}", { method: chosen.method }), says: needs || t("The cuts are planned, made in the solid, and measured on the written file."), main: { id: "balance", words: t("Cut and measure"), off: !state.file, work: () => balance() } };
+    const needs = !state.file ? t("Open a crank first.") : isUnitAsked() ? t("Answer 1 question in Crank: the unit of the file.") : "";
+    return { tone: "plain", words: listed.cuts ? t("Listed cuts: {count}", { count: listed.cuts.length }) : t("Ready to plan: {method}", { method: chosen.method }), says: needs || t("The cuts are planned, made in the solid, and measured on the written file."), main: { id: "balance", words: t("Cut and measure"), off: Boolean(needs), work: () => balance() } };
   },
   see: () => {
     const found = judged(), run = cutting();
@@ -108,6 +110,7 @@ const planeBars = () => {
 };
 
 function Line() {
+  document.body.dataset.first = String(!state.file && !coming.value && tab() === "open");
   const { tone, words, says, bars = [], main, more, cancel } = LINES[tab()]();
   const box = $("line");
   box.dataset.tone = tone;

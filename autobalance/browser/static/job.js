@@ -2,7 +2,7 @@
 import { redraw } from "/static/store.js";
 import { $, debounced, ending, typed } from "/static/tools.js";
 import { askJson, behind, put } from "/static/server.js";
-import { plain } from "/static/words.js";
+import { plain, t } from "/static/words.js";
 import { correction, takeCorrection } from "/static/limits.js";
 import { merged } from "/static/merged.js";
 
@@ -46,12 +46,21 @@ export const USUAL = { unit: "mm", density_kg_m3: 7850 };
 export const assumed = { ...USUAL };
 export const unitOfFile = () => at("crankshaft.unit") || assumed.unit;
 
-export function crankshaft() {
+// The unit of a file that has none is a question until it is answered: what is looked at meanwhile is taken in the usual one.
+export const isUnitAsked = () => UNITLESS.includes(ending(state.file)) && !at("crankshaft.unit");
+export function crankshaft(isLooking = true) {
   const found = { file: "", density_kg_m3: assumed.density_kg_m3, ...(state.tables.crankshaft || {}), file: state.file };
-  delete found.unit;
-  if (UNITLESS.includes(ending(state.file))) found.unit = unitOfFile();
+  if (state.file && !UNITLESS.includes(ending(state.file))) delete found.unit;
+  else if (isLooking) found.unit = unitOfFile();
   return found;
 }
+// What is cut, compared or computed waits for the answer.
+export function answered() {
+  if (!state.file) throw new Error(t("Open a crank first."));
+  if (isUnitAsked()) throw new Error(t("Answer 1 question in Crank: the unit of the file."));
+}
+// The job as it is looked at before anything is cut: in the unit that the page shows.
+export const looked = () => ({ ...job(), crankshaft: crankshaft() });
 
 function weight(row) {
   if (row.raw !== undefined) return row.raw;
@@ -88,7 +97,7 @@ export function job(isFree = false) {
   const engine = { ...(state.tables.engine || {}) };
   for (const group of Object.keys(GROUPS)) engine[group] = byName(state.weights[group]);
   if (!Object.keys(engine.crankpin_g).length) delete engine.crankpin_g;
-  return { ...state.tables, crankshaft: crankshaft(), engine, balance: { ...(state.tables.balance || {}) }, correction: correction(state.tables.correction || {}, isFree) };
+  return { ...state.tables, crankshaft: crankshaft(false), engine, balance: { ...(state.tables.balance || {}) }, correction: correction(state.tables.correction || {}, isFree) };
 }
 
 // Changes that the server does not have yet: what it has must not take their place.

@@ -2,7 +2,7 @@
 import { html } from "/static/preact.min.js";
 import { $, ending, shown, withUnit } from "/static/tools.js";
 import { askBuffer, askJson, askLeft, guarded, say } from "/static/server.js";
-import { UNITLESS, assumed, at, changed, crankshaft, emit, keep, on, state, unitOfFile } from "/static/job.js";
+import { UNITLESS, assumed, at, changed, crankshaft, emit, isUnitAsked, keep, on, state, unitOfFile } from "/static/job.js";
 import { JobField } from "/static/fields.js";
 import { coming, dropped, example, over, sending, sent, setUp as takeFiles } from "/static/files.js";
 import { Measured } from "/static/measured.js";
@@ -111,7 +111,7 @@ const LIGHTEST_G = 100, HEAVIEST_G = 500e3;
 function strange({ crank }) {
   const mass = crank.mass_g;
   if (!UNITLESS.includes(ending(state.file)) || (mass >= LIGHTEST_G && mass <= HEAVIEST_G)) return [];
-  return [html`<span data-testid="unit-question">${t("In {unit} the crank weighs {mass}. Is that the unit of the file?", { unit: t(unitOfFile()), mass: mass < 1e4 ? withUnit(mass, 1, "g") : `${shown(mass / 1000, 0)} kg` })}</span>`];
+  return [html`<span data-testid="unit-strange">${t("In {unit} the crank weighs {mass}. Is that the unit of the file?", { unit: t(unitOfFile()), mass: mass < 1e4 ? withUnit(mass, 1, "g") : `${shown(mass / 1000, 0)} kg` })}</span>`];
 }
 
 // --- what a user says of a cylinder ---------------------------------------------------------------------------
@@ -159,28 +159,47 @@ const DENSITY = { key: "density_kg_m3", words: "Density", unit: "kg/m³", kind: 
 const PINS = { "": "find out", true: "yes", false: "no, pressed up" };
 
 function Open() {
-  const { accept, formats } = $("panel-open").dataset, files = ({ target }) => { const list = [...target.files]; target.value = ""; dropped(list); }; // the same file may be chosen again
-  const unitless = UNITLESS.includes(ending(coming.value || state.file)), pin = at("crankshaft.crankpin_in_file");
-  const setPin = ({ target }) => { keep("crankshaft.crankpin_in_file", target.value === "" ? undefined : target.value === "true"); changed(); };
-  const setUnit = ({ target }) => { assumed.unit = target.value; keep("crankshaft.unit", target.value); changed(); };
-  return html`<div data-testid="drop" id="drop" class=${over.value ? "over" : ""}><label for="file-input">${t("Drop a crank, a job or a result's folder here, or choose files")}</label>
-      <input type="file" data-testid="file-input" id="file-input" multiple accept=${accept} onChange=${files}/><p class="quiet" id="chosen">${sent.value ? t("sending {names} …", { names: sent.value }) : state.file ? `${state.file}${size()}` : t("No file yet")}</p><p class="quiet" id="formats">${formats}</p></div>
-    <p class="buttons" id="examples">${t("Nothing at hand?")} <button type="button" id="bundled" data-testid="bundled" onClick=${() => example(null)}>${t("Open the bundled motocross crank")}</button>
-      <label>${t("or draw an")} <select id="preset" data-testid="preset" aria-label=${t("Layout of the crank to draw")} value=${preset.value || state.presets[0]} onInput=${({ target }) => { preset.value = target.value; }}>${state.presets.map((name) => html`<option>${name}</option>`)}</select></label> <button type="button" id="draw-preset" data-testid="draw-preset" onClick=${() => example(preset.value || state.presets[0])}>${t("Draw it")}</button></p>
-    <div class="fields"><label id="unit-field" hidden=${!unitless}>${t("Unit of the file")} <select data-testid="unit" id="unit" value=${unitOfFile()} onInput=${setUnit} onChange=${async () => { await sending; if (state.file) open(); }}>${["mm", "cm", "m", "inch"].map((each) => html`<option value=${each}>${t(each)}</option>`)}</select></label>
-      <${JobField} id="density" testid="density" table="crankshaft" label=${t("Density [kg/m³]")} field=${{ ...DENSITY, default: String(assumed.density_kg_m3) }} help=${false}/>
+  if (!state.file && !coming.value) return html`<${First}/>`;
+  const pin = at("crankshaft.crankpin_in_file"), setPin = ({ target }) => { keep("crankshaft.crankpin_in_file", target.value === "" ? undefined : target.value === "true"); changed(); };
+  return html`<h2>${state.file || coming.value}</h2><${Unit}/><ul id="doubts" aria-label=${t("What is in doubt")} aria-live="polite">${doubts.value.map((each) => html`<li>${each}</li>`)}</ul><${Cylinder}/>
+    <h3>${t("What was recognised")}</h3><${Tree} report=${state.inspected?.report} row=${chosen.value.row} choose=${choose}/><${Cylinders}/>
+    <div class="fields"><${JobField} id="density" testid="density" table="crankshaft" label=${t("Density [kg/m³]")} field=${{ ...DENSITY, default: String(assumed.density_kg_m3) }} help=${false}/>
       <label>${t("Crankpin in the file")} <select data-testid="crankpin-in-file" id="crankpin-in-file" value=${pin === undefined ? "" : String(pin)} onInput=${setPin}>${Object.entries(PINS).map(([value, words]) => html`<option value=${value}>${t(words)}</option>`)}</select></label></div>
-    <button type="button" data-testid="open" id="open" onClick=${async () => { await sending; open(); }}>${t("Open the crank")}</button> <button type="button" id="forget-overrides" hidden=${!at("crankshaft.main_journals") && !at("crankshaft.crankpins")} onClick=${forget}>${t("Recognise it all again")}</button>
-    <ul id="doubts" aria-label=${t("What is in doubt")} aria-live="polite">${doubts.value.map((each) => html`<li>${each}</li>`)}</ul><${Cylinder}/><${Tree} report=${state.inspected?.report} row=${chosen.value.row} choose=${choose}/><${Cylinders}/>`;
+    <p class="buttons"><button type="button" data-testid="open" id="open" onClick=${async () => { await sending; open(); }}>${t("Look at it again")}</button> <button type="button" id="forget-overrides" hidden=${!at("crankshaft.main_journals") && !at("crankshaft.crankpins")} onClick=${forget}>${t("Recognise it all again")}</button></p>
+    <details class="fold" id="other-crank"><summary>${t("Another crank")}</summary><${Ways}/></details>`;
+}
+
+// Nothing is open: what the program does, and three ways in.
+const First = () => html`<div class="first"><h2>${t("Balance a crankshaft from its solid model")}</h2><p>${t("Open the model and enter what the parts weigh. autobalance plans the cuts, makes them in the solid and measures what is left, until ISO 21940-11 is met. You get the corrected solid, a shop sheet and a certificate. Your file stays on this computer.")}</p><${Ways}/></div>`;
+
+function Ways() {
+  const { accept, formats } = $("panel-open").dataset, files = ({ target }) => { const list = [...target.files]; target.value = ""; dropped(list); }; // the same file may be chosen again
+  const isFirst = !state.file && !coming.value, says = sent.value ? t("sending {names} …", { names: sent.value }) : state.file ? `${state.file}${size()}` : t("No file yet");
+  return html`<div class="ways"><section data-testid="drop" id="drop" class=${over.value ? "over" : ""}><h3>${t("My crank")}</h3><p>${t("Drop a crank, a job or a result's folder anywhere on this page, or choose files.")}</p>
+      <input type="file" data-testid="file-input" id="file-input" aria-label=${t("Files of a crank, a job or a result")} multiple accept=${accept} onChange=${files}/>${isFirst ? html`<button type="button" class="main" onClick=${() => $("file-input").click()}>${t("Choose a file")}</button>` : ""}<p class="quiet" id="chosen">${says}</p><p class="quiet" id="formats">${formats}</p></section>
+    <section><h3>${t("An example")}</h3><p>${t("A motocross single with its weights: a lighter rod and pin, two faces to mill.")}</p><button type="button" id="bundled" data-testid="bundled" onClick=${() => example(null)}>${t("Open the motocross single")}</button></section>
+    <section><h3>${t("Draw one")}</h3><p>${t("From the dimensions of a usual crank.")}</p><label>${t("Layout")} <select id="preset" data-testid="preset" aria-label=${t("Layout of the crank to draw")} value=${preset.value || state.presets[0]} onInput=${({ target }) => { preset.value = target.value; }}>${state.presets.map((name) => html`<option>${name}</option>`)}</select></label> <button type="button" id="draw-preset" data-testid="draw-preset" onClick=${() => example(preset.value || state.presets[0])}>${t("Draw it")}</button></section></div>`;
+}
+
+// The unit of a file that has none: asked until it is answered, and never that of the file before.
+const UNITS = ["mm", "cm", "m", "inch"];
+function Unit() {
+  if (!UNITLESS.includes(ending(coming.value || state.file))) return html`<div id="unit-field" hidden></div>`;
+  const isAsked = isUnitAsked(), answer = (unit) => { assumed.unit = unit; keep("crankshaft.unit", unit); changed(); };
+  const setUnit = ({ target }) => answer(target.value);
+  const again = async () => { await sending; if (state.file) open(); };
+  return html`<div id="unit-field" class="tell" data-tone=${isAsked ? "warn" : "plain"} data-testid="unit-question" data-asked=${String(isAsked)}>${isAsked ? html`<h3>${t("Is the file in {unit}?", { unit: t(unitOfFile()) })}</h3><p>${t("The file has no unit.")}${long() === null ? "" : ` ${t("In {unit} the crank is {length} from the first web to the last.", { unit: t(unitOfFile()), length: withUnit(long(), 0, "mm") })}`}</p>` : ""}
+    <label>${t("Unit of the file")} <select data-testid="unit" id="unit" value=${unitOfFile()} onInput=${setUnit} onChange=${again}>${UNITS.map((each) => html`<option value=${each}>${t(each)}</option>`)}</select></label>${isAsked ? html` <button type="button" id="unit-yes" data-testid="unit-yes" onClick=${() => answer(unitOfFile())}>${t("Yes, {unit}", { unit: t(unitOfFile()) })}</button>` : ""}</div>`;
 }
 
 // How long the crank is in the unit that the page took: a wrong one is seen at once.
-function size() {
+function long() {
   const report = state.inspected?.report;
-  if (!report || !UNITLESS.includes(ending(state.file))) return "";
+  if (!report || !UNITLESS.includes(ending(state.file))) return null;
   const ends = report.crank.webs.flatMap((web) => [web.z_min_mm, web.z_max_mm]);
-  return `: ${t("read in {unit}; {length} from the first web to the last", { unit: unitOfFile(), length: withUnit(Math.max(...ends) - Math.min(...ends), 0, "mm") })}`;
+  return Math.max(...ends) - Math.min(...ends);
 }
+const size = () => (long() === null ? "" : `: ${t("read in {unit}; {length} from the first web to the last", { unit: unitOfFile(), length: withUnit(long(), 0, "mm") })}`);
 
 function Cylinder() {
   const part = view.parts[chosen.value.part - 1];

@@ -2,7 +2,7 @@
 import { html, useEffect, useRef } from "/static/preact.min.js";
 import { $, debounced, shown, withUnit } from "/static/tools.js";
 import { post } from "/static/server.js";
-import { GROUPS, changed, job, on, state, sumOf } from "/static/job.js";
+import { GROUPS, changed, looked, on, state, sumOf } from "/static/job.js";
 import { mount, redraw, signal } from "/static/store.js";
 import { t } from "/static/words.js";
 import { Engine, Targets } from "/static/engine.js";
@@ -70,7 +70,7 @@ const ask = debounced(async () => {
   if (!state.inspected) return;
   const mine = ++asked;
   let found = null, why = "";
-  try { found = await post(`/api/runs/${state.inspected.id}/preview`, job()); } catch (error) { why = error.message; }
+  try { found = await post(`/api/runs/${state.inspected.id}/preview`, looked()); } catch (error) { why = error.message; }
   if (mine !== asked) return;
   if (found?.why) { why = found.why.replace(/^job\.toml: /, ""); found = null; }
   preview.value = { found, why };
