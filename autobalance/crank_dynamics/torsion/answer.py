@@ -14,8 +14,9 @@ from autobalance.crank_dynamics.torsion.figures import (
     TrainFigures,
 )
 from autobalance.crank_dynamics.torsion.peaks import OrderPeak
+from autobalance.crank_dynamics.torsion.run_up import RunUpFigures
 from autobalance.crank_dynamics.torsion.strains import CriticalOrder, OrderResponse
-from autobalance.declare import ABSENT, Absent, Hertz, record
+from autobalance.declare import ABSENT, OMITTED, Absent, Hertz, record
 from autobalance.report.records.head import Head
 
 
@@ -38,4 +39,5 @@ class TorsionReport(Head):
     dampers: Sequence[DamperFigures]
     fem_natural_frequencies_rad_s: Sequence[Hertz] | Absent | None = ABSENT
     throws: Annotated[Sequence[ThrowFigures], "of a job's crank"] | Absent = ABSENT
+    run_up: Annotated[RunUpFigures | None, OMITTED] = None
     warnings: Sequence[str] | Absent = ABSENT

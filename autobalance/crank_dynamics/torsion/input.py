@@ -14,6 +14,7 @@ from autobalance.crank_dynamics.torsion.model import (
     Excitation,
     Formula,
     PendulumAbsorber,
+    RunUp,
     TorsionQuestion,
 )
 from autobalance.crank_dynamics.torsion.train_input import TRAIN, train_parts
@@ -57,10 +58,16 @@ PENDULUM = (
         None,
     ),
 )
+RUN_UP = (
+    Key("from_rpm", float, "speed at the start", POSITIVE),
+    Key("to_rpm", float, "speed at the end; a lower one runs down", POSITIVE),
+    Key("ramp_rpm_s", float, "rate of the speed [rpm/s]", POSITIVE),
+)
 SHARED = (
     *SPEEDS,
     Key("excitation", says="torques at stations", keys=EXCITATION, many=True, default=()),
     Key("pendulum", says="an absorber in place", keys=PENDULUM, default=None),
+    Key("run_up", says="vibration over time through a ramp of the speed", keys=RUN_UP, default=None),
     *TRAIN,
 )
 """Keys of a chain's file that a job has too."""
@@ -189,6 +196,7 @@ def question_of(filled: Values, stations: int | None) -> TorsionQuestion:
         _pendulum(filled["pendulum"], stations),
         train_parts(filled),
         filled["torsion"]["damping_ratio"],
+        _run_up(filled["run_up"]),
     )
 
 
@@ -210,6 +218,14 @@ def _speeds(filled: Values) -> Array:
     if not speed[0] < speed[1]:
         raise JobError(f"speed_rpm is [{speed[0]:g}, {speed[1]:g}]; the first must be the lower one")
     return np.asarray(np.linspace(speed[0], speed[1], filled["points"]) * RAD_S_PER_RPM)
+
+
+def _run_up(values: Values | None) -> RunUp | None:
+    if values is None:
+        return None
+    if values["from_rpm"] == values["to_rpm"]:
+        raise JobError(f"run_up.to_rpm is {values['to_rpm']:g}, as from_rpm; enter another speed")
+    return RunUp(*(RAD_S_PER_RPM * values[key] for key in ("from_rpm", "to_rpm", "ramp_rpm_s")))
 
 
 def _pendulum(values: Values | None, stations: int | None) -> PendulumAbsorber | None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, Literal
+
+import numpy as np
 
 from autobalance.crank_dynamics.torsion.train_model import TrainParts
 from autobalance.types import Array
@@ -21,6 +24,30 @@ class Excitation:
     station: int
     order: float
     torque_n_m: complex
+
+
+@dataclass(frozen=True)
+class RunUp:
+    """A ramp of the mean speed from one to the other at a rate [rad/s, rad/s²]."""
+
+    from_rad_s: float
+    to_rad_s: float
+    rate_rad_s2: float
+
+    @property
+    def duration_s(self) -> float:
+        return abs(self.to_rad_s - self.from_rad_s) / self.rate_rad_s2
+
+    @property
+    def acceleration_rad_s2(self) -> float:
+        """Rate with its sign: negative of a run-down."""
+        return math.copysign(self.rate_rad_s2, self.to_rad_s - self.from_rad_s)
+
+    def speed(self, time_s: Array) -> Array:
+        return np.asarray(self.from_rad_s + self.acceleration_rad_s2 * time_s)
+
+    def phase(self, time_s: Array) -> Array:
+        return np.asarray(self.from_rad_s * time_s + 0.5 * self.acceleration_rad_s2 * time_s**2)
 
 
 @dataclass(frozen=True)
@@ -52,6 +79,7 @@ class TorsionQuestion:
     pendulum: PendulumAbsorber | None
     parts: TrainParts = field(default_factory=TrainParts)
     damping_ratio: float | None = None
+    run_up: RunUp | None = None
 
     def ratio_of_modes(self, damped: bool) -> float:
         """Return the share of critical damping of every mode; ``damped``: dampers take up what swings."""

@@ -10,6 +10,7 @@ import numpy as np
 from autobalance.crank_dynamics.torsion.answer import TorsionReport
 from autobalance.crank_dynamics.torsion.dampers import DamperFigures
 from autobalance.crank_dynamics.torsion.figures import Damping
+from autobalance.crank_dynamics.torsion.run_up import RunUpFigures
 from autobalance.crank_dynamics.torsion.strains import OrderResponse
 from autobalance.declare import HERTZ, RPM
 from autobalance.report.plot_files import Plot
@@ -36,7 +37,20 @@ def torsion_plots(report: TorsionReport) -> dict[str, Plot]:
         plots_drawn["torsion-damper-heat"] = _heat(report.dampers)
     if report.critical:
         plots_drawn["torsion-critical"] = _critical_map(report)
+    if report.run_up is not None:
+        plots_drawn["torsion-run-up"] = _run_up(report.run_up)
     return plots_drawn
+
+
+def _run_up(found: RunUpFigures) -> Plot:
+    """Return torque over the speed through the run-up and steady, of the shaft with the greatest torque."""
+    worst = max(range(len(found.shafts)), key=lambda link: found.shafts[link].greatest_torque_n_m)
+    speeds = np.array([RPM.written(each.speed_rad_s) for each in found.points])
+    passed = np.array([each.torque_n_m[worst] for each in found.points], dtype=np.float64)
+    steady = np.array([each.steady_torque_n_m[worst] for each in found.points], dtype=np.float64)
+    curves = [Curve(f"run-up, {found.rate_rpm_s:g} rpm/s", speeds, passed), Curve("steady", speeds, steady)]
+    title = f"Run-up: shaft {found.shafts[worst].between}"
+    return lines(title, ("speed [1/min]", "greatest torque [N·m]"), curves)
 
 
 def _modes(report: TorsionReport) -> Plot:

@@ -8,6 +8,7 @@ from autobalance.crank_dynamics.torsion.answer import TorsionReport
 from autobalance.crank_dynamics.torsion.dampers import DamperFigures
 from autobalance.crank_dynamics.torsion.figures import AbsorberSize, Damping, ThrowFigures, TrainFigures
 from autobalance.crank_dynamics.torsion.peaks import ShaftStrain
+from autobalance.crank_dynamics.torsion.run_up import RunUpFigures
 from autobalance.crank_dynamics.torsion.strains import CriticalOrder, OrderResponse
 from autobalance.declare import ABSENT, HERTZ, KG_MM2_OF_SI, MM, MPA, MRAD, RPM
 from autobalance.report.tables import table
@@ -26,8 +27,29 @@ def torsion_text(report: TorsionReport) -> str:
         _response(report.response),
         _dampers(report.dampers, report_excited=report.excited),
         _pendulum(report.pendulum),
+        "" if report.run_up is None else _run_up(report.run_up),
     ]
     return "\n\n".join(part for part in parts if part)
+
+
+def _run_up(found: RunUpFigures) -> str:
+    low, high = RPM.written(found.from_rad_s), RPM.written(found.to_rad_s)
+    head = f"Run-up from {low:g} to {high:g} rpm at {found.rate_rpm_s:g} rpm/s, {found.duration_s:.3g} s"
+    rows: list[Sequence[str]] = [("  Shaft", "greatest torque", "at", "steady", "at", "stress")]
+    for each in found.shafts:
+        steady, at = each.steady_torque_n_m, each.steady_at_rad_s
+        rows.append(
+            (
+                f"  {each.between}",
+                f"{each.greatest_torque_n_m:.1f} N·m",
+                f"{RPM.written(each.at_rad_s):.0f} rpm",
+                "no limit" if steady is None else f"{steady:.1f} N·m",
+                "" if at is None else f"{RPM.written(at):.0f} rpm",
+                "" if each.greatest_stress_pa is None else f"{MPA.written(each.greatest_stress_pa):.1f} MPa",
+            )
+        )
+    nonlinear = "; couplings and friction non-linear" if found.nonlinear else ""
+    return "\n".join([head + nonlinear, table(rows)])
 
 
 def _stiffness(n_m_rad: float) -> str:

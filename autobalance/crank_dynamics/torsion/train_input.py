@@ -46,6 +46,7 @@ COUPLING = (
     Key("torque_N_m", tuple[float, ...], "static torques, increasing", ANY),
     Key("twist_rad", tuple[float, ...], "twist at each torque, increasing", ANY),
     Key("mean_N_m", float, "torque it carries; default that of the job's cycle, else 0", ANY, None),
+    Key("friction_N_m", float, "dry friction there too; counts in `[run_up]` alone", NOT_NEGATIVE, 0.0),
 )
 DAMPER = (
     Key("station", int, "number of the inertia that carries it, from 1", COUNTED),
@@ -59,6 +60,7 @@ DAMPER = (
         "find stiffness and damping that minimise the largest amplitude over speed_rpm",
         default=False,
     ),
+    Key("friction_N_m", float, "dry friction there too; counts in `[run_up]` alone", NOT_NEGATIVE, 0.0),
 )
 TRAIN = (
     Key("gear", says="gears between stations", keys=GEAR, many=True, default=()),
@@ -126,7 +128,9 @@ def _coupling(number: int, each: Values) -> Coupling:
     for name, values in (("torque_N_m", torque), ("twist_rad", twist)):
         if not all(a < b for a, b in pairwise(values)):
             raise JobError(f"{place}.{name} is {list(values)}; expected increasing values")
-    return Coupling(each["station"] - 1, np.array(torque), np.array(twist), each["mean_N_m"])
+    return Coupling(
+        each["station"] - 1, np.array(torque), np.array(twist), each["mean_N_m"], each["friction_N_m"]
+    )
 
 
 def _damper(number: int, each: Values) -> Damper:
@@ -140,4 +144,6 @@ def _damper(number: int, each: Values) -> Damper:
     if not each["tune"] and each["kind"] == "ring" and stiffness is None:
         raise JobError(f"{place}.N_m_rad is missing; give it, or tune = true")
     inertia = KG_M2_PER_KG_MM2 * each["inertia_kg_mm2"]
-    return Damper(each["station"] - 1, each["kind"], inertia, stiffness, damping, each["tune"])
+    return Damper(
+        each["station"] - 1, each["kind"], inertia, stiffness, damping, each["tune"], each["friction_N_m"]
+    )

@@ -34,6 +34,8 @@ class Coupling:
     torque_n_m: Array
     twist_rad: Array
     mean_n_m: float | None
+    friction_n_m: float = 0.0
+    """Dry friction (hysteresis), which counts in a run-up alone."""
 
     def stiffness_n_m_rad(self, mean_n_m: float) -> float:
         """Return the slope of the characteristic at a mean torque; at a corner the mean of both slopes.
@@ -67,6 +69,8 @@ class Damper:
     n_m_rad: float | None
     n_m_s_rad: float | None
     tune: bool
+    friction_n_m: float = 0.0
+    """Dry friction between station and ring, which counts in a run-up alone."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,13 +23,14 @@ from autobalance.crank_dynamics.torsion.figures import (
 )
 from autobalance.crank_dynamics.torsion.from_job import CrankChain, crank_chain
 from autobalance.crank_dynamics.torsion.input import check_station, crank_torsion
-from autobalance.crank_dynamics.torsion.model import CrankTorsion, TorsionQuestion
+from autobalance.crank_dynamics.torsion.model import CrankTorsion, RunUp, TorsionQuestion
 from autobalance.crank_dynamics.torsion.peaks import order_peaks
+from autobalance.crank_dynamics.torsion.run_up import LinkFriction, RunUpFigures, run_up_figures
 from autobalance.crank_dynamics.torsion.strains import critical_orders, order_responses
 from autobalance.crank_dynamics.torsion.trains import named_train
 from autobalance.declare import ABSENT, HERTZ
 from autobalance.engines.cycle.model import Cycle
-from autobalance.errors import UsageError
+from autobalance.errors import JobError, UsageError
 from autobalance.job import Job
 from autobalance.job.read import tables_of
 from autobalance.report.plot_files import Plots
@@ -230,4 +231,20 @@ def _solved(
         response=order_responses(model),
         pendulum=None if absorber is None else AbsorberSize.of(absorber),
         dampers=[damper_figures(model, each) for each in dampers],
+        run_up=None if model.question.run_up is None else _run_up(model, model.question.run_up, dampers),
     )
+
+
+def _run_up(model: ExcitedTrain, ramp: RunUp, dampers: Sequence[FittedDamper]) -> RunUpFigures:
+    absorber = model.question.pendulum
+    if absorber is not None and absorber.station is not None:
+        raise JobError(
+            "run_up: a pendulum at a station counts at its orders alone; leave pendulum.station out"
+        )
+    dry = [LinkFriction(each.link, each.damper.friction_n_m) for each in dampers]
+    pairs = zip(model.named.couplings, model.question.parts.couplings, strict=True)
+    dry += [LinkFriction(state.link, each.friction_n_m) for state, each in pairs]
+    try:
+        return run_up_figures(model, ramp, [each for each in dry if each.torque_n_m > 0.0])
+    except ValueError as error:
+        raise JobError(f"run_up: {error}") from None
