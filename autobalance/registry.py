@@ -215,6 +215,7 @@ JOB_TABLES: Final = {
     "torsion": TORSION,
     "excitation": TORSION,
     "pendulum": TORSION,
+    "run_up": TORSION,
     "speed_rpm": TORSION,
     "points": TORSION,
     "gear": TORSION,
