@@ -30,7 +30,7 @@ from autobalance.crank_dynamics.torsion.train_model import Coupling
 from autobalance.declare import Mpa, Mrad, NewtonMetres, NotNegative, Rpm, record
 from autobalance.types import Array, Complex
 
-STEPS_A_PERIOD = 40
+STEPS_A_PERIOD = 48
 """Steps within the shortest period of any order."""
 MOST_STEPS = 600_000
 GAUSS = tuple(zip((0.5 - 0.15**0.5, 0.5, 0.5 + 0.15**0.5), (5 / 18, 8 / 18, 5 / 18), strict=True))
