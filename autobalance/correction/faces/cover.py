@@ -69,18 +69,27 @@ class Cover:
         """Return the number of triangles ``met`` with more than an area inside, those on the ``edge`` cut."""
         total = np.cumsum(surely)
 
-        def over(count: int) -> bool:
-            cut = Region.of(list(self.corners[met[edge[: np.searchsorted(edge, count)]]])) & self.region
-            return float(total[count - 1]) + cut.area_mm2 > area_mm2
+        def cut(few: int, many: int) -> float:
+            """Return the area inside of those on the edge from one number of triangles to another."""
+            some = met[edge[slice(*np.searchsorted(edge, (few, many)))]]
+            return (Region.of(list(self.corners[some])) & self.region).area_mm2 if len(some) else 0.0
 
         few, many = 0, min(int(np.searchsorted(total, area_mm2, side="right")) + 1, len(met))
-        if not many or not over(many):
+        if not many:
             return len(met) + 1
-        if many == 1 or not over(many - 1):  # mostly the first that lies inside for sure
-            return many
+        before, last = cut(0, many - 1), cut(many - 1, many)
+        if float(total[many - 1]) + before + last <= area_mm2:
+            return len(met) + 1
+        if many == 1 or float(total[many - 2]) + before <= area_mm2:
+            return many  # mostly the first that lies inside for sure
+        inside = 0.0  # they lie side by side, so that areas of further ones add
         while many - few > 1:
             middle = (few + many) // 2
-            few, many = (few, middle) if over(middle) else (middle, many)
+            more = cut(few, middle)
+            if float(total[middle - 1]) + inside + more > area_mm2:
+                many = middle
+            else:
+                few, inside = middle, inside + more
         return many
 
 

@@ -12,6 +12,7 @@ from bisect import bisect_right, insort
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,8 @@ ABOVE_AND_BELOW = 3
 IN_LINE = 1.0 / 32.0
 """Share of the grain by which a corner of a section may be out of line and be left out. A cut face's area
 changes by a millionth at most, while the time of booleans grows with the number of corners."""
+SAME_AXIS = 1.0 - 1e-6
+"""Cosine of two faces' normals, up to sign, from which on the heights of triangles along one serve both."""
 MIN_COSINE = 1.0 - 1e-5
 """Triangles whose normal has at least this component along the face's are planes that face the same way."""
 
@@ -67,11 +70,12 @@ class Layer:
     @classmethod
     def of(cls, mesh: Mesh, frame: Array, low_mm: float, high_mm: float, grain_mm: float) -> Layer:
         """Return the triangles that reach into low..high after ``frame`` (4, 4) has placed the mesh."""
+        rows = _near(mesh, frame[2], low_mm, high_mm)
         z = mesh.vertices @ frame[2, :3] + frame[2, 3]
         sides = (z > low_mm).view(np.uint8) | (z < high_mm).view(np.uint8) << 1
-        a, b, c = sides.take(mesh.triangles).T
-        picked = (a | b | c) == ABOVE_AND_BELOW
-        rows, part = np.flatnonzero(picked), mesh.part(picked).moved(frame)
+        a, b, c = sides.take(mesh.triangles.take(rows, axis=0)).T
+        rows = rows[(a | b | c) == ABOVE_AND_BELOW]
+        part = mesh.at(rows).moved(frame)
         bottoms, tops = least_and_greatest(part.vertices[:, 2], part.triangles)
         return cls(
             vertices=part.vertices,
@@ -139,6 +143,31 @@ class Layer:
         middle = a + b + c - np.minimum(np.minimum(a, b), c) - np.maximum(np.maximum(a, b), c)
         heights: Array = self.vertices[by_height[np.bincount(middle, minlength=len(rank)) > 2], 2]
         return heights
+
+
+_Heights = tuple[Array, Array, Array]
+_SEEN: WeakKeyDictionary[Mesh, _Heights] = WeakKeyDictionary()
+
+
+def _near(mesh: Mesh, row: Array, low_mm: float, high_mm: float) -> Indices:
+    """Return the triangles that may reach into low..high after ``row`` (4,) of a frame has placed the mesh.
+
+    Faces of webs are square to one axis, nearly: heights along it are kept, and others searched with the
+    difference that the directions make.
+    """
+    direction, size = row[:3], float(np.abs(mesh.bounds).max())
+    seen = _SEEN.get(mesh)
+    cosine = 0.0 if seen is None else float(seen[0] @ direction)
+    if seen is None or abs(cosine) < SAME_AXIS:
+        seen = (direction.copy(), *least_and_greatest(mesh.vertices @ direction, mesh.triangles))
+        _SEEN[mesh], cosine = seen, 1.0
+    axis, least, greatest = seen
+    sign = math.copysign(1.0, cosine)
+    slack = 2.0 * size * float(np.abs(sign * direction - axis).sum()) + 1e-9 * size
+    low, high = low_mm - float(row[3]) - slack, high_mm - float(row[3]) + slack
+    if sign < 0.0:
+        low, high = -high, -low
+    return np.flatnonzero((greatest > low) & (least < high))
 
 
 @dataclass(eq=False)

@@ -112,11 +112,12 @@ def _skin(
     reach, band = EXTENSION_RATIO * run.radius, BAND * run.radius + rounding_mm
     least, greatest = heights
     rows = np.flatnonzero((greatest > run.z_low - reach) & (least < run.z_high + reach))
-    x, y = long.vertices[:, 0] - run.centre[0], long.vertices[:, 1] - run.centre[1]
+    corners = long.vertices.take(mesh.triangles.take(rows, axis=0), axis=0)
+    x, y = (corners[..., k] - run.centre[k] for k in range(2))
     away = x * x + y * y
     near = (away > max(run.radius - band, 0.0) ** 2) & (away < (run.radius + band) ** 2)
-    rows = rows[near.take(mesh.triangles.take(rows, axis=0)).all(axis=1)]
-    corners = long.vertices.take(mesh.triangles.take(rows, axis=0), axis=0)
+    kept = np.flatnonzero(near.all(axis=1))
+    rows, corners = rows.take(kept), corners.take(kept, axis=0)
     vectors = 0.5 * mesh.area_vectors.take(rows, axis=0) @ long.turn[:3, :3].T
     areas = 0.5 * mesh.doubled_areas.take(rows)
     arm = corners[..., :2].mean(axis=1) - run.centre

@@ -256,19 +256,21 @@ def _walled(zone: _Zone, group: Sequence[Slot], mesh: Mesh, to_rotor: Array) -> 
     near = (radial > slot.radius - 1.5 * tall) & (radial < 1.2 * slot.radius + tall)
     near &= (vertices[:, 2] > zone.low) & (vertices[:, 2] < zone.high)
     aside = local @ across
-    vectors = mesh.area_vectors @ zone.long.turn[:2, :3].T @ across
-    flat = np.abs(vectors) > ONE_WAY * mesh.doubled_areas
+    rows = np.flatnonzero(near.take(mesh.triangles[:, 0]))  # of a million triangles, a few thousand
+    triangles, areas = mesh.triangles.take(rows, axis=0), mesh.doubled_areas.take(rows)
+    vectors = mesh.area_vectors.take(rows, axis=0) @ zone.long.turn[:2, :3].T @ across
+    flat = np.abs(vectors) > ONE_WAY * areas
     used = np.zeros(len(vertices), dtype=bool)
     sides = []
     for sign in (-1.0, 1.0):
         at_wall = near & (np.abs(aside - 0.5 * sign * slot.width) < MAX_KEYWAY_OFFSET_SHARE * slot.width)
-        wall = flat & (sign * vectors < 0.0) & at_wall[mesh.triangles].all(axis=1)
-        corners = np.unique(mesh.triangles[wall])
+        wall = flat & (sign * vectors < 0.0) & at_wall.take(triangles).all(axis=1)
+        corners = np.unique(triangles[wall])
         height = slot.depth - (slot.radius - math.sqrt(slot.radius**2 - 0.25 * slot.width**2))
-        if 0.5 * mesh.doubled_areas[wall].sum() < LONG_AS_WIDE * slot.width * height:
+        if 0.5 * areas[wall].sum() < LONG_AS_WIDE * slot.width * height:
             return None
         used[corners] = True
-        sides.append(mesh.area_vectors[wall].sum(axis=0) * sign)
+        sides.append(mesh.area_vectors.take(rows[wall], axis=0).sum(axis=0) * sign)
     normal = zone.long.turn[:2, :3] @ (sides[0] + sides[1])
     towards = np.array([-normal[1], normal[0]]) / np.linalg.norm(normal)
     towards = towards if float(towards @ out) > 0.0 else -towards

@@ -26,7 +26,7 @@ ON_IT = 1e-4
 
 def ovality_warning(anatomy: Anatomy, mesh: Mesh) -> str | None:
     """Return a warning of the most oval journal or crankpin, None if all are round; ``mesh`` in file axes."""
-    corners = mesh.moved(anatomy.file_to_rotor).vertices
+    corners = np.ascontiguousarray(mesh.moved(anatomy.file_to_rotor).vertices.T)
     pins: list[tuple[str, Pin]] = [
         *((f"main journal {pin.number}", pin) for pin in anatomy.main_journals),
         *((f"the crankpin of throw {throw.number}", throw.crankpin) for throw in anatomy.throws),
@@ -43,13 +43,17 @@ def ovality_warning(anatomy: Anatomy, mesh: Mesh) -> str | None:
 
 
 def _oval_mm(corners: Array, pin: Pin) -> float:
-    """Return largest less smallest diameter of a cylinder, from r = R + a₁ cos(φ − α₁) + a₂ cos 2(φ − α₂)."""
+    """Return largest less smallest diameter of a cylinder, of a mesh's ``corners`` (3, n).
+
+    It is fitted: r = R + a₁ cos(φ − α₁) + a₂ cos 2(φ − α₂).
+    """
     low, high = pin.z_range_mm
     radius = 0.5 * pin.diameter_mm
-    x, y = (corners[:, :2] - pin.centre_mm[:2]).T
-    r, z = np.hypot(x, y), corners[:, 2]
     slack = 1e-3 * (high - low)
-    mine = (np.abs(r - radius) <= NEAR_SHARE * radius) & (z >= low - slack) & (z <= high + slack)
+    rows = np.flatnonzero((corners[2] >= low - slack) & (corners[2] <= high + slack))
+    x, y = (column.take(rows) - middle for column, middle in zip(corners, pin.centre_mm[:2], strict=False))
+    r = np.hypot(x, y)
+    mine = np.abs(r - radius) <= NEAR_SHARE * radius
     angle, r = np.arctan2(y[mine], x[mine]), r[mine]
     for _ in range(ROUNDS):
         gaps = np.diff(np.sort(angle), append=angle.min(initial=0.0) + 2.0 * math.pi)

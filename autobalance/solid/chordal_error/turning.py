@@ -8,6 +8,7 @@ import numpy as np
 
 from autobalance.solid.chordal_error.look import Look
 from autobalance.solid.mesh.components import numbered_components
+from autobalance.solid.mesh.tetrahedra import CHUNK
 from autobalance.types import Array, Flags, Indices
 
 BESIDE_SHARE = 0.3
@@ -50,27 +51,48 @@ class Turns:
         faces, angle = self.faces.take(rows, axis=1), self.angle_rad.take(rows)
         return Turns(faces, self.away.take(rows, axis=2), self.along.take(rows, axis=1), angle)
 
+    def at_slice(self, part: slice) -> Turns:
+        """Return views of some rows."""
+        return Turns(self.faces[:, part], self.away[..., part], self.along[:, part], self.angle_rad[part])
+
 
 def turns_of(look: Look, rows: Indices | None = None) -> Turns:
-    """Return the angle at each meeting of two faces, or at some of them by their ``rows``, in their order."""
+    """Return the angle at each meeting of two faces, or at some of them by their ``rows``, in their order.
+
+    They are computed so many at a time that what lies between stays in the processor's cache.
+    """
     first = look.distinct_pairs[1]
     edge = look.smooth.take(first if rows is None else first.take(rows))
+    count = len(edge)
+    found = Turns(
+        np.zeros((2, count), dtype=np.int64), np.zeros((2, 3, count)), np.zeros((3, count)), np.zeros(count)
+    )
+    normals, vertices = (np.ascontiguousarray(each.T) for each in (look.normal, look.mesh.vertices))
+    for begin in range(0, count, CHUNK):
+        part = slice(begin, begin + CHUNK)
+        _fill(found.at_slice(part), look, edge[part], normals, vertices)
+    return found
+
+
+def _fill(turns: Turns, look: Look, edge: Indices, normals: Array, vertices: Array) -> None:
+    """Write the turns at some edges (n,); ``normals`` and ``vertices`` by columns."""
     triangles = np.stack([look.edges.left.take(edge), look.edges.right.take(edge)])
-    faces = look.face.take(triangles)
-    normal = [np.ascontiguousarray(look.normal.T).take(each, axis=1) for each in faces]
+    turns.faces[:] = look.face.take(triangles)
+    normal = [normals.take(each, axis=1) for each in turns.faces]
     along = crossed(*normal)
     sine = np.sqrt(dotted(along, along))
     along /= np.where(sine > 0.0, sine, 1.0)
-    vertices, (a, b, c) = np.ascontiguousarray(look.mesh.vertices.T), look.mesh.triangles.T
-    start, end = (ends.take(edge) for ends in look.edges.ends.T)
+    turns.along[:] = along
+    start, end = look.edges.ends.take(edge, axis=0).T
     middle = 0.5 * (vertices.take(start, axis=1) + vertices.take(end, axis=1))
-    opposite = (a + b + c).take(triangles) - (start + end)
+    opposite = look.mesh.triangles.take(triangles, axis=0).sum(axis=2) - (start + end)
     outward = [middle - vertices.take(each, axis=1) for each in opposite]
-    either = [crossed(along, each) for each in normal]
-    away = np.stack([each * np.sign(dotted(each, out)) for each, out in zip(either, outward, strict=True)])
+    for away, each, out in zip(turns.away, normal, outward, strict=True):
+        either = crossed(along, each)
+        away[:] = either * np.sign(dotted(either, out))
     angle = np.arctan2(sine, dotted(*normal))
     hollow = dotted(outward[1] - outward[0], normal[0] - normal[1]) < 0.0
-    return Turns(faces, away, along, np.where(hollow, -angle, angle))
+    turns.angle_rad[:] = np.where(hollow, -angle, angle)
 
 
 def crossed(one: Array, other: Array) -> Array:

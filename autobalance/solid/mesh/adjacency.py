@@ -8,6 +8,7 @@ import numpy as np
 
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.mesh import Mesh, longest_sides, ranked
+from autobalance.solid.mesh.tetrahedra import CHUNK
 from autobalance.types import Array, Flags, Indices
 
 FLAT_RAD = 1e-4
@@ -108,11 +109,16 @@ def edges_of(mesh: Mesh) -> Edges:
 def _angles(mesh: Mesh, left: Indices, right: Indices) -> Array:
     """Return the angles (k,) between the directions of pairs of triangles [rad]."""
     size = mesh.doubled_areas
-    columns = mesh.area_vectors.T / np.where(size > 0.0, size, 1.0)
-    columns = np.ascontiguousarray(columns)  # products of columns are many times as fast as of rows
-    (ax, ay, az), (bx, by, bz) = columns.take(left, axis=1), columns.take(right, axis=1)
-    across = (ay * bz - az * by) ** 2 + (az * bx - ax * bz) ** 2 + (ax * by - ay * bx) ** 2
-    angles: Array = np.arctan2(np.sqrt(across), ax * bx + ay * by + az * bz)
+    columns = np.ascontiguousarray(
+        mesh.area_vectors.T
+    )  # products of columns are many times as fast as of rows
+    columns /= np.where(size > 0.0, size, 1.0)
+    angles = np.zeros(len(left))
+    for begin in range(0, len(left), CHUNK):
+        part = slice(begin, begin + CHUNK)
+        (ax, ay, az), (bx, by, bz) = columns.take(left[part], axis=1), columns.take(right[part], axis=1)
+        across = (ay * bz - az * by) ** 2 + (az * bx - ax * bz) ** 2 + (ax * by - ay * bx) ** 2
+        np.arctan2(np.sqrt(across), ax * bx + ay * by + az * bz, out=angles[part])
     return angles
 
 
@@ -150,8 +156,10 @@ def _has_direction(mesh: Mesh) -> Flags:
     least = LEAST_HEIGHT * mesh.diagonal_mm
     known: Flags = mesh.doubled_areas > 2.0 * least * mesh.diagonal_mm
     small = np.flatnonzero(~known)
-    sides = longest_sides(mesh.vertices.take(mesh.triangles.take(small, axis=0), axis=0))
-    known[small] = mesh.doubled_areas.take(small) > sides * least
+    for begin in range(0, len(small), CHUNK):
+        rows = small[begin : begin + CHUNK]
+        sides = longest_sides(mesh.vertices.take(mesh.triangles.take(rows, axis=0), axis=0))
+        known[rows] = mesh.doubled_areas.take(rows) > sides * least
     return known
 
 

@@ -111,7 +111,11 @@ class Mesh:
 
     def part(self, keep: NDArray[np.bool_]) -> Mesh:
         """Return some of the triangles, marked in ``keep`` (m,), with only the vertices they use."""
-        used, triangles = compacted(self.triangles.take(np.flatnonzero(keep), axis=0), len(self.vertices))
+        return self.at(np.flatnonzero(keep))
+
+    def at(self, rows: Indices) -> Mesh:
+        """Return some of the triangles, by their rows, with only the vertices they use."""
+        used, triangles = compacted(self.triangles.take(rows, axis=0), len(self.vertices))
         return Mesh(self.vertices.take(np.flatnonzero(used), axis=0), triangles)
 
     def flipped(self) -> Mesh:
