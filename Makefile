@@ -100,6 +100,8 @@ bench: $(VENV)/.installed-dev
 	@$(VENV)/bin/python benchmarks/start_up.py
 	@echo "==> measuring time and memory of the main job"
 	@$(VENV)/bin/python benchmarks/main_job.py
+	@echo "==> comparing inspect and balance with the floor, and with the last landed ratios"
+	@$(VENV)/bin/python benchmarks/against_floor.py
 	@echo "==> measuring the time to plan holes"
 	@$(VENV)/bin/python benchmarks/planning.py
 	@echo "==> measuring recognition beside weld and build"
