@@ -25,6 +25,11 @@ class RunSection(NamedTuple):
     table: str = ""
 
 
+CRANK_READERS: Final = (
+    *("balance", "batch", "compare", "cycle", "design", "factor", "forces", "init", "inspect", "nc", "parts"),
+    *("recut", "shafts", "start", "strength", "study", "torsion", "verify"),
+)
+"""Commands that read cranks, from the cache unless ``--no-cache``."""
 VERBS: Final[dict[str, Verb]] = {
     "demo": Verb(
         "balance the bundled motocross crank twice and compare with the published result",

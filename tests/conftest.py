@@ -19,6 +19,8 @@ collect_ignore = ["freecad"]
 """Run by FreeCAD: make freecad."""
 LISTED = Path(__file__).with_name("slow.txt")
 """Functions of which a test took a quarter of a second of processor time or more."""
+os.environ["AUTOBALANCE_CACHE_MB"] = "0"
+"""Tests read everything anew, in children too, and leave the user's cache alone; `test_cache` has its own."""
 TIMES = os.environ.get("AUTOBALANCE_TIMES")
 """File that the seconds of each test are added to, where it is given."""
 SHAKEN = os.environ.get("AUTOBALANCE_SHAKEN")

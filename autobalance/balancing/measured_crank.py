@@ -18,6 +18,7 @@ from autobalance.crank.against import aligned, turned
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.disk_cache import digest_of, kept
 from autobalance.errors import BodiesError, JobError, OverlapError, RecognitionError
 from autobalance.job import Balance, Crankshaft, Job
 from autobalance.known import once
@@ -220,7 +221,7 @@ def recognised(source: Source, hints: Overrides) -> Anatomy:
     RecognitionError If there is no crank, or not enough of one.
     """
     own = source.surfaces.cylinders if source.surfaces is not None else ()
-    return recognise(source.solid, hints, own)
+    return recognise(source.solid, hints, own, source.key)
 
 
 def work_on_faces(job: Job) -> bool:
@@ -288,7 +289,11 @@ def facets_of(
         "facets",
         lambda: (id(source), density_g_mm3, id(anatomy), worth_it),
         (source, anatomy),
-        lambda: _facets_of(source, density_g_mm3, anatomy, worth_it),
+        lambda: kept(
+            "facets",
+            repr((source.key, density_g_mm3, digest_of(anatomy), worth_it)) if source.key else "",
+            lambda: _facets_of(source, density_g_mm3, anatomy, worth_it),
+        ),
     )
 
 

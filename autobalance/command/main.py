@@ -6,7 +6,7 @@ import argparse
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from difflib import get_close_matches
 from importlib import import_module
 from io import TextIOWrapper
@@ -41,6 +41,7 @@ INTERRUPTED_EXIT_CODE = 130
 INTERRUPTED_MESSAGE = "interrupted; nothing half-written was left"
 DONE_EXIT_CODES = (0, 4)
 """Exit codes of a command that did what it was asked: within tolerance, or above."""
+NO_CACHE_HELP = "read the crank anew; do not use or fill the cache (default: use it)"
 QUICK_VERBS = ("app", "schema", "completion", "calc", "grade")
 NO_MEMORY = ("failed to map segment", "can't start new thread", "pthread_create has failed")
 """Messages of the loader of libraries and of threads if they run out of memory."""
@@ -145,8 +146,17 @@ def _run(arguments: list[str], is_alone: bool) -> int:
     if called == "app":  # a server, not one run: what it has read it may write again
         return int(parsed.run(parsed))
     in_time = ended_in_time(_last_words) if is_alone else nullcontext()
-    with drawn_tables(), reading_noted(), in_time:
+    with drawn_tables(), reading_noted(), in_time, _cache_of(parsed):
         return int(parsed.run(parsed))
+
+
+def _cache_of(arguments: argparse.Namespace) -> AbstractContextManager[None]:
+    """Return what turns the cache off where the command line asks for that."""
+    if not getattr(arguments, "no_cache", False):
+        return nullcontext()
+    from autobalance.disk_cache import without_cache
+
+    return without_cache()
 
 
 class Parser(argparse.ArgumentParser):
@@ -235,6 +245,8 @@ def _parser(listed: Iterable[str], is_loaded: Callable[[str], bool]) -> argparse
         if is_loaded(name):
             add_arguments, run = _command(name)
             add_arguments(subparser)
+            if name in registry.CRANK_READERS:
+                subparser.add_argument("--no-cache", action="store_true", help=NO_CACHE_HELP)
             subparser.set_defaults(run=run)
     return parser
 

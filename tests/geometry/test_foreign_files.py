@@ -48,7 +48,7 @@ def test_a_solid_comes_back_from_the_other_process_to_the_bit(ring: ExactSolid, 
     (one,) = file.bodies
     assert (one.name, file.unit, file.repairs) == ("ring", "mm", ())
     assert properties(one.body).mass_g == pytest.approx(math.pi * (400.0 - 25.0) * 30.0, rel=1e-12)
-    here = kernel.properties(foreign_files._shape(foreign_files._bytes(one.body)))
+    here = kernel.properties(kernel.shape_of_bytes(kernel.shape_bytes(one.body)))
     assert here.mass_g == properties(one.body).mass_g
 
 

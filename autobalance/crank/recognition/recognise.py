@@ -44,6 +44,7 @@ from autobalance.crank.recognition.webs import (
     refuse_incomplete,
     refuse_unexplained,
 )
+from autobalance.disk_cache import kept
 from autobalance.errors import RecognitionError
 from autobalance.known import once
 from autobalance.solid.cad.surface import CylinderFace
@@ -62,7 +63,9 @@ SLIGHT_TILT_RAD = 1e-4
 """Sections along an axis that is off by less than this still show the same circles."""
 
 
-def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace] = ()) -> Anatomy:
+def recognise(
+    solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace] = (), source_key: str = ""
+) -> Anatomy:
     """Return the crankshaft recognised in a solid.
 
     Parameters
@@ -73,6 +76,8 @@ def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFa
         The job's own statements; nothing that it states is sought.
     cylinders : sequence of CylinderFace
         The solid's own, where its file keeps them: axis, journals and crankpins are theirs, not fitted.
+    source_key : str
+        Stands for the file that the solid was read from; empty: it is of none.
 
     Returns
     -------
@@ -87,7 +92,11 @@ def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFa
             "anatomy",
             lambda: (id(solid), repr(overrides), tuple(map(id, cylinders))),
             (solid, cylinders),
-            lambda: _recognised(solid, overrides, cylinders),
+            lambda: kept(
+                "anatomy",
+                f"{source_key} {overrides!r}" if source_key else "",
+                lambda: _recognised(solid, overrides, cylinders),
+            ),
         )
     except RecognitionError as error:
         raise RecognitionError(_explained(error, solid, overrides, cylinders)) from None

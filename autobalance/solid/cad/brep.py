@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +19,8 @@ from autobalance.solid.cad.kernel import (
     is_valid,
     properties,
     require_kernel,
+    shape_bytes,
+    shape_of_bytes,
     unified,
 )
 from autobalance.solid.cad.machining import Taken, machined
@@ -63,6 +65,23 @@ class ExactSolid:
         """Pickle a STEP file: the kernel's bodies stay in their process."""
         return _of_step, (self.step(),)
 
+    def to_plain(self) -> dict[str, Any]:
+        """Return the body in the kernel's own binary form, and what is measured on it."""
+        return {"body": shape_bytes(self._body), "unit": self._unit, "kinds": self.face_kinds()}
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any]) -> ExactSolid:
+        """Return the solid of ``to_plain``; the kernel is loaded when its body is first asked for."""
+        solid = cls.__new__(cls)
+        solid.__dict__.update(_data=plain["body"], _unit=plain["unit"], _kinds=dict(plain["kinds"]))
+        return solid
+
+    @cached_property
+    def _body(self) -> Any:
+        """The kernel's body, of a solid that was kept as bytes; others have theirs from the beginning."""
+        require_kernel()
+        return shape_of_bytes(self.__dict__["_data"])
+
     def _take(self, body: Any, complaint: str) -> None:
         if not is_valid(body):
             raise SolidError(complaint)
@@ -92,6 +111,10 @@ class ExactSolid:
 
     def face_kinds(self) -> dict[str, int]:
         """Count the faces by their surface: ``plane``, ``cylinder``, ``cone``, ``torus`` and others."""
+        return dict(self._kinds)
+
+    @cached_property
+    def _kinds(self) -> dict[str, int]:
         return dict(Counter(surface_kind(face) for face in explored(self._body, "FACE")))
 
     def surfaces(self) -> tuple[Surface, ...]:

@@ -8,14 +8,12 @@ keeps every surface to the bit.
 from __future__ import annotations
 
 import signal
-import tempfile
-from pathlib import Path
 from typing import Any, Final
 
 from autobalance.child_process import Children, ended_after
-from autobalance.errors import FormatError, SolidError
+from autobalance.errors import FormatError
 from autobalance.solid.cad.cad_file import CadFile, NamedBody
-from autobalance.solid.cad.kernel import kernel_failures, require_kernel
+from autobalance.solid.cad.kernel import kernel_failures, require_kernel, shape_bytes, shape_of_bytes
 from autobalance.solid.cad.tessellation import Fineness, tessellate
 
 LEAST_S: Final = 20.0
@@ -49,7 +47,7 @@ def read_foreign_file(kind: str, data: bytes, longest_s: float | None = None) ->
         answer = child.receive()
         if answer is None:
             raise FormatError(_end_message(kind, child.end(), longest_s))
-    bodies = tuple(NamedBody(name, _shape(body), place) for name, place, body in answer["bodies"])
+    bodies = tuple(NamedBody(name, shape_of_bytes(body), place) for name, place, body in answer["bodies"])
     return CadFile(bodies, answer["unit"], answer["repairs"])
 
 
@@ -85,31 +83,5 @@ def answer(kind: str, data: bytes, longest_s: float, fineness: Fineness) -> dict
         file = {"step": read_step_file, "iges": read_iges_file, "brep": read_brep_file}[kind](data)
         for one in file.bodies:
             tessellate(one.body, fineness)
-    bodies = [(one.name, one.place, _bytes(one.body)) for one in file.bodies]
+    bodies = [(one.name, one.place, shape_bytes(one.body)) for one in file.bodies]
     return {"bodies": bodies, "unit": file.unit, "repairs": file.repairs}
-
-
-def _bytes(shape: Any) -> bytes:
-    """Return a shape in the kernel's binary form, with its triangles."""
-    from OCP.BinTools import BinTools, BinTools_FormatVersion
-
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "shape"
-        newest = BinTools_FormatVersion.BinTools_FormatVersion_CURRENT
-        if not BinTools.Write_s(shape, str(path), True, False, newest):
-            raise SolidError("the CAD kernel could not hand a solid on")
-        return path.read_bytes()
-
-
-def _shape(data: bytes) -> Any:
-    """Return the shape that ``_bytes`` wrote."""
-    from OCP.BinTools import BinTools
-    from OCP.TopoDS import TopoDS_Shape
-
-    shape: Any = TopoDS_Shape()
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "shape"
-        path.write_bytes(data)
-        if not BinTools.Read_s(shape, str(path)):
-            raise SolidError("the CAD kernel could not take a solid over")
-    return shape

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -264,3 +266,29 @@ def scaled(shape: Any, factor: float) -> Any:
     larger = gp_Trsf()
     larger.SetScaleFactor(factor)
     return BRepBuilderAPI_Transform(shape, larger, True).Shape()
+
+
+def shape_bytes(shape: Any) -> bytes:
+    """Return a shape in the kernel's binary form, with its triangles."""
+    from OCP.BinTools import BinTools, BinTools_FormatVersion
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "shape"
+        newest = BinTools_FormatVersion.BinTools_FormatVersion_CURRENT
+        if not BinTools.Write_s(shape, str(path), True, False, newest):
+            raise SolidError("the CAD kernel could not hand a solid on")
+        return path.read_bytes()
+
+
+def shape_of_bytes(data: bytes) -> Any:
+    """Return the shape that ``shape_bytes`` wrote."""
+    from OCP.BinTools import BinTools
+    from OCP.TopoDS import TopoDS_Shape
+
+    shape: Any = TopoDS_Shape()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "shape"
+        path.write_bytes(data)
+        if not BinTools.Read_s(shape, str(path)):
+            raise SolidError("the CAD kernel could not take a solid over")
+    return shape

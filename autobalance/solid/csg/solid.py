@@ -155,6 +155,17 @@ class Solid:
             return Solid.nothing, ()
         return Solid.from_mesh, (self.mesh,)
 
+    def to_plain(self) -> tuple[Mesh, float]:
+        """Return the mesh and the volume [mm³], from which the same solid is made again."""
+        return self.mesh, self.volume_mm3
+
+    @classmethod
+    def from_plain(cls, plain: tuple[Mesh, float]) -> Solid:
+        """Return the solid of ``to_plain``; manifold3d builds its body when it is first cut."""
+        solid = cls.__new__(cls)
+        solid._built, (solid._mesh, solid._volume_mm3) = None, plain
+        return solid
+
     @property
     def is_empty(self) -> bool:
         return self._built is not None and bool(self._built.is_empty())

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from autobalance.disk_cache import kept
 from autobalance.errors import BodiesError, FormatError, OverlapError, SolidError
 from autobalance.known import once
 from autobalance.rigid_rotor.moments import Moments
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
 FARTHEST_MM = 1e7
 """Largest coordinate: ten kilometres leave no digit for a crank, and products would overflow."""
 
+How = tuple[str, str | None, int | str | None, bool, bool | None, OpenHoles]
+"""Format, unit, body, pressed_up, unite and holes, as ``read`` takes them."""
 REFUSED_HOLES = OpenHoles()
 """Default treatment of holes: a mesh that is open for more than small plane holes is not a solid."""
 
@@ -70,6 +73,8 @@ class Source:
         0 where that follows from ``format`` alone.
     patches : tuple of Patch
         Holes that were closed.
+    key : str
+        Stands for file, and how it was read, in the cache; empty for a solid of no file.
     """
 
     solid: Solid
@@ -83,6 +88,7 @@ class Source:
     step_mm: float = 0.0
     in_memory_file: bytes | None = None
     patches: tuple[Patch, ...] = ()
+    key: str = ""
 
     @property
     def surfaces(self) -> Surfaces | None:
@@ -142,10 +148,16 @@ def read(
             lambda: (_sha256(file_bytes(path)), type(body), *how),
             None,
             # one by one: a tuple of arguments would hold the file's bytes while the solid is built
-            lambda: source_of_bytes(file_bytes(path), name, unit, body, pressed_up, unite, holes),
+            lambda: _kept_source(path, how),
         )
     except (FormatError, SolidError) as error:
         raise _named(path, error) from None
+
+
+def _kept_source(path: Path, how: How) -> Source:
+    """Return the solid of a file, from the cache where its bytes were read before in the same way."""
+    key = repr((_sha256(file_bytes(path)), *how))
+    return replace(kept("source", key, lambda: source_of_bytes(file_bytes(path), *how)), key=key)
 
 
 def source_of_bytes(
