@@ -1,6 +1,7 @@
 """A crank's file in place of a job: options for its keys, one message for what is missing, its file."""
 
 import json
+import shlex
 import shutil
 import tomllib
 from pathlib import Path
@@ -217,3 +218,18 @@ def test_help_version_and_gui_are_understood(capsys: pytest.CaptureFixture[str])
     assert ab.__version__ in capsys.readouterr().out
     assert jobs.run("gui", "--help") == 0
     assert "autobalance app" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_the_readmes_own_crank_path_ends_in_a_verified_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    readme = (jobs.ROOT / "README.md").read_text(encoding="utf-8")
+    lines = [shlex.split(line, comments=True) for line in readme.splitlines() if "autobalance " in line]
+    made = next(line for line in lines if line[:2] == ["autobalance", "generate"])
+    own = next(line for line in lines if line[:3] == ["autobalance", "balance", "crank.stl"])
+    assert jobs.run(*made[1:]) == 0
+    assert jobs.run(*own[1:], "--no-report") == 0
+    assert report("crank-balanced/report.json")["outcome"] == "within_tolerance"
+    assert jobs.run("verify", "crank-balanced/report.json") == 0
