@@ -313,8 +313,9 @@ def _reaches_mm(solid: Solid, anatomy: Anatomy) -> dict[int, float]:
     """Return the largest radius of each web's metal: at a vertex of its slab, or an edge that enters it."""
     frame, mesh = anatomy.file_to_rotor, solid.mesh
     x, y, z = np.ascontiguousarray((mesh.vertices @ frame[:3, :3].T + frame[:3, 3]).T)
-    square = np.zeros(len(z))  # a vertex of no triangle is not metal
-    square[mesh.triangles] = (x * x + y * y)[mesh.triangles]
+    metal = np.zeros(len(z), dtype=bool)  # a vertex of no triangle is not metal
+    metal[mesh.triangles.reshape(-1)] = True
+    square = np.where(metal, x * x + y * y, 0.0)
     bottoms, tops = least_and_greatest(z, mesh.triangles)
     reaches = {}
     for web in anatomy.webs:

@@ -32,21 +32,23 @@ def find_rims(mesh: Mesh, anatomy: Anatomy) -> tuple[Face, ...]:
     placed = Mesh(rotated(mesh.vertices, anatomy.file_to_rotor), mesh.triangles)
     away = distances(placed.vertices, np.zeros(2))
     least_mm2 = LEAST_AREA_SHARE * 0.5 * float(mesh.doubled_areas.sum())
-    rims = []
+    rims, first = [], np.ascontiguousarray(mesh.triangles[:, 0])
     for web in anatomy.webs:
         if web.outline is None:
             continue
-        rows = _on_rim(placed, away, web, web.outline.rim_radius_mm)
+        rows = _on_rim(placed, first, away, web, web.outline.rim_radius_mm)
         face = _rim(placed, rows, web, web.outline.rim_radius_mm)
         if face is not None and face.area_mm2 >= least_mm2:
             rims.append(face)
     return tuple(rims)
 
 
-def _on_rim(placed: Mesh, away: Array, web: Web, radius: float) -> Indices:
+def _on_rim(placed: Mesh, first: Indices, away: Array, web: Web, radius: float) -> Indices:
+    """Return the triangles on a rim; ``first`` (m,) are their first corners, by which most are left out."""
     z, slack = placed.vertices[:, 2], ON_RIM * radius
     corner = (np.abs(away - radius) <= slack) & (z >= web.z_min_mm - slack) & (z <= web.z_max_mm + slack)
-    rows = np.flatnonzero(corner.take(placed.triangles).all(axis=1))
+    rows = np.flatnonzero(corner.take(first))
+    rows = rows[corner.take(placed.triangles.take(rows, axis=0)).all(axis=1)]
     middle = placed.vertices.take(placed.triangles.take(rows, axis=0), axis=0).mean(axis=1)[:, :2]
     outward = (placed.area_vectors.take(rows, axis=0)[:, :2] * middle).sum(axis=1)
     on_rim: Indices = rows[outward > OUTWARD_COSINE * radius * placed.doubled_areas.take(rows)]

@@ -205,19 +205,30 @@ def even_chords(look: Look, turns: Turns) -> EvenChords:
 
 def _known_from_sides(look: Look, turns: Turns, tapered: Array) -> _Sides:
     """Return the volume that meetings of facets about as wide give for these: L κ w³ / 24 on either side."""
-    length, size = look.meetings.length_mm, np.abs(turns.angle_rad)
-    left, right = look.broad_mm2.take(turns.faces)
-    two = (look.sizes == 2).take(turns.faces)
-    even = two[0] & two[1] & (size <= GENTLE_RAD)
-    rows = np.flatnonzero(even & (np.abs(left - right) <= 0.5 * EVEN_SHARE * (left + right)))
-    few, length = turns.at(rows), length.take(rows)
-    wide = np.stack([left.take(rows), right.take(rows)]) / np.where(length > 0.0, length, 1.0)
+    found = [
+        _even_rows(look, turns, tapered, slice(begin, begin + CHUNK))
+        for begin in range(0, max(len(turns.angle_rad), 1), CHUNK)
+    ]
+    rows, wide, volume = (np.concatenate(each, axis=-1) for each in zip(*found, strict=True))
+    chords = _Chords(turns.at(rows), look.meetings.length_mm.take(rows), wide)
+    return _Sides.of(look.count, rows, chords, volume)
+
+
+def _even_rows(look: Look, turns: Turns, tapered: Array, part: slice) -> tuple[Indices, Array, Array]:
+    """Return the meetings of facets about as wide in a part of all: rows (k,), widths and volumes (2, k)."""
+    some, length = turns.at_slice(part), look.meetings.length_mm[part]
+    size = np.abs(some.angle_rad)
+    broad = look.broad_mm2.take(some.faces)
+    even = (look.sizes.take(some.faces) == 2).all(axis=0) & (size <= GENTLE_RAD)
+    even &= np.abs(broad[0] - broad[1]) <= 0.5 * EVEN_SHARE * (broad[0] + broad[1])
+    rows = np.flatnonzero(even)
+    length, size = length.take(rows), size.take(rows)
+    wide = broad.take(rows, axis=1) / np.where(length > 0.0, length, 1.0)
     both = wide[0] + wide[1]
-    size = size.take(rows)
     volume = length * size * wide**3 / (12.0 * np.where(both > 0.0, both, 1.0))
-    volume *= 1.0 + tapered.take(few.faces) ** 2 / 3.0
+    volume *= 1.0 + tapered.take(some.faces.take(rows, axis=1)) ** 2 / 3.0
     volume *= 1.0 + size**2 / 30.0
-    return _Sides.of(look.count, rows, _Chords(few, length, wide), volume)
+    return part.start + rows, wide, volume
 
 
 def _even_lenses(look: Look, sides: _Sides, tapered: Array) -> Lenses:

@@ -13,9 +13,9 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 FACETS_MOST = 50_000
-"""Curved facets up to which surfaces are fitted to them, in some 0.6 s, a quarter of `inspect`. For more,
-the edges give the error in a tenth of that time, to some hundredths of the hidden volume instead of a
-thousandth."""
+"""Curved facets up to which surfaces are fitted to all: at 38 000 that takes 1.0 s of processor time, and
+edges alone 0.3 s. Fits are sure to a 2000th of what all facets hide, edges to a 500th there (fillets of six
+rows), and to a 600th to 1400th at 400 to 800 segments."""
 
 
 def chordal_error_of_mesh(
