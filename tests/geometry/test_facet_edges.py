@@ -188,7 +188,7 @@ def test_chords_that_a_flat_cuts_lengthwise(segments: int, flat_mm: float) -> No
     segment = radius**2 * math.acos(flat_mm / radius) - flat_mm * math.sqrt(radius**2 - flat_mm**2)
     hidden = long * (math.pi * radius**2 - segment) - solid.volume_mm3
     error = from_edges(solid.mesh)
-    assert abs(hidden - error.missing.mass_g) < error.mass_bar_g < 0.11 * hidden
+    assert abs(hidden - error.missing.mass_g) < error.mass_bar_g < 0.12 * hidden
 
 
 @pytest.mark.parametrize("last", [19.0, 14.0, 8.0])
