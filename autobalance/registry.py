@@ -304,6 +304,7 @@ CYCLE_SECTIONS: Final = {
     "roll": RunSection("engines.cycle.block_roll:SECTION", "cycle"),
     "weight": RunSection("engines.cycle.weight_section:SECTION", "cycle"),
     "heat": RunSection("engines.cycle.bearing_heat:SECTION", "cycle"),
+    "windage": RunSection("engines.cycle.windage_section:SECTION", "cycle"),
     "flexible": RunSection("crank_dynamics.flexible.section:SECTION"),
 }
 """Parts of a cycle's report besides its summary, by key; the section itself decides for a job."""

@@ -25,6 +25,7 @@ from autobalance.engines.cycle.model import (
 from autobalance.engines.cycle.pendulum import Path as PendulumPath
 from autobalance.engines.cycle.pendulum import Pendulum
 from autobalance.engines.cycle.weight import GRAVITY, gravity_of
+from autobalance.engines.cycle.windage import AIR_KEYS, Air
 from autobalance.errors import JobError
 from autobalance.job.addon_tables import AddonTables, TablesRead
 from autobalance.toml_files.keys import plain
@@ -180,6 +181,7 @@ CYCLE = Key(
         Key("film", says="the journals' orbits in their oil", keys=FILM, default=None),
         Key("gravity", says="weight of crank, rods and pistons", keys=GRAVITY, default=None),
         Key("heat", says="steady temperature of the main bearings", keys=HEAT, default=None),
+        Key("windage", says="windage of the webs", keys=AIR_KEYS, default=None),
     ),
     shape={
         "allOf": [
@@ -248,6 +250,7 @@ def cycle_of(values: Values, raw: Mapping[str, Any]) -> Cycle:
         None if values["film"] is None else Film(*values["film"].values()),
         gravity_of(values["gravity"]),
         None if values["heat"] is None else _heat(values["heat"], values["film"]),
+        None if values["windage"] is None else Air.of(values["windage"], "cycle.windage"),
         _filled_in(values, raw),
     )
 
@@ -333,7 +336,7 @@ def _absorber(values: Values | None) -> Absorber | None:
 def _filled_in(values: Values, raw: Mapping[str, Any]) -> dict[str, Any]:
     """Return the table in its own units, with every default; tables inside as they are."""
     friction = {key.name: plain(key.default) for key in FRICTION} | dict(raw.get("friction", {}))
-    tables = ("cylinder", "friction", "pendulum", "film", "gravity", "heat")
+    tables = ("cylinder", "friction", "pendulum", "film", "gravity", "heat", "windage")
     own = {key: raw[key] for key in tables if key in raw and key != "friction"}
     plainly = {key: plain(value) for key, value in values.items() if key not in tables}
     return {**plainly, "friction": friction, **own}

@@ -11,6 +11,7 @@ from autobalance.engines.cycle.cylinder import Strokes
 from autobalance.engines.cycle.friction import Friction
 from autobalance.engines.cycle.pendulum import Pendulum
 from autobalance.engines.cycle.weight import Gravity
+from autobalance.engines.cycle.windage import Air
 from autobalance.job import Job
 
 Model = Literal["wiebe", "trace", "motored"]
@@ -103,6 +104,7 @@ class Cycle:
     film: Film | None = None
     gravity: Gravity | None = None
     heat: MainHeat | None = None
+    windage: Air | None = None
     values: Mapping[str, Any] = field(default_factory=dict)
 
     @property

@@ -91,6 +91,20 @@ class BenchComparison:
 
 
 @record
+class BenchWindage:
+    """Windage of the disc and its shaft at a speed: an order of size with its range.
+
+    Shares are those of the friction at that speed; null without bearings.
+    """
+
+    speed_rpm: NotNegative
+    least_N_m: NotNegative
+    greatest_N_m: NotNegative
+    least_of_friction: NotNegative | None
+    greatest_of_friction: NotNegative | None
+
+
+@record
 class BenchReport(Head):
     """A rotor under speed control in its bearings, measured torques beside the simulated ones."""
 
@@ -102,6 +116,7 @@ class BenchReport(Head):
     readings: Sequence[BenchReading]
     comparison: Sequence[BenchComparison]
     heat: Annotated[HeatOfBench | None, OMITTED] = None
+    windage: Annotated[Sequence[BenchWindage] | None, OMITTED] = None
 
 
 # --- crank variants in one engine ---------------------------------------------------------------------------

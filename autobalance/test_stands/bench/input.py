@@ -15,6 +15,7 @@ from autobalance.engines.bearings.film import JournalBearing
 from autobalance.engines.bearings.input import parse_bearing
 from autobalance.engines.bearings.oil import WaltherOil
 from autobalance.engines.bearings.warming import HeatPath
+from autobalance.engines.cycle.windage import Air
 from autobalance.errors import JobError
 from autobalance.test_stands.bench.heat import BearingHeat, TimedReading
 from autobalance.test_stands.bench.keys import (
@@ -96,6 +97,7 @@ class Bench:
     N_m_per_V_pm: float
     readings: tuple[Reading, ...]
     heat: BearingHeat | None = None
+    air: Air | None = None
 
     @property
     def speeds_rad_s(self) -> tuple[float, ...]:
@@ -176,7 +178,16 @@ def _bench(values: Values) -> Bench:
             for number, each in enumerate(values["reading"], 1)
         ),
         None if values["heat"] is None else _heat(values["heat"], values["bearing"]),
+        _air(values["windage"], shape),
     )
+
+
+def _air(table: Values | None, shape: DiscOnShaft | None) -> Air | None:
+    if table is None:
+        return None
+    if shape is None:
+        raise JobError("rotor.disc_mm is missing; windage needs the shape of the rotor")
+    return Air.of(table, "windage")
 
 
 def _heat(table: Values, bearing: Values | None) -> BearingHeat:

@@ -7,6 +7,7 @@ from typing import Literal
 
 from autobalance.declare import COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key
 from autobalance.engines.bearings.keys import ABOVE_ZERO_KELVIN, PALMGREN_KEYS, SKF_KEYS
+from autobalance.engines.cycle.windage import AIR_KEYS
 from autobalance.units import STEEL_KG_M3
 
 Pair = tuple[float, float]
@@ -128,6 +129,7 @@ BENCH_KEYS = (
     Key("control", says="speed control", keys=CONTROL_KEYS, default=FILLED),
     Key("schedule", says="schedule of the runs", keys=SCHEDULE_KEYS, default=FILLED),
     Key("reduction", says="reduction of volts to torque", keys=REDUCTION_KEYS, default=FILLED),
+    Key("windage", says="windage of the disc and its shaft", keys=AIR_KEYS, default=None),
     Key("heat", says="bearings that warm over a course of speeds", keys=HEAT_KEYS, default=None),
     Key("reading", says="measured values", keys=READING_KEYS, many=True, default=None),
 )

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         BenchReading,
         BenchReport,
         BenchRun,
+        BenchWindage,
         WrittenRotor,
     )
     from autobalance.test_stands.bench.heat import HeatOfBench
@@ -43,6 +44,8 @@ def bench_text(report: BenchReport) -> str:
         parts.append(_readings(report.readings))
     if report.comparison:
         parts.append(_comparison(report.comparison))
+    if report.windage is not None:
+        parts.append(_windage(report.windage))
     if report.heat is not None:
         parts.append(_heat(report.heat))
     return "\n\n".join(parts)
@@ -92,6 +95,16 @@ def _runs(runs: Sequence[BenchRun]) -> str:
             )
         )
     return table(rows)
+
+
+def _windage(rows: Sequence[BenchWindage]) -> str:
+    lines: list[Sequence[str]] = [("Windage, an order of size", "least", "greatest", "over the friction")]
+    for row in rows:
+        low, high = row.least_of_friction, row.greatest_of_friction
+        share = "-" if low is None or high is None else f"{100.0 * low:.2g} to {100.0 * high:.2g} %"
+        torques = f"{row.least_N_m:.2g} N·m", f"{row.greatest_N_m:.2g} N·m"
+        lines.append((f"  {row.speed_rpm:g} rpm", *torques, share))
+    return table(lines)
 
 
 def _heat(heat: HeatOfBench) -> str:

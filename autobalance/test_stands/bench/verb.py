@@ -19,6 +19,7 @@ from autobalance.test_stands.bench.answer import (
     BenchReport,
     BenchRotor,
     BenchRun,
+    BenchWindage,
     DrilledHole,
     WrittenRotor,
 )
@@ -173,8 +174,31 @@ def _result(case: Bench, solids: bool) -> BenchResult:
         readings=readings,
         comparison=_comparison(case, runs, readings),
         heat=None if heat is None else heat.answer,
+        windage=_windage(case, runs),
     )
     return BenchResult(report, tuple(traces), files, heat)
+
+
+def _windage(case: Bench, runs: Sequence[BenchRun]) -> list[BenchWindage] | None:
+    """Return the windage of disc and shaft at each speed of the schedule, beside the friction there."""
+    if case.air is None or case.shape is None:
+        return None
+    from autobalance.test_stands.bench.rotor import rotor_windage
+
+    frictions = [run.friction_N_m for run in runs] or [0.0] * len(case.speeds_rpm)
+    rows = []
+    for speed_rpm, speed, friction in zip(case.speeds_rpm, case.speeds_rad_s, frictions, strict=True):
+        found = rotor_windage(case.shape, case.air, speed)
+        rows.append(
+            BenchWindage(
+                speed_rpm=speed_rpm,
+                least_N_m=found.low_N_m,
+                greatest_N_m=found.high_N_m,
+                least_of_friction=found.low_N_m / friction if friction > 0.0 else None,
+                greatest_of_friction=found.high_N_m / friction if friction > 0.0 else None,
+            )
+        )
+    return rows
 
 
 def _stable(margin: LoopMargin) -> LoopMargin:
