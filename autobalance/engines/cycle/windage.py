@@ -24,6 +24,8 @@ EDGE_DRAG = (0.6, 1.2)
 """Drag coefficient of a blunt edge: of a plate with rounded corners, and of a square one."""
 CORE_SWIRL = 0.4
 """Speed of the air between a disc and its case, over the disc's (Daily & Nece: 0.4 to 0.5)."""
+SCATTER = 0.2
+"""Share by which measured torques of discs and rims stray from the laws below."""
 RIM_STEPS = 60
 
 
@@ -120,7 +122,12 @@ def disc_windage(
         coefficients = [*free]
     else:
         coefficients = [enclosed_disc_coefficient(reynolds, gap_m / radius_m), max(free)]
-    return Range(faces * min(coefficients) + rim, faces * max(coefficients) + rim)
+    return scattered(faces * min(coefficients) + rim, faces * max(coefficients) + rim)
+
+
+def scattered(low_N_m: float, high_N_m: float) -> Range:
+    """Return a range widened by what measurements stray from the laws in print."""
+    return Range((1.0 - SCATTER) * low_N_m, (1.0 + SCATTER) * high_N_m)
 
 
 def rim_windage_N_m(radius_m: float, length_m: float, gas: Gas, speed_rad_s: float) -> float:

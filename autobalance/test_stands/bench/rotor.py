@@ -13,7 +13,7 @@ from scipy.special import ellipe
 
 from autobalance.engines.bearings import rolling
 from autobalance.engines.bearings.film import JournalBearing, friction_moment_N_m
-from autobalance.engines.cycle.windage import Air, Range, disc_windage, gases_of, rim_windage_N_m
+from autobalance.engines.cycle.windage import Air, Range, disc_windage, gases_of, rim_windage_N_m, scattered
 from autobalance.units import M_PER_MM, N_PER_G_MM_S2, RAD_S_PER_RPM
 
 CONTACT_ECCENTRICITY_RATIO = 0.99
@@ -60,7 +60,7 @@ def rotor_windage(rotor: DiscOnShaft, air: Air, speed_rad_s: float) -> Range:
     for gas in gases_of(air):
         whole = disc_windage(disc, M_PER_MM * rotor.thickness_mm, gas, speed_rad_s, gap)
         rim = rim_windage_N_m(shaft, 2.0 * M_PER_MM * rotor.shaft_each_side_mm, gas, speed_rad_s)
-        ends.append(whole + Range(rim, rim))
+        ends.append(whole + scattered(rim, rim))
     return Range(ends[0].low_N_m, ends[1].high_N_m)
 
 
