@@ -184,6 +184,14 @@ def test_a_reading_waits_for_its_numbers_and_is_there_again(page: Browser, proje
         assert [each for each in found if each[1] < 4.5] == []
         page.run("[...document.querySelectorAll('#big-digits button')][1].click()")
         until(page, "return document.querySelector('.big-cut dd')")
+        high, key, foot = page.run(
+            "const keys = [...document.querySelectorAll('#big-digits button')].pop().getBoundingClientRect();"
+            "const dd = getComputedStyle(document.querySelector('.big-cut dd'));"
+            "return [parseFloat(dd.fontSize) / innerHeight, keys.height, innerHeight - keys.bottom]"
+        )
+        assert high >= 0.125
+        assert key >= 88.0
+        assert foot > 0.0
 
 
 def test_a_hole_has_one_angle_and_its_entry_radius(page: Browser, project: Served) -> None:

@@ -12,6 +12,7 @@ import * as dragPanels from "/static/drag-panels.js";
 import * as frame from "/static/frame.js";
 import * as helpLine from "/static/help-line.js";
 import * as jobText from "/static/job-text.js";
+import * as keys from "/static/keys.js";
 import * as limits from "/static/limits.js";
 import * as machine from "/static/machine.js";
 import * as nc from "/static/nc.js";
@@ -77,7 +78,7 @@ async function begin() {
   Object.assign(state, { declared, usual: declared.parts, presets: declared.presets, analyses: declared.analyses });
   translated(document.body);
   limits.setUp(declared.kinds);
-  for (const each of [open, correct, see, drag, views]) each.setUp(view);
+  for (const each of [open, correct, see, drag, views, keys]) each.setUp(view);
   for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings, helpLine, frame]) each.setUp();
   clash.setUp($("clash-root"));
   mount(Toast, $("toast-root"));

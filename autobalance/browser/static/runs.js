@@ -3,7 +3,7 @@ import { html } from "/static/preact.min.js";
 import { askJson, guarded, post, remove, say } from "/static/server.js";
 import { emit, state } from "/static/job.js";
 import { signal } from "/static/store.js";
-import { t } from "/static/words.js";
+import { locale, t } from "/static/words.js";
 
 const ENDED = ["done", "failed", "cancelled"];
 const following = new Map(); // id → { resolve, reject }
@@ -89,7 +89,7 @@ function Item({ told }) {
   const { id, verb } = told, done = told.state === "done" && ["balance", "recut"].includes(verb);
   const doing = told.state === "running" ? `${told.words}, ${Math.round(100 * told.share)} %` : t(told.state);
   const button = (words, work) => html`<button type="button" aria-label=${`${t(words)} ${verb} ${id}`} onClick=${work}>${t(words)}</button>`;
-  return html`<li data-run=${id} data-state=${told.state} aria-current=${state.result?.id === id ? "true" : undefined}><span>${verb}${words[id] ? ` ${words[id]}` : ""}: ${doing}${told.error ? ` – ${told.error}` : ""}</span>
+  return html`<li data-run=${id} data-state=${told.state} aria-current=${state.result?.id === id ? "true" : undefined}><span><b>${(told.crank || "").replace(/\.[^.]+$/, "")}</b> ${verb}${words[id] ? ` ${words[id]}` : ""}: ${doing}${told.state === "done" ? html` <small>${new Date(told.started).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" })}</small>` : ""}${told.error ? ` – ${told.error}` : ""}</span>
     <span class="buttons">${done ? button("Show", () => { emit("show", told); emit("tab", "see"); }) : ""}${ENDED.includes(told.state) ? button("Delete", guarded(() => taken(told))) : button("Cancel", guarded(() => cancel(id)))}</span></li>`;
 }
 

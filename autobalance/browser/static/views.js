@@ -4,9 +4,10 @@ import { $ } from "/static/tools.js";
 import { mount } from "/static/store.js";
 import { t } from "/static/words.js";
 
-const WAYS = [["3D", null], ["Front", [0, 0, -1]], ["Rear", [0, 0, 1]], ["Side", [0, 1, 0]]];
+// Each with its key.
+export const VIEWS = [["3D", null, "f"], ["Front", [0, 0, -1], "e"], ["Rear", [0, 0, 1], "r"], ["Side", [0, 1, 0], "s"]];
 
 export function setUp(view) {
-  const turn = (way) => { if (way) view.turnTo(way, null); else if (view.sets[view.mode]) view.look(); };
-  mount(() => html`${WAYS.map(([words, way]) => html`<button type="button" onClick=${() => turn(way)}>${t(words)}</button>`)}`, $("views"));
+  view.toView = ([, way]) => { if (way) view.turnTo(way, null); else if (view.sets[view.mode]) view.look(); };
+  mount(() => html`${VIEWS.map((each) => html`<button type="button" title=${each[2].toUpperCase()} aria-keyshortcuts=${each[2]} onClick=${() => view.toView(each)}>${t(each[0])}</button>`)}`, $("views"));
 }
