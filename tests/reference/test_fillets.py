@@ -348,6 +348,20 @@ def test_torsional_vibration_comes_on_top_of_statics() -> None:
     assert "torsional vibration is left out" in still.report["warnings"][-1]
     assert "WITHOUT torsional vibration" in still.text()
     assert not any("torsional vibration" in text for text in found.report["warnings"])
+    assert still.report["left_out"][0] == "torsional vibration"
+    assert "torsional vibration" not in found.report["left_out"]
+
+
+def test_over_the_speeds_the_least_safety_is_that_of_each_speed_alone() -> None:
+    vibrating = job(cycle={**job().raw["cycle"], "flywheel_kg_mm2": 40000.0}, torsion={"damping_ratio": 0.01})
+    swept = ab.strength(vibrating, crank=single(), sweep_rpm=[4000.0, 7000.0])
+    assert "vibration adds" in swept.text()
+    assert "safety-over-speed" in swept.plots()
+    for row in swept.report["sweep"]:
+        alone = ab.strength(vibrating, crank=single(), speed_rpm=row["speed_rpm"]).report
+        assert row["least"] == alone["least"]
+        assert row["torsional_vibration"] == alone["torsional_vibration"]
+        assert row["m53_factor"] == min(each["m53"]["factor"] for each in alone["fillets"])
 
 
 def test_the_rules_criterion_adds_ten_megapascals_of_bending() -> None:

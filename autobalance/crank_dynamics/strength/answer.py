@@ -3,14 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Annotated, Literal
 
 from autobalance.crank_dynamics.strength.fillets_from_job import FilletRow, LeastSafety
 from autobalance.crank_dynamics.strength.oil_bores import FilletState, OilBoreRow
 from autobalance.crank_dynamics.strength.throw_stress import ThrowFillets
 from autobalance.crank_dynamics.torsion.vibration_torques import TorsionalVibration
-from autobalance.declare import ABSENT, Absent, Positive, record
+from autobalance.declare import ABSENT, OMITTED, Absent, Positive, record
 from autobalance.report.records.head import Head, JobEcho
+
+
+@record
+class StrengthAtSpeed:
+    """The least safe fillet at a speed, with the torque that torsional vibration adds there.
+
+    ``m53_factor``: the least acceptability by IACS UR M53 of any fillet.
+    """
+
+    speed_rpm: Positive
+    torsional_vibration: TorsionalVibration
+    least: LeastSafety | None
+    m53_factor: float | None
 
 
 @record
@@ -28,4 +41,6 @@ class StrengthReport(Head):
     oil_bores: Sequence[OilBoreRow]
     before: FilletState | None
     fem: ThrowFillets | None
+    sweep: Annotated[Sequence[StrengthAtSpeed] | None, OMITTED] = None
+    left_out: Annotated[Sequence[str], "what stresses and safeties do not know of"]
     warnings: Sequence[str]

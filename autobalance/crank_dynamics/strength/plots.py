@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from autobalance.crank_dynamics.strength.answer import StrengthAtSpeed
 from autobalance.crank_dynamics.strength.fillets_from_job import FilletCycle
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.report.plot_files import Plot
@@ -14,8 +15,10 @@ from autobalance.units import RAD_S_PER_RPM
 Plots = dict[str, Plot]
 
 
-def strength_plots(cycle: CycleAnalysis, fillets: Sequence[FilletCycle]) -> Plots:
-    """Return the stress of the least safe fillet over the cycle, and the safety of all fillets."""
+def strength_plots(
+    cycle: CycleAnalysis, fillets: Sequence[FilletCycle], sweep: Sequence[StrengthAtSpeed] = ()
+) -> Plots:
+    """Return the stress of the least safe fillet over the cycle, the safety of all, the least over speeds."""
     from autobalance.report import plots
 
     known = [each for each in fillets if each.fatigue.safety.gough_pollard is not None]
@@ -49,4 +52,10 @@ def strength_plots(cycle: CycleAnalysis, fillets: Sequence[FilletCycle]) -> Plot
             drawn[f"{place}-safety"] = plots.named_bars(
                 f"Safety of the {place} fillets {at}", labels, names, heights
             )
+    known_at = [each for each in sweep if each.least is not None]
+    if len(known_at) > 1:
+        speeds = np.array([each.speed_rpm for each in known_at])
+        least_safe = np.array([each.least.gough_pollard for each in known_at if each.least is not None])
+        curve = plots.Curve("Gough and Pollard", speeds, least_safe)
+        drawn["safety-over-speed"] = plots.lines("Least safety", ("speed [1/min]", "safety"), [curve])
     return drawn

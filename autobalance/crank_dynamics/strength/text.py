@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from autobalance.crank_dynamics.strength.answer import StrengthReport
+from autobalance.crank_dynamics.strength.answer import StrengthAtSpeed, StrengthReport
 from autobalance.crank_dynamics.strength.fillets_from_job import FilletRow
 from autobalance.crank_dynamics.strength.throw_stress import ThrowFillets
 from autobalance.declare import DEGREES
@@ -24,6 +24,9 @@ def strength_text(report: StrengthReport) -> str:
     blocks += [_least(report), _m53(report), *_oil_bores(report)]
     if report.fem is not None:
         blocks.append(_elements(report.fem))
+    if report.sweep:
+        blocks.append(_sweep(report.sweep))
+    blocks.append("\n".join(["Left out", *(f"  {line}" for line in report.left_out)]))
     fillets = (text for row in report.fillets for text in row.outside_of_range)
     bores = (text for row in report.oil_bores for text in row.outside_of_range)
     outside = dict.fromkeys((*fillets, *bores))
@@ -78,6 +81,22 @@ def _elements(elements: ThrowFillets) -> str:
         worst = max(elements.cuts_over_fillets)
         text += f"\nGreatest stress in a cut: {worst:.2f} of the fillets' greatest"
     return text
+
+
+def _sweep(points: Sequence[StrengthAtSpeed]) -> str:
+    lines: list[Sequence[str]] = [("Speed", "least safety", "of", "M53", "vibration adds")]
+    for each in points:
+        least, added = each.least, each.torsional_vibration.greatest_added_N_m
+        lines.append(
+            (
+                f"  {each.speed_rpm:.0f} rpm",
+                "-" if least is None else f"{least.gough_pollard:.2f}",
+                "-" if least is None else f"{least.place} fillet of web {least.web}",
+                number(each.m53_factor, ".2f"),
+                "left out" if added is None else f"{added:.4g} N·m",
+            )
+        )
+    return table(lines)
 
 
 def _m53(report: StrengthReport) -> str:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
+from autobalance.crank_dynamics.strength.model import Strength
 from autobalance.crank_dynamics.torsion.model import CrankTorsion
 from autobalance.errors import SolidError, UsageError
 from autobalance.job import Job, JobSource
@@ -22,7 +23,7 @@ from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:
     from autobalance.balancing.measured import Crank as MeasuredCrank
-    from autobalance.crank_dynamics.strength.answer import StrengthReport
+    from autobalance.crank_dynamics.strength.answer import StrengthAtSpeed, StrengthReport
     from autobalance.crank_dynamics.strength.fillets_from_job import Costs, FilletCycle
     from autobalance.crank_dynamics.strength.throw_stress import ThrowFillets
     from autobalance.crank_dynamics.torsion.vibration_torques import ThrowVibration
@@ -60,7 +61,7 @@ class StrengthResult(VerbResult):
         """Return the stress of the least safe fillet over the cycle, and the safety of all."""
         from autobalance.crank_dynamics.strength.plots import strength_plots
 
-        return Plots(strength_plots(self.analysis, self.fillets))
+        return Plots(strength_plots(self.analysis, self.fillets, self.content.sweep or ()))
 
 
 @documented
@@ -69,6 +70,7 @@ def strength(
     *,
     speed_rpm: float | None = None,
     fem: bool = False,
+    sweep_rpm: Sequence[float] | None = None,
     crank: Crank | None = None,
     settings: Sequence[str] = (),
     progress: Progress | None = None,
@@ -85,6 +87,9 @@ def strength(
     fem : bool
         Bend and twist the metal of the least safe throw by finite elements too (extra fem); of a report the
         least safe one that was cut, before and after. A throw that cannot be meshed is a warning.
+    sweep_rpm : sequence of float or None
+        Lowest and highest speed [rpm] and how many between, at which the least safety is found too, with the
+        vibration of each speed. In Python: the speeds themselves.
 
     Returns
     -------
@@ -131,9 +136,50 @@ def strength(
         oil_bores=state.oil_bores,
         before=before,
         fem=elements,
+        sweep=None if sweep_rpm is None else [_at_speed(request, float(each)) for each in sweep_rpm],
+        left_out=_left_out(request.job, vibration is not None),
         warnings=warnings,
     )
     return StrengthResult(content, analysis, tuple(after))
+
+
+def _at_speed(asked: _StrengthCase, speed_rpm: float) -> StrengthAtSpeed:
+    """Return the least safe fillet at a speed, with that speed's loads and vibration."""
+    from autobalance.crank_dynamics.strength.answer import StrengthAtSpeed
+    from autobalance.crank_dynamics.strength.fillets_from_job import fillets
+    from autobalance.crank_dynamics.strength.oil_bores import FilletState
+    from autobalance.crank_dynamics.torsion.vibration_torques import TorsionalVibration
+
+    positive("--sweep", speed_rpm)
+    there = replace(asked, speed_rpm=speed_rpm)
+    cycle = _cycle(there, there.crank)
+    vibration, _ = _vibration(there, there.crank, cycle)
+    state = FilletState.of(fillets(there.job, there.crank, cycle, vibration=vibration), ())
+    return StrengthAtSpeed(
+        speed_rpm=speed_rpm,
+        torsional_vibration=TorsionalVibration.of(vibration),
+        least=state.least,
+        m53_factor=min((row.fatigue.m53.factor for row in state.fillets), default=None),
+    )
+
+
+LEFT_OUT = (
+    "bending and axial vibration of the crank, misalignment of its mains: only sigma_add of IACS UR M53",
+    "orders above the 12th; speeds other than this one and those of sweep_rpm",
+    "stress of shrink fits, keyways, threads and surface treatment",
+)
+"""What the stresses and safeties of any crank leave out."""
+
+
+def _left_out(job: Job, vibrates: bool) -> list[str]:
+    """Return what the stresses and safeties of a job do not know of."""
+    strength = job.table(Strength)
+    lines = list(LEFT_OUT)
+    if not vibrates:
+        lines.insert(0, "torsional vibration")
+    if strength is not None and strength.oil_bore is None:
+        lines.append("outlets of oil bores in crankpins: strength.oil_bore is not given")
+    return lines
 
 
 def _strength_case(

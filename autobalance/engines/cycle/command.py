@@ -10,7 +10,7 @@ from autobalance.errors import UsageError
 MOST_SPEEDS = 1000
 
 
-def _speeds(option: str, text: str) -> list[float]:
+def speeds_of_sweep(option: str, text: str) -> list[float]:
     """Return the speeds of ``LOW,HIGH,N``."""
     low_high_count = numbers(option, text)
     if (
@@ -34,7 +34,7 @@ VERB = Verb(
     options={
         "job": Option(metavar="JOB.toml"),
         "factors": Option(metavar="F,F,..."),
-        "sweep_rpm": Option(("--sweep",), metavar="LOW,HIGH,N", read=_speeds),
+        "sweep_rpm": Option(("--sweep",), metavar="LOW,HIGH,N", read=speeds_of_sweep),
     },
     writes=(add_series("everything by angle, every half degree"), add_json, add_plots),
     series=lambda result: result.series_csv(),
