@@ -38,7 +38,8 @@ CRANKSHAFT = Key(
         Key(
             "file",
             str,
-            "crank file, relative to the job file: `.stl .obj .ply .off .3mf .glb`, and `.step .iges .brep` "
+            "crank file, relative to the job file: `.stl .obj .ply .off .3mf .glb .gltf`, and "
+            "`.step .iges .brep` "
             "(`.brp`) with the extra: see [step.md](step.md)",
             not_empty="must name a crank file, relative to the job",
         ),

@@ -54,6 +54,7 @@ enter("off", ("off",), "off:OFF")
 enter("3mf", ("3mf",), "threemf:THREEMF")
 enter("step", ("step", "stp"), "step:STEP")
 enter("glb", ("glb",), "glb:GLB")
+enter("gltf", ("gltf",), "gltf:GLTF", written_as="glb")
 enter("iges", ("iges", "igs"), "iges:IGES", written_as="step")
 enter("brep", ("brep", "brp"), "brep:BREP", written_as="step")
 

@@ -109,13 +109,14 @@ def _check_solid(path: Path, claims: Claims) -> None:
 
 
 def _balanced_again(path: Path, claims: Claims, job: Job, notify: Notify) -> Plan:
+    from autobalance.solid.formats.on_disk import file_bytes
     from autobalance.studies.study.plan import planned
     from autobalance.verification.solids import input_path
 
     crank = input_path(claims, path.parent)
     if not crank.is_file():
         raise FileError(f"{path.name}: its crank {crank} is not there")
-    if sha256(crank.read_bytes()).hexdigest() != claims.get("input.sha256", str):
+    if sha256(file_bytes(crank)).hexdigest() != claims.get("input.sha256", str):
         raise ClaimError(f"{path.name}: {crank} is not the crank of this report: its sha256 differs")
     return planned(replace(job, crankshaft=replace(job.crankshaft, file=crank)), notify)
 
