@@ -123,7 +123,7 @@ def _read(job: FemJob) -> tuple[SurfaceSolid | Path, FemFile]:
     from hashlib import sha256
 
     from autobalance.finite_elements.mesher import SurfaceSolid, need_libraries
-    from autobalance.solid.formats.on_disk import file_bytes
+    from autobalance.solid.formats.gltf import file_bytes
     from autobalance.solid.formats.read import read
 
     need_libraries()

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.formats.format import Format
-from autobalance.solid.formats.on_disk import file_bytes
+from autobalance.solid.formats.gltf import file_bytes
 from autobalance.solid.formats.read import Source, every_source, source_of_cad
 from autobalance.solid.formats.registry import format_of
 

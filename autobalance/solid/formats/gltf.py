@@ -21,6 +21,18 @@ ALIGNED = 4
 """Bytes to whose multiples a chunk is filled up."""
 
 
+def file_bytes(path: Path) -> bytes:
+    """Return the bytes of a solid's file; of glTF with the files that it names, as one GLB.
+
+    Raises
+    ------
+    FileError, FormatError
+        If it is missing, no regular file, cannot be read, or names what is not there.
+    """
+    data = one_file_bytes(path)
+    return packed(data, path.parent) if path.suffix.lower() == ".gltf" else data
+
+
 def packed(data: bytes, folder: Path) -> bytes:
     """Return the bytes of a GLB with all that a glTF file holds and names.
 

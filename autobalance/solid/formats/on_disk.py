@@ -12,22 +12,6 @@ LARGEST_BYTES = 2 << 30
 memory."""
 
 
-def file_bytes(path: Path) -> bytes:
-    """Return the bytes of a solid's file; of glTF with the files that it names, as one GLB.
-
-    Raises
-    ------
-    FileError, FormatError
-        If it is missing, no regular file, cannot be read, or names what is not there.
-    """
-    data = one_file_bytes(path)
-    if path.suffix.lower() != ".gltf":
-        return data
-    from autobalance.solid.formats.gltf import packed
-
-    return packed(data, path.parent)
-
-
 def one_file_bytes(path: Path) -> bytes:
     """Return the bytes of a file.
 

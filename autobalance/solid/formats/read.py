@@ -17,7 +17,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.self_overlap import united
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.format import Format
-from autobalance.solid.formats.on_disk import file_bytes
+from autobalance.solid.formats.gltf import file_bytes
 from autobalance.solid.formats.raw import Raw
 from autobalance.solid.formats.registry import FOREIGN_CAD, FORMATS, format_of, kind_of
 from autobalance.solid.mesh.mesh import Mesh, in_space_order, weld, without_collapsed

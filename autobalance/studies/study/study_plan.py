@@ -109,7 +109,7 @@ def _check_solid(path: Path, claims: Claims) -> None:
 
 
 def _balanced_again(path: Path, claims: Claims, job: Job, notify: Notify) -> Plan:
-    from autobalance.solid.formats.on_disk import file_bytes
+    from autobalance.solid.formats.gltf import file_bytes
     from autobalance.studies.study.plan import planned
     from autobalance.verification.solids import input_path
 
