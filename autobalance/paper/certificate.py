@@ -38,8 +38,7 @@ def certificate(
     """
     wide, high = PAPERS_MM[paper]
     u, inner = ON_PAPER[units], wide - 2.0 * MARGIN_MM
-    good = report["outcome"] != "above_tolerance"
-    sheet = Sheet(report, u, date, wide, high, "Balancing certificate" if good else "Balancing record")
+    sheet = Sheet(report, u, date, wide, high, _title(report), for_customer=True)
     origin = Zero.of(report, zero)
     heavy = f"Heavy sides: counter-clockwise seen from +z, from {origin.name}."
     story: list[Flowable] = [
@@ -59,6 +58,17 @@ def certificate(
     return written(sheet, paper, [template("certificate", sheet, 0.0)], story)[1]
 
 
+def _title(report: Report) -> str:
+    """Return the title: without a reading after the last cut a certificate is a prediction."""
+    if report["outcome"] == "above_tolerance":
+        return "Balancing record"
+    return "Balancing certificate" if _was_read(report) else "Balancing certificate, predicted"
+
+
+def _was_read(report: Report) -> bool:
+    return bool(report.get("stages")) and not report["corrections"]
+
+
 def _statement(report: Report, u: DisplayUnits) -> str:
     tolerance = report["tolerance"]
     limit = f"G {tolerance['grade_mm_s']:g} of ISO 21940-11 at {plain(tolerance['speed_rpm'], 0)} rpm"
@@ -75,16 +85,21 @@ def _basis(report: Report) -> str:
     """Return the source of the values: the solid, or the reading of a balancing machine."""
     stages = report.get("stages")
     if not stages:
-        return "Values are those of the solid as measured in its file; the part was not read on a machine."
-    cut = " and the cuts made since, as measured in the solid" if report["corrections"] else ""
-    return f"Values are those of the balancing machine's reading of stage {stages[-1]['stage']}{cut}."
+        return "Calculated from the corrected model. The crank was not measured on a balancing machine."
+    stage = stages[-1]["stage"]
+    if _was_read(report):
+        return f"Measured on the balancing machine, reading of stage {stage}."
+    return (
+        f"Predicted: the reading of stage {stage} and the cuts since, as calculated. The crank was not "
+        "measured after these cuts."
+    )
 
 
 def _facts(report: Report, u: DisplayUnits, date: str) -> Sequence[Sequence[str]]:
     tolerance, words = report["tolerance"], work(report)
     machine = at(report, "job.shop.machine")
     bobs = ", ".join(
-        f"throw {b['throw']} {u.of_bob_weight(b['mass_g'])}" for b in report["engine"]["bob_weights"]
+        f"Throw {b['throw']}: {u.of_bob_weight(b['mass_g'])}" for b in report["engine"]["bob_weights"]
     )
     factor = at(report, "balance_factor.final")
     facts = [
@@ -94,7 +109,7 @@ def _facts(report: Report, u: DisplayUnits, date: str) -> Sequence[Sequence[str]
         ("Rotor mass", u.of_mass(tolerance["rotor_mass_g"])),
         ("Bob-weights", bobs),
         ("Balance factor", "none: the throws cancel out" if factor is None else f"{factor:.4f}"),
-        ("Cuts", str(len(report["corrections"]))),
+        ("Cuts", str(len(report["corrections"]) + len(report.get("earlier_corrections") or ()))),
         ("Machine", PurePath(machine).stem if machine else "-"),
         ("Date", date or "-"),
     ]
@@ -115,7 +130,8 @@ class _Picture(Flowable):  # type: ignore[misc]
 
     def draw(self) -> None:
         if self.high_mm > 20.0:
-            Pen(self.canv, self.high_mm).picture(self.data, 0.0, 0.0, PICTURE_MM[0], self.high_mm)
+            left = 0.5 * (self.wide_mm - PICTURE_MM[0])
+            Pen(self.canv, self.high_mm).picture(self.data, left, 0.0, PICTURE_MM[0], self.high_mm)
 
 
 class _Signatures(Flowable):  # type: ignore[misc]

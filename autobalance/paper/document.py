@@ -22,6 +22,8 @@ from autobalance.wording import part_name
 Paper = Literal["A4", "Letter"]
 PAPERS_MM = {"A4": (210.0, 297.0), "Letter": (215.9, 279.4)}
 SIZES_PT = {"A4": (595.2756, 841.8898), "Letter": (612.0, 792.0)}
+SMALLEST_PT = 8.0
+"""Smallest type of a sentence: a sheet is read at a machine, at arm's length."""
 NO_NUMBER_FIRST = re.compile(r" (?=[-−+±]?\d)")
 """Spaces at which prose must not break: only rows of tables begin with a number."""
 
@@ -58,7 +60,8 @@ def _binary_streams() -> Iterator[None]:
 def prose(
     text: str, size: float = 8.0, colour: str = INK, bold: bool = False, after: float = 1.2
 ) -> Flowable:
-    """Return a paragraph, in the sheet's fonts, with ``after`` mm below it."""
+    """Return a paragraph, in the sheet's fonts, with ``after`` mm below it; never smaller than 8 pt."""
+    size = max(size, SMALLEST_PT)
     shown = NO_NUMBER_FIRST.sub("\u00a0", safe(text))
     font = font_of(shown, bold)
     style = ParagraphStyle(

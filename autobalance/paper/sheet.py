@@ -20,7 +20,6 @@ from autobalance.paper.document import PAPERS_MM, Paper, prose, template, writte
 from autobalance.paper.drawing import Drawings, SectionDrawing
 from autobalance.paper.lettering import POINTS_PER_MM
 from autobalance.paper.making import making_table
-from autobalance.paper.pen import SOFT
 from autobalance.paper.plate_view import PlateView, WholeCrank
 from autobalance.paper.plates import plates
 from autobalance.paper.setup import set_up
@@ -29,6 +28,7 @@ from autobalance.paper.template_view import template_rows
 from autobalance.paper.title_block import FOOT_MM, MARGIN_MM, Sheet
 from autobalance.paper.tolerance_table import held_words, tolerance_table, tolerance_words
 from autobalance.paper.tolerances import Tolerances, held, tolerances
+from autobalance.report.balance.relaxation_text import relaxation_lines
 from autobalance.report.balance.zero import Zero, ZeroChoice
 from autobalance.report.display_units import ON_PAPER, UnitSystem, in_units
 from autobalance.report.engine_words import external_words
@@ -114,6 +114,8 @@ class _Story:
         self.parts: list[Flowable] = [NextPageTemplate("later")]
 
     def parts_of(self, drawings: Drawings | None) -> list[Flowable]:
+        if self.report["outcome"] == "above_tolerance":
+            return self._what_to_do()
         self._first_page()
         self._machine()
         if drawings is not None:
@@ -135,6 +137,33 @@ class _Story:
         """Begin a new page where less room is left."""
         self.parts.append(CondPageBreak(mm * POINTS_PER_MM))
 
+    # --- where no cut helps -------------------------------------------------------------------------------
+
+    def _what_to_do(self) -> list[Flowable]:
+        """Return the one page for a crank that no cut brings within tolerance: why, and what would."""
+        report, u = self.report, self.u
+        self.parts += [
+            prose("No shop sheet: the crankshaft stays above tolerance", 14.0, bold=True, after=1.6),
+            prose(outcome_words(report), 11.0, bold=True),
+            prose(f"Do not machine it yet. {self._in_the_model()}", 10.0, after=2.0),
+            self._heading("Why, and what to do"),
+        ]
+        for clause in in_units(report["reason"] or "", u).split("; "):
+            self.parts.append(prose(f"- {clause}", 9.0))
+        for line in relaxation_lines(report):
+            self.parts.append(prose(f"- Run again with {in_units(line, u)}", 9.0))
+        self._gap(2.0)
+        unbalance = machine_page.unbalance_table(report, u, self.wide_mm, self.zero)
+        self._kept("Unbalance: before, after, permitted", unbalance)
+        self.parts.append(prose(machine_page.judged_words(report, self.zero), 8.0))
+        return self.parts
+
+    def _in_the_model(self) -> str:
+        if not self.items:
+            return "Nothing was cut in the model."
+        cuts = f"{len(self.items)} cut{'s' * (len(self.items) > 1)}"
+        return f"The model has {cuts}, the best within the job's limits; they do not reach the tolerance."
+
     # --- what to cut --------------------------------------------------------------------------------------
 
     def _first_page(self) -> None:
@@ -142,7 +171,7 @@ class _Story:
         self.parts += [prose("Shop sheet: balance the crankshaft", 14.0, bold=True, after=1.6)]
         self.parts.append(prose(outcome_words(report), 11.0, bold=True))
         units = f"Lengths in {u.length}, masses in {u.mass}, unbalance in {u.unbalance}. "
-        self.parts.append(prose(units + machine_page.judged_words(report, self.zero), 7.5, SOFT))
+        self.parts.append(prose(units + machine_page.judged_words(report, self.zero), 8.0))
         self.parts += [prose(text, 8.0) for text in machine_page.reading_words(report, u, self.zero)]
         if report.get("reason"):
             self.parts.append(prose(in_units(report["reason"], u), 8.0, FAILURE_COLOUR))
@@ -168,7 +197,7 @@ class _Story:
             "Depth counts from the entry on the tool's axis to the end of the full diameter; with point to "
             "the tip. A negative mass comes on: the slug is heavier than its bore's metal."
         )
-        self.parts.append(prose(note, 6.4, SOFT))
+        self.parts.append(prose(note, 8.0))
         self._tolerances(tolerances(report))
         self._slugs()
 
@@ -184,7 +213,7 @@ class _Story:
             self.parts.append(prose(words, 7.5))
             return
         self.parts += [tolerance_table(tolerances, self.items, self.u, self.wide_mm), Spacer(1.0, 3.0)]
-        self.parts += [prose(words, 6.2, SOFT, after=0.6) for words in tolerance_words(tolerances)]
+        self.parts += [prose(words, 8.0, after=0.6) for words in tolerance_words(tolerances)]
 
     def _slugs(self) -> None:
         slugs = [item for item in self.items if item.get("slug_mass_g") is not None]
@@ -227,7 +256,7 @@ class _Story:
             f"what it names, prick the centres. Angles ccw from {self.zero.name}. Check the bar at the foot "
             "with a rule first."
         )
-        heading = [self._heading("Rim, unrolled, and flat sides: templates"), prose(words, 7.0, SOFT)]
+        heading = [self._heading("Rim, unrolled, and flat sides: templates"), prose(words, 8.0)]
         self._gap(2.0)
         self.parts += [KeepTogether([*heading, rows[0]]), *rows[1:]]
 
@@ -238,12 +267,12 @@ class _Story:
         self._gap(2.0)
         self._kept("Unbalance: before, after, permitted", machine_page.unbalance_table(report, u, wide, zero))
         if at(report, "engine.bob_weights"):
-            words = prose(machine_page.bob_words(report, u), 7.0, SOFT)
+            words = prose(machine_page.bob_words(report, u), 8.0)
             self._gap(2.0)
             self._kept("Bob-weights on the crankpins", words, machine_page.bob_table(report, u, wide))
         self._gap(2.0)
         if report.get("external"):
-            words = prose(external_words(report), 7.0, SOFT)
+            words = prose(external_words(report), 8.0)
             parts = machine_page.external_table(report, u, wide, zero)
             self._kept("External balance: unbalance of the parts", words, parts)
             self._gap(2.0)

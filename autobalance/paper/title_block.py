@@ -38,6 +38,8 @@ class Sheet:
     wide_mm: float
     high_mm: float
     name: str = "Shop sheet"
+    for_customer: bool = False
+    """Leaves out what only the shop needs: hash, scale bar, name of the job's file."""
 
     @property
     def head_mm(self) -> float:
@@ -83,8 +85,9 @@ def _head_and_foot(pen: Pen, sheet: Sheet, number: int, count: int) -> None:
     pen.text(left, head + WORK_MM, shortened(words, 7.5, wide - MARGIN_MM - left), 7.5, SOFT)
     pen.line(FRAME_MM, rule, wide - FRAME_MM, rule, INK, 0.2)
     pen.line(FRAME_MM, foot - 4.2, wide - FRAME_MM, foot - 4.2, RULE, 0.15)
-    pen.text(MARGIN_MM, foot, f"sha256 {report['input']['sha256']}", 5, SOFT, mono=True)
-    scale_bar(pen, sheet.units, MARGIN_MM + BAR_MM, foot - 0.6)
+    if not sheet.for_customer:
+        pen.text(MARGIN_MM, foot, f"sha256 {report['input']['sha256']}", 5, SOFT, mono=True)
+        scale_bar(pen, sheet.units, MARGIN_MM + BAR_MM, foot - 0.6)
     program = " · ".join(filter(None, [f"autobalance {report['autobalance']['version']}", safe(sheet.date)]))
     pen.text(wide - MARGIN_MM, foot, program, 7, SOFT, align="right")
 
@@ -103,6 +106,7 @@ def _names(sheet: Sheet) -> list[str]:
     part, stage = part_name(report), job_header.stage_words(report)
     if part != file_name(report):
         stage += f" from {file_name(report)}"
+    job = "" if sheet.for_customer else job
     names = (job_header.shop_name(report), sheet.name, part, job, stage)
     return [safe(name) for name in names if name]
 

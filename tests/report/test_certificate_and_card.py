@@ -15,6 +15,7 @@ from autobalance.engines.forces.washers import stack
 from autobalance.paper.bob_card import bob_card, make_up
 from autobalance.paper.certificate import certificate
 from autobalance.paper.hole_list import hole_list
+from autobalance.paper.sheet import pdf
 from tests import jobs, plans
 from tests.report.test_job_header import headed
 from tests.report.test_paper import datums
@@ -29,14 +30,17 @@ def test_a_certificate_is_one_page_with_before_after_and_permitted(paper: Any, u
     report = headed(3)
     report["job"]["shop"]["machine"] = "/shop/hard-bearing.toml"
     (text,) = pages(certificate(report, None, paper, units, "2026-01-31"))
-    assert "Balancing certificate" in text
+    assert "Balancing certificate, predicted" in text
+    for private in ("sha256", report["input"]["sha256"], "/shop", "job.toml"):
+        assert private not in text
     said = ["Owner & Sons", "C-0417", "B. Turner", "G 6.3", "15200 rpm", "hard-bearing", "2026-01-31"]
     for words in (
         *said,
         "balanced by, date",
         "Plane A",
         "Plane B",
-        "not read on a machine",
+        "was not measured on a balancing machine",
+        "Throw 1: ",
         "seen from +z, from ",
     ):
         assert words in text
@@ -46,6 +50,27 @@ def test_a_certificate_is_one_page_with_before_after_and_permitted(paper: Any, u
             assert f"{each['magnitude_g_mm'] / per:.{digits}f}" in text
     for plane in report["tolerance"]["planes"]:
         assert f"{plane['permissible_g_mm'] / per:.{digits}f}" in text
+
+
+@pytest.mark.parametrize("cuts", [0, 2])
+def test_only_a_reading_after_the_last_cut_is_no_prediction(cuts: int) -> None:
+    report = headed(2)
+    report |= {"stages": [{"stage": 2}], "corrections": report["corrections"][:cuts]}
+    (text,) = pages(certificate(report, None))
+    assert "Balancing certificate" in text
+    assert ("certificate, predicted" in text) == (cuts > 0)
+    assert ("Measured on the balancing machine, reading of stage 2" in text) == (cuts == 0)
+
+
+def test_above_tolerance_the_sheet_is_one_page_that_says_what_to_do() -> None:
+    reason = "the residual of plane A is 9.00 g·mm; limited by the wall of 4.5 mm; add 70.0 g·mm of metal"
+    report = plans.plan(4) | {"outcome": "above_tolerance", "reason": reason, "relaxations": []}
+    (text,) = pages(pdf(report, None))
+    assert "Do not machine it yet" in text
+    for clause in reason.split("; "):
+        assert clause in text
+    assert "Degree wheel" not in text
+    assert "Readings after machining" not in text
 
 
 def test_above_tolerance_no_certificate_is_given() -> None:

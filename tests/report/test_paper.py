@@ -94,6 +94,8 @@ def written(value: float, units: str, of: str) -> str:
         ("metric", "diameter"): (1.0, 2),
         ("metric", "mass"): (1.0, 2),
         ("inch", "length"): (1.0 / 25.4, 4),
+        ("metric", "place"): (1.0, 2),
+        ("inch", "place"): (1.0 / 25.4, 3),
         ("inch", "diameter"): (1.0 / 25.4, 3),
         ("inch", "mass"): (1.0 / 28.349523125, 4),
     }[units, of]
@@ -112,8 +114,8 @@ def test_one_line_a_cut_holds_every_number(case: tuple[Any, ...]) -> None:
         wanted = [
             item["kind"],
             f"web {item['web']}",
-            written(item.get("entry_radius_mm", item["radius_mm"]), units, "length"),
-            written(item["z_mm"], units, "length"),
+            written(item.get("entry_radius_mm", item["radius_mm"]), units, "place"),
+            written(item["z_mm"], units, "place"),
             written(abs(depth) if comes else depth, units, "length"),
             written(abs(mass) if comes else mass, units, "mass"),
         ]
