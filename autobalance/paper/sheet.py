@@ -26,7 +26,7 @@ from autobalance.paper.setup import set_up
 from autobalance.paper.tables import Column, table
 from autobalance.paper.template_view import template_rows
 from autobalance.paper.title_block import FOOT_MM, MARGIN_MM, Sheet
-from autobalance.paper.tolerance_table import held_words, tolerance_table, tolerance_words
+from autobalance.paper.tolerance_table import held_words
 from autobalance.paper.tolerances import Tolerances, held, tolerances
 from autobalance.report.balance.relaxation_text import relaxation_lines
 from autobalance.report.balance.zero import Zero, ZeroChoice
@@ -39,7 +39,7 @@ from autobalance.wording import at, outcome_words
 FAILURE_COLOUR = "#a8231b"
 GAP_MM = 2.5
 """Gap between parts below each other."""
-ROOMS, ALONE = (0.5, 0.33, 0.25, 0.2), 0.66
+ROOMS, ALONE = (0.5, 0.33), 0.66
 """Shares of a page for a plate, the lesser ones where they save pages; and for the only plate."""
 MAX_CUTS_FOR_LESSER_SHARES = 60
 """Most cuts for which lesser shares are tried."""
@@ -210,10 +210,7 @@ class _Story:
             self.parts.append(prose(held_words(worth, self.u), 8.5))
         if tolerances is None:
             words = "The verdict leaves no tolerance; hold the machine's usual accuracy."
-            self.parts.append(prose(words, 7.5))
-            return
-        self.parts += [tolerance_table(tolerances, self.items, self.u, self.wide_mm), Spacer(1.0, 3.0)]
-        self.parts += [prose(words, 8.0, after=0.6) for words in tolerance_words(tolerances)]
+            self.parts.append(prose(words, 8.0))
 
     def _slugs(self) -> None:
         slugs = [item for item in self.items if item.get("slug_mass_g") is not None]

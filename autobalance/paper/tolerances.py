@@ -25,8 +25,6 @@ USUAL_ACCURACY = {"angle_deg": 0.25, "position_mm": 0.1, "depth_mm": 0.1, "diame
 """Usual workshop accuracies, without special care (ISO 2768-1, fine); angles by an indexing head."""
 MAX_ACCURACY_RATIO = 4.0
 """Largest factor on the usual accuracy."""
-CARE_SHARE = 0.4
-"""Share of the usual accuracy below which a workshop needs special care."""
 
 
 @dataclass(frozen=True)
