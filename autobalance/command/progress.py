@@ -16,6 +16,8 @@ from autobalance.verbs.progress import BALANCED_BEFORE, share_before
 Mode = Literal["quiet", "usual", "verbose"]
 
 BAR = 12
+FINDINGS = ("the counterweights are too light",)
+"""Beginnings of steps that say something of the crank: such a line stays on the terminal, once."""
 
 
 def add_progress(parser: argparse.ArgumentParser) -> None:
@@ -61,6 +63,7 @@ class ProgressLine:
         self._live = mode == "usual" and self._stream.isatty()
         self._start = clock()
         self._share = 0.0
+        self._said: set[str] = set()
 
     def __call__(self, text: str, share: float | None = None) -> None:
         """Show the stage that runs now; the share done is looked up where it is not passed."""
@@ -68,6 +71,9 @@ class ProgressLine:
         self._share = max(self._share, share_before(text, BALANCED_BEFORE) if share is None else share)
         if self._mode == "verbose":
             self._print(f"{spent:7.2f} s  {text}\n")
+        elif self._live and text.startswith(FINDINGS) and text not in self._said:
+            self._said.add(text)
+            self._print(f"\r\x1b[K{text}; looking for what would help\n")
         elif self._live:
             full = round(BAR * self._share)
             bar = "#" * full + "-" * (BAR - full)

@@ -81,3 +81,14 @@ def test_no_report_writes_the_solid_and_the_json(tmp_path: Path) -> None:
 def test_an_unknown_kind_of_page_is_wrong_use(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert jobs.run("balance", jobs.bundled_job(tmp_path), "--only", "html,docx") == 2
     assert "'docx' is none of json, html, pdf, xlsx, png" in capsys.readouterr().err
+
+
+def test_that_counterweights_are_too_light_stays_on_the_terminal_while_advice_goes_on() -> None:
+    stream = Terminal()
+    line = ProgressLine(stream=stream, clock=lambda: 0.0)
+    for _ in range(2):  # once for the plan, once for the advice
+        line("the counterweights are too light by 45 g·m, 22.5 g·m at each end")
+    line("looking for limits that would suffice")
+    line.done()
+    assert len(re.findall(r"too light by 45 g·m, [^\r]*\n", stream.getvalue())) == 1
+    assert stream.getvalue().index("too light") < stream.getvalue().index("looking for limits")
