@@ -303,6 +303,8 @@ OWN_HELP: Final = {"calc": "formulas.calc_command:help_for"}
 CYCLE_SECTIONS: Final = {
     "roll": RunSection("engines.cycle.block_roll:SECTION", "cycle"),
     "weight": RunSection("engines.cycle.weight_section:SECTION", "cycle"),
+    "drives": RunSection("engines.cycle.drive_section:SECTION", "cycle"),
+    "piston_friction": RunSection("engines.cycle.piston_section:SECTION", "cycle"),
     "heat": RunSection("engines.cycle.bearing_heat:SECTION", "cycle"),
     "windage": RunSection("engines.cycle.windage_section:SECTION", "cycle"),
     "flexible": RunSection("crank_dynamics.flexible.section:SECTION"),

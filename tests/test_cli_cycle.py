@@ -223,7 +223,7 @@ def test_a_third_more_load_at_firing_from_0_to_100_percent(
 
     Inertia lifts the crank about top dead centre where gas presses it; a counterweight takes that away.
     """
-    valves = "[cycle]\nstrokes = 2\nexhaust_opens_deg = 95\nintake_closes_deg = -120"
+    valves = '[cycle]\ngas = "ideal"\nstrokes = 2\nexhaust_opens_deg = 95\nintake_closes_deg = -120'
     job.write_text(JOB.replace("[cycle]", valves).replace("900.0", "600.0"), "utf-8")
     page = (Path(__file__).parents[1] / "docs" / "cycle.md").read_text("utf-8")
     crank = ab.read_crank(job.parent / "crank.stl", unit="mm", crankpin_in_file=False)

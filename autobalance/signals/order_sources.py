@@ -5,6 +5,8 @@ from __future__ import annotations
 from autobalance.balancing import engine_from_job, rotor_from_job
 from autobalance.balancing.measured import Crank
 from autobalance.balancing.oil_from_job import with_oil
+from autobalance.declare import ABSENT
+from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.job import Job
 from autobalance.running_gear.shafts import orders_with_shafts
 from autobalance.signals.sources import Source, firing_sources, mass_sources
@@ -44,3 +46,27 @@ def _strokes(job: Job) -> int | None:
     cycle = job.raw.get("cycle")
     strokes = cycle.get("strokes", 4) if isinstance(cycle, dict) else None
     return strokes if strokes in (2, 4) else None
+
+
+LEAST_PULL = 1e-3
+"""Share of the mean pull of a drive below which one of its orders is no source."""
+
+
+def pull_sources(analysis: CycleAnalysis) -> list[Source]:
+    """Return the orders of the pull of a cycle's drives: of their teeth, and of the torque behind them."""
+    from autobalance.engines.cycle.drive_section import drive_table
+
+    if not analysis.firing.drives:
+        return []
+    sources: list[Source] = []
+    for each in drive_table(analysis).drives:
+        what = f"{each.kind} drive {each.name!r}"
+        teeth = each.tooth_order
+        if teeth is not ABSENT:
+            sources.append(Source(teeth, f"{what}: its teeth come in, {each.tooth_pull_n:.3g} N"))
+        sources += [
+            Source(row.order, f"{what}: its pull pulsates, {row.pull_n:.3g} N")
+            for row in each.orders
+            if row.pull_n > LEAST_PULL * each.mean_pull_n
+        ]
+    return sources

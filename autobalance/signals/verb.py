@@ -350,10 +350,12 @@ def _sources(
 def _torque_sources(job: Job, speed_rpm: float | None) -> list[Source]:
     """Return the torque orders of a job's working cycle."""
     from autobalance.engines.cycle.verb import cycle
+    from autobalance.signals.order_sources import pull_sources
     from autobalance.signals.sources import torque_sources
 
-    rows = cycle(job, speed_rpm).analysis.orders
-    return torque_sources([(row.order, row.gas_n_m, row.inertia_n_m) for row in rows])
+    analysis = cycle(job, speed_rpm).analysis
+    rows = [(row.order, row.gas_n_m, row.inertia_n_m) for row in analysis.orders]
+    return torque_sources(rows) + pull_sources(analysis)
 
 
 def _job(source: str | Path | Job, settings: Sequence[str]) -> Job:

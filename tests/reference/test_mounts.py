@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
+from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -150,3 +153,178 @@ def test_factors_beyond_0_and_1_are_for_mounts_alone(single: ab.Crank) -> None:
         ab.forces(job(), crank=single, factors=(1.3,))
     with pytest.raises(UsageError, match=r"each must be -0\.5 to 1\.5"):
         ab.forces(job(), crank=single, factors=(1.7,), mounts=True)
+
+
+# --- by order and axis --------------------------------------------------------------------------------------
+
+
+def shaken_job(points: int = 5, **mount: Any) -> dict[str, Any]:
+    held = [
+        {"at_mm": [-250.0, 700.0, 0.0], "k_N_mm": [18.0, 60.0, 40.0], **mount},
+        {"at_mm": [-250.0, -650.0, -80.0], "k_N_mm": [12.0, 45.0, 20.0], **mount},
+        {"at_mm": [-250.0, -650.0, 80.0], "k_N_mm": [12.0, 45.0, 20.0], **mount},
+    ]
+    return {
+        "engine": {
+            "rod_length_mm": 120.0,
+            "layout": {"bank_deg": 0.0},
+            "rotating_g": {"big_end": 200.0},
+            "reciprocating_g": {"piston": 330.0},
+        },
+        "balance": {"factor": 0.6, "grade": 16, "speed_rpm": 7500},
+        "correction": {"method": "drill"},
+        "mounts": {
+            "mass_kg": 145.0,
+            "centre_mm": [120.0, -60.0, 0.0],
+            "inertia_kg_mm2": [[9.0e6, 0, 0], [0, 1.1e7, 0], [0, 0, 1.4e7]],
+            "damping_ratio": 0.08,
+            "speed_rpm": [1000.0, 5000.0],
+            "points": points,
+            "mount": held,
+            "point": [{"name": "bar", "at_mm": [620.0, 380.0, 330.0]}],
+        },
+    }
+
+
+def mounted_report(job: dict[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = ab.forces(job, preset_single(), mounts=True, factors=[0.6]).report["mounts"]
+    return found
+
+
+@lru_cache(maxsize=1)
+def preset_single() -> ab.Crank:
+    return ab.generate("single", segments=24).crank
+
+
+def own_motion(job: dict[str, Any], order: float, rpm: float, spring: Any) -> tuple[Any, Any]:
+    """Motion (6,) of the centre and force (3,) [g·mm/s²] of an order: what Ruckle 2014, ch. 5, measures."""
+    mounts = job["mounts"]
+    omega = order * rpm * math.pi / 30.0
+    centre = np.array(mounts["centre_mm"])
+    mass = np.zeros((6, 6))
+    mass[:3, :3] = np.eye(3) * mounts["mass_kg"] * 1e3
+    mass[3:, 3:] = np.array(mounts["inertia_kg_mm2"]) * 1e3
+    stiff = np.zeros((6, 6), dtype=complex)
+    for each in mounts["mount"]:
+        rows = place_rows(np.array(each["at_mm"]) - centre)
+        stiff += rows.T @ np.diag(spring(np.array(each["k_N_mm"]), omega)) @ rows
+    crank = preset_single()
+    r, length, speed = crank.throws[0].crank_radius_mm, 120.0, rpm * math.pi / 30.0
+    angle = 2.0 * math.pi * np.arange(720) / 720
+    x = r * np.cos(angle) + np.sqrt(length**2 - (r * np.sin(angle)) ** 2)
+    second = np.fft.irfft(-(np.arange(361) ** 2) * np.fft.rfft(x), 720) * speed**2
+    slope = np.fft.irfft(1j * np.arange(361) * np.fft.rfft(x), 720)
+    force = np.zeros((720, 3))
+    force[:, 0] = -330.0 * second - 0.6 * 330.0 * r * speed**2 * np.cos(angle)
+    force[:, 1] = -0.6 * 330.0 * r * speed**2 * np.sin(angle)
+    roll = 330.0 * second * slope
+    wrench = np.zeros((720, 6))
+    wrench[:, :3] = force
+    wrench[:, 3:] = np.cross(-centre, force)
+    wrench[:, 5] += roll
+    amplitude = np.fft.rfft(wrench, axis=0)[int(order)] / 360.0
+    return np.linalg.solve(stiff - omega**2 * mass, amplitude), amplitude[:3]
+
+
+def place_rows(arm: Any) -> Any:
+    x, y, z = arm
+    return np.hstack([np.eye(3), np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])])
+
+
+SPRINGS: dict[str, tuple[dict[str, Any], Any]] = {
+    "ratio": ({}, lambda k, _: k * 1e6 * (1.0 + 0.16j)),
+    "loss": ({"loss_factor": 0.3}, lambda k, _: k * 1e6 * (1.0 + 0.3j)),
+    "by frequency": (
+        {"loss_factor_by_hz": [[0.0, 0.1], [200.0, 0.5]]},
+        lambda k, w: k * 1e6 * (1.0 + 1j * (0.1 + 0.4 * min(w / (2.0 * math.pi * 200.0), 1.0))),
+    ),
+    "viscous": (
+        {"c_N_s_mm": [0.2, 0.1, 0.3]},
+        lambda k, w: k * 1e6 * (1.0 + 0.16j) + 1j * w * 1e6 * np.array([0.2, 0.1, 0.3]),
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", list(SPRINGS))
+def test_orders_by_axis_against_own_matrices(kind: str) -> None:
+    keys, spring = SPRINGS[kind]
+    job = shaken_job(**keys)
+    report = mounted_report(job)
+    balanced = next(each for each in report["orders"] if each["name"] == "balanced")
+    rows = place_rows(np.array([620.0, 380.0, 330.0]) - np.array([120.0, -60.0, 0.0]))
+    bar = next(each for each in balanced["places"] if each["name"] == "bar")
+    seen = 0
+    for row in bar["orders"]:
+        if row["order"] not in (1.0, 2.0, 4.0) or row["axis"] == "z":
+            continue
+        for place, rpm in enumerate(report["speeds_rpm"]):
+            motion, _ = own_motion(job, row["order"], rpm, spring)
+            omega = row["order"] * rpm * math.pi / 30.0
+            own = 1j * omega * (rows @ motion)["xyz".index(row["axis"])]
+            told = row["velocity_mm_s"][place] * np.exp(1j * math.radians(row["phase_deg"][place]))
+            assert told == pytest.approx(own, rel=1e-5, abs=1e-6)
+            assert row["acceleration_m_s2"][place] == pytest.approx(
+                abs(own) * omega * 1e-3, rel=1e-5, abs=1e-8
+            )
+            seen += 1
+    assert seen >= 20
+    first = next(row for row in balanced["mounts"][0]["orders"] if row["order"] == 1.0)
+    motion, force = own_motion(job, 1.0, report["speeds_rpm"][-1], spring)
+    arm = place_rows(np.array([-250.0, 700.0, 0.0]) - np.array([120.0, -60.0, 0.0]))
+    omega = report["speeds_rpm"][-1] * math.pi / 30.0
+    push = np.linalg.norm(np.abs(spring(np.array([18.0, 60.0, 40.0]), omega) * (arm @ motion)))
+    assert first["force_N"][-1] == pytest.approx(push * 1e-6, rel=1e-5)
+    assert first["transmissibility"][-1] == pytest.approx(push / np.linalg.norm(np.abs(force)), rel=1e-5)
+
+
+def test_rms_of_all_orders_is_their_sum_and_the_file_has_its_own_row() -> None:
+    job = shaken_job()
+    report = mounted_report(job)
+    now, state = report["as_the_file_is"], report["orders"][0]
+    assert state["name"] == "as the file is"
+    bar = next(each for each in now["places"] if each["name"] == "bar")
+    orders = next(each for each in state["places"] if each["name"] == "bar")["orders"]
+    total = np.sqrt(sum(0.5 * np.array(row["velocity_mm_s"]) ** 2 for row in orders))
+    assert total == pytest.approx(bar["velocity_rms_mm_s"], rel=1e-4)
+    text = ab.forces(job, preset_single(), mounts=True, factors=[0.6]).text()
+    assert "as the file is" in text
+    assert "bar, order 1, x" in text
+
+
+def test_far_above_its_mounts_nothing_gets_through() -> None:
+    """Limits: mass line (1/ω² of the spring), and all of the force where the springs are hard."""
+    soft, hard = shaken_job(), shaken_job()
+    for each in soft["mounts"]["mount"]:
+        each["k_N_mm"] = [1e-6] * 3
+    for each in hard["mounts"]["mount"]:
+        each["k_N_mm"] = [1e9] * 3
+    through = [mounted_report(job)["orders"][1]["mounts"] for job in (soft, hard)]
+    assert max(row["orders"][0]["transmissibility"][-1] for row in through[0]) < 1e-6
+    assert max(row["orders"][0]["transmissibility"][-1] for row in through[1]) > 0.3
+
+
+def test_measured_orders_stand_beside_the_computed_ones(tmp_path: Path) -> None:
+    job = shaken_job()
+    computed = mounted_report(job)["orders"][0]
+    bar = next(each for each in computed["places"] if each["name"] == "bar")
+    x = {row["order"]: row for row in bar["orders"] if row["axis"] == "x"}
+    seconds = np.arange(20000) / 10000.0
+    turn = 2.0 * math.pi * 50.0 * seconds
+    signal = sum(x[n]["acceleration_m_s2"][2] / 9.80665 * np.cos(n * turn) for n in (1.0, 2.0))
+    rows = np.stack([seconds, signal], axis=1)
+    np.savetxt(tmp_path / "bar.csv", rows, delimiter=",", header="time_s,accel_g", comments="")
+    measured = ab.orders(tmp_path / "bar.csv", speed_rpm=3000.0)
+    (tmp_path / "bar.json").write_text(json.dumps(measured.report), encoding="utf-8")
+    job["mounts"]["measured"] = [{"point": "bar", "axis": "x", "file": str(tmp_path / "bar.json")}]
+    result = ab.forces(job, preset_single(), mounts=True, factors=[0.6])
+    told = {row["order"]: row for row in result.report["mounts"]["measured"]}
+    for n in (1.0, 2.0):
+        assert told[n]["unit"] == "m/s²"
+        assert told[n]["measured"] == pytest.approx(told[n]["as_the_file_is"], rel=1e-6)
+    assert told[1.0]["balanced"] != pytest.approx(told[1.0]["as_the_file_is"], rel=1e-3)
+    assert "bar, x, order 1, 3000 rpm" in result.text()
+    job["mounts"]["measured"][0]["point"] = "seat"
+    with pytest.raises(
+        JobError, match=r"mounts\.measured\[1\]\.point is 'seat'; must be a \[\[mounts\.point\]\]: bar"
+    ):
+        ab.forces(job, preset_single(), mounts=True)

@@ -251,7 +251,13 @@ def test_stiffness_of_a_crank_is_its_dimensions(inline_four: ab.Crank) -> None:
 
 
 def test_the_cycles_torque_orders_excite_the_crank(inline_four: ab.Crank) -> None:
-    gas = {"bore_mm": 86, "compression_ratio": 10, "heat_J": 1200, "firing_order": [1, 3, 4, 2]}
+    gas = {
+        "bore_mm": 86,
+        "compression_ratio": 10,
+        "heat_J": 1200,
+        "gas": "ideal",
+        "firing_order": [1, 3, 4, 2],
+    }
     job = crank_job(cycle=gas, speed_rpm=[3000, 6000], points=4, torsion={"flywheel_kg_mm2": 1e6})
     report = ab.torsion(job, crank=inline_four).report
     assert [each["order"] for each in report["response"]] == [0.5 * n for n in range(1, 25)]

@@ -184,7 +184,7 @@ def test_gamma_that_falls_with_temperature_lowers_peak_and_efficiency() -> None:
 def test_gas_below_absolute_zero_is_refused() -> None:
     gas = GasEquation(SHORT_ROD, CHARGE, None, -math.pi, Woschni(450.0, 300.0))
     with pytest.raises(ValueError, match="it must stay above 0 K"):
-        gas.rates(0.0, np.array([-1.0, 0.0, 0.0]))
+        gas.rates((0.0, 100.0, 1.0, 0.0, 1.0, 1.0), -1.0)
 
 
 # --- refusals -----------------------------------------------------------------------------------------------

@@ -39,6 +39,7 @@ method = "shoulder"
 bore_mm = 76.8
 compression_ratio = 13.0
 heat_J = 900.0
+gas = "ideal"
 friction = {{ main_mu = 0.02, chen_flynn = [0.4, 0.005, 0.05, 0.0009] }}
 """
 FLYWHEEL = {"name": "flywheel", "set": ["cycle.flywheel_kg_mm2=2e5"]}

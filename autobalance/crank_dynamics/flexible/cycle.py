@@ -146,6 +146,7 @@ def _forces(cycle: CycleAnalysis, job: Job, crank: Crank, solid: Solid) -> tuple
         *(cylinder.z_mm for cylinder in cycle.firing.engine.cylinders),
         *(z for _, z in beside_the_rods(job, anatomy)),
         *([] if gravity is None else [z for _, z in gravity.parts]),
+        *(drive.z_mm for drive in cycle.firing.drives),
     ]
     nodes = np.unique(np.round(np.array(places) / SAME_MM) * SAME_MM)
     node = {place: int(np.argmin(np.abs(nodes - place))) for place in places}
@@ -169,6 +170,9 @@ def _forces(cycle: CycleAnalysis, job: Job, crank: Crank, solid: Solid) -> tuple
             forces[node[z]] += part.mass_g * fall * back
     for mass, z in () if gravity is None else gravity.parts:
         forces[node[z]] += mass * fall * back
+    pulls = cycle.firing.parts.pulls
+    for drive, pulled in zip(cycle.firing.drives, () if pulls is None else pulls.pull_n, strict=True):
+        forces[node[drive.z_mm]] += pulled * back
     for cylinder, load in zip(cycle.firing.engine.cylinders, cycle.loads.crankpin_n, strict=True):
         forces[node[cylinder.z_mm]] += as_complex(load) * back
     return nodes, forces

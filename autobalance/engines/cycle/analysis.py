@@ -68,7 +68,9 @@ class CycleAnalysis:
         """Friction of main bearings and all the rest, a positive number (n,) [N·m]."""
         size = np.hypot(self.loads.main_n[..., 0], self.loads.main_n[..., 1])
         lever = self.firing.friction.main_lever_mm(self.firing.main_diameters_mm)
-        result: Array = lever @ size * N_M_PER_N_MM + self.firing.piston_friction_n_m(self.speed_rad_s)
+        pistons = self.firing.piston_friction_by_angle_n_m(self.speed_rad_s)
+        rest = self.firing.mean_pressure_friction_n_m(self.speed_rad_s)
+        result: Array = lever @ size * N_M_PER_N_MM + (rest if pistons is None else rest + pistons)
         return result
 
     @property
@@ -120,14 +122,28 @@ class CycleAnalysis:
     def _inertia_g_mm2(self) -> Array:
         return self.firing.inertia_g_mm2(self.grid.even_rad)
 
+    @property
+    def _driving_n_m(self) -> Array:
+        """Torque of gas and weights (n,) [N·m]."""
+        return self.gas_n_m if self.weight_n_m is None else self.gas_n_m + self.weight_n_m
+
     @cached_property
     def _surplus_work_n_m(self) -> Array:
-        """∫(gas and weight − mean) dθ from 0 to each even angle; constant friction and load take the mean."""
-        driving = self.gas_n_m if self.weight_n_m is None else self.gas_n_m + self.weight_n_m
-        work = self.grid.work_to_even(driving)
+        """∫(T − its mean) dθ from 0 to each even angle; constant friction and load take the mean away."""
+        pistons = self.firing.piston_friction_by_angle_n_m(self.speed_rad_s)
+        return self._surplus_n_m(self._driving_n_m if pistons is None else self._driving_n_m - pistons)
+
+    def _surplus_n_m(self, driving_n_m: Array) -> Array:
+        work = self.grid.work_to_even(driving_n_m)
         mean = work[-1] / self.grid.span_rad
         result: Array = work[:-1] - mean * self.grid.even_rad
         return result
+
+    @property
+    def without_piston_friction(self) -> UnevenSpeed | None:
+        """Speed over the cycle if the friction of pistons were its mean at every angle."""
+        work = self._surplus_n_m(self._driving_n_m)
+        return periodic_speed(self.grid.even_rad, work, self._inertia_g_mm2, self.speed_rad_s)
 
     @cached_property
     def uneven_speed(self) -> UnevenSpeed | None:

@@ -78,8 +78,14 @@ def roll_curves(cycle: CycleAnalysis, shafts: Sequence[BalanceShaft] = ()) -> Ro
     """
     angle = cycle.grid.angle_rad
     pistons = momentum_roll_n_m(cycle.firing.engine, angle, cycle.speed_rad_s)
+    rubbed = cycle.firing.parts.pistons
+    if rubbed is not None:
+        pistons = pistons - rubbed.pin_roll_n_m(cycle.speed_rad_s, clockwise=cycle.firing.engine.clockwise)
     besides = pistons + roll_moment_n_m(shafts, angle, cycle.speed_rad_s)
-    return RollCurves(besides - cycle.gas_n_m - cycle.inertia_n_m, besides, pistons)
+    whole = besides - cycle.gas_n_m - cycle.inertia_n_m
+    if rubbed is not None:  # walls hold what friction takes off the crank
+        whole = whole + rubbed.at(cycle.speed_rad_s).torque_n_m.sum(axis=0)
+    return RollCurves(whole, besides, pistons)
 
 
 def _computed(cycle: CycleAnalysis, job: Job, crank: Crank) -> RollCurves:

@@ -6,14 +6,16 @@ from collections.abc import Iterator
 
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.figures import CylinderFigures
-from autobalance.engines.cycle.model import Cycle
+from autobalance.engines.cycle.model import Cycle, CylinderGas, table_of
 from autobalance.job import Job
 from autobalance.units import RAD_S_PER_RPM
 
-GREATEST_EFFICIENCY = 0.45
-"""Indicated efficiency that engines of one spark stay below; constant γ without wall heat gives 0.49 at a
-compression ratio of 8."""
-GREATEST_SWING = 0.2
+EFFICIENCIES = (0.25, 0.45)
+"""Indicated efficiencies between which engines of one spark are at full load; constant γ without wall heat
+gives 0.49 at a compression ratio of 8."""
+HOTTEST_K = 2800.0
+"""Temperature that burnt charges hardly exceed: beyond, they dissociate (Heywood 1988, Sec. 3.7)."""
+GREATEST_SWING = 0.1
 """Speed swing within a cycle above which loads at constant speed are off by as much."""
 
 
@@ -23,23 +25,42 @@ def model_doubts(analysis: CycleAnalysis, job: Job) -> tuple[str, ...]:
 
 
 def _gas(analysis: CycleAnalysis, job: Job) -> Iterator[str]:
-    cycle = job.table(Cycle)
-    assert cycle is not None
+    """Yield what is unlike an engine of the first cylinder that is: its efficiency, or its temperature."""
+    cycle = table_of(job)
+    low, high = EFFICIENCIES
     for number, each in enumerate(analysis.firing.cycles, 1):
         gas, found = cycle.of_cylinder(number), CylinderFigures.of(each)
-        efficiency = found.thermal_efficiency
-        plain = cycle.woschni_wall_k is None or gas.gamma_per_k == 0.0
-        if gas.model == "wiebe" and plain and efficiency is not None and efficiency > GREATEST_EFFICIENCY:
-            missing = "constant gamma" if gas.gamma_per_k == 0.0 else ""
-            walls = "no wall heat" if cycle.woschni_wall_k is None else ""
-            hot = "" if found.peak_temperature_K is None else f" and {found.peak_temperature_K:.0f} K"
-            yield (
-                f"{job.path.name}: cycle has {' and '.join(filter(None, (missing, walls)))}: an efficiency"
-                f" of {100.0 * efficiency:.0f} %{hot} in cylinder {number} is more than engines have, so"
-                ' pressures, gas loads and torque are too high; set cycle.wall_heat = "woschni" and'
-                " cycle.gamma_per_K, or give less heat_J"
-            )
-            return
+        efficiency, hottest = found.thermal_efficiency, found.peak_temperature_K
+        if gas.model != "wiebe" or efficiency is None:
+            continue
+        is_hot = hottest is not None and hottest > HOTTEST_K
+        if low <= efficiency <= high and not is_hot:
+            continue
+        heat = "" if hottest is None else f" and {hottest:.0f} K"
+        what = f"an efficiency of {100.0 * efficiency:.0f} %{heat} in cylinder {number}"
+        limits = f"engines have {100.0 * low:.0f} to {100.0 * high:.0f} % and up to {HOTTEST_K:.0f} K"
+        yield f"{job.path.name}: {_ideal(cycle, gas)}{what}: {limits}{_remedy(cycle, gas, efficiency)}"
+        return
+
+
+def _ideal(cycle: Cycle, gas: CylinderGas) -> str:
+    missing = "constant gamma" if gas.gamma_per_k == 0.0 else ""
+    walls = "no wall heat" if cycle.woschni_wall_k is None else ""
+    both = " and ".join(filter(None, (missing, walls)))
+    return f"cycle has {both}: " if both else "cycle: "
+
+
+def _remedy(cycle: Cycle, gas: CylinderGas, efficiency: float) -> str:
+    if efficiency < EFFICIENCIES[0]:
+        return (
+            "; its burn is late, slow or leaves much heat in the walls: check start_deg, duration_deg, heat_J"
+        )
+    loads = ", so pressures, gas loads and torque are too high"
+    if cycle.woschni_wall_k is None or gas.gamma_per_k == 0.0:
+        return (
+            f'{loads}; set cycle.gas = "real" without gamma, gamma_per_K and wall_heat, or give less heat_J'
+        )
+    return f"{loads}; give less heat_J, a slower burn (duration_deg), or the charge that takes so much heat"
 
 
 def _speed(analysis: CycleAnalysis, job: Job) -> Iterator[str]:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from autobalance.engines.cycle.cylinder import CylinderCycle, Strokes
+from autobalance.engines.cycle.drive import Drive, DrivePulls, drive_pulls
 from autobalance.engines.cycle.friction import NO_FRICTION, Friction
 from autobalance.engines.cycle.grid import CycleGrid
+from autobalance.engines.cycle.piston_friction import PistonFriction, PistonFrictionParts
 from autobalance.engines.cycle.weight import Gravity, WeightLoads, weight_loads
 from autobalance.running_gear.loads import Loads, lever_shares, loads, variable_inertia_g_mm2
 from autobalance.running_gear.whole_engine import CrankUnbalance, Engine
@@ -51,6 +53,11 @@ class FiringEngine:
     friction : Friction
     gravity : Gravity or None
         None: nothing has weight.
+    drives : tuple of Drive
+    drive_speed_rad_s : float
+        Speed at which the drives pull [rad/s].
+    piston_friction : PistonFriction or None
+        None: pistons have the friction mean pressure alone.
     """
 
     engine: Engine
@@ -62,6 +69,9 @@ class FiringEngine:
     flywheel_g_mm2: float = 0.0
     friction: Friction = NO_FRICTION
     gravity: Gravity | None = None
+    drives: tuple[Drive, ...] = ()
+    drive_speed_rad_s: float = 0.0
+    piston_friction: PistonFriction | None = None
 
     @property
     def strokes(self) -> Strokes:
@@ -92,17 +102,36 @@ class FiringEngine:
     @cached_property
     def parts(self) -> LoadParts:
         """The loads on the grid's angles, gas and inertia apart."""
-        return LoadParts.of(self, self.grid.angle_rad)
+        parts = LoadParts.of(self, self.grid.angle_rad)
+        if self.piston_friction is not None:
+            parts = replace(parts, pistons=PistonFrictionParts.of(self, parts, self.piston_friction))
+        return replace(parts, pulls=drive_pulls(self, parts)) if self.drives else parts
 
     def inertia_g_mm2(self, angle_rad: Array) -> Array:
         """Return J(θ) of all that moves with the crank (n,) [g·mm²]."""
-        total = np.full(angle_rad.shape, self.engine.polar_inertia_g_mm2 + self.flywheel_g_mm2)
+        turning = self.engine.polar_inertia_g_mm2 + self.flywheel_g_mm2
+        turning += sum(each.driven_inertia_g_mm2 for each in self.drives)
+        total = np.full(angle_rad.shape, turning)
         for cylinder in self.engine.cylinders:
             motion = cylinder.slider_crank.motion(angle_rad + cylinder.throw_angle_rad - cylinder.bank_rad)
             total += variable_inertia_g_mm2(cylinder, motion)
         return total
 
     def piston_friction_n_m(self, speed_rad_s: float) -> float:
+        """Return the mean torque of the friction mean pressure (Chen and Flynn) and of pistons [N·m]."""
+        by_angle = self.piston_friction_by_angle_n_m(speed_rad_s)
+        mean = self.mean_pressure_friction_n_m(speed_rad_s)
+        return mean if by_angle is None else mean + float(self.grid.mean(by_angle))
+
+    def piston_friction_by_angle_n_m(self, speed_rad_s: float) -> Array | None:
+        """Return the torque that pistons take by their side force and rings (n,) [N·m]; None without."""
+        pistons = self.parts.pistons
+        if pistons is None:
+            return None
+        result: Array = pistons.at(speed_rad_s).torque_n_m.sum(axis=0)
+        return result
+
+    def mean_pressure_friction_n_m(self, speed_rad_s: float) -> float:
         """Return the torque of the friction mean pressure (Chen and Flynn) [N·m]."""
         total = 0.0
         for cycle in self.cycles:
@@ -156,6 +185,10 @@ class LoadParts:
         What the crank's unbalance does to each main at 1 rad/s and angle 0, x + iy [N].
     weight : WeightLoads or None
         None: nothing has weight.
+    pulls : DrivePulls or None
+        None: nothing takes torque off the crank.
+    pistons : PistonFrictionParts or None
+        None: pistons have no friction by angle.
     """
 
     gas_state: GasState
@@ -163,6 +196,8 @@ class LoadParts:
     rods: Loads
     crank_n: Complex
     weight: WeightLoads | None = None
+    pulls: DrivePulls | None = None
+    pistons: PistonFrictionParts | None = None
 
     @classmethod
     def of(cls, firing: FiringEngine, angle_rad: Array) -> LoadParts:
@@ -187,6 +222,10 @@ class LoadParts:
         if self.weight is not None:  # its torque is told apart from that of inertia
             own = [getattr(self.weight.rods, name) for name in names[:-1]]
             both = [load + weight for load, weight in zip(both, own, strict=False)] + both[-1:]
+        if self.pistons is not None:
+            rubbed = self.pistons.loads(self.gas.angle_rad, speed_rad_s)
+            own = [getattr(rubbed, name) for name in names[:-1]]
+            both = [load + added for load, added in zip(both, own, strict=False)] + both[-1:]
         main = self.mains_n(speed_rad_s, self.crank_n)
         main_n = np.stack([main.real, main.imag], axis=-1)
         wrist, wall, crankpin, torque = both
@@ -197,12 +236,13 @@ class LoadParts:
         square = speed_rad_s**2
         turning = np.exp(1j * self.gas.angle_rad) * square
         result: Complex = self._steady_mains_n + square * self._rod_mains_n + crank_n[:, None] * turning
-        return result
+        return result if self.pistons is None else result + self.pistons.mains_n(speed_rad_s)
 
     @cached_property
     def _steady_mains_n(self) -> Complex:
         gas = as_complex(self.gas.main_n)
-        return gas if self.weight is None else gas + self.weight.mains_n
+        gas = gas if self.weight is None else gas + self.weight.mains_n
+        return gas if self.pulls is None else gas + self.pulls.mains_n
 
     @cached_property
     def _rod_mains_n(self) -> Complex:

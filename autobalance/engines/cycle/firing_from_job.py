@@ -44,7 +44,7 @@ def firing_engine(
     anatomy : Anatomy
         Of its crank.
     speed_rad_s : float
-        At which heat goes through the walls; of no matter without wall heat [rad/s].
+        At which heat goes through the walls and drives pull; of no matter without either [rad/s].
     engine : callable
         Returns cylinders and crank; called once the job is known to have a cycle and enough main bearings.
 
@@ -72,6 +72,9 @@ def firing_engine(
             table.flywheel_g_mm2,
             table.friction,
             table.gravity,
+            table.drives,
+            speed_rad_s,
+            table.piston,
         )
     except JobError:  # has named the job and the key
         raise

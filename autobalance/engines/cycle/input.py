@@ -11,6 +11,7 @@ from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Key
 from autobalance.engines.bearings.keys import ABOVE_ZERO_KELVIN, OIL_KEYS
 from autobalance.engines.bearings.oil import WaltherOil
 from autobalance.engines.cycle.cylinder import Strokes
+from autobalance.engines.cycle.drive import DRIVE, drives_of
 from autobalance.engines.cycle.friction import NO_FRICTION, Friction
 from autobalance.engines.cycle.model import (
     Absorber,
@@ -24,6 +25,7 @@ from autobalance.engines.cycle.model import (
 )
 from autobalance.engines.cycle.pendulum import Path as PendulumPath
 from autobalance.engines.cycle.pendulum import Pendulum
+from autobalance.engines.cycle.piston_friction import PISTON, piston_friction_of
 from autobalance.engines.cycle.weight import GRAVITY, gravity_of
 from autobalance.engines.cycle.windage import AIR_KEYS, Air
 from autobalance.errors import JobError
@@ -32,6 +34,10 @@ from autobalance.toml_files.keys import plain
 from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM
 
 WallHeat = Literal["none", "woschni"]
+Gas = Literal["real", "ideal"]
+BURNT_GAMMA_PER_K = -7e-5
+"""Change of γ [1/K] from a charge of 1.35 when the intake closes to burnt gas of 1.2 at 2500 K (Heywood 1988,
+Figs 4.13 to 4.18)."""
 ChenFlynn = tuple[float, float, float, float]
 
 BORE = Range("must be ≥ 1", least=1.0)
@@ -70,7 +76,14 @@ CYLINDER = (
     Key("wiebe_n", float, "n of it", EXPONENT, 3.0),
     Key("heat_J", float, "per cylinder and cycle", NOT_NEGATIVE, None, usual='required for `"wiebe"`'),
     Key("gamma", float, "ratio of specific heats at the intake temperature", GAMMA, 1.35),
-    Key("gamma_per_K", float, "change of gamma with temperature (−6e-5 for air)", GAMMA_SLOPE, 0.0),
+    Key(
+        "gamma_per_K",
+        float,
+        "change of gamma with temperature (−6e-5 for air)",
+        GAMMA_SLOPE,
+        None,
+        usual='`-7e-5`; 0 with `gas = "ideal"`',
+    ),
     Key("intake_pressure_bar", float, "when the intake closes; absolute", ABSOLUTE_ABOVE_0, 1.0),
     Key("intake_temperature_K", float, "when the intake closes", POSITIVE, 330.0),
     Key("exhaust_pressure_bar", float, "absolute; four strokes", ABSOLUTE, 1.1),
@@ -119,7 +132,20 @@ OF_THE_ENGINE = (
     ),
     Key("flywheel_kg_mm2", float, "inertia besides the crank's own", NOT_NEGATIVE, 0.0),
     Key("fluctuation_wanted", float, "fluctuation of speed for which a flywheel is computed", POSITIVE, None),
-    Key("wall_heat", WallHeat, '`"woschni"`: heat through the walls', default="none"),
+    Key(
+        "gas",
+        Gas,
+        '`"real"`: heat through the walls and γ by temperature; `"ideal"`: neither',
+        default=None,
+        usual='`"real"`; `"ideal"` if not `"wiebe"`, or if `gamma`, `gamma_per_K` or `wall_heat` is given',
+    ),
+    Key(
+        "wall_heat",
+        WallHeat,
+        '`"woschni"`: heat through the walls',
+        default=None,
+        usual='`"woschni"`; `"none"` with `gas = "ideal"`',
+    ),
     Key("wall_temperature_K", float, "temperature of the walls", POSITIVE, 450.0),
 )
 FRICTION = (
@@ -180,6 +206,8 @@ CYCLE = Key(
         Key("pendulum", says="a pendulum absorber", keys=PENDULUM, default=None),
         Key("film", says="the journals' orbits in their oil", keys=FILM, default=None),
         Key("gravity", says="weight of crank, rods and pistons", keys=GRAVITY, default=None),
+        Key("piston", says="friction of pistons by their side force", keys=PISTON, default=None),
+        Key("drive", says="a chain, belt or gear that takes torque", keys=DRIVE, many=True, default=()),
         Key("heat", says="steady temperature of the main bearings", keys=HEAT, default=None),
         Key("windage", says="windage of the webs", keys=AIR_KEYS, default=None),
     ),
@@ -218,6 +246,7 @@ def cycle_of(values: Values, raw: Mapping[str, Any]) -> Cycle:
     JobError
         If they contradict each other.
     """
+    values = _with_gas(values, raw)
     strokes: Strokes = 2 if values["strokes"] == 2 else 4
     default = _gas(values, strokes, values["wall_heat"], "cycle")
     by_cylinder: dict[int, CylinderGas] = {}
@@ -249,10 +278,33 @@ def cycle_of(values: Values, raw: Mapping[str, Any]) -> Cycle:
         _absorber(values["pendulum"]),
         None if values["film"] is None else Film(*values["film"].values()),
         gravity_of(values["gravity"]),
+        drives_of(values["drive"]),
+        piston_friction_of(values["piston"]),
         None if values["heat"] is None else _heat(values["heat"], values["film"]),
         None if values["windage"] is None else Air.of(values["windage"], "cycle.windage"),
         _filled_in(values, raw),
     )
+
+
+STATED_GAS = ("gamma", "gamma_per_K", "wall_heat")
+"""Keys that say how the gas is modelled; a job that gives one has the rest as they were without ``gas``."""
+
+
+def _with_gas(values: Values, raw: Mapping[str, Any]) -> Values:
+    """Return the table with its gas decided: real if it burns and nothing else is said of it."""
+    tables = (raw, *raw.get("cylinder", ()))
+    stated = any(key in each for each in tables for key in STATED_GAS)
+    solvable = all(each.get("wiebe_n", 1.0) >= 1.0 for each in tables)
+    usual: Gas = "real" if values["model"] == "wiebe" and solvable and not stated else "ideal"
+    gas = values["gas"] or usual
+    real = gas == "real"
+    slope = BURNT_GAMMA_PER_K if real else 0.0
+    return {
+        **values,
+        "gas": gas,
+        "gamma_per_K": slope if values["gamma_per_K"] is None else values["gamma_per_K"],
+        "wall_heat": values["wall_heat"] or ("woschni" if real else "none"),
+    }
 
 
 def _heat(table: Values, film: Values | None) -> MainHeat:
@@ -336,7 +388,7 @@ def _absorber(values: Values | None) -> Absorber | None:
 def _filled_in(values: Values, raw: Mapping[str, Any]) -> dict[str, Any]:
     """Return the table in its own units, with every default; tables inside as they are."""
     friction = {key.name: plain(key.default) for key in FRICTION} | dict(raw.get("friction", {}))
-    tables = ("cylinder", "friction", "pendulum", "film", "gravity", "heat", "windage")
+    tables = ("cylinder", "friction", "pendulum", "film", "gravity", "drive", "piston", "heat", "windage")
     own = {key: raw[key] for key in tables if key in raw and key != "friction"}
     plainly = {key: plain(value) for key, value in values.items() if key not in tables}
     return {**plainly, "friction": friction, **own}

@@ -8,8 +8,10 @@ from typing import Any, Literal
 
 from autobalance.engines.bearings.oil import WaltherOil
 from autobalance.engines.cycle.cylinder import Strokes
+from autobalance.engines.cycle.drive import Drive
 from autobalance.engines.cycle.friction import Friction
 from autobalance.engines.cycle.pendulum import Pendulum
+from autobalance.engines.cycle.piston_friction import PistonFriction
 from autobalance.engines.cycle.weight import Gravity
 from autobalance.engines.cycle.windage import Air
 from autobalance.job import Job
@@ -103,6 +105,8 @@ class Cycle:
     absorber: Absorber | None = None
     film: Film | None = None
     gravity: Gravity | None = None
+    drives: tuple[Drive, ...] = ()
+    piston: PistonFriction | None = None
     heat: MainHeat | None = None
     windage: Air | None = None
     values: Mapping[str, Any] = field(default_factory=dict)

@@ -22,7 +22,8 @@ class ThrowTorques:
 
     ``inertia_n_m_s2`` is that of rods and pistons at 1 rad/s; it grows with the square of the speed.
     ``firing_rad`` (cylinders,) are the crank angles at which cylinders fire, ``cylinder_throws`` their throws
-    from 0, ``mean_n_m`` the mean torque of gas less friction at the job's speed.
+    from 0, ``mean_n_m`` the mean torque of gas less friction at the job's speed, ``inertia_g_mm2`` the mean
+    inertia of all that turns with the crank.
     """
 
     orders: Array
@@ -31,6 +32,7 @@ class ThrowTorques:
     firing_rad: Array
     cylinder_throws: tuple[int, ...]
     mean_n_m: float
+    inertia_g_mm2: float = 0.0
 
     def at_speed(self, speed_rad_s: float) -> Complex:
         """Return all of the torque (k, throws) at a speed."""
@@ -52,7 +54,8 @@ def throw_torques(job: Job, crank: Crank) -> ThrowTorques:
     throws = sorted((c, number) for number, each in enumerate(firing.throws) for c in each.cylinders)
     mean = firing.gas_mean_n_m - firing.piston_friction_n_m(speed)
     by_cylinder = tuple(number for _, number in throws)
-    return ThrowTorques(orders, gas, inertia, np.array(firing.firing_rad), by_cylinder, mean)
+    turning = float(np.mean(firing.inertia_g_mm2(firing.grid.even_rad)))
+    return ThrowTorques(orders, gas, inertia, np.array(firing.firing_rad), by_cylinder, mean, turning)
 
 
 def torques_on_throws(firing: FiringEngine, cylinder_n: Array, radii_mm: list[float]) -> list[Array]:

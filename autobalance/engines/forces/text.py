@@ -43,6 +43,10 @@ def _mounts(mounts: MountedAnalysis) -> str:
     for each in mounts.responses:
         greatest = {place.name: max(place.velocity_rms_mm_s) for place in each.places}
         rows.append((f"  factor {each.factor:g}", *(f"{greatest[name]:.3g} mm/s" for name in names)))
+    now = mounts.as_the_file_is
+    if now is not ABSENT:
+        greatest = {place.name: max(place.velocity_rms_mm_s) for place in now.places}
+        rows.append(("  as the file is", *(f"{greatest[name]:.3g} mm/s" for name in names)))
     lines = [
         "Natural frequencies on its mounts: "
         + ", ".join(f"{each / (2.0 * math.pi):.2f}" for each in mounts.natural_frequencies_rad_s)
@@ -56,7 +60,45 @@ def _mounts(mounts: MountedAnalysis) -> str:
             else ", outside 0 to 1: the crank is over- or underbalanced for its mounts"
         )
         lines.append(f"  least at {name} with factor {factor:.2f}{beyond}")
+    lines += _mount_orders(mounts)
     return "\n".join(lines)
+
+
+def _mount_orders(mounts: MountedAnalysis) -> list[str]:
+    """Return orders 1 and 2 of each place by axis, and measured orders beside computed ones."""
+    if not mounts.orders:
+        return []
+    states = [state.name for state in mounts.orders]
+    peaks = {
+        (place.name, row.order, row.axis, state.name): (max(row.velocity_mm_s), max(row.acceleration_m_s2))
+        for state in mounts.orders
+        for place in state.places
+        for row in place.orders
+    }
+    named = list(mounts.best_factor_for) or ["centre"]
+    rows: list[Sequence[str]] = [("Largest peak by order and axis", *states)]
+    for name in named:
+        for order in (1.0, 2.0):
+            for axis in ("x", "y", "z"):
+                found = [peaks.get((name, order, axis, state)) for state in states]
+                if any(each is not None for each in found):
+                    cells = (
+                        "-" if each is None else f"{each[0]:.3g} mm/s, {each[1]:.3g} m/s²" for each in found
+                    )
+                    rows.append((f"  {name}, order {order:g}, {axis}", *cells))
+    lines = [table(rows)]
+    if mounts.measured:
+        compared: list[Sequence[str]] = [("Measured", "measured", "as the file is", "balanced")]
+        for row in mounts.measured:
+            if row.as_the_file_is is None:
+                continue
+            sizes = row.measured, row.as_the_file_is, row.balanced
+            cells = (number(size, ".3g", f" {row.unit}") for size in sizes)
+            compared.append(
+                (f"  {row.point}, {row.axis}, order {row.order:g}, {row.speed_rpm:g} rpm", *cells)
+            )
+        lines.append(table(compared))
+    return lines
 
 
 def _state(state: EngineState) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from autobalance.balancing import engine_from_job
 from autobalance.declare import ABSENT
 from autobalance.engines.cycle.model import Cycle
@@ -159,25 +161,40 @@ def forces(
         roll=roll_of(as_file, case.speed_rad_s),
         states=states,
         factors=advice,
-        mounts=_mounted(case, as_file, compared, reference) if mounts else ABSENT,
+        mounts=_mounted(case, as_file, compared, reference, known[0]) if mounts else ABSENT,
         warnings=case.warnings,
     )
     return ForcesResult(report, case, engines, tuple(compared))
 
 
 def _mounted(
-    case: Request, as_file: Engine, factors: Sequence[float], reference_mm: float
+    case: Request,
+    as_file: Engine,
+    factors: Sequence[float],
+    reference_mm: float,
+    own_factor: float | None,
 ) -> MountedAnalysis:
     """Return the engine on its mounts, by factor; with its balance shafts, and gas if it has a cycle."""
-    from autobalance.engines.mounts.mounted_engine import Torque, analysed, inertia_torque
+    from autobalance.engines.mounts.mounted_engine import (
+        Present,
+        Pulls,
+        Torque,
+        analysed,
+        inertia_torque,
+        no_pulls,
+    )
 
     held = case.job.table(Mounts)
     if held is None:
         raise JobError(
             f"{case.job.path.name}: [mounts] is missing; --mounts needs the engine's mass and mounts"
         )
+    held = held.held_by_frame(case.job.path.parent)
     torque: Torque = inertia_torque(as_file)
-    if case.job.table(Cycle) is not None:
+    pulls: Pulls = no_pulls
+    cycle = case.job.table(Cycle)
+    if cycle is not None:
+        from autobalance.engines.cycle.drive import pull_orders
         from autobalance.engines.cycle.torques import throw_torques
 
         torques = throw_torques(case.job, case.crank)
@@ -187,12 +204,17 @@ def _mounted(
             return {float(n): complex(each) for n, each in zip(torques.orders, total, strict=True)}
 
         torque = fired
+        pulls = pull_orders(
+            cycle.drives, torques.mean_n_m, fired, torques.inertia_g_mm2, clockwise=as_file.clockwise
+        )
     return analysed(
         held,
         lambda factor: engine_from_job.balanced_to(as_file, case.job, case.crank.anatomy, factor),
         torque,
         factors,
         engine_from_job.shafts_beside(as_file, case.job, reference_mm),
+        pulls,
+        Present(as_file, own_factor, case.factor, case.job.path.parent),
     )
 
 
@@ -242,6 +264,38 @@ def _mount_plots(mounts: MountedAnalysis) -> Drawn:
         ]
         labels = ("speed [1/min]", "velocity, RMS of all orders [mm/s]")
         drawn[f"mounts-{number}"] = plots.lines(f"On its mounts: {name}", labels, curves)
+    return {**drawn, **_order_plots(mounts, names)}
+
+
+def _order_plots(mounts: MountedAnalysis, names: Sequence[str]) -> Drawn:
+    """Draw the orders 1 and 2 of each place by axis over the speed, before and after, and measured ones."""
+    from autobalance.report import plots
+
+    speeds = mounts.speeds_rad_s / RAD_S_PER_RPM
+    drawn: dict[str, Plot] = {}
+    for number, name in enumerate(names, 1):
+        for order in (1.0, 2.0):
+            curves = [
+                plots.Curve(f"{row.axis}, {state.name}", speeds, row.acceleration_m_s2)
+                for state in mounts.orders
+                for place in state.places
+                if place.name == name
+                for row in place.orders
+                if row.order == order
+            ]
+            measured = [
+                (row.speed_rpm, row.measured, row.axis)
+                for row in mounts.measured
+                if row.point == name and row.order == order and row.unit == "m/s²"
+            ]
+            curves += [
+                plots.Curve(f"{axis}, measured at {at:g} rpm", speeds, np.full(speeds.shape, size))
+                for at, size, axis in measured
+            ]
+            if curves:
+                labels = ("speed [1/min]", "acceleration, peak [m/s²]")
+                title = f"On its mounts: order {order:g} of {name}"
+                drawn[f"mounts-{number}-order-{order:g}"] = plots.lines(title, labels, curves)
     return drawn
 
 

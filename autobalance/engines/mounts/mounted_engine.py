@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 
-from autobalance.declare import HERTZ, LAST, NEWTONS, RPM, UNWRITTEN, derived
-from autobalance.engines.mounts.model import Mounts
+from autobalance.declare import ABSENT, HERTZ, LAST, NEWTONS, RPM, UNWRITTEN, Absent, derived
+from autobalance.engines.mounts.model import FramePlace, Mounts
 from autobalance.engines.mounts.rigid_body import moment_of_orders, rms
+from autobalance.engines.mounts.spectra import (
+    MeasuredOrder,
+    Shaken,
+    StateOrders,
+    measured_orders,
+    state_orders,
+)
 from autobalance.running_gear.force_summary import highest_order
 from autobalance.running_gear.loads import loads, whole_turn
 from autobalance.running_gear.roll import momentum_roll_orders
@@ -26,6 +34,13 @@ STEPS = 201
 SHAPE_UNKNOWNS = ("x_mm", "y_mm", "z_mm", "about_x_rad", "about_y_rad", "about_z_rad")
 Torque = Callable[[float], Mapping[float, complex]]
 """Speed [rad/s] → order → torque that drives the crank, T cos(nθ + φ) as T exp(iφ) [N·m]."""
+Pulls = Callable[[float], Mapping[float, tuple[Complex, Complex]]]
+"""Speed [rad/s] → order → force (2,) of drives on the block [N] and its moment Σ z F (2,) [N·m]."""
+
+
+def no_pulls(speed_rad_s: float) -> Mapping[float, tuple[Complex, Complex]]:
+    """Return the orders of the pull of no drive."""
+    return {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,16 +62,38 @@ class MountedResponse:
 
 
 @dataclass(frozen=True, eq=False)
+class AsTheFileIs:
+    """Response with the crank as its file has it; its balance factor is None if its throws have several."""
+
+    balance_factor: float | None
+    places: tuple[PlaceResponse, ...]
+    mount_force_rms_n: Annotated[tuple[Array, ...], NEWTONS]
+
+
+@dataclass(frozen=True, eq=False)
+class Present:
+    """The engine as its file has it, its balance factor, the job's factor and the job's folder."""
+
+    engine: Engine
+    own_factor: float | None
+    factor: float
+    folder: Path
+
+
+@dataclass(frozen=True, eq=False)
 class MountedAnalysis:
     """Natural frequencies and shapes, responses by factor, and the best factor for each named place.
 
     That is the one of the least largest velocity. ``shape_unknowns`` name the motion of the centre of mass
-    in each of ``shapes``.
+    in each of ``shapes``. ``as_the_file_is``, ``orders``: of the present crank; orders balanced too.
     """
 
     mounts: Annotated[Mounts, UNWRITTEN]
     responses: Annotated[tuple[MountedResponse, ...], LAST]
     best_factor_for: Annotated[Mapping[str, float], LAST]
+    as_the_file_is: Annotated[AsTheFileIs | Absent, LAST] = ABSENT
+    orders: Annotated[tuple[StateOrders, ...], LAST] = ()
+    measured: Annotated[tuple[MeasuredOrder, ...], LAST] = ()
 
     @derived
     def natural_frequencies_rad_s(self) -> Annotated[Array, HERTZ]:
@@ -94,40 +131,64 @@ def analysed(
     torque: Torque,
     factors: Sequence[float],
     shafts: Sequence[BalanceShaft] = (),
+    pulls: Pulls = no_pulls,
+    present: Present | None = None,
 ) -> MountedAnalysis:
     """Return the response of an engine on its mounts for balance factors.
 
     Forces are linear in the factor, so any factor follows from those of 0 and 1. ``shafts`` turn as the
-    engine of ``at_factor`` does: mirrored where it is.
+    engine of ``at_factor`` does: mirrored where it is. ``pulls`` are in the frame of the mounts.
+    ``present``: the engine as its file has it, and what its orders are compared with.
     """
-    ends = [_motions(mounts, at_factor(factor), torque, shafts) for factor in (0.0, 1.0)]
+    ends = [_shaken(mounts, at_factor(factor), torque, shafts, pulls) for factor in (0.0, 1.0)]
 
-    def motions(factor: float) -> dict[float, Complex]:
-        return {order: ends[0][order] + factor * (ends[1][order] - ends[0][order]) for order in ends[0]}
+    def motions(factor: float) -> dict[float, Shaken]:
+        return {order: ends[0][order].between(ends[1][order], factor) for order in ends[0]}
 
     tried = np.linspace(*FACTOR_SEARCH_RANGE, STEPS)
     best = {}
     for name, place in mounts.points:
         worst = [float(_velocity(mounts, motions(float(f)), place).max()) for f in tried]
         best[name] = float(tried[int(np.argmin(worst))])
+    responses = tuple(_response(mounts, factor, motions(factor)) for factor in factors)
+    if present is None:
+        return MountedAnalysis(mounts, responses, best)
+
+    def as_file(at: Mounts) -> dict[float, Shaken]:
+        return _shaken(at, present.engine, torque, shafts, pulls)
+
+    def balanced(at: Mounts) -> dict[float, Shaken]:
+        return _shaken(at, at_factor(present.factor), torque, shafts, pulls)
+
+    now = as_file(mounts)
     return MountedAnalysis(
-        mounts, tuple(_response(mounts, factor, motions(factor)) for factor in factors), best
+        mounts,
+        responses,
+        best,
+        AsTheFileIs(present.own_factor, *_places_and_forces(mounts, now)),
+        (
+            state_orders(mounts, now, "as the file is", present.own_factor),
+            state_orders(mounts, motions(present.factor), "balanced", present.factor),
+        ),
+        measured_orders(mounts, present.folder, (as_file, balanced)),
     )
 
 
-def _motions(
-    mounts: Mounts, engine: Engine, torque: Torque, shafts: Sequence[BalanceShaft]
-) -> dict[float, Complex]:
-    """Return the centre's motion (k, 6) by order over the speeds."""
+def _shaken(
+    mounts: Mounts, engine: Engine, torque: Torque, shafts: Sequence[BalanceShaft], pulls: Pulls
+) -> dict[float, Shaken]:
+    """Return the centre's motion and the force that shakes it by order over the speeds."""
     speeds = mounts.speeds_rad_s
     highest = max([highest_order(engine), *(each.order for each in shafts)])
     by_order = {each.order: each for each in orders_with_shafts(engine.orders(1.0, highest), shafts, 1.0)}
     momentum = momentum_roll_orders(engine, highest)
     torques = [torque(float(speed)) for speed in speeds]
+    pulled = [pulls(float(speed)) for speed in speeds]
+    none = np.zeros(2, dtype=np.complex128)
     side = -1.0 if engine.clockwise else 1.0
     mirror = np.array([1.0, side])
     motions = {}
-    for number in sorted({*by_order, *(each for row in torques for each in row)}):
+    for number in sorted({*by_order, *(each for row in (*torques, *pulled) for each in row)}):
         square = speeds[:, None] ** 2
         force = np.zeros((len(speeds), 3), dtype=np.complex128)
         moment = np.zeros((len(speeds), 2), dtype=np.complex128)
@@ -138,33 +199,45 @@ def _motions(
             moment[:] = square * by_order[number].moment_n_m * mirror / N_M_PER_G_MM2_S2
             own = momentum[int(number)] if number.is_integer() else 0.0
             roll += speeds**2 * (own + roll_of_order(shafts, number))
+        for row, at_speed in enumerate(pulled):
+            of_drives = at_speed.get(number, (none, none))
+            force[row, :2] += of_drives[0] / N_PER_G_MM_S2
+            moment[row] += of_drives[1] / N_M_PER_G_MM2_S2
         turned = side * roll / N_M_PER_G_MM2_S2
         wrench = mounts.engine.wrench(force, moment_of_orders(moment, turned))
-        motions[number] = mounts.engine.response(number * speeds, wrench)
+        motions[number] = Shaken(mounts.engine.response(number * speeds, wrench), force)
     return motions
 
 
-def _velocity(mounts: Mounts, motions: Mapping[float, Complex], place_mm: Array) -> Array:
-    rows = mounts.engine.moves(place_mm)
+def _velocity(mounts: Mounts, motions: Mapping[float, Shaken], place: Array | FramePlace) -> Array:
+    rows = mounts.moves(place)
     speeds = mounts.speeds_rad_s[:, None]
-    return rms([order * speeds * (motion @ rows.T) for order, motion in motions.items()])
+    return rms([order * speeds * (each.motion @ rows.T) for order, each in motions.items()])
 
 
-def _response(mounts: Mounts, factor: float, motions: Mapping[float, Complex]) -> MountedResponse:
-    places = [("centre", mounts.engine.centre_mm)]
+def _response(mounts: Mounts, factor: float, motions: Mapping[float, Shaken]) -> MountedResponse:
+    return MountedResponse(factor, *_places_and_forces(mounts, motions))
+
+
+def _places_and_forces(
+    mounts: Mounts, motions: Mapping[float, Shaken]
+) -> tuple[tuple[PlaceResponse, ...], tuple[Array, ...]]:
+    places: list[tuple[str, Array | FramePlace]] = [("centre", mounts.engine.centre_mm)]
     places += [(f"mount {n}", each.at_mm) for n, each in enumerate(mounts.engine.mounts, 1)]
     forces = []
-    for mount in mounts.engine.mounts:
-        spring = mount.stiffness_g_s2 * (1.0 + 2.0j * mount.damping_ratio)
-        rows = mounts.engine.moves(mount.at_mm)
-        forces.append(rms([spring * (motion @ rows.T) for motion in motions.values()]) * N_PER_G_MM_S2)
-    return MountedResponse(
-        factor,
+    for place, mount in enumerate(mounts.engine.mounts):
+        rows = mounts.engine.stretches(place)
+        pushes = [
+            mount.spring_g_s2(order * mounts.speeds_rad_s) * (each.motion @ rows.T)
+            for order, each in motions.items()
+        ]
+        forces.append(rms(pushes) * N_PER_G_MM_S2)
+    return (
         tuple(
             PlaceResponse(
                 name,
                 _velocity(mounts, motions, place),
-                rms([motion @ mounts.engine.moves(place).T for motion in motions.values()]),
+                rms([each.motion @ mounts.moves(place).T for each in motions.values()]),
             )
             for name, place in (*places, *mounts.points)
         ),
