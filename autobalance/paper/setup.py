@@ -41,7 +41,7 @@ def set_up(report: Report, u: DisplayUnits, zero: Zero, cheeks: Mapping[int, Che
 
 def _ends(report: Report) -> str:
     axis = np.asarray(report["frame"]["file_to_rotor"], dtype=np.float64)[2, :3]
-    towards = ", ".join(f"{value:.4g}" for value in axis.round(6) + 0.0)
+    towards = ", ".join(f"{value:.4g}" for value in axis.round(4) + 0.0)
     mains = at(report, "crank.main_journals") or []
     end = ""
     if mains:
