@@ -264,10 +264,13 @@ class PistonFrictionParts:
     ) -> tuple[Array, Array]:
         """Return the skirts' friction and the wall forces that it balances with, (c, n) each [N]."""
         own = np.einsum("iin->in", self.response)
-        others = self.response - own[:, None, :] * np.eye(len(own))[:, :, None]
+        linked = any(each.master is not None for each in self.engine.cylinders)
+        others = self.response - own[:, None, :] * np.eye(len(own))[:, :, None] if linked else None
         skirt = np.zeros_like(bare)
         for _ in range(ROUNDS):
-            pushed = bare + own * way * rings + np.einsum("ijn,jn->in", others, way * (skirt + rings))
+            pushed = bare + own * way * rings
+            if others is not None:
+                pushed = pushed + np.einsum("ijn,jn->in", others, way * (skirt + rings))
             # |N| = |A₁|/(1 − σ W s μ) is exact if no other piston's friction moves its wall force
             facing = np.abs(pushed) / (1.0 - np.sign(pushed) * own * way * mu)
             found = mu * np.maximum(facing, least)
@@ -277,6 +280,8 @@ class PistonFrictionParts:
             skirt = found
             if change <= SETTLED * float(np.abs(bare).max(initial=1.0)):
                 break
+        if others is None:
+            return skirt, bare + own * way * (skirt + rings)
         return skirt, bare + np.einsum("ijn,jn->in", self.response, way * (skirt + rings))
 
     def mains_n(self, speed_rad_s: float) -> Complex:
