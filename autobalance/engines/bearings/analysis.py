@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,8 +29,6 @@ from autobalance.engines.bearings.cases import (
     PlatesCase,
     RollingCase,
 )
-from autobalance.engines.bearings.fed_film import FedFilm
-from autobalance.engines.bearings.fed_states import FedState, fed_figures, fed_states
 from autobalance.engines.bearings.film import (
     Film,
     film_at_eccentricity,
@@ -42,6 +41,10 @@ from autobalance.engines.bearings.orbit import Orbits, film_orbits
 from autobalance.engines.bearings.reynolds import reynolds
 from autobalance.engines.bearings.short_bearing import ocvirk
 from autobalance.engines.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO, FilmModel
+
+if TYPE_CHECKING:
+    from autobalance.engines.bearings.fed_film import FedFilm
+    from autobalance.engines.bearings.fed_states import FedState
 
 NO_OIL, NO_PLATES = Oil(), Plates()
 
@@ -125,6 +128,9 @@ def analyse(case: Case, speeds_rad_s: tuple[float, ...]) -> BearingAnalysis:
     if isinstance(case, PlatesCase):
         return BearingAnalysis(tuple(_plates(case, speed) for speed in speeds_rad_s))
     if isinstance(case, FedCase):
+        # apart, so that one formula of a dry bearing does not load the equations of a film
+        from autobalance.engines.bearings.fed_states import fed_figures, fed_states
+
         fed = fed_states(case, speeds_rad_s)
         return BearingAnalysis(tuple(_fed(case, each) for each in fed), fed=fed_figures(case, fed))
     if case.solver == "petroff":

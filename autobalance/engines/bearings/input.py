@@ -19,7 +19,6 @@ from autobalance.engines.bearings.cases import (
     RollingCase,
     Solver,
 )
-from autobalance.engines.bearings.fed_input import fed_case
 from autobalance.engines.bearings.film import JournalBearing
 from autobalance.engines.bearings.heat_balance import Supply
 from autobalance.engines.bearings.history import history_of_arrays, read_history
@@ -131,6 +130,8 @@ def _case(kind: Kind, values: Values) -> Case:
     if kind == "squeeze_film":
         return _plates(values)
     if kind in ("hydrostatic", "hybrid") or values["supply"]:
+        from autobalance.engines.bearings.fed_input import fed_case
+
         return fed_case(kind, values, _journal_bearing(values), _lubricant(values, "viscosity_Pa_s"))
     return _plain(values)
 
