@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from autobalance.crank.anatomy import Anatomy, Overrides, Pin
+from autobalance.crank.anatomy import Anatomy, Overrides, Pin, PinHint
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import AutobalanceError
 from tests.generated import random_placement
-from tests.odd_cranks import KINDS, OddCrank, odd_crank, outcome
+from tests.odd_cranks import KINDS, OddCrank, faults, odd_crank, outcome
 from tests.sweeps import seeds
 
 ROUNDING_MM = 2e-4
@@ -101,3 +102,22 @@ def test_the_frame_of_the_file_changes_nothing(kind: str) -> None:
             assert len(rows) == len(wanted[name]), (name, number)
             for row, other in zip(rows, wanted[name], strict=True):
                 assert row == pytest.approx(other, abs=FRAMES_MM), (name, number)
+
+
+@pytest.mark.parametrize("segments", [12, 24])
+@pytest.mark.parametrize("typed", [False, True])
+def test_journals_whose_corners_are_mostly_their_neighbours_are_found(segments: int, typed: bool) -> None:
+    """Eccentrics cross the ends of a coarse shaft's middle journals: three corners or fewer are left of each.
+
+    The journals are the construction's, each at its place, whether crankpins are recognised or typed.
+    """
+    odd = replace(odd_crank(164, "eccentrics beside the shaft"), segments=segments, step=False)
+    true = odd.truth()
+    back = np.linalg.inv(true.file_to_rotor)
+    pins = [throw.crankpin for throw in true.throws]
+    places = [back[:3, :3] @ pin.centre_mm + back[:3, 3] for pin in pins]
+    hints = tuple(PinHint(at, pin.diameter_mm, pin.width_mm) for at, pin in zip(places, pins, strict=True))
+    found = recognise(odd.source().solid, Overrides(crankpins=hints if typed else None))
+    assert len(found.main_journals) == 4
+    assert faults(odd, found) == []
+    assert found.doubts == ()

@@ -42,7 +42,7 @@ beside the length of coarse facets."""
 OUT_OF_LINE = 0.3
 """Cylinders are out of line when vertices are nearer than this to their own lines, beside a common one."""
 LEAST_VERTICES = 8
-"""Smallest number of vertices on a cylinder."""
+"""Smallest number of vertices that show a cylinder: fewer are on some circle by chance."""
 MOST_OF_SPAN = 0.6
 """A cylinder's vertices reach over at least this share of the sections that show it."""
 LEAST_WIDTH = 0.05
@@ -215,7 +215,38 @@ def run_of_chain(
     z_from = long.sections[before].z_mm if before >= 0 else -np.inf
     z_to = long.sections[after].z_mm if after < len(long.sections) else np.inf
     span = long.sections[chain[-1].place].z_mm - long.sections[chain[0].place].z_mm
-    return bare_cylinder(long, centre, radius, (z_from, z_to), span, rounding_mm, shown, least_width_mm)
+    run = bare_cylinder(long, centre, radius, (z_from, z_to), span, rounding_mm, shown, least_width_mm)
+    if run is not None:
+        return run
+    return _between_faces(long, chain, CylinderRun(centre, radius, z_from, z_to), rounding_mm, least_width_mm)
+
+
+def _between_faces(
+    long: SectionStack,
+    chain: Sequence[Link],
+    within: CylinderRun,
+    rounding_mm: float,
+    least_width_mm: float | None,
+) -> CylinderRun | None:
+    """Return the cylinder of a chain that ends at faces square to it and has few vertices; None if unsure.
+
+    Where others cross a coarse cylinder's ends most of its corners are theirs: too few are left to tell it
+    from chance. Its sections have corners all round though, and no fillet or taper shows one and the same
+    circle, exactly, in all of them.
+    """
+    slack = ON_CYLINDER * within.radius + rounding_mm
+    rough = any(piece.rough_mm > 0.0 for link in chain for piece in long.sections[link.place].pieces)
+    if len(chain) < 2 or rough or long.blur_mm > 0.0:
+        return None
+    off = [max(abs(c.radius - within.radius), float(np.linalg.norm(c.centre - within.centre))) for c in chain]
+    first, last = (long.sections[chain[end].place].z_mm for end in (0, -1))
+    below = long.levels_mm[(long.levels_mm > within.z_low) & (long.levels_mm < first)]
+    above = long.levels_mm[(long.levels_mm > last) & (long.levels_mm < within.z_high)]
+    if max(off) > slack or len(below) == 0 or len(above) == 0:
+        return None
+    run = replace(within, z_low=float(below.max()), z_high=float(above.min()))
+    least = LEAST_WIDTH * run.radius if least_width_mm is None else least_width_mm
+    return run if run.width >= least else None
 
 
 def bare_cylinder(
