@@ -473,7 +473,7 @@ def only_shoulder() -> Iterator[None]:
 
 @pytest.mark.usefixtures("only_shoulder")
 def test_a_method_that_is_not_there_says_so() -> None:
-    with pytest.raises(JobError, match="'drill'; must be 'shoulder'"):
+    with pytest.raises(JobError, match="'drill'; must be one of 'shoulder', 'listed'"):
         parsed(put("correction.method", ["shoulder", "drill"]))
 
 

@@ -302,7 +302,7 @@ def test_the_command_says_each_on_a_line(tmp_path: Path, capsys: pytest.CaptureF
         "autobalance: error: job.toml: balance.speed_rpm is missing; it must be > 0",
         "autobalance: error: job.toml: correction.method is 'dril'; must be 'shoulder' or 'turn' or 'drill' "
         "or "
-        "'slug' or 'add' or 'mill' or a list of them; did you mean 'drill'?",
+        "'slug' or 'add' or 'mill' or 'listed' or a list of them; did you mean 'drill'?",
     ]
 
 
