@@ -12,6 +12,7 @@ import pytest
 from autobalance.crank.anatomy import Anatomy, Overrides, Pin, PinHint
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import AutobalanceError
+from autobalance.solid.formats.read import source_of
 from tests.generated import random_placement
 from tests.odd_cranks import KINDS, OddCrank, faults, odd_crank, outcome
 from tests.sweeps import seeds
@@ -121,3 +122,12 @@ def test_journals_whose_corners_are_mostly_their_neighbours_are_found(segments: 
     assert len(found.main_journals) == 4
     assert faults(odd, found) == []
     assert found.doubts == ()
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_coordinates_written_with_two_decimals_change_nothing(seed: int) -> None:
+    """A file's digits are no waves: collars stay apart from their webs, and no surface is missing."""
+    odd = odd_crank(seed).presented(odd_crank(seed).placement, "mm")
+    written = np.round(odd.source().solid.mesh.corners, 2)
+    found = recognise(source_of(written, "mm").solid, Overrides(crankpin_in_file=None))
+    assert faults(odd, found) == []

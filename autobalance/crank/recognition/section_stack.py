@@ -130,8 +130,9 @@ def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float, rough_mm: float
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
     vertices = rotated(mesh.vertices, turn)
     along = mesh.area_vectors @ turn[2, :3]
-    levels, areas = _levels(mesh, vertices, along, rough_mm)
-    heights = _stations(vertices, levels, rough_mm)
+    off = max(rough_mm, 2.0 * rounding_mm)  # a face's vertices are on both sides of it
+    levels, areas = _levels(mesh, vertices, along, off)
+    heights = _stations(vertices, levels, off)
     spans = Spans.of(vertices, mesh.triangles, heights)
     stretch = _stretches(mesh, vertices, along, spans, len(heights), rounding_mm)
     first, count = np.unique(stretch, return_index=True, return_counts=True)[1:]

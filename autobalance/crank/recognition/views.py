@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,30 @@ from autobalance.crank.recognition.cylinder_runs import ROUNDING, CylinderRun, f
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, rotated
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
+
+WRITTEN_STEPS_MM = (0.0254, 0.01, 0.00254, 0.001, 0.000254)
+"""Steps of coordinates written with two or three decimals in mm, or three to five in inch."""
+FIRST_LOOKED_AT = 500
+"""Most files are seen to have no such step by so many vertices."""
+
+
+def rounding_of(mesh: Mesh) -> float:
+    """Return the largest distance of a mesh's vertices from where they were meant, by its file's digits [mm].
+
+    That is single precision's, or half a step of the last decimal in two directions across an axis.
+    """
+    single = ROUNDING * float(np.abs(mesh.bounds).max())
+    for step in WRITTEN_STEPS_MM:
+        if step > 4.0 * single and all(
+            _is_written_in(some, step, single) for some in (mesh.vertices[:FIRST_LOOKED_AT], mesh.vertices)
+        ):
+            return max(single, math.sqrt(0.5) * step)
+    return single
+
+
+def _is_written_in(vertices: Array, step_mm: float, slack_mm: float) -> bool:
+    """Return whether all coordinates are whole multiples of a step."""
+    return float(np.abs(vertices - step_mm * np.round(vertices / step_mm)).max(initial=0.0)) <= slack_mm
 
 
 class Views:
@@ -23,7 +48,7 @@ class Views:
 
     def __init__(self, mesh: Mesh, rough_mm: float = 0.0) -> None:
         self.mesh, self.rough_mm = mesh, rough_mm
-        self.rounding_mm = rough_mm + ROUNDING * float(np.abs(mesh.bounds).max())
+        self.rounding_mm = rough_mm + rounding_of(mesh)
         self._known: dict[bytes, tuple[SectionStack, list[CylinderRun]]] = {}
 
     def along(self, direction: Array) -> tuple[SectionStack, list[CylinderRun]]:
