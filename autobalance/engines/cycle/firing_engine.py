@@ -234,9 +234,15 @@ class LoadParts:
     def mains_n(self, speed_rad_s: float, crank_n: Complex) -> Complex:
         """Return the loads x + iy of the mains (m, n) with any crank's unbalance (m,) at them [N]."""
         square = speed_rad_s**2
-        turning = np.exp(1j * self.gas.angle_rad) * square
-        result: Complex = self._steady_mains_n + square * self._rod_mains_n + crank_n[:, None] * turning
+        turned: Complex = self._rod_mains_n + crank_n[:, None] * self._turning
+        result: Complex = self._steady_mains_n + square * turned
         return result if self.pistons is None else result + self.pistons.mains_n(speed_rad_s)
+
+    @cached_property
+    def _turning(self) -> Complex:
+        """What turns with the crank, as a unit vector x + iy (n,)."""
+        result: Complex = np.exp(1j * self.gas.angle_rad)
+        return result
 
     @cached_property
     def _steady_mains_n(self) -> Complex:

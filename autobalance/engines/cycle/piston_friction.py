@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -203,6 +204,7 @@ class PistonFrictionParts:
     gas_n: Array
     piston_g: Array
     known: dict[float, FrictionForces] = field(default_factory=dict)
+    known_mains: dict[float, Complex] = field(default_factory=dict)
 
     @classmethod
     def of(cls, firing: RubbedEngine, parts: RubbedParts, friction: PistonFriction) -> PistonFrictionParts:
@@ -246,7 +248,8 @@ class PistonFrictionParts:
         return self.known[speed_rad_s]
 
     def _at(self, speed_rad_s: float) -> FrictionForces:
-        way, speed = np.sign(self.slope_mm), self.slope_mm * speed_rad_s * M_S_PER_MM_S
+        way, steep = self._way, self._steep_mm
+        speed = steep * (speed_rad_s * M_S_PER_MM_S)
         mu = self.friction.skirt_mu_at(speed)
         rings = self.rings_n + self.friction.viscous_n_s_m * np.abs(speed)
         bare = self.steady_n + speed_rad_s**2 * self.per_square_n
@@ -256,14 +259,30 @@ class PistonFrictionParts:
         least = np.zeros_like(tilt) if length is None else 2.0 * np.abs(tilt) / length
         skirt, wall = self._balanced(bare, way, mu, rings, least)
         size = skirt + rings
-        torque = size * np.abs(self.slope_mm) * N_M_PER_N_MM
+        torque = size * steep * N_M_PER_N_MM
         return FrictionForces(skirt, rings, way * size, wall, torque, tilt * N_M_PER_N_MM)
+
+    @cached_property
+    def _way(self) -> Array:
+        """Sign of each piston's motion as the crank turns (c, n)."""
+        return np.sign(self.slope_mm)
+
+    @cached_property
+    def _steep_mm(self) -> Array:
+        """Size of each piston's motion by crank angle (c, n) [mm]."""
+        return np.abs(self.slope_mm)
+
+    @cached_property
+    def _own(self) -> Array:
+        """Each piston's wall force by a force along it (c, n)."""
+        result: Array = np.einsum("iin->in", self.response)
+        return result
 
     def _balanced(
         self, bare: Array, way: Array, mu: Array, rings: Array, least: Array
     ) -> tuple[Array, Array]:
         """Return the skirts' friction and the wall forces that it balances with, (c, n) each [N]."""
-        own = np.einsum("iin->in", self.response)
+        own = self._own
         linked = any(each.master is not None for each in self.engine.cylinders)
         others = self.response - own[:, None, :] * np.eye(len(own))[:, :, None] if linked else None
         skirt = np.zeros_like(bare)
@@ -278,7 +297,7 @@ class PistonFrictionParts:
             found = mu * np.maximum(np.abs(wall), least)
             change = float(np.abs(found - skirt).max(initial=0.0))
             skirt = found
-            if change <= SETTLED * float(np.abs(bare).max(initial=1.0)):
+            if others is None or change <= SETTLED * float(np.abs(bare).max(initial=1.0)):
                 break
         if others is None:
             return skirt, bare + own * way * (skirt + rings)
@@ -286,8 +305,10 @@ class PistonFrictionParts:
 
     def mains_n(self, speed_rad_s: float) -> Complex:
         """Return what friction adds to the mains (m, n) at a speed, x + iy [N]."""
-        result: Complex = np.einsum("mcn,cn->mn", self.mains, self.at(speed_rad_s).along_n)
-        return result
+        if speed_rad_s not in self.known_mains:  # key figures ask for each speed once a factor
+            along = self.at(speed_rad_s).along_n
+            self.known_mains[speed_rad_s] = (self.mains * along[None]).sum(axis=1)
+        return self.known_mains[speed_rad_s]
 
     def pin_roll_n_m(self, speed_rad_s: float, *, clockwise: bool) -> Array:
         """Return d m ẍ of all pistons (n,): what they roll the block less than masses on their pins [N·m].
