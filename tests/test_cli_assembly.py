@@ -101,7 +101,10 @@ def test_bodies_without_names_are_told_by_number(
 @pytest.mark.parametrize(
     ("bodies", "says"),
     [
-        (("Teil-3", "Teil-3'"), "bodies 1 and 2 may each be the crank: --set crankshaft.body=N says which"),
+        (
+            ("Teil-3", "Teil-3'"),
+            "bodies 1 and 2 may each be the crank: choose one with --set crankshaft.body=N",
+        ),
         (("Teil-2", "Teil-4"), "none of them alone is a crank"),
     ],
 )

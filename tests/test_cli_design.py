@@ -535,7 +535,7 @@ def test_webs_of_one_profile_that_cannot_take_a_couple_are_told_what_helps(
     problem = problem_of(tmp_path, text, crank)
     least_violated = solids.written(problem, problem.start)
     reason = infeasible_reason(least_violated, lambda: remedies(problem))
-    assert "would meet it, tried: a profile of its own for each web" in reason
+    assert "would meet it, tried: a separate profile for each web" in reason
     assert "envelope.radius_mm" not in reason
     one = text[text.index("[[counterweight]]") : text.index("[envelope]")]
     two = one.replace("webs = [1, 2]", "webs = [1]") + one.replace("webs = [1, 2]", "webs = [2]")
@@ -552,6 +552,6 @@ def test_where_nothing_that_is_tried_helps_it_says_so(tmp_path: Path, crank: byt
     with calls_of(solids._written_design) as made:
         report = design(written(tmp_path, text, crank), workers=1).report
     assert report["outcome"] == "infeasible"
-    assert "none of these meets it, tried: a profile of its own" in report["reason"]
+    assert "none of these meets it, tried: a separate profile" in report["reason"]
     assert "envelope.radius_mm = 80" in report["reason"]
     assert len(made) == 2  # a solid that comes no nearer is not made again and again

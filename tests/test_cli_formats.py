@@ -221,7 +221,7 @@ def test_several_bodies_are_listed_by_number_volume_and_size(
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
     capsys.readouterr()
     assert jobs.run("balance", body_job(tmp_path, name, both, "3"), "-o", tmp_path / "none") == 3
-    assert "body 3 was asked for; the file holds 2 bodies" in capsys.readouterr().err
+    assert "body 3 does not exist; the file holds 2 bodies" in capsys.readouterr().err
 
 
 def test_touching_bodies_taken_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -63,7 +63,7 @@ def test_faces_are_best_first_and_in_the_files_coordinates(capsys: pytest.Captur
 
 def test_a_unit_that_is_not_said_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     assert jobs.run("inspect", WITH_PIN) == 0
-    assert "STL carries no unit: taken as mm" in capsys.readouterr().err
+    assert "STL has no unit: taken as mm" in capsys.readouterr().err
 
 
 def test_several_bodies_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
@@ -110,10 +110,10 @@ def test_several_bodies_that_are_no_crank_are_told_so(
     assert jobs.run("inspect", tmp_path / "plates.stl", "--unit", "mm") == 3
     error = capsys.readouterr().err
     assert "holds 2 bodies" in error
-    assert "together they are not a crank: looked for main journals, found no bare cylinder" in error
+    assert "together they are not a crank: no main journals found: the part has no bare cylinder" in error
     assert error.count("\n") == 1
     assert jobs.run("inspect", tmp_path / "plates.stl", "--unit", "mm", "--body", "1") == 3
-    assert "plates.stl: looked for main journals, found no bare cylinder" in capsys.readouterr().err
+    assert "plates.stl: no main journals found: the part has no bare cylinder" in capsys.readouterr().err
 
 
 def test_a_missing_crank_leaves_no_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

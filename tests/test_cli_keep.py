@@ -92,7 +92,7 @@ def test_what_cannot_be_reached_says_what_would_do_without(tmp_path: Path) -> No
     assert found["plan_kept"]["cuts"] == 2
     without = next(each for each in found["relaxations"] if each["changes"][0]["key"] == "correction.keep")
     assert without["used_share"] <= 1.0
-    assert without["text"].startswith("planned anew, without keep")
+    assert without["text"].startswith("a new plan, without keep")
 
 
 def test_the_job_may_name_the_report(tmp_path: Path) -> None:

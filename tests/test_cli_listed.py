@@ -120,7 +120,7 @@ def test_two_cuts_in_one_place_are_refused_with_both_names(tmp_path: Path) -> No
 def test_a_slug_has_the_depth_of_its_length(tmp_path: Path) -> None:
     path = nc_jobs.balanced(tmp_path / "slug", "slug")
     cut = values(path)["corrections"][0]
-    with pytest.raises(JobError, match="a slug sits at the depth of its own length"):
+    with pytest.raises(JobError, match="a slug's depth is its length"):
         ab.balance(path.parent.parent / "job.toml", cuts=[{**cut, "depth_mm": cut["depth_mm"] + 1.0}])
 
 

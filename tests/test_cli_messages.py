@@ -99,7 +99,7 @@ def test_what_is_no_report_and_no_job_is_told_so(tmp_path: Path, capsys: pytest.
             ("verify", tmp_path / "balanced.stl"),
             "is a solid, not a report; expected the report.json beside it",
         ),
-        (("verify", tmp_path / "notes.bin"), "is not JSON: it is no text; expected the report.json of a run"),
+        (("verify", tmp_path / "notes.bin"), "is not JSON, not even text; expected the report.json of a run"),
         (("verify", tmp_path.parent), "is a folder; expected a report"),
         (
             ("sheet", tmp_path),
@@ -131,7 +131,7 @@ def test_the_folder_of_a_result_stands_for_its_report(
         (b"ISO-10303-21;\nHEADER;" + bytes(200), "it is a STEP file: name it .step"),
         (
             random.Random(3).randbytes(5000),
-            "this is not an STL file: after 80 bytes one has its number of triangles",
+            "this is not an STL file: after 80 bytes it has its number of triangles",
         ),
     ],
 )

@@ -83,7 +83,7 @@ def test_a_tiny_mesh_is_refused() -> None:
         ),
         (
             ("engine.rods_per_throw=2", "engine.layout.bank_deg=[0, 90]", "engine.layout.rod_pitch_mm=500"),
-            "beyond the main bearings beside it",
+            "beyond the main bearings next to it",
         ),
         (("engine.rod={big_end_g = 95.0, small_end_g = 5000.0}",), "the small end is a part of that"),
         (("engine.rod_length_mm=10.4",), "26.9 mm; is it in cm or inch?"),

@@ -286,7 +286,7 @@ def test_solid_of_another_report_is_refused(loop: Path, tmp_path: Path) -> None:
     report = values(loop / "out" / "report.json")
     (tmp_path / "report.json").write_text(json.dumps(report), encoding="utf-8")
     reading = loop / "first" / "reading.toml"
-    with pytest.raises(ab.AutobalanceError, match="is not there; it must be beside the report"):
+    with pytest.raises(ab.AutobalanceError, match="is missing; put it next to the report"):
         ab.recut(tmp_path / "report.json", reading)
     (tmp_path / "balanced.stl").write_bytes(CRANK.read_bytes())
     with pytest.raises(ab.AutobalanceError, match="its sha256 differs"):

@@ -85,7 +85,7 @@ def test_python_and_command_are_one(solid: Path) -> None:
         (("--density-pm-kg-m3", "9000"), "density_pm_kg_m3 is 9000; must be 0 to below 7850", 3),
         (("--stroke-mm", "50"), "go together", 2),
         (("--stroke-mm", "500", "--speed-rpm", "900"), "rod length is 120 mm; must be more than", 3),
-        (("--body", "2"), "body 2 was asked for", 3),
+        (("--body", "2"), "body 2 does not exist", 3),
     ],
 )
 def test_impossible_numbers_are_one_line(

@@ -194,13 +194,13 @@ def test_with_a_margin_the_uncertainty_can_fail_a_crank(
     residual, tolerance = report["residual"], report["tolerance"]
     assert residual["magnitude_g_mm"] < 0.011 * tolerance["permissible_g_mm"]  # the aim is as ever
     assert residual["uncertainty_g_mm"] > tolerance["permissible_g_mm"]
-    assert "no cut can mend that" in report["reason"]
+    assert "no cut can correct that" in report["reason"]
     assert report["reason"].endswith("know the density more closely: weigh the crank")
     lines = " ".join(printed.split())
     assert all(clause in lines for clause in report["reason"].split("; "))
     assert "the verdict counts the uncertainty" in printed
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "no cut can mend that" in page
+    assert "no cut can correct that" in page
     assert "With its uncertainty it uses" in page
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 4
     assert "counts: ABOVE tolerance" in capsys.readouterr().out

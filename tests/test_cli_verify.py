@@ -178,7 +178,7 @@ def test_a_job_that_was_changed_since_is_told_with_its_keys(
     assert "job.engine.reciprocating_g.pistol was not set, is 158.0 now" in capsys.readouterr().err
     job.write_text("[crankshaft", encoding="utf-8")
     assert jobs.run("verify", output / "report.json") == 0
-    assert "was changed after the run and is no such job any more" in capsys.readouterr().err
+    assert "was changed after the run and no longer such a job" in capsys.readouterr().err
     job.write_text(text, encoding="utf-8")
     assert jobs.run("verify", output / "report.json") == 0
     assert capsys.readouterr().err == ""
@@ -226,7 +226,7 @@ def test_an_input_that_is_gone_is_refused(tmp_path: Path, capsys: pytest.Capture
     capsys.readouterr()
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 3
     said = capsys.readouterr().err
-    assert "crank.stl is not there; expected the crank that was corrected, there or beside the report" in said
+    assert "crank.stl is missing; put the crank that was corrected there or next to the report" in said
     assert said.count("\n") == 1
 
 

@@ -150,7 +150,7 @@ def test_a_page_of_another_run(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert unread in capsys.readouterr().out
     page.unlink()
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 3
-    assert "report.html is not there, but report.json lists it (outputs.html); put it back" in (
+    assert "report.html is missing, but report.json lists it (outputs.html); put it back" in (
         capsys.readouterr().err
     )
 

@@ -82,7 +82,7 @@ class ComparedRow:
     depths_mm: tuple[float, ...] = ()
     wall_left_mm: float | None = None
     web_metal_share: Annotated[
-        NotNegative | None, "least share of its metal between crankpin and main journal that a web keeps"
+        NotNegative | None, "minimum share of its metal between crankpin and main journal that a web keeps"
     ] = None
     capacity: NotNegative | None = None
     capacity_is_plenty: bool = False
@@ -238,10 +238,10 @@ def ranked(rows: Sequence[ComparedRow], prefer: Prefer) -> list[ComparedRow]:
 
 
 WORDS: Mapping[Prefer, str] = {
-    "simple": "fewest different cuts, then fewest cuts, then least metal",
-    "same_setup": "fewest different cuts, then fewest cuts, then least metal",
+    "simple": "fewest different cuts, then fewest cuts, then the least metal",
+    "same_setup": "fewest different cuts, then fewest cuts, then the least metal",
     "least_metal": "least metal",
-    "fewest_holes": "fewest cuts, then least metal",
+    "fewest_holes": "fewest cuts, then the least metal",
     "least_inertia_change": "least change of inertia",
     "most_inertia_removed": "most inertia removed",
 }
@@ -258,7 +258,7 @@ def why_recommended(order: Sequence[ComparedRow], rows: Sequence[ComparedRow], p
         return f"none is within tolerance; {nearest}"
     first = order[0]
     if first.outcome == "already_within_tolerance":
-        return "the crank is within tolerance; nothing is to be cut"
+        return "the crank is within tolerance; no cut is needed"
     text = said("{}: {}; ranked by {}", first.name, _figures(first), WORDS[prefer])
     if any(row.adds_to_heavy for row in order) and not first.adds_to_heavy:
         text += ", metal taken off before metal added"

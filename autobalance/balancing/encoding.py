@@ -32,7 +32,7 @@ def encoded(source: Source, ending: str, unit: str | None = None) -> bytes:
         raise FormatError(f"the unit '{unit}' is not known; expected one of {', '.join(MM_PER)}")
     if kind.exact:
         if source.exact is None:
-            raise FormatError(f"'{ending}' keeps true surfaces, this crank has triangles; expected .stl, say")
+            raise FormatError(f"a mesh cannot be saved as {ending}; choose .stl, .obj, .ply or .3mf")
         return source.exact.solid.step(unit or source.exact.unit, source.exact.name)
     return encode(source.solid.mesh, name, _mm_per_unit(kind, unit, source.mm_per_unit))
 

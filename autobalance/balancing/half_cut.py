@@ -29,7 +29,7 @@ def cut_half(chosen: BestOffer, work: Workpiece) -> str | None:
         if len(pair) == 2 and _are_alike(*pair) and len(cut_webs.intersection(w.number for w in pair)) == 1:
             one, other = sorted(pair, key=lambda web: web.number not in cut_webs)
             if _both_heavy(work, one, other):
-                return f"the cuts at hand reach web {one.number} and not web {other.number}, which is like it"
+                return f"the available cuts reach web {one.number} and not its equal, web {other.number}"
     return None
 
 

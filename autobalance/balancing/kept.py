@@ -261,7 +261,7 @@ def _without(kept: KeptPlan, job: Job, rotor: Rotor, tolerance: Tolerance) -> tu
     cuts = zip(free.candidates.cuts, free.plan.depths_mm, strict=True)
     metal = sum(abs(cut.effect(float(depth)).mass_g) for cut, depth in cuts if depth > 0.0)
     count = int((free.plan.depths_mm > 0.0).sum())
-    text = f"planned anew, without keep: {count} cut{'s' * (count != 1)}"
+    text = f"a new plan, without keep: {count} cut{'s' * (count != 1)}"
     return (Relaxation(text, (Change("correction.keep", kept.report, None),), free.plan.share, metal),)
 
 

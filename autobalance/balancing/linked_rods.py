@@ -43,7 +43,7 @@ def articulated(job: Job, throw: Throw, before: int) -> list[Cylinder]:
     if len(banks) != 1:
         raise JobError(
             f"{job.path.name}: bank_deg of throw {throw.number} has {len(banks)} angles; expected one, the"
-            " master's: link rods have bank_deg of their own"
+            " master's: set bank_deg of link rods in their own tables"
         )
     radius, z = throw.crank_radius_mm, float(throw.crankpin.centre_mm[2])
     length = engine.rod_length_mm or LONG_ROD * radius

@@ -250,7 +250,7 @@ class _Run:
         nothing = replace(self.chosen.plan, depths_mm=np.zeros(len(self.chosen.candidates.cuts)))
         result = self.left_alone(nothing)
         text = (
-            f"the cuts at hand would take off {100.0 * gain:.2g} % of it: nothing is cut "
+            f"the available cuts would remove {100.0 * gain:.2g} % of it: nothing is cut "
             f"(min_gain_percent = {100.0 * least:g})"
         )
         return replace(result, reason=said("{}; {}", result.reason, text))

@@ -246,6 +246,6 @@ def _refuse_contradiction(
     total, removed_mm3 = sum(volumes), -whole.mass_g / density_g_mm3
     if abs(total - removed_mm3) > MAX_SUM_DIFFERENCE_SHARE * sum(map(abs, volumes)):
         raise SolidError(
-            f"the cuts take {total:.6g} mm³ one by one, but {removed_mm3:.6g} mm³ are gone: the file's edges "
-            "lie off its faces there; expected a file whose edges lie on their faces, or a mesh of the part"
+            f"the cuts remove {total:.6g} mm³ singly, but {removed_mm3:.6g} mm³ together: the file's edges "
+            "lie off its faces there. Export it with a tighter tolerance, or use a mesh of the part"
         )

@@ -356,10 +356,10 @@ def _pitch(job: Job, anatomy: Anatomy) -> Iterator[str]:
         if z - half < low or z + half > high:
             raise JobError(
                 f"{job.path.name}: engine.layout.rod_pitch_mm is {pitch:g}; on throw {throw.number} the rods"
-                f" would stand beyond the main bearings beside it; its crankpin is {pin:.4g} mm wide"
+                f" would reach beyond the main bearings next to it; its crankpin is {pin:.4g} mm wide"
             )
         if half > 0.5 * pin and math.isfinite(pin):
             yield (
                 f"{job.path.name}: engine.layout.rod_pitch_mm is {pitch:g}; on throw {throw.number} rods"
-                f" stand beside the crankpin, which is {pin:.4g} mm wide"
+                f" lie outside the crankpin, which is {pin:.4g} mm wide"
             )

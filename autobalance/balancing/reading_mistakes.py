@@ -190,7 +190,7 @@ def _bob_weights(compared: Comparison) -> Iterator[tuple[Cause, float, str]]:
     fitted = bob_weight_fit(compared.difference, compared.seen(compared.per_gram))
     if fitted is not None:
         grams, left = fitted
-        yield "bob_weights", left, f"each bob-weight fitted is {grams:+.2f} g off what is said"
+        yield "bob_weights", left, f"each bob-weight fitted is {grams:+.2f} g off its value in the job"
 
 
 def bob_weight_fit(difference: Array, per_gram: Array) -> tuple[float, float] | None:

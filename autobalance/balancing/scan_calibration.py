@@ -263,8 +263,8 @@ def _odd_diameters(seen: Sequence[_Observation], values: Array) -> list[str]:
         if each.name != "mass" and abs(left) > CONTRADICTION_SIGMAS * each.sigma + 1e-3:
             larger = "larger" if left > 0.0 else "smaller"
             lines.append(
-                f"the scan's {each.name.replace('_', ' ')} is {abs(left):.3f} mm {larger} than the micrometer"
-                " says, beyond an even skin and a scale: another place, wear, or another crank"
+                f"the scan's {each.name.replace('_', ' ')} is {abs(left):.3f} mm {larger} than by micrometer,"
+                " beyond an even skin and a scale: another place, wear, or another crank"
             )
     return lines
 
@@ -295,6 +295,6 @@ def _odd_mass(crank: Scanned, readings: CrankReadings, values: Array, skin: Mome
     heavier = "heavier" if left > 0.0 else "lighter"
     unseen = "a bore that the scanner did not see" if left > 0.0 else "a bore that was closed too deep"
     return [
-        f"the scan is {100.0 * abs(left) / readings.weighed_g:.2g} % {heavier} than the scale says:"
+        f"the scan is {100.0 * abs(left) / readings.weighed_g:.2g} % {heavier} than on the scale:"
         f" {unseen}, another density, or another crank"
     ]

@@ -144,7 +144,7 @@ def unit_or_mm(unit: str | None, path: Path) -> str | None:
 
     if unit is not None or not needs_unit(path) or not path.is_file():
         return unit
-    warn(f"{path.suffix.upper()[1:]} carries no unit: taken as mm; --unit says otherwise")
+    warn(f"{path.suffix.upper()[1:]} has no unit: taken as mm; --unit sets another")
     return "mm"
 
 

@@ -362,7 +362,7 @@ class Add(FaceKind[AddLimits]):
         beside = [(journal, _beside_mm(journal, corrections)) for journal in anatomy.main_journals]
         return tuple(
             said(
-                "added metal stands beside {} of main journal {}, which is {} wide; check that its bearing "
+                "added metal is next to {} of main journal {}, which is {} wide; check that its bearing "
                 "is clear, or set crankcase_gap_mm",
                 mm(covered, ".1f"),
                 journal.number,

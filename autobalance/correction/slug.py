@@ -167,9 +167,7 @@ class Slug(HoleKind[SlugLimits]):
         """Return the depth of a slug, which is its own."""
         own, listed = float(cut.correction(cut.max_depth_mm).depth_mm), float(item["depth_mm"])
         if abs(listed - own) > DEPTH_MM:
-            raise CorrectionError(
-                f"depth_mm is {listed:g}; a slug sits at the depth of its own length, here {own:.6g} mm"
-            )
+            raise CorrectionError(f"depth_mm is {listed:g}; a slug's depth is its length, here {own:.6g} mm")
         return float(cut.max_depth_mm)
 
     def too_many(self, items: Sequence[Item], limits: SlugLimits, stated: Collection[str]) -> str | None:

@@ -209,7 +209,9 @@ def _counterweight_problems(crank: Design) -> list[str]:
     if size.radius_mm <= arm:
         problems.append(f"counterweight.radius_mm is {size.radius_mm:g}; the web there has {arm:g} already")
     if size.thickness_mm is not None and size.thickness_mm < web.thickness_mm:
-        problems.append(f"counterweight.thickness_mm is {size.thickness_mm:g}; less than the web's")
+        problems.append(
+            f"counterweight.thickness_mm is {size.thickness_mm:g}; at least the web's thickness is needed"
+        )
     elif (
         size.thickness_mm is not None
         and 2.0 * (size.thickness_mm - web.thickness_mm) >= crank.main_journal.width_mm

@@ -12,7 +12,7 @@ from autobalance.drawn_cranks.design import LEAST_SEGMENTS, MOST_SEGMENTS, PRESE
 from autobalance.job.read_engine import ENGINE
 
 MEANINGS: Mapping[str, str] = {
-    "name": "of the crank; the file's name if it is not there",
+    "name": "name of the crank; by default the file's name",
     "stroke_mm": "of the pistons: twice the crank radius",
     "main_journal": "the main journals",
     "crankpin": "the crankpins",

@@ -111,7 +111,7 @@ def _lowest(
     size = stiffness.shape[0]
     if count >= size:
         raise SolidError(
-            f"{count} modes were asked of a mesh with {size} degrees of freedom; choose a finer mesh"
+            f"{count} modes were requested of a mesh with {size} degrees of freedom; choose a finer mesh"
         )
     factor = factorised(stiffness + shift * mass)
     inverse = LinearOperator((size, size), matvec=factor.solve, dtype=np.float64)

@@ -38,8 +38,8 @@ def _static(answer: Answer) -> list[str]:
         principal, error = stress.greatest_principal_MPa, stress.error_MPa
         at = ", ".join(f"{value:.2f}" for value in stress.at_mm)
         lines += [
-            f"greatest von Mises stress    {stress.greatest_von_mises_MPa:.2f} MPa at ({at}) mm",
-            f"greatest principal stress    {principal:.2f} MPa, ± {error:.2g} MPa",
+            f"largest von Mises stress     {stress.greatest_von_mises_MPa:.2f} MPa at ({at}) mm",
+            f"largest principal stress     {principal:.2f} MPa, ± {error:.2g} MPa",
         ]
     if answer.displacement is not None:
         lines.append(f"greatest displacement        {answer.displacement.greatest_mm:.4g} mm")

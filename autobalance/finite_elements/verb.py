@@ -105,7 +105,7 @@ def fem(
     beside = {key: value for key, value in options.items() if value is not None}
     if isinstance(solid, dict) or Path(solid).suffix.lower() == ".toml":
         if beside:
-            raise UsageError(f"{', '.join(beside)} must stand in the analysis, not beside it")
+            raise UsageError(f"{', '.join(beside)} must be set in the analysis file, not as an argument")
         job = parse_fem(solid, Path()) if isinstance(solid, dict) else load_fem(Path(solid))
     else:
         job = fem_of_solid(Path(solid), **beside)  # type: ignore[arg-type]

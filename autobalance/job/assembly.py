@@ -121,7 +121,7 @@ def _solid(each: Values, where: str, folder: Path) -> PartSolid | None:
         return None
     for key in ("mass_g", "unbalance_g_mm"):
         if each[key] is not None:
-            raise JobError(f"{where}.{key} is given with file; the solid says it")
+            raise JobError(f"{where}.{key} is given with file; the solid supplies it. Remove one")
     if each["density_kg_m3"] is None:
         raise JobError(f"{where}.density_kg_m3 is missing; the solid's mass needs it")
     density = each["density_kg_m3"] * G_PER_MM3_PER_KG_M3

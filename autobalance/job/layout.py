@@ -138,7 +138,7 @@ def links_of(place: str, values: Sequence[Values]) -> tuple[LinkRod, ...]:
     numbers = [each["cylinder"] for each in values]
     for number in numbers:
         if numbers.count(number) > 1:
-            raise JobError(f"{place}.link has cylinder {number} twice; each link has a cylinder of its own")
+            raise JobError(f"{place}.link has cylinder {number} twice; each link needs another cylinder")
     return tuple(
         LinkRod(
             each["cylinder"],

@@ -46,9 +46,9 @@ USUAL_LIMITS = {
 PERCENT = Range("must be 0 to 100", least=0.0, most=100.0)
 PREFER = (
     'secondary objective among plans that reach the target: `"simple"` (fewest different cuts of tool and '
-    'depth, then fewest cuts, then least metal; `"same_setup"`, usual in `recut`: first the tools of earlier '
+    'depth, then fewest cuts, then the least metal; `"same_setup"`, in `recut`: first tools of earlier '
     "stages in their own places, then these tools anywhere; cuts of holes, slugs and machine steps may leave "
-    "a quarter of the permissible value for it, in `recut` of what the reading's uncertainty leaves of that, "
+    "a quarter of the permissible value for it, in `recut` minus the reading's uncertainty, "
     "and no plane may become worse)"
 )
 
@@ -214,7 +214,7 @@ def correction_of(
     if method in (LISTED, (LISTED,)):
         method = kinds_listed(values)
     elif LISTED in method:
-        raise JobError(f'correction.method mixes "{LISTED}" with kinds; the list says the kind of each cut')
+        raise JobError(f'correction.method mixes "{LISTED}" with kinds; the list has the kind of each cut')
     elif values["cut"]:
         raise JobError(f'correction.cut lists cuts, but correction.method is not "{LISTED}"')
     methods = method if isinstance(method, tuple) else (method,)

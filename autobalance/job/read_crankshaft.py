@@ -150,7 +150,7 @@ def crankshaft_of(values: Values, folder: Path) -> Crankshaft:
         hints = Overrides(crankpin_in_file=values["crankpin_in_file"])
         scan = replace(plain, file=there, unit=unit, overrides=hints, body=None)
     elif values["scan_unit"] is not None:
-        raise JobError("crankshaft.scan_unit stands alone; expected scan_file beside it")
+        raise JobError("crankshaft.scan_unit needs scan_file; add it, or remove scan_unit")
     return replace(plain, scan=scan).weighed_with(
         scan_accuracy_mm=values["scan_accuracy_mm"], readings=readings_of(values), holes=holes_of(values)
     )

@@ -164,7 +164,7 @@ def engine_of(values: Values, pin_in_file: bool) -> EngineParts:
     for place, throw in enumerate(values["throw"], 1):
         number = throw["number"]
         if number in by_throw:
-            raise JobError(f"engine.throw[{place}].number is {number} again; each throw may stand once")
+            raise JobError(f"engine.throw[{place}].number is {number} twice; each throw may be listed once")
         links = _links(f"engine.throw[{place}]", throw, values["layout"]["kind"])
         usual = 1 + len(links) if links else default.rods
         rods = usual if throw["rods"] is None else throw["rods"]

@@ -87,9 +87,9 @@ def readings_of(values: Values) -> CrankReadings:
     if calibrate == "skin" and weighed is None and not micrometer:
         raise JobError('crankshaft.calibrate is "skin"; expected weighed_g or micrometer_mm beside it')
     if weighed is None and values["weighed_pm_g"] > 0.0:
-        raise JobError("crankshaft.weighed_pm_g stands alone; expected weighed_g beside it")
+        raise JobError("crankshaft.weighed_pm_g needs weighed_g; add it, or remove weighed_pm_g")
     if not micrometer and values["micrometer_pm_mm"] > 0.0:
-        raise JobError("crankshaft.micrometer_pm_mm stands alone; expected micrometer_mm beside it")
+        raise JobError("crankshaft.micrometer_pm_mm needs micrometer_mm; add it, or remove micrometer_pm_mm")
     return CrankReadings(weighed, values["weighed_pm_g"], calibrate, micrometer, values["micrometer_pm_mm"])
 
 
@@ -101,7 +101,7 @@ def holes_of(values: Values) -> OpenHoles:
     JobError If bores are named but holes are not closed.
     """
     if values["keep_open"] is not None and values["fill_holes_mm"] == 0.0:
-        raise JobError("crankshaft.keep_open stands alone; expected fill_holes_mm beside it")
+        raise JobError("crankshaft.keep_open needs fill_holes_mm; add it, or remove keep_open")
     return OpenHoles(values["fill_holes_mm"], values["keep_open"])
 
 

@@ -271,7 +271,7 @@ def _correction(crank: RecognisedCrank) -> list[Row]:
     key = correction_key()
     of_kind = next(each for each in key.keys if each.name == crank.method)
     return [
-        _heading(_title(key) + "; every limit has a default, which stands behind its key"),
+        _heading(_title(key) + "; every limit has the default shown after its key"),
         _row("correction.method", crank.method),
         _row("correction.prefer", "simple", active=False),
         _row("correction.depth_tolerance_mm", 0.05, active=False),

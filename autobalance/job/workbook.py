@@ -61,7 +61,7 @@ def cells_of(path: Path) -> dict[str, tuple[str, Any]]:
             continue
         cell = f"{SHEET}!B{number}"
         if key in cells:
-            raise JobError(f"{path.name}: {SHEET}!A{number}: {key} stands in {cells[key][0]} already")
+            raise JobError(f"{path.name}: {SHEET}!A{number}: {key} is in {cells[key][0]} already")
         written = _at(raw, 1)
         if value is None and isinstance(written, str) and written.startswith("="):
             raise JobError(f"{path.name}: {cell}: {key} is a formula without a stored value")

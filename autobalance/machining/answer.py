@@ -42,7 +42,7 @@ class Simulated:
     removed_mass_g: NotNegative
     mass_difference_g: Annotated[float, "to the mass that the report lists of these cuts"]
     residual: NcResidual
-    used_share: Annotated[NotNegative, "greatest judged value over its permissible value"]
+    used_share: Annotated[NotNegative, "largest judged value over its permissible value"]
     gouged_mm3: Annotated[NotNegative, "metal of the corrected solid that is missing"]
     left_mm3: Annotated[NotNegative, "metal still there of the cuts that are programmed"]
 

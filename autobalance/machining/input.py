@@ -166,7 +166,7 @@ def _machine_tool(values: Values) -> MachineTool:
     for place, tool in enumerate(tools, 1):
         if any(tool.number == other.number for other in tools[: place - 1]):
             raise JobError(
-                f"tool[{place}].number is {tool.number}, which another tool has; expected one of its own"
+                f"tool[{place}].number is {tool.number}, which another tool has; give each its own number"
             )
         if tool.rpm is not None and tool.rpm > machine.max_rpm:
             raise JobError(

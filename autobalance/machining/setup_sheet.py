@@ -67,7 +67,7 @@ def _setup(run: NcRun, program: Program) -> list[Any]:
     axes = {
         "R": "X counts along the axis from zero, Z from the axis, Y = 0 is the axis",
         "T": "X and Y count from the axis, Z from zero upwards",
-        "B": "X and Y count from the axis, Z from zero upwards: the crank stands on its +z end",
+        "B": "X and Y count from the axis, Z from zero upwards: the crank rests on its +z end",
         "L": "X is the diameter, Z counts along the axis from zero; Z is the middle of the tool's nose",
     }[program.name]
     safe = f"{setup.safe_mm:.4f} mm" + (" (diameter)" if program.name == "L" else "")

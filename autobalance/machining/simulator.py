@@ -104,7 +104,7 @@ class Simulator:
         group: _Group | None = None
         for move in moves:
             if move.tool not in self.tools:
-                raise FormatError(f"line {move.line}: tool {move.tool} is none of the machine's")
+                raise FormatError(f"line {move.line}: tool {move.tool} is not in the machine file")
             if not move.rapid and not move.spinning:
                 raise FormatError(f"line {move.line}: a feed with the spindle at rest")
             tool = self.tools[move.tool]

@@ -128,7 +128,7 @@ def _instruction(item: Item, u: DisplayUnits) -> str:
     text = kinds.instruction(item, u)
     if item.get("deepened_from_mm"):
         old = float(item["deepened_from_mm"])
-        text += f"; the hole is there, {u.mm(old)} deep: {u.mm(old + float(item['depth_mm']))} in all"
+        text += f"; deepen the existing hole of {u.mm(old)}: {u.mm(old + float(item['depth_mm']))} in all"
     if item.get("new_radius_mm") is not None:
         text += f"; from radius {u.mm(item['rim_radius_mm'])} to {u.mm(item['new_radius_mm'])}"
     if item.get("face_height_mm") is not None and kinds.adds_metal(item):

@@ -55,12 +55,12 @@ def _zero_words(report: Report, u: DisplayUnits, zero: Zero) -> str:
     other = None if zero.other_deg is None else zero.other_deg - zero.angle_deg
     place = "" if other is None else f"{degrees(other)} ccw, {degrees(-other)} cw from it"
     if zero.name != CRANKPIN:
-        return f"the middle of {_key_words(report, zero.angle_deg, u)}; crankpin 1 stands at {place}."
+        return f"the middle of {_key_words(report, zero.angle_deg, u)}; crankpin 1 is at {place}."
     if zero.other_deg is None:
         return "crankpin 1, up under a dial gauge (no keyway or bolt circle is found in the file)."
     if zero.other == KEYWAY:
-        return f"crankpin 1; {_key_words(report, zero.other_deg, u)} stands at {place}."
-    return f"crankpin 1; {_hole_words(report, zero.other_deg, u)} stands at {place}."
+        return f"crankpin 1; {_key_words(report, zero.other_deg, u)} is at {place}."
+    return f"crankpin 1; {_hole_words(report, zero.other_deg, u)} is at {place}."
 
 
 def _key_words(report: Report, angle_deg: float, u: DisplayUnits) -> str:
@@ -78,7 +78,7 @@ def _hole_words(report: Report, angle_deg: float, u: DisplayUnits) -> str:
         f"at the {flange['end']} end"
     )
     alike = [h for h in flange["holes"] if abs(h["diameter_mm"] - hole["diameter_mm"]) < ALIKE_MM]
-    among = f", of {len(alike)} alike the nearest to crankpin 1" if len(alike) > 1 else ""
+    among = f", the nearest to crankpin 1 of {len(alike)} equal ones" if len(alike) > 1 else ""
     return f"flange's hole H ({size}{among})"
 
 

@@ -68,7 +68,7 @@ def explain_shortfall(
     elif short.binding:
         text += "; limited by " + joined(", ", short.binding)
     else:
-        text += "; none of the cuts at hand acts in the direction that is left"
+        text += "; none of the available cuts acts in the remaining direction"
     if bound > 1.0:
         is_left = not short.depths_mm.any() and bound >= AS_LEFT_SHARE * value / permitted
         least = "that" if is_left else f"{bound:.3g} times the permissible value"
@@ -128,8 +128,8 @@ def factor_relaxations(short: Shortfall) -> tuple[Relaxation, ...]:
         return ()
     if _share_at(short, factor) > 1.0:
         lower = [factor - step for step in FACTOR_STEPS if factor >= step] if short.too_light else []
-        return tuple(_relaxation(short, each, "with the cuts at hand") for each in lower)
-    return (_relaxation(short, factor, "with the cuts at hand" if short.depths_mm.any() else "as it is"),)
+        return tuple(_relaxation(short, each, "with the available cuts") for each in lower)
+    return (_relaxation(short, factor, "with the available cuts" if short.depths_mm.any() else "as it is"),)
 
 
 def _relaxation(short: Shortfall, factor: float, how: str) -> Relaxation:

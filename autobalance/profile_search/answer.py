@@ -94,7 +94,7 @@ class DesignFigures:
     residual: DesignResidual
     clearances: Sequence[DesignClearance]
     control_points_mm: Annotated[Mapping[str, Sequence[Floats] | Array], "by web: angle and radius"]
-    solved: Annotated[Mapping[str, float], "scale and thickness that the balance asks of each counterweight"]
+    solved: Annotated[Mapping[str, float], "scale and thickness of each counterweight for the balance"]
     files: Mapping[str, DesignFile]
 
     @classmethod

@@ -320,6 +320,6 @@ def _refuse_beyond(key: str, values: Array, limit: float, vertices: Array) -> No
     if values[worst] > limit + ROUNDING_MM:
         at = ", ".join(f"{value:.3f}" for value in vertices[worst])
         raise JobError(
-            f"{key}: held metal stands {values[worst] - limit:.3f} mm beyond {abs(limit):g} mm, at ({at}) "
+            f"{key}: held metal is {values[worst] - limit:.3f} mm beyond {abs(limit):g} mm, at ({at}) "
             "mm; widen the envelope, or free this metal too"
         )

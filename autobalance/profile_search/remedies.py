@@ -40,7 +40,7 @@ def _changes(problem: Problem) -> Iterator[tuple[str, Problem]]:
     symmetric = [part for part in problem.free.parts if part.symmetric]
     if shared:
         webs = ", ".join(f"webs = [{web}]" for part in shared for web in part.webs)
-        words = f"a profile of its own for each web ([[counterweight]] {webs})"
+        words = f"a separate profile for each web ([[counterweight]] {webs})"
         yield words, own_profiles(problem)
     if symmetric:
         yield "symmetric = false", _asymmetric(problem)

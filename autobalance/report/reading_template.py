@@ -25,7 +25,7 @@ def reading_template(report: Mapping[str, Any]) -> str:
         *([] if serial is None else [f"serial = {json.dumps(serial, ensure_ascii=False)}"]),
         f"bob_weights_g = {fit}          # clamped on, one a throw",
         f"urr_percent = {URR_PERCENT:g}             # unbalance reduction ratio, and",
-        f"umar_g_mm = {UMAR_G_MM:g}               # least residual: usual of a hard-bearing machine in order",
+        f"umar_g_mm = {UMAR_G_MM:g}               # minimum achievable residual of a hard-bearing machine",
         'rotation = "ccw"             # sense in which angles count, seen from +z: "ccw" or "cw"',
         "zero_deg = 0.0               # the machine's zero mark, ccw from crankpin 1",
         'reads = "heavy"              # "heavy": where the metal is too much; "light": where to add',

@@ -82,7 +82,7 @@ def explain_margin(worst: Judged, causes: Mapping[str, float], ends: tuple[str, 
         named,
     )
     if math.hypot(*(share for cause, share in causes.items() if cause != "depth")) >= worst.permissible_g_mm:
-        text += "; no cut can mend that, since the uncertainty alone is as large"
+        text += "; no cut can correct that, since the uncertainty alone is as large"
     elif ends:
         text += "; limited by " + joined(", ", ends)
     return text + "; " + REMEDIES[listed[0][0]]

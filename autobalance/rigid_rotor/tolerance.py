@@ -121,9 +121,7 @@ def share_between_planes(
     (3.0, 7.0)
     """
     if not z_a_mm < z_b_mm:
-        raise ValueError(
-            f"tolerance planes stand at z = {z_a_mm:g} and {z_b_mm:g} mm; the first must be lower"
-        )
+        raise ValueError(f"tolerance planes are at z = {z_a_mm:g} and {z_b_mm:g} mm; the first must be lower")
     share_a = (z_b_mm - z_centre_mm) / (z_b_mm - z_a_mm)
     inboard = 0.0 <= share_a <= 1.0
     least, greatest = INBOARD_SHARES if inboard else OVERHUNG_SHARES

@@ -92,7 +92,7 @@ class Unbalance:
         """
         span = z_b_mm - z_a_mm
         if span == 0.0:
-            raise ValueError(f"both planes stand at z = {z_a_mm:g} mm; they must differ")
+            raise ValueError(f"both planes are at z = {z_a_mm:g} mm; they must differ")
         a = (z_b_mm * self.resultant_g_mm - self.moment_g_mm2) / span
         return np.stack([a, self.resultant_g_mm - a])
 

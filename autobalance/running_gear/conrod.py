@@ -163,8 +163,8 @@ def cut_at_centre_of_mass(rod: ConnectingRod, big_half_g: float, small_half_g: f
     return CutRod(
         moved,
         small_half_g / (big_half_g + small_half_g),
-        f"a rod cut at its centre of mass puts {abs(moved):.1f} g at the {side} end that is not"
-        " there; use the lever rule (two scales)",
+        f"a rod cut at its centre of mass adds a false {abs(moved):.1f} g at the {side} end;"
+        " use the lever rule (two scales)",
     )
 
 

@@ -135,7 +135,7 @@ def lever_shares(z_mm: float, mains_z_mm: Sequence[float]) -> Array:
     mains = np.asarray(mains_z_mm, dtype=np.float64)
     if mains.size < 2 or not np.all(np.diff(mains) > 0.0):
         places = ", ".join(f"{z:g}" for z in mains)
-        raise ValueError(f"main bearings stand at z = [{places}] mm; expected at least two, increasing")
+        raise ValueError(f"main bearings are at z = [{places}] mm; expected at least two, increasing")
     left = int(np.clip(np.searchsorted(mains, z_mm) - 1, 0, mains.size - 2))
     shares = np.zeros(mains.size)
     shares[left + 1] = (z_mm - mains[left]) / (mains[left + 1] - mains[left])

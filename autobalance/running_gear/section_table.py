@@ -159,7 +159,7 @@ def final_hole_depth_mm(
     if overbalance_g_mm < 0.0 or under_root < 0.0:
         most = area_density * rim_radius_mm**2 / 2.0
         raise ValueError(
-            f"a {diameter_mm:g} mm hole from a {rim_radius_mm:g} mm rim takes off 0 to {most:.0f} g·mm;"
-            f" {overbalance_g_mm:.0f} g·mm was asked for"
+            f"a {diameter_mm:g} mm hole from a {rim_radius_mm:g} mm rim removes 0 to {most:.0f} g·mm;"
+            f" {overbalance_g_mm:.0f} g·mm was requested"
         )
     return rim_radius_mm - math.sqrt(under_root)

@@ -219,8 +219,8 @@ def _clipped(record: Record, question: Question, channel: Channel) -> float:
 
 def _clip_notes(clipped: dict[str, float], used: set[str]) -> list[str]:
     return [
-        f"clipped: {100.0 * share:.3g} % of the samples of channel {name!r} stand at the extreme; "
-        "what was cut off is missing from its amplitudes and adds orders that are not there"
+        f"clipped: {100.0 * share:.3g} % of the samples of channel {name!r} are at the extreme; "
+        "its amplitudes are too small, and false orders appear"
         for name, share in clipped.items()
         if share > 0.0 and name in used
     ]
@@ -267,7 +267,7 @@ def _pulse_notes(train: TachoPulses, name: str) -> list[str]:
         notes.append(f"doubled pulses: {train.extra} of tacho {name!r} were taken out")
     if train.pattern:
         notes.append(
-            f"tacho {name!r}: its {train.per_turn} pulses stand unevenly by {100.0 * train.pattern:.2g} % of "
+            f"tacho {name!r}: its {train.per_turn} pulses are uneven by {100.0 * train.pattern:.2g} % of "
             "their distance, the same each turn; taken for the encoder's own pattern and corrected"
         )
     if train.repeats and train.repeats != train.per_turn:

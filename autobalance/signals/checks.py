@@ -140,6 +140,6 @@ def aliasing_note(channel: Channel) -> str | None:
     half = 0.5 * channel.sample_rate_hz
     return (
         f"aliasing: {100.0 * share:.2g} % of the power of channel {channel.name!r} lies between "
-        f"{GUARD_FROM * half:.6g} and {half:.6g} Hz, half the sample rate; a filter that lets it through "
-        "leaves no guard band, and what is above half the rate folds back onto what is below"
+        f"{GUARD_FROM * half:.6g} and {half:.6g} Hz, half the sample rate; a filter that passes it "
+        "leaves no guard band, and frequencies above half the rate fold back below it"
     )

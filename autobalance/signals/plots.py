@@ -163,7 +163,7 @@ def _colours(axes: Axes, x: Array, y: Array, sizes: Array, label: str) -> None:
     figure = axes.get_figure()
     if figure is not None:
         bar = figure.colorbar(mesh, ax=axes)
-        bar.set_label(f"log₁₀ of amplitude over its greatest, {sizes.max():.4g} {label.partition(' ')[2]}")
+        bar.set_label(f"log₁₀ of amplitude over its largest, {sizes.max():.4g} {label.partition(' ')[2]}")
 
 
 def _waterfall(

@@ -83,7 +83,7 @@ class OrdersResult(VerbResult):
         for row in found.orders:
             if row.order == order and row.amplitude is not None and row.phase_deg is not None:
                 return [row.amplitude, row.phase_deg]
-        raise FormatError(f"order {order:g} is none of the record's")
+        raise FormatError(f"order {order:g} is not in this record")
 
 
 @documented

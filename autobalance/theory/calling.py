@@ -30,7 +30,7 @@ def function_named(name: str) -> Callable[..., Any]:
 
         close = get_close_matches(name, theory.__all__, n=1)
         hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise UsageError(f"calc knows no {name!r}{hint} (`autobalance calc --list` lists all)")
+        raise UsageError(f"calc has no formula {name!r}{hint} (`autobalance calc --list` lists all)")
     function: Callable[..., Any] = getattr(theory, name)
     return function
 

@@ -77,7 +77,7 @@ def sheet_cells(path: Path, sheet: str | None, *, formulas: bool = False) -> lis
             raise
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise JobError(
-            f"{path.name} is not a sound workbook ({reason[:200]}); save it anew from a spreadsheet program"
+            f"{path.name} is not a sound workbook ({reason[:200]}); save it again from a spreadsheet program"
         ) from None
 
 

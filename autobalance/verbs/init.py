@@ -260,7 +260,7 @@ def _crank_among(parts: Sequence[AssemblyPart], several: BodiesError) -> Assembl
         return cranks[0]
     named = " and ".join(str(part.body.number) for part in cranks)
     raise BodiesError(
-        f"{several}; bodies {named} may each be the crank: --set crankshaft.body=N says which"
+        f"{several}; bodies {named} may each be the crank: choose one with --set crankshaft.body=N"
     ) from None
 
 

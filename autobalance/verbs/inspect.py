@@ -242,7 +242,7 @@ def _read(
         return _read_with_options(Path(source), settings, keywords, options)
     refuse_beside_job({name: value for name, value in keywords.items() if name in KEYS}, source)
     if keywords:
-        raise TypeError(f"{', '.join(keywords)}: a job says its own")
+        raise TypeError(f"{', '.join(keywords)}: set it in the job instead")
     crankshaft = source.crankshaft if isinstance(source, Job) else load_crankshaft(source, settings)
     return Crank(measure_crank(crankshaft, Stopwatch()), crankshaft), None
 

@@ -103,9 +103,7 @@ class RecutStage:
 
         readings = [PlaneReading(self._place(each, key), each.unbalance_g_mm) for each in planes]
         if len(readings) == 2 and readings[0].z_mm == readings[1].z_mm:
-            raise JobError(
-                f"{key}[2] stands at z = {readings[1].z_mm:g} mm as {key}[1]; two planes must differ"
-            )
+            raise JobError(f"{key}[2] is at z = {readings[1].z_mm:g} mm as {key}[1]; two planes must differ")
         zero = math.radians(self.reading.values["zero_deg"])
         return judged_reading(readings, self.accuracy, self._off(), model, self.tolerance.places_mm, zero)
 

@@ -38,7 +38,7 @@ def schema(name: str) -> Values:
     ['initial', 'trial']
     """
     if name not in NAMES:
-        raise UsageError(f"schema {name!r} is not there; there are {', '.join(NAMES)}")
+        raise UsageError(f"schema {name!r} does not exist; choose one of {', '.join(NAMES)}")
     if name == "job":
         return _job()
     if name in READ_FILES:

@@ -54,7 +54,7 @@ def with_scan_file(claims: Claims, folder: Path, job: Job, files: Files) -> Job:
     path = input_path(claims, folder, "input.scan", "scan_file")
     if not path.is_file():
         raise FileError(
-            f"{claims.name}: input.scan.file {path} is not there; expected the scan whose unbalance was cut"
+            f"{claims.name}: input.scan.file {path} is missing; expected the scan whose unbalance was cut"
         )
     check_source(claims, "input.scan", read_input(files, path, scan))
     claims.ledger.why_not["input.scan.file"] = f"it was found as {path}"

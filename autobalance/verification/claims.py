@@ -20,7 +20,7 @@ INPUT_SOLID = "the solid that was corrected, read and recognised again"
 BOTH_SOLIDS = "both solids: the metal removed from one to the other"
 JOB = "values that follow from the job and the crank"
 UNCERTAINTY_BUDGET = "the causes of uncertainty, summed again"
-RECORD = "a record made anew from the job and the files"
+RECORD = "a new record made from the job and the files"
 FILES = "the files beside the report"
 
 

@@ -11,19 +11,19 @@ from autobalance.verification.claims import Ledger
 
 PLANNED_ONLY = "found by the planner on the surfaces around each place; the files do not keep it"
 NOT_CHECKED: Mapping[str, str] = {
-    "job": "what was asked is taken as it stands; what follows from it was checked",
-    "job_set": "what was asked is taken as it stands",
+    "job": "the request is taken unchecked; its consequences were checked",
+    "job_set": "the request is taken unchecked",
     "autobalance": "which versions ran does not follow from the files",
     "seconds": "how long a run took does not follow from the files",
-    "warnings": "words for people",
-    "notes": "words for people",
+    "warnings": "free text, not checked",
+    "notes": "free text, not checked",
     "weak_places": "words for people; webs and walls were checked",
     "bending": "finite elements on meshes that are not kept; `balance --fem` computes them again",
     "reason": "words for people, from plans that were tried",
     "reason_parts": "words for people; joined, they are the reason",
     "relaxations": "limits that the cuts did not have, from plans that were tried",
     "plan_kept": "the report whose cuts were kept is not read",
-    "steps": "the solids of earlier passes and what was predicted of them are not kept",
+    "steps": "the solids and predictions of earlier passes are not kept",
     "overbalance": "the last holes are planned, not cut yet",
     "corrections[].wall_left_mm": PLANNED_ONLY,
     "corrections[].depth_left_mm": PLANNED_ONLY,
@@ -31,8 +31,8 @@ NOT_CHECKED: Mapping[str, str] = {
     "corrections[].drill": "what the shop calls the drill; its diameter was checked",
     "corrections[].sector_deg": "the metal does not show where the sector ends",
     "serial": "it is on the part, not in the files",
-    "machine_reading": "the machine's reading is believed",
-    "stages": "earlier stages are checked with their own reports; readings are believed",
+    "machine_reading": "the machine's reading is not checked",
+    "stages": "earlier stages are checked with their own reports; readings are not checked",
     "true_surfaces": "counted by the CAD kernel while the run had both solids",
 }
 """Reasons by place for values that do not follow from the files."""

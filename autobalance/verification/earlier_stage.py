@@ -131,7 +131,7 @@ def left_solid(path: Path, claims: Claims, job: Job) -> tuple[Path, Source]:
     else:
         solid, digest, first = path.parent / Path(str(entry["file"])).name, entry["sha256"], False
     if not solid.is_file():
-        raise FileError(f"{path.name}: its solid {solid} is not there; it must be beside the report")
+        raise FileError(f"{path.name}: its solid {solid} is missing; put it next to the report")
     if hashlib.sha256(solid.read_bytes()).hexdigest() != digest:
         raise ClaimError(f"{path.name}: {solid} is not the solid of this report: its sha256 differs")
     body = crankshaft.body if first else "all"

@@ -43,7 +43,9 @@ def check_limits_of_job(claims: Claims, folder: Path, files: Files) -> None:
     claims.against("the job file")
     path = _job_file(claims, folder)
     if path is None:
-        claims.ledger.why_not[KEY] = "its job file is not there; only the cuts were held against these limits"
+        claims.ledger.why_not[KEY] = (
+            "its job file is missing; only the cuts were checked against these limits"
+        )
         return
     in_file = _job_now(claims, path, files)
     if in_file is None:
@@ -83,7 +85,7 @@ def _job_now(claims: Claims, path: Path, files: Files) -> Mapping[str, Any] | No
         return files.once(("job", str(path), repr(settings)), lambda: _described(path, settings))
     except AutobalanceError as error:
         claims.warnings.append(
-            f"{path.name} was changed after the run and is no such job any more: {str(error).splitlines()[0]}"
+            f"{path.name} was changed after the run and no longer such a job: {str(error).splitlines()[0]}"
         )
         return None
 

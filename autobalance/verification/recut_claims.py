@@ -114,7 +114,7 @@ def _report_before(claims: Claims, folder: Path) -> Mapping[str, Any]:
     """Check the file and the hash of the report of the stage before; return its values."""
     path = folder / claims.get("previous.report", str)
     if not path.is_file():
-        raise FileError(f"{claims.name}: previous.report {path} is not there; a stage goes on from it")
+        raise FileError(f"{claims.name}: previous.report {path} is missing; a stage continues from it")
     claims.same("previous.sha256", hashlib.sha256(path.read_bytes()).hexdigest())
     claims.hold("previous.report")
     return read_report(path)

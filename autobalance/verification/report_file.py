@@ -47,7 +47,7 @@ def read_report(path: Path) -> Mapping[str, Any]:
             object_pairs_hook=_each_once,
         )
     except UnicodeDecodeError:
-        raise FormatError(f"{path} is not JSON: it is no text; expected the report.json of a run") from None
+        raise FormatError(f"{path} is not JSON, not even text; expected the report.json of a run") from None
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{path} is not JSON: {str(error).splitlines()[0]}") from None
     if not isinstance(values, dict):

@@ -281,8 +281,8 @@ def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files:
     path = input_path(claims, folder)
     if not path.is_file():
         raise FileError(
-            f"{claims.name}: input.file {path} is not there; expected the crank that was corrected, there or "
-            "beside the report, to see what went from it"
+            f"{claims.name}: input.file {path} is missing; put the crank that was corrected there or "
+            "next to the report, to compare the removed metal"
         )
     crankshaft = job.crankshaft
     source = read_input(files, path, crankshaft)
@@ -427,7 +427,7 @@ def check_pages(claims: Claims, folder: Path) -> None:
         path = folder / name
         if not path.is_file():
             raise FileError(
-                f"{path} is not there, but {claims.name} lists it ({place}); put it back, or write the "
+                f"{path} is missing, but {claims.name} lists it ({place}); put it back, or write the "
                 "report again without it (--only)"
             )
         note_read(path)

@@ -135,9 +135,9 @@ def test_metal_beside_a_main_journal_is_noted_unless_the_crankcase_is_known() ->
     assert [round(add._beside_mm(each, cuts), 9) for each in anatomy.main_journals] == [4.0, 7.5]
     widths = [each.width_mm for each in anatomy.main_journals]
     assert remarks(cuts, anatomy, [AddLimits()]) == (
-        f"added metal stands beside 4.0 mm of main journal 1, which is {widths[0]:.1f} mm wide; check that "
+        f"added metal is next to 4.0 mm of main journal 1, which is {widths[0]:.1f} mm wide; check that "
         "its bearing is clear, or set crankcase_gap_mm",
-        f"added metal stands beside 7.5 mm of main journal 2, which is {widths[1]:.1f} mm wide; check that "
+        f"added metal is next to 7.5 mm of main journal 2, which is {widths[1]:.1f} mm wide; check that "
         "its bearing is clear, or set crankcase_gap_mm",
     )
     assert remarks(cuts, anatomy, [AddLimits(crankcase_gap_mm=12.0)]) == ()

@@ -115,7 +115,7 @@ def test_a_mass_that_no_skin_explains_is_named(share: float, word: str) -> None:
     found, _, _ = _systematic(CrankReadings(share * _true_mass_g(), 0.5), accuracy_mm=0.03)
     (said,) = found.contradictions
     assert said.startswith("the scan is ")
-    assert f"% {word} than the scale says" in said
+    assert f"% {word} than on the scale" in said
     assert said.endswith("another density, or another crank")
 
 

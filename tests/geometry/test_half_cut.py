@@ -53,8 +53,7 @@ def test_one_of_two_like_webs_is_left_as_it_is_where_it_does_not_suffice(limits:
     assert half.solid is None
     assert half.reason is not None
     assert (
-        f"the cuts at hand reach web {web} and not web {3 - web}, which is like it: nothing is cut"
-        in half.reason
+        f"the available cuts reach web {web} and not its equal, web {3 - web}: nothing is cut" in half.reason
     )
     assert not re.search(r"\d (mm|g·mm|g·m)\b", in_units(half.reason, ON_SCREEN["inch"]))
 

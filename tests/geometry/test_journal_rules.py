@@ -241,8 +241,8 @@ def test_a_cylinder_beside_the_axis_is_named(tmp_path: Path, capsys: pytest.Capt
     path = tmp_path / "crank.stl"
     path.write_bytes(encode((solid + eccentric).mesh, "stl", 1.0))
     report = ab.inspect(path, unit="mm").report
-    (warning,) = [each for each in report["warnings"] if "is no crankpin" in each]
-    assert "⌀48 × 12 mm at z -61 mm, stands 3 mm beside the axis at 0.0°" in warning
+    (warning,) = [each for each in report["warnings"] if "is not a crankpin" in each]
+    assert "⌀48 × 12 mm at z -61 mm, is 3 mm beside the axis at 0.0°" in warning
     assert main(["inspect", str(path), "--unit", "mm"]) == 0
     shown = capsys.readouterr().out
     table = shown[shown.index("Also on the axis") :].split("\n\n")[0].splitlines()

@@ -129,9 +129,7 @@ def test_two_bores_that_a_slot_joins_are_named_and_can_be_chosen() -> None:
     text = str(refusal.value)
     assert "no bare cylinder but 2 bores: " in text
     assert all(f"⌀8 × 10 mm at [{x}, 0, 5] mm" in text for x in (0, 14))
-    assert text.endswith(
-        "axis_point_mm (--axis-point) in the shaft's bore settles it, with crankpin_in_file = false"
-    )
+    assert text.endswith("Set axis_point_mm (--axis-point) in the shaft's bore, and crankpin_in_file = false")
     shaft, pin = np.array([14.0, 0.0, 5.0]), np.array([0.0, 0.0, 5.0])
     for stated in (
         Overrides(axis_point_mm=shaft, crankpin_in_file=False),

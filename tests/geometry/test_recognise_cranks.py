@@ -137,12 +137,12 @@ def test_a_pressed_up_crank_without_its_pin_is_measured_at_the_bores(segments: i
 
 def test_no_crank_says_what_was_looked_for_and_found() -> None:
     cube = Solid.box(np.zeros(3), np.array([50.0, 50.0, 50.0]))
-    with pytest.raises(RecognitionError, match=r"looked for main journals, found no bare cylinder"):
+    with pytest.raises(RecognitionError, match=r"no main journals found: the part has no bare cylinder"):
         recognise(cube, Overrides())
     shaft = Solid.prism(Region.circle(10.0, 48), 0.0, 100.0) + Solid.prism(
         Region.circle(20.0, 48), 40.0, 60.0
     )
-    with pytest.raises(RecognitionError, match=r"looked for crankpins .* none beside it; crankpins settles"):
+    with pytest.raises(RecognitionError, match=r"no crankpins found .* none beside it\. Set crankpins"):
         recognise(shaft, Overrides())
 
 

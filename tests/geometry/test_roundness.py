@@ -68,7 +68,7 @@ def test_inspect_and_balance_warn(tmp_path: Path, capsys: pytest.CaptureFixture[
 def test_a_crank_far_from_round_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "crank.stl").write_bytes(encode(stretched("v-twin-45", 48, 1.02), "stl", 1.0))
     assert run("inspect", tmp_path / "crank.stl", "--unit", "mm") == 3
-    assert "found no bare cylinder" in capsys.readouterr().err
+    assert "has no bare cylinder" in capsys.readouterr().err
 
 
 def test_a_journal_with_few_corners_is_not_judged() -> None:

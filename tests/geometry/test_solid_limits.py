@@ -91,7 +91,7 @@ CLAIMS = {
     "stl, triangles": (
         "stl",
         STL[:80] + HUGE.to_bytes(4, "little") + STL[84:],
-        "4000000000 stands there",
+        "the number is 4000000000",
     ),
     "off, vertices": ("off", b"OFF\n%d 4 0\n" % HUGE + b"0 0 0\n" * 9, "states 4000000000 vertices"),
     "off, faces": ("off", b"OFF\n1 %d 0\n" % HUGE + b"0 0 0\n" * 9, "4000000000 faces"),

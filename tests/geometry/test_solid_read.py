@@ -78,7 +78,7 @@ def test_several_bodies_are_listed_chosen_or_united(put: Put) -> None:
     listed = r"holds 3 bodies \(1: 2.5 mm³, 2.5 × 1 × 1 mm; 2: 1 mm³, 1 × 1 × 1 mm; 3: 0.125 mm³"
     with pytest.raises(SolidError, match=listed):
         read(path, "mm")
-    with pytest.raises(SolidError, match="body 4 was asked for"):
+    with pytest.raises(SolidError, match="body 4 does not exist"):
         read(path, "mm", body=4)
     assert read(path, "mm", body=2).solid.volume_mm3 == pytest.approx(1.0)
     united = read(path, "mm", body="all")
@@ -113,7 +113,7 @@ def test_one_body_inside_out_among_others_is_turned_round(put: Put) -> None:
 def test_body_of_a_file_with_one(put: Put) -> None:
     path = put(stl(box([0, 0, 0], [1, 1, 1])))
     assert read(path, "mm", body=1).bodies == read(path, "mm", body="all").bodies == 1
-    with pytest.raises(SolidError, match="body 2 was asked for; the file holds 1"):
+    with pytest.raises(SolidError, match="body 2 does not exist; the file holds 1"):
         read(path, "mm", body=2)
 
 

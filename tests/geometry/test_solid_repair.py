@@ -55,7 +55,7 @@ def test_turned_triangles_are_wound_consistently() -> None:
     solid, notes = solid_of(Mesh(BALL.vertices, turned))
     assert solid.volume_mm3 == pytest.approx(Solid.from_mesh(BALL).volume_mm3, rel=1e-12)
     assert len(notes) == 1
-    assert notes[0].startswith("400 triangles turned round to wind alike; volume ")
+    assert notes[0].startswith("400 triangles turned round to one winding; volume ")
     assert notes[0].endswith(f"→ {solid.volume_mm3:.9g} mm³")
 
 

@@ -132,8 +132,8 @@ def test_bodies_are_chosen_by_number_or_name_in_their_places(engine: Path) -> No
     ("body", "message"),
     [
         (None, r"holds 3 bodies \(1: 'flywheel', 78539.8 mm³.*expected body = a number or a name"),
-        (4, "body 4 was asked for; the file holds 3 bodies"),
-        ("piston", "body 'piston' was asked for; the file holds 3 bodies .*3: 'key'"),
+        (4, "body 4 does not exist; the file holds 3 bodies"),
+        ("piston", "body 'piston' does not exist; the file holds 3 bodies .*3: 'key'"),
     ],
 )
 def test_bodies_that_are_not_there_are_listed(engine: Path, body: Any, message: str) -> None:
@@ -144,7 +144,7 @@ def test_bodies_that_are_not_there_are_listed(engine: Path, body: Any, message: 
 def test_a_mesh_has_no_names(tmp_path: Path) -> None:
     path = tmp_path / "box.ply"
     path.write_bytes(encode(Solid.box(np.zeros(3), np.ones(3)).mesh, "ply", 1.0))
-    with pytest.raises(SolidError, match="body 'crank' was asked for; "):
+    with pytest.raises(SolidError, match="body 'crank' does not exist; "):
         read(path, "mm", "crank")
 
 

@@ -120,5 +120,5 @@ def test_the_quick_look_for_a_point_amid_corners_never_errs() -> None:
 def test_a_needle_of_no_width_is_refused_in_a_line() -> None:
     corners = np.array([[0.0, 0.0, 0.0], [1e3, 0.0, 0.0], [0.0, 1e-13, 0.0], [0.0, 0.0, 1e-13]])
     mesh = Mesh(corners, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]))
-    with pytest.raises(SolidError, match=r"flat but for rounding; expected a body"):
+    with pytest.raises(SolidError, match=r"flat except for rounding; expected a body"):
         hull_distance_mm(mesh, np.zeros(3))

@@ -40,7 +40,7 @@ def test_it_is_said_by_how_much_and_nothing_is_cut(refused: Result) -> None:
     assert refused.corrections == ()
     assert refused.reason is not None
     assert "the counterweights are too light by 2 g·m, 1 g·m at each end" in refused.reason
-    assert "none of the cuts at hand acts" not in refused.reason
+    assert "none of the available cuts acts" not in refused.reason
 
 
 def limits_of(result: Result, kind: str) -> tuple[str, list[correction.Limits]]:
@@ -173,7 +173,7 @@ def test_a_factor_that_needs_further_holes_is_found() -> None:
     made = replace(made, loads=made.loads + across)
     refused = balance(made, judge(made), [drill])
     (way,) = [each for each in refused.relaxations if each.changes[0].key == "balance.factor"]
-    assert "with the cuts at hand" in way.text
+    assert "with the available cuts" in way.text
     assert way.text in str(refused.reason)
     proposed = float(way.changes[0].proposed)
     assert 0.3 < proposed <= 0.4

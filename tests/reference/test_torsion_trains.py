@@ -363,7 +363,7 @@ def test_the_inertia_of_a_radial_is_that_of_its_mean_kinetic_energy() -> None:
         ({"branch": [{"from": 1, "inertia": [{"kg_mm2": 1}]}]}, r"and no \[\[gear\]\] drives its station 3"),
         (
             {"branch": [{"from": 1, "inertia": [{"kg_mm2": 1}], "spring": [{"N_m_rad": 1}] * 2}]},
-            r"branch\[1\].spring stands 2 times; 1 inertias need 1, or 0",
+            r"branch\[1\] has 2 spring tables; 1 inertias need 1, or 0",
         ),
         ({"coupling": [{"station": 2, "torque_N_m": [0, 1], "twist_rad": [0, 1]}]}, "no shaft leads from it"),
         ({"coupling": [{"station": 1, "torque_N_m": [0], "twist_rad": [0]}]}, "1 torques and 1 twists"),

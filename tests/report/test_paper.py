@@ -217,8 +217,7 @@ def test_all_angles_count_from_the_keyway_and_z_from_a_cheek_that_no_cut_moves()
     pages = pages_of(report)
     words = " ".join(" ".join(pages).split())
     assert (
-        "zero is the middle of keyway K (6.00 mm wide, at the -z end); crankpin 1 stands at 259.8° ccw"
-        in words
+        "zero is the middle of keyway K (6.00 mm wide, at the -z end); crankpin 1 is at 259.8° ccw" in words
     )
     from_cheek = cheeks(report)
     webs = {web["number"]: web for web in report["crank"]["webs"]}
@@ -548,7 +547,7 @@ def test_a_hole_that_is_there_needs_no_template_and_has_its_whole_depth() -> Non
     round_, _ = templates(report)
     assert [[item["number"] for item in strip.items] for strip in round_] == [[1]]
     text = " ".join(" ".join(pages_of(report)).split())
-    assert "the hole is there, 7.500 deep: 9.500 in all" in text
+    assert "deepen the existing hole of 7.500: 9.500 in all" in text
     assert "A hole that is there already: depth from where its full diameter ended." in text
 
 

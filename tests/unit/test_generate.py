@@ -328,7 +328,7 @@ def test_a_preset_survives_its_own_table(name: str) -> None:
         ({"web.hub_radius_mm": 60.0}, "one end of the pear lies inside the other"),
         ({"counterweight.fan_angle_deg": 270.0}, "counterweight.fan_angle_deg is 270; must be in 0..180"),
         ({"counterweight.radius_mm": 20.0}, "counterweight.radius_mm is 20; the web there has 22"),
-        ({"counterweight.thickness_mm": 4.0}, "counterweight.thickness_mm is 4; less than the web's"),
+        ({"counterweight.thickness_mm": 4.0}, "counterweight.thickness_mm is 4; at least the web's"),
         (
             {"counterweight.inner_radius_mm": 4.0},
             "counterweight.inner_radius_mm is 4; must be between 17 and 52",

@@ -25,5 +25,5 @@ def test_cuts_that_do_not_add_up_to_what_is_gone_are_refused(share: float, refus
     if not refused:
         _refuse_contradiction(made, cast(Any, own), whole, STEEL)
         return
-    with pytest.raises(SolidError, match=r"the cuts take 1000 mm³ one by one, but 1005\.5 mm³ are gone: the"):
+    with pytest.raises(SolidError, match=r"the cuts remove 1000 mm³ singly, but 1005\.5 mm³ together: the"):
         _refuse_contradiction(made, cast(Any, own), whole, STEEL)

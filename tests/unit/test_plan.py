@@ -200,7 +200,7 @@ def test_a_couple_is_told_by_its_plane() -> None:
 def test_a_shortfall_across_says_that_nothing_acts_there() -> None:
     cuts = [Column(-20.0, 0.0, 0.0)]
     text = explain_shortfall(short(unbalance(0.0, 60.0), cuts, [1.0]))
-    assert "none of the cuts at hand acts in the direction that is left" in text
+    assert "none of the available cuts acts in the remaining direction" in text
     assert "balance factor" not in text
     assert "no cut is available" in explain_shortfall(short(unbalance(0.0, 60.0), [], []))
 

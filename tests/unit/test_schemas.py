@@ -37,7 +37,7 @@ def test_every_schema_is_one(name: str, capsys: pytest.CaptureFixture[str]) -> N
 def test_names_stand_one_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["schema"]) == 0
     assert capsys.readouterr().out.split("\n") == [*NAMES, ""]
-    with pytest.raises(UsageError, match="is not there; there are job"):
+    with pytest.raises(UsageError, match="does not exist; choose one of job"):
         ab.schema("jobb")
 
 

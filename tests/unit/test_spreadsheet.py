@@ -90,7 +90,7 @@ def test_an_archive_whose_packing_is_damaged_is_named(book: Path) -> None:
     at = data.index(b"xl/worksheets/sheet1.xml") + 40
     book.write_bytes(data[:at] + b"\xff" * 40 + data[at + 40 :])
     with pytest.raises(
-        JobError, match=r"job\.xlsx is not a sound workbook .*save it anew from a spreadsheet"
+        JobError, match=r"job\.xlsx is not a sound workbook .*save it again from a spreadsheet"
     ):
         read_workbook(book)
 

@@ -172,11 +172,11 @@ def test_the_reason_names_what_fails_and_what_would_mend_it() -> None:
     assert text.endswith("export the crank with finer facets, or as STEP")
     hopeless = tolerance("expanded").why_not(BALANCED, budget(10.5, 2.0, 2.0))
     assert hopeless is not None
-    assert "no cut can mend that" in hopeless
+    assert "no cut can correct that" in hopeless
     deep = Budget({"facets": Share(1.0, (1.0, 1.0)), "depth": Share(12.0, (1.0, 1.0))}, (-10.0, 10.0))
     text = tolerance("expanded").why_not(BALANCED, deep)
     assert text is not None
-    assert "no cut can mend that" not in text  # another kind of cut can
+    assert "no cut can correct that" not in text  # another kind of cut can
     assert "take a method that depends on it less" in text
 
 

@@ -142,7 +142,7 @@ def unused_notes(
     webs = {web.number: web for web in anatomy.webs}
     positions = positions_of(listed, anatomy) or ()
     return tuple(
-        f"no drill at hand fits at drill.positions[{number}] ({math.degrees(each.angle_rad):g}°, z "
+        f"no available drill fits at drill.positions[{number}] ({math.degrees(each.angle_rad):g}°, z "
         f"{each.z_mm:g} mm) with {limits}"
         for number, each in enumerate(positions, 1)
         if not any(each.holds(axis, webs[web]) for web, axis in axes)

@@ -32,7 +32,7 @@ class PressedIn(WalledCut, ABC):
     length_mm: float
     service_speed_rad_s: float | None
     depth_step_mm: float = 0.0
-    limit: str = "the lengths of slugs at hand"
+    limit: str = "the lengths of slugs in stock"
 
     @property
     @abstractmethod

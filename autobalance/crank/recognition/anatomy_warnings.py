@@ -24,8 +24,8 @@ def _doubt_warning(doubt: Doubt) -> str:
 
 def _beside_warning(cylinder: Cylinder) -> str:
     return (
-        f"a cylinder, {_told(cylinder)}, stands {bare(cylinder.offset_mm)} mm beside the axis at "
-        f"{degrees(cylinder.angle_deg)} and is no crankpin; it counts as metal only"
+        f"a cylinder, {_told(cylinder)}, is {bare(cylinder.offset_mm)} mm beside the axis at "
+        f"{degrees(cylinder.angle_deg)} and is not a crankpin; it counts as metal only"
     )
 
 

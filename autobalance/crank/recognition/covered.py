@@ -98,9 +98,7 @@ def on_surface(
             fault, better = _looked_at(skin, better, rounding_mm, again=True, shafts=shafts)
         if fault:
             size = f"{2.0 * run.radius:.4g} mm in diameter and {run.width:.4g} mm long"
-            raise RecognitionError(
-                f"looked for the surface of {name}, {size}: {fault}; main_journals and crankpins settle it"
-            )
+            raise RecognitionError(f"{name}, {size}: {fault}. Set main_journals and crankpins")
         mended.append(better)
     return tuple(mended)
 
@@ -140,11 +138,11 @@ def _looked_at(
     here = skin.between(run.z_low, run.z_high)
     share = float(skin.areas @ here) / (2.0 * math.pi * run.radius * max(run.width, 1e-9))
     if share < MIN_COVER:
-        return f"found {100.0 * share:.0f} % of it, expected at least {100.0 * MIN_COVER:.0f} %", run
+        return f"only {100.0 * share:.0f} % of its surface exists, below {100.0 * MIN_COVER:.0f} %", run
     missing = float(np.linalg.norm(here @ skin.vectors[:, :2])) / (2.0 * run.radius * run.width)
     if missing > ONE_SIDED:
-        most = f"expected at most {100.0 * ONE_SIDED:.0f} %"
-        return f"found {100.0 * missing:.0f} % of a half missing, {most}", run
+        most = f"above {100.0 * ONE_SIDED:.0f} %"
+        return f"{100.0 * missing:.0f} % of one half of its surface is missing, {most}", run
     off, better = _fitted(skin, here, run)
     is_off = off > MAX_OFFSET_RATIO * run.radius + rounding_mm
     is_rough = rounding_mm > WAVED_VERTEX_RATIO * run.radius and off > MAX_OFFSET_RATIO * run.radius
@@ -152,7 +150,7 @@ def _looked_at(
         return "", better
     if is_off:
         return (
-            f"found it {off:.2g} mm off a cylinder, expected at most {MAX_OFFSET_RATIO * run.radius:.2g} mm",
+            f"its surface is {off:.2g} mm off a cylinder, above {MAX_OFFSET_RATIO * run.radius:.2g} mm",
             run,
         )
     reach = EXTENSION_RATIO * run.radius
@@ -165,7 +163,7 @@ def _looked_at(
         if (
             more > MAX_COVER_BEYOND * reach and one_sided <= MAX_ONE_SIDED_GAP
         ):  # more: metal was added at a side
-            return f"found that it goes on for {reach:.2g} mm beyond its end, expected none of it there", run
+            return f"its surface continues for {reach:.2g} mm beyond its end", run
     return "", run
 
 

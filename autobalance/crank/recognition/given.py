@@ -20,7 +20,7 @@ def without_given_keys(text: str, overrides: Overrides) -> str:
     Recognition is skipped only where both exist; the key that is there is not requested again.
     """
     hints_by_name = {name: getattr(overrides, name) for name in ("main_journals", "crankpins")}
-    fault, _, advice = text.rpartition("; ")
+    fault, _, advice = text.rpartition(". ")
     (there, hints), *more = [(name, hints) for name, hints in hints_by_name.items() if hints is not None] or [
         ("", ())
     ]
@@ -29,8 +29,7 @@ def without_given_keys(text: str, overrides: Overrides) -> str:
     missing = [name for name in hints_by_name if name != there]
     if there == "main_journals" and len(hints) < 2 and overrides.axis_direction is None:
         missing.append("axis_direction")
-    is_or_are = "is" if len(missing) == 1 else "are"
-    return f"{fault}; {' and '.join(missing)} {is_or_are} missing beside {there}: together they settle it"
+    return f"{fault}. Set {' and '.join(missing)} as well as {there}"
 
 
 def given_axis(overrides: Overrides) -> tuple[Array | None, Array] | None:

@@ -103,9 +103,9 @@ def crank_axis(
         if wander < WANDER:
             return crank_axis(long, runs, hint, WANDER)
         raise RecognitionError(
-            f"looked for main journals on the axis given, found none there among {len(runs)} bare cylinders"
-            f"{_list(long, sorted(runs, key=lambda run: float(np.linalg.norm(run.centre - hint))))}; "
-            "axis_point_mm or main_journals settles it"
+            f"no main journals on the axis given, among {len(runs)} bare cylinders"
+            f"{_list(long, sorted(runs, key=lambda run: float(np.linalg.norm(run.centre - hint))))}. "
+            "Set axis_point_mm or main_journals"
         )
     if not lines:
         raise RecognitionError(_no_journal(long, runs))
@@ -122,9 +122,9 @@ def crank_axis(
     if wander < WANDER and len(_lines(runs, WANDER)) < len(lines):
         return crank_axis(long, runs, hint, WANDER)
     raise RecognitionError(
-        f"looked for the crank axis, found {len(lines)} lines of cylinders, none it for certain: "
-        f"{'; '.join(_described(long, line) for line in lines[:MAX_LISTED_AXES])}; "
-        "axis_point_mm (--axis-point) with one of these points settles it"
+        f"the crank axis is ambiguous, with {len(lines)} lines of cylinders: "
+        f"{'; '.join(_described(long, line) for line in lines[:MAX_LISTED_AXES])}. "
+        "Set axis_point_mm (--axis-point) to one of these points"
     )
 
 
@@ -139,10 +139,10 @@ def _no_journal(long: SectionStack, runs: Sequence[CylinderRun]) -> str:
     """Return a refusal of a part without a bare cylinder, which lists its bores."""
     bores = bore_runs(long, ROUNDING * float(np.abs(long.vertices).max()))
     count = f" but {len(bores)} bore{'s' * (len(bores) > 1)}" if bores else " and no round bore"
-    settles = "main_journals settles it"
+    remedy = "Set main_journals"
     if single_web(long, runs, bores, is_web=True) is not None:
-        settles = "axis_point_mm (--axis-point) in the shaft's bore settles it, with crankpin_in_file = false"
-    return f"looked for main journals, found no bare cylinder{count}{_list(long, bores)}; {settles}"
+        remedy = "Set axis_point_mm (--axis-point) in the shaft's bore, and crankpin_in_file = false"
+    return f"no main journals found: the part has no bare cylinder{count}{_list(long, bores)}. {remedy}"
 
 
 def _described(long: SectionStack, line: Sequence[CylinderRun]) -> str:
@@ -254,12 +254,12 @@ def _no_crankpin(long: SectionStack, on_axis: Sequence[CylinderRun], others: Seq
         seen = f"{count} and none beside it"
     else:
         seen = (
-            f"{count}, {len(others)} beside it{_list(long, others)}, none of which is alone on its stretch"
-            " between webs, or held by one beside a shaft"
+            f"{count}, {len(others)} beside it{_list(long, others)}, each with other metal on its stretch"
+            " between webs, and not held by a web next to a shaft"
         )
     return (
-        f"looked for crankpins beside the axis, found {seen}; "
-        "crankpins settles it (crankpin_in_file = false if they are not in the file)"
+        f"no crankpins found beside the axis: {seen}. "
+        "Set crankpins, or crankpin_in_file = false if they are not in the file"
     )
 
 
@@ -283,9 +283,9 @@ def _refuse_lone_web(long: SectionStack, runs: Sequence[CylinderRun], rounding_m
     web = single_web(long, runs, bore_runs(long, rounding_mm))
     if web is not None:
         raise RecognitionError(
-            "looked for main journals, found no bare cylinder but the bores of one web: "
-            f"{cylinder_text(long, web.shaft)} and {cylinder_text(long, web.pin)}; "
-            "crankpin_in_file = false settles it"
+            "no main journals found, only the bores of one web: "
+            f"{cylinder_text(long, web.shaft)} and {cylinder_text(long, web.pin)}. "
+            "Set crankpin_in_file = false"
         )
 
 
@@ -391,8 +391,8 @@ def _refuse_gap(long: SectionStack) -> None:
     empty = next((section.z_mm for section in long.sections if not section.pieces), None)
     if empty is not None:
         raise GapError(
-            f"looked for crankpins, found a gap without metal {empty:.4g} mm from the middle of the part; "
-            "crankpin_in_file = false settles it if they are not in the file"
+            f"there is no metal {empty:.4g} mm from the middle of the part. "
+            "If the file leaves the crankpins out, set crankpin_in_file = false"
         )
 
 

@@ -39,9 +39,9 @@ def pressed_up_layout(
     gaps = _gaps(long, axis)
     if not gaps:
         raise RecognitionError(
-            "looked for a gap between webs, or a web's face with a bore for the crankpin, found neither: "
-            f"{len(on_axis)} cylinders on the axis, {len(runs) - len(on_axis)} beside it, and no gap; "
-            "crankpins settles it (crankpin_in_file = true if they are in the file)"
+            "no gap between webs and no web's face with a bore for the crankpin found: "
+            f"{len(on_axis)} cylinders on the axis, {len(runs) - len(on_axis)} beside it. "
+            "Set crankpins, or crankpin_in_file = true if they are in the file"
         )
     pins = [_bore_pin(long, gap, axis, rounding_mm) for gap in gaps]
     layout = JournalLayout.chosen(axis, journal_choices(long, on_axis, pins, axis), pins)
@@ -65,8 +65,7 @@ def _own_bore(bores: Sequence[CylinderRun], pin: CylinderRun, end_mm: float) -> 
     own = [bore for bore in bores if _near((bore.centre, bore.radius), (pin.centre, pin.radius))]
     if not own:
         raise RecognitionError(
-            f"looked for the depth of a crankpin's bore, {2.0 * pin.radius:.4g} mm wide, found none; "
-            "crankpins settles it"
+            f"the crankpin's bore, {2.0 * pin.radius:.4g} mm wide, has no measurable depth. Set crankpins"
         )
     return min(own, key=lambda bore: min(abs(bore.z_low - end_mm), abs(bore.z_high - end_mm)))
 
@@ -117,8 +116,8 @@ def _bore_pin(long: SectionStack, gap: tuple[float, float], axis: Array, roundin
     with_bores = [bores for bores in sides if bores]
     if not with_bores or (gap[1] > gap[0] and len(with_bores) < 2):
         raise RecognitionError(
-            f"looked for the crankpin's bores on both sides of the gap between webs, {gap[0]:.4g} .. "
-            f"{gap[1]:.4g} mm from the middle of the part, found none on one side; crankpins settles it"
+            f"a side of the gap between webs, {gap[0]:.4g} to {gap[1]:.4g} mm from the middle of the part, "
+            "has no bore for the crankpin. Set crankpins"
         )
     shared = [
         bore
@@ -129,7 +128,7 @@ def _bore_pin(long: SectionStack, gap: tuple[float, float], axis: Array, roundin
     shared = sorted(alone or shared, key=lambda bore: -bore[1])  # holes beside the pin come in pairs
     if not shared or (len(shared) > 1 and shared[1][1] > 0.95 * shared[0][1]):
         raise RecognitionError(
-            f"looked for one pair of crankpin bores in line, found {len(shared)}; crankpins settles it"
+            f"{len(shared)} pairs of crankpin bores in line found, expected one. Set crankpins"
         )
     centre, radius = shared[0]
     z = long.vertices[:, 2]

@@ -231,9 +231,9 @@ def _with_grey(found: Anatomy, flat: float) -> Anatomy:
     if found.scan is None or flat < SCANNED:
         return found
     caution = (
-        f"{100.0 * flat:.0f} % of its triangles lie in one plane with a neighbour, of a scan fewer than"
-        f" {100.0 * SCANNED:.0f} %; its journals and crankpins stand {found.scan.roughness_mm:.2g} mm off"
-        " cylinders: it is measured as a scan"
+        f"{100.0 * flat:.0f} % of its triangles lie in one plane with a neighbour, more than the"
+        f" {100.0 * SCANNED:.0f} % of a scan; its journals and crankpins are {found.scan.roughness_mm:.2g} mm"
+        " off cylinders: it is measured as a scan"
     )
     return replace(found, scan=replace(found.scan, cautions=(caution, *found.scan.cautions)))
 
@@ -343,8 +343,8 @@ def _along(
         raise _NotHereError(
             len(layout.journals),
             RecognitionError(
-                f"looked for the common axis of {len(layout.journals)} main journals, found none that holds "
-                "still; axis_point_mm and axis_direction settle it"
+                f"the fit of a common axis through {len(layout.journals)} main journals does not converge. "
+                "Set axis_point_mm and axis_direction"
             ),
         )
     if own is not None and overrides.main_journals is None and overrides.crankpins is None:

@@ -131,8 +131,8 @@ def cylinder_region(
         corners, points = corners[inside], points[inside]
     if len(corners) < MIN_POINTS:
         raise RecognitionError(
-            f"looked for the surface of a cylinder of {2.0 * run.radius:.4g} mm, found {len(corners)} points"
-            " on it; scan it more finely, or decimate it less"
+            f"the surface of a cylinder of {2.0 * run.radius:.4g} mm has only {len(corners)} points."
+            " Scan it more finely, or decimate it less"
         )
     return Region(points, rough.at_vertex.take(corners))
 

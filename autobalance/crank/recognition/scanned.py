@@ -92,8 +92,8 @@ def scanned_along(
         direction = _upright(long.turn[:3, :3].T @ np.array([*tilt, 1.0]))
     else:
         raise RecognitionError(
-            f"looked for the common axis of {len(layout.journals)} main journals, found none that holds"
-            " still; axis_point_mm and axis_direction (--axis-point, --axis-direction) settle it"
+            f"the fit of a common axis through {len(layout.journals)} main journals does not converge."
+            " Set axis_point_mm and axis_direction (--axis-point, --axis-direction)"
         )
     if not fixed:
         long = straight_along(rough.mesh, long, _upright(long.turn[:3, :3].T @ np.array([*tilt, 1.0])))
@@ -207,16 +207,16 @@ def _refuse_uncovered(cylinders: Sequence[RoughCylinder], journals: int, covered
     for number, (each, share) in enumerate(zip(cylinders, covered, strict=True), 1):
         name = f"main journal {number}" if number <= journals else f"crankpin {number - journals}"
         where = f"{name}, {2.0 * each.run.radius:.4g} mm in diameter and {each.run.width:.4g} mm long"
-        settles = "; main_journals and crankpins settle it"
+        remedy = ". Set main_journals and crankpins"
         if share < MIN_COVER:
             raise RecognitionError(
-                f"looked for the surface of {where}: found {100.0 * share:.0f} % of it,"
-                f" expected at least {100.0 * MIN_COVER:.0f} %{settles}"
+                f"{where}: only {100.0 * share:.0f} % of its surface was scanned,"
+                f" below {100.0 * MIN_COVER:.0f} %{remedy}"
             )
         if each.fit.rms_mm > max(MAX_RESIDUAL_RATIO * typical, 0.03) or each.fit.rms_mm > ROUGHEST_MM:
             raise RecognitionError(
-                f"looked for the surface of {where}: it stands {each.fit.rms_mm:.2g} mm off a cylinder,"
-                f" others {typical:.2g} mm{settles}"
+                f"{where}: its surface is {each.fit.rms_mm:.2g} mm off a cylinder,"
+                f" the others {typical:.2g} mm{remedy}"
             )
 
 

@@ -188,9 +188,9 @@ def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: floa
         ):
             number, beside = (first, other) if first else (second, one)
             raise RecognitionError(
-                f"looked for a web on each side of throw {number}, found no metal that holds it at "
-                f"{0.5 * (low + high):.4g} mm from crankpin 1 along the axis, where a cylinder of "
-                f"{2.0 * beside.radius:.4g} mm follows; crankpins and main_journals settle it"
+                f"throw {number} needs a web on each side; {0.5 * (low + high):.4g} mm from crankpin 1 along "
+                f"the axis, before a cylinder of {2.0 * beside.radius:.4g} mm, there is none. "
+                "Set crankpins and main_journals"
             )
 
 
@@ -247,8 +247,8 @@ def _refuse_bolt_holes(layout: JournalLayout) -> None:
     for pin in layout.pins:
         if (layout.lone_bores or not pin.width > 0.0) and pin.radius < thinnest:
             raise RecognitionError(
-                f"looked for the bore of a crankpin, found one of {2.0 * pin.radius:.4g} mm in one web alone,"
-                f" less than {2.0 * thinnest:.4g} mm as for a bolt; crankpins and main_journals settle it"
+                f"the crankpin's bore of {2.0 * pin.radius:.4g} mm is in one web alone and narrower than"
+                f" {2.0 * thinnest:.4g} mm, as a bolt's hole. Set crankpins and main_journals"
             )
 
 
@@ -260,9 +260,9 @@ def _refuse_twins(layout: JournalLayout) -> None:
             through = any(_is_part(other, shaft) for shaft in layout.shafts)
             if apart and not through and shared_mm(run, other) > 0.5 * run.width:
                 raise RecognitionError(
-                    f"looked for what every cylinder is, found two beside each other, {2.0 * run.radius:.4g}"
-                    f" and {2.0 * other.radius:.4g} mm in diameter, where a crank has one cylinder;"
-                    " main_journals and crankpins settle it"
+                    f"two cylinders lie side by side, {2.0 * run.radius:.4g}"
+                    f" and {2.0 * other.radius:.4g} mm in diameter, where a crank has one."
+                    " Set main_journals and crankpins"
                 )
 
 
@@ -316,9 +316,9 @@ def _refuse_long(
     low, high = sections[0].z_mm, sections[-1].z_mm
     if high - low > (NECK_WIDTH * min(pin.radius for pin in layout.pins) if length_mm is None else length_mm):
         raise RecognitionError(
-            f"looked for what every stretch of the axis is, found {what}, {high - low:.3g} mm long,"
-            f" {0.5 * (low + high) - layout.pins[0].z_mid:.4g} mm from crankpin 1 along the axis: a journal"
-            " or crankpin out of line with the others; main_journals and crankpins settle it"
+            f"{what}, {high - low:.3g} mm long, {0.5 * (low + high) - layout.pins[0].z_mid:.4g} mm from"
+            " crankpin 1 along the axis, may be a journal or crankpin out of line with the others."
+            " Set main_journals and crankpins"
         )
 
 

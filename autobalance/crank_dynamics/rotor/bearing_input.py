@@ -46,7 +46,7 @@ def read_bearing(place: str, table: Values, asked_rad_s: Array) -> Bearing:
     if table["film"] is not None:
         other = [*linear, *(["kind"] if table["kind"] is not None else [])]
         if other:
-            raise JobError(f"{place}.{other[0]} is given, but the film says it already")
+            raise JobError(f"{place}.{other[0]} is given, but the film supplies it; remove one")
         return film_bearing(f"{place}.film", z_m, table["film"], asked_rad_s)
     if table["kind"] is not None:
         if linear:

@@ -94,7 +94,7 @@ def _sag(static: Static) -> str:
     rows: list[Sequence[str]] = [("Bearing's force on the shaft", "x", "y")]
     rows += [(_z(each.z_m), f"{each.x_n:.3f} N", f"{each.y_n:.3f} N") for each in forces]
     deepest = max((math.hypot(each.x_m, each.y_m) for each in static.deflections), default=0.0)
-    return table(rows) + f"\nGreatest deflection under gravity {UM.written(deepest):.4g} µm"
+    return table(rows) + f"\nLargest deflection under gravity {UM.written(deepest):.4g} µm"
 
 
 def _balancing(planes: Sequence[AddedUnbalance]) -> str:

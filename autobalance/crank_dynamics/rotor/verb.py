@@ -103,7 +103,7 @@ def rotor(
     }
     for name, value in options.items():
         if value is not None:
-            raise UsageError(f"{name} is for a crank; a rotor file says it itself")
+            raise UsageError(f"{name} is for a crank; set it in the rotor file")
     return analysed(read_rotor(source))
 
 

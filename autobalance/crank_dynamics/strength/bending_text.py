@@ -34,7 +34,7 @@ def bending_words(bending: Bending) -> list[str]:
     """Return the load behind the stresses, and mesh and time of the finite-element analysis."""
     forces = [each for each in bending.force_N if each > 0.0]
     if not bending.webs:
-        return ["no throw stands alone between two main journals; nothing is computed"]
+        return ["no throw is alone between two main journals; nothing is computed"]
     load = f"{min(forces, default=0.0) / 1e3:.1f}"
     if forces and max(forces) > 1.001 * min(forces):
         load += f" to {max(forces) / 1e3:.1f}"

@@ -79,7 +79,7 @@ def _elements(elements: ThrowFillets) -> str:
     text = f"Throw {elements.throw} by finite elements ({elements.nodes} nodes)\n{table(lines)}"
     if elements.cuts_over_fillets:
         worst = max(elements.cuts_over_fillets)
-        text += f"\nGreatest stress in a cut: {worst:.2f} of the fillets' greatest"
+        text += f"\nLargest stress in a cut: {worst:.2f} of the fillets' largest"
     return text
 
 
@@ -150,7 +150,7 @@ def _least(report: StrengthReport) -> str:
     if least is None:
         return "Nothing stresses the fillets"
     text = (
-        f"Least safety {least.gough_pollard:.2f} (Gough and Pollard), {least.goodman:.2f} (Goodman):"
+        f"Minimum safety {least.gough_pollard:.2f} (Gough and Pollard), {least.goodman:.2f} (Goodman):"
         f" {least.place} fillet of web {least.web}"
     )
     before = None if report.before is None else report.before.least

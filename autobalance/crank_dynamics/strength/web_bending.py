@@ -68,7 +68,7 @@ class Bending:
     """A force on each crankpin, across the axis, and the stress it makes in the webs."""
 
     force_N: Annotated[tuple[NotNegative, ...], "m r Ω² on each crankpin at service speed"]
-    webs: Annotated[tuple[WebBending, ...], "beside throws that have a bay of their own"]
+    webs: Annotated[tuple[WebBending, ...], "webs of throws that have a separate bay"]
     elements: Annotated[ThrowElements | None, "the throw whose webs lose most"]
 
 

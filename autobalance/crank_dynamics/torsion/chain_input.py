@@ -55,7 +55,7 @@ def _chain(filled: Values) -> ChainFile:
     inertias, springs = filled["inertia"], filled["spring"]
     if len(springs) != len(inertias) - 1:
         raise JobError(
-            f"[[spring]] stands {len(springs)} times; {len(inertias)} inertias need {len(inertias) - 1}"
+            f"there are {len(springs)} [[spring]] tables; {len(inertias)} inertias need {len(inertias) - 1}"
         )
     chain = TorsionChain(
         KG_M2_PER_KG_MM2 * np.array([each["kg_mm2"] for each in inertias]),

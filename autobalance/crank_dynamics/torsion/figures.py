@@ -113,7 +113,7 @@ class TorsionModeFigures:
     frequency_rad_s: Hertz
     name: Sequence[str]
     shape: Floats
-    twist_rad: Annotated[Floats, MRAD, "along each link for 1 mrad where the amplitude is greatest"]
+    twist_rad: Annotated[Floats, MRAD, "along each link for 1 mrad at the largest amplitude"]
     nodes: Count
     holzer: Sequence[HolzerRow] | None
 

@@ -312,7 +312,9 @@ def _web_mm(solid: Solid, web: Web, throw: Throw, journal: Pin | None) -> tuple[
     core = (solid & Solid.box(low_mm, high_mm).moved(turn)).moved(turn.T)
     thickness = float(np.median([_thickness_mm(core, cell, web) for cell in _cells(radius, half)]))
     if not thickness > 0.0:
-        raise JobError(f"torsion needs a web beside throw {throw.number}; there is none between axis and pin")
+        raise JobError(
+            f"torsion needs a web next to throw {throw.number}; there is no metal between axis and pin"
+        )
     turned = solid.section(float(core.bounds[:, 2].mean())).turned(np.array([[x, y], [-y, x]]))
     low, high = turned.bounds
     between = Region.rectangle((0.0, float(low[1]) - 1.0), (radius, float(high[1]) + 1.0))

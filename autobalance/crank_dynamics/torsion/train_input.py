@@ -104,7 +104,7 @@ def _branch(number: int, each: Values) -> Branch:
     inertias, springs = each["inertia"], each["spring"]
     if len(springs) not in (len(inertias), len(inertias) - 1):
         raise JobError(
-            f"branch[{number}].spring stands {len(springs)} times; {len(inertias)} inertias need"
+            f"branch[{number}] has {len(springs)} spring tables; {len(inertias)} inertias need"
             f" {len(inertias)}, or {len(inertias) - 1} where a [[gear]] drives the branch"
         )
     return Branch(

@@ -165,7 +165,7 @@ def _warnings(model: ExcitedTrain, dampers: Sequence[FittedDamper]) -> list[str]
             texts.append(
                 f"damper[{number}] is not tuned: the search ended at its {each.bound}"
                 f" ({each.n_m_s_rad:.4g} N·m·s/rad); a damper of this inertia at station"
-                f" {each.damper.station + 1} hardly helps the crank's shafts"
+                f" {each.damper.station + 1} barely relieves the crank's shafts"
             )
     return texts
 

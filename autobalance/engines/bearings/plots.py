@@ -105,7 +105,7 @@ def _path(orbit: Orbits) -> Plot:
 def _thickness(orbit: Orbits) -> Plot:
     degrees = np.degrees(orbit.angle_rad)
     curve = plots.Curve("least film", degrees, UM.times * orbit.film_m[:, 0])
-    return plots.lines("Least film through the cycle", ("crank angle [°]", "film [µm]"), [curve])
+    return plots.lines("Minimum film through the cycle", ("crank angle [°]", "film [µm]"), [curve])
 
 
 def _moment(analysis: BearingAnalysis) -> Plot:

@@ -253,7 +253,7 @@ def cycle_of(values: Values, raw: Mapping[str, Any]) -> Cycle:
     for place, each in enumerate(values["cylinder"], 1):
         where, number = f"cycle.cylinder[{place}]", each["number"]
         if number in by_cylinder:
-            raise JobError(f"{where}.number is {number} again; each cylinder may stand once")
+            raise JobError(f"{where}.number is {number} twice; each cylinder may be listed once")
         own = {key: value for key, value in each.items() if key in raw["cylinder"][place - 1]}
         by_cylinder[number] = _gas({**values, **own}, strokes, values["wall_heat"], where)
     order, angles = values["firing_order"], values["firing_deg"]

@@ -122,7 +122,7 @@ def _factors(cycle: CycleAnalysis, factors: Sequence[float], at: str) -> Plots:
     figures = [key_figures(cycle.firing, speed, factor) for factor in factors]
     figure = {"throttle response": [each.acceleration_rad_s2 for each in figures]}
     over = plots.over_angle(
-        f"Greatest load of a main by balance factor {at}",
+        f"Largest load of a main by balance factor {at}",
         "load [N]",
         cycle.grid.even_rad,
         dict(zip(names, sizes, strict=True)),
@@ -152,13 +152,13 @@ def _sweep(rows: Sequence[SweepRow]) -> Plots:
     for name, title, label, figures in (
         (
             "greatest-load-over-speed",
-            "Greatest load of a main",
+            "Largest load of a main",
             "load [N]",
             [row.greatest_main_n for row in rows],
         ),
         ("mean-load-over-speed", "Mean load of the mains", "load [N]", [row.mean_main_n for row in rows]),
         ("friction-over-speed", "Mean friction", "torque [N·m]", [row.friction_mean_n_m for row in rows]),
-        ("film-over-speed", "Least film of the mains", "film [mm]", [row.least_film_mm for row in rows]),
+        ("film-over-speed", "Minimum film of the mains", "film [mm]", [row.least_film_mm for row in rows]),
     ):
         curves = []
         for factor in dict.fromkeys(row.factor for row in rows):

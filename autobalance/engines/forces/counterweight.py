@@ -107,7 +107,7 @@ def fan_counterweight_for(
     if sine > 1.0:
         most = fan.product_g_mm / math.sin(0.5 * angle)
         raise ValueError(
-            f"product of the counterweight is to be {product_g_mm:.1f} g·mm; a fan of 180° has the most,"
+            f"the product of the counterweight must be {product_g_mm:.1f} g·mm; a fan of 180° has the most,"
             f" {most:.1f} g·mm"
         )
     return _fan(outer_radius_mm, inner_radius_mm, 2.0 * math.asin(sine), thickness_mm, density_kg_m3)

@@ -39,7 +39,7 @@ def forces_text(report: ForcesReport) -> str:
 def _mounts(mounts: MountedAnalysis) -> str:
     """Return natural frequencies on the mounts, and the largest velocity of each place by factor."""
     names = [place.name for place in mounts.responses[0].places if not place.name.startswith("mount ")]
-    rows: list[Sequence[str]] = [("On its mounts, greatest RMS velocity", *names)]
+    rows: list[Sequence[str]] = [("On its mounts, largest RMS velocity", *names)]
     for each in mounts.responses:
         greatest = {place.name: max(place.velocity_rms_mm_s) for place in each.places}
         rows.append((f"  factor {each.factor:g}", *(f"{greatest[name]:.3g} mm/s" for name in names)))
@@ -59,7 +59,7 @@ def _mounts(mounts: MountedAnalysis) -> str:
             if 0.0 <= factor <= 1.0
             else ", outside 0 to 1: the crank is over- or underbalanced for its mounts"
         )
-        lines.append(f"  least at {name} with factor {factor:.2f}{beyond}")
+        lines.append(f"  minimum at {name} with factor {factor:.2f}{beyond}")
     lines += _mount_orders(mounts)
     return "\n".join(lines)
 
@@ -106,7 +106,7 @@ def _state(state: EngineState) -> str:
     name = state.name + ("" if factor is None else f" (balance factor {factor:.4f})")
     force, loads = state.force, state.loads
     head = (
-        f"{name}: greatest force {_newtons(force.greatest_n)}, along cylinder 1"
+        f"{name}: largest force {_newtons(force.greatest_n)}, along cylinder 1"
         f" {_newtons(force.greatest_inline_n)}, across {_newtons(force.greatest_transverse_n)}"
     )
     lines = [head, orders_table(force.orders)]
@@ -207,13 +207,13 @@ def _advice(advice: FactorAdvice) -> str:
         at_mains = f"{row.greatest_in_planes_n:.0f} N"
         rows.append((f"  {row.factor:.4f}", *forces, *moments, at_mains))
     best = [
-        f"  least first order (exact): {_factor(advice.least_first_order)}",
-        f"  least greatest force, all orders: {_factor(advice.least_greatest)}",
-        f"  least force across cylinder 1: {_factor(advice.least_transverse)}",
+        f"  minimum first order (exact): {_factor(advice.least_first_order)}",
+        f"  minimum of the largest force, all orders: {_factor(advice.least_greatest)}",
+        f"  minimum force across cylinder 1: {_factor(advice.least_transverse)}",
         f"  for a mount that takes force across {advice.transverse_weight:g} times as badly as along: "
         + _factor(advice.for_mount),
         f"  least greatest moment: {_factor(advice.least_moment)}",
-        "  force and couple together, least greatest force at the outermost mains: "
+        "  force and couple together, minimum of the largest force at the outermost mains: "
         + _factor(advice.least_in_planes),
     ]
     return "\n".join([table(rows), *best])

@@ -18,7 +18,7 @@ def rod_text(report: RodReport, units: DisplayUnits) -> str:
         ("Centre distance", units.of_length(rod.length_mm)),
         ("Big end: bore, width", _eye(rod.big_end, units)),
         ("Small end: bore, width", _eye(rod.small_end, units)),
-        *([("Small end stands aside by", units.of_length(rod.offset_mm))] * (abs(rod.offset_mm) > 0.005)),
+        *([("Offset of the small end", units.of_length(rod.offset_mm))] * (abs(rod.offset_mm) > 0.005)),
         ("Mass", _weight(rod.mass_g, off.mass_g, units)),
         ("Centre of mass from the big end", units.of_length(rod.centre_from_big_end_mm)),
         ("Big end weighs (turns with the crankpin)", _weight(rod.big_end_g, off.big_end_g, units)),

@@ -44,5 +44,5 @@ class LinuxCnc(Post):
         for key, code in codes.items():
             if code and not KNOWN.fullmatch(code):
                 raise JobError(
-                    f'{key} is "{code}", which LinuxCNC does not know; expected M62 P0, M100 or nothing, say'
+                    f'{key} is "{code}", not a code of LinuxCNC; use for example M62 P0, M100 or nothing'
                 )

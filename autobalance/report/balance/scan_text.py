@@ -49,7 +49,7 @@ def _calibration(found: Calibration, units: DisplayUnits) -> list[str]:
     lines = []
     if (off := found.mass_difference_g) is not None:
         heavier = "heavier" if off > 0.0 else "lighter"
-        lines.append(f"  the scan is {units.of_mass(abs(off))} {heavier} than the scale says")
+        lines.append(f"  the scan is {units.of_mass(abs(off))} {heavier} than on the scale")
     if found.by == "none":
         return [*lines, '  nothing was calibrated: crankshaft.calibrate = "skin" or "density" does']
     if found.by == "density":

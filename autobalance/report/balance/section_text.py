@@ -54,7 +54,7 @@ def _digits(numbers: Floats, per: float, digits: int) -> list[str]:
 
 def _verdict(found: SectionTable, u: DisplayUnits) -> list[str]:
     if found.within is None or found.permissible_g_mm is None:
-        return ["No verdict: the job says no grade and speed, or there is no job"]
+        return ["No verdict: it needs a job with grade and speed"]
     word = "WITHIN TOLERANCE" if found.within else "NOT WITHIN TOLERANCE"
     lines = [
         f"{word} (judged: {found.judge})",

@@ -211,7 +211,7 @@ def _factor(report: Values, units: DisplayUnits) -> str:
 
 def _arrow(initial: float | None, target: float, final: float | None) -> str:
     if initial is None or final is None:
-        return f"{target:.4f} asked for; the throws cancel each other out, so the crank has none"
+        return f"{target:.4f} requested; the throws cancel, so the crank has no balance factor"
     return f"{initial:.4f} before, {final:.4f} after, {target:.4f} wanted"
 
 

@@ -12,8 +12,8 @@ NEGLIGIBLE_ORDER = 0.05
 """Forces [N] and moments [N·m] of orders below it would show as 0.0, and are left out."""
 FORCES = {
     "greatest_n": "Greatest force, N",
-    "greatest_inline_n": "Greatest force along x, N",
-    "greatest_transverse_n": "Greatest force along y, N",
+    "greatest_inline_n": "Largest force along x, N",
+    "greatest_transverse_n": "Largest force along y, N",
 }
 ORDER_FORCES = {
     "force_x_n": "along x, N",

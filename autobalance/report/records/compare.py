@@ -40,7 +40,7 @@ class Comparison:
 
     job: str
     initial_g_mm: Annotated[NotNegative, "of the resultant"]
-    initial_worst: Annotated[WorstPlace, "of what is judged: the resultant, or a plane"]
+    initial_worst: Annotated[WorstPlace, "largest judged value: the resultant, or a plane"]
     permissible_g_mm: Positive
     prefer: Prefer
     recommended: Sequence[str] | None

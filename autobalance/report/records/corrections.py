@@ -252,9 +252,9 @@ class Relaxation:
 
     text: str
     changes: Sequence[JobChange]
-    used_share: Annotated[NotNegative, "greatest judged value left then, over its permissible value"]
+    used_share: Annotated[NotNegative, "largest judged value then, over its permissible value"]
     metal_g: Annotated[NotNegative | None, "metal that it takes then; null: the cuts stay as they are"]
-    tried: Annotated[bool, "planned anew with the changes; false: follows from the residual"]
+    tried: Annotated[bool, "a new plan was made with the changes; false: follows from the residual"]
 
     @classmethod
     def of(cls, relaxation_found: relaxation.Relaxation) -> Self:

@@ -62,7 +62,7 @@ class Axis:
     """The crank axis: whether it was typed, and how far off the main journals of the file are then."""
 
     typed: bool
-    found: Annotated[Found | None, "if it was typed: the main journals; the offset is the greatest"]
+    found: Annotated[Found | None, "if it was typed: the main journals, with their largest offset"]
 
     @classmethod
     def of(cls, typed: crank_anatomy.Typed) -> Self:
@@ -365,9 +365,9 @@ class Crank:
     throws: Annotated[Sequence[Throw], Size(1)]
     webs: Sequence[Web]
     cylinders: Annotated[
-        Sequence[Cylinder], "all bare cylinders and bores along the axis, whatever they were taken for, by z"
+        Sequence[Cylinder], "all bare cylinders and bores along the axis, recognised or not, by z"
     ]
-    doubts: Annotated[Sequence[Doubt], "journals and crankpins instead of which others may be meant"]
+    doubts: Annotated[Sequence[Doubt], "journals and crankpins for which another cylinder may be meant"]
     journal_misalignment_mm: NotNegative
     facet_error: FacetError | None
     datums: Datums | None

@@ -229,8 +229,7 @@ class Report:
     ] = None
     reason: str | None = None
     reason_parts: (
-        Annotated[Sequence[str | ReasonQuantity], "joined they are reason; its quantities stand apart"]
-        | Absent
+        Annotated[Sequence[str | ReasonQuantity], "parts of reason, with its quantities separate"] | Absent
     ) = ABSENT
     overbalance: Overbalance | None = None
     warnings: Sequence[str] | Absent = ABSENT
@@ -246,7 +245,7 @@ class Report:
     relaxations: (
         Annotated[
             Sequence[Relaxation],
-            "above tolerance: remedies; those that were tried first, least metal first",
+            "above tolerance: remedies; those that were tried first, by rising metal",
         ]
         | Absent
     ) = ABSENT
@@ -260,7 +259,7 @@ class Report:
     web_metal: (
         Annotated[
             Sequence[WebMetal],
-            "Least metal of each web between its crankpin and main journal, along the axis, within the web",
+            "Minimum metal of each web between its crankpin and main journal, along the axis, within the web",
         ]
         | Absent
     ) = ABSENT
@@ -287,7 +286,7 @@ class Report:
     assembly: (
         Annotated[
             Sequence[AssemblyStage],
-            "parts put on the crank, or on shafts of their own, in the order of the job",
+            "parts put on the crank, or on separate shafts, in the order of the job",
         ]
         | Absent
     ) = ABSENT
@@ -296,7 +295,7 @@ class Report:
         Annotated[
             TrueSurfaces,
             "Of files that keep them: faces by kind before and after the cut, and "
-            "by how much the triangles that it was planned on differ from them.",
+            "the difference of the triangles that it was planned on.",
         ]
         | Absent
     ) = ABSENT

@@ -64,7 +64,7 @@ def _end_message(kind: str, code: int, longest_s: float) -> str:
         why = f"ends the CAD kernel's process (exit code {code})"
     return (
         f"the {kind.upper()} file {why}; expected a sound file: "
-        "export it anew, or open and save it in a CAD program"
+        "export it again, or open and save it in a CAD program"
     )
 
 

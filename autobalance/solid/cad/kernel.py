@@ -87,7 +87,7 @@ def kernel_failures(what: str) -> Iterator[None]:
         reason = str(failure).splitlines()[0] if str(failure) else type(failure).__name__
         raise SolidError(
             f"the CAD kernel cannot compute {what} ({reason[:80]}); expected sound surfaces: "
-            "export the file anew"
+            "export the file again"
         ) from None
 
 
@@ -106,7 +106,7 @@ def refuse_odd_shape(body: Any) -> None:
     BRepBndLib.AddClose_s(body, box)
     if box.IsVoid():
         raise SolidError(
-            "the shape is empty; expected a crankshaft's solid: choose the body and export it anew"
+            "the shape is empty; expected a crankshaft's solid: choose the body and export it again"
         )
     reach = math.inf
     if not box.IsOpen():

@@ -222,7 +222,7 @@ def _is_inside(face: Any, point: Array) -> bool:
 
 def _raising(tool: Raising, body: Any) -> Any:
     if not tool.surfaces:
-        raise SolidError("a face that metal is to grow on is not a plane of its own in the solid")
+        raise SolidError("a face for added metal is not a separate plane in the solid")
     faces = explored(body, "FACE")
     grown = fused([drawn_out(faces[number], tool.rise_mm * tool.normal) for number in tool.surfaces])
     return grown if tool.within is None else common(grown, built(tool.within))

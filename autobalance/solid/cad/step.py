@@ -152,7 +152,7 @@ def _chosen(parts: Sequence[_Part], body: int | str | None, pressed_up: bool) ->
         _named(parts, body) if isinstance(body, str) else list(parts[body - 1 : body] if body > 0 else ())
     )
     if len(matching) != 1:
-        raise SolidError(f"body {body!r} was asked for; {_listed(parts)}")
+        raise SolidError(f"body {body!r} does not exist; {_listed(parts)}")
     return matching
 
 

@@ -40,7 +40,7 @@ def read_step_file(data: bytes) -> CadFile:
     if HUGE.search(data) and (huge := HUGE.search(re.sub(rb"'[^']*'", b"''", data))):  # names may have any
         raise FormatError(
             f"the STEP file has a number that ends in {huge[0].decode()[:20]}; expected lengths within "
-            f"{MOST_MM:g} mm: export it anew"
+            f"{MOST_MM:g} mm: export it again"
         )
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.STEPCAFControl import STEPCAFControl_Reader

@@ -120,7 +120,7 @@ def _binary(data: bytes) -> Floats:
     size = HEADER_BYTES + RECORD.itemsize * count
     if size > MOST_TRUNCATED * len(data):
         raise FormatError(
-            f"this is not an STL file: after 80 bytes one has its number of triangles; {count} stands there, "
+            f"this is not an STL file: after 80 bytes it has its number of triangles; the number is {count}, "
             f"{size / len(data):.3g} times what the file holds"
         )
     if len(data) != size:

@@ -31,7 +31,7 @@ def chosen_bodies(
     bodies, turned = bodies_of(solid)
     if len(bodies) == 1:
         if body not in (None, "all", 1):
-            raise SolidError(f"body {body!r} was asked for; {_listed(bodies)}")
+            raise SolidError(f"body {body!r} does not exist; {_listed(bodies)}")
         return bodies[0].solid if turned else solid, 1, turned
     together = (body == "all" or (body is None and pressed_up)) and not turned
     if together and (not unite or are_apart(bodies)):
@@ -42,10 +42,10 @@ def chosen_bodies(
 
 def _choose(bodies: list[Body], body: int | str | None, pressed_up: bool) -> tuple[Solid, list[str]]:
     if isinstance(body, str) and body != "all":
-        raise SolidError(f"body {body!r} was asked for; this format has no names; {_listed(bodies)}")
+        raise SolidError(f"body {body!r} does not exist; this format has no names; {_listed(bodies)}")
     if isinstance(body, int):
         if not 1 <= body <= len(bodies):
-            raise SolidError(f"body {body} was asked for; {_listed(bodies)}")
+            raise SolidError(f"body {body} does not exist; {_listed(bodies)}")
         return bodies[body - 1].solid, []
     if body is None and not pressed_up:
         hint = "expected body = a number, or 'all' to unite them"

@@ -185,7 +185,7 @@ def _bores(holes: Sequence[Hole], allowed: OpenHoles) -> list[tuple[Hole, Hole]]
         if not ends:
             raise SolidError(
                 f"keep_open names the hole around {_place(one.centre)}; found no other end of a bore opposite"
-                " to it: a blind bore is to be scanned, or modelled"
+                " to it: scan a blind bore again, or model it"
             )
         pairs.append((one, min(ends, key=lambda hole: float(np.linalg.norm(hole.centre - one.centre)))))
     return pairs

@@ -268,7 +268,7 @@ def _wind_consistently(mesh: Mesh) -> tuple[Mesh, list[str]]:
     triangles = mesh.triangles.copy()
     triangles[turned] = triangles[turned][:, ::-1]
     wound = Mesh(mesh.vertices, triangles)
-    return wound, [f"{int(turned.sum())} triangles turned round to wind alike; {_change(mesh, wound)}"]
+    return wound, [f"{int(turned.sum())} triangles turned round to one winding; {_change(mesh, wound)}"]
 
 
 def _neighbours(triangles: Indices) -> tuple[Indices, Indices, Flags]:

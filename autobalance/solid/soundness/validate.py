@@ -192,7 +192,7 @@ def hull_distance_mm(mesh: Mesh, point_mm: Array) -> float:
         planes = ConvexHull(mesh.vertices).equations
     except QhullError:  # a needle of 1000 mm by 1e-8 mm, closed and of positive volume
         sides = " × ".join(f"{side:.3g}" for side in mesh.bounds[1] - mesh.bounds[0])
-        raise SolidError(f"the solid is {sides} mm, flat but for rounding; expected a body") from None
+        raise SolidError(f"the solid is {sides} mm, flat except for rounding; expected a body") from None
     return float((planes[:, :3] @ point_mm + planes[:, 3]).max())
 
 

@@ -34,7 +34,9 @@ class SeriesPlane:
     scatter_before_g_mm: NotNegative
     mean_after_g_mm: NotNegative
     scatter_after_g_mm: NotNegative
-    capability: Annotated[float | None, "(permitted - mean left) / (3 standard deviations of what is left)"]
+    capability: Annotated[
+        float | None, "(permitted - mean residual) / (3 standard deviations of the residual)"
+    ]
     drift_g_mm: Annotated[NotNegative | None, "between the means before of the two halves of the series"]
     drift_in_errors: Annotated[NotNegative | None, "the same over its standard error"]
 

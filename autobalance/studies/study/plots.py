@@ -49,7 +49,7 @@ def _histogram(report: StudyReport, shares: NDArray[np.float64]) -> Plot:
             100.0 * edges[:-1], counts, 100.0 * top / BINS, align="edge", color="0.75", edgecolor="black"
         )
         axes.axvline(100.0, color="black", linestyle="--", label="permissible")
-        axes.set_xlabel("greatest share of the permissible unbalance used [%]")
+        axes.set_xlabel("largest share of the permissible unbalance used [%]")
 
     share = 100.0 * report.found.probability_within
     return plots.drawn(f"{report.samples} cranks, {share:.3g} % within tolerance", "cranks", draw)

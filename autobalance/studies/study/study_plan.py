@@ -103,7 +103,7 @@ def _check_solid(path: Path, claims: Claims) -> None:
         return
     solid = path.parent / Path(str(entry["file"])).name
     if not solid.is_file():
-        raise FileError(f"{path.name}: its solid {solid} is not there; it must be beside the report")
+        raise FileError(f"{path.name}: its solid {solid} is missing; put it next to the report")
     if sha256(solid.read_bytes()).hexdigest() != entry["sha256"]:
         raise ClaimError(f"{path.name}: {solid} is not the solid of this report: its sha256 differs")
 
@@ -115,7 +115,7 @@ def _balanced_again(path: Path, claims: Claims, job: Job, notify: Notify) -> Pla
 
     crank = input_path(claims, path.parent)
     if not crank.is_file():
-        raise FileError(f"{path.name}: its crank {crank} is not there")
+        raise FileError(f"{path.name}: its crank {crank} is missing")
     if sha256(file_bytes(crank)).hexdigest() != claims.get("input.sha256", str):
         raise ClaimError(f"{path.name}: {crank} is not the crank of this report: its sha256 differs")
     return planned(replace(job, crankshaft=replace(job.crankshaft, file=crank)), notify)
@@ -129,7 +129,7 @@ def _recut_again(path: Path, claims: Claims, job: Job) -> Plan:
 
     before = path.parent / claims.get("previous.report", str)
     if not before.is_file():
-        raise FileError(f"{path.name}: the report of the stage before, {before}, is not there")
+        raise FileError(f"{path.name}: the report of the stage before, {before}, is missing")
     claims.same("previous.sha256", sha256(before.read_bytes()).hexdigest())
     reading = claims.get("machine_reading.file", dict)
     stage = recut(before, _without_nulls(reading), trust_reading=True)

@@ -104,5 +104,5 @@ def _engine_bench(values: Values, folder: Path) -> EngineBench:
     names = [each.name for each in variants]
     for name in names:
         if names.count(name) > 1:
-            raise JobError(f"variant.name {name!r} stands twice; each needs its own")
+            raise JobError(f"two variants are called {name!r}; give each its own name")
     return EngineBench(values, folder / engine["job"], engine["speeds_rpm"], run_up, variants)

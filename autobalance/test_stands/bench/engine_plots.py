@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 FIGURES: dict[str, tuple[str, Callable[[VariantFigures], float], str]] = {
     "engine-bearing-force": (
-        "Greatest load of a main bearing",
+        "Largest load of a main bearing",
         lambda point: point.greatest_main_n,
         "load [N]",
     ),

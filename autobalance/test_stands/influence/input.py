@@ -257,7 +257,7 @@ def _fittings(fitted: list[FittedPlane], planes: tuple[PlaneName, ...]) -> tuple
             listed = ", ".join(str(known) for known in planes)
             raise JobError(f"{where}.plane is {plane!r}; no trial is in that plane: {listed}")
         if plane in seen:
-            raise JobError(f"{where}.plane is {plane!r} again; each plane may stand once")
+            raise JobError(f"{where}.plane is {plane!r} twice; each plane may be listed once")
         seen.add(plane)
         for key in ("angles_deg", "weights_g_mm"):
             if getattr(each, key) == ():

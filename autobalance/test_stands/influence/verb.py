@@ -111,8 +111,8 @@ def _report(task: Trials) -> InfluenceReport:
     sums, split, warnings = _weights(task, alpha)
     if condition > WARNED_CONDITION:
         warnings.append(
-            f"condition is {condition:.3g}, over {WARNED_CONDITION:g}: the planes {', '.join(close)} act "
-            "nearly alike on the readings, so errors of reading grow in their weights"
+            f"condition is {condition:.3g}, over {WARNED_CONDITION:g}: the planes {', '.join(close)} have "
+            "nearly the same effect on the readings, so errors of reading grow in their weights"
         )
     residual = task.initial + alpha @ sums
     weighted = task.reading_weights * np.abs(residual)

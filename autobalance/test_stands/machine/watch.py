@@ -69,7 +69,7 @@ def _settled(watched: Watched, source: str, timeout_s: float) -> Mapping[str, co
 def _unsettled(watched: Watched, timeout_s: float) -> str:
     last = watched.settling.last
     if not last:
-        return f"no line in {timeout_s:g} s is as machine.line.pattern says; compare both"
+        return f"no line in {timeout_s:g} s matches machine.line.pattern; compare both"
     count = watched.settling.count
     return (
         f"the readings did not settle in {timeout_s:g} s ({count} of each plane that agree were expected); "

@@ -16,9 +16,9 @@ def wizard() -> int:
     from autobalance.theory.machines import machine_accuracy
 
     say(
-        f"Usual of a hard-bearing machine in order: urr_percent = {URR_PERCENT:g}, umar_g_mm = "
+        f"Typical of a hard-bearing machine: urr_percent = {URR_PERCENT:g}, umar_g_mm = "
         f"{UMAR_G_MM:g}.\n"
-        "One plane is read; the rotor comes off the machine and goes on again between readings."
+        "One plane is read; remove the rotor and mount it again between readings."
     )
     repeated = [
         _typed_reading(f"reading {n} of {REPEATED_READINGS}, {READING_FORMAT}")
