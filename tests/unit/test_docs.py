@@ -59,7 +59,7 @@ def test_commands_in_documents_exist(path: Path) -> None:
 def test_the_readmes_commands_work_as_printed() -> None:
     """Each parses, and reads what the clone has or a line before it writes."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    block = text.split("each line works as it stands:\n\n```\n")[1].split("```")[0]
+    block = text.split("these lines run as written, from the clone:\n\n```\n")[1].split("```")[0]
     there = set()
     for line in block.splitlines()[1:]:
         words = shlex.split(line, comments=True)
