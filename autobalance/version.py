@@ -2,6 +2,6 @@
 
 from typing import Final
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 SCHEMA_VERSION: Final = 1
 """Goes up when a key of a report changes its meaning."""
