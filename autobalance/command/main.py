@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 from autobalance import registry
 from autobalance.command import objects
 from autobalance.command.console import complain, fail, open_closed_streams, written
+from autobalance.command.help_groups import CommandGroups
 from autobalance.errors import AutobalanceError, UsageError, system_reason
 from autobalance.registry import VERBS
 from autobalance.runtime import (
@@ -233,7 +234,7 @@ def _parser(listed: Iterable[str], is_loaded: Callable[[str], bool]) -> argparse
         epilog="autobalance COMMAND --help explains each.",
     )
     parser.add_argument("--version", action="version", version=f"autobalance {__version__}")
-    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    subparsers = parser.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
     for name in listed:
         subparser = subparsers.add_parser(
             name,

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from autobalance.command import readers
+from autobalance.command.help_groups import most_used_first
 from autobalance.command.options import add_json
 from autobalance.command.progress import add_objects
 from autobalance.verbs.declaration import REQUIRED, Parameter, parameters_of
@@ -176,6 +177,7 @@ class Verb(NamedTuple):
             add(parser)
         if "progress" in parameters_of(self.function):
             add_objects(parser)
+        most_used_first(parser, self.most_used)
 
     def run(self, arguments: argparse.Namespace) -> int:
         """Call the function, write and print its result; return the exit code."""

@@ -1,5 +1,6 @@
 """Options follow from the signature and the docstring of the function that a command calls."""
 
+import argparse
 import inspect
 import re
 import subprocess
@@ -12,6 +13,7 @@ from typing import Any, get_args
 import pytest
 
 import autobalance
+from autobalance.command.help_groups import OTHERS, grouped
 from autobalance.command.main import full_parser
 from autobalance.command.verb import Verb
 from autobalance.registry import VERBS as COMMANDS
@@ -133,3 +135,24 @@ def test_every_public_verb_is_known_to_type_checkers() -> None:
     source = Path(autobalance.__file__).read_text(encoding="utf-8")
     for name, module in autobalance.PUBLIC.items():
         assert f"from autobalance.{module} import {name} as {name}\n" in source
+
+
+def test_the_help_lists_every_command_once_by_what_people_want() -> None:
+    groups = grouped(COMMANDS)
+    assert sorted(name for names in groups.values() for name in names) == sorted(COMMANDS)
+    assert OTHERS not in groups
+    text = full_parser().format_help()
+    headings = [line for line in text.splitlines() if line in groups]
+    assert headings == list(groups)
+    assert text.index("  balance ") < text.index("At the balancing machine\n") < text.index("  recut ")
+
+
+def test_the_most_used_options_of_balance_fit_on_a_screen() -> None:
+    (commands,) = (each for each in full_parser()._actions if isinstance(each, argparse._SubParsersAction))
+    command = commands.choices["balance"]
+    first = command.format_help().partition("most used options:\n")[2].partition("\n\n")[0]
+    assert len(first.splitlines()) <= 24
+    rest = command.format_help().partition("more options:\n")[2]
+    assert "--output" in first
+    assert "--paper" not in first
+    assert "--paper" in rest
